@@ -1,0 +1,1 @@
+//! Plays a link on real packets, and proves that it did

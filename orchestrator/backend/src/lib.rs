@@ -1,0 +1,1 @@
+//! Runs a cell: namespaces, processes, certificate, rows

@@ -1,0 +1,1 @@
+//! Plants, controllers, discretisation, step metrics and stability margins

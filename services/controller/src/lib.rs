@@ -1,0 +1,1 @@
+//! The controller over HTTP: one deadline every h, requests beside it

@@ -1,0 +1,1 @@
+//! The plant over HTTP: free-running ticks on their own thread, requests on another
