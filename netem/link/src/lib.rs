@@ -1,1 +1,39 @@
-//! The one link model: delay, loss and rate as seeded functions of time
+//! The one link model: delay, loss and rate as seeded functions of time.
+//!
+//! A [`Profile`] is what a TOML file says of a link, a [`Link`] plays it under a
+//! seed, and a [`Prediction`] says what `ping` will see through it. Everything
+//! is a function of its arguments: link time is integer nanoseconds since the
+//! run's epoch, and no clock, file, socket or thread is touched.
+//!
+//! - what a profile says: `file` (keys), `resolve` (checks), `profile` (values),
+//!   `finding` (what is wrong), `unit` (quantities)
+//! - what is played: `path` (one direction: `bottleneck`, `loss`, `spells`,
+//!   `wire`), `link` (both), on `law` (distributions) and `draws` (randomness)
+//! - what is foretold: `prediction` (figures), `describe` (words)
+#![forbid(unsafe_code)]
+
+mod bottleneck;
+mod describe;
+mod draws;
+mod file;
+mod finding;
+mod law;
+mod link;
+mod loss;
+mod path;
+mod prediction;
+mod profile;
+mod resolve;
+mod special;
+mod spells;
+mod trace;
+mod unit;
+mod wire;
+
+pub use describe::describe;
+pub use file::schema;
+pub use finding::{Finding, Severity};
+pub use link::Link;
+pub use path::{Cause, Fate, Path, State, Way};
+pub use prediction::{Band, Pings, Prediction, Rtt, ping, predict};
+pub use profile::{Asked, Profile};

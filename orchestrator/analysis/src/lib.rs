@@ -1,1 +1,28 @@
-//! Raw rows into metrics, verdicts and tables
+//! Raw rows into metrics, verdicts, tables.
+//!
+//! - [`rows`]: a file of rows in one streaming pass; what a killed run left torn is counted;
+//! - [`probe`], [`message`], [`arrival`], [`tick`]: what each of the four files says;
+//! - [`response`]: the step response of a closed loop, and the verdict on it;
+//! - [`metrics`]: all of a cell's folder;
+//! - [`summary`] and [`table`]: a cell in a row, for programs and for people;
+//! - [`statistics`]: moments, quantiles and a line, each in one pass.
+//!
+//! The crate only reads: raw rows are never edited, so that everything here can be deleted and
+//! made again. Whether a link held is in its certificate and not judged again.
+#![forbid(unsafe_code)]
+
+pub mod arrival;
+pub mod message;
+pub mod metrics;
+pub mod probe;
+pub mod response;
+pub mod rows;
+pub mod statistics;
+pub mod summary;
+pub mod table;
+pub mod tick;
+
+pub use metrics::{CellFacts, Metrics};
+pub use response::{LoopVerdict, Response};
+pub use rows::ReadError;
+pub use summary::Summary;

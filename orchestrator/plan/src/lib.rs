@@ -1,1 +1,27 @@
-//! Experiments resolved into cells
+//! Experiments resolved into cells.
+//!
+//! `experiment` is the TOML as typed, `matrix` resolves it, [`Plan`] and [`Cell`] are the result,
+//! `seed` derives the links' seeds, [`Verdict`] names how a run can end. No clock, file or
+//! thread: the cli reads and writes the files.
+#![forbid(unsafe_code)]
+
+mod cell;
+mod experiment;
+mod matrix;
+mod misfit;
+#[allow(clippy::module_inception)]
+mod plan;
+mod seed;
+mod verdict;
+
+pub use cell::{Cell, Client};
+pub use misfit::Misfit;
+pub use plan::{Plan, ProfileText};
+pub use verdict::Verdict;
+
+/// The experiments that the binary carries, by name: the paper's and the quick ones.
+pub const EXPERIMENTS: &[(&str, &str)] = &[
+    ("smoke", include_str!("../../experiments/smoke.toml")),
+    ("paper", include_str!("../../experiments/paper.toml")),
+    ("settling", include_str!("../../experiments/settling.toml")),
+];

@@ -1,1 +1,48 @@
-//! Plants, controllers, discretisation, step metrics and stability margins
+//! The control mathematics of the loop: plants, controllers, how they are sampled, and how well the
+//! result does.
+//!
+//! Read in this order:
+//!
+//! - [`timebase`]: what tells a continuous system from a sampled one, by type;
+//! - [`transfer`] and [`state_space`]: the two ways to write a linear system with one input and one
+//!   output;
+//! - [`mod@discretise`]: from continuous to sampled, by backward Euler (the paper's), zero-order hold
+//!   or Tustin;
+//! - [`stepper`]: a sampled system that runs, one input and one output a tick;
+//! - [`pid`]: the controller that runs, one error and one command an update;
+//! - [`preset`]: the plant and the controller of the paper;
+//! - [`margin`]: gain, phase and delay margin, with dead time;
+//! - [`closed_loop`]: the loop around a constant delay, and the longest round trip it survives;
+//! - [`mod@step_info`]: rise, settling, overshoot and the rest, with the names and definitions of
+//!   python-control.
+//!
+//! Names and conventions are python-control's where it has one: polynomials are written highest
+//! power first, frequencies are in rad/s, phases in degrees, times in seconds. Its results (0.10.2)
+//! and scipy's are committed under `tests/fixtures`, and the tests compare with them.
+//!
+//! The crate is pure. It leaves out systems with several inputs or outputs, nonlinear plants, and
+//! every design method: it runs and judges a loop that somebody has designed.
+#![forbid(unsafe_code)]
+
+pub mod closed_loop;
+pub mod discretise;
+pub mod margin;
+pub mod pid;
+mod polynomial;
+pub mod preset;
+pub mod state_space;
+pub mod step_info;
+pub mod stepper;
+pub mod timebase;
+pub mod transfer;
+
+pub use closed_loop::{largest_stable_round_trip_s, loop_delay_ticks, step_response};
+pub use discretise::{InvalidDiscretisation, Method, discretise};
+pub use margin::{InvalidDeadTime, Margins, margins};
+pub use nalgebra::Complex;
+pub use pid::{AntiWindup, Gains, InvalidPid, Pid, Saturation};
+pub use state_space::{InvalidStateSpace, StateSpace};
+pub use step_info::{InvalidResponse, StepInfo, StepSettings, step_info};
+pub use stepper::Stepper;
+pub use timebase::{Continuous, Discrete, InvalidSampleTime, Timebase};
+pub use transfer::{InvalidTransferFunction, TransferFunction};

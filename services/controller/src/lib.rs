@@ -1,1 +1,16 @@
-//! The controller over HTTP: one deadline every h, requests beside it
+//! The controller over HTTP: one deadline every h, requests beside it.
+//!
+//! * [`drive`], [`drive_until`]: the entry; [`Config`] in, [`Report`] out.
+//! * `transport`: how a command goes out and its answer comes back.
+//!
+//! One thread does it all: an alarm on the run's clock wakes it at each
+//! deadline, and each message is a task of its own beside it. When a message is
+//! sent and with which u is decided in the crate `endpoint`.
+#![forbid(unsafe_code)]
+
+mod config;
+mod drive;
+mod transport;
+
+pub use config::{Config, DriveError, Granted, Report};
+pub use drive::{drive, drive_until};

@@ -1,1 +1,33 @@
-//! Both ends of the loop as state machines, their messages and their record rows
+//! Both ends of the control loop, without the network between them.
+//!
+//! * [`Command`], [`State`], [`Acknowledgement`], [`Observation`]: what the
+//!   ends say to each other, and how it is written ([`message`], [`query`]).
+//! * [`ControllerEnd`] and [`PlantEnd`]: what each end does, as state machines
+//!   that are told the time ([`controller`], [`plant`]).
+//! * [`TickRow`], [`ArrivalRow`], [`MessageRow`]: what each end records ([`row`]).
+//! * [`ControllerSettings`], [`PlantSettings`]: how an experiment sets them up
+//!   ([`setting`]).
+//!
+//! There is no clock, socket, file or thread in this crate. Every time is an
+//! integer number of nanoseconds on one monotonic clock (`CLOCK_MONOTONIC` in a
+//! real run, virtual time in a simulated one), and its name ends in `_ns`.
+#![forbid(unsafe_code)]
+
+pub mod controller;
+pub mod message;
+pub mod plant;
+pub mod query;
+pub mod row;
+pub mod sample_time;
+pub mod setting;
+
+pub use controller::{ControllerEnd, Counts, InvalidSettings, Loss, Step};
+pub use message::{Acknowledgement, Answer, Command, Observation, State};
+pub use plant::{Inbox, Input, Output, PlantEnd, Process};
+pub use query::InvalidMessage;
+pub use row::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, TickRow};
+pub use sample_time::{InvalidSampleTime, SampleTime};
+pub use setting::{
+    Connection, ControllerSettings, Integrate, Late, Mode, Outstanding, PlantSettings, Preset,
+    Schedule, UnknownWord,
+};

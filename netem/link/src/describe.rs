@@ -1,0 +1,309 @@
+//! A profile in plain words, with what `ping` will see and what it should.
+
+use std::fmt::Write as _;
+
+use crate::law::{Form, Law};
+use crate::prediction::{Band, Pings, Prediction, Rtt, predict};
+use crate::profile::{Asked, Delay, Level, Loss, Order, PathLaw, Profile, Rate, Stall};
+
+/// Describes a link: each direction in words, then the round trips of a
+/// thousand pings once a second beside those the profile asks for.
+#[must_use]
+pub fn describe(profile: &Profile) -> String {
+    let mut text = format!("{}: {}\n", profile.name(), profile.about());
+    if profile.is_loopback() {
+        text.push_str("\nNo link: both ends are on one machine and nothing is played.\n");
+        if let Some(asked) = profile.asked() {
+            text.push_str("\nRound trips in ms:\n");
+            text.push_str(HEADER);
+            row(&mut text, "asked", &asked_cells(&asked));
+        }
+        return text;
+    }
+    if profile.up == profile.down {
+        text.push_str("\nFrom controller to plant, and likewise back, drawn independently:\n");
+        path(&mut text, &profile.up);
+    } else {
+        text.push_str("\nFrom controller to plant:\n");
+        path(&mut text, &profile.up);
+        text.push_str("\nFrom plant to controller:\n");
+        path(&mut text, &profile.down);
+    }
+    let prediction = predict(profile, Pings::TABLE_2);
+    round_trips(&mut text, &prediction, profile.asked());
+    text
+}
+
+fn path(text: &mut String, law: &PathLaw) {
+    let mut line = |name: &str, words: &str| {
+        let _ = writeln!(text, "  {name:<7} {words}");
+    };
+    match &law.delay {
+        Delay::Constant { delay_ns } => line("Delay", &time(*delay_ns as f64)),
+        Delay::Held(level) => {
+            line(
+                "Delay",
+                &format!(
+                    "{} and on top {}",
+                    time(level.base_ns as f64),
+                    words(&level.spread)
+                ),
+            );
+            line("", &held(level));
+        }
+        Delay::Trace(trace) => {
+            let end = match trace.repeat_ns() {
+                Some(repeat_ns) => format!("again from the start every {}", time(repeat_ns as f64)),
+                None => "the last one for ever".to_owned(),
+            };
+            line(
+                "Delay",
+                &format!("a trace of {} steps, {end}", trace.steps().len()),
+            );
+        }
+    }
+    if let Some(Stall { every_ns, length }) = &law.stall {
+        let mean_ns = length.mean_ns();
+        line(
+            "Stalls",
+            &format!(
+                "one about every {}, in which packets wait for its end",
+                time(*every_ns as f64)
+            ),
+        );
+        line("", &format!("length: {}", words(length)));
+        line(
+            "",
+            &format!(
+                "stalled {} of the time",
+                percent(mean_ns / *every_ns as f64)
+            ),
+        );
+    }
+    line("Loss", &loss(&law.loss));
+    match &law.rate {
+        None => {}
+        Some(Rate::Constant { rate_bps, limit }) => line(
+            "Rate",
+            &format!(
+                "{} in front of it, behind a queue of {limit} packets",
+                rate(*rate_bps)
+            ),
+        ),
+        Some(Rate::Trace { limit }) => {
+            line(
+                "Rate",
+                &format!("as the trace says, behind a queue of {limit} packets"),
+            );
+        }
+    }
+    line(
+        "Order",
+        match law.order {
+            Order::Kept => "kept: no packet overtakes another",
+            Order::Free => "free: a packet overtakes others when the delay falls",
+        },
+    );
+}
+
+fn held(level: &Level) -> String {
+    let (min_ns, max_ns) = level.spread.limits_ns();
+    let base_ns = level.base_ns as f64;
+    let mut limits = String::new();
+    if min_ns + base_ns > 0.0 {
+        let _ = write!(limits, ", never below {}", time(min_ns + base_ns));
+    }
+    if max_ns.is_finite() {
+        let _ = write!(limits, ", never above {}", time(max_ns + base_ns));
+    }
+    format!(
+        "drawn anew about every {}{limits}",
+        time(level.hold_ns as f64)
+    )
+}
+
+fn words(law: &Law) -> String {
+    let words = match law.form() {
+        Form::Constant { value_ns } => format!("always {}", time(*value_ns)),
+        Form::Uniform { min_ns, max_ns } => {
+            format!("anything from {} to {}", time(*min_ns), time(*max_ns))
+        }
+        Form::Normal { mean_ns, sd_ns } => {
+            format!("a normal law, mean {}, sd {}", time(*mean_ns), time(*sd_ns))
+        }
+        Form::Exponential { mean_ns } => format!("an exponential law, mean {}", time(*mean_ns)),
+        Form::Gamma { mean_ns, sd_ns } => {
+            format!("a gamma law, mean {}, sd {}", time(*mean_ns), time(*sd_ns))
+        }
+        Form::Beta {
+            min_ns,
+            max_ns,
+            mean_ns,
+            sd_ns,
+        } => format!(
+            "a beta law from {} to {}, mean {}, sd {}",
+            time(*min_ns),
+            time(*max_ns),
+            time(*mean_ns),
+            time(*sd_ns)
+        ),
+        Form::Pareto { scale_ns, shape } => {
+            format!("a Pareto law of shape {shape} from {} on", time(*scale_ns))
+        }
+        Form::Table { points } => {
+            let points: Vec<String> = points
+                .iter()
+                .map(|&(p, x_ns)| format!("{} at {}", time(x_ns), percent(p)))
+                .collect();
+            format!("a table: {}", points.join(", "))
+        }
+    };
+    words
+}
+
+fn loss(loss: &Loss) -> String {
+    match loss {
+        Loss::Never => "none".to_owned(),
+        Loss::Random { share, hold_ns } => {
+            format!(
+                "{} of the time, by slots of {}",
+                percent(*share),
+                time(*hold_ns as f64)
+            )
+        }
+        Loss::GilbertElliott {
+            good_ns,
+            bad_ns,
+            in_good,
+            in_bad,
+            hold_ns,
+        } => format!(
+            "{} in good spells of about {}, {} in bad ones of about {}, by slots of {}",
+            percent(*in_good),
+            time(*good_ns as f64),
+            percent(*in_bad),
+            time(*bad_ns as f64),
+            time(*hold_ns as f64)
+        ),
+        Loss::Trace { hold_ns } => {
+            format!("as the trace says, by slots of {}", time(*hold_ns as f64))
+        }
+    }
+}
+
+const HEADER: &str = "                     min         avg         max          sd      loss\n";
+
+fn round_trips(text: &mut String, prediction: &Prediction, asked: Option<Asked>) {
+    text.push_str("\nA thousand pings, one a second, will see round trips in ms of\n");
+    text.push_str(HEADER);
+    let Rtt {
+        min_ms,
+        avg_ms,
+        max_ms,
+        sd_ms,
+        loss,
+    } = prediction.expected;
+    row(
+        text,
+        "expected",
+        &cells([min_ms, avg_ms, max_ms, sd_ms], loss),
+    );
+    let bands = |end: fn(&Band) -> f64| {
+        let p = prediction;
+        cells(
+            [
+                end(&p.min_ms),
+                end(&p.avg_ms),
+                end(&p.max_ms),
+                end(&p.sd_ms),
+            ],
+            end(&p.loss),
+        )
+    };
+    row(text, "99 % from", &bands(|band| band.low));
+    row(text, "     to", &bands(|band| band.high));
+    if let Some(asked) = asked {
+        row(text, "asked", &asked_cells(&asked));
+        let judged = [
+            ("min", prediction.min_ms, asked.rtt_min_ms),
+            ("avg", prediction.avg_ms, asked.rtt_avg_ms),
+            ("max", prediction.max_ms, asked.rtt_max_ms),
+            ("sd", prediction.sd_ms, asked.rtt_sd_ms),
+            ("loss", prediction.loss, asked.loss),
+        ];
+        let outside: Vec<&str> = judged
+            .iter()
+            .filter(|(_, band, value)| !band.contains(*value))
+            .map(|(name, ..)| *name)
+            .collect();
+        if outside.is_empty() {
+            text.push_str("What is asked lies inside the 99 % band in every figure.\n");
+        } else {
+            let _ = writeln!(text, "Outside the 99 % band: {}.", outside.join(", "));
+        }
+    }
+}
+
+fn asked_cells(asked: &Asked) -> [String; 5] {
+    let times = [
+        asked.rtt_min_ms,
+        asked.rtt_avg_ms,
+        asked.rtt_max_ms,
+        asked.rtt_sd_ms,
+    ];
+    cells(times, asked.loss)
+}
+
+fn cells(times_ms: [f64; 4], loss: f64) -> [String; 5] {
+    let [min, avg, max, sd] = times_ms.map(|ms| format!("{ms:.3}"));
+    [min, avg, max, sd, format!("{:.2} %", 100.0 * loss)]
+}
+
+fn row(text: &mut String, name: &str, cells: &[String; 5]) {
+    let [min, avg, max, sd, loss] = cells;
+    let _ = writeln!(
+        text,
+        "  {name:<10}{min:>12}{avg:>12}{max:>12}{sd:>12}{loss:>10}"
+    );
+}
+
+/// A time in the unit in which it reads best, to four digits.
+fn time(ns: f64) -> String {
+    let (scale, unit) = match ns {
+        _ if ns >= 1e9 => (1e9, "s"),
+        _ if ns >= 1e5 || ns == 0.0 => (1e6, "ms"),
+        _ if ns >= 1e3 => (1e3, "us"),
+        _ => (1.0, "ns"),
+    };
+    format!("{} {unit}", short(ns / scale))
+}
+
+fn rate(bps: u64) -> String {
+    let bps = bps as f64;
+    let (scale, unit) = match bps {
+        _ if bps >= 1e9 => (1e9, "Gbit/s"),
+        _ if bps >= 1e6 => (1e6, "Mbit/s"),
+        _ if bps >= 1e3 => (1e3, "kbit/s"),
+        _ => (1.0, "bit/s"),
+    };
+    format!("{} {unit}", short(bps / scale))
+}
+
+fn percent(share: f64) -> String {
+    format!("{} %", short(100.0 * share))
+}
+
+/// At most four significant digits and three decimals, no trailing zeros.
+fn short(x: f64) -> String {
+    let decimals = match x {
+        _ if x >= 1000.0 => 0,
+        _ if x >= 100.0 => 1,
+        _ if x >= 10.0 => 2,
+        _ => 3,
+    };
+    let text = format!("{x:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}

@@ -1,0 +1,268 @@
+//! A profile as it is written in TOML: the keys, nothing checked but their kind.
+//!
+//! Values carry their place in the source. No flattened, untagged or internally
+//! tagged types: serde would buffer the values of these and lose their place.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use toml::Spanned;
+
+/// A quantity with its place.
+type Text = Spanned<String>;
+
+/// A link between the controller and the plant.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "webloop link profile")]
+pub(crate) struct ProfileFile {
+    /// Short name: lower-case letters, digits and hyphens.
+    #[schemars(with = "String")]
+    pub(crate) name: Text,
+    /// One sentence on what link it is.
+    pub(crate) about: String,
+    /// Both ends are on one machine, and there is no link at all.
+    #[serde(default)]
+    pub(crate) loopback: bool,
+    /// The RTT statistics that this profile is to reproduce.
+    #[schemars(with = "Option<AskedFile>")]
+    pub(crate) asked: Option<Spanned<AskedFile>>,
+    /// Both directions: equal laws, independent draws.
+    #[schemars(with = "Option<PathFile>")]
+    pub(crate) both: Option<Spanned<PathFile>>,
+    /// From controller to plant.
+    #[schemars(with = "Option<PathFile>")]
+    pub(crate) up: Option<Spanned<PathFile>>,
+    /// From plant to controller.
+    #[schemars(with = "Option<PathFile>")]
+    pub(crate) down: Option<Spanned<PathFile>>,
+}
+
+/// What `ping` is to say.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct AskedFile {
+    /// Least round trip, such as "4.9ms".
+    #[schemars(with = "String")]
+    pub(crate) min: Text,
+    /// Mean round trip.
+    #[schemars(with = "String")]
+    pub(crate) avg: Text,
+    /// Greatest round trip.
+    #[schemars(with = "String")]
+    pub(crate) max: Text,
+    /// Standard deviation of the round trip.
+    #[schemars(with = "String")]
+    pub(crate) sd: Text,
+    /// Share of pings without an answer, such as "1.6%".
+    #[schemars(with = "String")]
+    pub(crate) loss: Text,
+}
+
+/// One direction. Its time runs from the start of the run.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PathFile {
+    /// Whether packets leave in the order in which they came; kept if not said.
+    #[serde(default)]
+    pub(crate) order: OrderFile,
+    /// Delay of the wire: this or a trace.
+    #[schemars(with = "Option<DelayFile>")]
+    pub(crate) delay: Option<Spanned<DelayFile>>,
+    /// A recorded link, in place of a delay.
+    #[schemars(with = "Option<TraceFile>")]
+    pub(crate) trace: Option<Spanned<TraceFile>>,
+    /// Spells during which packets wait, in order, until the spell's end.
+    #[schemars(with = "Option<StallFile>")]
+    pub(crate) stall: Option<Spanned<StallFile>>,
+    /// Packets lost, as a state in time.
+    #[schemars(with = "Option<LossFile>")]
+    pub(crate) loss: Option<Spanned<LossFile>>,
+    /// Rate limit in front of the wire, such as "1mbit".
+    #[schemars(with = "Option<String>")]
+    pub(crate) rate: Option<Text>,
+    /// Packets that wait or are being sent at the rate limit when one more is
+    /// dropped; 1000 if not said.
+    #[schemars(with = "Option<u32>")]
+    pub(crate) limit: Option<Spanned<i64>>,
+}
+
+/// Order of the packets.
+#[derive(Debug, Default, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum OrderFile {
+    /// No packet overtakes another.
+    #[default]
+    Kept,
+    /// A packet overtakes others where the delay falls fast enough.
+    Free,
+}
+
+/// A level, held and redrawn: base plus spread.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct DelayFile {
+    /// The part that never changes, such as "2ms".
+    #[schemars(with = "String")]
+    pub(crate) base: Text,
+    /// Mean time until the spread is drawn anew.
+    #[schemars(with = "Option<String>")]
+    pub(crate) hold: Option<Text>,
+    /// Law of what is added to the base.
+    #[schemars(with = "Option<LawFile>")]
+    pub(crate) spread: Option<Spanned<LawFile>>,
+    /// Draws that make the delay less than this make it this.
+    #[schemars(with = "Option<String>")]
+    pub(crate) min: Option<Text>,
+    /// Draws that make the delay more than this make it this.
+    #[schemars(with = "Option<String>")]
+    pub(crate) max: Option<Text>,
+}
+
+/// A law of times.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub(crate) enum LawFile {
+    /// Always the same time.
+    Constant {
+        #[schemars(with = "String")]
+        value: Text,
+    },
+    /// All times between two ends alike.
+    Uniform {
+        #[schemars(with = "String")]
+        min: Text,
+        #[schemars(with = "String")]
+        max: Text,
+    },
+    /// The normal law.
+    Normal {
+        #[schemars(with = "String")]
+        mean: Text,
+        #[schemars(with = "String")]
+        sd: Text,
+    },
+    /// The exponential law.
+    Exponential {
+        #[schemars(with = "String")]
+        mean: Text,
+    },
+    /// The gamma law: shape (mean/sd)^2, scale sd^2/mean.
+    Gamma {
+        #[schemars(with = "String")]
+        mean: Text,
+        #[schemars(with = "String")]
+        sd: Text,
+    },
+    /// The beta law between two ends.
+    Beta {
+        #[schemars(with = "String")]
+        min: Text,
+        #[schemars(with = "String")]
+        max: Text,
+        #[schemars(with = "String")]
+        mean: Text,
+        #[schemars(with = "String")]
+        sd: Text,
+    },
+    /// The Pareto law: P(X > x) = (scale / x)^shape.
+    Pareto {
+        #[schemars(with = "String")]
+        scale: Text,
+        #[schemars(with = "f64")]
+        shape: Spanned<f64>,
+    },
+    /// Points of the quantile function, straight lines between them: "50%" of
+    /// the times are at most "1ms". From "0%" to "100%".
+    #[schemars(with = "Vec<(String, String)>")]
+    Table(Vec<(Text, Text)>),
+}
+
+/// When and how long packets wait.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StallFile {
+    /// Mean time from the start of one stall to the start of the next.
+    #[schemars(with = "String")]
+    pub(crate) every: Text,
+    /// Law of a stall's length.
+    #[schemars(with = "LawFile")]
+    pub(crate) length: Spanned<LawFile>,
+    /// No stall is longer than this.
+    #[schemars(with = "Option<String>")]
+    pub(crate) max: Option<Text>,
+}
+
+/// A law of loss, decided once per `hold` ("1ms" if not said) for all packets
+/// of that slot alike.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub(crate) enum LossFile {
+    /// Each slot by itself.
+    Random {
+        /// Share lost, such as "0.8%".
+        #[schemars(with = "String")]
+        share: Text,
+        #[schemars(with = "Option<String>")]
+        hold: Option<Text>,
+    },
+    /// Two states in time, each with its share.
+    #[serde(rename_all = "kebab-case")]
+    GilbertElliott {
+        /// Mean length of a good spell.
+        #[schemars(with = "String")]
+        good: Text,
+        /// Mean length of a bad spell.
+        #[schemars(with = "String")]
+        bad: Text,
+        /// Share lost in the good state; "0%" if not said.
+        #[schemars(with = "Option<String>")]
+        in_good: Option<Text>,
+        /// Share lost in the bad state; "100%" if not said.
+        #[schemars(with = "Option<String>")]
+        in_bad: Option<Text>,
+        #[schemars(with = "Option<String>")]
+        hold: Option<Text>,
+    },
+}
+
+/// A recorded link: steps, each in force until the next.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TraceFile {
+    /// Steps written here: a time and what holds from then on.
+    #[serde(default)]
+    pub(crate) steps: Vec<StepFile>,
+    /// A CSV file beside the profile, in place of steps. Its columns: `t_ms`,
+    /// `delay_ms` and, if wanted, `loss_percent` and `rate_bps`.
+    #[schemars(with = "Option<String>")]
+    pub(crate) file: Option<Text>,
+    /// The trace begins again at this time; if not said, its last step is held.
+    #[schemars(with = "Option<String>")]
+    pub(crate) repeat: Option<Text>,
+}
+
+/// One step of a trace.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StepFile {
+    /// Time of the trace; the first is "0s".
+    #[schemars(with = "String")]
+    pub(crate) t: Text,
+    /// One-way delay.
+    #[schemars(with = "String")]
+    pub(crate) delay: Text,
+    /// Share lost; "0%" if not said.
+    #[schemars(with = "Option<String>")]
+    pub(crate) loss: Option<Text>,
+    /// Rate limit; in all steps or in none.
+    #[schemars(with = "Option<String>")]
+    pub(crate) rate: Option<Text>,
+}
+
+/// The JSON schema of a profile, for editors: what is committed as
+/// `netem/profiles/profile.schema.json`.
+#[must_use]
+pub fn schema() -> String {
+    let schema = schemars::schema_for!(ProfileFile);
+    format!("{:#}\n", schema.as_value())
+}

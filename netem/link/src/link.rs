@@ -1,0 +1,25 @@
+//! A link, playing: its two directions under one seed.
+
+use crate::path::{Path, Way};
+use crate::profile::Profile;
+
+/// Both directions of a link, playing.
+#[derive(Debug, Clone)]
+pub struct Link {
+    /// From controller to plant.
+    pub up: Path,
+    /// From plant to controller.
+    pub down: Path,
+}
+
+impl Link {
+    /// A link's two paths. Equal seeds give equal states at every instant, on
+    /// every machine; the two directions draw independently.
+    #[must_use]
+    pub fn new(profile: &Profile, seed: u64) -> Link {
+        Link {
+            up: Path::new(profile.law(Way::Up), Way::Up, seed),
+            down: Path::new(profile.law(Way::Down), Way::Down, seed),
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! One direction of a link, playing.
+//!
+//! A packet meets, in this order: the bottleneck (rate and queue), loss, the
+//! gate (it waits while the link is stalled), the wire (delay and order). All
+//! but the bottleneck are functions of time and seed alone, and take their time
+//! from the instant at which the packet leaves the bottleneck.
+
+use crate::bottleneck::Bottleneck;
+use crate::draws::Draws;
+use crate::loss::LossProcess;
+use crate::profile::{Delay, PathLaw, Rate};
+use crate::spells::Spells;
+use crate::wire::Wire;
+
+/// How far an ask may lie behind the newest one and still be answered exactly.
+const KEEP_NS: u64 = 10_000_000_000;
+
+/// A direction of the link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Way {
+    /// From controller to plant: the paper's `tau_ca`.
+    Up,
+    /// From plant to controller: the paper's `tau_sc`.
+    Down,
+}
+
+/// What happens to a packet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fate {
+    /// It leaves the link at this link time.
+    Deliver {
+        /// Link time in ns.
+        at_ns: u64,
+    },
+    /// It is lost.
+    Drop(Cause),
+}
+
+/// Why a packet is lost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// The link loses packets at that instant.
+    Loss,
+    /// The queue in front of the rate limit is full.
+    Overflow,
+}
+
+/// A path's state at an instant, whatever the traffic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct State {
+    /// One-way delay of a packet that enters now, in ns.
+    pub delay_ns: u64,
+    /// Whether a packet that enters now is lost.
+    pub lost: bool,
+    /// Rate limit in bit/s, where there is one.
+    pub rate_bps: Option<u64>,
+}
+
+/// One direction of a link, playing: a seeded function of link time, and the
+/// queue of the rate limit, if there is one.
+#[derive(Debug, Clone)]
+pub struct Path {
+    law: PathLaw,
+    queue: Option<Bottleneck>,
+    loss: LossProcess,
+    gate: Option<Spells>,
+    wire: Wire,
+    newest_ns: u64,
+}
+
+impl Path {
+    pub(crate) fn new(law: &PathLaw, way: Way, seed: u64) -> Self {
+        let names: [&[u8; 8]; 4] = match way {
+            Way::Up => [b"up.level", b"up.stall", b"up.loss.", b"up.spell"],
+            Way::Down => [b"dn.level", b"dn.stall", b"dn.loss.", b"dn.spell"],
+        };
+        let [level, stall, loss, spell] = names.map(|name| Draws::new(seed, name));
+        Self {
+            queue: law.rate.as_ref().map(|rate| Bottleneck::new(rate.limit())),
+            loss: LossProcess::new(&law.loss, loss, spell),
+            gate: law.stall.as_ref().map(|s| {
+                let gap_ns = s.every_ns as f64 - s.length.mean_ns();
+                Spells::new(gap_ns, s.length.clone(), stall)
+            }),
+            wire: Wire::new(&law.delay, law.order, level),
+            law: law.clone(),
+            newest_ns: 0,
+        }
+    }
+
+    /// Fate of a packet of `bytes` (IP packet length) that enters at link time
+    /// `t_ns`. To be called in order of entry.
+    ///
+    /// Where there is no rate limit this is exactly what [`Path::state_at`]
+    /// says of `t_ns`; where there is, what it says of the instant at which the
+    /// packet has been sent.
+    pub fn transmit(&mut self, t_ns: u64, bytes: u32) -> Fate {
+        let t_ns = self.kept(t_ns);
+        let sent_ns = match &mut self.queue {
+            None => t_ns,
+            Some(queue) => {
+                let law = &self.law;
+                // Without a rate there would be no queue.
+                let rate_at = |t_ns| rate_at(law, t_ns).unwrap_or(u64::MAX);
+                match queue.enter(t_ns, bytes, rate_at) {
+                    Some(sent_ns) => sent_ns,
+                    None => return Fate::Drop(Cause::Overflow),
+                }
+            }
+        };
+        if self.lost(sent_ns) {
+            return Fate::Drop(Cause::Loss);
+        }
+        Fate::Deliver {
+            at_ns: sent_ns.saturating_add(self.delay_ns(sent_ns)),
+        }
+    }
+
+    /// The state at link time `t_ns`, whatever the traffic: what
+    /// [`Path::transmit`] would do to a packet if there were no rate limit.
+    ///
+    /// Asks may come in any order as long as none lies more than 10 s behind
+    /// the newest; an older one gets the state of 10 s before the newest.
+    pub fn state_at(&mut self, t_ns: u64) -> State {
+        let t_ns = self.kept(t_ns);
+        State {
+            delay_ns: self.delay_ns(t_ns),
+            lost: self.lost(t_ns),
+            rate_bps: rate_at(&self.law, t_ns),
+        }
+    }
+
+    /// Forgets what lies too far back, and brings `t_ns` into what is kept.
+    fn kept(&mut self, t_ns: u64) -> u64 {
+        if t_ns > self.newest_ns {
+            self.newest_ns = t_ns;
+            let oldest_ns = t_ns.saturating_sub(KEEP_NS);
+            self.loss.forget_before(oldest_ns);
+            if let Some(gate) = &mut self.gate {
+                gate.forget_before(oldest_ns);
+            }
+        }
+        t_ns.max(self.newest_ns.saturating_sub(KEEP_NS))
+    }
+
+    /// From the entry of the gate to the end of the wire.
+    fn delay_ns(&mut self, t_ns: u64) -> u64 {
+        let opens_ns = self.gate.as_mut().and_then(|gate| gate.end_at(t_ns));
+        let on_wire_ns = opens_ns.unwrap_or(t_ns);
+        (on_wire_ns - t_ns).saturating_add(self.wire.delay_ns(on_wire_ns))
+    }
+
+    fn lost(&mut self, t_ns: u64) -> bool {
+        let trace = match &self.law.delay {
+            Delay::Trace(trace) => Some(trace),
+            _ => None,
+        };
+        self.loss.lost(t_ns, trace)
+    }
+}
+
+/// The rate limit in force at an instant.
+fn rate_at(law: &PathLaw, t_ns: u64) -> Option<u64> {
+    match (&law.rate, &law.delay) {
+        (None, _) => None,
+        (Some(Rate::Constant { rate_bps, .. }), _) => Some(*rate_bps),
+        (Some(Rate::Trace { .. }), Delay::Trace(trace)) => trace.step_at(t_ns).1.rate_bps,
+        (Some(Rate::Trace { .. }), _) => None,
+    }
+}

@@ -1,0 +1,271 @@
+//! A link profile, resolved and valid: what is played, predicted and described.
+//!
+//! How it is read from TOML is in `file` and `resolve`; what is done with it is
+//! in `path` (played), `prediction` and `describe`.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use crate::law::Law;
+use crate::path::Way;
+use crate::resolve;
+use crate::trace::Trace;
+use crate::{Finding, Severity};
+
+/// The one-way delay of [`Profile::empty`].
+const EMPTY_DELAY_NS: u64 = 2_000_000;
+
+/// A link, read and found valid. It serialises to everything that the link's
+/// behaviour follows from, for manifests.
+#[derive(Debug, Clone, Serialize)]
+pub struct Profile {
+    pub(crate) name: String,
+    pub(crate) about: String,
+    pub(crate) loopback: bool,
+    pub(crate) asked: Option<Asked>,
+    pub(crate) up: PathLaw,
+    pub(crate) down: PathLaw,
+    #[serde(skip)]
+    pub(crate) source: Arc<str>,
+}
+
+/// The RTT statistics that a profile is to reproduce, as `ping` prints them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Asked {
+    /// Least RTT in ms.
+    pub rtt_min_ms: f64,
+    /// Mean RTT in ms.
+    pub rtt_avg_ms: f64,
+    /// Greatest RTT in ms.
+    pub rtt_max_ms: f64,
+    /// Standard deviation of the RTT in ms.
+    pub rtt_sd_ms: f64,
+    /// Share of pings without an answer, 0 to 1.
+    pub loss: f64,
+}
+
+/// One direction.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct PathLaw {
+    pub(crate) delay: Delay,
+    pub(crate) order: Order,
+    pub(crate) stall: Option<Stall>,
+    pub(crate) loss: Loss,
+    pub(crate) rate: Option<Rate>,
+}
+
+/// The delay of the wire.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Delay {
+    Constant { delay_ns: u64 },
+    Held(Level),
+    Trace(Trace),
+}
+
+/// A delay level that is drawn anew once a hold.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Level {
+    pub(crate) base_ns: u64,
+    /// Added to the base; clipped so that the sum keeps to the profile's limits.
+    pub(crate) spread: Law,
+    pub(crate) hold_ns: u64,
+}
+
+/// Whether packets leave in the order in which they came.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Order {
+    Kept,
+    Free,
+}
+
+/// Spells during which packets wait until the spell's end.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Stall {
+    /// Mean time from the start of one stall to the start of the next.
+    pub(crate) every_ns: u64,
+    pub(crate) length: Law,
+}
+
+/// Loss, decided once per `hold_ns` for all packets of that slot alike.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Loss {
+    Never,
+    Random {
+        share: f64,
+        hold_ns: u64,
+    },
+    GilbertElliott {
+        good_ns: u64,
+        bad_ns: u64,
+        in_good: f64,
+        in_bad: f64,
+        hold_ns: u64,
+    },
+    /// The shares are those of the trace.
+    Trace {
+        hold_ns: u64,
+    },
+}
+
+/// The rate limit and the length of its queue in packets.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Rate {
+    Constant {
+        rate_bps: u64,
+        limit: u32,
+    },
+    /// The rates are those of the trace.
+    Trace {
+        limit: u32,
+    },
+}
+
+impl Rate {
+    pub(crate) fn limit(&self) -> u32 {
+        match self {
+            Self::Constant { limit, .. } | Self::Trace { limit } => *limit,
+        }
+    }
+}
+
+impl Level {
+    /// The level at the quantile `u`.
+    pub(crate) fn delay_ns(&self, u: f64) -> u64 {
+        // The spread may lie below zero, but not below minus the base.
+        (self.base_ns as f64 + self.spread.quantile_ns(u)) as u64
+    }
+}
+
+impl Delay {
+    /// The greatest level that can occur.
+    pub(crate) fn reach_ns(&self) -> u64 {
+        match self {
+            Self::Constant { delay_ns } => *delay_ns,
+            Self::Held(level) => (level.base_ns as f64 + level.spread.reach_ns()) as u64,
+            Self::Trace(trace) => trace.reach_ns(),
+        }
+    }
+
+    /// The least level that can occur.
+    pub(crate) fn floor_ns(&self) -> u64 {
+        match self {
+            Self::Constant { delay_ns } => *delay_ns,
+            Self::Held(level) => (level.base_ns as f64 + level.spread.floor_ns()) as u64,
+            Self::Trace(trace) => trace.floor_ns(),
+        }
+    }
+}
+
+impl PathLaw {
+    /// A constant delay and nothing else.
+    pub(crate) fn constant(delay_ns: u64) -> Self {
+        Self {
+            delay: Delay::Constant { delay_ns },
+            order: Order::Kept,
+            stall: None,
+            loss: Loss::Never,
+            rate: None,
+        }
+    }
+}
+
+impl Profile {
+    /// Names of the built-in profiles, in the paper's order.
+    pub const BUILTIN: &[&str] = &["arima", "buccoo", "couva", "diego-lan", "diego-vpn"];
+
+    /// Reads a profile from TOML; `origin` is its file name, for the findings.
+    /// A trace has to be written out in it: see [`Profile::read`].
+    ///
+    /// # Errors
+    /// Every error found in the source; warnings alone do not count.
+    pub fn parse(source: &str, origin: &str) -> Result<Profile, Vec<Finding>> {
+        let no_files = |_: &str| Err("this profile was given without its folder".to_owned());
+        let (profile, mut findings) = Self::read(source, origin, &no_files);
+        findings.retain(|finding| finding.severity == Severity::Error);
+        profile.ok_or(findings)
+    }
+
+    /// Reads a profile and everything that is to be said about it, warnings
+    /// too. `file` gives the text of a trace's CSV file by the name that the
+    /// profile has for it, or says why it cannot.
+    ///
+    /// There is a profile exactly if no finding is an error.
+    #[must_use]
+    pub fn read(
+        source: &str,
+        origin: &str,
+        file: &dyn Fn(&str) -> Result<String, String>,
+    ) -> (Option<Profile>, Vec<Finding>) {
+        resolve::read(source, origin, file)
+    }
+
+    /// The TOML source of a built-in profile.
+    #[must_use]
+    pub fn builtin(name: &str) -> Option<&'static str> {
+        match name {
+            "arima" => Some(include_str!("../../profiles/arima.toml")),
+            "buccoo" => Some(include_str!("../../profiles/buccoo.toml")),
+            "couva" => Some(include_str!("../../profiles/couva.toml")),
+            "diego-lan" => Some(include_str!("../../profiles/diego-lan.toml")),
+            "diego-vpn" => Some(include_str!("../../profiles/diego-vpn.toml")),
+            _ => None,
+        }
+    }
+
+    /// The empty link: 2 ms each way, nothing else. What a player costs of its
+    /// own is measured on it.
+    #[must_use]
+    pub fn empty() -> Profile {
+        Profile {
+            name: "empty".to_owned(),
+            about: "A constant short delay and nothing else".to_owned(),
+            loopback: false,
+            asked: None,
+            up: PathLaw::constant(EMPTY_DELAY_NS),
+            down: PathLaw::constant(EMPTY_DELAY_NS),
+            source: Arc::default(),
+        }
+    }
+
+    /// Whether both ends are on one machine and there is no link at all.
+    #[must_use]
+    pub fn is_loopback(&self) -> bool {
+        self.loopback
+    }
+
+    /// The profile's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// One sentence on what link it is.
+    #[must_use]
+    pub fn about(&self) -> &str {
+        &self.about
+    }
+
+    /// The TOML it was read from; empty for [`Profile::empty`].
+    #[must_use]
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+
+    /// What the profile is to reproduce, where it says so.
+    #[must_use]
+    pub fn asked(&self) -> Option<Asked> {
+        self.asked
+    }
+
+    pub(crate) fn law(&self, way: Way) -> &PathLaw {
+        match way {
+            Way::Up => &self.up,
+            Way::Down => &self.down,
+        }
+    }
+}

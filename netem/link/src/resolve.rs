@@ -1,0 +1,212 @@
+//! From a profile's text to a valid [`Profile`], or to everything that is wrong.
+//!
+//! This file has the profile as a whole; one file each below has the laws, the
+//! delays, the losses and the traces. All of them go on after an error, so that
+//! one reading finds every error there is.
+
+mod delay;
+mod law;
+mod loss;
+mod trace;
+
+use std::sync::Arc;
+
+use toml::Spanned;
+
+use crate::file::{AskedFile, OrderFile, PathFile, ProfileFile};
+use crate::finding::{Finding, Findings};
+use crate::profile::{Asked, Delay, Order, PathLaw, Profile};
+
+/// Gives a trace file's text by its name.
+pub(crate) type Files<'a> = &'a dyn Fn(&str) -> Result<String, String>;
+
+const NS_PER_MS: f64 = 1e6;
+
+pub(crate) fn read(
+    source: &str,
+    origin: &str,
+    files: Files<'_>,
+) -> (Option<Profile>, Vec<Finding>) {
+    let mut findings = Findings::new(source, origin);
+    let profile = match toml::from_str::<ProfileFile>(source) {
+        Ok(file) => profile(&file, source, files, &mut findings),
+        Err(error) => {
+            let span = error.span().unwrap_or(0..0);
+            let remedy = "the keys and their kinds are in netem/profiles/profile.schema.json";
+            findings.error("", span, error.message().trim(), remedy);
+            None
+        }
+    };
+    let valid = profile.filter(|_| !findings.has_errors());
+    findings.list.sort_by_key(|finding| finding.span.start);
+    (valid, findings.list)
+}
+
+fn profile(
+    file: &ProfileFile,
+    source: &str,
+    files: Files<'_>,
+    findings: &mut Findings<'_>,
+) -> Option<Profile> {
+    name(&file.name, findings);
+    let asked = file.asked.as_ref().and_then(|a| asked(a, findings));
+    let (up, down) = if file.loopback {
+        for (field, path) in [("both", &file.both), ("up", &file.up), ("down", &file.down)] {
+            if let Some(path) = path {
+                let message = "the link is loopback, where nothing is played";
+                findings.error(field, path.span(), message, "drop this table or `loopback`");
+            }
+        }
+        (Some(PathLaw::constant(0)), Some(PathLaw::constant(0)))
+    } else {
+        match (&file.both, &file.up, &file.down) {
+            (Some(both), None, None) => {
+                let law = path("both", both, files, findings);
+                (law.clone(), law)
+            }
+            (None, Some(up), Some(down)) => (
+                path("up", up, files, findings),
+                path("down", down, files, findings),
+            ),
+            _ => {
+                let message = "a profile has [both], or [up] and [down], and not all three";
+                let remedy = "say each direction once; `loopback = true` if there is no link";
+                findings.error("both", file.name.span(), message, remedy);
+                (None, None)
+            }
+        }
+    };
+    let (up, down) = (up?, down?);
+    if let (Some(at), Some(asked)) = (&file.asked, asked) {
+        check_floor(at, &asked, &up, &down, findings);
+    }
+    Some(Profile {
+        name: file.name.get_ref().clone(),
+        about: file.about.clone(),
+        loopback: file.loopback,
+        asked,
+        up,
+        down,
+        source: Arc::from(source),
+    })
+}
+
+/// Names become names of files and columns.
+fn name(name: &Spanned<String>, findings: &mut Findings<'_>) {
+    let fine = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    if name.get_ref().is_empty() || !name.get_ref().chars().all(fine) {
+        let message = format!("`{}` is not a name", name.get_ref());
+        let remedy = "use lower-case letters, digits and hyphens";
+        findings.error("name", name.span(), message, remedy);
+    }
+}
+
+fn asked(file: &Spanned<AskedFile>, findings: &mut Findings<'_>) -> Option<Asked> {
+    let at = file.get_ref();
+    let min_ns = findings.duration_ns("asked.min", &at.min);
+    let avg_ns = findings.duration_ns("asked.avg", &at.avg);
+    let max_ns = findings.duration_ns("asked.max", &at.max);
+    let sd_ns = findings.duration_ns("asked.sd", &at.sd);
+    let loss = findings.share("asked.loss", &at.loss);
+    let asked = Asked {
+        rtt_min_ms: min_ns? / NS_PER_MS,
+        rtt_avg_ms: avg_ns? / NS_PER_MS,
+        rtt_max_ms: max_ns? / NS_PER_MS,
+        rtt_sd_ms: sd_ns? / NS_PER_MS,
+        loss: loss?,
+    };
+    let (below, above) = (
+        asked.rtt_avg_ms - asked.rtt_min_ms,
+        asked.rtt_max_ms - asked.rtt_avg_ms,
+    );
+    if below < 0.0 || above < 0.0 {
+        let message = "the mean does not lie between the least and the greatest round trip";
+        findings.error(
+            "asked.avg",
+            at.avg.span(),
+            message,
+            "correct min, avg or max",
+        );
+    } else if asked.rtt_sd_ms * asked.rtt_sd_ms > below * above {
+        // Bhatia and Davis: variance <= (max - mean)(mean - min).
+        let most_ms = (below * above).sqrt();
+        let message = format!("no law with this min, avg and max has an sd above {most_ms:.3} ms");
+        findings.error(
+            "asked.sd",
+            at.sd.span(),
+            message,
+            "correct min, avg, max or sd",
+        );
+    }
+    Some(asked)
+}
+
+fn check_floor(
+    at: &Spanned<AskedFile>,
+    asked: &Asked,
+    up: &PathLaw,
+    down: &PathLaw,
+    findings: &mut Findings<'_>,
+) {
+    let floor_ms = (up.delay.floor_ns() + down.delay.floor_ns()) as f64 / NS_PER_MS;
+    if floor_ms > asked.rtt_min_ms {
+        let message = format!(
+            "the link's least round trip is {floor_ms:.3} ms, above the {:.3} ms asked",
+            asked.rtt_min_ms
+        );
+        let remedy = "lower the bases of the delays";
+        findings.warning("asked.min", at.get_ref().min.span(), message, remedy);
+    }
+}
+
+fn path(
+    field: &str,
+    file: &Spanned<PathFile>,
+    files: Files<'_>,
+    findings: &mut Findings<'_>,
+) -> Option<PathLaw> {
+    let at = file.get_ref();
+    let delay = match (&at.delay, &at.trace) {
+        (Some(delay), None) => delay::delay(&format!("{field}.delay"), delay, findings),
+        (None, Some(trace)) => {
+            trace::trace(&format!("{field}.trace"), trace, files, findings).map(Delay::Trace)
+        }
+        (delay, _) => {
+            let (message, remedy) = if delay.is_some() {
+                ("a direction has a delay or a trace, not both", "drop one")
+            } else {
+                (
+                    "a direction has no delay",
+                    "say delay.base, even if it is \"0ms\"",
+                )
+            };
+            findings.error(&format!("{field}.delay"), file.span(), message, remedy);
+            None
+        }
+    };
+    let stall = match &at.stall {
+        Some(stall) => delay::stall(&format!("{field}.stall"), stall, findings).map(Some),
+        None => Some(None),
+    };
+    let recorded = match &delay {
+        Some(Delay::Trace(trace)) => Some(trace),
+        _ => None,
+    };
+    let loss = loss::loss(
+        &format!("{field}.loss"),
+        at.loss.as_ref(),
+        recorded,
+        findings,
+    );
+    let rate = loss::rate(field, at, recorded, findings);
+    Some(PathLaw {
+        delay: delay?,
+        order: match at.order {
+            OrderFile::Kept => Order::Kept,
+            OrderFile::Free => Order::Free,
+        },
+        stall: stall?,
+        loss: loss?,
+        rate: rate?,
+    })
+}

@@ -1,0 +1,172 @@
+//! Laws of times: parameters that a law cannot have are refused.
+
+use toml::Spanned;
+
+use crate::file::LawFile;
+use crate::finding::Findings;
+use crate::law::Form;
+
+/// Shape of a gamma law beyond which it is a constant for every purpose here,
+/// and below which its draws are zero but for a few.
+const GAMMA_SHAPES: std::ops::RangeInclusive<f64> = 1e-2..=1e6;
+/// Likewise for the two shapes of a beta law.
+const BETA_SHAPES: std::ops::RangeInclusive<f64> = 1e-2..=1e6;
+
+/// A law's form; `None` is an error that has been noted.
+pub(super) fn form(
+    field: &str,
+    file: &Spanned<LawFile>,
+    findings: &mut Findings<'_>,
+) -> Option<Form> {
+    let key = |name: &str| format!("{field}.{name}");
+    match file.get_ref() {
+        LawFile::Constant { value } => {
+            let value_ns = findings.duration_ns(&key("constant.value"), value)?;
+            Some(Form::Constant { value_ns })
+        }
+        LawFile::Uniform { min, max } => {
+            let min_ns = findings.duration_ns(&key("uniform.min"), min);
+            let max_ns = findings.duration_ns(&key("uniform.max"), max);
+            let (min_ns, max_ns) = (min_ns?, max_ns?);
+            ordered(&key("uniform.max"), min_ns, max, max_ns, findings)?;
+            Some(Form::Uniform { min_ns, max_ns })
+        }
+        LawFile::Normal { mean, sd } => {
+            let mean_ns = findings.duration_ns(&key("normal.mean"), mean);
+            let sd_ns = findings.positive_ns(&key("normal.sd"), sd);
+            Some(Form::Normal {
+                mean_ns: mean_ns?,
+                sd_ns: sd_ns?,
+            })
+        }
+        LawFile::Exponential { mean } => {
+            let mean_ns = findings.positive_ns(&key("exponential.mean"), mean)?;
+            Some(Form::Exponential { mean_ns })
+        }
+        LawFile::Gamma { mean, sd } => {
+            let mean_ns = findings.positive_ns(&key("gamma.mean"), mean);
+            let sd_ns = findings.positive_ns(&key("gamma.sd"), sd);
+            let (mean_ns, sd_ns) = (mean_ns?, sd_ns?);
+            let shape = (mean_ns / sd_ns) * (mean_ns / sd_ns);
+            if !GAMMA_SHAPES.contains(&shape) {
+                let message = format!("the gamma law's shape (mean/sd)^2 is {shape:.3e}");
+                let remedy = "keep sd between a thousandth of the mean and ten times it";
+                findings.error(&key("gamma.sd"), sd.span(), message, remedy);
+                return None;
+            }
+            Some(Form::Gamma { mean_ns, sd_ns })
+        }
+        LawFile::Beta { min, max, mean, sd } => {
+            let min_ns = findings.duration_ns(&key("beta.min"), min);
+            let max_ns = findings.duration_ns(&key("beta.max"), max);
+            let mean_ns = findings.duration_ns(&key("beta.mean"), mean);
+            let sd_ns = findings.positive_ns(&key("beta.sd"), sd);
+            let (min_ns, max_ns, mean_ns, sd_ns) = (min_ns?, max_ns?, mean_ns?, sd_ns?);
+            ordered(&key("beta.max"), min_ns, max, max_ns, findings)?;
+            if mean_ns <= min_ns || mean_ns >= max_ns {
+                let message = "the mean does not lie between min and max";
+                findings.error(
+                    &key("beta.mean"),
+                    mean.span(),
+                    message,
+                    "correct mean, min or max",
+                );
+                return None;
+            }
+            let most_ns = ((mean_ns - min_ns) * (max_ns - mean_ns)).sqrt();
+            let total = most_ns * most_ns / (sd_ns * sd_ns) - 1.0;
+            let share = (mean_ns - min_ns) / (max_ns - min_ns);
+            let shapes = [share * total, (1.0 - share) * total];
+            if !shapes.iter().all(|shape| BETA_SHAPES.contains(shape)) {
+                let message = format!(
+                    "a beta law with this min, max and mean has an sd below {:.3} ms",
+                    most_ns / 1e6
+                );
+                let remedy = "write a smaller sd, though not a thousandth of the range";
+                findings.error(&key("beta.sd"), sd.span(), message, remedy);
+                return None;
+            }
+            Some(Form::Beta {
+                min_ns,
+                max_ns,
+                mean_ns,
+                sd_ns,
+            })
+        }
+        LawFile::Pareto { scale, shape } => {
+            let scale_ns = findings.positive_ns(&key("pareto.scale"), scale);
+            let exponent = *shape.get_ref();
+            // Not "<= 0": NaN has to be refused too.
+            if !(exponent > 0.0 && exponent.is_finite()) {
+                let message = format!("the Pareto law's shape is {exponent}");
+                findings.error(
+                    &key("pareto.shape"),
+                    shape.span(),
+                    message,
+                    "write more than zero",
+                );
+                return None;
+            }
+            Some(Form::Pareto {
+                scale_ns: scale_ns?,
+                shape: exponent,
+            })
+        }
+        LawFile::Table(points) => table(&key("table"), points, file, findings),
+    }
+}
+
+fn table(
+    field: &str,
+    points: &[(Spanned<String>, Spanned<String>)],
+    file: &Spanned<LawFile>,
+    findings: &mut Findings<'_>,
+) -> Option<Form> {
+    let mut resolved: Vec<(f64, f64)> = Vec::with_capacity(points.len());
+    for (share, value) in points {
+        let p = findings.share(field, share);
+        let value_ns = findings.duration_ns(field, value);
+        let (p, value_ns) = (p?, value_ns?);
+        if let Some(&(last_p, last_ns)) = resolved.last() {
+            if p <= last_p {
+                let message = "the table's shares do not rise";
+                findings.error(field, share.span(), message, "sort the points by share");
+                return None;
+            }
+            if value_ns < last_ns {
+                let message = "the table's times fall";
+                let remedy = "a quantile function never falls: correct the times";
+                findings.error(field, value.span(), message, remedy);
+                return None;
+            }
+        }
+        resolved.push((p, value_ns));
+    }
+    let ends = (resolved.first(), resolved.last());
+    if !matches!(ends, (Some(&(0.0, _)), Some(&(1.0, _)))) {
+        let message = "the table does not go from 0% to 100%";
+        let remedy = "begin with [\"0%\", least time] and end with [\"100%\", greatest time]";
+        findings.error(field, file.span(), message, remedy);
+        return None;
+    }
+    Some(Form::Table { points: resolved })
+}
+
+fn ordered(
+    field: &str,
+    min_ns: f64,
+    max: &Spanned<String>,
+    max_ns: f64,
+    findings: &mut Findings<'_>,
+) -> Option<()> {
+    if min_ns < max_ns {
+        return Some(());
+    }
+    findings.error(
+        field,
+        max.span(),
+        "max is not above min",
+        "write a greater max",
+    );
+    None
+}

@@ -1,0 +1,97 @@
+//! The wire's delay at each instant: a level that is held and redrawn, or the
+//! steps of a trace; and the order in which packets leave.
+//!
+//! With order kept, the delay is made first-in first-out as a function of time
+//! alone: a packet leaves no earlier than one that *could* have entered before
+//! it. With D(t) the level, that is `D*(t) = max over s <= t of (s + D(s)) - t`,
+//! the virtual waiting time, which falls no faster than one second a second.
+
+use crate::draws::Draws;
+use crate::profile::{Delay, Level, Order};
+
+/// The level is constant over a piece.
+#[derive(Debug, Clone, Copy)]
+struct Piece {
+    start_ns: u64,
+    level_ns: u64,
+}
+
+/// The wire of one direction.
+#[derive(Debug, Clone)]
+pub(crate) struct Wire {
+    delay: Delay,
+    order: Order,
+    draws: Draws,
+    reach_ns: u64,
+}
+
+impl Wire {
+    pub(crate) fn new(delay: &Delay, order: Order, draws: Draws) -> Self {
+        Self {
+            delay: delay.clone(),
+            order,
+            draws,
+            reach_ns: delay.reach_ns(),
+        }
+    }
+
+    /// How long a packet that enters the wire at `t_ns` is on it.
+    pub(crate) fn delay_ns(&mut self, t_ns: u64) -> u64 {
+        let piece = self.piece_at(t_ns);
+        if self.order == Order::Free {
+            return piece.level_ns;
+        }
+        let mut start_ns = piece.start_ns;
+        let mut leaves_ns = t_ns.saturating_add(piece.level_ns);
+        // An earlier piece counts by its last instant, and no piece that ended
+        // longer ago than the greatest level can still hold a packet.
+        while let Some(last_ns) = start_ns.checked_sub(1) {
+            if last_ns.saturating_add(self.reach_ns) <= leaves_ns {
+                break;
+            }
+            let earlier = self.piece_at(last_ns);
+            leaves_ns = leaves_ns.max(last_ns.saturating_add(earlier.level_ns));
+            start_ns = earlier.start_ns;
+        }
+        leaves_ns - t_ns
+    }
+
+    fn piece_at(&mut self, t_ns: u64) -> Piece {
+        match &self.delay {
+            Delay::Constant { delay_ns } => Piece {
+                start_ns: 0,
+                level_ns: *delay_ns,
+            },
+            Delay::Held(level) => held_piece(level, &mut self.draws, t_ns),
+            Delay::Trace(trace) => {
+                let (start_ns, step) = trace.step_at(t_ns);
+                Piece {
+                    start_ns,
+                    level_ns: step.delay_ns,
+                }
+            }
+        }
+    }
+}
+
+/// Piece 0 begins at link time 0 and piece k >= 1 at a random instant of the
+/// k-th hold, so that nobody's sampling can be in step with the redraws.
+fn held_piece(level: &Level, draws: &mut Draws, t_ns: u64) -> Piece {
+    let mut start_of = |piece: u64| match piece.checked_sub(1) {
+        None => 0,
+        Some(holds) => {
+            let within_ns = (draws.at(2 * piece) * level.hold_ns as f64) as u64;
+            holds * level.hold_ns + within_ns
+        }
+    };
+    let mut piece = t_ns / level.hold_ns + 1;
+    let mut start_ns = start_of(piece);
+    if start_ns > t_ns {
+        piece -= 1;
+        start_ns = start_of(piece);
+    }
+    Piece {
+        start_ns,
+        level_ns: level.delay_ns(draws.at(2 * piece + 1)),
+    }
+}

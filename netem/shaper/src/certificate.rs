@@ -1,0 +1,211 @@
+//! Whether a link was the one that was asked for: echoes that crossed it, held against their
+//! prediction one by one.
+//!
+//! Pure. The limits that the [verdict](crate::Verdict) rests on are in a file of their own.
+
+use link::Profile;
+use serde::{Deserialize, Serialize};
+
+use crate::prediction::{Baseline, Expected, Prediction, excesses_ms, predict};
+use crate::probe::Echo;
+use crate::statistics::{RttStatistics, median, ms, quantile};
+use crate::timeline::Timeline;
+use crate::verdict::{ASTRAY_MS, Evidence, Verdict};
+
+/// How far residuals lie from zero on one way or over the round trip: measured minus
+/// predicted minus baseline, ms. The quantiles are of absolute values.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+pub struct Residual {
+    /// The mean with its sign.
+    pub bias_ms: f64,
+    /// Half of them are at most this.
+    pub median_ms: f64,
+    /// Nine of ten are at most this.
+    pub p90_ms: f64,
+    /// 99 of 100 are at most this.
+    pub p99_ms: f64,
+    /// The greatest.
+    pub max_ms: f64,
+}
+
+impl Residual {
+    fn of(residuals_ms: impl Iterator<Item = f64> + Clone) -> Self {
+        let mut sizes: Vec<f64> = residuals_ms.clone().map(f64::abs).collect();
+        sizes.sort_by(f64::total_cmp);
+        Self {
+            bias_ms: residuals_ms.sum::<f64>() / sizes.len().max(1) as f64,
+            median_ms: quantile(&sizes, 0.5),
+            p90_ms: quantile(&sizes, 0.9),
+            p99_ms: quantile(&sizes, 0.99),
+            max_ms: quantile(&sizes, 1.0),
+        }
+    }
+}
+
+/// Residuals of the answered echoes.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+pub struct Residuals {
+    /// From controller to plant.
+    pub up: Residual,
+    /// From plant to controller.
+    pub down: Residual,
+    /// The round trip.
+    pub rtt: Residual,
+}
+
+/// Echoes whose fate was not the predicted one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+pub struct Fates {
+    /// Crossed a way on which they were to be lost.
+    pub came_though_lost: usize,
+    /// Were lost on a way that they were to cross.
+    pub lost_though_due: usize,
+}
+
+/// What an echo's prediction and its fate say to each other.
+enum Comparison {
+    Agrees,
+    CameThoughLost,
+    LostThoughDue,
+}
+
+/// The proof that a link was the one that was asked for, or the evidence that it was not.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct Certificate {
+    /// The judgement.
+    pub verdict: Verdict,
+    /// Echoes sent.
+    pub sent: usize,
+    /// Echoes answered.
+    pub answered: usize,
+    /// Whether each delay could be predicted. With a rate limit only its least value can:
+    /// the queue depends on other traffic.
+    pub exact: bool,
+    /// The cost of the empty link, which residuals are free of.
+    pub baseline: Baseline,
+    /// How far measured and predicted times lie apart.
+    pub residuals: Residuals,
+    /// The share of answered echoes whose round trip is astray.
+    pub astray: f64,
+    /// Echoes whose fate was not the predicted one.
+    pub fates: Fates,
+    /// Round trips as the link was to make them, at the instants of these echoes.
+    pub predicted: RttStatistics,
+    /// Round trips as they were, baseline included.
+    pub measured: RttStatistics,
+}
+
+/// Holds echoes against the link of `profile` and `seed` whose time 0 is `epoch_ns`.
+#[must_use]
+pub fn certify(
+    echoes: &[Echo],
+    profile: &Profile,
+    seed: u64,
+    epoch_ns: u64,
+    baseline: Baseline,
+) -> Certificate {
+    let predictions = predict(echoes, &mut Timeline::new(profile, seed, epoch_ns));
+    let exact = !predictions
+        .iter()
+        .any(|prediction| prediction.up.queued || prediction.down.queued);
+    let residuals: Vec<[f64; 3]> = echoes
+        .iter()
+        .zip(&predictions)
+        .filter_map(|(echo, prediction)| excesses_ms(echo, prediction))
+        .map(|[up, down, rtt]| {
+            [
+                up - baseline.up_ms,
+                down - baseline.down_ms,
+                rtt - baseline.rtt_ms,
+            ]
+        })
+        .collect();
+    // Where a queue may add to the delay, only what comes too early speaks against a link.
+    let misses: Vec<f64> = residuals
+        .iter()
+        .map(|&[_, _, rtt]| if exact { rtt.abs() } else { (-rtt).max(0.0) })
+        .collect();
+    let astray =
+        misses.iter().filter(|&&miss| miss > ASTRAY_MS).count() as f64 / misses.len().max(1) as f64;
+    let fates = fates(echoes, &predictions);
+    let predicted_ms: Vec<f64> = predictions
+        .iter()
+        .filter_map(|prediction| prediction.rtt_ns().map(ms))
+        .collect();
+    let measured_ms: Vec<f64> = echoes
+        .iter()
+        .filter_map(|echo| echo.rtt_ns().map(ms))
+        .collect();
+    let way = |which: usize| Residual::of(residuals.iter().map(move |residual| residual[which]));
+    let evidence = Evidence {
+        sent: echoes.len(),
+        answered: misses.len(),
+        exact,
+        median_ms: median(misses),
+        spread_ms: spread_ms(&predicted_ms),
+        astray,
+        fates,
+    };
+    Certificate {
+        verdict: evidence.judge(),
+        sent: echoes.len(),
+        answered: measured_ms.len(),
+        exact,
+        baseline,
+        residuals: Residuals {
+            up: way(0),
+            down: way(1),
+            rtt: way(2),
+        },
+        astray,
+        fates,
+        predicted: RttStatistics::of(echoes.len(), &predicted_ms),
+        measured: RttStatistics::of(echoes.len(), &measured_ms),
+    }
+}
+
+/// The median distance of values from their median.
+fn spread_ms(values_ms: &[f64]) -> f64 {
+    let middle = median(values_ms.to_vec());
+    median(
+        values_ms
+            .iter()
+            .map(|value| (value - middle).abs())
+            .collect(),
+    )
+}
+
+fn fates(echoes: &[Echo], predictions: &[Prediction]) -> Fates {
+    // What had not come by the last instant that the probe is known to have listened at may
+    // have come later.
+    let listened_ns = echoes
+        .iter()
+        .flat_map(|echo| [Some(echo.t_send_ns), echo.t_reach_ns, echo.t_back_ns])
+        .flatten()
+        .max()
+        .unwrap_or(0);
+    let compare = |expected: &Expected, due_ns: u64, came: bool| match (expected.lost, came) {
+        _ if expected.either_fate => Comparison::Agrees,
+        (true, true) => Comparison::CameThoughLost,
+        (false, false) if due_ns < listened_ns => Comparison::LostThoughDue,
+        _ => Comparison::Agrees,
+    };
+    let mut fates = Fates::default();
+    for (echo, Prediction { up, down }) in echoes.iter().zip(predictions) {
+        let reach_due_ns = echo.t_send_ns.saturating_add(up.delay_ns);
+        let up = compare(up, reach_due_ns, echo.t_reach_ns.is_some());
+        // An echo that did not reach the plant says nothing about the way back.
+        let down = echo.t_reach_ns.map(|reach_ns| {
+            let back_due_ns = reach_ns.saturating_add(down.delay_ns);
+            compare(down, back_due_ns, echo.t_back_ns.is_some())
+        });
+        for comparison in [Some(up), down].into_iter().flatten() {
+            match comparison {
+                Comparison::Agrees => {}
+                Comparison::CameThoughLost => fates.came_though_lost += 1,
+                Comparison::LostThoughDue => fates.lost_though_due += 1,
+            }
+        }
+    }
+    fates
+}

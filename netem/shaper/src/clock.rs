@@ -1,0 +1,153 @@
+//! Time: the monotonic clock in nanoseconds, and kernel receive stamps brought onto it.
+
+use rustix::time::{ClockId, Timespec, clock_gettime};
+
+/// Nanoseconds in a second.
+pub(crate) const SECOND_NS: u64 = 1_000_000_000;
+
+/// `CLOCK_MONOTONIC` in nanoseconds: the one clock of a run, the same in every process and
+/// namespace of this machine.
+#[must_use]
+pub fn now_ns() -> u64 {
+    nanoseconds(clock_gettime(ClockId::Monotonic))
+}
+
+fn wall_ns() -> u64 {
+    nanoseconds(clock_gettime(ClockId::Realtime))
+}
+
+/// Both clocks used here count from an instant in the past, so neither part is negative.
+fn nanoseconds(time: Timespec) -> u64 {
+    time.tv_sec.unsigned_abs() * SECOND_NS + time.tv_nsec.unsigned_abs()
+}
+
+/// The span of `ns` nanoseconds, as the kernel takes a timeout.
+pub(crate) fn timespec(ns: u64) -> Timespec {
+    Timespec {
+        // Both quotients fit: u64::MAX ns are 584 years.
+        tv_sec: (ns / SECOND_NS).cast_signed(),
+        tv_nsec: (ns % SECOND_NS).cast_signed(),
+    }
+}
+
+/// The longest that a packet may plausibly have waited in a socket before it is read. A
+/// stamp that says more is taken for a step of the wall clock.
+const OLDEST_STAMP_NS: u64 = 2 * SECOND_NS;
+
+/// Brings the kernel's receive stamps, which are wall-clock time, onto the monotonic clock.
+///
+/// The distance between the clocks is sampled at each reading, so slewing does no harm and
+/// a step of the wall clock can only touch the packets that lie in the socket during it.
+/// So each stamp is tried against the distance now and the one before, the younger of the
+/// plausible times is taken (the other one has the step in it), and if neither is plausible
+/// the packet counts as received now. No time is ever in the future or older than two
+/// seconds.
+#[derive(Debug)]
+pub(crate) struct StampClock {
+    wall_minus_monotonic_ns: u64,
+}
+
+impl StampClock {
+    pub(crate) fn new() -> Self {
+        Self {
+            wall_minus_monotonic_ns: wall_minus_monotonic_ns(),
+        }
+    }
+
+    /// The monotonic time of the wall-clock `stamp_ns`, which has just been read.
+    pub(crate) fn monotonic_ns(&mut self, stamp_ns: u64) -> u64 {
+        let before = self.wall_minus_monotonic_ns;
+        self.wall_minus_monotonic_ns = wall_minus_monotonic_ns();
+        settle(stamp_ns, self.wall_minus_monotonic_ns, before, now_ns())
+    }
+}
+
+/// The distance between the clocks, from three readings in a row: monotonic, wall,
+/// monotonic. When the first and the last lie far apart this thread was interrupted between
+/// them, so they are read again. Wrapping, because a machine without a battery starts with
+/// its wall clock near zero.
+fn wall_minus_monotonic_ns() -> u64 {
+    /// Three readings take well under this when nothing comes between them.
+    const UNDISTURBED_NS: u64 = 1_000;
+    /// A machine that is disturbed this often in a row is taken as it is.
+    const TRIES: usize = 4;
+    let mut best = (u64::MAX, 0);
+    for _ in 0..TRIES {
+        let (before, wall, after) = (now_ns(), wall_ns(), now_ns());
+        let span = after - before;
+        if span < best.0 {
+            best = (span, wall.wrapping_sub(before + span / 2));
+        }
+        if span <= UNDISTURBED_NS {
+            break;
+        }
+    }
+    best.1
+}
+
+/// Rounding of the clock readings may put a stamp this far into the future.
+const ROUNDING_NS: u64 = 10_000;
+
+fn settle(stamp_ns: u64, distance_ns: u64, distance_before_ns: u64, now_ns: u64) -> u64 {
+    [distance_ns, distance_before_ns]
+        .into_iter()
+        .map(|distance| stamp_ns.wrapping_sub(distance))
+        .filter(|&time| {
+            let oldest = now_ns.saturating_sub(OLDEST_STAMP_NS);
+            (oldest..=now_ns + ROUNDING_NS).contains(&time)
+        })
+        .max()
+        .unwrap_or(now_ns)
+        .min(now_ns)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOW: u64 = 100 * SECOND_NS;
+    const DISTANCE: u64 = 1_700_000_000 * SECOND_NS;
+
+    #[test]
+    fn a_stamp_in_quiet_times_keeps_its_age() {
+        let stamp = NOW + DISTANCE - 35_000;
+        assert_eq!(settle(stamp, DISTANCE, DISTANCE, NOW), NOW - 35_000);
+    }
+
+    #[test]
+    fn a_packet_that_waits_while_the_wall_clock_steps_keeps_its_age() {
+        // Stamped before the step and read after it; steps of an hour and of half a second,
+        // which would otherwise pass for a plausible age.
+        let stamp = NOW + DISTANCE - 35_000;
+        for step in [3_600 * SECOND_NS, SECOND_NS / 2] {
+            for after in [DISTANCE + step, DISTANCE - step] {
+                assert_eq!(settle(stamp, after, DISTANCE, NOW), NOW - 35_000);
+            }
+        }
+    }
+
+    #[test]
+    fn a_stamp_that_fits_no_clock_counts_as_now() {
+        assert_eq!(settle(5, DISTANCE, DISTANCE, NOW), NOW);
+        assert_eq!(settle(u64::MAX, DISTANCE, DISTANCE, NOW), NOW);
+    }
+
+    #[test]
+    fn a_wall_clock_behind_the_monotonic_one_is_no_trouble() {
+        // No battery: the wall clock reads 3 s when the machine has been up for 100 s.
+        let distance = (3 * SECOND_NS).wrapping_sub(NOW);
+        assert_eq!(
+            settle(3 * SECOND_NS - 20_000, distance, distance, NOW),
+            NOW - 20_000
+        );
+    }
+
+    #[test]
+    fn the_distance_between_the_clocks_is_steady_to_microseconds() {
+        // Two samples a moment apart, on a machine whose clock is slewed by at most 500 ppm
+        // and which interrupts this thread now and then: the generous bound is 1 ms.
+        let first = wall_minus_monotonic_ns();
+        let second = wall_minus_monotonic_ns();
+        assert!(first.wrapping_sub(second).cast_signed().abs() < 1_000_000);
+    }
+}

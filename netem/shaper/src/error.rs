@@ -1,0 +1,48 @@
+//! What can go wrong while a link is made, played or probed.
+
+use std::io;
+
+/// Why the shaper could not do what was asked.
+///
+/// The two kinds mean different things to a campaign: what is
+/// [`Unsupported`](Error::Unsupported) here will be so on every try and is an outcome of
+/// its own, while a [`Failed`](Error::Failed) step is a failure of this run.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// This machine, or this user on it, lacks something that the shaper needs.
+    #[error("this machine does not let webloop {action} ({source}): {remedy}")]
+    Unsupported {
+        /// What was tried, as a verb phrase.
+        action: &'static str,
+        /// What whoever owns the machine can do about it.
+        remedy: &'static str,
+        /// The kernel's answer.
+        source: io::Error,
+    },
+    /// A step that this machine should be able to do went wrong.
+    #[error("cannot {action}: {source}")]
+    Failed {
+        /// What was tried, as a verb phrase.
+        action: String,
+        /// The kernel's answer.
+        source: io::Error,
+    },
+}
+
+/// The result of a step of the shaper.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Says what was being done when the kernel refused.
+pub(crate) trait Doing<T> {
+    /// Turns an error into [`Error::Failed`], with `action` as a verb phrase.
+    fn doing(self, action: impl Into<String>) -> Result<T>;
+}
+
+impl<T, E: Into<io::Error>> Doing<T> for std::result::Result<T, E> {
+    fn doing(self, action: impl Into<String>) -> Result<T> {
+        self.map_err(|source| Error::Failed {
+            action: action.into(),
+            source: source.into(),
+        })
+    }
+}

@@ -1,0 +1,187 @@
+//! Plays a link on real packets: what comes in at one port leaves by the other, when and if
+//! the link says so.
+//!
+//! The delay counts from the kernel's receive stamp, so the player's own waking does not add
+//! to it. What it did is in the [report](PlayerReport), and once a second in a
+//! [row](LinkRow); the judging is done elsewhere.
+
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use link::{Profile, Way};
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::io::Errno;
+
+use crate::clock::{SECOND_NS, now_ns, timespec};
+use crate::error::{Doing, Result};
+use crate::port::Port;
+use crate::relay::Relay;
+use crate::report::{LinkRow, PlayerReport, Tally};
+use crate::scheduling::{Scheduling, prefer_this_thread};
+use crate::timeline::Timeline;
+
+/// Below the 50 that is usual for a control loop: a plant whose tick is due takes the
+/// processor from a player that only waits for its instant.
+const PRIORITY: u8 = 40;
+
+/// A thread that has gone to sleep wakes some tens of microseconds late. The player wakes
+/// this long before a departure and watches the clock. Only a thread ahead of all others
+/// does so: in an ordinary one the watching would be taken from the loop it carries.
+const GUARD_NS: u64 = 80_000;
+
+/// The longest sleep, so that a request to stop is seen soon.
+const LONGEST_SLEEP_NS: u64 = 50_000_000;
+
+/// Packets that are taken from one port before the other port and the departures have their
+/// turn.
+const BATCH: usize = 64;
+
+/// What to play.
+#[derive(Debug)]
+pub struct PlayerConfig<P> {
+    /// The link.
+    pub profile: Profile,
+    /// Its seed.
+    pub seed: u64,
+    /// The monotonic instant of link time 0. Before it, the empty link is played.
+    pub epoch_ns: u64,
+    /// Where the controller's packets come in and the plant's go out.
+    pub controller: P,
+    /// Where the plant's packets come in and the controller's go out.
+    pub plant: P,
+}
+
+/// Plays until `stop` is set, on the calling thread, for which it asks real-time scheduling.
+/// Start other threads first: they would inherit it.
+///
+/// `on_second` gets the rows of both ways once a second and at the end. It is called between
+/// two packets, so it must neither wait nor write; [`record`](crate::record) does that on a
+/// thread of its own. Packets still under way at the end are counted, not sent.
+///
+/// # Errors
+/// [`Error::Failed`](crate::Error::Failed) when a port fails, for instance because its
+/// interface has gone.
+pub fn play<P: Port>(
+    config: PlayerConfig<P>,
+    stop: &AtomicBool,
+    mut on_second: impl FnMut([LinkRow; 2]),
+) -> Result<PlayerReport> {
+    let timeline = Timeline::new(&config.profile, config.seed, config.epoch_ns);
+    let mut player = Player {
+        relay: Relay::new(timeline),
+        ports: [config.controller, config.plant],
+        tallies: [Tally::new(Way::Up), Tally::new(Way::Down)],
+    };
+    let scheduling = prefer_this_thread(PRIORITY);
+    let guard_ns = match scheduling {
+        Scheduling::Fifo => GUARD_NS,
+        Scheduling::Other => 0,
+    };
+    let started_ns = now_ns();
+    let mut row_due_ns = started_ns + SECOND_NS;
+    while !stop.load(Ordering::Relaxed) {
+        player.take_arrivals()?;
+        player.send_departures();
+        let now = now_ns();
+        if now >= row_due_ns {
+            on_second(player.rows(now)?);
+            row_due_ns += SECOND_NS;
+        }
+        player.wait(now, guard_ns)?;
+    }
+    let ended_ns = now_ns();
+    on_second(player.rows(ended_ns)?);
+    let [up, down] = player.tallies;
+    Ok(PlayerReport {
+        scheduling,
+        epoch_ns: config.epoch_ns,
+        started_ns,
+        ended_ns,
+        up: up.report(player.relay.under_way(Way::Up)),
+        down: down.report(player.relay.under_way(Way::Down)),
+    })
+}
+
+/// Arrays are by way: a way's packets come in at the port of its own number and go out at
+/// the other one.
+struct Player<P> {
+    relay: Relay,
+    ports: [P; 2],
+    tallies: [Tally; 2],
+}
+
+const WAYS: [Way; 2] = [Way::Up, Way::Down];
+
+impl<P: Port> Player<P> {
+    fn take_arrivals(&mut self) -> Result<()> {
+        for way in WAYS {
+            for _ in 0..BATCH {
+                let mut frame = self.relay.frame();
+                let port = &mut self.ports[way as usize];
+                match port.receive(&mut frame).doing(receiving(way))? {
+                    Some(arrival) => {
+                        let dropped = self.relay.enter(way, &arrival, frame);
+                        self.tallies[way as usize].entered(arrival.ip_bytes, dropped);
+                    }
+                    None => {
+                        self.relay.recycle(frame);
+                        break;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn send_departures(&mut self) {
+        while let Some(departure) = self.relay.pop_due(now_ns()) {
+            let way = departure.way as usize;
+            let sent = self.ports[1 - way].send(departure.frame());
+            if let Err(error) = &sent {
+                tracing::debug!(%error, way = ?departure.way, "a packet could not be sent");
+            }
+            let late_ns = now_ns().saturating_sub(departure.at_ns);
+            self.tallies[way].left(late_ns, sent.is_ok());
+            self.relay.finish(departure);
+        }
+    }
+
+    fn rows(&mut self, now: u64) -> Result<[LinkRow; 2]> {
+        for way in WAYS {
+            let counters = self.ports[way as usize].counters().doing(receiving(way))?;
+            self.tallies[way as usize].update(counters);
+        }
+        let [up, down] = &mut self.tallies;
+        Ok([up.row(now), down.row(now)])
+    }
+
+    /// Sleeps until a packet comes or the next departure is near; not at all if it is.
+    fn wait(&self, now: u64, guard_ns: u64) -> Result<()> {
+        let wake_ns = self
+            .relay
+            .next_ns()
+            .map_or(u64::MAX, |next| next.saturating_sub(guard_ns));
+        if wake_ns <= now {
+            std::hint::spin_loop();
+            return Ok(());
+        }
+        let mut ports = self
+            .ports
+            .each_ref()
+            .map(|port| PollFd::from_borrowed_fd(port.as_fd(), PollFlags::IN));
+        let timeout = timespec((wake_ns - now).min(LONGEST_SLEEP_NS));
+        match poll(&mut ports, Some(&timeout)) {
+            // A signal is a reason to look at `stop`.
+            Ok(_) | Err(Errno::INTR) => Ok(()),
+            Err(error) => Err(io::Error::from(error)).doing("wait for packets"),
+        }
+    }
+}
+
+fn receiving(way: Way) -> String {
+    let end = match way {
+        Way::Up => "controller",
+        Way::Down => "plant",
+    };
+    format!("receive packets of the {end}'s")
+}

@@ -1,0 +1,184 @@
+//! Where packets enter and leave the player: an `AF_PACKET` socket on an interface.
+//!
+//! [`Port`] is all that the player knows of them, so that a TUN device or a UDP tunnel can
+//! take the place of an interface.
+
+use std::io;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+
+use rustix::io::Errno;
+use rustix::net::{AddressFamily, SendFlags, SocketFlags, SocketType, sockopt};
+
+use crate::clock::{StampClock, now_ns};
+use crate::error::{Doing, Error, Result};
+use crate::netlink::Netlink;
+use crate::sys;
+
+/// Room for the longest frame that can come: 1500 bytes of packet, 14 of Ethernet header,
+/// rounded up to keep buffers on their own cache lines.
+pub const FRAME_MAX: usize = 1536;
+
+/// A packet that has come in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Arrival {
+    /// Bytes of the frame, as they lie in the buffer and as they are to be sent on.
+    pub frame_bytes: usize,
+    /// Bytes of the IP packet in it, which is what a link counts.
+    pub ip_bytes: u32,
+    /// When the kernel received it, monotonic.
+    pub stamp_ns: u64,
+}
+
+/// What a port has not passed on, since it was opened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PortCounters {
+    /// Frames that are no IPv4: left out on purpose.
+    pub foreign: u64,
+    /// IPv4 packets that the socket had no room for: lost by the player itself.
+    pub dropped: u64,
+}
+
+/// One end of the player. Packets come from it and go to it, as whole frames.
+pub trait Port: AsFd {
+    /// Takes the next packet without waiting; `None` when there is none.
+    ///
+    /// # Errors
+    /// The kernel's, for instance when the interface is gone.
+    fn receive(&mut self, frame: &mut [u8; FRAME_MAX]) -> io::Result<Option<Arrival>>;
+
+    /// Sends one frame.
+    ///
+    /// # Errors
+    /// The kernel's; the frame has then not been sent.
+    fn send(&mut self, frame: &[u8]) -> io::Result<()>;
+
+    /// What has not been passed on so far.
+    ///
+    /// # Errors
+    /// The kernel's.
+    fn counters(&mut self) -> io::Result<PortCounters>;
+}
+
+/// Room in the socket for what comes while the player is kept from its processor: at 100 000
+/// small packets a second (each takes about a kilobyte of the kernel's memory) this is a
+/// third of a second.
+const SOCKET_BYTES: usize = 32 << 20;
+
+/// Length of an Ethernet header; its last two bytes say what is in the frame.
+const ETHERNET_HEADER: usize = 14;
+/// That value for IPv4.
+const ETHERTYPE_IPV4: [u8; 2] = [0x08, 0x00];
+
+/// A packet socket on one interface of this thread's namespace.
+///
+/// It hears each frame that comes in, with the kernel's receive stamp, and none that goes
+/// out.
+#[derive(Debug)]
+pub struct PacketPort {
+    socket: OwnedFd,
+    stamps: StampClock,
+    counters: PortCounters,
+}
+
+impl PacketPort {
+    /// Opens the interface called `interface` in the namespace of the calling thread.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] if there is no such interface, [`Error::Unsupported`] if this
+    /// process may not open packet sockets.
+    pub fn open(interface: &str) -> Result<Self> {
+        let index = Netlink::open()?.index_of(interface)?;
+        let socket = rustix::net::socket_with(
+            AddressFamily::PACKET,
+            SocketType::RAW,
+            SocketFlags::CLOEXEC,
+            None,
+        )
+        .map_err(|source| Error::Unsupported {
+            action: "open a packet socket",
+            remedy: "the player needs CAP_NET_RAW in its namespace: run webloop as root, or let \
+                     it make a user namespace; in a container, --cap-add NET_RAW",
+            source: source.into(),
+        })?;
+        widen(&socket);
+        // In this order: a socket without protocol hears nothing until it is bound.
+        sys::stamp_received(&socket)
+            .and_then(|()| sys::ignore_outgoing(&socket))
+            .and_then(|()| sys::bypass_qdisc(&socket))
+            .and_then(|()| sys::bind_to_interface(&socket, index))
+            .doing(format!("listen to the interface `{interface}`"))?;
+        Ok(Self {
+            socket,
+            stamps: StampClock::new(),
+            counters: PortCounters::default(),
+        })
+    }
+}
+
+/// Asks for the large buffer past the machine's limit, which only real root may; anyone else
+/// gets what the limit allows.
+pub(crate) fn widen(socket: &OwnedFd) {
+    for granted in [
+        sockopt::set_socket_recv_buffer_size_force(socket, SOCKET_BYTES)
+            .or_else(|_| sockopt::set_socket_recv_buffer_size(socket, SOCKET_BYTES)),
+        sockopt::set_socket_send_buffer_size_force(socket, SOCKET_BYTES)
+            .or_else(|_| sockopt::set_socket_send_buffer_size(socket, SOCKET_BYTES)),
+    ] {
+        if let Err(error) = granted {
+            tracing::debug!(%error, "the socket keeps its default buffer");
+        }
+    }
+}
+
+impl Port for PacketPort {
+    fn receive(&mut self, frame: &mut [u8; FRAME_MAX]) -> io::Result<Option<Arrival>> {
+        while let Some(received) = sys::receive(&self.socket, frame)? {
+            if frame[ETHERNET_HEADER - 2..ETHERNET_HEADER] != ETHERTYPE_IPV4
+                || received.len < ETHERNET_HEADER
+            {
+                self.counters.foreign += 1;
+                continue;
+            }
+            if received.len > frame.len() {
+                self.counters.dropped += 1;
+                continue;
+            }
+            return Ok(Some(Arrival {
+                frame_bytes: received.len,
+                // At most FRAME_MAX.
+                ip_bytes: (received.len - ETHERNET_HEADER) as u32,
+                stamp_ns: received
+                    .stamp_ns
+                    .map_or_else(now_ns, |stamp| self.stamps.monotonic_ns(stamp)),
+            }));
+        }
+        Ok(None)
+    }
+
+    fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        /// How often a receiver without room is given time to make some.
+        const TRIES: usize = 100;
+        let mut tries = 0;
+        loop {
+            match rustix::net::send(&self.socket, frame, SendFlags::empty()) {
+                Ok(_) => return Ok(()),
+                Err(Errno::NOBUFS | Errno::INTR | Errno::AGAIN) if tries < TRIES => {
+                    tries += 1;
+                    std::thread::yield_now();
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+
+    fn counters(&mut self) -> io::Result<PortCounters> {
+        self.counters.dropped += sys::take_packet_drops(&self.socket)?;
+        Ok(self.counters)
+    }
+}
+
+impl AsFd for PacketPort {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.socket.as_fd()
+    }
+}

@@ -1,0 +1,122 @@
+//! Writes the player's rows as CSV, on a thread of its own: a disk that takes its time must
+//! not hold up a packet.
+
+use std::io::{self, Write};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::{self, JoinHandle};
+
+use crate::error::{Doing, Result};
+use crate::report::LinkRow;
+
+/// Seconds of rows that may wait for the disk before rows are missed.
+const WAITING: usize = 256;
+
+/// A thread that writes rows, each second's as it comes.
+#[derive(Debug)]
+pub struct Record {
+    rows: SyncSender<[LinkRow; 2]>,
+    missed: u64,
+    writer: JoinHandle<io::Result<()>>,
+}
+
+impl Record {
+    /// Starts the thread. Call it before [`play`](crate::play), whose scheduling it would
+    /// inherit.
+    ///
+    /// # Errors
+    /// [`Error::Failed`](crate::Error::Failed) if no thread can be started.
+    pub fn start(sink: impl Write + Send + 'static) -> Result<Self> {
+        let (rows, waiting) = sync_channel(WAITING);
+        let writer = thread::Builder::new()
+            .name("link record".into())
+            .spawn(move || write(sink, &waiting))
+            .doing("start the thread that records the link")?;
+        Ok(Self {
+            rows,
+            missed: 0,
+            writer,
+        })
+    }
+
+    /// Hands over the rows of a second, without waiting.
+    pub fn add(&mut self, rows: [LinkRow; 2]) {
+        if self.rows.try_send(rows).is_err() {
+            self.missed += 1;
+        }
+    }
+
+    /// Writes what is waiting and ends the thread.
+    ///
+    /// # Errors
+    /// [`Error::Failed`](crate::Error::Failed) if anything could not be written: a full
+    /// disk, for instance, or one so slow that rows were missed.
+    pub fn finish(self) -> Result<()> {
+        drop(self.rows);
+        self.writer
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            .and_then(|()| match self.missed {
+                0 => Ok(()),
+                missed => Err(io::Error::other(format!(
+                    "the disk was too slow for {missed} seconds of rows"
+                ))),
+            })
+            .doing("record what the link did")
+    }
+}
+
+fn write(sink: impl Write, rows: &Receiver<[LinkRow; 2]>) -> io::Result<()> {
+    let mut csv = csv::Writer::from_writer(sink);
+    for second in rows {
+        for row in second {
+            csv.serialize(row)?;
+        }
+        // A row that is a second old shall be on the disk.
+        csv.flush()?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::Tally;
+    use link::Way;
+    use std::fs::{self, OpenOptions};
+
+    fn second(t_ns: u64) -> [LinkRow; 2] {
+        [Way::Up, Way::Down].map(|way| {
+            let mut tally = Tally::new(way);
+            tally.entered(84, None);
+            tally.left(1_500, true);
+            tally.row(t_ns)
+        })
+    }
+
+    #[test]
+    fn rows_are_on_the_disk_when_the_record_is_finished() {
+        let file = tempfile::NamedTempFile::new().expect("a temporary file");
+        let mut record = Record::start(file.reopen().expect("the file")).expect("a thread");
+        record.add(second(7));
+        record.finish().expect("room on the disk");
+        let text = fs::read_to_string(file.path()).expect("the file");
+        assert_eq!(
+            text,
+            "t_ns,way,packets,bytes,delivered,lost,overflow,foreign,dropped,late_mean_us,late_max_us\n\
+             7,up,1,84,1,0,0,0,0,1.5,1.5\n\
+             7,down,1,84,1,0,0,0,0,1.5,1.5\n"
+        );
+    }
+
+    #[test]
+    fn a_full_disk_is_an_error_at_the_end() {
+        let full = OpenOptions::new().write(true).open("/dev/full");
+        let mut record = Record::start(full.expect("/dev/full")).expect("a thread");
+        record.add(second(7));
+        let error = record.finish().expect_err("no room");
+        assert!(
+            error.to_string().contains("record what the link did"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,250 @@
+//! The system calls that no safe library offers, each behind a safe function. This is the
+//! crate's only file with `unsafe` in it.
+//!
+//! What is common to all: the pointers handed to the kernel point to live, initialised
+//! values on this stack or to a caller's slice, and the lengths are taken from those very
+//! values; so the kernel writes only where we may.
+#![allow(unsafe_code)]
+
+use std::io;
+use std::mem;
+use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
+
+use libc::{c_int, c_void, socklen_t};
+use rustix::thread::UnshareFlags;
+
+use crate::clock::SECOND_NS;
+
+/// Options of `linux/if_packet.h` and `linux/icmp.h` that the libc crate leaves out.
+const PACKET_STATISTICS: c_int = 6;
+const PACKET_QDISC_BYPASS: c_int = 20;
+const PACKET_IGNORE_OUTGOING: c_int = 23;
+const ICMP_FILTER: c_int = 1;
+
+/// `struct tpacket_stats` of `linux/if_packet.h`.
+#[repr(C)]
+#[derive(Default)]
+struct PacketStatistics {
+    packets: u32,
+    drops: u32,
+}
+
+/// Gives the calling thread (and, for the user namespace, its process) namespaces of its
+/// own.
+pub(crate) fn unshare(flags: Unshare) -> io::Result<()> {
+    let flags = match flags {
+        Unshare::Network => UnshareFlags::NEWNET,
+        Unshare::User => UnshareFlags::NEWUSER,
+    };
+    // SAFETY: unsafe only for `CLONE_FILES`, whose descriptors another thread may then hold
+    // in vain; neither flag here implies it.
+    unsafe { rustix::thread::unshare_unsafe(flags) }.map_err(Into::into)
+}
+
+/// What to have of one's own.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Unshare {
+    /// `CLONE_NEWNET`: interfaces, addresses, routes.
+    Network,
+    /// `CLONE_NEWUSER`: users and capabilities.
+    User,
+}
+
+/// Sets a socket option whose value is any plain old datum.
+fn set_option<T: Copy>(fd: BorrowedFd<'_>, level: c_int, name: c_int, value: T) -> io::Result<()> {
+    // SAFETY: the kernel reads `size_of::<T>()` bytes of `value`, which is that long.
+    let status = unsafe {
+        libc::setsockopt(
+            fd.as_raw_fd(),
+            level,
+            name,
+            (&raw const value).cast::<c_void>(),
+            socklen::<T>(),
+        )
+    };
+    succeeded(status)
+}
+
+/// Asks the kernel to stamp what the socket receives (`SO_TIMESTAMPNS`).
+pub(crate) fn stamp_received(fd: impl AsFd) -> io::Result<()> {
+    set_option::<c_int>(fd.as_fd(), libc::SOL_SOCKET, libc::SO_TIMESTAMPNS, 1)
+}
+
+/// Lets a packet socket send past the queueing discipline, straight to the device.
+pub(crate) fn bypass_qdisc(fd: impl AsFd) -> io::Result<()> {
+    set_option::<c_int>(fd.as_fd(), libc::SOL_PACKET, PACKET_QDISC_BYPASS, 1)
+}
+
+/// Keeps a packet socket from hearing what this machine sends through the interface.
+pub(crate) fn ignore_outgoing(fd: impl AsFd) -> io::Result<()> {
+    set_option::<c_int>(fd.as_fd(), libc::SOL_PACKET, PACKET_IGNORE_OUTGOING, 1)
+}
+
+/// Lets a raw ICMP socket hear one type of message and no other.
+pub(crate) fn hear_only_icmp(fd: impl AsFd, icmp_type: u8) -> io::Result<()> {
+    debug_assert!(
+        icmp_type < 32,
+        "the filter has a bit for each type below 32"
+    );
+    // A set bit blocks its type.
+    set_option::<u32>(fd.as_fd(), libc::SOL_RAW, ICMP_FILTER, !(1 << icmp_type))
+}
+
+/// Ties a packet socket to one interface, for all protocols.
+pub(crate) fn bind_to_interface(fd: impl AsFd, index: u32) -> io::Result<()> {
+    // SAFETY: all zeros is a valid `sockaddr_ll`: it is integers throughout.
+    let mut address: libc::sockaddr_ll = unsafe { mem::zeroed() };
+    address.sll_family = libc::AF_PACKET as u16;
+    address.sll_protocol = (libc::ETH_P_ALL as u16).to_be();
+    address.sll_ifindex = index.cast_signed();
+    // SAFETY: the kernel reads `size_of::<sockaddr_ll>()` bytes of `address`.
+    let status = unsafe {
+        libc::bind(
+            fd.as_fd().as_raw_fd(),
+            (&raw const address).cast::<libc::sockaddr>(),
+            socklen::<libc::sockaddr_ll>(),
+        )
+    };
+    succeeded(status)
+}
+
+/// How many packets the kernel has dropped because this packet socket was full, since the
+/// last time it was asked.
+pub(crate) fn take_packet_drops(fd: impl AsFd) -> io::Result<u64> {
+    let mut statistics = PacketStatistics::default();
+    let mut len = socklen::<PacketStatistics>();
+    // SAFETY: the kernel writes at most `len` bytes to `statistics`, which is that long.
+    let status = unsafe {
+        libc::getsockopt(
+            fd.as_fd().as_raw_fd(),
+            libc::SOL_PACKET,
+            PACKET_STATISTICS,
+            (&raw mut statistics).cast::<c_void>(),
+            &raw mut len,
+        )
+    };
+    succeeded(status)?;
+    Ok(u64::from(statistics.drops))
+}
+
+/// A message as a socket gave it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Received {
+    /// Its true length, which is more than was read when the buffer was too short.
+    pub(crate) len: usize,
+    /// The kernel's receive stamp, wall-clock nanoseconds; `None` if there is none.
+    pub(crate) stamp_ns: Option<u64>,
+}
+
+/// Room for the one control message that is asked for, and to spare.
+#[repr(align(8))]
+struct Control([u8; 128]);
+
+/// Takes the next message from a socket without waiting, with its kernel receive stamp.
+/// `None` when there is nothing to read.
+pub(crate) fn receive(fd: impl AsFd, buffer: &mut [u8]) -> io::Result<Option<Received>> {
+    let mut control = Control([0; 128]);
+    let mut part = libc::iovec {
+        iov_base: buffer.as_mut_ptr().cast::<c_void>(),
+        iov_len: buffer.len(),
+    };
+    // SAFETY: all zeros is a valid `msghdr`: null pointers with zero lengths.
+    let mut header: libc::msghdr = unsafe { mem::zeroed() };
+    header.msg_iov = &raw mut part;
+    header.msg_iovlen = 1;
+    header.msg_control = control.0.as_mut_ptr().cast::<c_void>();
+    header.msg_controllen = control.0.len() as _;
+    // SAFETY: the kernel writes at most `iov_len` bytes to `buffer` and `msg_controllen` to
+    // `control`; both outlive the call and nothing else refers to them during it.
+    let len = unsafe {
+        libc::recvmsg(
+            fd.as_fd().as_raw_fd(),
+            &raw mut header,
+            libc::MSG_DONTWAIT | libc::MSG_TRUNC,
+        )
+    };
+    let Ok(len) = usize::try_from(len) else {
+        let error = io::Error::last_os_error();
+        return match error.kind() {
+            io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted => Ok(None),
+            _ => Err(error),
+        };
+    };
+    Ok(Some(Received {
+        len,
+        stamp_ns: stamp(&header),
+    }))
+}
+
+/// The receive stamp among the control messages of a header that `recvmsg` has filled.
+fn stamp(header: &libc::msghdr) -> Option<u64> {
+    // SAFETY: `header` was filled by `recvmsg`, so `msg_control` is a well-formed chain of
+    // `msg_controllen` bytes in an aligned buffer that is still alive. The macros stay
+    // inside it, and the datum is read unaligned, as C does with `memcpy`, only after its
+    // type and length have been checked.
+    unsafe {
+        let mut message = libc::CMSG_FIRSTHDR(header);
+        while let Some(found) = message.as_ref() {
+            if found.cmsg_level == libc::SOL_SOCKET
+                && found.cmsg_type == libc::SCM_TIMESTAMPNS
+                && found.cmsg_len >= libc::CMSG_LEN(socklen::<libc::timespec>()) as _
+            {
+                let time = libc::CMSG_DATA(found)
+                    .cast::<libc::timespec>()
+                    .read_unaligned();
+                return Some(time.tv_sec.unsigned_abs() * SECOND_NS + time.tv_nsec.unsigned_abs());
+            }
+            message = libc::CMSG_NXTHDR(header, found);
+        }
+    }
+    None
+}
+
+/// Sets a feature of an interface that is in the namespace of `socket`, with the ioctl of
+/// ethtool: netlink has the same, but older kernels do not.
+pub(crate) fn set_feature(socket: impl AsFd, name: &str, command: u32, on: bool) -> io::Result<()> {
+    /// `struct ethtool_value` of `linux/ethtool.h`.
+    #[repr(C)]
+    struct EthtoolValue {
+        command: u32,
+        data: u32,
+    }
+    let mut value = EthtoolValue {
+        command,
+        data: u32::from(on),
+    };
+    // SAFETY: all zeros is a valid `ifreq`: integers and null pointers.
+    let mut request: libc::ifreq = unsafe { mem::zeroed() };
+    // The last byte stays zero, as the kernel wants names to end so.
+    let room = request.ifr_name.len() - 1;
+    if name.len() > room {
+        return Err(io::ErrorKind::InvalidInput.into());
+    }
+    for (to, from) in request.ifr_name.iter_mut().zip(name.bytes()) {
+        *to = from.cast_signed() as libc::c_char;
+    }
+    request.ifr_ifru.ifru_data = (&raw mut value).cast::<libc::c_char>();
+    // SAFETY: the kernel reads and writes one `ifreq` and, through it, one `ethtool_value`;
+    // both are alive for the whole call.
+    let status = unsafe {
+        libc::ioctl(
+            socket.as_fd().as_raw_fd(),
+            libc::SIOCETHTOOL as _,
+            &raw mut request,
+        )
+    };
+    succeeded(status)
+}
+
+/// The size of a `T`, as the socket calls want it. All `T` here are a few bytes long.
+fn socklen<T>() -> socklen_t {
+    size_of::<T>() as socklen_t
+}
+
+fn succeeded(status: c_int) -> io::Result<()> {
+    if status == 0 {
+        Ok(())
+    } else {
+        Err(io::Error::last_os_error())
+    }
+}

@@ -1,0 +1,120 @@
+//! When a link counts as the one that was asked for: the limits, each with its reason.
+//!
+//! On a quiet machine half of the round trips lie within 0.1 ms of their prediction and 99 %
+//! within 1 ms. The limits are wider: they have to tell a link that is missing, or another
+//! one, from the right one on a machine that is busy.
+
+use serde::{Deserialize, Serialize};
+
+use crate::certificate::Fates;
+
+/// Fewer answers than these can neither prove nor refute a tail of one in fifty.
+const ANSWERS_NEEDED: usize = 20;
+
+/// Half of the round trips must lie this close to their prediction. It is five times what a
+/// quiet machine gives, and less than half of the shortest round trip in the paper, so no
+/// link at all is not taken for a short one.
+const MEDIAN_LIMIT_MS: f64 = 0.5;
+
+/// Predicting each echo must beat predicting the same for all: the median residual must be
+/// at most this share of the median distance of the predictions from their own median.
+/// Against a link of the same law and another seed it would be about 1.4, which is the
+/// spread of a difference of two independent draws.
+const UNEXPLAINED_LIMIT: f64 = 0.7;
+
+/// That comparison is left out where the predictions' median distance is less than this, a
+/// link as good as constant.
+const SPREAD_NEEDED_MS: f64 = 0.1;
+
+/// A round trip this far from its prediction is astray. A processor that is taken away from
+/// the player for a time slice or two gives less.
+pub(crate) const ASTRAY_MS: f64 = 10.0;
+
+/// At most this share of the echoes may be astray. A link whose stalls come at other times
+/// leads more of them astray than that.
+const ASTRAY_LIMIT: f64 = 0.02;
+
+/// At most one echo in so many may have a fate other than predicted, rounded down: none in
+/// the first 499. It takes an interruption at the wrong microsecond on top of a change of
+/// the link's state.
+const ECHOES_PER_WRONG_FATE: usize = 500;
+
+/// Whether the link was the one that was asked for.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// It was.
+    Holds,
+    /// It was not, or it could not be told, for these reasons.
+    Broken(Vec<String>),
+}
+
+/// All that the verdict rests on.
+pub(crate) struct Evidence {
+    /// Echoes sent.
+    pub(crate) sent: usize,
+    /// Echoes answered.
+    pub(crate) answered: usize,
+    /// Whether delays could be predicted, and not only their least values.
+    pub(crate) exact: bool,
+    /// Median distance of a round trip from its prediction.
+    pub(crate) median_ms: f64,
+    /// Median distance of the predictions from their own median.
+    pub(crate) spread_ms: f64,
+    /// Share of round trips that are astray.
+    pub(crate) astray: f64,
+    /// Fates other than predicted.
+    pub(crate) fates: Fates,
+}
+
+impl Evidence {
+    pub(crate) fn judge(&self) -> Verdict {
+        let mut reasons = Vec::new();
+        let wrong_fates = self.sent / ECHOES_PER_WRONG_FATE;
+        if self.fates.came_though_lost > wrong_fates {
+            reasons.push(format!(
+                "{} of {} echoes crossed the link though it was to lose them (at most {wrong_fates} may)",
+                self.fates.came_though_lost, self.sent
+            ));
+        }
+        // A full queue is no fault of the link.
+        if self.exact && self.fates.lost_though_due > wrong_fates {
+            reasons.push(format!(
+                "{} of {} echoes were lost though the link was to carry them (at most {wrong_fates} may)",
+                self.fates.lost_though_due, self.sent
+            ));
+        }
+        if self.answered < ANSWERS_NEEDED {
+            reasons.push(format!(
+                "only {} of {} echoes were answered; {ANSWERS_NEEDED} are needed to judge the link",
+                self.answered, self.sent
+            ));
+            return Verdict::Broken(reasons);
+        }
+        if self.median_ms > MEDIAN_LIMIT_MS {
+            reasons.push(format!(
+                "half of the round trips are {:.3} ms or more from their prediction (limit {MEDIAN_LIMIT_MS} ms)",
+                self.median_ms
+            ));
+        }
+        if self.spread_ms >= SPREAD_NEEDED_MS && self.median_ms > UNEXPLAINED_LIMIT * self.spread_ms
+        {
+            reasons.push(format!(
+                "the round trips do not follow their prediction: they lie {:.3} ms from it, which itself varies by {:.3} ms only",
+                self.median_ms, self.spread_ms
+            ));
+        }
+        if self.astray > ASTRAY_LIMIT {
+            reasons.push(format!(
+                "{:.1} % of the round trips are more than {ASTRAY_MS} ms from their prediction (limit {} %)",
+                100.0 * self.astray,
+                100.0 * ASTRAY_LIMIT
+            ));
+        }
+        if reasons.is_empty() {
+            Verdict::Holds
+        } else {
+            Verdict::Broken(reasons)
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! A whole cell in this process: three namespaces, joined, and a player on a thread.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use link::Profile;
+use shaper::{
+    Baseline, CONTROLLER_INTERFACE, Certificate, Echo, LinkRow, Namespace, PLANT_ADDRESS,
+    PLANT_INTERFACE, PacketPort, PlayerConfig, PlayerReport, ProbePlan, Result, certify, join,
+    now_ns, play, probe,
+};
+
+pub(crate) const MS: u64 = 1_000_000;
+pub(crate) const SECOND: u64 = 1_000_000_000;
+
+/// A link that is constant.
+pub(crate) fn constant(delay: &str) -> Profile {
+    parse(&format!(
+        "name = \"constant\"\nabout = \"a constant link\"\n[both.delay]\nbase = \"{delay}\"\n"
+    ))
+}
+
+/// One of the paper's.
+pub(crate) fn builtin(name: &str) -> Profile {
+    parse(Profile::builtin(name).expect("a profile of the paper"))
+}
+
+pub(crate) fn parse(source: &str) -> Profile {
+    Profile::parse(source, "a test").expect("a valid profile")
+}
+
+pub(crate) struct Cell {
+    pub(crate) controller: Namespace,
+    pub(crate) plant: Namespace,
+    profile: Profile,
+    seed: u64,
+    pub(crate) epoch_ns: u64,
+    stop: Arc<AtomicBool>,
+    player: JoinHandle<Result<(PlayerReport, Vec<LinkRow>)>>,
+}
+
+impl Cell {
+    /// Link time 0 is `empty_ns` from now, during which the empty link plays.
+    pub(crate) fn start(profile: &Profile, seed: u64, empty_ns: u64) -> Result<Self> {
+        let (controller, plant, middle) = (Namespace::new()?, Namespace::new()?, Namespace::new()?);
+        join(&controller, &plant, &middle)?;
+        let (at_controller, at_plant) = middle.run(|| {
+            Ok((
+                PacketPort::open(CONTROLLER_INTERFACE)?,
+                PacketPort::open(PLANT_INTERFACE)?,
+            ))
+        })?;
+        let epoch_ns = now_ns() + empty_ns;
+        let config = PlayerConfig {
+            profile: profile.clone(),
+            seed,
+            epoch_ns,
+            controller: at_controller,
+            plant: at_plant,
+        };
+        let stop = Arc::new(AtomicBool::new(false));
+        let player = thread::spawn({
+            let stop = Arc::clone(&stop);
+            move || {
+                let mut rows = Vec::with_capacity(1000);
+                let report = play(config, &stop, |second| rows.extend(second))?;
+                Ok((report, rows))
+            }
+        });
+        Ok(Self {
+            controller,
+            plant,
+            profile: profile.clone(),
+            seed,
+            epoch_ns,
+            stop,
+            player,
+        })
+    }
+
+    /// Probes every `interval_ns` from link time `start_ns` on.
+    pub(crate) fn probe(&self, start_ns: i64, interval_ns: u64, count: u32, id: u16) -> Vec<Echo> {
+        let plan = ProbePlan {
+            target: PLANT_ADDRESS,
+            start_ns: self
+                .epoch_ns
+                .checked_add_signed(start_ns)
+                .expect("after boot"),
+            interval_ns,
+            count,
+            grace_ns: 5 * SECOND,
+            id,
+        };
+        probe(&plan, &self.controller, &self.plant).expect("probing works")
+    }
+
+    /// What the empty link costs, measured before the epoch.
+    pub(crate) fn baseline(&self) -> Baseline {
+        let echoes = self.probe(-900 * MS.cast_signed(), 4 * MS, 200, 1);
+        assert!(
+            echoes.iter().all(|echo| echo.t_send_ns < self.epoch_ns),
+            "the machine was too busy to measure the empty link in time"
+        );
+        Baseline::of(&echoes).expect("the empty link answers")
+    }
+
+    pub(crate) fn certify(&self, echoes: &[Echo], baseline: Baseline) -> Certificate {
+        certify(echoes, &self.profile, self.seed, self.epoch_ns, baseline)
+    }
+
+    /// Sleeps until so long after link time 0.
+    pub(crate) fn sleep_until(&self, t_ns: u64) {
+        let left = (self.epoch_ns + t_ns).saturating_sub(now_ns());
+        thread::sleep(Duration::from_nanos(left));
+    }
+
+    /// Ends the player. What it says of itself must add up, and it must have lost nothing.
+    pub(crate) fn finish(self) -> PlayerReport {
+        self.stop.store(true, Ordering::Relaxed);
+        let (report, rows) = self
+            .player
+            .join()
+            .unwrap()
+            .expect("the player plays to the end");
+        assert_eq!(report.dropped(), 0, "the player lost packets: {report:?}");
+        for (way, from_rows) in [(report.up, 0), (report.down, 1)] {
+            assert_eq!(
+                way.packets,
+                way.delivered + way.lost + way.overflow + way.unplayed,
+                "each packet is accounted for"
+            );
+            let delivered: u64 = rows
+                .iter()
+                .filter(|row| row.way as usize == from_rows)
+                .map(|row| row.delivered)
+                .sum();
+            assert_eq!(delivered, way.delivered, "the rows add up to the report");
+        }
+        report
+    }
+}
+
+/// In one line what there is to see in a certificate.
+pub(crate) fn print(name: &str, certificate: &Certificate) {
+    let us = |ms: f64| ms * 1e3;
+    let residual = certificate.residuals.rtt;
+    println!(
+        "  {name}: {} of {} answered; RTT residual us: median {:.0}, p99 {:.0}, max {:.0}, bias {:.0}; baseline {:.0}; fates {:?}; {:?}",
+        certificate.answered,
+        certificate.sent,
+        us(residual.median_ms),
+        us(residual.p99_ms),
+        us(residual.max_ms),
+        us(residual.bias_ms),
+        us(certificate.baseline.rtt_ms),
+        certificate.fates,
+        certificate.verdict
+    );
+}

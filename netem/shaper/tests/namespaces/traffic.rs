@@ -1,0 +1,90 @@
+//! Other packets than probes.
+
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream, UdpSocket};
+use std::thread;
+use std::time::Duration;
+
+use shaper::{CONTROLLER_ADDRESS, Namespace, PLANT_ADDRESS};
+
+use crate::cell::{Cell, SECOND, constant, parse};
+
+/// TCP takes its time over a packet whose checksum is wrong: it is sent again after 200 ms.
+/// So whether checksums are whole shows in the player's count: no more packets than the
+/// transfer needs. 8 MiB are 5 794 segments of 1 448 bytes, and at most as many
+/// acknowledgements again.
+pub(crate) fn a_tcp_transfer_arrives_intact_and_no_packet_is_lost_by_the_player() {
+    const BYTES: usize = 8 << 20;
+    let cell = Cell::start(&constant("1ms"), 1, 0).unwrap();
+    let listener = within(&cell.plant, || TcpListener::bind((PLANT_ADDRESS, 4000)));
+    let sent: Vec<u8> = (0..BYTES).map(|index| (index * 31 % 251) as u8).collect();
+    let mut stream = within(&cell.controller, || {
+        TcpStream::connect_timeout(&(PLANT_ADDRESS, 4000).into(), Duration::from_secs(5))
+    });
+    let (mut accepted, _) = listener.accept().unwrap();
+    let received = thread::spawn(move || {
+        let mut bytes = Vec::with_capacity(BYTES);
+        accepted.read_to_end(&mut bytes).unwrap();
+        bytes
+    });
+    stream.write_all(&sent).unwrap();
+    drop(stream);
+    assert!(
+        received.join().unwrap() == sent,
+        "the bytes arrive as they were sent"
+    );
+    let report = cell.finish();
+    println!("  up {:?}\n  down {:?}", report.up, report.down);
+    assert!(
+        (5_794..6_200).contains(&report.up.packets),
+        "hardly any packet is sent twice"
+    );
+}
+
+/// 3 000 packets wait for the end of a stall of the trace, which lasts until link time 2 s,
+/// and then leave all at once, in order: what a radio's stall does to a loop at 1 kHz. Before,
+/// at 0, the delay is 1 ms.
+pub(crate) fn a_burst_behind_a_stall_leaves_whole_and_in_order() {
+    const PACKETS: u32 = 3_000;
+    let stall = parse(
+        "name = \"stall\"\nabout = \"one stall\"\n[[both.trace.steps]]\nt = \"0s\"\ndelay = \"1ms\"\n[[both.trace.steps]]\nt = \"200ms\"\ndelay = \"1800ms\"\n[[both.trace.steps]]\nt = \"2s\"\ndelay = \"1ms\"\n",
+    );
+    let cell = Cell::start(&stall, 1, SECOND / 2).unwrap();
+    let plant = within(&cell.plant, || UdpSocket::bind((PLANT_ADDRESS, 4001)));
+    let controller = within(&cell.controller, || {
+        UdpSocket::bind((CONTROLLER_ADDRESS, 0))
+    });
+    rustix::net::sockopt::set_socket_recv_buffer_size_force(&plant, 16 << 20).ok();
+    plant
+        .set_read_timeout(Some(Duration::from_secs(5)))
+        .unwrap();
+    cell.sleep_until(SECOND / 4);
+    for sequence in 0..PACKETS {
+        controller
+            .send_to(&sequence.to_be_bytes(), (PLANT_ADDRESS, 4001))
+            .unwrap();
+        if sequence % 10 == 9 {
+            thread::sleep(Duration::from_millis(1));
+        }
+    }
+    let mut bytes = [0; 4];
+    let received: Vec<u32> = (0..PACKETS)
+        .map_while(|_| {
+            plant
+                .recv(&mut bytes)
+                .ok()
+                .map(|_| u32::from_be_bytes(bytes))
+        })
+        .collect();
+    let report = cell.finish();
+    println!("  up {:?}", report.up);
+    // What the receiving socket has no room for is not the player's loss: without root its
+    // buffer is small.
+    assert_eq!(report.up.delivered, u64::from(PACKETS));
+    assert!(received.is_sorted(), "the packets leave in order");
+    assert!(received.len() >= 100, "{} arrived", received.len());
+}
+
+fn within<T: Send>(namespace: &Namespace, open: impl FnOnce() -> std::io::Result<T> + Send) -> T {
+    namespace.run(|| Ok(open().unwrap())).unwrap()
+}

@@ -1,0 +1,193 @@
+//! Moments and a least-squares line in one pass, and quantiles that are honest about small samples.
+
+use serde::{Deserialize, Serialize};
+
+/// Mean and spread of a series, by Welford's recurrence.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Moments {
+    n: u64,
+    mean: f64,
+    squares: f64,
+    min: f64,
+    max: f64,
+}
+
+impl Moments {
+    /// Takes one more value.
+    pub fn push(&mut self, x: f64) {
+        (self.min, self.max) = match self.n {
+            0 => (x, x),
+            _ => (self.min.min(x), self.max.max(x)),
+        };
+        self.n += 1;
+        let off = x - self.mean;
+        self.mean += off / self.n as f64;
+        self.squares += off * (x - self.mean);
+    }
+
+    /// How many values there were.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.n
+    }
+
+    /// What `ping` prints, or `None` of nothing.
+    #[must_use]
+    pub fn spread(&self) -> Option<Spread> {
+        (self.n > 0).then(|| Spread {
+            min_ms: self.min,
+            avg_ms: self.mean,
+            max_ms: self.max,
+            sd_ms: (self.squares / self.n as f64).sqrt(),
+        })
+    }
+}
+
+/// min/avg/max/sd in ms. The standard deviation divides by the number of values, as `ping` does.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Spread {
+    /// The least.
+    pub min_ms: f64,
+    /// The mean.
+    pub avg_ms: f64,
+    /// The greatest.
+    pub max_ms: f64,
+    /// The standard deviation.
+    pub sd_ms: f64,
+}
+
+/// The least-squares line through points, in one pass.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Line {
+    n: u64,
+    x: f64,
+    y: f64,
+    xx: f64,
+    xy: f64,
+}
+
+impl Line {
+    /// Takes one more point.
+    pub fn push(&mut self, x: f64, y: f64) {
+        self.n += 1;
+        let n = self.n as f64;
+        let off = x - self.x;
+        self.x += off / n;
+        self.y += (y - self.y) / n;
+        self.xx += off * (x - self.x);
+        self.xy += off * (y - self.y);
+    }
+
+    /// The slope; `None` with fewer than two different x.
+    #[must_use]
+    pub fn slope(&self) -> Option<f64> {
+        (self.xx > 0.0).then(|| self.xy / self.xx)
+    }
+}
+
+/// Quantiles in ms; one without enough samples is `None`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Quantiles {
+    /// The median.
+    pub p50_ms: Option<f64>,
+    /// Nine of ten are no longer.
+    pub p90_ms: Option<f64>,
+    /// Ninety-nine of a hundred are no longer.
+    pub p99_ms: Option<f64>,
+    /// The longest.
+    pub max_ms: Option<f64>,
+}
+
+/// A quantile needs this many samples beyond it, or it is the luck of one or two: 10 for a median,
+/// 50 for p90, 500 for p99.
+const BEYOND: f64 = 5.0;
+
+impl Quantiles {
+    /// Of nanoseconds in any order.
+    #[must_use]
+    pub fn of(mut ns: Vec<u64>) -> Self {
+        ns.sort_unstable();
+        Self {
+            p50_ms: quantile_ms(&ns, 0.5),
+            p90_ms: quantile_ms(&ns, 0.9),
+            p99_ms: quantile_ms(&ns, 0.99),
+            max_ms: ns.last().copied().map(ms),
+        }
+    }
+}
+
+/// The least value that a share `q` of the sorted values do not exceed; `None` with too few.
+#[must_use]
+pub fn quantile_ms(sorted_ns: &[u64], q: f64) -> Option<f64> {
+    let n = sorted_ns.len() as f64;
+    // 1 - q is not exact: n = 500 times 0.01 may be a hair below 5.
+    if n * (1.0 - q) < BEYOND - 1e-9 {
+        return None;
+    }
+    let rank = (q * n - 1e-9).ceil().max(1.0) as usize;
+    sorted_ns.get(rank - 1).copied().map(ms)
+}
+
+/// `part` of `whole`; `None` of nothing.
+#[must_use]
+pub fn share(part: u64, whole: u64) -> Option<f64> {
+    (whole > 0).then(|| part as f64 / whole as f64)
+}
+
+/// Nanoseconds in milliseconds.
+#[must_use]
+pub fn ms(ns: u64) -> f64 {
+    ns as f64 / 1e6
+}
+
+/// `to - from` in milliseconds, negative if it went back.
+#[must_use]
+pub fn ms_between(from_ns: u64, to_ns: u64) -> f64 {
+    if to_ns >= from_ns {
+        ms(to_ns - from_ns)
+    } else {
+        -ms(from_ns - to_ns)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn quantiles_by_hand_and_none_where_luck_would_decide() {
+        let ns: Vec<u64> = (1..=500).map(|i| i * 1_000_000).rev().collect();
+        let all = Quantiles::of(ns.clone());
+        assert_eq!((all.p50_ms, all.p90_ms), (Some(250.0), Some(450.0)));
+        assert_eq!((all.p99_ms, all.max_ms), (Some(495.0), Some(500.0)));
+        let fewer = Quantiles::of(ns[..499].to_vec());
+        assert_eq!((fewer.p90_ms.is_some(), fewer.p99_ms), (true, None));
+        assert_eq!(Quantiles::of(vec![]), Quantiles::default());
+    }
+
+    proptest! {
+        #[test]
+        fn a_line_through_exact_points_has_their_slope(
+            slope in -2.0f64..2.0, offset in -1e3f64..1e3, n in 2u32..500,
+        ) {
+            let mut line = Line::default();
+            for x in 0..n {
+                line.push(f64::from(x), offset + slope * f64::from(x));
+            }
+            prop_assert!((line.slope().expect("two points") - slope).abs() < 1e-9);
+        }
+
+        #[test]
+        fn moments_in_one_pass_are_those_of_two(values in prop::collection::vec(0.0f64..1e4, 1..200)) {
+            let mut moments = Moments::default();
+            values.iter().for_each(|x| moments.push(*x));
+            let n = values.len() as f64;
+            let mean = values.iter().sum::<f64>() / n;
+            let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n;
+            let spread = moments.spread().expect("at least one");
+            prop_assert!((spread.avg_ms - mean).abs() < 1e-9 * 1e4);
+            prop_assert!((spread.sd_ms - variance.sqrt()).abs() < 1e-9 * 1e4);
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! What this machine can do, tried out rather than guessed.
+//!
+//! Each ability is tried the way a run would use it. What lacks one says what that means for
+//! the user and what to do about it.
+
+use std::process::Command;
+
+use link::Profile;
+
+use crate::Lab;
+
+/// How much a run needs an ability.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Need {
+    /// Without it there are no runs.
+    Must,
+    /// Without it runs are less exact, or fewer.
+    Better,
+}
+
+/// One thing that the machine can or cannot do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Ability {
+    /// What it is.
+    pub what: &'static str,
+    /// How much it is needed.
+    pub need: Need,
+    /// What was found.
+    pub found: Result<String, String>,
+    /// What to do where it is missing.
+    pub remedy: &'static str,
+}
+
+/// Tries everything. Call [`shaper::become_root`] first and hand its answer in.
+#[must_use]
+pub fn abilities(authority: &shaper::Result<shaper::Authority>) -> Vec<Ability> {
+    let mut abilities = vec![Ability {
+        what: "make namespaces",
+        need: Need::Must,
+        found: match authority {
+            Ok(shaper::Authority::Privileged) => Ok("as root".into()),
+            Ok(shaper::Authority::UserNamespace) => Ok("in a user namespace, without root".into()),
+            Err(problem) => Err(problem.to_string()),
+        },
+        remedy: "run as root, or allow user namespaces",
+    }];
+    abilities.push(Ability {
+        what: "join them by veth pairs",
+        need: Need::Must,
+        found: match authority {
+            Ok(_) => Lab::new(&Profile::empty())
+                .map(|_| "made and gone again".to_owned())
+                .map_err(|e| e.to_string()),
+            Err(_) => Err("needs namespaces".into()),
+        },
+        remedy: "load the kernel module veth",
+    });
+    abilities.extend([
+        Ability {
+            what: "real-time scheduling",
+            need: Need::Better,
+            found: try_fifo(),
+            remedy: "run as root on the host, or grant rtprio; without it ticks and the link are late when the machine is busy",
+        },
+        Ability {
+            what: "two processors or more",
+            need: Need::Better,
+            found: match std::thread::available_parallelism().map_or(1, usize::from) {
+                1 => Err("one".into()),
+                n => Ok(n.to_string()),
+            },
+            remedy: "expect late ticks; keep --jobs at 1",
+        },
+        Ability {
+            what: "open files",
+            need: Need::Better,
+            found: open_files(),
+            remedy: "raise the hard limit (ulimit -Hn): with unlimited outstanding, a stall of 3 s at 1 kHz holds 3000 connections",
+        },
+        Ability {
+            what: "container engine",
+            need: Need::Better,
+            found: engine(),
+            remedy: "not needed by `webloop run`; install Docker for containers",
+        },
+    ]);
+    abilities
+}
+
+/// Asks for SCHED_FIFO on a thread of its own.
+fn try_fifo() -> Result<String, String> {
+    std::thread::spawn(|| {
+        let granted = pace::ask(Some(1));
+        match granted.policy {
+            pace::Policy::Fifo => Ok("SCHED_FIFO granted".to_owned()),
+            pace::Policy::Other => Err(granted.refused.unwrap_or_default()),
+        }
+    })
+    .join()
+    .unwrap_or_else(|_| Err("the trial ended badly".into()))
+}
+
+fn open_files() -> Result<String, String> {
+    const ENOUGH: u64 = 8_192;
+    let limit = rustix::process::getrlimit(rustix::process::Resource::Nofile);
+    match limit.maximum {
+        Some(most) if most < ENOUGH => Err(format!("at most {most}")),
+        Some(most) => Ok(format!("up to {most}")),
+        None => Ok("without limit".into()),
+    }
+}
+
+fn engine() -> Result<String, String> {
+    let output = Command::new("docker")
+        .args(["version", "--format", "{{.Server.Version}}"])
+        .output()
+        .map_err(|_| "no docker command".to_owned())?;
+    let text = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+    if output.status.success() && !text.is_empty() {
+        Ok(format!("Docker {text}"))
+    } else {
+        Err("docker does not answer".into())
+    }
+}

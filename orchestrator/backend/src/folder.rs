@@ -1,0 +1,105 @@
+//! A cell's folder: files that appear whole or not at all, and checksums of what is in it.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, Read, Write};
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::RunError;
+
+/// A file of a run, as the manifest knows it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FileFact {
+    /// Its length.
+    pub bytes: u64,
+    /// Its SHA-256 in hex.
+    pub sha256: String,
+}
+
+/// Writes a file so that a reader, or a crash, finds the old one or the new one and nothing between.
+///
+/// # Errors
+/// [`RunError::Write`] with the file's name.
+pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), RunError> {
+    let partial = path.with_extension("partial");
+    let write = || -> io::Result<()> {
+        let mut file = File::create(&partial)?;
+        file.write_all(content)?;
+        file.sync_all()?;
+        fs::rename(&partial, path)?;
+        // The rename itself is only safe once its folder is.
+        path.parent()
+            .map_or(Ok(()), |folder| File::open(folder)?.sync_all())
+    };
+    write().map_err(|problem| RunError::write(path, problem))
+}
+
+/// Length and checksum of every file in `folder`, by name; `except` is left out.
+///
+/// # Errors
+/// When a file cannot be read.
+pub(crate) fn inventory(folder: &Path, except: &str) -> io::Result<BTreeMap<String, FileFact>> {
+    let mut files = BTreeMap::new();
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if name != except && entry.file_type()?.is_file() {
+            files.insert(name, fact(&entry.path())?);
+        }
+    }
+    Ok(files)
+}
+
+fn fact(path: &Path) -> io::Result<FileFact> {
+    let mut file = File::open(path)?;
+    let (mut hasher, mut bytes) = (Sha256::new(), 0);
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        let n = file.read(&mut buffer)?;
+        if n == 0 {
+            break;
+        }
+        hasher.update(&buffer[..n]);
+        bytes += n as u64;
+    }
+    let sha256 = hasher
+        .finalize()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    Ok(FileFact { bytes, sha256 })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_known_by_its_length_and_the_published_checksum_of_abc() {
+        let folder = tempfile::tempdir().unwrap();
+        write_whole(&folder.path().join("a"), b"abc").unwrap();
+        write_whole(&folder.path().join("manifest.json"), b"{}").unwrap();
+        let files = inventory(folder.path(), "manifest.json").unwrap();
+        assert_eq!(files.len(), 1);
+        assert_eq!(files["a"].bytes, 3);
+        // FIPS 180-2, appendix B.1.
+        assert_eq!(
+            files["a"].sha256,
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+        );
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_written_is_named_with_the_remedy() {
+        let error = write_whole(Path::new("/proc/nowhere/manifest.json"), b"{}").unwrap_err();
+        let text = error.to_string();
+        assert!(
+            text.contains("/proc/nowhere/manifest.json") && text.contains("--out"),
+            "{text}"
+        );
+    }
+}

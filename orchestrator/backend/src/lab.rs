@@ -1,0 +1,76 @@
+//! The network of one run: two ends in namespaces of their own, and the link's place between.
+//!
+//! ```text
+//!   controller              middle                 plant
+//!   10.77.0.1  link0 ═══ controller  plant ═══ link0  10.77.0.2
+//! ```
+//!
+//! On a loopback topology both ends share one namespace and there is no middle.
+
+use std::net::Ipv4Addr;
+
+use link::Profile;
+use shaper::Namespace;
+
+/// Namespaces and addresses; all of it goes when this and the processes in it go.
+pub struct Lab {
+    controller: Namespace,
+    /// `None` where the plant shares the controller's namespace.
+    shaped: Option<Shaped>,
+}
+
+struct Shaped {
+    plant: Namespace,
+    middle: Namespace,
+}
+
+impl Lab {
+    /// Makes the network that `profile` needs.
+    ///
+    /// # Errors
+    /// As the shaper's: what this machine does not let us make, with the remedy.
+    pub fn new(profile: &Profile) -> shaper::Result<Lab> {
+        let controller = Namespace::new()?;
+        if profile.is_loopback() {
+            return Ok(Lab {
+                controller,
+                shaped: None,
+            });
+        }
+        let (plant, middle) = (Namespace::new()?, Namespace::new()?);
+        shaper::join(&controller, &plant, &middle)?;
+        Ok(Lab {
+            controller,
+            shaped: Some(Shaped { plant, middle }),
+        })
+    }
+
+    /// Where the controller runs.
+    #[must_use]
+    pub fn controller(&self) -> &Namespace {
+        &self.controller
+    }
+
+    /// Where the plant runs.
+    #[must_use]
+    pub fn plant(&self) -> &Namespace {
+        self.shaped
+            .as_ref()
+            .map_or(&self.controller, |shaped| &shaped.plant)
+    }
+
+    /// Where the link is played, if there is one.
+    #[must_use]
+    pub fn middle(&self) -> Option<&Namespace> {
+        self.shaped.as_ref().map(|shaped| &shaped.middle)
+    }
+
+    /// The plant's address, as the controller sees it.
+    #[must_use]
+    pub fn plant_address(&self) -> Ipv4Addr {
+        match self.shaped {
+            Some(_) => shaper::PLANT_ADDRESS,
+            None => Ipv4Addr::LOCALHOST,
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! What a run says of itself: `manifest.json`, written when everything else is in place.
+
+use std::collections::BTreeMap;
+
+use plan::{Cell, Verdict};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::{FileFact, Machine};
+
+/// The description of one run, complete enough to judge and to repeat it.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Version of this format.
+    pub version: u32,
+    /// How the run ended.
+    pub verdict: Verdict,
+    /// Why it is not `complete`; empty if it is.
+    pub reasons: Vec<String>,
+    /// The experiment's name.
+    pub experiment: String,
+    /// The campaign's seed.
+    pub campaign_seed: u64,
+    /// The cell, with every setting.
+    pub cell: Cell,
+    /// The link's profile: the file `profile.toml` beside this one is its text.
+    pub profile: String,
+    /// How the ends were connected: `netns`.
+    pub backend: String,
+    /// What played the link: `user`, or `none` on loopback.
+    pub player: String,
+    /// Version of webloop.
+    pub webloop: String,
+    /// The machine.
+    pub machine: Machine,
+    /// How the right to make namespaces was had: `privileged` or `user-namespace`.
+    pub authority: String,
+    /// Start of the run in UTC, RFC 3339. For people; every other time is monotonic.
+    pub started: String,
+    /// How long it took, in s.
+    pub wall_s: f64,
+    /// Link time 0, in ns of `CLOCK_MONOTONIC`.
+    pub epoch_ns: u64,
+    /// When the controller's first message was due, in ns of `CLOCK_MONOTONIC`.
+    pub start_ns: u64,
+    /// Whether the link was the one asked for; `null` where there was nothing to judge.
+    pub certificate: Option<Value>,
+    /// The plant's own report.
+    pub plant: Option<Value>,
+    /// The controller's own report.
+    pub controller: Option<Value>,
+    /// The player's own report.
+    pub link: Option<Value>,
+    /// Length and checksum of every other file in the folder.
+    pub files: BTreeMap<String, FileFact>,
+}
+
+impl Manifest {
+    /// Version of the format that this code writes and reads.
+    pub const VERSION: u32 = 1;
+    /// The file's name in a cell's folder.
+    pub const FILE: &'static str = "manifest.json";
+
+    /// The manifest as a JSON text.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // Plain data of strings and finite numbers: serialising it cannot fail.
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+
+    /// Reads a manifest's JSON text.
+    ///
+    /// # Errors
+    /// A sentence on what is wrong, with line and column.
+    pub fn from_json(text: &str) -> Result<Manifest, String> {
+        serde_json::from_str(text).map_err(|error| error.to_string())
+    }
+}

@@ -1,0 +1,151 @@
+//! The link proves itself: series of echoes through it, their rows, and the certificate.
+//!
+//! Judging an echo is the shaper's business; this decides only which are sent, and when.
+
+use std::sync::atomic::AtomicBool;
+
+use link::{Profile, Way};
+use serde::{Deserialize, Serialize};
+use shaper::{Baseline, Certificate, Echo, ProbePlan, Prober, Timeline, certify, predict};
+
+use crate::Lab;
+use crate::schedule::Series;
+
+/// How long an echo may come later than its link says: a machine that is busy beyond this
+/// could not be judged anyway.
+const GRACE_NS: u64 = 500_000_000;
+
+/// One echo (`probes.csv`). Times are monotonic; an empty one did not come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ProbeRow {
+    /// `empty`, `before`, `during` or `after`.
+    pub phase: Phase,
+    /// Its number in its phase, from 0.
+    pub seq: u32,
+    /// When it was sent.
+    pub t_send_ns: u64,
+    /// When it reached the plant.
+    pub t_reach_ns: Option<u64>,
+    /// When it was back.
+    pub t_back_ns: Option<u64>,
+    /// The delay that the link had for it on the way up.
+    pub due_up_ns: u64,
+    /// The delay that the link had for it on the way down.
+    pub due_down_ns: u64,
+    /// Whether the link was to lose it.
+    pub due_lost: bool,
+}
+
+/// When in a run an echo was sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Phase {
+    /// On the empty link, before link time 0.
+    Empty,
+    /// Before the controller's first message.
+    Before,
+    /// While the controller sends.
+    During,
+    /// After it ended.
+    After,
+}
+
+/// A link under test.
+#[derive(Clone, Copy)]
+pub(crate) struct Proof<'a> {
+    pub(crate) lab: &'a Lab,
+    pub(crate) profile: &'a Profile,
+    pub(crate) seed: u64,
+    pub(crate) epoch_ns: u64,
+}
+
+impl Proof<'_> {
+    /// Sends a series on the calling thread and waits for what the link lets come back.
+    pub(crate) fn series(&self, series: Series, stop: &AtomicBool) -> shaper::Result<Vec<Echo>> {
+        self.watched(series, stop, |_| {})
+    }
+
+    /// The same, telling each echo as its answer comes.
+    pub(crate) fn watched(
+        &self,
+        series: Series,
+        stop: &AtomicBool,
+        on_answer: impl FnMut(&Echo),
+    ) -> shaper::Result<Vec<Echo>> {
+        let plan = ProbePlan {
+            target: self.lab.plant_address(),
+            start_ns: series.start_ns,
+            interval_ns: series.interval_ns,
+            count: series.count,
+            grace_ns: self.longest_ns(series).saturating_add(GRACE_NS),
+            id: series.phase as u16,
+        };
+        Prober::open(self.lab.controller(), self.lab.plant())?.run(&plan, stop, on_answer)
+    }
+
+    /// The longest round trip that the link has for the last echoes of a series: there is no
+    /// use in waiting longer for one that was lost.
+    fn longest_ns(&self, series: Series) -> u64 {
+        /// A stall that began before the last echo may hold it; no need to look back further.
+        const LOOK_BACK: u32 = 1_000;
+        if self.profile.is_loopback() {
+            return 0;
+        }
+        let mut timeline = self.timeline();
+        let first = series.count.saturating_sub(LOOK_BACK);
+        (first..series.count)
+            .map(|seq| {
+                let sent_ns = series.start_ns + u64::from(seq) * series.interval_ns;
+                let up_ns = timeline.state_at(Way::Up, sent_ns).delay_ns;
+                up_ns + timeline.state_at(Way::Down, sent_ns + up_ns).delay_ns
+            })
+            .max()
+            .unwrap_or(0)
+    }
+
+    /// What the crossing of the player itself costs; `None` if no echo came back.
+    pub(crate) fn baseline(&self, empty: &[Echo]) -> Option<Baseline> {
+        if self.profile.is_loopback() {
+            return Some(Baseline::default());
+        }
+        Baseline::of(empty)
+    }
+
+    /// Holds all echoes after the epoch against the link; `None` on loopback, where there is
+    /// no link to judge.
+    pub(crate) fn certificate(&self, echoes: &[Echo], baseline: Baseline) -> Option<Certificate> {
+        (!self.profile.is_loopback())
+            .then(|| certify(echoes, self.profile, self.seed, self.epoch_ns, baseline))
+    }
+
+    /// The rows of a series, each beside its prediction.
+    pub(crate) fn rows(&self, phase: Phase, echoes: &[Echo]) -> Vec<ProbeRow> {
+        let row = |echo: &Echo, (due_up_ns, due_down_ns, due_lost)| ProbeRow {
+            phase,
+            seq: echo.seq,
+            t_send_ns: echo.t_send_ns,
+            t_reach_ns: echo.t_reach_ns,
+            t_back_ns: echo.t_back_ns,
+            due_up_ns,
+            due_down_ns,
+            due_lost,
+        };
+        if self.profile.is_loopback() {
+            return echoes.iter().map(|echo| row(echo, (0, 0, false))).collect();
+        }
+        predict(echoes, &mut self.timeline())
+            .iter()
+            .zip(echoes)
+            .map(|(due, echo)| {
+                row(
+                    echo,
+                    (due.up.delay_ns, due.down.delay_ns, due.rtt_ns().is_none()),
+                )
+            })
+            .collect()
+    }
+
+    fn timeline(&self) -> Timeline {
+        Timeline::new(self.profile, self.seed, self.epoch_ns)
+    }
+}

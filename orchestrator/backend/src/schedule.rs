@@ -1,0 +1,81 @@
+//! When what happens in a run, in time since the link's epoch.
+//!
+//! ```text
+//!   empty link        0.1 s            1.3 s                          end
+//!   ├ probes, warm-up ┼ probes before ─┼ controller, probes during ───┼ probes after ─ stop
+//!                   epoch
+//! ```
+//!
+//! The controller starts at a fixed link time, so every client meets the same bad second.
+
+use crate::proof::Phase;
+
+const MS: u64 = 1_000_000;
+
+/// From the player's start to the epoch: what a busy two-core machine needs to start the
+/// player and the controller (100 ms) and to measure the empty link (300 ms), doubled.
+pub(crate) const EPOCH_AFTER_NS: u64 = 1_000 * MS;
+
+/// Link time of the controller's first message.
+pub(crate) const START_AT_NS: u64 = 1_300 * MS;
+
+/// A series of echoes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Series {
+    /// What the rows call it.
+    pub(crate) phase: Phase,
+    /// When the first leaves, monotonic.
+    pub(crate) start_ns: u64,
+    /// From one to the next.
+    pub(crate) interval_ns: u64,
+    /// How many.
+    pub(crate) count: u32,
+}
+
+/// The empty link's own cost: a median of sixty.
+pub(crate) fn empty(now_ns: u64) -> Series {
+    Series {
+        phase: Phase::Empty,
+        start_ns: now_ns,
+        interval_ns: 5 * MS,
+        count: 60,
+    }
+}
+
+/// Whether the link is the one asked for, before the loop is on it: one second.
+pub(crate) fn before(epoch_ns: u64) -> Series {
+    Series {
+        phase: Phase::Before,
+        start_ns: epoch_ns + 100 * MS,
+        interval_ns: 20 * MS,
+        count: 50,
+    }
+}
+
+/// Whether it stays so while the loop is on it: ten echoes a second, few beside its messages.
+pub(crate) fn during(start_ns: u64, duration_ns: u64) -> Series {
+    let interval_ns = 100 * MS;
+    let count = u32::try_from(duration_ns / interval_ns).unwrap_or(u32::MAX);
+    Series {
+        phase: Phase::During,
+        start_ns,
+        interval_ns,
+        count,
+    }
+}
+
+/// Whether it still is so afterwards: one second.
+pub(crate) fn after(now_ns: u64) -> Series {
+    Series {
+        phase: Phase::After,
+        start_ns: now_ns,
+        interval_ns: 20 * MS,
+        count: 50,
+    }
+}
+
+/// What a run takes beyond the controller's own duration, typically: for the time that is left.
+#[must_use]
+pub fn overhead_ns() -> u64 {
+    EPOCH_AFTER_NS + START_AT_NS + 1_700 * MS
+}

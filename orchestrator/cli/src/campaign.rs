@@ -1,0 +1,101 @@
+//! A campaign's results folder: its plan, its lock, and the cells in it.
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow};
+use plan::Plan;
+use rustix::fs::{FlockOperation, flock};
+
+use crate::exit::Failure;
+
+/// Where results go when no folder is given.
+const RESULTS: &str = "results";
+
+/// A results folder that this process, and no other, writes to.
+pub(crate) struct Campaign {
+    folder: PathBuf,
+    /// Held, not read: the lock goes when the file is closed, however this process ends.
+    _lock: File,
+}
+
+impl Campaign {
+    /// Opens the folder for a plan: a new one, or one with the same plan to be continued.
+    ///
+    /// # Errors
+    /// When it belongs to another plan, is in use, or cannot be written; exit code 2.
+    pub(crate) fn open(plan: &Plan, asked: Option<&Path>) -> Result<Campaign, Failure> {
+        let folder = asked.map_or_else(|| fresh(plan), Path::to_path_buf);
+        let cannot = || {
+            format!(
+                "cannot write the results folder {}; choose another with --out",
+                folder.display()
+            )
+        };
+        fs::create_dir_all(&folder)
+            .with_context(cannot)
+            .map_err(Failure::usage)?;
+        let lock = File::create(folder.join(".lock"))
+            .with_context(cannot)
+            .map_err(Failure::usage)?;
+        flock(&lock, FlockOperation::NonBlockingLockExclusive).map_err(|_| {
+            Failure::usage(anyhow!(
+                "{} is in use by another run; choose another folder with --out",
+                folder.display()
+            ))
+        })?;
+        let file = folder.join("plan.json");
+        match fs::read_to_string(&file) {
+            Ok(text) if text == plan.to_json() => {}
+            Ok(_) => {
+                return Err(Failure::usage(anyhow!(
+                    "{} holds the results of another plan; choose another folder with --out",
+                    folder.display()
+                )));
+            }
+            Err(_) => {
+                let unknown = fs::read_dir(&folder)
+                    .with_context(cannot)
+                    .map_err(Failure::usage)?
+                    .flatten()
+                    .any(|entry| entry.file_name() != ".lock");
+                if unknown {
+                    return Err(Failure::usage(anyhow!(
+                        "{} has files in it and no plan.json; give --out a new or empty folder",
+                        folder.display()
+                    )));
+                }
+                backend::write_whole(&file, plan.to_json().as_bytes()).map_err(Failure::usage)?;
+            }
+        }
+        Ok(Campaign {
+            folder,
+            _lock: lock,
+        })
+    }
+
+    /// The folder.
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Its plan's file.
+    pub(crate) fn plan_file(&self) -> PathBuf {
+        self.folder.join("plan.json")
+    }
+
+    /// Leaves a derived file, which can be deleted and made again.
+    pub(crate) fn leave(&self, name: &str, content: &[u8]) -> anyhow::Result<()> {
+        let path = self.folder.join(name);
+        File::create(&path)
+            .and_then(|mut file| file.write_all(content))
+            .with_context(|| format!("cannot write {}", path.display()))
+    }
+}
+
+/// A folder that tells when, what and which seed: `results/smoke-20261121-041503-s1`.
+fn fresh(plan: &Plan) -> PathBuf {
+    let now = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S");
+    Path::new(RESULTS).join(format!("{}-{now}-s{}", plan.experiment, plan.seed))
+}

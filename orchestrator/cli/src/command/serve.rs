@@ -1,0 +1,112 @@
+//! `webloop serve plant|controller|link`: one role, by hand or as a run's child.
+//!
+//! A role prints `ready ...` when it can be used, and leaves its report as `<role>.json`.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use anyhow::{Context, anyhow};
+use control::{Method, preset};
+use endpoint::{ControllerSettings, PlantSettings};
+use jiff::SignedDuration;
+use serde::Serialize;
+use shaper::{PacketPort, PlayerConfig, Record, now_ns, play};
+
+use crate::argument::{ServeController, ServeLink, ServePlant};
+use crate::exit::{Exit, Failure, Outcome};
+use crate::source;
+
+/// Runs the paper's plant until SIGTERM or SIGINT.
+pub(crate) fn plant(argument: &ServePlant) -> Outcome {
+    let config = ::plant::Config {
+        listen: argument.listen,
+        settings: PlantSettings {
+            h: argument.h,
+            late: argument.late,
+        },
+        model: preset::motor(),
+        method: Method::BackwardEuler,
+        out: argument.out.clone(),
+        fifo: true,
+    };
+    let report = ::plant::serve(&config, |ready| say_ready(&ready.address.to_string()))?;
+    leave(&argument.out, "plant", &report)
+}
+
+/// Runs the paper's controller for its duration.
+pub(crate) fn controller(argument: &ServeController) -> Outcome {
+    let config = ::controller::Config {
+        plant: format!("http://{}", argument.plant),
+        settings: ControllerSettings {
+            mode: argument.mode,
+            h: argument.h,
+            r: argument.r,
+            outstanding: argument.outstanding,
+            connection: argument.connection,
+            schedule: argument.schedule,
+            integrate: argument.integrate,
+            late: argument.late,
+            timeout_ns: ns("timeout", argument.timeout)?,
+        },
+        law: preset::paper_pi(),
+        start_ns: argument.start_ns,
+        duration_ns: ns("duration", argument.duration)?,
+        connections: 1,
+        out: argument.out.clone(),
+        fifo: true,
+    };
+    let report = ::controller::drive(&config)?;
+    leave(&argument.out, "controller", &report)
+}
+
+/// Plays a link between two interfaces until SIGTERM or SIGINT.
+pub(crate) fn link(argument: &ServeLink) -> Outcome {
+    let profile = source::profile(&argument.profile)?;
+    std::fs::create_dir_all(&argument.out)
+        .with_context(|| format!("cannot make {}", argument.out.display()))?;
+    let path = argument.out.join("link.csv");
+    let file = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))?;
+    }
+    let mut record = Record::start(file)?;
+    let config = PlayerConfig {
+        profile,
+        seed: argument.seed,
+        epoch_ns: argument.epoch_ns.unwrap_or_else(now_ns),
+        controller: PacketPort::open(&argument.controller)?,
+        plant: PacketPort::open(&argument.plant)?,
+    };
+    say_ready(&format!("{} to {}", argument.controller, argument.plant));
+    let report = play(config, &stop, |rows| record.add(rows))?;
+    record
+        .finish()
+        .with_context(|| format!("cannot write {}", path.display()))?;
+    leave(&argument.out, "link", &report)
+}
+
+/// For whoever waits: a line that begins with `ready`. That nobody reads it is no error.
+fn say_ready(what: &str) {
+    let _ = writeln!(std::io::stdout(), "ready {what}");
+}
+
+fn leave(folder: &Path, role: &str, report: &impl Serialize) -> Outcome {
+    let text = serde_json::to_string_pretty(report)? + "\n";
+    backend::write_whole(&folder.join(format!("{role}.json")), text.as_bytes())?;
+    Ok(Exit::Fine)
+}
+
+fn ns(name: &str, duration: SignedDuration) -> Result<u64, Failure> {
+    u64::try_from(duration.as_nanos())
+        .ok()
+        .filter(|ns| *ns > 0)
+        .ok_or_else(|| {
+            Failure::usage(anyhow!(
+                "--{name} is {duration:#}; give a time above zero, like 5s"
+            ))
+        })
+}

@@ -1,0 +1,75 @@
+//! Draws what is wrong with a file at its place, as compilers do, on standard error.
+
+use std::io::IsTerminal;
+use std::ops::Range;
+
+use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+use link::{Finding, Severity};
+use plan::Misfit;
+
+/// Draws every finding in a profile's source.
+pub(crate) fn findings(source: &str, findings: &[Finding]) {
+    for finding in findings {
+        let field = if finding.field.is_empty() {
+            String::new()
+        } else {
+            format!("{}: ", finding.field)
+        };
+        let title = format!("{field}{}", finding.message);
+        draw(
+            source,
+            &finding.origin,
+            finding.severity,
+            &title,
+            &finding.span,
+            &finding.remedy,
+        );
+    }
+}
+
+/// Draws what is wrong with an experiment.
+pub(crate) fn misfit(source: &str, misfit: &Misfit) {
+    draw(
+        source,
+        &misfit.origin,
+        Severity::Error,
+        &misfit.problem,
+        &misfit.span,
+        &misfit.remedy,
+    );
+}
+
+fn draw(
+    source: &str,
+    origin: &str,
+    severity: Severity,
+    title: &str,
+    span: &Range<usize>,
+    remedy: &str,
+) {
+    let level = match severity {
+        Severity::Error => Level::ERROR,
+        Severity::Warning => Level::WARNING,
+    };
+    // A span that is not in the source would make the renderer panic.
+    let span = if source.get(span.clone()).is_some() {
+        span.clone()
+    } else {
+        0..0
+    };
+    let snippet = Snippet::source(source)
+        .path(origin)
+        .annotation(AnnotationKind::Primary.span(span));
+    let mut group = level.primary_title(title).element(snippet);
+    if !remedy.is_empty() {
+        group = group.element(Level::HELP.message(remedy));
+    }
+    let colours = std::io::stderr().is_terminal()
+        && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+    let renderer = if colours {
+        Renderer::styled()
+    } else {
+        Renderer::plain()
+    };
+    eprintln!("{}\n", renderer.render(&[group]));
+}

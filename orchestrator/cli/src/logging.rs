@@ -1,0 +1,18 @@
+//! Log lines on standard error, chosen by `RUST_LOG`; nothing is logged per tick or message.
+
+use tracing_subscriber::EnvFilter;
+
+use crate::argument::{Argument, LogFormat};
+
+/// Starts logging. The writer is not a thread of its own: a run's processes log a few lines at
+/// start and end, and a user namespace can only be entered while there is one thread.
+pub(crate) fn start(argument: &Argument) {
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
+    let builder = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr);
+    match argument.log_format {
+        LogFormat::Text => builder.with_target(false).without_time().init(),
+        LogFormat::Json => builder.json().init(),
+    }
+}

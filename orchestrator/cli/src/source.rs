@@ -1,0 +1,118 @@
+//! Reads what the command line names: profiles, experiments, plans.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, anyhow};
+use link::{Finding, Profile, Severity};
+use plan::{EXPERIMENTS, Plan, ProfileText};
+
+use crate::diagnostic;
+use crate::exit::Failure;
+
+/// The text of a profile, by built-in name or by path, with the traces that it names.
+///
+/// # Errors
+/// A sentence on what cannot be read.
+pub(crate) fn profile_text(asked: &str) -> Result<ProfileText, String> {
+    if let Some(source) = Profile::builtin(asked) {
+        return Ok(ProfileText {
+            source: source.to_owned(),
+            traces: BTreeMap::new(),
+        });
+    }
+    let path = Path::new(asked);
+    let looks_like_a_path = asked.contains('/') || path.extension().is_some();
+    let source = fs::read_to_string(path).map_err(|problem| {
+        if looks_like_a_path {
+            format!("the profile file `{asked}` cannot be read: {problem}")
+        } else {
+            format!("there is no topology `{asked}`")
+        }
+    })?;
+    let traces = RefCell::new(BTreeMap::new());
+    let trace = |name: &str| {
+        let text = read_trace(path, name)?;
+        traces.borrow_mut().insert(name.to_owned(), text.clone());
+        Ok(text)
+    };
+    // Read here only for the traces that it asks for; whoever needs the profile judges it.
+    let _ = Profile::read(&source, asked, &trace);
+    Ok(ProfileText {
+        source,
+        traces: traces.into_inner(),
+    })
+}
+
+/// A trace lies beside its profile, so that a run's folder can hold both.
+fn read_trace(profile: &Path, name: &str) -> Result<String, String> {
+    if name.contains('/') || name.starts_with('.') {
+        return Err(format!(
+            "`{name}` is not the name of a file beside the profile"
+        ));
+    }
+    fs::read_to_string(profile.with_file_name(name)).map_err(|problem| problem.to_string())
+}
+
+/// A profile that can be played; findings are drawn on standard error.
+pub(crate) fn profile(asked: &str) -> Result<Profile, Failure> {
+    let text = profile_text(asked).map_err(|problem| {
+        Failure::usage(anyhow!(
+            "{problem}; use one of {}, or the path of a profile file",
+            Profile::BUILTIN.join(", ")
+        ))
+    })?;
+    let (profile, findings) = read(&text, asked);
+    diagnostic::findings(&text.source, &findings);
+    profile.ok_or_else(|| Failure::usage(anyhow!("{asked} cannot be played")))
+}
+
+/// A profile and everything that is to be said about it.
+pub(crate) fn read(text: &ProfileText, origin: &str) -> (Option<Profile>, Vec<Finding>) {
+    let trace = |name: &str| {
+        text.traces
+            .get(name)
+            .cloned()
+            .ok_or_else(|| "it cannot be read".to_owned())
+    };
+    let (profile, mut findings) = Profile::read(&text.source, origin, &trace);
+    findings.sort_by_key(|finding| (finding.severity == Severity::Warning, finding.line));
+    (profile, findings)
+}
+
+/// An experiment by name or path, resolved with this seed or its own.
+pub(crate) fn experiment(asked: &str, seed: Option<u64>) -> Result<Plan, Failure> {
+    let builtin = EXPERIMENTS
+        .iter()
+        .find(|(name, _)| *name == asked)
+        .map(|(_, source)| (*source).to_owned());
+    let source = match builtin {
+        Some(source) => source,
+        None => fs::read_to_string(asked)
+            .with_context(|| format!("there is no experiment `{asked}`; use one of {}, or the path of an experiment file", names()))
+            .map_err(Failure::usage)?,
+    };
+    Plan::resolve(&source, asked, seed, profile_text).map_err(|misfit| {
+        diagnostic::misfit(&source, &misfit);
+        Failure::usage(anyhow!("{asked} cannot be run"))
+    })
+}
+
+/// A plan file.
+pub(crate) fn plan(path: &Path) -> Result<Plan, Failure> {
+    let text = fs::read_to_string(path)
+        .with_context(|| format!("cannot read the plan {}", path.display()))
+        .map_err(Failure::usage)?;
+    Plan::from_json(&text)
+        .map_err(|problem| Failure::usage(anyhow!("{}: {problem}", path.display())))
+}
+
+fn names() -> String {
+    EXPERIMENTS
+        .iter()
+        .map(|(name, _)| *name)
+        .collect::<Vec<_>>()
+        .join(", ")
+}

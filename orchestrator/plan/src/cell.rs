@@ -1,0 +1,125 @@
+//! The unit of work: one topology, client, mode, rate and repeat, with everything a run needs.
+
+use endpoint::{ControllerSettings, SampleTime};
+use serde::{Deserialize, Serialize};
+
+use crate::seed::fingerprint;
+
+/// Who closes the loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Client {
+    /// webloop's own controller.
+    Native,
+}
+
+impl std::str::FromStr for Client {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<Self, String> {
+        match word {
+            "native" => Ok(Client::Native),
+            _ => Err(format!("client `{word}` is unknown")),
+        }
+    }
+}
+
+impl std::fmt::Display for Client {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad("native")
+    }
+}
+
+/// One run to be made: resolved, valid, independent of every other.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cell {
+    /// Its place in the plan, from 0.
+    pub index: usize,
+    /// Readable and unique in its plan: `couva-native-closed-333hz-r01-3fa2c1`. Names its folder.
+    pub id: String,
+    /// Name of the link's profile.
+    pub topology: String,
+    /// Who closes the loop.
+    pub client: Client,
+    /// Which repeat it is, from 1.
+    pub repeat: u32,
+    /// Seed of the link's realisation; equal for all clients, rates and modes of a repeat.
+    pub link_seed: u64,
+    /// How long the controller sends, in ns.
+    pub duration_ns: u64,
+    /// What the controller is set up with; the plant takes h and `late` from here too.
+    pub settings: ControllerSettings,
+}
+
+impl Cell {
+    /// The id for a cell whose other fields are set: words for people, six hex digits of a
+    /// fingerprint for whatever the words leave out (outstanding, schedule, seed, duration ...).
+    pub(crate) fn identify(&mut self) {
+        self.id = String::new();
+        let index = std::mem::take(&mut self.index);
+        // Plain data of strings and numbers: serialising it cannot fail.
+        let text = serde_json::to_string(self).unwrap_or_default();
+        self.index = index;
+        self.id = format!(
+            "{}-{}-{}-{}-r{:02}-{}",
+            self.topology,
+            self.client,
+            self.settings.mode,
+            rate_label(self.settings.h),
+            self.repeat,
+            fingerprint(&text, 6)
+        );
+    }
+
+    /// The cell's rate in people's words, such as `333 Hz`.
+    #[must_use]
+    pub fn rate(&self) -> String {
+        rate(self.settings.h, " ", "Hz", "kHz")
+    }
+
+    /// Messages due in this cell: one each h, the first at once.
+    #[must_use]
+    pub fn due(&self) -> u64 {
+        self.duration_ns.div_ceil(self.settings.h.ns())
+    }
+}
+
+fn rate_label(h: SampleTime) -> String {
+    rate(h, "", "hz", "khz")
+}
+
+/// 1/h as people say it: cut, not rounded, to what the paper writes (`3.3`, `333`, `1 k`).
+fn rate(h: SampleTime, gap: &str, hz: &str, khz: &str) -> String {
+    let tenths_hz = 10_000_000_000 / h.ns();
+    if tenths_hz >= 10_000 && tenths_hz.is_multiple_of(10_000) {
+        return format!("{}{gap}{khz}", tenths_hz / 10_000);
+    }
+    let (whole, tenth) = (tenths_hz / 10, tenths_hz % 10);
+    if whole >= 10 || tenth == 0 {
+        format!("{whole}{gap}{hz}")
+    } else {
+        format!("{whole}.{tenth}{gap}{hz}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_read_as_the_paper_writes_them() {
+        for (h, words) in [
+            ("300ms", "3.3 Hz"),
+            ("100ms", "10 Hz"),
+            ("10ms", "100 Hz"),
+            ("3ms", "333 Hz"),
+            ("1ms", "1 kHz"),
+            ("100us", "10 kHz"),
+            ("2s", "0.5 Hz"),
+        ] {
+            let h: SampleTime = h.parse().expect("a sample time");
+            assert_eq!(rate(h, " ", "Hz", "kHz"), words);
+        }
+    }
+}

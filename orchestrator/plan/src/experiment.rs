@@ -1,0 +1,65 @@
+//! An experiment as its TOML says it: typed text, not yet checked against anything.
+//!
+//! Values that are checked later keep their place in the file (`Spanned`), so that an error can
+//! point at them. Resolving lists into cells is `matrix`'s work.
+
+use serde::Deserialize;
+use toml::Spanned;
+
+/// A whole experiment file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ExperimentFile {
+    /// Short name; results folders start with it.
+    pub(crate) name: Spanned<String>,
+    /// One sentence on what question it answers.
+    #[serde(default)]
+    pub(crate) about: String,
+    /// The campaign's seed, unless `--seed` gives one. Default 1.
+    #[serde(default = "default_seed")]
+    pub(crate) seed: u64,
+    /// Blocks of cells; each block is the product of its lists.
+    #[serde(default)]
+    pub(crate) cells: Vec<Block>,
+}
+
+fn default_seed() -> u64 {
+    1
+}
+
+/// A block `[[cells]]`: every combination of its lists is a cell.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Block {
+    /// Names of built-in profiles, or paths of profile files.
+    pub(crate) topology: Vec<Spanned<String>>,
+    /// Who closes the loop: `native`.
+    pub(crate) client: Vec<Spanned<String>>,
+    /// `open` or `closed`.
+    pub(crate) mode: Spanned<String>,
+    /// Sample times of plant and controller, such as `"3ms"`.
+    pub(crate) h: Vec<Spanned<String>>,
+    /// How long the controller sends, such as `"6s"`.
+    pub(crate) duration: Spanned<String>,
+    /// How often each combination is run, each time on another realisation of the link.
+    #[serde(default = "one")]
+    pub(crate) repeats: u32,
+    /// The client's settings by name: `paper-python` (default) or `blocking`.
+    pub(crate) preset: Option<Spanned<String>>,
+    /// Requests that may be under way: `"1"`, `"8"`, `"unlimited"`.
+    pub(crate) outstanding: Option<Spanned<String>>,
+    /// `keep` or `new`: one connection for many requests, or one each.
+    pub(crate) connection: Option<Spanned<String>>,
+    /// `absolute` or `relative`: deadlines that never drift, or sleeps that do.
+    pub(crate) schedule: Option<Spanned<String>>,
+    /// `h` or `elapsed`: what the controller's integral advances by.
+    pub(crate) integrate: Option<Spanned<String>>,
+    /// `apply` or `drop`: what is done with a message that arrives after a newer one.
+    pub(crate) late: Option<Spanned<String>>,
+    /// After this a request is given up, such as `"5s"`.
+    pub(crate) timeout: Option<Spanned<String>>,
+}
+
+fn one() -> u32 {
+    1
+}

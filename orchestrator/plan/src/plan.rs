@@ -1,0 +1,147 @@
+//! A plan: an experiment resolved into cells, with the profiles that they need inside.
+//!
+//! It is one JSON file that can be taken to another machine: `run-cell --plan P --index I`.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::Cell;
+
+/// A profile as text: its TOML and the traces that it names.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProfileText {
+    /// The TOML.
+    pub source: String,
+    /// Text of each trace file, by the name that the TOML has for it.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub traces: BTreeMap<String, String>,
+}
+
+impl ProfileText {
+    /// The profile that the text describes; `origin` names it in findings.
+    ///
+    /// # Errors
+    /// Everything that keeps it from being played.
+    pub fn profile(&self, origin: &str) -> Result<link::Profile, Vec<link::Finding>> {
+        let trace = |name: &str| {
+            self.traces
+                .get(name)
+                .cloned()
+                .ok_or_else(|| format!("there is no trace file `{name}`"))
+        };
+        let (profile, mut findings) = link::Profile::read(&self.source, origin, &trace);
+        findings.retain(|finding| finding.severity == link::Severity::Error);
+        profile.ok_or(findings)
+    }
+}
+
+/// Everything that a campaign will run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plan {
+    /// Version of this format.
+    pub version: u32,
+    /// The experiment's name.
+    pub experiment: String,
+    /// The experiment's question.
+    pub about: String,
+    /// The campaign's seed; the links' seeds are derived from it.
+    pub seed: u64,
+    /// The profiles, by their own names.
+    pub profiles: BTreeMap<String, ProfileText>,
+    /// The cells, in the order in which they are run.
+    pub cells: Vec<Cell>,
+}
+
+impl Plan {
+    /// Version of the format that this code writes and reads.
+    pub const VERSION: u32 = 1;
+
+    /// Keeps the cells whose id matches one of `patterns` (all, where there are none), and the
+    /// profiles that they use. Cells keep their index.
+    ///
+    /// A pattern is a part of an id, or the whole of it with `*` for anything between.
+    pub fn keep(&mut self, patterns: &[String]) {
+        if patterns.is_empty() {
+            return;
+        }
+        self.cells
+            .retain(|cell| patterns.iter().any(|pattern| matches(pattern, &cell.id)));
+        let used: Vec<_> = self.cells.iter().map(|cell| &cell.topology).collect();
+        self.profiles.retain(|name, _| used.contains(&name));
+    }
+
+    /// The cell with this index, if it is in the plan.
+    #[must_use]
+    pub fn cell(&self, index: usize) -> Option<&Cell> {
+        self.cells.iter().find(|cell| cell.index == index)
+    }
+
+    /// The plan as a JSON text.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // Plain data of strings and finite numbers: serialising it cannot fail.
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+
+    /// Reads a plan's JSON text.
+    ///
+    /// # Errors
+    /// A sentence on what is wrong, with line and column.
+    pub fn from_json(text: &str) -> Result<Plan, String> {
+        let plan: Plan = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        if plan.version != Plan::VERSION {
+            return Err(format!(
+                "this plan has format version {}, and this webloop reads version {}",
+                plan.version,
+                Plan::VERSION
+            ));
+        }
+        Ok(plan)
+    }
+}
+
+/// Whether `id` contains `pattern`, or, where the pattern has a `*`, is spelled by it.
+fn matches(pattern: &str, id: &str) -> bool {
+    if !pattern.contains('*') {
+        return id.contains(pattern);
+    }
+    let mut parts = pattern.split('*');
+    let first = parts.next().unwrap_or("");
+    let Some(mut rest) = id.strip_prefix(first) else {
+        return false;
+    };
+    let parts: Vec<_> = parts.collect();
+    let (last, middle) = parts.split_last().map_or(("", &[][..]), |(l, m)| (*l, m));
+    for part in middle {
+        match rest.find(part) {
+            Some(at) => rest = &rest[at + part.len()..],
+            None => return false,
+        }
+    }
+    rest.ends_with(last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pattern_is_a_part_of_an_id_or_spells_the_whole_with_stars() {
+        let id = "couva-native-closed-333hz-r01-3fa2c1";
+        for pattern in ["couva", "333hz", "couva*", "*closed*", "couva*r01*", "*"] {
+            assert!(matches(pattern, id), "{pattern}");
+        }
+        for pattern in [
+            "buccoo",
+            "native*",
+            "*333hz",
+            "couva*open*",
+            "couva*closed*closed*",
+        ] {
+            assert!(!matches(pattern, id), "{pattern}");
+        }
+    }
+}

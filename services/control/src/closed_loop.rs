@@ -1,0 +1,172 @@
+//! The loop around a constant delay, in ticks: its step response, and the longest round trip it
+//! survives.
+//!
+//! This is the bare arithmetic that a network can only make worse. Delays that vary, messages that
+//! are lost or overtake each other, and the two clocks are left to the ends that run the loop.
+
+use std::collections::VecDeque;
+use std::num::NonZeroUsize;
+
+use crate::margin::margins;
+use crate::pid::Pid;
+use crate::polynomial::{is_schur_stable, sum};
+use crate::state_space::StateSpace;
+use crate::stepper::Stepper;
+use crate::timebase::{Discrete, Timebase};
+use crate::transfer::TransferFunction;
+
+/// How many ticks pass from a plant output to the first output that was made with a command
+/// computed from it, when every message takes the same round trip and both ends run every `h_ns`.
+///
+/// The controller sends at each of its deadlines and computes from the newest answer it has. An
+/// answer is ceil(RTT/h) deadlines old when it is used, and at least one, since no message can use
+/// its own answer; the command then waits for the next tick of the plant: ceil(RTT/h) + 1, whatever
+/// the phase between the two ends and however the round trip is shared between the directions.
+///
+/// # Panics
+/// When `h_ns` is 0.
+#[must_use]
+pub fn loop_delay_ticks(rtt_ns: u64, h_ns: u64) -> NonZeroUsize {
+    let ticks = rtt_ns.div_ceil(h_ns).max(1).saturating_add(1);
+    NonZeroUsize::new(usize::try_from(ticks).unwrap_or(usize::MAX)).unwrap_or(NonZeroUsize::MAX)
+}
+
+/// The first `ticks` outputs of `plant` at rest under `controller` with reference `r`, when the
+/// command of a tick is computed from the output `delay` ticks before it (from 0 before the first).
+#[must_use]
+pub fn step_response(
+    plant: &StateSpace<Discrete>,
+    mut controller: Pid,
+    r: f64,
+    delay: NonZeroUsize,
+    ticks: usize,
+) -> Vec<f64> {
+    let h_s = plant.timebase().h_s();
+    let mut plant = Stepper::new(plant);
+    // The outputs that the controller has not seen yet, oldest first; before the start they are 0.
+    let mut under_way = VecDeque::from(vec![0.0; delay.get().min(ticks)]);
+    let mut response = Vec::with_capacity(ticks);
+    while let Some(seen) = under_way.pop_front() {
+        if response.len() == ticks {
+            break;
+        }
+        let y = plant.step(controller.update(r - seen, h_s));
+        under_way.push_back(y);
+        response.push(y);
+    }
+    response
+}
+
+/// The longest constant round trip, in seconds, with which the loop is stable, every shorter one
+/// included: a multiple of h, after [`loop_delay_ticks`]. `system` is plant and controller in
+/// series, both with h.
+///
+/// Infinite when no delay can make the loop unstable. `None` when not even the shortest round trip
+/// (two ticks) can be shown to be stable, or the gain at the Nyquist frequency is one or more,
+/// where every further tick turns stability over.
+///
+/// Jury's test decides the two ticks; the delay margin from there is exact, as stability can only
+/// be lost where the delayed loop passes through -1.
+#[must_use]
+pub fn largest_stable_round_trip_s(system: &TransferFunction<Discrete>) -> Option<f64> {
+    const SHORTEST_TICKS: usize = 2;
+    let h_s = system.timebase().h_s();
+    let at_nyquist = system
+        .timebase()
+        .nyquist_rad_s()
+        .map(|nyquist| system.frequency_response(nyquist).norm());
+    if !is_stable_with_delay(system, SHORTEST_TICKS) || at_nyquist.is_none_or(|gain| gain >= 1.0) {
+        return None;
+    }
+    let margin = margins(system, SHORTEST_TICKS as f64 * h_s).ok()?.delay_s;
+    // A further delay of exactly the margin leaves a pole on the circle, so that tick does not
+    // count.
+    let further_ticks = (margin / h_s).ceil() - 1.0;
+    Some((SHORTEST_TICKS as f64 - 1.0 + further_ticks.max(0.0)) * h_s)
+}
+
+/// Whether den(z) z^ticks + num(z), the closed loop's poles, all lie inside the unit circle.
+pub(crate) fn is_stable_with_delay(system: &TransferFunction<Discrete>, ticks: usize) -> bool {
+    let mut delayed = system.den().to_vec();
+    delayed.resize(delayed.len() + ticks, 0.0);
+    is_schur_stable(&sum(&delayed, system.num()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::discretise::{Method, discretise};
+    use crate::preset::{BARE_SETTLING_1MS_S, BARE_SETTLING_3MS_S, motor, paper_gains, paper_pi};
+    use crate::step_info::{StepSettings, step_info};
+
+    fn sampled(system: &TransferFunction, h_s: f64) -> StateSpace<Discrete> {
+        discretise(&StateSpace::from(system), Method::BackwardEuler, h_s)
+            .expect("stable, so never singular")
+    }
+
+    fn paper_loop(h_s: f64) -> TransferFunction<Discrete> {
+        let pi = paper_gains().transfer_function().expect("proper");
+        let pi = sampled(&pi, h_s).transfer_function().expect("finite");
+        sampled(&motor(), h_s)
+            .transfer_function()
+            .expect("finite")
+            .series(&pi)
+            .expect("the same h")
+    }
+
+    #[test]
+    fn the_delay_of_the_loop_counts_deadlines_and_one_tick() {
+        let ticks = |rtt_ns| loop_delay_ticks(rtt_ns, 3_000_000).get();
+        assert_eq!(
+            [0, 1, 3_000_000, 3_000_001, 53_000_000].map(ticks),
+            [2, 2, 2, 3, 19]
+        );
+    }
+
+    #[test]
+    fn the_longest_stable_round_trip_of_the_paper_is_where_jury_s_test_turns() {
+        // 96 ms at 1 kHz and 93 ms at 333 Hz: numpy's roots of the closed loop's polynomial say the
+        // same (fixtures).
+        for (h_s, longest_s) in [(0.001, 0.096), (0.003, 0.093)] {
+            let system = paper_loop(h_s);
+            let found_s = largest_stable_round_trip_s(&system).expect("the paper's loop is stable");
+            assert!(
+                (found_s - longest_s).abs() < 1e-12,
+                "{found_s} s at h = {h_s} s"
+            );
+            let ticks = (found_s / h_s).round() as usize + 1;
+            assert!((2..=ticks).all(|ticks| is_stable_with_delay(&system, ticks)));
+            assert!(!is_stable_with_delay(&system, ticks + 1));
+        }
+    }
+
+    #[test]
+    fn the_bare_loop_of_the_paper_settles_as_its_constants_say() {
+        let delay = NonZeroUsize::new(2).expect("not 0");
+        for (h_s, settling_s) in [(0.001, BARE_SETTLING_1MS_S), (0.003, BARE_SETTLING_3MS_S)] {
+            let y = step_response(
+                &sampled(&motor(), h_s),
+                paper_pi(),
+                1.0,
+                delay,
+                (3.0 / h_s) as usize,
+            );
+            let t: Vec<f64> = (0..y.len()).map(|k| k as f64 * h_s).collect();
+            let to_one = StepSettings {
+                final_value: Some(1.0),
+                ..StepSettings::default()
+            };
+            let info = step_info(&t, &y, &to_one).expect("finite");
+            assert!((info.settling_time - settling_s).abs() < 1e-9, "{info:?}");
+        }
+    }
+
+    #[test]
+    fn a_loop_whose_gain_never_reaches_one_survives_every_delay() {
+        let h = Discrete::try_new(0.01).expect("positive");
+        let quiet = TransferFunction::try_new([0.05], [1.0, -0.9], h).expect("valid");
+        assert_eq!(largest_stable_round_trip_s(&quiet), Some(f64::INFINITY));
+        let loud = TransferFunction::try_new([2.0], [1.0, -0.9], h).expect("valid");
+        assert_eq!(largest_stable_round_trip_s(&loud), None);
+    }
+}

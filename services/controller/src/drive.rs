@@ -1,0 +1,207 @@
+//! The entry: warms up, runs the deadlines, waits for what is under way, reports.
+
+use std::{future::Future, io, pin::Pin, pin::pin, time::Duration};
+
+use endpoint::{Answer, ControllerEnd, Loss, MessageRow, Step};
+use journal::{Journal, Recorder};
+use pace::{Alarm, now_ns};
+use tokio::task::{JoinError, JoinSet};
+
+use crate::{
+    config::{Config, DriveError, Granted, Report},
+    transport::{ExchangeError, Http, Transport},
+};
+
+/// Just below the plant's ticker, as the plant's own HTTP thread.
+const FIFO_PRIORITY: u8 = 45;
+
+/// How long to wait for a plant that is still starting.
+const WARM_UP: Duration = Duration::from_secs(10);
+
+/// How long to leave a plant alone that does not answer yet.
+const WARM_UP_PAUSE: Duration = Duration::from_millis(50);
+
+/// The start, if none is given, is this long after the warm-up.
+const START_AHEAD_NS: u64 = 200_000_000;
+
+/// Runs a controller for its duration, or until SIGTERM or SIGINT. The calling
+/// thread keeps the scheduling that it was granted.
+///
+/// # Errors
+/// [`DriveError`] says what could not be had, or which rows are missing. A
+/// message that fails is a row, not an error.
+pub fn drive(config: &Config) -> Result<Report, DriveError> {
+    drive_until(config, pace::told_to_end())
+}
+
+/// Like [`drive`], or until `stop` is done.
+///
+/// # Errors
+/// See [`drive`].
+pub fn drive_until(
+    config: &Config,
+    stop: impl Future<Output = io::Result<()>>,
+) -> Result<Report, DriveError> {
+    let transport = Http::try_new(&config.plant, &config.settings)?;
+    // The journal's thread must not inherit real-time scheduling.
+    let (rows, journal) =
+        Journal::create::<MessageRow>(&config.out.join("messages.csv"), MessageRow::COLUMNS)?;
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()?;
+    let scheduling = pace::ask(config.fifo.then_some(FIFO_PRIORITY));
+    let open_files = pace::raise_open_files();
+
+    runtime.block_on(async {
+        let mut stop = pin!(stop);
+        // 0, the output at rest, stands for a plant that was never looked at.
+        let (y, stopped) = tokio::select! {
+            y = warm_up(config, &transport) => (y?, false),
+            result = &mut stop => (0.0, result.map(|()| true)?),
+        };
+        let start_ns = config.start_ns.unwrap_or_else(|| now_ns() + START_AHEAD_NS);
+        let stop_ns = start_ns.saturating_add(config.duration_ns);
+        let end =
+            ControllerEnd::try_new(config.settings, config.law.clone(), y, start_ns, stop_ns)?;
+        let mut run = Run {
+            end,
+            transport,
+            under_way: JoinSet::new(),
+            rows,
+            first_failure: None,
+        };
+        let interrupted = stopped || run.deadlines(stop).await?;
+        Ok(Report {
+            start_ns,
+            stop_ns,
+            counts: run.end.counts(),
+            first_failure: run.first_failure,
+            interrupted,
+            rows: journal.finish(run.rows)?,
+            granted: Granted {
+                controller: scheduling,
+                open_files,
+            },
+        })
+    })
+}
+
+/// Waits for the plant, opens the connections, and gives the plant's output.
+async fn warm_up(config: &Config, transport: &impl Transport) -> Result<f64, DriveError> {
+    let mut why = String::from("no attempt ended");
+    let answers = async {
+        loop {
+            match transport.clone().observe().await {
+                Ok(observation) => return observation.y,
+                Err(error) => why = error.to_string(),
+            }
+            tokio::time::sleep(WARM_UP_PAUSE).await;
+        }
+    };
+    let Ok(y) = tokio::time::timeout(WARM_UP, answers).await else {
+        let plant = config.plant.clone();
+        return Err(DriveError::Unreachable {
+            plant,
+            waited_s: WARM_UP.as_secs(),
+            why,
+        });
+    };
+    // Requests at one time each need a connection of their own. Should one
+    // fail now, its message opens it later.
+    let opening: JoinSet<_> = (0..config.connections)
+        .map(|_| transport.clone().observe())
+        .collect();
+    opening.join_all().await;
+    Ok(y)
+}
+
+/// How one message ended: its number, when, and with what.
+type Ended = (u64, u64, Result<Answer, ExchangeError>);
+
+/// A run of deadlines.
+struct Run<T> {
+    end: ControllerEnd,
+    transport: T,
+    under_way: JoinSet<Ended>,
+    rows: Recorder<MessageRow>,
+    first_failure: Option<String>,
+}
+
+impl<T: Transport> Run<T> {
+    /// Passes all deadlines and waits for all messages; whether `stop` came first.
+    async fn deadlines(
+        &mut self,
+        mut stop: Pin<&mut impl Future<Output = io::Result<()>>>,
+    ) -> io::Result<bool> {
+        let alarm = Alarm::new()?;
+        loop {
+            match self.end.poll(now_ns()) {
+                Step::Send(command) => {
+                    let exchange = self.transport.clone().exchange(command);
+                    self.under_way.spawn(async move {
+                        let result = exchange.await;
+                        (command.seq, now_ns(), result)
+                    });
+                    continue;
+                }
+                Step::Missed(row) => {
+                    self.rows.record(row);
+                    continue;
+                }
+                Step::Sleep { until_ns } => alarm.set(until_ns)?,
+                Step::AwaitAnswer => {}
+                Step::Finished if self.under_way.is_empty() => return Ok(false),
+                Step::Finished => {}
+            }
+            // The deadline goes first; after it rang, what has come by then is
+            // taken in, so that the command is made from the newest output.
+            tokio::select! {
+                biased;
+                rung = alarm.rung() => {
+                    rung?;
+                    while let Some(ended) = self.under_way.try_join_next() {
+                        self.ended(ended);
+                    }
+                }
+                Some(ended) = self.under_way.join_next() => self.ended(ended),
+                stopped = &mut stop => {
+                    stopped?;
+                    self.give_up();
+                    return Ok(true);
+                }
+            }
+        }
+    }
+
+    /// Takes in how a message ended.
+    fn ended(&mut self, ended: Result<Ended, JoinError>) {
+        let (seq, t_ns, result) = match ended {
+            Ok(ended) => ended,
+            Err(error) => std::panic::resume_unwind(error.into_panic()),
+        };
+        let row = match result {
+            Ok(answer) => self.end.answered(&answer, t_ns),
+            Err(ExchangeError::Timeout) => self.end.lost(seq, Loss::Timeout, t_ns),
+            Err(ExchangeError::Failed(why)) => {
+                if self.first_failure.is_none() {
+                    tracing::warn!(seq, why, "the first message failed");
+                    self.first_failure = Some(why);
+                }
+                self.end.lost(seq, Loss::Failed, t_ns)
+            }
+        };
+        self.rows
+            .record(row.expect("each message ends once, and its answer names it"));
+    }
+
+    /// Ends every message under way as failed.
+    fn give_up(&mut self) {
+        self.under_way.abort_all();
+        let now_ns = now_ns();
+        while let Some(seq) = self.end.oldest_under_way() {
+            if let Some(row) = self.end.lost(seq, Loss::Failed, now_ns) {
+                self.rows.record(row);
+            }
+        }
+    }
+}

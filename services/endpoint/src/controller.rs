@@ -1,0 +1,290 @@
+//! The controller's end: a deadline every h, a command at each if it may.
+//!
+//! [`ControllerEnd::poll`] is asked for the next step until it says to wait;
+//! [`ControllerEnd::answered`] and [`ControllerEnd::lost`] tell it how a message
+//! ended. Each deadline becomes exactly one [`MessageRow`]: at once if nothing
+//! was sent, otherwise when its message ends. Nothing is allocated after
+//! [`ControllerEnd::try_new`]. Sockets, retries and waiting are not here.
+
+use std::collections::VecDeque;
+
+use control::Pid;
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    message::{Answer, Command},
+    row::{MessageOutcome, MessageRow},
+    sample_time::seconds,
+    setting::{ControllerSettings, Integrate, Late, Mode, Outstanding, Schedule},
+};
+
+/// What to do next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// Send this command now, then ask again.
+    Send(Command),
+    /// Record this deadline, at which nothing is sent, then ask again.
+    Missed(MessageRow),
+    /// Ask again at this time, or when a message has ended.
+    Sleep {
+        /// The next deadline.
+        until_ns: u64,
+    },
+    /// Ask again when the message under way has ended.
+    AwaitAnswer,
+    /// There are no more deadlines. Messages may still be under way.
+    Finished,
+}
+
+/// How a message ends that gets no valid answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Loss {
+    /// No answer came within the timeout.
+    Timeout,
+    /// The connection or the answer was broken.
+    Failed,
+}
+
+/// How many deadlines there were, and what became of them.
+///
+/// `due = sent + missed`, and `sent = answered + timeout + failed` plus those
+/// still under way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counts {
+    /// Deadlines so far.
+    pub due: u64,
+    /// Messages sent.
+    pub sent: u64,
+    /// Deadlines at which nothing was sent.
+    pub missed: u64,
+    /// Messages with a valid answer.
+    pub answered: u64,
+    /// Messages without one in time.
+    pub timeout: u64,
+    /// Messages whose connection or answer was broken.
+    pub failed: u64,
+}
+
+/// Settings that no controller can work with.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum InvalidSettings {
+    /// A reference that is not finite.
+    #[error("reference r = {r} is not a finite number; the paper's is 1")]
+    Reference {
+        /// What was asked.
+        r: f64,
+    },
+    /// Every message would end before it is sent.
+    #[error("timeout_ns = 0: every message would be late; the paper's is 5000000000 (5 s)")]
+    Timeout,
+}
+
+/// The controller's end of the loop.
+#[derive(Clone, Debug)]
+pub struct ControllerEnd {
+    settings: ControllerSettings,
+    pid: Pid,
+    /// The newest output known, and the plant's tick that it belongs to.
+    y: f64,
+    y_tick: u64,
+    /// When the command before was sent, for `Integrate::Elapsed`.
+    last_send_ns: Option<u64>,
+    next_seq: u64,
+    /// `None` while a relative schedule waits for an answer.
+    next_due_ns: Option<u64>,
+    stop_ns: u64,
+    /// In order of `seq`, and so mostly answered from the front.
+    under_way: VecDeque<MessageRow>,
+    counts: Counts,
+}
+
+impl ControllerEnd {
+    /// An end whose first deadline is `start_ns` and whose last is before
+    /// `stop_ns`. `y` is the plant's output before the first answer: 0 for a
+    /// plant at rest.
+    ///
+    /// # Errors
+    /// [`InvalidSettings`] if the reference is not finite or the timeout is 0.
+    pub fn try_new(
+        settings: ControllerSettings,
+        pid: Pid,
+        y: f64,
+        start_ns: u64,
+        stop_ns: u64,
+    ) -> Result<Self, InvalidSettings> {
+        if !settings.r.is_finite() {
+            return Err(InvalidSettings::Reference { r: settings.r });
+        }
+        if settings.timeout_ns == 0 {
+            return Err(InvalidSettings::Timeout);
+        }
+        Ok(Self {
+            settings,
+            pid,
+            y,
+            y_tick: 0,
+            last_send_ns: None,
+            next_seq: 0,
+            next_due_ns: Some(start_ns),
+            stop_ns,
+            under_way: VecDeque::with_capacity(settings.outstanding.limit()),
+            counts: Counts::default(),
+        })
+    }
+
+    /// The next step at `now_ns`. One call passes at most one deadline, so ask
+    /// until the answer is to wait.
+    ///
+    /// On an absolute schedule a deadline is over when the next one is due: a
+    /// controller that wakes late sends for the present deadline and records
+    /// those before it as missed, since it cannot send in the past. A relative
+    /// schedule has no such grid, and a late message only delays the next.
+    pub fn poll(&mut self, now_ns: u64) -> Step {
+        let Some(due_ns) = self.next_due_ns else {
+            return Step::AwaitAnswer;
+        };
+        if due_ns >= self.stop_ns {
+            return Step::Finished;
+        }
+        if now_ns < due_ns {
+            return Step::Sleep { until_ns: due_ns };
+        }
+        let seq = self.next_seq;
+        self.next_seq += 1;
+        self.counts.due += 1;
+
+        let h_ns = self.settings.h.ns();
+        let blocking = self.settings.outstanding == Outstanding::ONE;
+        let over = match self.settings.schedule {
+            Schedule::Absolute => {
+                let next_ns = due_ns.saturating_add(h_ns);
+                self.next_due_ns = Some(next_ns);
+                now_ns >= next_ns
+            }
+            Schedule::Relative => {
+                self.next_due_ns = (!blocking).then(|| now_ns.saturating_add(h_ns));
+                false
+            }
+        };
+        let full = self.under_way.len() >= self.settings.outstanding.limit();
+        if over || full {
+            self.counts.missed += 1;
+            return Step::Missed(self.row(seq, due_ns));
+        }
+        self.counts.sent += 1;
+        Step::Send(self.send(seq, due_ns, now_ns))
+    }
+
+    /// A message was answered. `None` if it is not under way (any more).
+    pub fn answered(&mut self, answer: &Answer, now_ns: u64) -> Option<MessageRow> {
+        let mut row = self.end(answer.seq(), now_ns)?;
+        self.counts.answered += 1;
+        row.t_receive_ns = Some(now_ns);
+        row.t_arrive_ns = Some(answer.t_arrive_ns());
+        row.outcome = MessageOutcome::Answered;
+        if let Answer::State(state) = answer {
+            row.tick = Some(state.tick);
+            // The plant's tick, not seq, is the age of a measurement: a command
+            // that was overtaken on its way up brings home the newer output.
+            let overtaken = state.tick < self.y_tick;
+            if !(overtaken && self.settings.late == Late::Drop) {
+                self.y = state.y;
+                self.y_tick = state.tick;
+            }
+        }
+        Some(row)
+    }
+
+    /// A message ended without a valid answer. `None` if it is not under way.
+    pub fn lost(&mut self, seq: u64, loss: Loss, now_ns: u64) -> Option<MessageRow> {
+        let mut row = self.end(seq, now_ns)?;
+        row.outcome = match loss {
+            Loss::Timeout => {
+                self.counts.timeout += 1;
+                MessageOutcome::Timeout
+            }
+            Loss::Failed => {
+                self.counts.failed += 1;
+                MessageOutcome::Failed
+            }
+        };
+        Some(row)
+    }
+
+    /// The oldest message under way, if any.
+    #[must_use]
+    pub fn oldest_under_way(&self) -> Option<u64> {
+        self.under_way.front().map(|row| row.seq)
+    }
+
+    /// What became of the deadlines so far.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// The command for a deadline: from the newest output known right now.
+    fn send(&mut self, seq: u64, due_ns: u64, now_ns: u64) -> Command {
+        let ControllerSettings {
+            mode,
+            r,
+            h,
+            integrate,
+            ..
+        } = self.settings;
+        let mut row = self.row(seq, due_ns);
+        let u = match mode {
+            // The plant does not apply it; the reference is as good as any.
+            Mode::Open => r,
+            Mode::Closed => {
+                let e = r - self.y;
+                row.y = Some(self.y);
+                row.e = Some(e);
+                let dt_s = match (integrate, self.last_send_ns) {
+                    (Integrate::Elapsed, Some(last_ns)) => seconds(now_ns.saturating_sub(last_ns)),
+                    _ => h.seconds(),
+                };
+                self.pid.update(e, dt_s)
+            }
+        };
+        row.t_send_ns = Some(now_ns);
+        row.u = Some(u);
+        self.last_send_ns = Some(now_ns);
+        self.under_way.push_back(row);
+        Command {
+            seq,
+            t_send_ns: now_ns,
+            u,
+        }
+    }
+
+    /// Takes a message off those under way.
+    fn end(&mut self, seq: u64, now_ns: u64) -> Option<MessageRow> {
+        let index = self
+            .under_way
+            .binary_search_by_key(&seq, |row| row.seq)
+            .ok()?;
+        let row = self.under_way.remove(index)?;
+        // Only a relative schedule with one outstanding waits for this.
+        let h_ns = self.settings.h.ns();
+        self.next_due_ns.get_or_insert(now_ns.saturating_add(h_ns));
+        Some(row)
+    }
+
+    /// The row of a deadline before anything is known of it.
+    fn row(&self, seq: u64, t_due_ns: u64) -> MessageRow {
+        MessageRow {
+            seq,
+            t_due_ns,
+            t_send_ns: None,
+            t_receive_ns: None,
+            t_arrive_ns: None,
+            r: self.settings.r,
+            y: None,
+            e: None,
+            u: None,
+            tick: None,
+            outcome: MessageOutcome::Missed,
+        }
+    }
+}

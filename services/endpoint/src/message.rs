@@ -1,0 +1,225 @@
+//! What the two ends say to each other.
+//!
+//! On the wire a message is a URI-encoded query, as in the paper:
+//! `seq=7&t_send_ns=1200000&u=0.35`. `Display` writes that form and `FromStr`
+//! reads it, strictly ([`crate::query`]). Numbers are written with the fewest
+//! digits that read back to the same f64. The same fields go as a JSON object
+//! (serde) where a client asks for it. An output that has left the finite
+//! numbers is written as `inf` or `NaN` and refused by the reader.
+
+use std::{fmt, str::FromStr};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    query::{InvalidMessage, count, fields, finite},
+    setting::Mode,
+};
+
+/// From controller to plant: use this input.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Command {
+    /// Number of the deadline at which it was sent.
+    pub seq: u64,
+    /// When it was sent, on the controller's clock.
+    pub t_send_ns: u64,
+    /// The input.
+    pub u: f64,
+}
+
+/// From plant to controller in closed loop: what became of the plant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct State {
+    /// The command that this answers.
+    pub seq: u64,
+    /// The plant's latest tick.
+    pub tick: u64,
+    /// When the command arrived, on the plant's clock.
+    pub t_arrive_ns: u64,
+    /// The output after that tick.
+    pub y: f64,
+    /// The input that the plant holds from now on.
+    pub u: f64,
+}
+
+/// From plant to controller in open loop: the command arrived.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Acknowledgement {
+    /// The command that this answers.
+    pub seq: u64,
+    /// When it arrived, on the plant's clock.
+    pub t_arrive_ns: u64,
+}
+
+/// The plant seen without commanding it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Observation {
+    /// When it was seen, on the plant's clock.
+    pub t_ns: u64,
+    /// The latest tick.
+    pub tick: u64,
+    /// The output after that tick.
+    pub y: f64,
+    /// The input that the plant holds.
+    pub u: f64,
+}
+
+/// The plant's answer to a command, by the mode of the loop.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Answer {
+    /// In closed loop.
+    State(State),
+    /// In open loop.
+    Acknowledgement(Acknowledgement),
+}
+
+impl Answer {
+    /// Reads the answer to `command`.
+    ///
+    /// # Errors
+    /// [`InvalidMessage`] names the field; an answer to another command is
+    /// refused too, for its y belongs to another moment.
+    pub fn parse(mode: Mode, text: &str, command: &Command) -> Result<Self, InvalidMessage> {
+        let answer = match mode {
+            Mode::Closed => Self::State(text.parse()?),
+            Mode::Open => Self::Acknowledgement(text.parse()?),
+        };
+        if answer.seq() == command.seq {
+            Ok(answer)
+        } else {
+            Err(InvalidMessage::OtherCommand {
+                asked: command.seq,
+                got: answer.seq(),
+            })
+        }
+    }
+
+    /// The sequence number of the command that this answers.
+    #[must_use]
+    pub fn seq(&self) -> u64 {
+        match self {
+            Self::State(state) => state.seq,
+            Self::Acknowledgement(acknowledgement) => acknowledgement.seq,
+        }
+    }
+
+    /// When that command arrived, on the plant's clock.
+    #[must_use]
+    pub fn t_arrive_ns(&self) -> u64 {
+        match self {
+            Self::State(state) => state.t_arrive_ns,
+            Self::Acknowledgement(acknowledgement) => acknowledgement.t_arrive_ns,
+        }
+    }
+}
+
+// `{:?}` of an f64 has the fewest digits that read back, as `{}` has, but goes
+// over to an exponent where `{}` would write 300 zeros.
+
+impl fmt::Display for Command {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "seq={}&t_send_ns={}&u={:?}",
+            self.seq, self.t_send_ns, self.u
+        )
+    }
+}
+
+impl fmt::Display for State {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            seq,
+            tick,
+            t_arrive_ns,
+            y,
+            u,
+        } = self;
+        write!(
+            f,
+            "seq={seq}&tick={tick}&t_arrive_ns={t_arrive_ns}&y={y:?}&u={u:?}"
+        )
+    }
+}
+
+impl fmt::Display for Acknowledgement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "seq={}&t_arrive_ns={}", self.seq, self.t_arrive_ns)
+    }
+}
+
+impl fmt::Display for Observation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { t_ns, tick, y, u } = self;
+        write!(f, "t_ns={t_ns}&tick={tick}&y={y:?}&u={u:?}")
+    }
+}
+
+impl fmt::Display for Answer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::State(state) => state.fmt(f),
+            Self::Acknowledgement(acknowledgement) => acknowledgement.fmt(f),
+        }
+    }
+}
+
+impl FromStr for Command {
+    type Err = InvalidMessage;
+
+    fn from_str(text: &str) -> Result<Self, InvalidMessage> {
+        let [seq, t_send_ns, u] = fields(text, ["seq", "t_send_ns", "u"])?;
+        Ok(Self {
+            seq: count("seq", &seq)?,
+            t_send_ns: count("t_send_ns", &t_send_ns)?,
+            u: finite("u", &u)?,
+        })
+    }
+}
+
+impl FromStr for State {
+    type Err = InvalidMessage;
+
+    fn from_str(text: &str) -> Result<Self, InvalidMessage> {
+        let [seq, tick, t_arrive_ns, y, u] =
+            fields(text, ["seq", "tick", "t_arrive_ns", "y", "u"])?;
+        Ok(Self {
+            seq: count("seq", &seq)?,
+            tick: count("tick", &tick)?,
+            t_arrive_ns: count("t_arrive_ns", &t_arrive_ns)?,
+            y: finite("y", &y)?,
+            u: finite("u", &u)?,
+        })
+    }
+}
+
+impl FromStr for Acknowledgement {
+    type Err = InvalidMessage;
+
+    fn from_str(text: &str) -> Result<Self, InvalidMessage> {
+        let [seq, t_arrive_ns] = fields(text, ["seq", "t_arrive_ns"])?;
+        Ok(Self {
+            seq: count("seq", &seq)?,
+            t_arrive_ns: count("t_arrive_ns", &t_arrive_ns)?,
+        })
+    }
+}
+
+impl FromStr for Observation {
+    type Err = InvalidMessage;
+
+    fn from_str(text: &str) -> Result<Self, InvalidMessage> {
+        let [t_ns, tick, y, u] = fields(text, ["t_ns", "tick", "y", "u"])?;
+        Ok(Self {
+            t_ns: count("t_ns", &t_ns)?,
+            tick: count("tick", &tick)?,
+            y: finite("y", &y)?,
+            u: finite("u", &u)?,
+        })
+    }
+}

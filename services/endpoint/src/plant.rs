@@ -1,0 +1,216 @@
+//! The plant's end: it holds the last input and is stepped every h.
+//!
+//! It is made of two parts, because in a real run two threads own them: the
+//! [`Inbox`] takes commands as they arrive and says which input is held, the
+//! [`Process`] steps the model on its deadlines. [`PlantEnd`] is both at once,
+//! for virtual time and for the test vectors. The HTTP around it is not here.
+
+use control::Stepper;
+
+use crate::{
+    message::{Acknowledgement, Answer, Command, Observation, State},
+    row::{ArrivalOutcome, ArrivalRow, TickRow},
+    setting::{Late, Mode, PlantSettings},
+};
+
+/// What the plant is driven with between two commands.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Input {
+    /// The input held; 0 before the first command.
+    pub u: f64,
+    /// The command that set it.
+    pub seq: Option<u64>,
+}
+
+/// What the outside can see of the process: its latest tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Output {
+    /// Number of the latest tick; 0 also just before it.
+    pub tick: u64,
+    /// The output after it.
+    pub y: f64,
+}
+
+/// Where commands arrive: numbers them, judges late ones, holds the input.
+///
+/// The age of a command is its sequence number, so with [`Late::Drop`] one
+/// inbox serves one run of one controller: a controller that starts again from
+/// 0 would find all its commands stale.
+#[derive(Clone, Debug)]
+pub struct Inbox {
+    late: Late,
+    input: Input,
+    arrivals: u64,
+}
+
+impl Inbox {
+    /// An inbox that holds u = 0.
+    #[must_use]
+    pub fn new(late: Late) -> Self {
+        Self {
+            late,
+            input: Input::default(),
+            arrivals: 0,
+        }
+    }
+
+    /// Takes a command that arrived at `now_ns`, when the process showed
+    /// `output`, and gives the row and the answer.
+    pub fn command(
+        &mut self,
+        mode: Mode,
+        command: &Command,
+        output: Output,
+        now_ns: u64,
+    ) -> (ArrivalRow, Answer) {
+        let &Command { seq, t_send_ns, u } = command;
+        let overtaken = self.input.seq.is_some_and(|newest| seq <= newest);
+        let outcome = match (mode, self.late) {
+            (Mode::Open, _) => ArrivalOutcome::Acknowledged,
+            (Mode::Closed, Late::Drop) if overtaken => ArrivalOutcome::Stale,
+            (Mode::Closed, _) => {
+                self.input = Input { u, seq: Some(seq) };
+                ArrivalOutcome::Applied
+            }
+        };
+        let row = ArrivalRow {
+            n: self.arrivals,
+            seq,
+            t_send_ns,
+            t_arrive_ns: now_ns,
+            tick: output.tick,
+            u,
+            outcome,
+        };
+        self.arrivals += 1;
+        let answer = match mode {
+            Mode::Open => Answer::Acknowledgement(Acknowledgement {
+                seq,
+                t_arrive_ns: now_ns,
+            }),
+            Mode::Closed => Answer::State(State {
+                seq,
+                tick: output.tick,
+                t_arrive_ns: now_ns,
+                y: output.y,
+                u: self.input.u,
+            }),
+        };
+        (row, answer)
+    }
+
+    /// The input held.
+    #[must_use]
+    pub fn input(&self) -> Input {
+        self.input
+    }
+
+    /// How many commands have arrived.
+    #[must_use]
+    pub fn arrivals(&self) -> u64 {
+        self.arrivals
+    }
+}
+
+/// The model on its deadlines, start + k h.
+#[derive(Clone, Debug)]
+pub struct Process {
+    stepper: Stepper,
+    h_ns: u64,
+    next_k: u64,
+    next_due_ns: u64,
+    output: Output,
+}
+
+impl Process {
+    /// A process whose tick 0 is due at `start_ns`. `stepper` is the model,
+    /// sampled at h and at rest.
+    #[must_use]
+    pub fn new(settings: &PlantSettings, stepper: Stepper, start_ns: u64) -> Self {
+        Self {
+            stepper,
+            h_ns: settings.h.ns(),
+            next_k: 0,
+            next_due_ns: start_ns,
+            output: Output::default(),
+        }
+    }
+
+    /// When the next tick is due.
+    #[must_use]
+    pub fn next_due_ns(&self) -> u64 {
+        self.next_due_ns
+    }
+
+    /// Does the next tick with `input`; `now_ns` is only recorded. A tick that
+    /// comes late is caught up, not left out, so simulated time keeps to `k h`.
+    pub fn tick(&mut self, input: Input, now_ns: u64) -> TickRow {
+        let k = self.next_k;
+        let y = self.stepper.step(input.u);
+        self.output = Output { tick: k, y };
+        let row = TickRow {
+            k,
+            t_due_ns: self.next_due_ns,
+            t_tick_ns: now_ns,
+            u: input.u,
+            y,
+            seq: input.seq,
+        };
+        self.next_k += 1;
+        self.next_due_ns = self.next_due_ns.saturating_add(self.h_ns);
+        row
+    }
+
+    /// The latest tick and its output.
+    #[must_use]
+    pub fn output(&self) -> Output {
+        self.output
+    }
+}
+
+/// The whole end, for one thread.
+#[derive(Clone, Debug)]
+pub struct PlantEnd {
+    inbox: Inbox,
+    process: Process,
+}
+
+impl PlantEnd {
+    /// An end whose tick 0 is due at `start_ns`; see [`Process::new`].
+    #[must_use]
+    pub fn new(settings: &PlantSettings, stepper: Stepper, start_ns: u64) -> Self {
+        Self {
+            inbox: Inbox::new(settings.late),
+            process: Process::new(settings, stepper, start_ns),
+        }
+    }
+
+    /// When the next tick is due.
+    #[must_use]
+    pub fn next_due_ns(&self) -> u64 {
+        self.process.next_due_ns()
+    }
+
+    /// Does the next tick with the input held; see [`Process::tick`].
+    pub fn tick(&mut self, now_ns: u64) -> TickRow {
+        self.process.tick(self.inbox.input(), now_ns)
+    }
+
+    /// Takes a command; see [`Inbox::command`].
+    pub fn command(&mut self, mode: Mode, command: &Command, now_ns: u64) -> (ArrivalRow, Answer) {
+        self.inbox
+            .command(mode, command, self.process.output(), now_ns)
+    }
+
+    /// The plant seen without commanding it.
+    #[must_use]
+    pub fn observe(&self, now_ns: u64) -> Observation {
+        let Output { tick, y } = self.process.output();
+        Observation {
+            t_ns: now_ns,
+            tick,
+            y,
+            u: self.inbox.input().u,
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! Reading `key=value&key=value`, strictly.
+//!
+//! Every key has to be there exactly once and no other may be, since a
+//! misspelt or doubled key is a mistake in a client that should not steer
+//! anything. Numbers are decimal and finite. Writing needs no code of its own:
+//! the messages' `Display` does it, as no character of a number needs escaping.
+
+use std::borrow::Cow;
+
+/// The longest query that is read. The longest valid command has about 100 bytes.
+pub const MAX_BYTES: usize = 1024;
+
+/// How much of a refused text an error repeats.
+const EXCERPT_CHARS: usize = 40;
+
+/// Why a message was refused. Each names the field.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum InvalidMessage {
+    /// The whole text is too long.
+    #[error("query of {bytes} bytes: a message has at most {MAX_BYTES}")]
+    TooLong {
+        /// Its length.
+        bytes: usize,
+    },
+    /// A field is not there.
+    #[error("field `{field}` is missing: this message has the fields {expected}")]
+    Missing {
+        /// The field.
+        field: &'static str,
+        /// All fields of the message.
+        expected: String,
+    },
+    /// A field is there twice.
+    #[error("field `{field}` is there twice: give it once")]
+    Duplicate {
+        /// The field.
+        field: &'static str,
+    },
+    /// A field that the message does not have.
+    #[error("field `{field}` is unknown: this message has the fields {expected}")]
+    Unknown {
+        /// The field, shortened.
+        field: String,
+        /// All fields of the message.
+        expected: String,
+    },
+    /// Not a whole number from 0 to 2^64 - 1.
+    #[error("field `{field}`: `{value}` is not a whole number from 0 to 18446744073709551615")]
+    NotCount {
+        /// The field.
+        field: &'static str,
+        /// Its value, shortened.
+        value: String,
+    },
+    /// Not a number, or an infinite one.
+    #[error(
+        "field `{field}`: `{value}` is not a finite decimal number; write it like 0.35 or -1e-3"
+    )]
+    NotFinite {
+        /// The field.
+        field: &'static str,
+        /// Its value, shortened.
+        value: String,
+    },
+    /// The answer belongs to another command.
+    #[error("field `seq`: the answer is to command {got}, the command was {asked}")]
+    OtherCommand {
+        /// The sequence number of the command.
+        asked: u64,
+        /// The sequence number in the answer.
+        got: u64,
+    },
+}
+
+/// The values of the fields `names`, in their order.
+pub(crate) fn fields<'a, const N: usize>(
+    text: &'a str,
+    names: [&'static str; N],
+) -> Result<[Cow<'a, str>; N], InvalidMessage> {
+    if text.len() > MAX_BYTES {
+        return Err(InvalidMessage::TooLong { bytes: text.len() });
+    }
+    let expected = || names.join(", ");
+    let mut values: [Option<Cow<'a, str>>; N] = [const { None }; N];
+    for (key, value) in form_urlencoded::parse(text.as_bytes()) {
+        let Some(index) = names.iter().position(|name| *name == key) else {
+            return Err(InvalidMessage::Unknown {
+                field: excerpt(&key),
+                expected: expected(),
+            });
+        };
+        if values[index].replace(value).is_some() {
+            return Err(InvalidMessage::Duplicate {
+                field: names[index],
+            });
+        }
+    }
+    if let Some(index) = values.iter().position(Option::is_none) {
+        return Err(InvalidMessage::Missing {
+            field: names[index],
+            expected: expected(),
+        });
+    }
+    Ok(values.map(Option::unwrap_or_default))
+}
+
+/// A count or a time in nanoseconds: digits only, so neither `+7` nor ` 7`.
+pub(crate) fn count(field: &'static str, value: &str) -> Result<u64, InvalidMessage> {
+    let digits = value.bytes().all(|byte| byte.is_ascii_digit());
+    match value.parse() {
+        Ok(number) if digits => Ok(number),
+        _ => Err(InvalidMessage::NotCount {
+            field,
+            value: excerpt(value),
+        }),
+    }
+}
+
+/// A finite number. `1e400` reads as infinite in an f64 and is refused too.
+pub(crate) fn finite(field: &'static str, value: &str) -> Result<f64, InvalidMessage> {
+    match value.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err(InvalidMessage::NotFinite {
+            field,
+            value: excerpt(value),
+        }),
+    }
+}
+
+/// The beginning of a text that came from outside, fit for a log line.
+fn excerpt(text: &str) -> String {
+    let mut start: String = text
+        .chars()
+        .take(EXCERPT_CHARS)
+        .flat_map(char::escape_debug)
+        .collect();
+    if text.chars().nth(EXCERPT_CHARS).is_some() {
+        start.push_str("...");
+    }
+    start
+}

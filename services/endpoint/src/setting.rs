@@ -1,0 +1,322 @@
+//! How an experiment sets up the two ends, and the paper's clients as presets.
+//!
+//! Each choice is a word in kebab-case, the same on the command line, in TOML
+//! and in a manifest. What the words do is in [`crate::controller`] and
+//! [`crate::plant`].
+
+use std::{fmt, num::NonZeroU16, str::FromStr};
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+use crate::SampleTime;
+
+/// A word that none of a setting's choices has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{setting} `{word}` is unknown; choose {choices}")]
+pub struct UnknownWord {
+    /// The setting.
+    pub setting: &'static str,
+    /// What was asked.
+    pub word: String,
+    /// What can be asked.
+    pub choices: &'static str,
+}
+
+/// Declares a setting that is a choice of words: the enum, and its reading and
+/// writing (`FromStr`, `Display`, serde) from one list.
+macro_rules! choice {
+    ($(#[$meta:meta])* $name:ident, $setting:literal, $choices:literal, {
+        $($(#[$variant_meta:meta])* $variant:ident = $word:literal,)+
+    }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+        pub enum $name {
+            $($(#[$variant_meta])* #[serde(rename = $word)] $variant,)+
+        }
+
+        impl $name {
+            /// Every choice, in the order of the documentation.
+            pub const ALL: &[Self] = &[$(Self::$variant),+];
+        }
+
+        impl FromStr for $name {
+            type Err = UnknownWord;
+
+            fn from_str(word: &str) -> Result<Self, Self::Err> {
+                match word {
+                    $($word => Ok(Self::$variant),)+
+                    _ => Err(UnknownWord {
+                        setting: $setting,
+                        word: word.to_owned(),
+                        choices: $choices,
+                    }),
+                }
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.pad(match self { $(Self::$variant => $word,)+ })
+            }
+        }
+    };
+}
+
+choice!(
+    /// Whether the answers steer the plant.
+    Mode, "mode", "open or closed", {
+        /// The plant only acknowledges: a study of timing.
+        Open = "open",
+        /// The plant applies u and answers with its state.
+        Closed = "closed",
+    }
+);
+
+choice!(
+    /// What a message does for its TCP connection.
+    Connection, "connection", "keep or new", {
+        /// Takes an idle one and leaves it open; opens one when none is idle.
+        Keep = "keep",
+        /// Opens one of its own and closes it.
+        New = "new",
+    }
+);
+
+choice!(
+    /// Where the next deadline is.
+    Schedule, "schedule", "absolute or relative", {
+        /// start + k h: it does not drift, and what is late stays visible.
+        Absolute = "absolute",
+        /// h after the last message ended (with one outstanding) or was sent
+        /// (with several): it drifts, as a program does that sleeps h in a loop.
+        Relative = "relative",
+    }
+);
+
+choice!(
+    /// The time by which the controller's integrator advances at each message.
+    Integrate, "integrate", "h or elapsed", {
+        /// The nominal sample time, as the paper's difference equation has it.
+        H = "h",
+        /// The time since the message before.
+        Elapsed = "elapsed",
+    }
+);
+
+choice!(
+    /// What an end does with a message that a newer one has overtaken.
+    Late, "late", "apply or drop", {
+        /// Takes messages in order of arrival, as the paper's server did.
+        Apply = "apply",
+        /// Leaves out those older than the newest it has taken.
+        Drop = "drop",
+    }
+);
+
+/// How many requests the controller may have under way.
+///
+/// Written as a number or as `unlimited`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outstanding {
+    /// At most this many. With 1 the client is blocking: it waits for each answer.
+    Limited(NonZeroU16),
+    /// As many as come to be, up to [`Outstanding::CAP`].
+    Unlimited,
+}
+
+impl Outstanding {
+    /// One request at a time.
+    pub const ONE: Self = Self::Limited(NonZeroU16::MIN);
+
+    /// The technical limit on `unlimited`, and on any number: each request may
+    /// hold a socket, and a process has a limited number of those. At 1 kHz and
+    /// a timeout of 5 s no more than 5000 can be under way.
+    pub const CAP: u16 = 8192;
+
+    /// The number of requests that may be under way.
+    #[must_use]
+    pub fn limit(self) -> usize {
+        match self {
+            Self::Limited(n) => usize::from(n.get().min(Self::CAP)),
+            Self::Unlimited => usize::from(Self::CAP),
+        }
+    }
+}
+
+impl FromStr for Outstanding {
+    type Err = UnknownWord;
+
+    fn from_str(word: &str) -> Result<Self, Self::Err> {
+        if word == "unlimited" {
+            return Ok(Self::Unlimited);
+        }
+        match word.parse::<NonZeroU16>() {
+            Ok(n) if n.get() <= Self::CAP => Ok(Self::Limited(n)),
+            _ => Err(UnknownWord {
+                setting: "outstanding",
+                word: word.to_owned(),
+                choices: "a number from 1 to 8192, or unlimited",
+            }),
+        }
+    }
+}
+
+impl fmt::Display for Outstanding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Limited(n) => f.pad(&n.to_string()),
+            Self::Unlimited => f.pad("unlimited"),
+        }
+    }
+}
+
+impl Serialize for Outstanding {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Limited(n) => serializer.serialize_u16(n.get()),
+            Self::Unlimited => serializer.serialize_str("unlimited"),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Outstanding {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+
+        impl de::Visitor<'_> for Visitor {
+            type Value = Outstanding;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number from 1 to 8192, or \"unlimited\"")
+            }
+
+            fn visit_str<E: de::Error>(self, word: &str) -> Result<Outstanding, E> {
+                word.parse().map_err(E::custom)
+            }
+
+            fn visit_u64<E: de::Error>(self, n: u64) -> Result<Outstanding, E> {
+                self.visit_str(&n.to_string())
+            }
+
+            fn visit_i64<E: de::Error>(self, n: i64) -> Result<Outstanding, E> {
+                self.visit_str(&n.to_string())
+            }
+        }
+
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+/// Everything that the controller's end is set up with.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ControllerSettings {
+    /// Whether the answers steer the plant.
+    pub mode: Mode,
+    /// Sample time.
+    pub h: SampleTime,
+    /// The reference.
+    pub r: f64,
+    /// How many requests may be under way.
+    pub outstanding: Outstanding,
+    /// Kept-alive or new connections. It acts outside this crate.
+    pub connection: Connection,
+    /// Where the next deadline is.
+    pub schedule: Schedule,
+    /// By what time the integrator advances.
+    pub integrate: Integrate,
+    /// What becomes of an answer that a newer one has overtaken.
+    pub late: Late,
+    /// How long a message waits for its answer. The paper's clients: 5 s.
+    pub timeout_ns: u64,
+}
+
+/// Everything that the plant's end is set up with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlantSettings {
+    /// Sample time.
+    pub h: SampleTime,
+    /// What becomes of a command that a newer one has overtaken.
+    pub late: Late,
+}
+
+choice!(
+    /// A client with a name.
+    Preset, "preset", "paper-python or blocking", {
+        /// The paper's Python client, as its closed loop over the VPN shows it:
+        /// it sends every h whatever is outstanding, each message a blocking
+        /// request on its own worker, connections kept.
+        PaperPython = "paper-python",
+        /// The same with one request at a time: it waits for each answer.
+        Blocking = "blocking",
+    }
+);
+
+impl Preset {
+    /// The settings that the name stands for.
+    #[must_use]
+    pub fn settings(self, mode: Mode, h: SampleTime) -> ControllerSettings {
+        ControllerSettings {
+            mode,
+            h,
+            r: 1.0,
+            outstanding: match self {
+                Self::PaperPython => Outstanding::Unlimited,
+                Self::Blocking => Outstanding::ONE,
+            },
+            connection: Connection::Keep,
+            schedule: Schedule::Absolute,
+            integrate: Integrate::H,
+            late: Late::Apply,
+            timeout_ns: 5_000_000_000,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_read_back_as_they_are_written_and_serde_uses_the_same_ones() {
+        fn check<T>(choices: &[T])
+        where
+            T: FromStr<Err = UnknownWord> + fmt::Display + Serialize + PartialEq + fmt::Debug,
+        {
+            for choice in choices {
+                assert_eq!(choice.to_string().parse().as_ref(), Ok(choice));
+                let json = serde_json::to_value(choice).expect("a word");
+                assert_eq!(json, serde_json::Value::String(choice.to_string()));
+            }
+        }
+        check(Mode::ALL);
+        check(Connection::ALL);
+        check(Schedule::ALL);
+        check(Integrate::ALL);
+        check(Late::ALL);
+        check(Preset::ALL);
+        assert_eq!(
+            "opened".parse::<Mode>().map_err(|error| error.to_string()),
+            Err("mode `opened` is unknown; choose open or closed".to_owned())
+        );
+    }
+
+    #[test]
+    fn outstanding_is_a_number_or_unlimited() {
+        for (word, limit) in [("1", 1), ("8", 8), ("8192", 8192), ("unlimited", 8192)] {
+            let outstanding: Outstanding = word.parse().expect(word);
+            assert_eq!(outstanding.limit(), limit);
+            assert_eq!(outstanding.to_string(), word);
+            let json = serde_json::to_string(&outstanding).expect("a number or a word");
+            assert_eq!(
+                serde_json::from_str::<Outstanding>(&json).ok(),
+                Some(outstanding)
+            );
+        }
+        for word in ["0", "-1", "8193", "many", "", "1.5"] {
+            assert!(word.parse::<Outstanding>().is_err(), "{word}");
+        }
+        assert!(serde_json::from_str::<Outstanding>("0").is_err());
+    }
+}

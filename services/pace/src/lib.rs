@@ -1,0 +1,24 @@
+//! Time for the two ends of a real run, and what the kernel grants them.
+//!
+//! * [`now_ns`]: the run's clock. It is `CLOCK_MONOTONIC`, which all processes
+//!   and namespaces of one kernel share, so times of plant and controller compare.
+//! * [`Pacer`] and [`Alarm`]: waiting for a deadline on it, in a thread and in a task.
+//! * [`ask`] and [`Scheduling`]: the best scheduling that a thread can get, and
+//!   what it got, for the manifest.
+//! * [`raise_open_files`]: room for the sockets of many messages.
+//! * [`told_to_end`]: the signals that end a process in good order.
+//!
+//! What happens at a deadline is left to the crate `endpoint`. The one `unsafe`
+//! is in `alarm`.
+
+mod alarm;
+mod clock;
+mod limit;
+mod scheduling;
+mod stop;
+
+pub use alarm::Alarm;
+pub use clock::{Pacer, now_ns, timespec};
+pub use limit::raise_open_files;
+pub use scheduling::{Policy, Scheduling, ask};
+pub use stop::told_to_end;

@@ -1,0 +1,96 @@
+//! What a plant is told, what it tells, and why it may fail.
+
+use std::{io, net::SocketAddr, path::PathBuf};
+
+use control::{InvalidDiscretisation, Method, TransferFunction};
+use endpoint::PlantSettings;
+use journal::{JournalError, Written};
+use pace::Scheduling;
+use serde::{Deserialize, Serialize};
+
+/// Everything that a plant is told.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Where it listens; port 0 takes a free one, which [`Ready`] names.
+    pub listen: SocketAddr,
+    /// Sample time, and what becomes of late commands.
+    pub settings: PlantSettings,
+    /// The continuous model, such as `control::preset::motor()`.
+    pub model: TransferFunction,
+    /// How the model is sampled; the paper: backward Euler.
+    pub method: Method,
+    /// The folder of `ticks.csv` and `arrivals.csv`; made if need be.
+    pub out: PathBuf,
+    /// Whether to ask for real-time scheduling.
+    pub fifo: bool,
+}
+
+/// What a plant tells when it can be reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Ready {
+    /// Where it listens.
+    pub address: SocketAddr,
+    /// When tick 0 is due, on the run's clock.
+    pub start_ns: u64,
+}
+
+/// What a plant tells when it has stopped.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Report {
+    /// Where it listened.
+    pub address: SocketAddr,
+    /// When tick 0 was due, on the run's clock.
+    pub start_ns: u64,
+    /// Ticks done.
+    pub ticks: u64,
+    /// Ticks that came a whole sample time late or more, and were caught up.
+    pub missed: u64,
+    /// Commands that arrived, whatever became of them.
+    pub arrivals: u64,
+    /// Requests that were refused, with a 4xx or 5xx.
+    pub refused: u64,
+    /// Connections accepted.
+    pub connections: u64,
+    /// Rows of `ticks.csv`.
+    pub tick_rows: Written,
+    /// Rows of `arrivals.csv`.
+    pub arrival_rows: Written,
+    /// What the kernel granted.
+    pub granted: Granted,
+}
+
+/// What the kernel granted to the plant's two threads.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Granted {
+    /// To the thread that steps the model.
+    pub ticker: Scheduling,
+    /// To the thread that speaks HTTP.
+    pub server: Scheduling,
+    /// Files and sockets that may be open.
+    pub open_files: u64,
+}
+
+/// Why a plant did not run, or not to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum ServeError {
+    /// The address cannot be listened on.
+    #[error("cannot listen on {address}: {source}; give a free address of this machine, or port 0")]
+    Listen {
+        /// The address asked for.
+        address: SocketAddr,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The model cannot be sampled at this h.
+    #[error("cannot sample the plant's model: {0}")]
+    Model(#[from] InvalidDiscretisation),
+    /// Rows are missing.
+    #[error(transparent)]
+    Rows(#[from] JournalError),
+    /// The system refused a thread, a timer or a signal handler.
+    #[error("cannot start the plant: {0}")]
+    Start(#[from] io::Error),
+    /// The thread that steps the model ended by itself.
+    #[error("the plant's tick thread ended before it was told to; its rows end early")]
+    Ticker,
+}

@@ -1,0 +1,118 @@
+//! The thread that accepts connections and speaks HTTP/1.
+//!
+//! Its limits are for clients that misbehave: heads that do not end, headers
+//! without end, more connections than sockets. Reaching a limit costs the
+//! client its connection, never the plant its ticks.
+
+use std::{
+    cell::RefCell, convert::Infallible, io, net::SocketAddr, rc::Rc, sync::Arc, time::Duration,
+};
+
+use http_body_util::Full;
+use hyper::{
+    Request,
+    body::{Body, Bytes, Incoming},
+    server::conn::http1,
+    service::service_fn,
+};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use pace::now_ns;
+use tokio::{
+    net::{TcpListener, TcpSocket, TcpStream},
+    sync::Semaphore,
+    task,
+};
+
+use crate::route::Desk;
+
+/// How long a connection may wait for a head to be complete, and so also how
+/// long it may idle between two requests. Clients keep idle connections for
+/// less, else a request can meet the close of its connection.
+const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// The largest head of a request.
+const HEAD_BYTES: usize = 16 * 1024;
+
+/// Connections at a time. Others wait in the backlog.
+const CONNECTIONS: usize = 8192;
+
+/// Connections that the kernel completes ahead of us.
+const BACKLOG: u32 = 4096;
+
+/// Files of the process that are not connections.
+const OTHER_FILES: u64 = 64;
+
+/// How long to leave a refused accept alone: without it, running out of files
+/// would be a busy loop.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
+
+/// Listens on `address`. It needs the runtime's context.
+pub(crate) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = if address.is_ipv4() {
+        TcpSocket::new_v4()
+    } else {
+        TcpSocket::new_v6()
+    }?;
+    // A plant that starts again must not wait for the old one's connections.
+    socket.set_reuseaddr(true)?;
+    socket.bind(address)?;
+    socket.listen(BACKLOG)
+}
+
+/// Accepts for ever, `open_files` being the limit of the process. It runs on
+/// the thread that owns `desk`; dropping it drops all connections.
+pub(crate) async fn accept(
+    listener: TcpListener,
+    desk: Rc<RefCell<Desk>>,
+    accepted: &RefCell<u64>,
+    open_files: u64,
+) -> Infallible {
+    let room = usize::try_from(open_files.saturating_sub(OTHER_FILES)).unwrap_or(usize::MAX);
+    let free = Arc::new(Semaphore::new(room.clamp(1, CONNECTIONS)));
+    loop {
+        let slot = Arc::clone(&free)
+            .acquire_owned()
+            .await
+            .expect("the semaphore is never closed");
+        match listener.accept().await {
+            Ok((stream, _)) => {
+                *accepted.borrow_mut() += 1;
+                let desk = Rc::clone(&desk);
+                task::spawn_local(async move {
+                    // A connection that ends badly is its client's loss; what
+                    // the client makes of it is in the client's rows.
+                    if let Err(error) = converse(stream, desk).await {
+                        tracing::debug!(%error, "connection ended");
+                    }
+                    drop(slot);
+                });
+            }
+            Err(error) => {
+                tracing::warn!(%error, "cannot accept a connection");
+                tokio::time::sleep(ACCEPT_PAUSE).await;
+            }
+        }
+    }
+}
+
+/// Serves one connection to its end.
+async fn converse(stream: TcpStream, desk: Rc<RefCell<Desk>>) -> hyper::Result<()> {
+    // Answers are one small segment each: waiting for more to send would add
+    // the other end's delayed acknowledgement, 40 ms. If it is refused, the
+    // connection is already broken, and serving it will say so.
+    let _ = stream.set_nodelay(true);
+    let service = service_fn(|request: Request<Incoming>| {
+        let now_ns = now_ns();
+        let has_body = !request.body().is_end_stream();
+        let (head, _) = request.into_parts();
+        let response = desk.borrow_mut().answer(&head, has_body, now_ns);
+        let response = response.map(|text| Full::new(Bytes::from(text)));
+        async move { Ok::<_, Infallible>(response) }
+    });
+    http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(HEAD_TIMEOUT)
+        .max_header_size(HEAD_BYTES)
+        .serve_connection(TokioIo::new(stream), service)
+        .await
+}

@@ -1,0 +1,141 @@
+//! The thread that steps the model on its deadlines.
+//!
+//! Between two ticks it only sleeps (and spins for the last moment, where it
+//! has real-time scheduling). A tick reads the input, steps, publishes the
+//! output and hands over a row: it does not allocate, lock, log or enter the
+//! kernel. Late ticks follow at once, so simulated time keeps to real time.
+
+use std::{
+    io,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread::{self, JoinHandle},
+};
+
+use endpoint::{Input, Output, Process, TickRow};
+use journal::Recorder;
+use pace::{Pacer, Scheduling, now_ns};
+use tokio::sync::oneshot;
+
+use crate::latest::{Publisher, Reader};
+
+/// Below most kernel threads, above everything else of a run.
+const FIFO_PRIORITY: u8 = 50;
+
+/// The longest sleep, so that a plant with a long h still stops soon.
+const NAP_NS: u64 = 50_000_000;
+
+/// An input as the threads share it.
+pub(crate) fn input_words(input: Input) -> [u64; 3] {
+    [
+        input.u.to_bits(),
+        input.seq.unwrap_or_default(),
+        u64::from(input.seq.is_some()),
+    ]
+}
+
+fn input([u, seq, any]: [u64; 3]) -> Input {
+    Input {
+        u: f64::from_bits(u),
+        seq: (any != 0).then_some(seq),
+    }
+}
+
+fn output_words(output: Output) -> [u64; 2] {
+    [output.tick, output.y.to_bits()]
+}
+
+/// An output as the threads share it.
+pub(crate) fn output([tick, y]: [u64; 2]) -> Output {
+    Output {
+        tick,
+        y: f64::from_bits(y),
+    }
+}
+
+/// What the thread needs.
+pub(crate) struct Ticker {
+    pub(crate) process: Process,
+    pub(crate) h_ns: u64,
+    pub(crate) input: Reader<3>,
+    pub(crate) output: Publisher<2>,
+    pub(crate) rows: Recorder<TickRow>,
+    pub(crate) fifo: bool,
+}
+
+/// What the thread leaves.
+pub(crate) struct Ticked {
+    pub(crate) ticks: u64,
+    pub(crate) missed: u64,
+    pub(crate) rows: Recorder<TickRow>,
+    pub(crate) scheduling: Scheduling,
+}
+
+/// The thread while it runs.
+pub(crate) struct Running {
+    stop: Arc<AtomicBool>,
+    thread: JoinHandle<Ticked>,
+    /// Ends when the thread does, whatever the reason.
+    pub(crate) ended: oneshot::Receiver<()>,
+}
+
+impl Ticker {
+    pub(crate) fn start(self) -> io::Result<Running> {
+        let stop = Arc::new(AtomicBool::new(false));
+        let (alive, ended) = oneshot::channel();
+        let thread = thread::Builder::new().name("ticker".to_owned()).spawn({
+            let stop = Arc::clone(&stop);
+            move || {
+                // Dropped at the end of this closure, also by a panic.
+                let _alive: oneshot::Sender<()> = alive;
+                self.run(&stop)
+            }
+        })?;
+        Ok(Running {
+            stop,
+            thread,
+            ended,
+        })
+    }
+
+    fn run(mut self, stop: &AtomicBool) -> Ticked {
+        let scheduling = pace::ask(self.fifo.then_some(FIFO_PRIORITY));
+        let pacer = Pacer::new(&scheduling);
+        let mut held = Input::default();
+        let (mut ticks, mut missed) = (0, 0);
+        loop {
+            let due_ns = self.process.next_due_ns();
+            pacer.sleep_until(due_ns.min(now_ns().saturating_add(NAP_NS)));
+            if stop.load(Ordering::Relaxed) {
+                return Ticked {
+                    ticks,
+                    missed,
+                    rows: self.rows,
+                    scheduling,
+                };
+            }
+            let tick_ns = now_ns();
+            if tick_ns < due_ns {
+                continue;
+            }
+            if let Some(words) = self.input.try_read() {
+                held = input(words);
+            }
+            let row = self.process.tick(held, tick_ns);
+            self.output.publish(output_words(self.process.output()));
+            self.rows.record(row);
+            ticks += 1;
+            missed += u64::from(tick_ns - due_ns >= self.h_ns);
+        }
+    }
+}
+
+impl Running {
+    /// Stops the thread; `None` if it had panicked.
+    pub(crate) fn stop(self) -> Option<Ticked> {
+        self.stop.store(true, Ordering::Relaxed);
+        self.thread.join().ok()
+    }
+}
