@@ -123,7 +123,7 @@ fn held(level: &Level) -> String {
 }
 
 fn words(law: &Law) -> String {
-    let words = match law.form() {
+    match law.form() {
         Form::Constant { value_ns } => format!("always {}", time(*value_ns)),
         Form::Uniform { min_ns, max_ns } => {
             format!("anything from {} to {}", time(*min_ns), time(*max_ns))
@@ -157,8 +157,7 @@ fn words(law: &Law) -> String {
                 .collect();
             format!("a table: {}", points.join(", "))
         }
-    };
-    words
+    }
 }
 
 fn loss(loss: &Loss) -> String {

@@ -111,7 +111,13 @@ impl Law {
 
     /// The exponential law, not clipped.
     pub(crate) fn exponential(mean_ns: f64) -> Self {
-        Self::new(Form::Exponential { mean_ns }, 0.0, f64::INFINITY)
+        Self {
+            form: Form::Exponential { mean_ns },
+            min_ns: 0.0,
+            max_ns: f64::INFINITY,
+            mean_ns,
+            table: Arc::default(),
+        }
     }
 
     /// The least and the greatest value to which draws are clipped.
@@ -120,7 +126,6 @@ impl Law {
     }
 
     /// The law's form, before it is clipped.
-
     pub(crate) fn form(&self) -> &Form {
         &self.form
     }

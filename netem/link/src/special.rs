@@ -101,7 +101,7 @@ fn beta_below(a: f64, b: f64, x: f64) -> f64 {
 }
 
 /// The continued fraction b0 + a1/(b1 + a2/(b2 + ...)), by the modified Lentz
-/// method; `term(n)` gives (a_n, b_n).
+/// method; `term(n)` gives `(a_n, b_n)`.
 fn lentz(b0: f64, term: impl Fn(usize) -> (f64, f64)) -> f64 {
     let guard = |x: f64| if x.abs() < TINY { TINY } else { x };
     let mut value = guard(b0);

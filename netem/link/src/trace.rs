@@ -35,13 +35,11 @@ impl Trace {
     }
 
     /// The steps in order of time.
-
     pub(crate) fn steps(&self) -> &[Step] {
         &self.steps
     }
 
     /// When it begins again; without this the last step is held for ever.
-
     pub(crate) fn repeat_ns(&self) -> Option<u64> {
         self.repeat_ns
     }

@@ -81,7 +81,7 @@ fn held_piece(level: &Level, draws: &mut Draws, t_ns: u64) -> Piece {
         None => 0,
         Some(holds) => {
             let within_ns = (draws.at(2 * piece) * level.hold_ns as f64) as u64;
-            holds * level.hold_ns + within_ns
+            (holds * level.hold_ns).saturating_add(within_ns)
         }
     };
     let mut piece = t_ns / level.hold_ns + 1;

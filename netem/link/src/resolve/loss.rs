@@ -170,6 +170,9 @@ pub(super) fn rate(
 
 /// What is wrong with a rate at which nothing gets through.
 pub(super) fn too_slow(rate_bps: u64) -> Option<String> {
+    if rate_bps == 0 {
+        return Some("a rate of 0 bit/s lets nothing through".to_owned());
+    }
     let takes_s = LARGE_PACKET_BYTES * 8.0 / rate_bps as f64;
     (takes_s > LONGEST_SEND_S)
         .then(|| format!("at {rate_bps} bit/s one packet of 1500 bytes takes {takes_s:.0} s"))
