@@ -7,10 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::arrival::{ArrivalCount, Arrivals};
 use crate::message::{MessageCount, Messages};
-use crate::probe::{ProbeCount, ProbeRow, Probes};
+use crate::probe::{ProbeCount, Probes};
 use crate::response::{Response, ResponseTrace};
 use crate::rows::{ReadError, read};
 use crate::tick::{TickCount, Ticks};
+use plan::ProbeRow;
 
 /// What has to be known of a cell to read its rows.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,58 +1,10 @@
 //! What the echoes of a run say (`probes.csv`): the round trip that was measured, and the one that
 //! the link had at the same instants.
 
+use plan::{Phase, ProbeRow};
 use serde::{Deserialize, Serialize};
 
 use crate::statistics::{Moments, Quantiles, Spread, ms, ms_between};
-
-/// One echo, as the back-end writes it.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct ProbeRow {
-    /// When in the run it was sent.
-    pub phase: Phase,
-    /// Its number in its phase, from 0.
-    pub seq: u32,
-    /// When it was sent.
-    pub t_send_ns: u64,
-    /// When it reached the plant.
-    pub t_reach_ns: Option<u64>,
-    /// When it was back; empty if it was lost.
-    pub t_back_ns: Option<u64>,
-    /// The delay that the link had for it on the way up.
-    pub due_up_ns: u64,
-    /// The delay that the link had for it on the way down.
-    pub due_down_ns: u64,
-    /// Whether the link was to lose it.
-    pub due_lost: bool,
-}
-
-/// When in a run an echo was sent.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Phase {
-    /// On the empty link, before link time 0.
-    Empty,
-    /// Before the controller's first message.
-    Before,
-    /// While the controller sends.
-    During,
-    /// After it ended.
-    After,
-}
-
-impl ProbeRow {
-    /// The columns of `probes.csv`, in order.
-    pub const COLUMNS: &[&str] = &[
-        "phase",
-        "seq",
-        "t_send_ns",
-        "t_reach_ns",
-        "t_back_ns",
-        "due_up_ns",
-        "due_down_ns",
-        "due_lost",
-    ];
-}
 
 /// Echoes through the link; those on the empty link only in `empty_p50_ms`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -87,7 +87,7 @@ pub fn abilities(authority: &shaper::Result<shaper::Authority>) -> Vec<Ability> 
     abilities
 }
 
-/// Asks for SCHED_FIFO on a thread of its own.
+/// Asks for `SCHED_FIFO` on a thread of its own.
 fn try_fifo() -> Result<String, String> {
     std::thread::spawn(|| {
         let granted = pace::ask(Some(1));

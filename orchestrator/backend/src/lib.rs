@@ -26,6 +26,5 @@ pub use lab::Lab;
 pub use machine::Machine;
 pub use manifest::Manifest;
 pub use probe::{Probed, probe};
-pub use proof::{Phase, ProbeRow};
 pub use run::{cell_folder, manifest, run_cell};
 pub use schedule::overhead_ns;

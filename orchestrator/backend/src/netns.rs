@@ -9,11 +9,11 @@ use std::thread;
 use std::time::Duration;
 
 use link::Profile;
-use plan::Cell;
+use plan::{Cell, Phase};
 use serde_json::Value;
 use shaper::{Echo, now_ns};
 
-use crate::proof::{Phase, Proof};
+use crate::proof::Proof;
 use crate::role::Role;
 use crate::{Lab, RunError, schedule};
 

@@ -6,9 +6,10 @@ use std::thread;
 use link::Profile;
 use shaper::{Baseline, Certificate, Echo, PacketPort, PlayerConfig, now_ns, play};
 
-use crate::proof::{Phase, Proof};
+use crate::proof::Proof;
 use crate::schedule::{self, Series};
 use crate::{Lab, RunError};
+use plan::Phase;
 
 /// What the echoes have shown.
 #[derive(Debug)]

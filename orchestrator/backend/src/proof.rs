@@ -5,7 +5,7 @@
 use std::sync::atomic::AtomicBool;
 
 use link::{Profile, Way};
-use serde::{Deserialize, Serialize};
+use plan::{Phase, ProbeRow};
 use shaper::{Baseline, Certificate, Echo, ProbePlan, Prober, Timeline, certify, predict};
 
 use crate::Lab;
@@ -14,41 +14,6 @@ use crate::schedule::Series;
 /// How long an echo may come later than its link says: a machine that is busy beyond this
 /// could not be judged anyway.
 const GRACE_NS: u64 = 500_000_000;
-
-/// One echo (`probes.csv`). Times are monotonic; an empty one did not come.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ProbeRow {
-    /// `empty`, `before`, `during` or `after`.
-    pub phase: Phase,
-    /// Its number in its phase, from 0.
-    pub seq: u32,
-    /// When it was sent.
-    pub t_send_ns: u64,
-    /// When it reached the plant.
-    pub t_reach_ns: Option<u64>,
-    /// When it was back.
-    pub t_back_ns: Option<u64>,
-    /// The delay that the link had for it on the way up.
-    pub due_up_ns: u64,
-    /// The delay that the link had for it on the way down.
-    pub due_down_ns: u64,
-    /// Whether the link was to lose it.
-    pub due_lost: bool,
-}
-
-/// When in a run an echo was sent.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Phase {
-    /// On the empty link, before link time 0.
-    Empty,
-    /// Before the controller's first message.
-    Before,
-    /// While the controller sends.
-    During,
-    /// After it ended.
-    After,
-}
 
 /// A link under test.
 #[derive(Clone, Copy)]

@@ -123,6 +123,7 @@ fn judge(
             evidence
                 .doubts
                 .extend(lost_by_the_player(reports[2].as_ref()));
+            evidence.doubts.extend(lost_rows(reports));
             let reasons = std::mem::take(&mut evidence.doubts);
             let verdict = if reasons.is_empty() {
                 Verdict::Complete
@@ -142,6 +143,19 @@ fn lost_by_the_player(link: Option<&serde_json::Value>) -> Option<String> {
         .sum();
     (dropped > 0)
         .then(|| format!("the player itself lost {dropped} packets: this machine is too busy"))
+}
+
+/// Rows that the disk was too slow for are not in the files.
+fn lost_rows(reports: &[Option<serde_json::Value>; 3]) -> Option<String> {
+    let lost: u64 = reports
+        .iter()
+        .flatten()
+        .flat_map(|report| {
+            ["tick_rows", "arrival_rows", "rows"].map(|name| &report[name]["overflow"])
+        })
+        .filter_map(serde_json::Value::as_u64)
+        .sum();
+    (lost > 0).then(|| format!("{lost} rows are missing: the disk was too slow for them"))
 }
 
 /// Makes the cell's folder; what a try without an end left there is moved aside.

@@ -8,7 +8,7 @@
 //!
 //! The controller starts at a fixed link time, so every client meets the same bad second.
 
-use crate::proof::Phase;
+use plan::Phase;
 
 const MS: u64 = 1_000_000;
 

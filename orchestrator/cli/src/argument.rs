@@ -2,6 +2,9 @@
 //!
 //! Nothing is looked up or checked here beyond what a type's own reading checks.
 
+// The comments on arguments are their help, printed as they stand.
+#![allow(clippy::doc_markdown)]
+
 use std::net::SocketAddr;
 use std::path::PathBuf;
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use analysis::{CellFacts, Metrics, Summary};
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use plan::{Cell, Plan, Verdict};
 
 /// One row for each cell of the plan, run or not, in the plan's order.
@@ -24,29 +24,17 @@ fn row(folder: &Path, plan: &Plan, cell: &Cell) -> anyhow::Result<Summary> {
         .profiles
         .get(&cell.topology)
         .and_then(|text| text.profile(&cell.topology).ok())
+        // Loopback is what it is: nothing is asked of it.
+        .filter(|profile| !profile.is_loopback())
         .and_then(|profile| profile.asked())
         .map(|asked| asked.rtt_avg_ms);
     // A run that did not come to its end may have left no rows at all.
     let metrics = match verdict {
-        Some(Verdict::Complete | Verdict::Invalid) => {
-            let facts = CellFacts {
-                h_ns: cell.settings.h.ns(),
-                mode: cell.settings.mode,
-                r: cell.settings.r,
-            };
-            Some(Metrics::read(&backend::cell_folder(folder, cell), &facts)?)
-        }
+        Some(Verdict::Complete | Verdict::Invalid) => Some(Metrics::read(
+            &backend::cell_folder(folder, cell),
+            &CellFacts::from(cell),
+        )?),
         _ => None,
     };
     Ok(Summary::new(cell, verdict, asked_ms, metrics.as_ref()))
-}
-
-/// The rows as CSV, with units in the header.
-pub(crate) fn csv(rows: &[Summary]) -> anyhow::Result<String> {
-    let mut csv = csv::Writer::from_writer(Vec::new());
-    for row in rows {
-        csv.serialize(row)?;
-    }
-    let bytes = csv.into_inner().context("cannot write a table in memory")?;
-    Ok(String::from_utf8(bytes)?)
 }

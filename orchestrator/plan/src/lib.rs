@@ -1,11 +1,13 @@
 //! Experiments resolved into cells.
 //!
 //! `experiment` is the TOML as typed, `matrix` resolves it, [`Plan`] and [`Cell`] are the result,
-//! `seed` derives the links' seeds, [`Verdict`] names how a run can end. No clock, file or
+//! `seed` derives the links' seeds, [`Verdict`] names how a run can end, [`ProbeRow`] is what
+//! back-ends and analysis share of the link. No clock, file or
 //! thread: the cli reads and writes the files.
 #![forbid(unsafe_code)]
 
 mod cell;
+mod echo;
 mod experiment;
 mod matrix;
 mod misfit;
@@ -15,6 +17,7 @@ mod seed;
 mod verdict;
 
 pub use cell::{Cell, Client};
+pub use echo::{Phase, ProbeRow};
 pub use misfit::Misfit;
 pub use plan::{Plan, ProfileText};
 pub use verdict::Verdict;

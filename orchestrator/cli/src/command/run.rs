@@ -55,7 +55,7 @@ pub(crate) fn run(argument: &Run) -> Outcome {
 
     let rows = results::rows(campaign.folder(), &plan)?;
     let table = analysis::table::render(&rows);
-    campaign.leave("summary.csv", results::csv(&rows)?.as_bytes())?;
+    campaign.leave("summary.csv", analysis::Summary::to_csv(&rows).as_bytes())?;
     campaign.leave("table.txt", table.as_bytes())?;
     let mut out = std::io::stdout();
     write!(out, "{table}")?;
@@ -114,14 +114,11 @@ fn run_cells(
                 })
             })
             .collect();
-        workers
-            .into_iter()
-            .map(|worker| {
-                worker
-                    .join()
-                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-            })
-            .collect()
+        workers.into_iter().try_for_each(|worker| {
+            worker
+                .join()
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        })
     })
 }
 
