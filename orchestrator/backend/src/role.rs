@@ -11,8 +11,6 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process};
-
 use crate::{RunError, spawn};
 
 /// How long a role may take from its start to `ready`: a busy two-core machine needs some 50 ms.
@@ -21,10 +19,14 @@ const READY_WITHIN: Duration = Duration::from_secs(10);
 /// How long a role may take from SIGTERM to its end; it has rows to flush.
 const STOP_WITHIN: Duration = Duration::from_secs(5);
 
+/// How long a role of a run that is given up may take to write its rows before it is killed:
+/// three of them one after another still end within 5 s of an interruption.
+const GIVE_UP_WITHIN: Duration = Duration::from_secs(1);
+
 /// How often an ending is looked for.
 const POLL: Duration = Duration::from_millis(5);
 
-/// A started role. Dropping it kills the process.
+/// A started role. Dropping it ends the process: of a run that is given up, too, the rows are kept.
 pub(crate) struct Role {
     name: &'static str,
     child: Child,
@@ -122,16 +124,17 @@ impl Role {
 
     /// Sends SIGTERM, if the role still runs.
     pub(crate) fn terminate(&mut self) {
-        if matches!(self.child.try_wait(), Ok(None))
-            && let Some(pid) = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw)
-        {
-            let _ = kill_process(pid, Signal::TERM);
-        }
+        spawn::terminate(&mut self.child);
     }
 }
 
 impl Drop for Role {
     fn drop(&mut self) {
+        self.terminate();
+        let deadline = Instant::now() + GIVE_UP_WITHIN;
+        while matches!(self.child.try_wait(), Ok(None)) && Instant::now() < deadline {
+            std::thread::sleep(POLL);
+        }
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

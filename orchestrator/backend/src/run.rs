@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use link::Profile;
@@ -62,10 +62,11 @@ pub fn run_cell(
         (Ok(authority), Err(problem)) => (name(authority), Err(problem)),
         (Ok(authority), Ok(profile)) => {
             let file = folder.join(PROFILE_FILE);
-            (
-                name(authority),
-                netns::run(cell, &profile, &file, &folder, stop),
-            )
+            let outcome = netns::run(cell, &profile, &file, &folder, stop);
+            // A terminal's Ctrl-C reaches the roles too, which then end as if by themselves.
+            let interrupted = stop.load(Ordering::Relaxed);
+            let outcome = if interrupted { Err(RunError::Interrupted) } else { outcome };
+            (name(authority), outcome)
         }
     };
     let reports = ["plant", "controller", "link"].map(|role| netns::report(&folder, role));
@@ -162,9 +163,9 @@ fn lost_rows(reports: &[Option<serde_json::Value>; 3]) -> Option<String> {
 fn make_room(folder: &Path) -> Result<(), RunError> {
     let fail = |problem| RunError::write(folder, problem);
     if folder.exists() {
-        let aside = (1..)
-            .map(|n| folder.with_extension(format!("unfinished-{n}")))
-            .find(|aside| !aside.exists());
+        // Not `with_extension`: an id may have a point in it, as in `3.3hz`.
+        let beside = |n: u32| PathBuf::from(format!("{}.unfinished-{n}", folder.display()));
+        let aside = (1..).map(beside).find(|aside| !aside.exists());
         if let Some(aside) = aside {
             fs::rename(folder, aside).map_err(fail)?;
         }

@@ -8,9 +8,11 @@
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::process::CommandExt;
-use std::process::Command;
+use std::process::{Child, Command};
 
-use rustix::process::{Pid, Signal, getpid, getppid, set_parent_process_death_signal};
+use rustix::process::{
+    Pid, Signal, getpid, getppid, kill_process, set_parent_process_death_signal,
+};
 use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
 
 /// Makes `command`, once spawned, die with the calling thread, and start inside `namespace`
@@ -49,4 +51,14 @@ pub fn die_with(parent: Option<Pid>) -> io::Result<()> {
         return Err(io::Error::from(io::ErrorKind::BrokenPipe));
     }
     Ok(())
+}
+
+/// Sends SIGTERM to a child that still runs.
+pub fn terminate(child: &mut Child) {
+    // Until it has been waited for, its number belongs to nobody else.
+    if matches!(child.try_wait(), Ok(None))
+        && let Some(pid) = i32::try_from(child.id()).ok().and_then(Pid::from_raw)
+    {
+        let _ = kill_process(pid, Signal::TERM);
+    }
 }

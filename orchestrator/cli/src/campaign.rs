@@ -59,7 +59,8 @@ impl Campaign {
                     .with_context(cannot)
                     .map_err(Failure::usage)?
                     .flatten()
-                    .any(|entry| entry.file_name() != ".lock");
+                    // What a run that was killed in its first moment may have left.
+                    .any(|entry| entry.file_name() != ".lock" && entry.file_name() != "plan.partial");
                 if unknown {
                     return Err(Failure::usage(anyhow!(
                         "{} has files in it and no plan.json; give --out a new or empty folder",

@@ -1,7 +1,7 @@
 //! `webloop run`: every cell of an experiment, one process each, and the table at the end.
 
 use std::collections::VecDeque;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -15,6 +15,9 @@ use crate::campaign::Campaign;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::progress::Progress;
 use crate::{results, source};
+
+/// How often a cell's process, and whether to stop, is looked at.
+const POLL: Duration = Duration::from_millis(20);
 
 /// Resolves the experiment, runs its cells, prints the table.
 pub(crate) fn run(argument: &Run) -> Outcome {
@@ -108,7 +111,7 @@ fn run_cells(
                 scope.spawn(|| {
                     while !stop.load(Ordering::Relaxed) {
                         let Some(cell) = next() else { break };
-                        run_one(cell, campaign, progress)?;
+                        run_one(cell, campaign, stop, progress)?;
                     }
                     Ok(())
                 })
@@ -122,8 +125,13 @@ fn run_cells(
     })
 }
 
-/// Runs one cell in a process of its own: `webloop run-cell`.
-fn run_one(cell: &Cell, campaign: &Campaign, progress: &Progress) -> anyhow::Result<()> {
+/// Runs one cell in a process of its own: `webloop run-cell`; tells it to end once `stop` is set.
+fn run_one(
+    cell: &Cell,
+    campaign: &Campaign,
+    stop: &AtomicBool,
+    progress: &Progress,
+) -> anyhow::Result<()> {
     let bar = progress.begin(cell);
     let mut command =
         Command::new(std::env::current_exe().context("cannot find this program's own file")?);
@@ -139,9 +147,28 @@ fn run_one(cell: &Cell, campaign: &Campaign, progress: &Progress) -> anyhow::Res
         .stdout(Stdio::null())
         .stderr(Stdio::piped());
     backend::spawn::bind(&mut command, None::<&std::fs::File>)?;
-    let output = command.output().context("cannot start a cell's process")?;
+    let mut child = command.spawn().context("cannot start a cell's process")?;
+    // Read on a thread of its own, so that the process never blocks on a full pipe.
+    let said = child.stderr.take().map(|mut stderr| {
+        std::thread::spawn(move || {
+            let mut said = Vec::new();
+            let _ = stderr.read_to_end(&mut said);
+            String::from_utf8_lossy(&said).trim().to_owned()
+        })
+    });
+    let status = loop {
+        match child.try_wait().context("cannot wait for a cell's process")? {
+            Some(status) => break status,
+            None if stop.load(Ordering::Relaxed) => backend::spawn::terminate(&mut child),
+            None => {}
+        }
+        std::thread::sleep(POLL);
+    };
     drop(bar);
-    let said = String::from_utf8_lossy(&output.stderr).trim().to_owned();
+    let said = said
+        .and_then(|reader| reader.join().ok())
+        .filter(|said| !said.is_empty())
+        .unwrap_or_else(|| format!("its process ended with {status}"));
     let manifest =
         backend::manifest(campaign.folder(), cell).map_err(|problem| anyhow!(problem))?;
     let (verdict, reason) = match manifest {
