@@ -28,12 +28,14 @@ mod special;
 mod spells;
 mod trace;
 mod unit;
+mod way;
 mod wire;
 
 pub use describe::describe;
 pub use file::schema;
 pub use finding::{Finding, Severity};
 pub use link::Link;
-pub use path::{Cause, Fate, Path, State, Way};
+pub use path::{Cause, Fate, Path, State};
 pub use prediction::{Band, Pings, Prediction, Rtt, ping, predict};
 pub use profile::{Asked, Profile};
+pub use way::Way;

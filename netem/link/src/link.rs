@@ -1,7 +1,8 @@
 //! A link, playing: its two directions under one seed.
 
-use crate::path::{Path, Way};
+use crate::path::Path;
 use crate::profile::Profile;
+use crate::way::Way;
 
 /// Both directions of a link, playing.
 #[derive(Debug, Clone)]

@@ -10,20 +10,11 @@ use crate::draws::Draws;
 use crate::loss::LossProcess;
 use crate::profile::{Delay, PathLaw, Rate};
 use crate::spells::Spells;
+use crate::way::Way;
 use crate::wire::Wire;
 
 /// How far an ask may lie behind the newest one and still be answered exactly.
 const KEEP_NS: u64 = 10_000_000_000;
-
-/// A direction of the link.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Way {
-    /// From controller to plant: the paper's `tau_ca`.
-    Up,
-    /// From plant to controller: the paper's `tau_sc`.
-    Down,
-}
 
 /// What happens to a packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

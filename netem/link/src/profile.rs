@@ -8,10 +8,8 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::law::Law;
-use crate::path::Way;
-use crate::resolve;
 use crate::trace::Trace;
-use crate::{Finding, Severity};
+use crate::way::Way;
 
 /// The one-way delay of [`Profile::empty`].
 const EMPTY_DELAY_NS: u64 = 2_000_000;
@@ -177,32 +175,6 @@ impl PathLaw {
 impl Profile {
     /// Names of the built-in profiles, in the paper's order.
     pub const BUILTIN: &[&str] = &["arima", "buccoo", "couva", "diego-lan", "diego-vpn"];
-
-    /// Reads a profile from TOML; `origin` is its file name, for the findings.
-    /// A trace has to be written out in it: see [`Profile::read`].
-    ///
-    /// # Errors
-    /// Every error found in the source; warnings alone do not count.
-    pub fn parse(source: &str, origin: &str) -> Result<Profile, Vec<Finding>> {
-        let no_files = |_: &str| Err("this profile was given without its folder".to_owned());
-        let (profile, mut findings) = Self::read(source, origin, &no_files);
-        findings.retain(|finding| finding.severity == Severity::Error);
-        profile.ok_or(findings)
-    }
-
-    /// Reads a profile and everything that is to be said about it, warnings
-    /// too. `file` gives the text of a trace's CSV file by the name that the
-    /// profile has for it, or says why it cannot.
-    ///
-    /// There is a profile exactly if no finding is an error.
-    #[must_use]
-    pub fn read(
-        source: &str,
-        origin: &str,
-        file: &dyn Fn(&str) -> Result<String, String>,
-    ) -> (Option<Profile>, Vec<Finding>) {
-        resolve::read(source, origin, file)
-    }
 
     /// The TOML source of a built-in profile.
     #[must_use]

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use toml::Spanned;
 
 use crate::file::{AskedFile, OrderFile, PathFile, ProfileFile};
-use crate::finding::{Finding, Findings};
+use crate::finding::{Finding, Findings, Severity};
 use crate::profile::{Asked, Delay, Order, PathLaw, Profile};
 
 /// Gives a trace file's text by its name.
@@ -22,24 +22,44 @@ pub(crate) type Files<'a> = &'a dyn Fn(&str) -> Result<String, String>;
 
 const NS_PER_MS: f64 = 1e6;
 
-pub(crate) fn read(
-    source: &str,
-    origin: &str,
-    files: Files<'_>,
-) -> (Option<Profile>, Vec<Finding>) {
-    let mut findings = Findings::new(source, origin);
-    let profile = match toml::from_str::<ProfileFile>(source) {
-        Ok(file) => profile(&file, source, files, &mut findings),
-        Err(error) => {
-            let span = error.span().unwrap_or(0..0);
-            let remedy = "the keys and their kinds are in netem/profiles/profile.schema.json";
-            findings.error("", span, error.message().trim(), remedy);
-            None
-        }
-    };
-    let valid = profile.filter(|_| !findings.has_errors());
-    findings.list.sort_by_key(|finding| finding.span.start);
-    (valid, findings.list)
+impl Profile {
+    /// Reads a profile from TOML; `origin` is its file name, for the findings.
+    /// A trace has to be written out in it: see [`Profile::read`].
+    ///
+    /// # Errors
+    /// Every error found in the source; warnings alone do not count.
+    pub fn parse(source: &str, origin: &str) -> Result<Profile, Vec<Finding>> {
+        let no_files = |_: &str| Err("this profile was given without its folder".to_owned());
+        let (profile, mut findings) = Self::read(source, origin, &no_files);
+        findings.retain(|finding| finding.severity == Severity::Error);
+        profile.ok_or(findings)
+    }
+
+    /// Reads a profile and everything that is to be said about it, warnings
+    /// too. `file` gives the text of a trace's CSV file by the name that the
+    /// profile has for it, or says why it cannot.
+    ///
+    /// There is a profile exactly if no finding is an error.
+    #[must_use]
+    pub fn read(
+        source: &str,
+        origin: &str,
+        file: &dyn Fn(&str) -> Result<String, String>,
+    ) -> (Option<Profile>, Vec<Finding>) {
+        let mut findings = Findings::new(source, origin);
+        let profile = match toml::from_str::<ProfileFile>(source) {
+            Ok(text) => profile(&text, source, file, &mut findings),
+            Err(error) => {
+                let span = error.span().unwrap_or(0..0);
+                let remedy = "the keys and their kinds are in netem/profiles/profile.schema.json";
+                findings.error("", span, error.message().trim(), remedy);
+                None
+            }
+        };
+        let valid = profile.filter(|_| !findings.has_errors());
+        findings.list.sort_by_key(|finding| finding.span.start);
+        (valid, findings.list)
+    }
 }
 
 fn profile(

@@ -12,6 +12,7 @@
 mod certificate;
 mod clock;
 mod error;
+mod fate;
 mod icmp;
 mod lateness;
 mod namespace;
@@ -30,9 +31,10 @@ mod timeline;
 mod verdict;
 mod veth;
 
-pub use certificate::{Certificate, Fates, Residual, Residuals, certify};
+pub use certificate::{Certificate, Residual, Residuals, certify};
 pub use clock::now_ns;
 pub use error::{Error, Result};
+pub use fate::Fates;
 pub use lateness::Lateness;
 pub use namespace::{Authority, Namespace, become_root};
 pub use player::{PlayerConfig, play};

@@ -58,6 +58,17 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     quantile(&values, 0.5)
 }
 
+/// The median distance of values from their median.
+pub(crate) fn spread_ms(values_ms: &[f64]) -> f64 {
+    let middle = median(values_ms.to_vec());
+    median(
+        values_ms
+            .iter()
+            .map(|value| (value - middle).abs())
+            .collect(),
+    )
+}
+
 /// Nanoseconds as milliseconds.
 pub(crate) fn ms(ns: u64) -> f64 {
     ns as f64 * 1e-6

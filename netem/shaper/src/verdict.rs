@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::certificate::Fates;
+use crate::fate::Fates;
 
 /// Fewer answers than these can neither prove nor refute a tail of one in fifty.
 const ANSWERS_NEEDED: usize = 20;

@@ -208,8 +208,8 @@ fn expected(plan: &Plan, jobs: u16) -> Duration {
 fn people(time: Duration) -> String {
     let s = time.as_secs();
     match s {
-        0..=119 => format!("{s} s"),
-        120..=7_199 => format!("{} min", (s + 30) / 60),
+        0..=299 => format!("{s} s"),
+        300..=7_199 => format!("{} min", (s + 30) / 60),
         _ => format!("{} h {:02} min", s / 3_600, s % 3_600 / 60),
     }
 }
