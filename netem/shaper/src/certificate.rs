@@ -11,7 +11,7 @@ use crate::prediction::{Baseline, excesses_ms, predict};
 use crate::probe::Echo;
 use crate::statistics::{RttStatistics, median, ms, quantile, spread_ms};
 use crate::timeline::Timeline;
-use crate::verdict::{ASTRAY_MS, Evidence, Verdict};
+use crate::verdict::{Evidence, Verdict, is_astray};
 
 /// How far residuals lie from zero on one way or over the round trip: measured minus
 /// predicted minus baseline, ms. The quantiles are of absolute values.
@@ -93,25 +93,32 @@ pub fn certify(
     let exact = !predictions
         .iter()
         .any(|prediction| prediction.up.queued || prediction.down.queued);
-    let residuals: Vec<[f64; 3]> = echoes
+    // Of each answered echo: its residuals up, down and over the round trip, and the delay due.
+    let answered: Vec<([f64; 3], f64)> = echoes
         .iter()
         .zip(&predictions)
-        .filter_map(|(echo, prediction)| excesses_ms(echo, prediction))
-        .map(|[up, down, rtt]| {
-            [
+        .filter_map(|(echo, prediction)| {
+            let [up, down, rtt] = excesses_ms(echo, prediction)?;
+            let residuals = [
                 up - baseline.up_ms,
                 down - baseline.down_ms,
                 rtt - baseline.rtt_ms,
-            ]
+            ];
+            let due_ns = prediction.up.delay_ns + prediction.down.delay_ns;
+            Some((residuals, ms(due_ns)))
         })
         .collect();
     // Where a queue may add to the delay, only what comes too early speaks against a link.
-    let misses: Vec<f64> = residuals
+    let misses: Vec<f64> = answered
         .iter()
-        .map(|&[_, _, rtt]| if exact { rtt.abs() } else { (-rtt).max(0.0) })
+        .map(|&([_, _, rtt], _)| if exact { rtt.abs() } else { (-rtt).max(0.0) })
         .collect();
-    let astray =
-        misses.iter().filter(|&&miss| miss > ASTRAY_MS).count() as f64 / misses.len().max(1) as f64;
+    let astray = misses
+        .iter()
+        .zip(&answered)
+        .filter(|&(miss, (_, due_ms))| is_astray(*miss, *due_ms))
+        .count() as f64
+        / misses.len().max(1) as f64;
     let fates = fates(echoes, &predictions);
     let predicted_ms: Vec<f64> = predictions
         .iter()
@@ -121,7 +128,8 @@ pub fn certify(
         .iter()
         .filter_map(|echo| echo.rtt_ns().map(ms))
         .collect();
-    let way = |which: usize| Residual::of(residuals.iter().map(move |residual| residual[which]));
+    let way =
+        |which: usize| Residual::of(answered.iter().map(move |(residuals, _)| residuals[which]));
     let evidence = Evidence {
         sent: echoes.len(),
         answered: misses.len(),

@@ -4,7 +4,8 @@
 //! - [`probe`], [`message`], [`arrival`], [`tick`]: what each of the four files says;
 //! - [`response`]: the step response of a closed loop, and the verdict on it;
 //! - [`metrics`]: all of a cell's folder;
-//! - [`summary`] and [`table`]: a cell in a row, for programs and for people;
+//! - [`summary`] and [`table`]: a cell in a row, for programs and for people; [`repeats`]: the
+//!   medians of cells that were repeated;
 //! - [`statistics`]: moments, quantiles and a line, each in one pass.
 //!
 //! The crate only reads: raw rows are never edited, so that everything here can be deleted and
@@ -12,9 +13,11 @@
 #![forbid(unsafe_code)]
 
 pub mod arrival;
+mod layout;
 pub mod message;
 pub mod metrics;
 pub mod probe;
+pub mod repeats;
 pub mod response;
 pub mod rows;
 pub mod statistics;

@@ -2,33 +2,11 @@
 
 use plan::Verdict;
 
+use crate::layout::{Column, align, digits, number, text, whole};
 use crate::summary::Summary;
 
 const LEGEND: &str = "RTT: the profile's mean, the link's at the echoes, theirs as measured; \
 zero: in the same ms; rise 10-90 %, settling 2 %";
-
-/// One column: its two lines of heading, and whether numbers stand in it.
-struct Column {
-    group: &'static str,
-    name: &'static str,
-    number: bool,
-}
-
-const fn text(name: &'static str) -> Column {
-    Column {
-        group: "",
-        name,
-        number: false,
-    }
-}
-
-const fn number(group: &'static str, name: &'static str) -> Column {
-    Column {
-        group,
-        name,
-        number: true,
-    }
-}
 
 const COLUMNS: [Column; 15] = [
     text("topology"),
@@ -51,37 +29,14 @@ const COLUMNS: [Column; 15] = [
 /// The table, with a line of legend; numbers have three significant digits, and `-` does not apply.
 #[must_use]
 pub fn render(rows: &[Summary]) -> String {
-    let cells: Vec<[String; COLUMNS.len()]> = rows.iter().map(line).collect();
-    let shown = |i: usize| COLUMNS[i].name != "#" || rows.iter().any(|row| row.repeat > 1);
-    let width = |i: usize| {
-        let heading = COLUMNS[i].name.len().max(COLUMNS[i].group.len());
-        cells
-            .iter()
-            .map(|cell| cell[i].chars().count())
-            .fold(heading, usize::max)
-    };
-    let layout: Vec<(usize, usize)> = (0..COLUMNS.len())
-        .filter(|i| shown(*i))
-        .map(|i| (i, width(i)))
-        .collect();
-    let print = |entry: &dyn Fn(usize) -> String| {
-        let entries = layout.iter().map(|(i, width)| match COLUMNS[*i].number {
-            true => format!("{:>width$}", entry(*i)),
-            false => format!("{:<width$}", entry(*i)),
-        });
-        entries.collect::<Vec<_>>().join("  ").trim_end().to_owned() + "\n"
-    };
-    let mut out = print(&|i| COLUMNS[i].group.to_owned());
-    out += &print(&|i| COLUMNS[i].name.to_owned());
-    for cell in &cells {
-        out += &print(&|i| cell[i].clone());
-    }
-    out + "\n" + LEGEND + "\n"
+    let cells: Vec<Vec<String>> = rows.iter().map(line).collect();
+    let repeated = rows.iter().any(|row| row.repeat > 1);
+    align(&COLUMNS, &cells, |name| name != "#" || repeated) + "\n" + LEGEND + "\n"
 }
 
-fn line(row: &Summary) -> [String; COLUMNS.len()] {
+fn line(row: &Summary) -> Vec<String> {
     let percent = |share: Option<f64>| digits(share.map(|share| 100.0 * share));
-    [
+    vec![
         row.topology.clone(),
         row.client.clone(),
         row.mode.clone(),
@@ -107,29 +62,6 @@ fn verdict(row: &Summary) -> String {
         (Some(of_run), _) => of_run.to_string(),
         (None, _) => "not run".to_owned(),
     }
-}
-
-fn whole(n: Option<u64>) -> String {
-    n.map_or("-".to_owned(), |n| n.to_string())
-}
-
-/// Three significant digits, but no more than three after the point and none before it cut off.
-/// Beyond a million the power of ten says enough.
-fn digits(x: Option<f64>) -> String {
-    const MOST_DECIMALS: i32 = 3;
-    let Some(x) = x.filter(|x| x.is_finite()) else {
-        return "-".to_owned();
-    };
-    if x.abs() >= 1e6 {
-        return format!("{x:.1e}");
-    }
-    if x.abs() < 0.5 * 10f64.powi(-MOST_DECIMALS) {
-        return "0".to_owned();
-    }
-    // The exponent is that of the rounded number: 9.996 is 10.0, not 10.00.
-    let rounded: f64 = format!("{x:.2e}").parse().unwrap_or(x);
-    let decimals = (2 - rounded.abs().log10().floor() as i32).clamp(0, MOST_DECIMALS);
-    format!("{x:.*}", decimals as usize)
 }
 
 #[cfg(test)]
@@ -224,31 +156,6 @@ mod tests {
                 ..cell("arima", "open", "100 Hz")
             }])
             .contains('#')
-        );
-    }
-
-    #[test]
-    fn numbers_have_three_significant_digits_and_no_noise() {
-        let cases = [
-            (0.0, "0"),
-            (0.0004, "0"),
-            (0.0312, "0.031"),
-            (0.9996, "1.00"),
-            (1.0, "1.00"),
-            (9.996, "10.0"),
-            (53.14, "53.1"),
-            (99.96, "100"),
-            (318.4, "318"),
-            (3033.37, "3033"),
-            (-4.567, "-4.57"),
-            (2.5e8, "2.5e8"),
-        ];
-        for (x, words) in cases {
-            assert_eq!(digits(Some(x)), words);
-        }
-        assert_eq!(
-            (digits(None), digits(Some(f64::NAN))),
-            ("-".to_owned(), "-".to_owned())
         );
     }
 }

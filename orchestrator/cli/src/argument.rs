@@ -186,6 +186,13 @@ fn interval(text: &str) -> Result<f64, String> {
     }
 }
 
+fn reference(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(r) if r.is_finite() => Ok(r),
+        _ => Err("give a finite number, like 1 or -0.5".to_owned()),
+    }
+}
+
 #[derive(Debug, Subcommand)]
 pub(crate) enum ServeCommand {
     /// The plant: free-runs every h, and answers over HTTP
@@ -224,7 +231,7 @@ pub(crate) struct ServeController {
     #[arg(long, default_value = "closed")]
     pub(crate) mode: Mode,
     /// Reference
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = reference, allow_negative_numbers = true)]
     pub(crate) r: f64,
     /// How long to send
     #[arg(long, default_value = "6s", value_name = "TIME")]

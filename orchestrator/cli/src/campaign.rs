@@ -1,7 +1,8 @@
 //! A campaign's results folder: its plan, its lock, and the cells in it.
 
+use std::ffi::OsStr;
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
@@ -12,6 +13,9 @@ use crate::exit::Failure;
 
 /// Where results go when no folder is given.
 const RESULTS: &str = "results";
+
+/// The file whose lock says that a folder is in use.
+const LOCK: &str = ".lock";
 
 /// A results folder that this process, and no other, writes to.
 pub(crate) struct Campaign {
@@ -36,7 +40,15 @@ impl Campaign {
         fs::create_dir_all(&folder)
             .with_context(cannot)
             .map_err(Failure::usage)?;
-        let lock = File::create(folder.join(".lock"))
+        let file = folder.join("plan.json");
+        // Asked first of all: a folder of somebody else's is left as it was.
+        if !file.exists() && holds_other_files(&folder).map_err(Failure::usage)? {
+            return Err(Failure::usage(anyhow!(
+                "{} has files in it and no plan.json; give --out a new or empty folder",
+                folder.display()
+            )));
+        }
+        let lock = File::create(folder.join(LOCK))
             .with_context(cannot)
             .map_err(Failure::usage)?;
         flock(&lock, FlockOperation::NonBlockingLockExclusive).map_err(|_| {
@@ -45,7 +57,6 @@ impl Campaign {
                 folder.display()
             ))
         })?;
-        let file = folder.join("plan.json");
         match fs::read_to_string(&file) {
             Ok(text) if text == plan.to_json() => {}
             Ok(_) => {
@@ -54,20 +65,14 @@ impl Campaign {
                     folder.display()
                 )));
             }
-            Err(_) => {
-                let unknown = fs::read_dir(&folder)
-                    .with_context(cannot)
-                    .map_err(Failure::usage)?
-                    .flatten()
-                    // What a run that was killed in its first moment may have left.
-                    .any(|entry| entry.file_name() != ".lock" && entry.file_name() != "plan.partial");
-                if unknown {
-                    return Err(Failure::usage(anyhow!(
-                        "{} has files in it and no plan.json; give --out a new or empty folder",
-                        folder.display()
-                    )));
-                }
+            Err(problem) if problem.kind() == ErrorKind::NotFound => {
                 backend::write_whole(&file, plan.to_json().as_bytes()).map_err(Failure::usage)?;
+            }
+            Err(problem) => {
+                return Err(Failure::usage(anyhow!(
+                    "cannot read {}: {problem}; choose another folder with --out",
+                    file.display()
+                )));
             }
         }
         Ok(Campaign {
@@ -91,8 +96,22 @@ impl Campaign {
         let path = self.folder.join(name);
         File::create(&path)
             .and_then(|mut file| file.write_all(content))
-            .with_context(|| format!("cannot write {}", path.display()))
+            .with_context(|| {
+                format!(
+                    "cannot write {}; free space, and `webloop show` makes it again",
+                    path.display()
+                )
+            })
     }
+}
+
+/// Whether there is anything beside what a run that was killed in its first moment may have left.
+fn holds_other_files(folder: &Path) -> anyhow::Result<bool> {
+    let ours = |name: &OsStr| name == LOCK || name == "plan.partial";
+    let mut entries = fs::read_dir(folder)
+        .with_context(|| format!("cannot read {}", folder.display()))?
+        .flatten();
+    Ok(entries.any(|entry| !ours(&entry.file_name())))
 }
 
 /// A folder that tells when, what and which seed: `results/smoke-20261121-041503-s1`.

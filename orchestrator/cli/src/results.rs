@@ -38,3 +38,10 @@ fn row(folder: &Path, plan: &Plan, cell: &Cell) -> anyhow::Result<Summary> {
     };
     Ok(Summary::new(cell, verdict, asked_ms, metrics.as_ref()))
 }
+
+/// The table of the cells and, where some were repeated, that of their medians.
+pub(crate) fn tables(rows: &[Summary]) -> String {
+    let medians =
+        analysis::repeats::render(rows).map_or(String::new(), |medians| format!("\n{medians}"));
+    analysis::table::render(rows) + &medians
+}

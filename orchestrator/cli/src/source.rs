@@ -24,9 +24,8 @@ pub(crate) fn profile_text(asked: &str) -> Result<ProfileText, String> {
         });
     }
     let path = Path::new(asked);
-    let looks_like_a_path = asked.contains('/') || path.extension().is_some();
     let source = fs::read_to_string(path).map_err(|problem| {
-        if looks_like_a_path {
+        if looks_like_a_path(asked) {
             format!("the profile file `{asked}` cannot be read: {problem}")
         } else {
             format!("there is no topology `{asked}`")
@@ -44,6 +43,11 @@ pub(crate) fn profile_text(asked: &str) -> Result<ProfileText, String> {
         source,
         traces: traces.into_inner(),
     })
+}
+
+/// A name that was surely meant as a file's.
+fn looks_like_a_path(asked: &str) -> bool {
+    asked.contains('/') || Path::new(asked).extension().is_some()
 }
 
 /// A trace lies beside its profile, so that a run's folder can hold both.
@@ -90,9 +94,16 @@ pub(crate) fn experiment(asked: &str, seed: Option<u64>) -> Result<Plan, Failure
         .map(|(_, source)| (*source).to_owned());
     let source = match builtin {
         Some(source) => source,
-        None => fs::read_to_string(asked)
-            .with_context(|| format!("there is no experiment `{asked}`; use one of {}, or the path of an experiment file", names()))
-            .map_err(Failure::usage)?,
+        None => fs::read_to_string(asked).map_err(|problem| {
+            Failure::usage(if looks_like_a_path(asked) {
+                anyhow!("the experiment file `{asked}` cannot be read: {problem}")
+            } else {
+                anyhow!(
+                    "there is no experiment `{asked}`; use one of {}, or the path of an experiment file",
+                    names()
+                )
+            })
+        })?,
     };
     Plan::resolve(&source, asked, seed, profile_text).map_err(|misfit| {
         diagnostic::misfit(&source, &misfit);
@@ -103,10 +114,15 @@ pub(crate) fn experiment(asked: &str, seed: Option<u64>) -> Result<Plan, Failure
 /// A plan file.
 pub(crate) fn plan(path: &Path) -> Result<Plan, Failure> {
     let text = fs::read_to_string(path)
-        .with_context(|| format!("cannot read the plan {}", path.display()))
+        .with_context(|| {
+            format!(
+                "cannot read the plan {}, which `webloop run` leaves in its results folder",
+                path.display()
+            )
+        })
         .map_err(Failure::usage)?;
     Plan::from_json(&text)
-        .map_err(|problem| Failure::usage(anyhow!("{}: {problem}", path.display())))
+        .map_err(|problem| Failure::usage(anyhow!("cannot use the plan {}: {problem}", path.display())))
 }
 
 fn names() -> String {

@@ -3,5 +3,8 @@
 
 #[test]
 fn every_transcript_is_what_the_program_says() {
-    trycmd::TestCases::new().case("tests/cmd/*.trycmd");
+    // So that the transcripts name their files as a user would: shortly.
+    std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cmd"))
+        .expect("this test's own folder");
+    trycmd::TestCases::new().case("*.trycmd");
 }

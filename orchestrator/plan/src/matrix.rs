@@ -124,7 +124,10 @@ impl Reader<'_> {
         let parsed = text.profile(asked.get_ref()).map_err(|findings| {
             let problem = findings
                 .iter()
-                .map(|f| format!("  line {}, {}: {}", f.line, f.field, f.message))
+                .map(|f| match f.field.as_str() {
+                    "" => format!("  line {}: {}", f.line, f.message),
+                    field => format!("  line {}, {field}: {}", f.line, f.message),
+                })
                 .collect::<Vec<_>>()
                 .join("\n");
             let remedy = format!(

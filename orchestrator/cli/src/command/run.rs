@@ -46,9 +46,9 @@ pub(crate) fn run(argument: &Run) -> Outcome {
     );
     if argument.progress != How::Quiet {
         eprintln!(
-            "{}: {} cells, about {}, into {}",
+            "{}: {}, about {}, into {}",
             plan.experiment,
-            plan.cells.len(),
+            cells(&plan),
             people(expected(&plan, argument.jobs)),
             campaign.folder().display()
         );
@@ -57,7 +57,7 @@ pub(crate) fn run(argument: &Run) -> Outcome {
     progress.finish();
 
     let rows = results::rows(campaign.folder(), &plan)?;
-    let table = analysis::table::render(&rows);
+    let table = results::tables(&rows);
     campaign.leave("summary.csv", analysis::Summary::to_csv(&rows).as_bytes())?;
     campaign.leave("table.txt", table.as_bytes())?;
     let mut out = std::io::stdout();
@@ -81,8 +81,8 @@ fn dry_run(plan: &Plan, jobs: u16) -> Outcome {
     }
     writeln!(
         out,
-        "\n{} cells, about {}; nothing was run",
-        plan.cells.len(),
+        "\n{}, about {}; nothing was run",
+        cells(plan),
         people(expected(plan, jobs))
     )?;
     Ok(Exit::Fine)
@@ -157,7 +157,10 @@ fn run_one(
         })
     });
     let status = loop {
-        match child.try_wait().context("cannot wait for a cell's process")? {
+        match child
+            .try_wait()
+            .context("cannot wait for a cell's process")?
+        {
             Some(status) => break status,
             None if stop.load(Ordering::Relaxed) => backend::spawn::terminate(&mut child),
             None => {}
@@ -202,6 +205,14 @@ fn cell_time(cell: &Cell) -> Duration {
 
 fn expected(plan: &Plan, jobs: u16) -> Duration {
     plan.cells.iter().map(cell_time).sum::<Duration>() / u32::from(jobs)
+}
+
+/// How many cells, as people say it.
+fn cells(plan: &Plan) -> String {
+    match plan.cells.len() {
+        1 => "1 cell".to_owned(),
+        n => format!("{n} cells"),
+    }
 }
 
 /// A length of time as people say it.

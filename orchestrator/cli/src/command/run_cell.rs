@@ -20,11 +20,12 @@ pub(crate) fn run(argument: &RunCell) -> Outcome {
     let plan = source::plan(&argument.plan)?;
     let index = argument.index.map_or_else(index_of_the_job, Ok)?;
     let cell = plan.cell(index).ok_or_else(|| {
-        Failure::usage(anyhow!(
-            "the plan has no cell {index}; its {} cells begin at {}",
-            plan.cells.len(),
-            plan.cells.first().map_or(0, |cell| cell.index)
-        ))
+        let cells = match plan.cells.as_slice() {
+            [] => "it has none".to_owned(),
+            [only] => format!("its only one is {}", only.index),
+            [first, .., last] => format!("they go from {} to {}", first.index, last.index),
+        };
+        Failure::usage(anyhow!("the plan has no cell {index}; {cells}"))
     })?;
     let before = backend::manifest(&argument.out, cell).map_err(|problem| anyhow!(problem))?;
     if before

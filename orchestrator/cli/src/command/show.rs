@@ -10,6 +10,6 @@ use crate::{results, source};
 pub(crate) fn run(show: &Show) -> Outcome {
     let plan = source::plan(&show.folder.join("plan.json"))?;
     let rows = results::rows(&show.folder, &plan)?;
-    write!(std::io::stdout(), "{}", analysis::table::render(&rows))?;
+    write!(std::io::stdout(), "{}", results::tables(&rows))?;
     Ok(Exit::Fine)
 }

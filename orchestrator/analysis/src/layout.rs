@@ -1,0 +1,113 @@
+//! Columns of text and numbers, aligned, for people to read.
+
+/// One column: its two lines of heading, and whether numbers stand in it.
+pub(crate) struct Column {
+    pub(crate) group: &'static str,
+    pub(crate) name: &'static str,
+    pub(crate) number: bool,
+}
+
+pub(crate) const fn text(name: &'static str) -> Column {
+    Column {
+        group: "",
+        name,
+        number: false,
+    }
+}
+
+pub(crate) const fn number(group: &'static str, name: &'static str) -> Column {
+    Column {
+        group,
+        name,
+        number: true,
+    }
+}
+
+/// Lines up rows under their columns' headings; a column that is not `shown` is left out.
+pub(crate) fn align(
+    columns: &[Column],
+    rows: &[Vec<String>],
+    shown: impl Fn(&str) -> bool,
+) -> String {
+    let width = |i: usize| {
+        let heading = columns[i]
+            .name
+            .chars()
+            .count()
+            .max(columns[i].group.chars().count());
+        rows.iter()
+            .map(|row| row[i].chars().count())
+            .fold(heading, usize::max)
+    };
+    let layout: Vec<(usize, usize)> = (0..columns.len())
+        .filter(|i| shown(columns[*i].name))
+        .map(|i| (i, width(i)))
+        .collect();
+    let print = |entry: &dyn Fn(usize) -> String| {
+        let entries = layout.iter().map(|(i, width)| match columns[*i].number {
+            true => format!("{:>width$}", entry(*i)),
+            false => format!("{:<width$}", entry(*i)),
+        });
+        entries.collect::<Vec<_>>().join("  ").trim_end().to_owned() + "\n"
+    };
+    let mut out = print(&|i| columns[i].group.to_owned());
+    out += &print(&|i| columns[i].name.to_owned());
+    for row in rows {
+        out += &print(&|i| row[i].clone());
+    }
+    out
+}
+
+/// A count, or `-`.
+pub(crate) fn whole(n: Option<u64>) -> String {
+    n.map_or("-".to_owned(), |n| n.to_string())
+}
+
+/// Three significant digits, but no more than three after the point and none before it cut off.
+/// Beyond a million the power of ten says enough.
+pub(crate) fn digits(x: Option<f64>) -> String {
+    const MOST_DECIMALS: i32 = 3;
+    let Some(x) = x.filter(|x| x.is_finite()) else {
+        return "-".to_owned();
+    };
+    if x.abs() >= 1e6 {
+        return format!("{x:.1e}");
+    }
+    if x.abs() < 0.5 * 10f64.powi(-MOST_DECIMALS) {
+        return "0".to_owned();
+    }
+    // The exponent is that of the rounded number: 9.996 is 10.0, not 10.00.
+    let rounded: f64 = format!("{x:.2e}").parse().unwrap_or(x);
+    let decimals = (2 - rounded.abs().log10().floor() as i32).clamp(0, MOST_DECIMALS);
+    format!("{x:.*}", decimals as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_three_significant_digits_and_no_noise() {
+        let cases = [
+            (0.0, "0"),
+            (0.0004, "0"),
+            (0.0312, "0.031"),
+            (0.9996, "1.00"),
+            (1.0, "1.00"),
+            (9.996, "10.0"),
+            (53.14, "53.1"),
+            (99.96, "100"),
+            (318.4, "318"),
+            (3033.37, "3033"),
+            (-4.567, "-4.57"),
+            (2.5e8, "2.5e8"),
+        ];
+        for (x, words) in cases {
+            assert_eq!(digits(Some(x)), words);
+        }
+        assert_eq!(
+            (digits(None), digits(Some(f64::NAN))),
+            ("-".to_owned(), "-".to_owned())
+        );
+    }
+}
