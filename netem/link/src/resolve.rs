@@ -51,7 +51,7 @@ impl Profile {
             Ok(text) => profile(&text, source, file, &mut findings),
             Err(error) => {
                 let span = error.span().unwrap_or(0..0);
-                let remedy = "the keys and their kinds are in netem/profiles/profile.schema.json";
+                let remedy = "`webloop link schema` lists the keys and their kinds";
                 findings.error("", span, error.message().trim(), remedy);
                 None
             }

@@ -24,8 +24,9 @@ const COLUMNS: [Column; 12] = [
     number("overshoot", "%"),
 ];
 
-const LEGEND: &str = "Medians over complete runs, with the quartiles of settling; times first: \
-against the first topology at the same rate";
+const LEGEND: &str = "\
+Medians over complete runs, with the quartiles of settling.
+times first: against the first topology at the same rate.";
 
 /// The runs that differ only in their repeat.
 struct Group<'a> {

@@ -5,8 +5,9 @@ use plan::Verdict;
 use crate::layout::{Column, align, digits, number, text, whole};
 use crate::summary::Summary;
 
-const LEGEND: &str = "RTT: the profile's mean, the link's at the echoes, theirs as measured; \
-zero: in the same ms; rise 10-90 %, settling 2 %";
+const LEGEND: &str = "\
+RTT: the profile's mean, the link's at the instants of the echoes, and what they measured.
+zero: arrivals in the same ms as the one before. rise: 10 to 90 %. settling: into 2 %.";
 
 const COLUMNS: [Column; 15] = [
     text("topology"),
@@ -30,8 +31,15 @@ const COLUMNS: [Column; 15] = [
 #[must_use]
 pub fn render(rows: &[Summary]) -> String {
     let cells: Vec<Vec<String>> = rows.iter().map(line).collect();
+    // A column that says the same of every cell tells nothing.
     let repeated = rows.iter().any(|row| row.repeat > 1);
-    align(&COLUMNS, &cells, |name| name != "#" || repeated) + "\n" + LEGEND + "\n"
+    let clients = rows.iter().any(|row| row.client != rows[0].client);
+    let shown = |name: &str| match name {
+        "#" => repeated,
+        "client" => clients,
+        _ => true,
+    };
+    align(&COLUMNS, &cells, shown) + "\n" + LEGEND + "\n"
 }
 
 fn line(row: &Summary) -> Vec<String> {

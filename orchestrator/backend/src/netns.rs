@@ -124,10 +124,11 @@ pub(crate) fn run(
             start_ns,
             stop,
         );
-        if ended.is_err() {
+        let after = ended.and_then(|()| Ok(proof.series(schedule::after(now_ns()), stop)?));
+        // A terminal's Ctrl-C ends the controller too, as if it had ended by itself.
+        if after.is_err() || stop.load(Ordering::Relaxed) {
             abandon.store(true, Ordering::Relaxed);
         }
-        let after = ended.and_then(|()| Ok(proof.series(schedule::after(now_ns()), stop)?));
         Ok::<_, RunError>([
             (Phase::Empty, empty),
             (Phase::Before, joined(before)?),

@@ -65,7 +65,11 @@ pub fn run_cell(
             let outcome = netns::run(cell, &profile, &file, &folder, stop);
             // A terminal's Ctrl-C reaches the roles too, which then end as if by themselves.
             let interrupted = stop.load(Ordering::Relaxed);
-            let outcome = if interrupted { Err(RunError::Interrupted) } else { outcome };
+            let outcome = if interrupted {
+                Err(RunError::Interrupted)
+            } else {
+                outcome
+            };
             (name(authority), outcome)
         }
     };

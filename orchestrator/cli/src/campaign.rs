@@ -1,6 +1,6 @@
 //! A campaign's results folder: its plan, its lock, and the cells in it.
 
-use std::ffi::OsStr;
+use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -16,6 +16,9 @@ const RESULTS: &str = "results";
 
 /// The file whose lock says that a folder is in use.
 const LOCK: &str = ".lock";
+
+/// The file that says what a folder is for.
+const PLAN: &str = "plan.json";
 
 /// A results folder that this process, and no other, writes to.
 pub(crate) struct Campaign {
@@ -40,9 +43,9 @@ impl Campaign {
         fs::create_dir_all(&folder)
             .with_context(cannot)
             .map_err(Failure::usage)?;
-        let file = folder.join("plan.json");
+        let file = folder.join(PLAN);
         // Asked first of all: a folder of somebody else's is left as it was.
-        if !file.exists() && holds_other_files(&folder).map_err(Failure::usage)? {
+        if is_of_others(&folder).map_err(Failure::usage)? {
             return Err(Failure::usage(anyhow!(
                 "{} has files in it and no plan.json; give --out a new or empty folder",
                 folder.display()
@@ -88,7 +91,7 @@ impl Campaign {
 
     /// Its plan's file.
     pub(crate) fn plan_file(&self) -> PathBuf {
-        self.folder.join("plan.json")
+        self.folder.join(PLAN)
     }
 
     /// Leaves a derived file, which can be deleted and made again.
@@ -98,20 +101,22 @@ impl Campaign {
             .and_then(|mut file| file.write_all(content))
             .with_context(|| {
                 format!(
-                    "cannot write {}; free space, and `webloop show` makes it again",
+                    "cannot write {}; free space and give the same command again",
                     path.display()
                 )
             })
     }
 }
 
-/// Whether there is anything beside what a run that was killed in its first moment may have left.
-fn holds_other_files(folder: &Path) -> anyhow::Result<bool> {
-    let ours = |name: &OsStr| name == LOCK || name == "plan.partial";
-    let mut entries = fs::read_dir(folder)
+/// Whether there is no plan in it, but more than a run leaves that is killed in its first moment.
+fn is_of_others(folder: &Path) -> anyhow::Result<bool> {
+    let names: Vec<_> = fs::read_dir(folder)
         .with_context(|| format!("cannot read {}", folder.display()))?
-        .flatten();
-    Ok(entries.any(|entry| !ours(&entry.file_name())))
+        .flatten()
+        .map(|entry| entry.file_name())
+        .collect();
+    let first_moment = |name: &OsString| name == LOCK || name == "plan.partial";
+    Ok(!names.iter().any(|name| name == PLAN) && !names.iter().all(first_moment))
 }
 
 /// A folder that tells when, what and which seed: `results/smoke-20261121-041503-s1`.

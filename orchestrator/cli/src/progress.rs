@@ -21,7 +21,7 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// For `total` cells that take `expected` together.
+    /// For `total` cells that take `expected` together, as many at a time as there are jobs.
     pub(crate) fn start(how: How, total: usize, expected: Duration) -> Progress {
         let tty = match how {
             How::Auto => std::io::stderr().is_terminal() && std::env::var_os("CI").is_none(),
@@ -33,8 +33,9 @@ impl Progress {
             let bar = all.add(ProgressBar::new(
                 expected.as_millis().try_into().unwrap_or(u64::MAX),
             ));
-            bar.set_style(style("{bar:30.cyan/dim} {msg}  {eta} left"));
-            bar.set_message(format!("0/{total} cells"));
+            bar.set_style(style("{bar:30.cyan/dim} {msg}"));
+            bar.set_message(standing(0, total, expected));
+            bar.tick();
             (all, bar)
         });
         Progress {
@@ -70,7 +71,8 @@ impl Progress {
         };
         if let Some((all, bar)) = &self.bars {
             bar.inc(expected.as_millis().try_into().unwrap_or(u64::MAX));
-            bar.set_message(format!("{done}/{} cells", self.total));
+            let left = bar.length().unwrap_or(0).saturating_sub(bar.position());
+            bar.set_message(standing(done, self.total, Duration::from_millis(left)));
             // Bars are for what goes well; what does not stays on the screen.
             if verdict != Verdict::Complete {
                 let _ = all.println(line);
@@ -96,6 +98,21 @@ impl Drop for CellBar {
         if let Some(bar) = &self.0 {
             bar.finish_and_clear();
         }
+    }
+}
+
+/// How many cells have ended, and how long the others will take.
+fn standing(done: usize, total: usize, left: Duration) -> String {
+    format!("{done}/{total} cells, {} left", people(left))
+}
+
+/// A length of time as people say it.
+pub(crate) fn people(time: Duration) -> String {
+    let s = time.as_secs();
+    match s {
+        0..=299 => format!("{s} s"),
+        300..=7_199 => format!("{} min", (s + 30) / 60),
+        _ => format!("{} h {:02} min", s / 3_600, s % 3_600 / 60),
     }
 }
 

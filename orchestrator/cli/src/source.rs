@@ -121,8 +121,9 @@ pub(crate) fn plan(path: &Path) -> Result<Plan, Failure> {
             )
         })
         .map_err(Failure::usage)?;
-    Plan::from_json(&text)
-        .map_err(|problem| Failure::usage(anyhow!("cannot use the plan {}: {problem}", path.display())))
+    Plan::from_json(&text).map_err(|problem| {
+        Failure::usage(anyhow!("cannot use the plan {}: {problem}", path.display()))
+    })
 }
 
 fn names() -> String {

@@ -13,7 +13,7 @@ use plan::{Cell, Plan, Verdict};
 use crate::argument::{Progress as How, Run};
 use crate::campaign::Campaign;
 use crate::exit::{Exit, Failure, Outcome};
-use crate::progress::Progress;
+use crate::progress::{Progress, people};
 use crate::{results, source};
 
 /// How often a cell's process, and whether to stop, is looked at.
@@ -39,11 +39,6 @@ pub(crate) fn run(argument: &Run) -> Outcome {
     for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
-    let progress = Progress::start(
-        argument.progress,
-        plan.cells.len(),
-        expected(&plan, argument.jobs),
-    );
     if argument.progress != How::Quiet {
         eprintln!(
             "{}: {}, about {}, into {}",
@@ -53,16 +48,22 @@ pub(crate) fn run(argument: &Run) -> Outcome {
             campaign.folder().display()
         );
     }
+    let progress = Progress::start(
+        argument.progress,
+        plan.cells.len(),
+        expected(&plan, argument.jobs),
+    );
     run_cells(&plan, &campaign, argument.jobs, &stop, &progress)?;
     progress.finish();
 
     let rows = results::rows(campaign.folder(), &plan)?;
     let table = results::tables(&rows);
-    campaign.leave("summary.csv", analysis::Summary::to_csv(&rows).as_bytes())?;
-    campaign.leave("table.txt", table.as_bytes())?;
     let mut out = std::io::stdout();
     write!(out, "{table}")?;
     writeln!(out, "\nResults: {}", campaign.folder().display())?;
+    // After the table, so that a full disk does not keep it from being seen.
+    campaign.leave("summary.csv", analysis::Summary::to_csv(&rows).as_bytes())?;
+    campaign.leave("table.txt", table.as_bytes())?;
     Ok(exit(&rows, stop.load(Ordering::Relaxed)))
 }
 
@@ -212,15 +213,5 @@ fn cells(plan: &Plan) -> String {
     match plan.cells.len() {
         1 => "1 cell".to_owned(),
         n => format!("{n} cells"),
-    }
-}
-
-/// A length of time as people say it.
-fn people(time: Duration) -> String {
-    let s = time.as_secs();
-    match s {
-        0..=299 => format!("{s} s"),
-        300..=7_199 => format!("{} min", (s + 30) / 60),
-        _ => format!("{} h {:02} min", s / 3_600, s % 3_600 / 60),
     }
 }

@@ -1,0 +1,184 @@
+//! Runs that end before their time: told to, or killed.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::os::unix::process::CommandExt;
+use std::path::Path;
+use std::process::Child;
+use std::time::{Duration, Instant};
+
+use plan::Verdict;
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+use rustix::process::{Pid, Signal, kill_process, kill_process_group};
+use shaper::now_ns;
+
+use crate::complete::came_to_its_end;
+use crate::process::{gone, namespaces_of, of_run};
+use crate::webloop::{Experiment, code, column, command, files, manifest, said};
+
+/// Nothing may be left of a killed run after this: the issue's own figure.
+pub(crate) const GONE_WITHIN: Duration = Duration::from_secs(5);
+
+/// Rows older than this are on disk, whatever happens: the issue's own figure.
+const ON_DISK_AFTER_NS: u64 = 1_000_000_000;
+
+pub(crate) fn an_interrupted_run_ends_soon_with_its_rows() -> Result<(), String> {
+    let folder = tempfile::tempdir().unwrap();
+    let experiment = Experiment::new(folder.path(), &["office"], "3ms", "6s");
+    // `kill` reaches the orchestrator alone, Ctrl-C on a terminal every process of the run.
+    for (who, send) in [
+        ("the orchestrator", kill_process as fn(Pid, Signal) -> _),
+        ("every process", kill_process_group),
+    ] {
+        let mut run = experiment.run(command()).process_group(0).spawn().unwrap();
+        await_rows(&mut run, &experiment);
+        let namespaces = namespaces_of(&of_run(&experiment.out));
+        let (signalled, signalled_ns) = (Instant::now(), now_ns());
+        send(number(&run), Signal::INT).unwrap();
+        let output = run.wait_with_output().unwrap();
+        let took = signalled.elapsed();
+        // Three roles, each of which has to flush a file: some ms. 5 s is the figure.
+        assert!(took < Duration::from_secs(5), "{who}: {took:?}");
+        assert_eq!(code(&output), Some(130), "{who}: {}", said(&output));
+        gone(&experiment.out, &namespaces, GONE_WITHIN);
+        println!("  SIGINT to {who}: ended after {:.2} s", took.as_secs_f64());
+
+        let cell = &experiment.cells()[0];
+        let manifest = manifest(cell);
+        assert_eq!(manifest.verdict, Verdict::Failed);
+        assert!(
+            manifest.reasons.join(" ").contains("interrupted"),
+            "{who}: {:?}",
+            manifest.reasons
+        );
+        // The plant ended by its own hand, so that its file goes up to the signal and has as
+        // many rows as it counted; one sleep of the player's roles lies between.
+        let ticks = column(&fs::read(cell.join("ticks.csv")).unwrap(), "t_tick_ns");
+        let last_ns: u64 = ticks.last().unwrap().parse().unwrap();
+        assert!(last_ns + 100_000_000 > signalled_ns, "{who}");
+        assert_eq!(manifest.plant.unwrap()["ticks"], ticks.len(), "{who}");
+        let messages = column(&fs::read(cell.join("messages.csv")).unwrap(), "seq");
+        let rows = &manifest.controller.unwrap()["rows"]["rows"];
+        assert_eq!(*rows, messages.len(), "{who}");
+    }
+    Ok(())
+}
+
+/// Waits until the loop is closed, which is 2.3 s after the start.
+fn await_rows(run: &mut Child, experiment: &Experiment) {
+    // Four times as long, for a busy machine.
+    let deadline = Instant::now() + Duration::from_secs(10);
+    let rows = |experiment: &Experiment| {
+        experiment.out.join("plan.json").exists()
+            && experiment.cells().iter().any(|cell| {
+                fs::read(cell.join("messages.csv"))
+                    .is_ok_and(|text| column(&text, "seq").len() > 50)
+                    && !cell.join("manifest.json").exists()
+            })
+    };
+    while !rows(experiment) {
+        assert!(Instant::now() < deadline, "no message within 10 s");
+        assert!(run.try_wait().unwrap().is_none(), "the run ended by itself");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// What there was of a killed run, and how long it stayed.
+#[derive(Debug)]
+pub(crate) struct Killed {
+    pub(crate) processes: usize,
+    pub(crate) namespaces: usize,
+    pub(crate) gone_after: Duration,
+    pub(crate) at_ns: u64,
+}
+
+/// Kills the orchestrator, and no other, and waits until nothing is left.
+pub(crate) fn kill(run: &mut Child, out: &Path) -> Killed {
+    let processes = of_run(out);
+    let namespaces = namespaces_of(&processes);
+    let at_ns = now_ns();
+    run.kill().unwrap();
+    run.wait().unwrap();
+    Killed {
+        processes: processes.len(),
+        namespaces: namespaces.len(),
+        gone_after: gone(out, &namespaces, GONE_WITHIN),
+        at_ns,
+    }
+}
+
+pub(crate) fn a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued() -> Result<(), String>
+{
+    /// A number of moments other than six, for a longer look.
+    const COUNT: &str = "WEBLOOP_TEST_KILLS";
+    let count: u64 = std::env::var(COUNT).map_or(6, |text| text.parse().expect(COUNT));
+    let folder = tempfile::tempdir().unwrap();
+    let experiment = Experiment::new(folder.path(), &["office"], "3ms", "2s");
+    let mut random = ChaCha8Rng::seed_from_u64(9);
+    let mut left = Vec::new();
+    let mut longest = Duration::ZERO;
+    for n in 0..count {
+        // One in each of equal parts of 0.1 s to 4 s, so that each stage of the run, which takes
+        // 5.3 s and more, is met. All in one folder: each run continues what was killed before.
+        let part = 3_900 / count;
+        let moment = Duration::from_millis(100 + n * part + random.next_u64() % part);
+        let mut run = experiment.run(command()).spawn().unwrap();
+        std::thread::sleep(moment);
+        assert!(run.try_wait().unwrap().is_none(), "ended before {moment:?}");
+        let killed = kill(&mut run, &experiment.out);
+        longest = longest.max(killed.gone_after);
+        let rows = rows_left(&experiment);
+        let ticks = rows.get("ticks.csv").map(|csv| column(csv, "t_tick_ns"));
+        let last_ns: Option<u64> = ticks
+            .as_ref()
+            .and_then(|ticks| ticks.last())
+            .map(|t_ns| t_ns.parse().unwrap());
+        let missing_ns = last_ns.map(|t_ns| killed.at_ns.saturating_sub(t_ns));
+        println!(
+            "  SIGKILL at {:.2} s: {} processes, {} namespaces, all gone after {:.3} s; rows up to {} before",
+            moment.as_secs_f64(),
+            killed.processes,
+            killed.namespaces,
+            killed.gone_after.as_secs_f64(),
+            missing_ns.map_or("none".into(), |ns| format!("{:.3} s", ns as f64 / 1e9)),
+        );
+        // The plant ticks some 0.1 s after the start; half a second for a busy machine.
+        if moment > Duration::from_millis(1_500) {
+            assert!(killed.processes >= 5, "{killed:?}");
+            assert!(
+                missing_ns.is_some_and(|ns| ns < ON_DISK_AFTER_NS),
+                "{missing_ns:?}"
+            );
+        }
+        left.extend((!rows.is_empty()).then_some(rows));
+    }
+    println!("  {count} of {count} left nothing, the slowest after {longest:?}");
+
+    let output = experiment.complete();
+    assert_eq!(code(&output), Some(0), "{}", said(&output));
+    came_to_its_end(&manifest(&experiment.cells()[0]));
+    // What each killed run left lies beside the cell, byte by byte.
+    let aside: Vec<_> = fs::read_dir(experiment.out.join("cells"))
+        .unwrap()
+        .flatten()
+        .filter(|entry| entry.file_name().to_string_lossy().contains("unfinished"))
+        .map(|entry| files(&entry.path()))
+        .collect();
+    assert!(!left.is_empty());
+    assert!(left.iter().all(|rows| aside.contains(rows)));
+    Ok(())
+}
+
+/// The files of the one cell, if it was begun.
+fn rows_left(experiment: &Experiment) -> BTreeMap<String, Vec<u8>> {
+    if experiment.out.join("plan.json").exists() {
+        files(&experiment.cells()[0])
+    } else {
+        BTreeMap::new()
+    }
+}
+
+fn number(run: &Child) -> Pid {
+    Pid::from_raw(i32::try_from(run.id()).unwrap()).unwrap()
+}

@@ -1,0 +1,159 @@
+//! The program as its users have it: a command with arguments, a folder with results.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use backend::Manifest;
+use plan::{Plan, Verdict};
+
+/// A link to run over: a delay and losses, so that there is a fate to foretell for each echo.
+const OFFICE: &str = "name = \"office\"\nabout = \"5 ms and a little loss each way\"\n
+[both.delay]\nbase = \"5ms\"\n
+[both.loss.random]\nshare = \"2%\"\n";
+
+/// The program that this test was built with, without what the tester's own shell sets.
+pub(crate) fn command() -> Command {
+    command_of(Path::new(env!("CARGO_BIN_EXE_webloop")))
+}
+
+/// A copy of it elsewhere.
+pub(crate) fn command_of(program: &Path) -> Command {
+    let mut command = Command::new(program);
+    command
+        .env_remove("RUST_LOG")
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
+/// What `webloop doctor` misses on this machine, if it misses anything that a run needs.
+pub(crate) fn doctor(mut command: Command) -> Result<(), String> {
+    let output = command.arg("doctor").output().unwrap();
+    match output.status.code() {
+        Some(0) => Ok(()),
+        Some(3) => Err(String::from_utf8_lossy(&output.stdout).into_owned()),
+        other => panic!("doctor ended with {other:?}: {}", said(&output)),
+    }
+}
+
+/// An experiment and its profile in a folder, and where its results go.
+pub(crate) struct Experiment {
+    pub(crate) file: PathBuf,
+    pub(crate) out: PathBuf,
+}
+
+impl Experiment {
+    /// Closed loop over `topologies`, of which `office` is our own.
+    pub(crate) fn new(folder: &Path, topologies: &[&str], h: &str, duration: &str) -> Self {
+        let profile = folder.join("office.toml");
+        fs::write(&profile, OFFICE).unwrap();
+        let topologies: Vec<_> = topologies
+            .iter()
+            .map(|name| match *name {
+                "office" => profile.display().to_string(),
+                name => name.to_owned(),
+            })
+            .collect();
+        let file = folder.join("experiment.toml");
+        let text = format!(
+            "name = \"test\"\n[[cells]]\ntopology = {topologies:?}\nclient = [\"native\"]\n\
+             mode = \"closed\"\nh = [\"{h}\"]\nduration = \"{duration}\"\n"
+        );
+        fs::write(&file, text).unwrap();
+        Experiment {
+            file,
+            out: folder.join("out"),
+        }
+    }
+
+    /// Adds to `command` what runs this experiment.
+    pub(crate) fn run(&self, mut command: Command) -> Command {
+        command.arg("run").arg(&self.file).arg("--out");
+        command.arg(&self.out);
+        command
+    }
+
+    /// Runs it until it is complete, three times at most.
+    ///
+    /// A machine that is busy with something else can be too late for the link, which makes a
+    /// run `invalid`: then it must say so, and whoever asks again must get a new one.
+    pub(crate) fn complete(&self) -> Output {
+        for _ in 0..2 {
+            let output = self.run(command()).output().unwrap();
+            let manifests: Vec<_> = self.cells().iter().map(|cell| manifest(cell)).collect();
+            let invalid = manifests
+                .iter()
+                .filter(|manifest| manifest.verdict == Verdict::Invalid)
+                .inspect(|manifest| println!("  too busy: {:?}", manifest.reasons))
+                .count();
+            if invalid == 0 {
+                return output;
+            }
+            assert_eq!(code(&output), Some(1), "{}", said(&output));
+        }
+        self.run(command()).output().unwrap()
+    }
+
+    pub(crate) fn plan(&self) -> Plan {
+        Plan::from_json(&fs::read_to_string(self.out.join("plan.json")).unwrap()).unwrap()
+    }
+
+    /// The folder of each cell, in order.
+    pub(crate) fn cells(&self) -> Vec<PathBuf> {
+        let plan = self.plan();
+        plan.cells
+            .iter()
+            .map(|cell| backend::cell_folder(&self.out, cell))
+            .collect()
+    }
+}
+
+/// A cell's manifest.
+pub(crate) fn manifest(cell: &Path) -> Manifest {
+    Manifest::from_json(&fs::read_to_string(cell.join(Manifest::FILE)).unwrap()).unwrap()
+}
+
+/// Every file of a folder, by name; none, where there is no folder.
+pub(crate) fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return BTreeMap::new();
+    };
+    entries
+        .flatten()
+        .filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()))
+        .map(|entry| {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            (name, fs::read(entry.path()).unwrap())
+        })
+        .collect()
+}
+
+/// A column of a CSV file, without a last line that was torn off.
+pub(crate) fn column(csv: &[u8], name: &str) -> Vec<String> {
+    let text = std::str::from_utf8(csv).unwrap();
+    let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+    let mut lines = whole.lines();
+    let header = lines.next().unwrap_or("");
+    let at = header.split(',').position(|word| word == name);
+    let Some(at) = at else {
+        assert!(header.is_empty(), "no column {name} in {header}");
+        return Vec::new();
+    };
+    lines
+        .map(|line| line.split(',').nth(at).unwrap().to_owned())
+        .collect()
+}
+
+/// Everything that a finished program said, for messages and for looking through.
+pub(crate) fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
+}
+
+/// The exit code, after a check that nothing panicked.
+pub(crate) fn code(output: &Output) -> Option<i32> {
+    assert!(!said(output).contains("panicked"), "{}", said(output));
+    output.status.code()
+}
