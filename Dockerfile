@@ -20,7 +20,7 @@ COPY --from=manifests /webloop .
 RUN cargo build --release --locked
 COPY . .
 # A source may be older than its stand-in, and cargo compares times.
-RUN find . -name '*.rs' -exec touch {} + \
+RUN find netem orchestrator services -name '*.rs' -exec touch {} + \
     && cargo build --release --locked
 
 FROM debian:bookworm-slim

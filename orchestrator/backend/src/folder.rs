@@ -34,7 +34,10 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), RunError> {
         path.parent()
             .map_or(Ok(()), |folder| File::open(folder)?.sync_all())
     };
-    write().map_err(|problem| RunError::write(path, problem))
+    write().map_err(|problem| {
+        let _ = fs::remove_file(&partial);
+        RunError::write(path, problem)
+    })
 }
 
 /// Length and checksum of every file in `folder`, by name; `except` is left out.

@@ -119,10 +119,12 @@ pub(crate) fn a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued() -
     let mut left = Vec::new();
     let mut longest = Duration::ZERO;
     for n in 0..count {
-        // One in each of equal parts of 0.1 s to 4 s, so that each stage of the run, which takes
-        // 5.3 s and more, is met. All in one folder: each run continues what was killed before.
-        let part = 3_900 / count;
-        let moment = Duration::from_millis(100 + n * part + random.next_u64() % part);
+        // Of the 5.3 s and more that the run takes, the first 4 s. By the third power half of the
+        // moments fall into the first half second, in which namespaces and processes are made.
+        // All in one folder: each run continues what was killed before.
+        let within = random.next_u64() as f64 / u64::MAX as f64;
+        let moment = 4.0 * ((n as f64 + within) / count as f64).powi(3);
+        let moment = Duration::from_secs_f64(moment);
         let mut run = experiment.run(command()).spawn().unwrap();
         std::thread::sleep(moment);
         assert!(run.try_wait().unwrap().is_none(), "ended before {moment:?}");
@@ -136,12 +138,14 @@ pub(crate) fn a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued() -
             .map(|t_ns| t_ns.parse().unwrap());
         let missing_ns = last_ns.map(|t_ns| killed.at_ns.saturating_sub(t_ns));
         println!(
-            "  SIGKILL at {:.2} s: {} processes, {} namespaces, all gone after {:.3} s; rows up to {} before",
+            "  SIGKILL at {:.3} s: {} processes, {} namespaces, all gone after {:.3} s; {}",
             moment.as_secs_f64(),
             killed.processes,
             killed.namespaces,
             killed.gone_after.as_secs_f64(),
-            missing_ns.map_or("none".into(), |ns| format!("{:.3} s", ns as f64 / 1e9)),
+            missing_ns.map_or("no rows yet".into(), |ns| {
+                format!("rows up to {:.3} s before", ns as f64 / 1e9)
+            }),
         );
         // The plant ticks some 0.1 s after the start; half a second for a busy machine.
         if moment > Duration::from_millis(1_500) {

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Whether anybody's namespaces, the kernel's name for which is `net:[4026531840]`.
+/// Network namespaces by the kernel's own names, such as `net:[4026531840]`.
 pub(crate) type Namespaces = BTreeSet<String>;
 
 /// Numbers of the processes with `folder` in their command line: all roles of a run into it.
