@@ -66,8 +66,20 @@ pub(crate) fn end(outcome: Outcome) -> ExitCode {
         if gone {
             return Exit::Fine;
         }
-        eprintln!("webloop: {:#}", failure.error);
+        eprintln!("webloop: {}", sentence(&failure.error));
         failure.kind
     });
     ExitCode::from(exit as u8)
+}
+
+/// An error and its causes in one line. Many errors quote their cause; it is not said twice.
+fn sentence(error: &anyhow::Error) -> String {
+    error.chain().fold(String::new(), |said, cause| {
+        let cause = cause.to_string();
+        match said.as_str() {
+            "" => cause,
+            said if said.contains(&cause) => said.to_owned(),
+            said => format!("{said}: {cause}"),
+        }
+    })
 }

@@ -59,7 +59,11 @@ pub(crate) fn controller(argument: &ServeController) -> Outcome {
         fifo: true,
     };
     let report = ::controller::drive(&config)?;
-    leave(&argument.out, "controller", &report)
+    leave(&argument.out, "controller", &report)?;
+    Ok(match report.interrupted {
+        true => Exit::Interrupted,
+        false => Exit::Fine,
+    })
 }
 
 /// Plays a link between two interfaces until SIGTERM or SIGINT.
