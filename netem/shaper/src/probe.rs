@@ -9,6 +9,7 @@ use std::io;
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::os::fd::{AsFd, OwnedFd};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
@@ -20,7 +21,12 @@ use crate::error::{Doing, Error, Result};
 use crate::icmp::{self, EchoId};
 use crate::namespace::Namespace;
 use crate::port::widen;
+use crate::scheduling::prefer_this_thread;
 use crate::sys;
+
+/// Just ahead of the player: a probe that is held up between reading the clock and sending
+/// would measure itself. It does next to nothing, so it takes nothing from anyone.
+const PRIORITY: u8 = 49;
 
 /// Which echoes to send, and when.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,13 +93,36 @@ impl Prober {
         })
     }
 
-    /// Sends the echoes of `plan` on the calling thread, at absolute instants that no slow
-    /// answer moves, until all are through or `stop` is set. `on_answer` gets each echo as
-    /// its answer comes; all of them are returned, in the order of sending.
+    /// Sends the echoes of `plan` at absolute instants that no slow answer moves, until all
+    /// are through or `stop` is set. `on_answer` gets each echo as its answer comes; all of
+    /// them are returned, in the order of sending.
+    ///
+    /// It does so on a thread of its own, for which it asks real-time scheduling, and waits
+    /// for that.
     ///
     /// # Errors
     /// [`Error::Failed`] when a socket fails.
     pub fn run(
+        &mut self,
+        plan: &ProbePlan,
+        stop: &AtomicBool,
+        on_answer: impl FnMut(&Echo) + Send,
+    ) -> Result<Vec<Echo>> {
+        thread::scope(|scope| {
+            let probing = || {
+                prefer_this_thread(PRIORITY);
+                self.exchange(plan, stop, on_answer)
+            };
+            thread::Builder::new()
+                .name("probe".into())
+                .spawn_scoped(scope, probing)
+                .doing("start the thread that probes")?
+                .join()
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        })
+    }
+
+    fn exchange(
         &mut self,
         plan: &ProbePlan,
         stop: &AtomicBool,

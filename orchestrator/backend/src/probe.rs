@@ -34,7 +34,7 @@ pub fn probe(
     count: u32,
     interval_ns: u64,
     stop: &AtomicBool,
-    on_answer: impl FnMut(&Echo),
+    on_answer: impl FnMut(&Echo) + Send,
 ) -> Result<Probed, RunError> {
     let lab = Lab::new(profile)?;
     let epoch_ns = now_ns() + schedule::EPOCH_AFTER_NS;

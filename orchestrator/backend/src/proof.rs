@@ -25,7 +25,7 @@ pub(crate) struct Proof<'a> {
 }
 
 impl Proof<'_> {
-    /// Sends a series on the calling thread and waits for what the link lets come back.
+    /// Sends a series and waits for what the link lets come back.
     pub(crate) fn series(&self, series: Series, stop: &AtomicBool) -> shaper::Result<Vec<Echo>> {
         self.watched(series, stop, |_| {})
     }
@@ -35,7 +35,7 @@ impl Proof<'_> {
         &self,
         series: Series,
         stop: &AtomicBool,
-        on_answer: impl FnMut(&Echo),
+        on_answer: impl FnMut(&Echo) + Send,
     ) -> shaper::Result<Vec<Echo>> {
         let plan = ProbePlan {
             target: self.lab.plant_address(),
