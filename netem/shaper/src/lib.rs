@@ -46,7 +46,7 @@ pub use report::{LinkRow, PlayerReport, WayReport};
 pub use scheduling::Scheduling;
 pub use statistics::RttStatistics;
 pub use timeline::Timeline;
-pub use verdict::Verdict;
+pub use verdict::{ANSWERS_NEEDED, Verdict};
 pub use veth::{
     CONTROLLER_ADDRESS, CONTROLLER_INTERFACE, END_INTERFACE, PLANT_ADDRESS, PLANT_INTERFACE, join,
 };

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::fate::Fates;
 
 /// Fewer answers than these can neither prove nor refute a tail of one in fifty.
-const ANSWERS_NEEDED: usize = 20;
+pub const ANSWERS_NEEDED: usize = 20;
 
 /// Half of the round trips must lie this close to their prediction. It is five times what a
 /// quiet machine gives, and less than half of the shortest round trip in the paper, so no

@@ -166,7 +166,7 @@ pub(crate) struct Probe {
     /// A built-in topology, or the path of a profile file
     pub(crate) topology: String,
     /// How many echo requests to send
-    #[arg(short, long, default_value_t = 20, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(short, long, default_value_t = 30, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) count: u32,
     /// Seconds between two requests
     #[arg(short, long, default_value_t = 1.0, value_name = "SECONDS", value_parser = interval)]

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use ::link::{Asked, Band, Pings, Prediction, Profile, predict};
 use anyhow::anyhow;
 use backend::Probed;
-use shaper::{Certificate, Echo, RttStatistics, Verdict};
+use shaper::{ANSWERS_NEEDED, Certificate, Echo, RttStatistics, Verdict};
 
 use crate::argument::Probe;
 use crate::exit::{Exit, Failure, Outcome};
@@ -52,7 +52,10 @@ pub(crate) fn run(argument: &Probe) -> Outcome {
     })?;
     broken_pipe?;
     summary(&mut out, &profile, &probed, interval_ns)?;
-    match probed.certificate.map(|certificate| certificate.verdict) {
+    let judged = probed
+        .certificate
+        .filter(|certificate| certificate.sent >= ANSWERS_NEEDED);
+    match judged.map(|certificate| certificate.verdict) {
         Some(Verdict::Broken(reasons)) => {
             Err(anyhow!("the link did not hold: {}", reasons.join("; ")).into())
         }
@@ -181,6 +184,9 @@ fn bands(
             loss * 100.0
         )
     };
+    if model.avg_ms.low == model.avg_ms.high {
+        return writeln!(out, "\nNothing in this link depends on the seed.");
+    }
     end("99 % of seeds: from", |band| band.low, out)?;
     end("               to", |band| band.high, out)?;
     let outside: Vec<_> = columns
@@ -220,6 +226,12 @@ fn proof(out: &mut impl Write, certificate: &Certificate) -> io::Result<()> {
         certificate.sent
     )?;
     match &certificate.verdict {
+        _ if certificate.sent < ANSWERS_NEEDED => {
+            writeln!(
+                out,
+                "Too few to judge the link; it takes {ANSWERS_NEEDED} answers."
+            )
+        }
         Verdict::Holds => writeln!(out, "The link held."),
         Verdict::Broken(reasons) => reasons
             .iter()
