@@ -190,7 +190,7 @@ fn judge(proof: &Proof, phases: &[(Phase, Vec<Echo>); 4]) -> Evidence {
             .push("no echo came through the empty link".into());
         return evidence;
     };
-    let echoes = renumbered(&phases[1..]);
+    let echoes = in_order(&phases[1..]);
     if let Some(certificate) = proof.certificate(&echoes, baseline) {
         if let shaper::Verdict::Broken(reasons) = &certificate.verdict {
             evidence.doubts.extend(reasons.iter().cloned());
@@ -205,7 +205,7 @@ fn judge(proof: &Proof, phases: &[(Phase, Vec<Echo>); 4]) -> Evidence {
 }
 
 /// The echoes of several series as one, in order of sending.
-fn renumbered(phases: &[(Phase, Vec<Echo>)]) -> Vec<Echo> {
+fn in_order(phases: &[(Phase, Vec<Echo>)]) -> Vec<Echo> {
     let mut echoes: Vec<_> = phases
         .iter()
         .flat_map(|(_, echoes)| echoes.iter().copied())

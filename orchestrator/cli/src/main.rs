@@ -11,6 +11,7 @@ mod logging;
 mod progress;
 mod results;
 mod source;
+mod stop;
 
 use argument::{Argument, Command, LinkCommand, ServeCommand};
 

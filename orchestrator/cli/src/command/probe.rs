@@ -1,8 +1,6 @@
 //! `webloop probe`: ping through a link, and what the link should have done beside it.
 
 use std::io::{self, Write};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use ::link::{Asked, Band, Pings, Prediction, Profile, predict};
 use anyhow::anyhow;
@@ -11,7 +9,7 @@ use shaper::{ANSWERS_NEEDED, Certificate, Echo, RttStatistics, Verdict};
 
 use crate::argument::Probe;
 use crate::exit::{Exit, Failure, Outcome};
-use crate::source;
+use crate::{source, stop};
 
 /// Pings, prints what `ping` prints, and judges the link.
 pub(crate) fn run(argument: &Probe) -> Outcome {
@@ -19,10 +17,7 @@ pub(crate) fn run(argument: &Probe) -> Outcome {
     let authority = shaper::become_root();
     let profile = source::profile(&argument.topology)?;
     authority.map_err(Failure::unsupported)?;
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))?;
-    }
+    let stop = stop::told_to_end()?;
     let interval_ns = (argument.interval * 1e9).round() as u64;
     let mut out = io::stdout();
     writeln!(

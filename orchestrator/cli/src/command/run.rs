@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::io::{Read, Write};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use anyhow::{Context, anyhow};
@@ -14,7 +14,7 @@ use crate::argument::{Progress as How, Run};
 use crate::campaign::Campaign;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::progress::{Progress, people};
-use crate::{results, source};
+use crate::{results, source, stop};
 
 /// How often a cell's process, and whether to stop, is looked at.
 const POLL: Duration = Duration::from_millis(20);
@@ -35,10 +35,7 @@ pub(crate) fn run(argument: &Run) -> Outcome {
         return dry_run(&plan, argument.jobs);
     }
     let campaign = Campaign::open(&plan, argument.out.as_deref())?;
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))?;
-    }
+    let stop = stop::told_to_end()?;
     if argument.progress != How::Quiet {
         eprintln!(
             "{}: {}, about {}, into {}",

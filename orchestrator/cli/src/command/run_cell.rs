@@ -1,14 +1,13 @@
 //! `webloop run-cell`: one cell of a plan, for `run` and for job arrays; idempotent.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use anyhow::anyhow;
 use plan::Verdict;
 
 use crate::argument::RunCell;
 use crate::exit::{Exit, Failure, Outcome};
-use crate::source;
+use crate::{source, stop};
 
 /// Where job arrays keep the index.
 const INDEX_VARIABLES: [&str; 2] = ["SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX"];
@@ -33,10 +32,7 @@ pub(crate) fn run(argument: &RunCell) -> Outcome {
     {
         return Ok(Exit::Fine);
     }
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))?;
-    }
+    let stop = stop::told_to_end()?;
     let started = jiff::Timestamp::now().to_string();
     let manifest = backend::run_cell(&plan, cell, &argument.out, authority, started, &stop)?;
     if stop.load(Ordering::Relaxed) {

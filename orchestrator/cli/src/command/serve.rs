@@ -5,8 +5,6 @@
 use std::fs::File;
 use std::io::Write;
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, anyhow};
 use control::{Method, preset};
@@ -17,7 +15,7 @@ use shaper::{PacketPort, PlayerConfig, Record, now_ns, play};
 
 use crate::argument::{ServeController, ServeLink, ServePlant};
 use crate::exit::{Exit, Failure, Outcome};
-use crate::source;
+use crate::{source, stop};
 
 /// Runs the paper's plant until SIGTERM or SIGINT.
 pub(crate) fn plant(argument: &ServePlant) -> Outcome {
@@ -73,10 +71,7 @@ pub(crate) fn link(argument: &ServeLink) -> Outcome {
         .with_context(|| format!("cannot make {}", argument.out.display()))?;
     let path = argument.out.join("link.csv");
     let file = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))?;
-    }
+    let stop = stop::told_to_end()?;
     let mut record = Record::start(file)?;
     let config = PlayerConfig {
         profile,
