@@ -9,6 +9,8 @@
 //!   `finding` (what is wrong), `unit` (quantities)
 //! - what is played: `path` (one direction: `bottleneck`, `loss`, `spells`,
 //!   `wire`), `link` (both), on `law` (distributions) and `draws` (randomness)
+//! - what tc is told: `setting` (one state of netem), `staircase` (the changes in
+//!   time), `script` (both as text)
 //! - what is foretold: `prediction` (figures), `describe` (words)
 #![forbid(unsafe_code)]
 
@@ -24,8 +26,11 @@ mod path;
 mod prediction;
 mod profile;
 mod resolve;
+mod script;
+mod setting;
 mod special;
 mod spells;
+mod staircase;
 mod trace;
 mod unit;
 mod way;
@@ -38,4 +43,7 @@ pub use link::Link;
 pub use path::{Cause, Fate, Path, State};
 pub use prediction::{Band, Pings, Prediction, Rtt, ping, predict};
 pub use profile::{Asked, Profile};
+pub use script::script;
+pub use setting::{HANDLE, Pace, Setting, Verb};
+pub use staircase::{Change, READING_NS, STEP_NS, Staircase};
 pub use way::Way;

@@ -129,6 +129,16 @@ impl Rate {
             Self::Constant { limit, .. } | Self::Trace { limit } => *limit,
         }
     }
+
+    /// The greatest rate that can occur, in bit/s; `delay` is the wire's, whose trace may
+    /// hold the rates.
+    pub(crate) fn greatest_bps(&self, delay: &Delay) -> u64 {
+        match (self, delay) {
+            (Self::Constant { rate_bps, .. }, _) => *rate_bps,
+            (Self::Trace { .. }, Delay::Trace(trace)) => trace.greatest_bps(),
+            (Self::Trace { .. }, _) => 0,
+        }
+    }
 }
 
 impl Level {

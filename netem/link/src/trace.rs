@@ -67,4 +67,10 @@ impl Trace {
             .max()
             .unwrap_or(0)
     }
+
+    /// The greatest rate in bit/s, 0 where there is none.
+    pub(crate) fn greatest_bps(&self) -> u64 {
+        let rates = self.steps.iter().filter_map(|step| step.rate_bps);
+        rates.max().unwrap_or(0)
+    }
 }

@@ -7,7 +7,7 @@ use link::Profile;
 use serde::{Deserialize, Serialize};
 
 use crate::fate::{Fates, fates};
-use crate::prediction::{Baseline, excesses_ms, predict};
+use crate::prediction::{Baseline, Edge, excesses_ms, predict_within};
 use crate::probe::Echo;
 use crate::statistics::{RttStatistics, median, ms, quantile, spread_ms};
 use crate::timeline::Timeline;
@@ -80,7 +80,8 @@ pub struct Certificate {
     pub measured: RttStatistics,
 }
 
-/// Holds echoes against the link of `profile` and `seed` whose time 0 is `epoch_ns`.
+/// Holds echoes against the link of `profile` and `seed` whose time 0 is `epoch_ns`, played in
+/// user space.
 #[must_use]
 pub fn certify(
     echoes: &[Echo],
@@ -89,7 +90,20 @@ pub fn certify(
     epoch_ns: u64,
     baseline: Baseline,
 ) -> Certificate {
-    let predictions = predict(echoes, &mut Timeline::new(profile, seed, epoch_ns));
+    let timeline = Timeline::new(profile, seed, epoch_ns);
+    certify_within(echoes, timeline, baseline, Edge::USER)
+}
+
+/// Holds echoes against the link that they were to meet, by a player of whom this much is
+/// known about when a state is in force.
+#[must_use]
+pub fn certify_within(
+    echoes: &[Echo],
+    mut timeline: Timeline,
+    baseline: Baseline,
+    edge: Edge,
+) -> Certificate {
+    let predictions = predict_within(echoes, &mut timeline, edge);
     let exact = !predictions
         .iter()
         .any(|prediction| prediction.up.queued || prediction.down.queued);
@@ -119,7 +133,7 @@ pub fn certify(
         .filter(|&(miss, (_, due_ms))| is_astray(*miss, *due_ms))
         .count() as f64
         / misses.len().max(1) as f64;
-    let fates = fates(echoes, &predictions);
+    let (fates, doubtful) = fates(echoes, &predictions);
     let predicted_ms: Vec<f64> = predictions
         .iter()
         .filter_map(|prediction| prediction.rtt_ns().map(ms))
@@ -138,6 +152,7 @@ pub fn certify(
         spread_ms: spread_ms(&predicted_ms),
         astray,
         fates,
+        doubtful,
     };
     Certificate {
         verdict: evidence.judge(),

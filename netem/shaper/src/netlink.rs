@@ -7,8 +7,8 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, RawFd};
 
 use netlink_packet_core::{
-    NLM_F_ACK, NLM_F_CREATE, NLM_F_EXCL, NLM_F_REQUEST, NetlinkHeader, NetlinkMessage,
-    NetlinkPayload,
+    NLM_F_ACK, NLM_F_CREATE, NLM_F_EXCL, NLM_F_REPLACE, NLM_F_REQUEST, NetlinkHeader,
+    NetlinkMessage, NetlinkPayload,
 };
 use netlink_packet_route::address::{AddressAttribute, AddressMessage};
 use netlink_packet_route::link::{
@@ -88,6 +88,33 @@ impl Netlink {
         })
     }
 
+    /// Makes a bridge, which forwards between its ports once it is up.
+    pub(crate) fn create_bridge(&mut self, name: &str) -> Result<()> {
+        let mut link = LinkMessage::default();
+        link.attributes = vec![
+            LinkAttribute::IfName(name.into()),
+            LinkAttribute::LinkInfo(vec![LinkInfo::Kind(InfoKind::Bridge)]),
+        ];
+        self.request(
+            RouteNetlinkMessage::NewLink(link),
+            NLM_F_CREATE | NLM_F_EXCL,
+        )
+        .map_err(|source| Error::Unsupported {
+            action: "make a bridge",
+            remedy: "load the kernel module (modprobe bridge), or use a kernel with CONFIG_BRIDGE",
+            source,
+        })
+    }
+
+    /// Makes an interface a port of a bridge.
+    pub(crate) fn enslave(&mut self, port: u32, bridge: u32) -> Result<()> {
+        let mut link = LinkMessage::default();
+        link.header.index = port;
+        link.attributes = vec![LinkAttribute::Controller(bridge)];
+        self.request(RouteNetlinkMessage::SetLink(link), 0)
+            .doing(format!("make interface {port} a port of a bridge"))
+    }
+
     /// Brings an interface up.
     pub(crate) fn bring_up(&mut self, index: u32) -> Result<()> {
         let mut link = LinkMessage::default();
@@ -96,6 +123,17 @@ impl Netlink {
         link.header.change_mask = LinkFlags::Up;
         self.request(RouteNetlinkMessage::SetLink(link), 0)
             .doing(format!("bring interface {index} up"))
+    }
+
+    /// Sets the longest packet that an interface takes.
+    pub(crate) fn set_mtu(&mut self, index: u32, mtu_bytes: u32) -> Result<()> {
+        let mut link = LinkMessage::default();
+        link.header.index = index;
+        link.attributes = vec![LinkAttribute::Mtu(mtu_bytes)];
+        self.request(RouteNetlinkMessage::SetLink(link), 0)
+            .doing(format!(
+                "give interface {index} an MTU of {mtu_bytes} bytes"
+            ))
     }
 
     /// Gives an interface an IPv4 address, and with it the route to its subnet.
@@ -123,6 +161,20 @@ impl Netlink {
     /// Tells the kernel for good which Ethernet address an IPv4 address has, so that it
     /// never asks the network.
     pub(crate) fn add_neighbour(&mut self, index: u32, address: Ipv4Addr, mac: Mac) -> Result<()> {
+        self.set_neighbour(index, address, mac, NLM_F_CREATE | NLM_F_EXCL)
+    }
+
+    /// The same where the kernel has found the address out already.
+    pub(crate) fn replace_neighbour(
+        &mut self,
+        index: u32,
+        address: Ipv4Addr,
+        mac: Mac,
+    ) -> Result<()> {
+        self.set_neighbour(index, address, mac, NLM_F_CREATE | NLM_F_REPLACE)
+    }
+
+    fn set_neighbour(&mut self, index: u32, address: Ipv4Addr, mac: Mac, flags: u16) -> Result<()> {
         let mut message = NeighbourMessage::default();
         message.header.family = AddressFamily::Inet;
         message.header.ifindex = index;
@@ -131,11 +183,8 @@ impl Netlink {
             NeighbourAttribute::Destination(NeighbourAddress::Inet(address)),
             NeighbourAttribute::LinkLayerAddress(mac.to_vec()),
         ];
-        self.request(
-            RouteNetlinkMessage::NewNeighbour(message),
-            NLM_F_CREATE | NLM_F_EXCL,
-        )
-        .doing(format!("tell interface {index} where {address} is"))
+        self.request(RouteNetlinkMessage::NewNeighbour(message), flags)
+            .doing(format!("tell interface {index} where {address} is"))
     }
 
     /// The kernel's number of the interface of this name.

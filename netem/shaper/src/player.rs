@@ -16,7 +16,7 @@ use crate::clock::{SECOND_NS, now_ns, timespec};
 use crate::error::{Doing, Result};
 use crate::port::Port;
 use crate::relay::Relay;
-use crate::report::{LinkRow, PlayerReport, Tally};
+use crate::report::{LinkRow, PlayerReport, Tally, WayReport};
 use crate::scheduling::{Scheduling, prefer_this_thread};
 use crate::timeline::Timeline;
 
@@ -68,58 +68,91 @@ pub fn play<P: Port>(
     mut on_second: impl FnMut([LinkRow; 2]),
 ) -> Result<PlayerReport> {
     let timeline = Timeline::new(&config.profile, config.seed, config.epoch_ns);
-    let mut player = Player {
-        relay: Relay::new(timeline),
-        ports: [config.controller, config.plant],
-        tallies: [Tally::new(Way::Up), Tally::new(Way::Down)],
-    };
-    let scheduling = prefer_this_thread(PRIORITY);
-    let guard_ns = match scheduling {
-        Scheduling::Fifo => GUARD_NS,
-        Scheduling::Other => 0,
-    };
-    let started_ns = now_ns();
-    let mut row_due_ns = started_ns + SECOND_NS;
-    while !stop.load(Ordering::Relaxed) {
-        player.take_arrivals()?;
-        player.send_departures();
-        let now = now_ns();
-        if now >= row_due_ns {
-            on_second(player.rows(now)?);
-            row_due_ns += SECOND_NS;
-        }
-        player.wait(now, guard_ns)?;
-    }
-    let ended_ns = now_ns();
-    on_second(player.rows(ended_ns)?);
-    let [up, down] = player.tallies;
+    let (mut controller, mut plant) = (config.controller, config.plant);
+    let mut player = Player::new(Relay::new(timeline), [&mut controller, &mut plant]);
+    let played = player.run(stop, &mut on_second)?;
+    let [up, down] = player.into_reports();
     Ok(PlayerReport {
-        scheduling,
+        scheduling: played.scheduling,
         epoch_ns: config.epoch_ns,
-        started_ns,
-        ended_ns,
-        up: up.report(player.relay.under_way(Way::Up)),
-        down: down.report(player.relay.under_way(Way::Down)),
+        started_ns: played.started_ns,
+        ended_ns: played.ended_ns,
+        up,
+        down,
     })
 }
 
 /// Arrays are by way: a way's packets come in at the port of its own number and go out at
 /// the other one.
-struct Player<P> {
+pub(crate) struct Player<'p> {
     relay: Relay,
-    ports: [P; 2],
+    ports: [&'p mut dyn Port; 2],
     tallies: [Tally; 2],
+}
+
+/// How a play went, whatever it played.
+pub(crate) struct Played {
+    pub(crate) scheduling: Scheduling,
+    pub(crate) started_ns: u64,
+    pub(crate) ended_ns: u64,
 }
 
 const WAYS: [Way; 2] = [Way::Up, Way::Down];
 
-impl<P: Port> Player<P> {
+impl<'p> Player<'p> {
+    pub(crate) fn new(relay: Relay, ports: [&'p mut dyn Port; 2]) -> Self {
+        Self {
+            relay,
+            ports,
+            tallies: WAYS.map(Tally::new),
+        }
+    }
+
+    /// Plays until `stop` is set.
+    pub(crate) fn run(
+        &mut self,
+        stop: &AtomicBool,
+        on_second: &mut dyn FnMut([LinkRow; 2]),
+    ) -> Result<Played> {
+        let scheduling = prefer_this_thread(PRIORITY);
+        let guard_ns = match scheduling {
+            Scheduling::Fifo => GUARD_NS,
+            Scheduling::Other => 0,
+        };
+        let started_ns = now_ns();
+        let mut row_due_ns = started_ns + SECOND_NS;
+        while !stop.load(Ordering::Relaxed) {
+            self.take_arrivals()?;
+            self.send_departures();
+            let now = now_ns();
+            if now >= row_due_ns {
+                on_second(self.rows(now)?);
+                row_due_ns += SECOND_NS;
+            }
+            self.wait(now, guard_ns)?;
+        }
+        let ended_ns = now_ns();
+        on_second(self.rows(ended_ns)?);
+        Ok(Played {
+            scheduling,
+            started_ns,
+            ended_ns,
+        })
+    }
+
+    /// What was counted on each way.
+    pub(crate) fn into_reports(self) -> [WayReport; 2] {
+        WAYS.map(|way| self.tallies[way as usize].report(self.relay.under_way(way)))
+    }
+
     fn take_arrivals(&mut self) -> Result<()> {
         for way in WAYS {
             for _ in 0..BATCH {
                 let mut frame = self.relay.frame();
-                let port = &mut self.ports[way as usize];
-                match port.receive(&mut frame).doing(receiving(way))? {
+                match self.ports[way as usize]
+                    .receive(&mut frame)
+                    .doing(receiving(way))?
+                {
                     Some(arrival) => {
                         let dropped = self.relay.enter(way, &arrival, frame);
                         self.tallies[way as usize].entered(arrival.ip_bytes, dropped);

@@ -1,7 +1,7 @@
 //! Where packets enter and leave the player: an `AF_PACKET` socket on an interface.
 //!
-//! [`Port`] is all that the player knows of them, so that a TUN device or a UDP tunnel can
-//! take the place of an interface.
+//! [`Port`] is all that the player knows of them, so that a [TUN device](crate::TunPort) or
+//! a [UDP socket](crate::UdpPort) can take the place of an interface.
 
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
@@ -32,9 +32,9 @@ pub struct Arrival {
 /// What a port has not passed on, since it was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PortCounters {
-    /// Frames that are no IPv4: left out on purpose.
+    /// Frames that are no IPv4, or that a stranger sent: left out on purpose.
     pub foreign: u64,
-    /// IPv4 packets that the socket had no room for: lost by the player itself.
+    /// IPv4 packets that there was no room for: lost by the player itself.
     pub dropped: u64,
 }
 
@@ -88,19 +88,7 @@ impl PacketPort {
     /// process may not open packet sockets.
     pub fn open(interface: &str) -> Result<Self> {
         let index = Netlink::open()?.index_of(interface)?;
-        let socket = rustix::net::socket_with(
-            AddressFamily::PACKET,
-            SocketType::RAW,
-            SocketFlags::CLOEXEC,
-            None,
-        )
-        .map_err(|source| Error::Unsupported {
-            action: "open a packet socket",
-            remedy: "the player needs CAP_NET_RAW in its namespace: run webloop as root, or let \
-                     it make a user namespace; in a container, --cap-add NET_RAW",
-            source: source.into(),
-        })?;
-        widen(&socket);
+        let socket = packet_socket()?;
         // In this order: a socket without protocol hears nothing until it is bound.
         sys::stamp_received(&socket)
             .and_then(|()| sys::ignore_outgoing(&socket))
@@ -113,6 +101,24 @@ impl PacketPort {
             counters: PortCounters::default(),
         })
     }
+}
+
+/// A packet socket with much room, which hears nothing until it is bound.
+pub(crate) fn packet_socket() -> Result<OwnedFd> {
+    let socket = rustix::net::socket_with(
+        AddressFamily::PACKET,
+        SocketType::RAW,
+        SocketFlags::CLOEXEC,
+        None,
+    )
+    .map_err(|source| Error::Unsupported {
+        action: "open a packet socket",
+        remedy: "the player needs CAP_NET_RAW in its namespace: run webloop as root, or let \
+                 it make a user namespace; in a container, --cap-add NET_RAW",
+        source: source.into(),
+    })?;
+    widen(&socket);
+    Ok(socket)
 }
 
 /// Asks for the large buffer past the machine's limit, which only real root may; anyone else
@@ -128,6 +134,11 @@ pub(crate) fn widen(socket: &OwnedFd) {
             tracing::debug!(%error, "the socket keeps its default buffer");
         }
     }
+}
+
+/// Whether these bytes begin as an IPv4 packet does.
+pub(crate) fn is_ipv4(packet: &[u8]) -> bool {
+    packet.first().is_some_and(|first| first >> 4 == 4)
 }
 
 impl Port for PacketPort {

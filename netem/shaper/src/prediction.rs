@@ -4,7 +4,7 @@
 //! Pure. Only the part of a link that depends on other traffic, the queue in front of a rate
 //! limit, cannot be predicted so; the prediction is then the least that the delay can be.
 
-use link::Way;
+use link::{State, Way};
 use serde::{Deserialize, Serialize};
 
 use crate::icmp::PACKET_BYTES;
@@ -12,64 +12,128 @@ use crate::probe::Echo;
 use crate::statistics::{median, ms};
 use crate::timeline::Timeline;
 
-/// A packet enters the link a few microseconds after the instant that is known of it: after
-/// the time at which it was handed to the kernel, or reached the plant that answers. If the
-/// link's state changes within this time, the state after the change is as good a prediction
-/// as the one before it.
-const EDGE_NS: u64 = 200_000;
+/// How far the instant at which a packet meets the link's state may lie from the instant that
+/// is known of it. A packet that comes this close to a change of the state may have met it as
+/// it was before or after.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Edge {
+    /// How long a state that has ended may still be met.
+    pub before_ns: u64,
+    /// How early one that is to come may be met.
+    pub after_ns: u64,
+    /// How far a falling delay may be off, where it is followed in steps.
+    pub fall_ns: u64,
+}
+
+impl Edge {
+    /// Of the player in user space. A packet enters the link a few microseconds after the
+    /// instant that is known of it: after the time at which it was handed to the kernel, or
+    /// reached the plant that answers. The player itself decides by the packet's stamp and is
+    /// never late.
+    pub const USER: Edge = Edge {
+        before_ns: 0,
+        after_ns: 200_000,
+        fall_ns: 0,
+    };
+
+    /// Of tc, whose changes take effect when they have been carried out. What is known of
+    /// how late that was makes an edge wider; see [`TcReport::edge`](crate::TcReport::edge).
+    pub const TC: Edge = Edge {
+        before_ns: link::STEP_NS,
+        after_ns: Edge::USER.after_ns,
+        fall_ns: link::STEP_NS / 2,
+    };
+
+    /// The wider of the two at either side.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            before_ns: self.before_ns.max(other.before_ns),
+            after_ns: self.after_ns.max(other.after_ns),
+            fall_ns: self.fall_ns.max(other.fall_ns),
+        }
+    }
+}
+
+/// The states within an edge are looked at this often. It divides the millisecond in which
+/// loss is decided.
+const LOOK_NS: u64 = 200_000;
 
 /// What a packet should meet on one way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Expected {
     /// Its delay, ns.
     pub delay_ns: u64,
-    /// Its delay if it enters after a step of the delay that was about to come.
-    pub delay_after_step_ns: Option<u64>,
+    /// What it may be as well: as before or after a step of the delay that is near, or half a
+    /// step from where a fall is.
+    pub delays_beside_ns: Vec<u64>,
     /// Whether it is lost.
     pub lost: bool,
-    /// Whether that was about to change, so that either fate is as predicted.
+    /// Whether a change of that is near, so that either fate is as predicted.
     pub either_fate: bool,
     /// Whether there is a rate limit, whose queue may delay it more or drop it.
     pub queued: bool,
 }
 
 impl Expected {
-    fn at(timeline: &mut Timeline, way: Way, t_ns: u64) -> Self {
+    fn at(timeline: &mut Timeline, way: Way, t_ns: u64, edge: Edge) -> Self {
         let now = timeline.state_at(way, t_ns);
-        let soon = timeline.state_at(way, t_ns.saturating_add(EDGE_NS));
-        let transmission_ns = |rate_bps: Option<u64>| {
-            rate_bps.map_or(0, |rate| {
-                u64::from(PACKET_BYTES) * 8 * 1_000_000_000 / rate.max(1)
-            })
+        let mut expected = Self {
+            delay_ns: least_delay_ns(&now),
+            delays_beside_ns: Vec::new(),
+            lost: now.lost,
+            either_fate: false,
+            queued: now.rate_bps.is_some(),
         };
-        let delay_ns = now.delay_ns + transmission_ns(now.rate_bps);
-        let soon_ns = soon.delay_ns + transmission_ns(soon.rate_bps);
-        Self {
-            delay_ns,
+        let mut falls = false;
+        let before = (1..=edge.before_ns / LOOK_NS).map(|look| t_ns.saturating_sub(look * LOOK_NS));
+        let after = (1..=edge.after_ns / LOOK_NS).map(|look| t_ns.saturating_add(look * LOOK_NS));
+        for beside_ns in before.chain(after) {
+            let beside = timeline.state_at(way, beside_ns);
+            let delay_ns = least_delay_ns(&beside);
             // Where packets wait in order for something, their delay falls by a second each
             // second. That is no step.
-            delay_after_step_ns: (delay_ns.abs_diff(soon_ns) > EDGE_NS).then_some(soon_ns),
-            lost: now.lost,
-            either_fate: now.lost != soon.lost,
-            queued: now.rate_bps.or(soon.rate_bps).is_some(),
+            match delay_ns.abs_diff(expected.delay_ns) {
+                0 => {}
+                apart_ns if apart_ns > beside_ns.abs_diff(t_ns) => {
+                    expected.delays_beside_ns.push(delay_ns);
+                }
+                _ => falls = true,
+            }
+            expected.either_fate |= beside.lost != now.lost;
+            expected.queued |= beside.rate_bps.is_some();
         }
+        if falls && edge.fall_ns > 0 {
+            let due_ns = expected.delay_ns;
+            let beside = [due_ns.saturating_sub(edge.fall_ns), due_ns + edge.fall_ns];
+            expected.delays_beside_ns.extend(beside);
+        }
+        expected
     }
 
-    /// How much longer than expected a delay was, in ms, against the nearer of the two if a
-    /// step was about to come.
+    /// How much longer than expected a delay was, in ms, against the nearest of those that it
+    /// may have been.
     pub(crate) fn excess_ms(&self, measured_ms: f64) -> f64 {
-        let excess = measured_ms - ms(self.delay_ns);
-        match self.delay_after_step_ns {
-            Some(after) if (measured_ms - ms(after)).abs() < excess.abs() => {
-                measured_ms - ms(after)
-            }
-            _ => excess,
-        }
+        let excess_ms = |due_ns: &u64| measured_ms - ms(*due_ns);
+        let nearer = |nearest: f64, excess: f64| match excess.abs() < nearest.abs() {
+            true => excess,
+            false => nearest,
+        };
+        let beside = self.delays_beside_ns.iter().map(excess_ms);
+        beside.fold(excess_ms(&self.delay_ns), nearer)
     }
 }
 
+/// The delay of an echo in this state, if nothing else is in the queue.
+fn least_delay_ns(state: &State) -> u64 {
+    let transmission_ns = state.rate_bps.map_or(0, |rate_bps| {
+        u64::from(PACKET_BYTES) * 8 * 1_000_000_000 / rate_bps.max(1)
+    });
+    state.delay_ns + transmission_ns
+}
+
 /// What an echo should have met on both ways.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Prediction {
     /// From the controller, entering when it was sent.
     pub up: Expected,
@@ -86,12 +150,18 @@ impl Prediction {
     }
 }
 
-/// Predicts each of the echoes, in their order.
+/// Predicts each of the echoes, in their order, through the player in user space.
 #[must_use]
 pub fn predict(echoes: &[Echo], timeline: &mut Timeline) -> Vec<Prediction> {
+    predict_within(echoes, timeline, Edge::USER)
+}
+
+/// Predicts each of the echoes, in their order.
+#[must_use]
+pub fn predict_within(echoes: &[Echo], timeline: &mut Timeline, edge: Edge) -> Vec<Prediction> {
     let up: Vec<Expected> = echoes
         .iter()
-        .map(|echo| Expected::at(timeline, Way::Up, echo.t_send_ns))
+        .map(|echo| Expected::at(timeline, Way::Up, echo.t_send_ns, edge))
         .collect();
     let entry_ns = |(echo, up): (&Echo, &Expected)| {
         echo.t_reach_ns
@@ -103,7 +173,7 @@ pub fn predict(echoes: &[Echo], timeline: &mut Timeline) -> Vec<Prediction> {
     entries.sort_unstable();
     let mut down: Vec<(usize, Expected)> = entries
         .into_iter()
-        .map(|(t_ns, index)| (index, Expected::at(timeline, Way::Down, t_ns)))
+        .map(|(t_ns, index)| (index, Expected::at(timeline, Way::Down, t_ns, edge)))
         .collect();
     down.sort_unstable_by_key(|&(index, _)| index);
     up.into_iter()

@@ -5,21 +5,22 @@ use std::io::{self, Write};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 
+use serde::Serialize;
+
 use crate::error::{Doing, Result};
-use crate::report::LinkRow;
 
-/// Seconds of rows that may wait for the disk before rows are missed.
-const WAITING: usize = 256;
+/// Rows that may wait for the disk before rows are missed: both ways of some four minutes.
+const WAITING: usize = 512;
 
-/// A thread that writes rows, each second's as it comes.
+/// A thread that writes a player's rows `R`, each second's as it comes.
 #[derive(Debug)]
-pub struct Record {
-    rows: SyncSender<[LinkRow; 2]>,
+pub struct Record<R> {
+    rows: SyncSender<R>,
     missed: u64,
     writer: JoinHandle<io::Result<()>>,
 }
 
-impl Record {
+impl<R: Serialize + Send + 'static> Record<R> {
     /// Starts the thread. Call it before [`play`](crate::play), whose scheduling it would
     /// inherit.
     ///
@@ -38,10 +39,12 @@ impl Record {
         })
     }
 
-    /// Hands over the rows of a second, without waiting.
-    pub fn add(&mut self, rows: [LinkRow; 2]) {
-        if self.rows.try_send(rows).is_err() {
-            self.missed += 1;
+    /// Hands over the rows of a second, one for each way that is played, without waiting.
+    pub fn add<const WAYS: usize>(&mut self, rows: [R; WAYS]) {
+        for row in rows {
+            if self.rows.try_send(row).is_err() {
+                self.missed += 1;
+            }
         }
     }
 
@@ -58,19 +61,17 @@ impl Record {
             .and_then(|()| match self.missed {
                 0 => Ok(()),
                 missed => Err(io::Error::other(format!(
-                    "the disk was too slow for {missed} seconds of rows"
+                    "the disk was too slow for {missed} rows"
                 ))),
             })
             .doing("record what the link did")
     }
 }
 
-fn write(sink: impl Write, rows: &Receiver<[LinkRow; 2]>) -> io::Result<()> {
+fn write(sink: impl Write, rows: &Receiver<impl Serialize>) -> io::Result<()> {
     let mut csv = csv::Writer::from_writer(sink);
-    for second in rows {
-        for row in second {
-            csv.serialize(row)?;
-        }
+    for row in rows {
+        csv.serialize(row)?;
         // A row that is a second old shall be on the disk.
         csv.flush()?;
     }
@@ -80,7 +81,7 @@ fn write(sink: impl Write, rows: &Receiver<[LinkRow; 2]>) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::Tally;
+    use crate::report::{LinkRow, Tally};
     use link::Way;
     use std::fs::{self, OpenOptions};
 

@@ -62,6 +62,8 @@ impl Ord for Departure {
 #[derive(Debug)]
 pub(crate) struct Relay {
     timeline: Timeline,
+    /// A way that is another player's to shape: its packets are due when they enter.
+    carried: Option<Way>,
     waiting: BinaryHeap<Reverse<Departure>>,
     free: Vec<Frame>,
     sequence: u64,
@@ -75,10 +77,19 @@ impl Relay {
         free.resize_with(POOL, new_frame);
         Self {
             timeline,
+            carried: None,
             waiting: BinaryHeap::with_capacity(POOL),
             free,
             sequence: 0,
             entered_ns: [0; 2],
+        }
+    }
+
+    /// The same relay, except that it only carries the packets of this way.
+    pub(crate) fn carrying(self, way: Way) -> Self {
+        Self {
+            carried: Some(way),
+            ..self
         }
     }
 
@@ -96,7 +107,12 @@ impl Relay {
     pub(crate) fn enter(&mut self, way: Way, arrival: &Arrival, frame: Frame) -> Option<Cause> {
         let entered_ns = &mut self.entered_ns[way as usize];
         *entered_ns = arrival.stamp_ns.max(*entered_ns);
-        match self.timeline.transmit(way, *entered_ns, arrival.ip_bytes) {
+        let fate = if self.carried == Some(way) {
+            Fate::Deliver { at_ns: *entered_ns }
+        } else {
+            self.timeline.transmit(way, *entered_ns, arrival.ip_bytes)
+        };
+        match fate {
             Fate::Deliver { at_ns } => {
                 self.waiting.push(Reverse(Departure {
                     at_ns,
@@ -219,6 +235,26 @@ mod tests {
         assert_eq!(relay.enter(Way::Up, &arrival, frame), None);
         // The empty link: 2 ms.
         assert_eq!(relay.next_ns(), Some(EPOCH_NS - 1 + 2_000_000));
+    }
+
+    #[test]
+    fn a_carried_way_is_due_at_once_and_the_other_way_is_shaped_as_ever() {
+        let constant = "name = \"c\"\nabout = \"c\"\n[both.delay]\nbase = \"5ms\"\n";
+        let constant = Profile::parse(constant, "a test").expect("a valid profile");
+        let mut relay = Relay::new(Timeline::new(&constant, 1, 0)).carrying(Way::Down);
+        for (way, due_ns) in [(Way::Down, 9_000), (Way::Up, 5_009_000)] {
+            let frame = relay.frame();
+            let arrival = Arrival {
+                frame_bytes: 64,
+                ip_bytes: 64,
+                stamp_ns: 9_000,
+            };
+            assert_eq!(relay.enter(way, &arrival, frame), None);
+            assert_eq!(relay.next_ns(), Some(due_ns));
+            let departure = relay.pop_due(due_ns).expect("due now");
+            assert_eq!(departure.way, way);
+            relay.finish(departure);
+        }
     }
 
     #[test]

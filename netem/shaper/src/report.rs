@@ -1,5 +1,6 @@
 //! What the player counts: a running tally per way, the rows made of it each second, and the
-//! report at the end.
+//! report at the end. What two players that shape a way each report together is in
+//! [`played`](crate::played).
 
 use link::{Cause, Way};
 use serde::{Deserialize, Serialize};
@@ -26,7 +27,7 @@ pub struct LinkRow {
     pub lost: u64,
     /// Packets that found the link's queue full.
     pub overflow: u64,
-    /// Frames that were no IPv4 and are not forwarded.
+    /// Frames that were no IPv4, or a stranger's, and are not forwarded.
     pub foreign: u64,
     /// Packets that the player itself lost, which it must not.
     pub dropped: u64,
@@ -54,7 +55,7 @@ pub struct WayReport {
     pub overflow: u64,
     /// Packets that were still under way at the end.
     pub unplayed: u64,
-    /// Frames that were no IPv4 and are not forwarded.
+    /// Frames that were no IPv4, or a stranger's, and are not forwarded.
     pub foreign: u64,
     /// Packets that the player itself lost: its socket was full, or sending failed. Anything
     /// but 0 makes a run invalid.

@@ -1,13 +1,16 @@
-//! The system calls that no safe library offers, each behind a safe function. This is the
-//! crate's only file with `unsafe` in it.
+//! The system calls that no safe library offers, each behind a safe function. There is no
+//! `unsafe` in the crate but here and in the file below, `interface`.
 //!
 //! What is common to all: the pointers handed to the kernel point to live, initialised
 //! values on this stack or to a caller's slice, and the lengths are taken from those very
 //! values; so the kernel writes only where we may.
 #![allow(unsafe_code)]
 
+mod interface;
+
 use std::io;
 use std::mem;
+use std::net::{Ipv4Addr, SocketAddrV4};
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
 
 use libc::{c_int, c_void, socklen_t};
@@ -15,15 +18,19 @@ use rustix::thread::UnshareFlags;
 
 use crate::clock::SECOND_NS;
 
-/// Options of `linux/if_packet.h` and `linux/icmp.h` that the libc crate leaves out.
+pub(crate) use interface::{make_tun, set_feature};
+
+/// Options of `linux/if_packet.h`, `linux/icmp.h` and `asm-generic/socket.h` that the libc
+/// crate leaves out.
 const PACKET_STATISTICS: c_int = 6;
 const PACKET_QDISC_BYPASS: c_int = 20;
 const PACKET_IGNORE_OUTGOING: c_int = 23;
 const ICMP_FILTER: c_int = 1;
+const SO_MEMINFO: c_int = 55;
 
 /// `struct tpacket_stats` of `linux/if_packet.h`.
 #[repr(C)]
-#[derive(Default)]
+#[derive(Clone, Copy, Default)]
 struct PacketStatistics {
     packets: u32,
     drops: u32,
@@ -80,6 +87,35 @@ pub(crate) fn ignore_outgoing(fd: impl AsFd) -> io::Result<()> {
     set_option::<c_int>(fd.as_fd(), libc::SOL_PACKET, PACKET_IGNORE_OUTGOING, 1)
 }
 
+/// Lets a packet socket hear what this machine sends through the interface and nothing else.
+pub(crate) fn hear_only_outgoing(fd: impl AsFd) -> io::Result<()> {
+    /// Where a filter finds the type of a packet, as `linux/filter.h` counts.
+    const PACKET_TYPE: u32 = (libc::SKF_AD_OFF + libc::SKF_AD_PKTTYPE).cast_unsigned();
+    let step = |code: u32, jf, k| libc::sock_filter {
+        code: code as u16,
+        jt: 0,
+        jf,
+        k,
+    };
+    let mut program = [
+        step(libc::BPF_LD | libc::BPF_B | libc::BPF_ABS, 0, PACKET_TYPE),
+        // Anything else skips the next step.
+        step(
+            libc::BPF_JMP | libc::BPF_JEQ | libc::BPF_K,
+            1,
+            u32::from(libc::PACKET_OUTGOING),
+        ),
+        step(libc::BPF_RET | libc::BPF_K, 0, u32::MAX),
+        step(libc::BPF_RET | libc::BPF_K, 0, 0),
+    ];
+    // The kernel copies the program, which lives on this stack for the whole call.
+    let filter = libc::sock_fprog {
+        len: program.len() as u16,
+        filter: program.as_mut_ptr(),
+    };
+    set_option(fd.as_fd(), libc::SOL_SOCKET, libc::SO_ATTACH_FILTER, filter)
+}
+
 /// Lets a raw ICMP socket hear one type of message and no other.
 pub(crate) fn hear_only_icmp(fd: impl AsFd, icmp_type: u8) -> io::Result<()> {
     debug_assert!(
@@ -108,23 +144,37 @@ pub(crate) fn bind_to_interface(fd: impl AsFd, index: u32) -> io::Result<()> {
     succeeded(status)
 }
 
-/// How many packets the kernel has dropped because this packet socket was full, since the
-/// last time it was asked.
-pub(crate) fn take_packet_drops(fd: impl AsFd) -> io::Result<u64> {
-    let mut statistics = PacketStatistics::default();
-    let mut len = socklen::<PacketStatistics>();
-    // SAFETY: the kernel writes at most `len` bytes to `statistics`, which is that long.
+/// Reads a socket option whose value is any plain old datum.
+fn option<T: Copy + Default>(fd: BorrowedFd<'_>, level: c_int, name: c_int) -> io::Result<T> {
+    let mut value = T::default();
+    let mut len = socklen::<T>();
+    // SAFETY: the kernel writes at most `len` bytes to `value`, which is that long.
     let status = unsafe {
         libc::getsockopt(
-            fd.as_fd().as_raw_fd(),
-            libc::SOL_PACKET,
-            PACKET_STATISTICS,
-            (&raw mut statistics).cast::<c_void>(),
+            fd.as_raw_fd(),
+            level,
+            name,
+            (&raw mut value).cast::<c_void>(),
             &raw mut len,
         )
     };
-    succeeded(status)?;
+    succeeded(status).map(|()| value)
+}
+
+/// How many packets the kernel has dropped because this packet socket was full, since the
+/// last time it was asked.
+pub(crate) fn take_packet_drops(fd: impl AsFd) -> io::Result<u64> {
+    let statistics: PacketStatistics = option(fd.as_fd(), libc::SOL_PACKET, PACKET_STATISTICS)?;
     Ok(u64::from(statistics.drops))
+}
+
+/// How many datagrams the kernel has dropped because this socket was full or their checksum
+/// wrong, since it was opened.
+pub(crate) fn datagram_drops(fd: impl AsFd) -> io::Result<u64> {
+    /// The count comes last but for what newer kernels may add.
+    const DROPS: usize = libc::SK_MEMINFO_DROPS as usize;
+    let memory: [u32; DROPS + 1] = option(fd.as_fd(), libc::SOL_SOCKET, SO_MEMINFO)?;
+    Ok(u64::from(memory[DROPS]))
 }
 
 /// A message as a socket gave it.
@@ -134,6 +184,8 @@ pub(crate) struct Received {
     pub(crate) len: usize,
     /// The kernel's receive stamp, wall-clock nanoseconds; `None` if there is none.
     pub(crate) stamp_ns: Option<u64>,
+    /// Who sent it; `None` if it has no IPv4 address and port.
+    pub(crate) sender: Option<SocketAddrV4>,
 }
 
 /// Room for the one control message that is asked for, and to spare.
@@ -148,14 +200,20 @@ pub(crate) fn receive(fd: impl AsFd, buffer: &mut [u8]) -> io::Result<Option<Rec
         iov_base: buffer.as_mut_ptr().cast::<c_void>(),
         iov_len: buffer.len(),
     };
+    // SAFETY: all zeros is a valid `sockaddr_in`: it is integers throughout.
+    let mut sender: libc::sockaddr_in = unsafe { mem::zeroed() };
     // SAFETY: all zeros is a valid `msghdr`: null pointers with zero lengths.
     let mut header: libc::msghdr = unsafe { mem::zeroed() };
+    // An address of another family is longer: the kernel cuts it off and tells its family.
+    header.msg_name = (&raw mut sender).cast::<c_void>();
+    header.msg_namelen = socklen::<libc::sockaddr_in>();
     header.msg_iov = &raw mut part;
     header.msg_iovlen = 1;
     header.msg_control = control.0.as_mut_ptr().cast::<c_void>();
     header.msg_controllen = control.0.len() as _;
-    // SAFETY: the kernel writes at most `iov_len` bytes to `buffer` and `msg_controllen` to
-    // `control`; both outlive the call and nothing else refers to them during it.
+    // SAFETY: the kernel writes at most `iov_len` bytes to `buffer`, `msg_controllen` to
+    // `control` and `msg_namelen` to `sender`; all outlive the call and nothing else refers
+    // to them during it.
     let len = unsafe {
         libc::recvmsg(
             fd.as_fd().as_raw_fd(),
@@ -173,6 +231,12 @@ pub(crate) fn receive(fd: impl AsFd, buffer: &mut [u8]) -> io::Result<Option<Rec
     Ok(Some(Received {
         len,
         stamp_ns: stamp(&header),
+        sender: (i32::from(sender.sin_family) == libc::AF_INET).then(|| {
+            SocketAddrV4::new(
+                Ipv4Addr::from(u32::from_be(sender.sin_addr.s_addr)),
+                u16::from_be(sender.sin_port),
+            )
+        }),
     }))
 }
 
@@ -198,42 +262,6 @@ fn stamp(header: &libc::msghdr) -> Option<u64> {
         }
     }
     None
-}
-
-/// Sets a feature of an interface that is in the namespace of `socket`, with the ioctl of
-/// ethtool: netlink has the same, but older kernels do not.
-pub(crate) fn set_feature(socket: impl AsFd, name: &str, command: u32, on: bool) -> io::Result<()> {
-    /// `struct ethtool_value` of `linux/ethtool.h`.
-    #[repr(C)]
-    struct EthtoolValue {
-        command: u32,
-        data: u32,
-    }
-    let mut value = EthtoolValue {
-        command,
-        data: u32::from(on),
-    };
-    // SAFETY: all zeros is a valid `ifreq`: integers and null pointers.
-    let mut request: libc::ifreq = unsafe { mem::zeroed() };
-    // The last byte stays zero, as the kernel wants names to end so.
-    let room = request.ifr_name.len() - 1;
-    if name.len() > room {
-        return Err(io::ErrorKind::InvalidInput.into());
-    }
-    for (to, from) in request.ifr_name.iter_mut().zip(name.bytes()) {
-        *to = from.cast_signed() as libc::c_char;
-    }
-    request.ifr_ifru.ifru_data = (&raw mut value).cast::<libc::c_char>();
-    // SAFETY: the kernel reads and writes one `ifreq` and, through it, one `ethtool_value`;
-    // both are alive for the whole call.
-    let status = unsafe {
-        libc::ioctl(
-            socket.as_fd().as_raw_fd(),
-            libc::SIOCETHTOOL as _,
-            &raw mut request,
-        )
-    };
-    succeeded(status)
 }
 
 /// The size of a `T`, as the socket calls want it. All `T` here are a few bytes long.

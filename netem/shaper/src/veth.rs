@@ -9,6 +9,9 @@
 //! The middle has no address: its kernel forwards nothing, so a packet gets across only
 //! through the [player](crate::player). The two ends are neighbours on one subnet and know
 //! each other's Ethernet address beforehand, so that no ARP is ever shaped.
+//!
+//! Ends that are to be joined by a [tunnel](crate::tunnel) get a cable of another kind, one
+//! that stands for the network that the tunnel crosses.
 
 use std::net::{Ipv4Addr, UdpSocket};
 use std::os::fd::AsFd;
@@ -23,7 +26,7 @@ pub const CONTROLLER_ADDRESS: Ipv4Addr = Ipv4Addr::new(10, 77, 0, 1);
 /// The plant's address on the link.
 pub const PLANT_ADDRESS: Ipv4Addr = Ipv4Addr::new(10, 77, 0, 2);
 /// The subnet of the two.
-const PREFIX_LEN: u8 = 30;
+pub(crate) const PREFIX_LEN: u8 = 30;
 
 /// The only interface that an end has besides loopback.
 pub const END_INTERFACE: &str = "link0";
@@ -31,6 +34,11 @@ pub const END_INTERFACE: &str = "link0";
 pub const CONTROLLER_INTERFACE: &str = "controller";
 /// The interface in the middle that leads to the plant.
 pub const PLANT_INTERFACE: &str = "plant";
+
+/// The interface of an end to the network that a tunnel crosses.
+const NETWORK_INTERFACE: &str = "network0";
+/// The ends' addresses on that network, the controller's first.
+const NETWORK_ADDRESSES: [Ipv4Addr; 2] = [Ipv4Addr::new(10, 78, 0, 1), Ipv4Addr::new(10, 78, 0, 2)];
 
 /// Locally administered (the bit `0x02`), fixed, so that each end can be told the other's.
 const CONTROLLER_MAC: Mac = [0x02, 0x77, 0, 0, 0, 1];
@@ -76,24 +84,57 @@ pub fn join(controller: &Namespace, plant: &Namespace, middle: &Namespace) -> Re
         }
         Ok(())
     })?;
-    configure_end(controller, CONTROLLER_ADDRESS, (PLANT_ADDRESS, PLANT_MAC))?;
-    configure_end(plant, PLANT_ADDRESS, (CONTROLLER_ADDRESS, CONTROLLER_MAC))
+    for (end, address, far) in [
+        (controller, CONTROLLER_ADDRESS, (PLANT_ADDRESS, PLANT_MAC)),
+        (plant, PLANT_ADDRESS, (CONTROLLER_ADDRESS, CONTROLLER_MAC)),
+    ] {
+        end.run(|| {
+            send_whole_packets(END_INTERFACE)?;
+            configure_end(END_INTERFACE, address, far)
+        })?;
+    }
+    Ok(())
 }
 
-fn configure_end(end: &Namespace, address: Ipv4Addr, far: (Ipv4Addr, Mac)) -> Result<()> {
-    end.run(|| {
-        let mut netlink = Netlink::open()?;
-        let index = netlink.index_of(END_INTERFACE)?;
-        send_whole_packets(END_INTERFACE)?;
-        netlink.add_address(index, address, PREFIX_LEN)?;
-        netlink.bring_up(index)?;
-        netlink.add_neighbour(index, far.0, far.1)
-    })
+/// Joins the ends by one cable that is no link, as a network of containers or machines joins
+/// them: what a tunnel crosses. Its addresses are returned, the controller's first.
+///
+/// # Errors
+/// As [`join`].
+pub fn connect(controller: &Namespace, plant: &Namespace) -> Result<[Ipv4Addr; 2]> {
+    let end = |namespace, mac| End {
+        name: NETWORK_INTERFACE,
+        mac,
+        namespace,
+    };
+    controller.run(|| {
+        Netlink::open()?.create_pair(
+            &end(controller.as_fd(), CONTROLLER_MAC),
+            &end(plant.as_fd(), PLANT_MAC),
+        )
+    })?;
+    let [at_controller, at_plant] = NETWORK_ADDRESSES;
+    for (end, address, far) in [
+        (controller, at_controller, (at_plant, PLANT_MAC)),
+        (plant, at_plant, (at_controller, CONTROLLER_MAC)),
+    ] {
+        end.run(|| configure_end(NETWORK_INTERFACE, address, far))?;
+    }
+    Ok(NETWORK_ADDRESSES)
 }
 
-/// Turns off what would let packets cross the veth in a shape that no wire carries: several
+/// Brings up an interface of this thread's namespace, with an address and a neighbour.
+fn configure_end(interface: &str, address: Ipv4Addr, far: (Ipv4Addr, Mac)) -> Result<()> {
+    let mut netlink = Netlink::open()?;
+    let index = netlink.index_of(interface)?;
+    netlink.add_address(index, address, PREFIX_LEN)?;
+    netlink.bring_up(index)?;
+    netlink.add_neighbour(index, far.0, far.1)
+}
+
+/// Turns off what would let packets cross an interface in a shape that no wire carries: several
 /// segments glued to one of 64 KiB, or without their checksum.
-fn send_whole_packets(interface: &str) -> Result<()> {
+pub(crate) fn send_whole_packets(interface: &str) -> Result<()> {
     /// `ETHTOOL_STSO`, `_SGSO`, `_SGRO` and `_STXCSUM` of `linux/ethtool.h`.
     const OFFLOADS: [(u32, &str); 4] = [
         (0x1f, "TCP segmentation offload"),

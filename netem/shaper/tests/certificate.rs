@@ -2,9 +2,9 @@
 //! No socket, no clock.
 #![allow(clippy::unwrap_used)]
 
-use link::{Profile, Way};
+use link::{Change, Profile, Staircase, Way};
 use proptest::prelude::*;
-use shaper::{Baseline, Certificate, Echo, Timeline, Verdict, certify};
+use shaper::{Baseline, Certificate, Echo, Edge, Timeline, Verdict, certify, certify_within};
 
 const MS: u64 = 1_000_000;
 const SECOND: u64 = 1_000 * MS;
@@ -50,6 +50,21 @@ fn cross(
 
 fn judge(echoes: &[Echo], profile: &Profile, seed: u64) -> Certificate {
     certify(echoes, profile, seed, EPOCH_NS, Baseline::default())
+}
+
+fn judge_tc(echoes: &[Echo], profile: &Profile, seed: u64) -> Certificate {
+    let timeline = Timeline::new(profile, seed, EPOCH_NS);
+    certify_within(echoes, timeline, Baseline::default(), Edge::TC)
+}
+
+/// As wide as an edge gets.
+fn judge_late_tc(echoes: &[Echo], profile: &Profile, seed: u64) -> Certificate {
+    let timeline = Timeline::new(profile, seed, EPOCH_NS);
+    let edge = Edge {
+        before_ns: 5 * MS,
+        ..Edge::TC
+    };
+    certify_within(echoes, timeline, Baseline::default(), edge)
 }
 
 fn broken(certificate: &Certificate, because: &str) -> bool {
@@ -134,11 +149,13 @@ fn sabotaged_links_are_found_out() {
                 ),
             ];
             for (sabotage, echoes) in played {
-                let certificate = judge(&echoes, &asked, seed);
-                assert!(
-                    certificate.verdict != Verdict::Holds,
-                    "{name}, seed {seed}: {sabotage} passes: {certificate:#?}"
-                );
+                for judge in [judge, judge_tc, judge_late_tc] {
+                    let certificate = judge(&echoes, &asked, seed);
+                    assert!(
+                        certificate.verdict != Verdict::Holds,
+                        "{name}, seed {seed}: {sabotage} passes: {certificate:#?}"
+                    );
+                }
             }
         }
     }
@@ -225,6 +242,75 @@ fn behind_a_rate_limit_only_earliness_is_judged() {
         "{:?}",
         early.verdict
     );
+}
+
+/// Echoes as tc would let them cross: by the setting in force, which comes late by up to half
+/// a millisecond, and whose fall is a staircase. No packet leaves before the one ahead of it.
+fn cross_tc(profile: &Profile, seed: u64, count: u32, interval_ns: u64) -> Vec<Echo> {
+    let mut ways = [Way::Up, Way::Down].map(|way| {
+        let mut staircase = Staircase::new(profile, seed, way);
+        let mut next = staircase.next_before(1);
+        let (mut in_force, mut last_ns) = (None, 0);
+        move |t_ns: u64| {
+            let link_ns = t_ns - EPOCH_NS;
+            let late_ns = |change: &Change| change.t_ns * 7 % 500_000;
+            while let Some(change) = next
+                && (change.t_ns == 0 || change.t_ns + late_ns(&change) <= link_ns)
+            {
+                in_force = Some(change.setting);
+                next = staircase.next_before(link_ns + SECOND);
+            }
+            let setting = in_force.unwrap();
+            last_ns = (t_ns + u64::from(setting.delay_us) * 1_000).max(last_ns);
+            (!setting.lost).then_some(last_ns)
+        }
+    });
+    (0..count)
+        .map(|seq| {
+            let t_send_ns = EPOCH_NS + u64::from(seq) * interval_ns;
+            let t_reach_ns = ways[0](t_send_ns);
+            Echo {
+                seq,
+                t_send_ns,
+                t_reach_ns,
+                t_back_ns: t_reach_ns.and_then(&mut ways[1]),
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn tc_s_steps_and_lateness_raise_no_alarm() {
+    for name in ["buccoo", "couva", "diego-lan", "diego-vpn"] {
+        let asked = builtin(name);
+        for seed in 0..50 {
+            let echoes = cross_tc(&asked, seed, 600, 10 * MS);
+            let certificate = judge_tc(&echoes, &asked, seed);
+            assert_eq!(
+                certificate.verdict,
+                Verdict::Holds,
+                "{name}, seed {seed}: {certificate:#?}"
+            );
+        }
+    }
+}
+
+/// Loss by the millisecond cannot be told echo by echo when the edges of each are a
+/// millisecond wide. That it is missing, or there for nothing, shows in the sum.
+#[test]
+fn loss_that_tc_does_not_play_is_found_out_in_the_sum() {
+    let lossy = profile("[both.delay]\nbase = \"5ms\"\n[both.loss.random]\nshare = \"2%\"\n");
+    let lossless = profile("[both.delay]\nbase = \"5ms\"\n");
+    for seed in 0..10 {
+        let came = judge_tc(&cross_tc(&lossless, seed, 600, 10 * MS), &lossy, seed);
+        assert!(broken(&came, "was to lose"), "{:?}", came.verdict);
+        let lost = judge_tc(&cross_tc(&lossy, seed, 600, 10 * MS), &lossless, seed);
+        assert!(
+            broken(&lost, "though the link was to carry them"),
+            "{:?}",
+            lost.verdict
+        );
+    }
 }
 
 proptest! {

@@ -14,17 +14,21 @@ use std::time::{Duration, Instant};
 use shaper::{Authority, Error, Verdict, become_root};
 
 use crate::cell::{Cell, MS, SECOND, constant, print};
+use crate::crossing;
 
 /// Precedes the role that this program is to play.
 pub(crate) const ROLE_FLAG: &str = "--role";
 
 /// The user whom every Unix system has and who owns nothing.
-const NOBODY: u32 = 65_534;
+pub(crate) const NOBODY: u32 = 65_534;
 
 pub(crate) fn play_role(role: &str) -> ExitCode {
     match role {
         "play-unprivileged" => play_unprivileged(),
         "hold" => hold(),
+        "hold-tunnel" => crossing::hold(),
+        "tunnel-without-capabilities" => crossing::play_without_capabilities(),
+        "try-tc" => crate::trap::try_tc(),
         other => {
             println!("no such role: {other}");
             ExitCode::FAILURE

@@ -6,9 +6,14 @@
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 mod cell;
+mod crossing;
 mod exactness;
+mod kernel;
 mod lifetime;
+mod tc;
 mod traffic;
+mod trap;
+mod tunnel;
 
 use std::panic::catch_unwind;
 use std::process::ExitCode;
@@ -54,6 +59,91 @@ const TESTS: &[Test] = &[
     (
         "nothing_is_left_of_a_killed_process",
         lifetime::nothing_is_left_of_a_killed_process,
+    ),
+    (
+        "each_link_holds_over_a_tunnel_too",
+        crossing::each_link_holds_over_a_tunnel_too,
+    ),
+    (
+        "a_tcp_transfer_crosses_a_tunnel_intact",
+        crossing::a_tcp_transfer_crosses_a_tunnel_intact,
+    ),
+    (
+        "a_burst_behind_a_stall_crosses_a_tunnel_whole_and_in_order",
+        crossing::a_burst_behind_a_stall_crosses_a_tunnel_whole_and_in_order,
+    ),
+    (
+        "a_stranger_s_datagram_is_not_let_in",
+        crossing::a_stranger_s_datagram_is_not_let_in,
+    ),
+    (
+        "without_the_capability_the_error_names_it",
+        crossing::without_the_capability_the_error_names_it,
+    ),
+    (
+        "a_second_player_beside_an_end_is_refused",
+        crossing::a_second_player_beside_an_end_is_refused,
+    ),
+    (
+        "nothing_is_left_of_a_killed_player_beside_an_end",
+        crossing::nothing_is_left_of_a_killed_player_beside_an_end,
+    ),
+    (
+        "a_tunnel_can_be_played_in_a_user_namespace",
+        crossing::a_tunnel_can_be_played_in_a_user_namespace,
+    ),
+    (
+        "tc_plays_each_of_the_paper_s_links_as_predicted",
+        tc::tc_plays_each_of_the_paper_s_links_as_predicted,
+    ),
+    (
+        "tc_keeps_order_when_the_delay_falls_unless_it_is_free",
+        trap::tc_keeps_order_when_the_delay_falls_unless_it_is_free,
+    ),
+    (
+        "tc_loses_nothing_in_a_stall_at_1_khz_both_ways",
+        trap::tc_loses_nothing_in_a_stall_at_1_khz_both_ways,
+    ),
+    (
+        "tc_does_not_shape_the_first_packet_s_arp",
+        trap::tc_does_not_shape_the_first_packet_s_arp,
+    ),
+    (
+        "tc_leaves_a_foreign_qdisc_alone",
+        trap::tc_leaves_a_foreign_qdisc_alone,
+    ),
+    (
+        "tc_notices_what_the_kernel_plays_and_restores_what_it_found",
+        trap::tc_notices_what_the_kernel_plays_and_restores_what_it_found,
+    ),
+    (
+        "tc_changes_keep_the_packets_that_are_under_way",
+        trap::tc_changes_keep_the_packets_that_are_under_way,
+    ),
+    (
+        "tc_plays_a_delay_of_seconds",
+        trap::tc_plays_a_delay_of_seconds,
+    ),
+    (
+        "tc_switches_loss_on_and_off",
+        trap::tc_switches_loss_on_and_off,
+    ),
+    (
+        "tc_limits_the_rate_of_ip_packets",
+        trap::tc_limits_the_rate_of_ip_packets,
+    ),
+    (
+        "tc_gets_single_packets_from_tcp",
+        trap::tc_gets_single_packets_from_tcp,
+    ),
+    (
+        "tc_says_what_is_missing_and_what_to_do",
+        trap::tc_says_what_is_missing_and_what_to_do,
+    ),
+    ("tc_can_be_stopped_at_once", trap::tc_can_be_stopped_at_once),
+    (
+        "what_needs_netem_holds_in_a_kernel_that_has_it",
+        kernel::what_needs_netem_holds_in_a_kernel_that_has_it,
     ),
 ];
 

@@ -5,6 +5,7 @@ use std::net::{TcpListener, TcpStream, UdpSocket};
 use std::thread;
 use std::time::Duration;
 
+use link::Profile;
 use shaper::{CONTROLLER_ADDRESS, Namespace, PLANT_ADDRESS};
 
 use crate::cell::{Cell, SECOND, constant, parse};
@@ -41,14 +42,19 @@ pub(crate) fn a_tcp_transfer_arrives_intact_and_no_packet_is_lost_by_the_player(
     );
 }
 
-/// 3 000 packets wait for the end of a stall of the trace, which lasts until link time 2 s,
-/// and then leave all at once, in order: what a radio's stall does to a loop at 1 kHz. Before,
-/// at 0, the delay is 1 ms.
+/// A link that stalls from link time 0.2 s to 2 s. Before and after, its delay is 1 ms. What
+/// is sent meanwhile waits behind the packet of 0.2 s: the level need not say so.
+pub(crate) fn one_stall() -> Profile {
+    parse(
+        "name = \"stall\"\nabout = \"one stall\"\n[[both.trace.steps]]\nt = \"0s\"\ndelay = \"1ms\"\n[[both.trace.steps]]\nt = \"200ms\"\ndelay = \"1800ms\"\n[[both.trace.steps]]\nt = \"210ms\"\ndelay = \"1ms\"\n",
+    )
+}
+
+/// 3 000 packets wait for the end of a stall and then leave all at once, in order: what a
+/// radio's stall does to a loop at 1 kHz.
 pub(crate) fn a_burst_behind_a_stall_leaves_whole_and_in_order() {
     const PACKETS: u32 = 3_000;
-    let stall = parse(
-        "name = \"stall\"\nabout = \"one stall\"\n[[both.trace.steps]]\nt = \"0s\"\ndelay = \"1ms\"\n[[both.trace.steps]]\nt = \"200ms\"\ndelay = \"1800ms\"\n[[both.trace.steps]]\nt = \"2s\"\ndelay = \"1ms\"\n",
-    );
+    let stall = one_stall();
     let cell = Cell::start(&stall, 1, SECOND / 2).unwrap();
     let plant = within(&cell.plant, || UdpSocket::bind((PLANT_ADDRESS, 4001)));
     let controller = within(&cell.controller, || {
@@ -85,6 +91,10 @@ pub(crate) fn a_burst_behind_a_stall_leaves_whole_and_in_order() {
     assert!(received.len() >= 100, "{} arrived", received.len());
 }
 
-fn within<T: Send>(namespace: &Namespace, open: impl FnOnce() -> std::io::Result<T> + Send) -> T {
+/// Opens something in a namespace.
+pub(crate) fn within<T: Send>(
+    namespace: &Namespace,
+    open: impl FnOnce() -> std::io::Result<T> + Send,
+) -> T {
     namespace.run(|| Ok(open().unwrap())).unwrap()
 }

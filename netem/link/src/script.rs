@@ -1,0 +1,55 @@
+//! One direction of a link as a shell script of tc commands, to read or to replay by hand.
+//!
+//! webloop itself keeps one `tc` running and hands it the same commands without starting
+//! anything anew.
+
+use std::fmt::Write as _;
+
+use crate::profile::Profile;
+use crate::setting::{Setting, Verb};
+use crate::staircase::Staircase;
+use crate::way::Way;
+
+/// The first `span_ns` of one direction of the link of `profile` and `seed`: the set-up with
+/// the empty link, each change with its time, and the removal.
+#[must_use]
+pub fn script(profile: &Profile, seed: u64, way: Way, span_ns: u64) -> String {
+    let device = "$DEV";
+    let ends = match way {
+        Way::Up => "up, from controller to plant",
+        Way::Down => "down, from plant to controller",
+    };
+    let mut text = format!("# {}, {ends}; seed {seed}.\n", profile.name());
+    if profile.is_loopback() {
+        text.push_str("# Both ends are on one machine: there is nothing to shape.\n");
+        return text;
+    }
+    let mut staircase = Staircase::new(profile, seed, way);
+    let changes: Vec<_> = std::iter::from_fn(|| staircase.next_before(span_ns)).collect();
+    let _ = writeln!(
+        text,
+        "# {} in the first {} s. webloop feeds them to one `tc -batch -`, each at its time;\n\
+         # by hand each costs the start of a tc, some milliseconds.\n\
+         DEV=eth0 # the interface that leads to the other end\n\
+         at() {{ sleep \"$(date +%s.%N | awk -v due=\"$1\" -v start=\"$START\" \
+         '{{ left = start + due - $1; print left > 0 ? left : 0 }}')\"; shift; tc \"$@\"; }}",
+        match changes.len() {
+            1 => "1 change".to_owned(),
+            n => format!("{n} changes"),
+        },
+        span_ns as f64 / 1e9
+    );
+    // The empty link is constant: its first change is all there is to it.
+    if let Some(empty) = Staircase::new(&Profile::empty(), 0, way).next_before(1) {
+        let command = empty.setting.command(Verb::Add, device);
+        let _ = writeln!(text, "tc {command} # before link time 0");
+    }
+    text.push_str("START=$(date +%s.%N)\n");
+    for change in changes {
+        let s = change.t_ns as f64 / 1e9;
+        let command = change.setting.command(Verb::Change, device);
+        let _ = writeln!(text, "at {s:.6} {command}");
+    }
+    let _ = writeln!(text, "tc {}", Setting::removal(device));
+    text
+}

@@ -1,0 +1,304 @@
+//! Plays one way of a link by a netem at the root of an interface, changed in time by tc.
+//!
+//! The kernel delays and drops the packets, this thread tells tc each change when it is due.
+//! What there is to tell, and in which steps, is the [staircase](link::Staircase)'s business.
+
+use std::io;
+use std::os::fd::AsFd;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use link::{Change, Pace, Profile, STEP_NS, Setting, Staircase, Verb, Way};
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::io::Errno;
+use serde_json::Value;
+
+use crate::clock::{SECOND_NS, now_ns, timespec};
+use crate::error::{Doing, Error, Result};
+use crate::lateness::Histogram;
+use crate::qdisc::{Owner, Root};
+use crate::scheduling::{Scheduling, prefer_this_thread};
+use crate::tc_batch::Batch;
+use crate::tc_command::{Restore, claim, list, version};
+use crate::tc_report::{TcReport, TcRow, TcTally, kernel_release};
+use crate::veth::send_whole_packets;
+
+/// As the [player](crate::play) in user space, and for the same reason. tc inherits it.
+const PRIORITY: u8 = 48;
+
+/// The longest sleep, so that a request to stop is seen soon.
+const LONGEST_SLEEP_NS: u64 = 50_000_000;
+
+/// How far ahead the next change is looked for. More than the time for which the looking and
+/// a sleep may last.
+const AHEAD_NS: u64 = 2 * LONGEST_SLEEP_NS;
+
+/// tc answers within a millisecond, and on the slowest machine tried within ten.
+const ANSWER_NS: u64 = 2 * SECOND_NS;
+
+/// What to play.
+#[derive(Debug)]
+pub struct TcConfig {
+    /// The link.
+    pub profile: Profile,
+    /// Its seed.
+    pub seed: u64,
+    /// The monotonic instant of link time 0. Before it, the empty link is played.
+    pub epoch_ns: u64,
+    /// Which way of it.
+    pub way: Way,
+    /// The interface, in the namespace of the calling thread, through which this way's
+    /// packets leave.
+    pub device: String,
+}
+
+/// What tc has answered.
+struct Answer {
+    asked_ns: u64,
+    root: Root,
+    text: Value,
+}
+
+/// A netem in force, and a tc that waits for its changes. Given up without having been
+/// played, it takes both away.
+pub struct TcPlayer {
+    // Fields end in the order in which they stand: tc first, and then what it has made.
+    batch: Batch,
+    restore: Restore,
+    staircase: Staircase,
+    way: Way,
+    epoch_ns: u64,
+    started_ns: u64,
+    scheduling: Scheduling,
+    tc: String,
+    found: Value,
+    first: Value,
+    /// The change that comes next, where it has been found.
+    next: Option<Change>,
+    in_force: Option<Setting>,
+    /// When tc was asked what it has not answered yet, and what was in force then.
+    asked: Option<(u64, Setting)>,
+    tally: TcTally,
+    answers: Histogram,
+    skipped: u64,
+}
+
+impl TcPlayer {
+    /// Puts the empty link in force and reads back that the kernel plays it. From then on the
+    /// offloads of the interface are off, so that netem gets single packets.
+    ///
+    /// It asks real-time scheduling for the calling thread, for tc to inherit it: play on the
+    /// same thread, and start others first.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] where there is no tc, no netem or no right to use it.
+    /// [`Error::Failed`] where somebody else shapes the interface, which is then left as it
+    /// is, or where the kernel plays something else than asked.
+    pub fn start(config: TcConfig) -> Result<Self> {
+        let tc = version()?;
+        let found = claim(&config.device)?.text;
+        send_whole_packets(&config.device)?;
+        let scheduling = prefer_this_thread(PRIORITY);
+        let mut player = Self {
+            batch: Batch::start()?,
+            restore: Restore {
+                device: Some(config.device),
+            },
+            staircase: Staircase::new(&config.profile, config.seed, config.way),
+            way: config.way,
+            epoch_ns: config.epoch_ns,
+            started_ns: now_ns(),
+            scheduling,
+            tc,
+            found,
+            first: Value::Null,
+            next: None,
+            in_force: None,
+            asked: None,
+            tally: TcTally::new(config.way),
+            answers: Histogram::new(),
+            skipped: 0,
+        };
+        // The empty link is constant: its first change is all of it.
+        let mut empty = Staircase::new(&Profile::empty(), 0, config.way);
+        if let Some(change) = empty.next_before(1) {
+            player.set(Verb::Add, change.setting)?;
+        }
+        player.first = player.ask_and_wait()?.text;
+        Ok(player)
+    }
+
+    /// Plays until `stop` is set. The queueing discipline of the interface is the kernel's
+    /// again at the end, however that comes, short of a kill.
+    ///
+    /// `on_second` gets a row once a second and at the end. It is called between two changes,
+    /// so it must neither wait nor write.
+    ///
+    /// # Errors
+    /// [`Error::Failed`] when tc ends, or when something else is in force than was asked for.
+    pub fn play(mut self, stop: &AtomicBool, mut on_second: impl FnMut(TcRow)) -> Result<TcReport> {
+        let mut row_due_ns = now_ns() + SECOND_NS;
+        while !stop.load(Ordering::Relaxed) {
+            self.change_if_due()?;
+            if let Some(answer) = self.take_answer()? {
+                on_second(self.tally.row(answer.asked_ns, answer.root.counters));
+            }
+            if now_ns() >= row_due_ns {
+                self.ask()?;
+                row_due_ns += SECOND_NS;
+            }
+            self.wait(row_due_ns)?;
+        }
+        let last = self.ask_and_wait()?;
+        on_second(self.tally.row(last.asked_ns, last.root.counters));
+        let device = self.take_away()?;
+        Ok(TcReport {
+            tc: self.tc,
+            kernel: kernel_release(),
+            scheduling: self.scheduling,
+            epoch_ns: self.epoch_ns,
+            started_ns: self.started_ns,
+            ended_ns: last.asked_ns,
+            device,
+            way: self.way,
+            step_ns: STEP_NS,
+            changes: self.tally.changes(),
+            skipped: self.skipped,
+            answer: self.answers.summary(),
+            found: self.found,
+            first: self.first,
+            last: last.text,
+            traffic: self.tally.report(),
+        })
+    }
+
+    fn device(&self) -> &str {
+        self.restore.device.as_deref().unwrap_or_default()
+    }
+
+    fn set(&mut self, verb: Verb, setting: Setting) -> Result<()> {
+        let command = setting.command(verb, self.device());
+        self.batch.send(&command)?;
+        self.in_force = Some(setting);
+        let limited = matches!(setting.pace, Pace::Limited(_));
+        self.tally.room(setting.limit, limited);
+        Ok(())
+    }
+
+    /// Makes the change that is due now. One that is overtaken by the next is left out.
+    fn change_if_due(&mut self) -> Result<()> {
+        let epoch_ns = self.epoch_ns;
+        let is_due = |change: &mut Change| epoch_ns.saturating_add(change.t_ns) <= now_ns();
+        let Some(mut due) = self.next.take_if(is_due) else {
+            return Ok(());
+        };
+        let link_ns = now_ns().saturating_sub(self.epoch_ns);
+        while let Some(newer) = self.staircase.next_before(link_ns) {
+            due = newer;
+            self.skipped += 1;
+        }
+        self.set(Verb::Change, due.setting)?;
+        let late_ns = now_ns().saturating_sub(self.epoch_ns + due.t_ns);
+        self.tally.changed(late_ns);
+        Ok(())
+    }
+
+    /// Asks tc what is in force, unless it owes an answer already.
+    fn ask(&mut self) -> Result<()> {
+        if let (None, Some(setting)) = (self.asked, self.in_force) {
+            self.asked = Some((now_ns(), setting));
+            let inquiry = Setting::inquiry(self.device());
+            self.batch.send(&inquiry)?;
+        }
+        Ok(())
+    }
+
+    /// The answer, if it has come. An error if something else was in force than was asked
+    /// for.
+    fn take_answer(&mut self) -> Result<Option<Answer>> {
+        let Some((asked_ns, setting)) = self.asked else {
+            return Ok(None);
+        };
+        let Some(answer) = self.batch.answer()? else {
+            return Ok(None);
+        };
+        self.asked = None;
+        self.answers.add(now_ns().saturating_sub(asked_ns));
+        let action = || format!("have `{}` play `{setting}`", self.device());
+        let text: Value = serde_json::from_slice(&answer)
+            .map_err(io::Error::from)
+            .doing(action())?;
+        let root = Root::of(&text).doing(action())?;
+        root.confirm(&setting)
+            .map_err(io::Error::other)
+            .doing(action())?;
+        Ok(Some(Answer {
+            asked_ns,
+            root,
+            text,
+        }))
+    }
+
+    /// Asks and waits for the answer. One that is owed comes first and is done with.
+    fn ask_and_wait(&mut self) -> Result<Answer> {
+        if self.asked.is_some() {
+            self.wait_for_answer()?;
+        }
+        self.ask()?;
+        self.wait_for_answer()
+    }
+
+    fn wait_for_answer(&mut self) -> Result<Answer> {
+        let end_ns = now_ns() + ANSWER_NS;
+        while now_ns() < end_ns {
+            if let Some(answer) = self.take_answer()? {
+                return Ok(answer);
+            }
+            self.sleep(end_ns)?;
+        }
+        Err(Error::Failed {
+            action: format!("read back what is in force on `{}`", self.device()),
+            source: io::Error::new(io::ErrorKind::TimedOut, "tc does not answer"),
+        })
+    }
+
+    /// Sleeps until the next change, the next row or an answer.
+    fn wait(&mut self, row_due_ns: u64) -> Result<()> {
+        if self.next.is_none()
+            && let Some(end_ns) = (now_ns() + AHEAD_NS).checked_sub(self.epoch_ns)
+        {
+            self.next = self.staircase.next_before(end_ns);
+        }
+        let change_ns = self
+            .next
+            .map_or(u64::MAX, |change| self.epoch_ns.saturating_add(change.t_ns));
+        self.sleep(change_ns.min(row_due_ns))
+    }
+
+    fn sleep(&self, until_ns: u64) -> Result<()> {
+        let left_ns = until_ns.saturating_sub(now_ns()).min(LONGEST_SLEEP_NS);
+        if left_ns == 0 {
+            return Ok(());
+        }
+        let mut answers = [PollFd::from_borrowed_fd(self.batch.as_fd(), PollFlags::IN)];
+        match poll(&mut answers, Some(&timespec(left_ns))) {
+            // A signal is a reason to look at `stop`.
+            Ok(_) | Err(Errno::INTR) => Ok(()),
+            Err(error) => Err(io::Error::from(error)).doing("wait for the next change"),
+        }
+    }
+
+    /// Takes the netem away and makes sure that it is gone. Gives the interface's name.
+    fn take_away(&mut self) -> Result<String> {
+        let device = self.device().to_owned();
+        self.batch.send(&Setting::removal(&device))?;
+        self.batch.finish()?;
+        self.restore.device = None;
+        match list(&device)?.root.owner() {
+            Owner::Kernel => Ok(device),
+            owner => Err(Error::Failed {
+                action: format!("restore `{device}`"),
+                source: io::Error::other(format!("its root is now {owner:?}")),
+            }),
+        }
+    }
+}
