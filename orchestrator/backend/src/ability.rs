@@ -3,8 +3,6 @@
 //! Each ability is tried the way a run would use it. What lacks one says what that means for
 //! the user and what to do about it.
 
-use std::process::Command;
-
 use link::Profile;
 
 use crate::Lab;
@@ -78,12 +76,13 @@ pub fn abilities(authority: &shaper::Result<shaper::Authority>) -> Vec<Ability> 
             remedy: "raise the hard limit (ulimit -Hn): with unlimited outstanding, a stall of 3 s at 1 kHz holds 3000 connections",
         },
         Ability {
-            what: "container engine",
+            what: "netem, for --player tc",
             need: Need::Better,
-            found: engine(),
-            remedy: "not needed by `webloop run`; install Docker for containers",
+            found: netem(),
+            remedy: "not needed, since webloop plays links itself; load the kernel module sch_netem and install iproute2, or see netem/kernel/run in a checkout",
         },
     ]);
+    abilities.extend(containers());
     abilities
 }
 
@@ -100,6 +99,17 @@ fn try_fifo() -> Result<String, String> {
     .unwrap_or_else(|_| Err("the trial ended badly".into()))
 }
 
+/// Has tc put a netem on an interface that nobody else sees.
+fn netem() -> Result<String, String> {
+    shaper::Namespace::new()
+        .and_then(|nowhere| nowhere.run(|| shaper::tc_available("lo")))
+        .map(|()| "tried out".to_owned())
+        .map_err(|problem| match problem {
+            shaper::Error::Unsupported { source, .. } => source.to_string(),
+            failed @ shaper::Error::Failed { .. } => failed.to_string(),
+        })
+}
+
 fn open_files() -> Result<String, String> {
     const ENOUGH: u64 = 8_192;
     let limit = rustix::process::getrlimit(rustix::process::Resource::Nofile);
@@ -110,15 +120,43 @@ fn open_files() -> Result<String, String> {
     }
 }
 
-fn engine() -> Result<String, String> {
-    let output = Command::new("docker")
-        .args(["version", "--format", "{{.Server.Version}}"])
-        .output()
-        .map_err(|_| "no docker command".to_owned())?;
-    let text = String::from_utf8_lossy(&output.stdout).trim().to_owned();
-    if output.status.success() && !text.is_empty() {
-        Ok(format!("Docker {text}"))
-    } else {
-        Err("docker does not answer".into())
+/// What campaigns in containers need, in the order in which one would install it.
+fn containers() -> [Ability; 3] {
+    let server = compose::serves();
+    let tunnels = match &server {
+        Ok(server) => compose::tunnels(server).map(str::to_owned).map_err(part),
+        Err(_) => Err("needs the engine".to_owned()),
+    };
+    [
+        Ability {
+            what: "container engine",
+            need: Need::Better,
+            found: server
+                .map(|server| format!("Docker {}", server.version))
+                .map_err(part),
+            remedy: "needed by --backend compose only: install Docker Engine and start it, or join the group docker",
+        },
+        Ability {
+            what: "Docker Compose",
+            need: Need::Better,
+            found: compose::composes()
+                .map(|version| version.to_string())
+                .map_err(part),
+            remedy: "needed by --backend compose only: install its plugin docker-compose, 2.20 or later",
+        },
+        Ability {
+            what: "TUN device for containers",
+            need: Need::Better,
+            found: tunnels,
+            remedy: "needed by --backend compose only: load the kernel module tun (modprobe tun)",
+        },
+    ]
+}
+
+/// What is missing, without the remedy, which the list says itself.
+fn part(problem: compose::Problem) -> String {
+    match problem {
+        compose::Problem::Unsupported { lack, .. } => lack,
+        other => other.to_string(),
     }
 }

@@ -20,22 +20,25 @@ pub enum RunError {
     #[error("the {role} {problem}")]
     Role {
         /// Which one.
-        role: &'static str,
+        role: String,
         /// What happened.
         problem: String,
     },
     /// The link could not be made or probed.
     #[error("{0}")]
     Link(String),
+    /// An agent did not do its part; says which one.
+    #[error("{0}")]
+    Agent(String),
     /// The run was asked to stop.
     #[error("interrupted")]
     Interrupted,
 }
 
 impl RunError {
-    pub(crate) fn role(role: &'static str, problem: impl Into<String>) -> Self {
+    pub(crate) fn role(role: &str, problem: impl Into<String>) -> Self {
         RunError::Role {
-            role,
+            role: role.to_owned(),
             problem: problem.into(),
         }
     }
@@ -48,8 +51,28 @@ impl RunError {
     }
 }
 
+impl From<agent::Error> for RunError {
+    fn from(error: agent::Error) -> Self {
+        match error {
+            agent::Error::Role { role, problem } => RunError::Role { role, problem },
+            agent::Error::Refused {
+                kind: agent::Kind::Unsupported,
+                ..
+            } => RunError::Unsupported(error.to_string()),
+            agent::Error::Write { path, source } => RunError::write(&path, source),
+            other => RunError::Agent(other.to_string()),
+        }
+    }
+}
+
 impl From<shaper::Error> for RunError {
     fn from(error: shaper::Error) -> Self {
+        RunError::from(&error)
+    }
+}
+
+impl From<&shaper::Error> for RunError {
+    fn from(error: &shaper::Error) -> Self {
         match error {
             shaper::Error::Unsupported { .. } => RunError::Unsupported(error.to_string()),
             shaper::Error::Failed { .. } => RunError::Link(error.to_string()),

@@ -25,15 +25,19 @@ pub struct Manifest {
     pub cell: Cell,
     /// The link's profile: the file `profile.toml` beside this one is its text.
     pub profile: String,
-    /// How the ends were connected: `netns`.
+    /// How the ends were connected: `netns`, `compose` or `attach`.
     pub backend: String,
-    /// What played the link: `user`, or `none` on loopback.
+    /// The container engine and its Compose, where they are known.
+    #[serde(default)]
+    pub engine: Option<String>,
+    /// What played the link: `user`, `tc`, or `none` on loopback.
     pub player: String,
     /// Version of webloop.
     pub webloop: String,
     /// The machine.
     pub machine: Machine,
-    /// How the right to make namespaces was had: `privileged` or `user-namespace`.
+    /// How the right to make namespaces was had: `privileged` or `user-namespace`; empty where
+    /// none were made.
     pub authority: String,
     /// Start of the run in UTC, RFC 3339. For people; every other time is monotonic.
     pub started: String,

@@ -1,15 +1,19 @@
 //! Pings through a link with nothing else on it: what `webloop probe` does.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Sender};
 use std::thread;
 
-use link::Profile;
-use shaper::{Baseline, Certificate, Echo, PacketPort, PlayerConfig, now_ns, play};
+use link::{Profile, Way};
+use plan::Phase;
+use shaper::{
+    Baseline, Certificate, Echo, Edge, PacketPort, PlayerConfig, Prober, TcConfig, TcPlayer,
+    now_ns, play,
+};
 
 use crate::proof::Proof;
 use crate::schedule::{self, Series};
-use crate::{Lab, RunError};
-use plan::Phase;
+use crate::{Lab, Player, RunError};
 
 /// What the echoes have shown.
 #[derive(Debug)]
@@ -31,59 +35,126 @@ pub struct Probed {
 pub fn probe(
     profile: &Profile,
     seed: u64,
+    player: Player,
     count: u32,
     interval_ns: u64,
     stop: &AtomicBool,
     on_answer: impl FnMut(&Echo) + Send,
 ) -> Result<Probed, RunError> {
     let lab = Lab::new(profile)?;
-    let epoch_ns = now_ns() + schedule::EPOCH_AFTER_NS;
+    let epoch_ns = now_ns() + schedule::LEAD_NS;
+    let piece = Piece {
+        profile,
+        seed,
+        epoch_ns,
+    };
     let proof = Proof {
-        lab: &lab,
+        target: lab.plant_address(),
         profile,
         seed,
         epoch_ns,
     };
     let done = AtomicBool::new(false);
     thread::scope(|scope| {
-        let player = scope.spawn(|| match lab.middle() {
-            None => Ok(None),
-            Some(middle) => middle.run(|| {
-                let config = PlayerConfig {
-                    profile: profile.clone(),
-                    seed,
-                    epoch_ns,
-                    controller: PacketPort::open(shaper::CONTROLLER_INTERFACE)?,
-                    plant: PacketPort::open(shaper::PLANT_INTERFACE)?,
-                };
-                play(config, &done, |_| {}).map(Some)
-            }),
-        });
+        let (ready, in_force) = mpsc::channel();
+        let (piece, done) = (&piece, &done);
+        let ways: &[Option<Way>] = match (lab.middle(), player) {
+            (None, _) => &[],
+            (Some(_), Player::Tc) => &[Some(Way::Up), Some(Way::Down)],
+            (Some(_), Player::User | Player::Auto) => &[None],
+        };
+        if let (Some(middle), Player::Tc) = (lab.middle(), player) {
+            middle.run(shaper::bridge)?;
+        }
+        let players: Vec<_> = lab
+            .middle()
+            .into_iter()
+            .flat_map(|middle| ways.iter().map(move |way| (middle, *way)))
+            .map(|(middle, way)| {
+                let ready = ready.clone();
+                scope.spawn(move || middle.run(|| piece.play(way, &ready, done)))
+            })
+            .collect();
+        drop(ready);
         let probed = (|| {
-            let empty = proof.series(schedule::empty(now_ns()), stop)?;
+            // One that cannot play says so when it is joined.
+            for _ in ways {
+                let _ = in_force.recv();
+            }
+            let mut prober = Prober::open(lab.controller(), lab.plant())?;
+            let empty = prober.run(&proof.plan(schedule::empty(now_ns())), stop, |_| {})?;
             let series = Series {
                 phase: Phase::During,
                 start_ns: epoch_ns,
                 interval_ns,
                 count,
             };
-            let echoes = proof.watched(series, stop, on_answer)?;
+            let echoes = prober.run(&proof.plan(series), stop, on_answer)?;
             Ok::<_, RunError>((empty, echoes))
         })();
         done.store(true, Ordering::Relaxed);
-        let played = player
-            .join()
-            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        played?;
+        let mut edge = Edge::USER;
+        for player in players {
+            let played = player
+                .join()
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            edge = edge.or(played?);
+        }
         let (empty, echoes) = probed?;
         let baseline = proof
             .baseline(&empty)
             .ok_or_else(|| RunError::Link("no echo came through the empty link".into()))?;
-        let certificate = proof.certificate(&echoes, baseline);
+        let certificate = proof.certificate(&echoes, baseline, edge);
         Ok(Probed {
             echoes,
             baseline,
             certificate,
         })
     })
+}
+
+/// What is played.
+struct Piece<'a> {
+    profile: &'a Profile,
+    seed: u64,
+    epoch_ns: u64,
+}
+
+impl Piece<'_> {
+    /// Plays on this thread, in the middle, until `done`: one way by tc, or both by webloop.
+    /// Says on `ready` when the empty link is in force, and in the end how exactly it kept to
+    /// the link's times.
+    fn play(
+        &self,
+        way: Option<Way>,
+        ready: &Sender<()>,
+        done: &AtomicBool,
+    ) -> shaper::Result<Edge> {
+        let (profile, seed, epoch_ns) = (self.profile.clone(), self.seed, self.epoch_ns);
+        let (controller, plant) = (shaper::CONTROLLER_INTERFACE, shaper::PLANT_INTERFACE);
+        let Some(way) = way else {
+            let config = PlayerConfig {
+                profile,
+                seed,
+                epoch_ns,
+                controller: PacketPort::open(controller)?,
+                plant: PacketPort::open(plant)?,
+            };
+            let _ = ready.send(());
+            return play(config, done, |_| {}).map(|_| Edge::USER);
+        };
+        let device = match way {
+            Way::Up => plant,
+            Way::Down => controller,
+        };
+        let player = TcPlayer::start(TcConfig {
+            profile,
+            seed,
+            epoch_ns,
+            way,
+            device: device.to_owned(),
+        })?;
+        let _ = ready.send(());
+        player.play(done, |_| {}).map(|report| report.edge())
+    }
 }

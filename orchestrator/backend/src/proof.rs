@@ -1,14 +1,13 @@
-//! The link proves itself: series of echoes through it, their rows, and the certificate.
+//! The link proves itself: which echoes are sent through it, their rows, and the certificate.
 //!
-//! Judging an echo is the shaper's business; this decides only which are sent, and when.
+//! Sending them is the site's business, and judging one the shaper's.
 
-use std::sync::atomic::AtomicBool;
+use std::net::Ipv4Addr;
 
 use link::{Profile, Way};
 use plan::{Phase, ProbeRow};
-use shaper::{Baseline, Certificate, Echo, ProbePlan, Prober, Timeline, certify, predict};
+use shaper::{Baseline, Certificate, Echo, Edge, ProbePlan, Timeline, certify_within, predict};
 
-use crate::Lab;
 use crate::schedule::Series;
 
 /// How long an echo may come later than its link says: a machine that is busy beyond this
@@ -18,34 +17,24 @@ const GRACE_NS: u64 = 500_000_000;
 /// A link under test.
 #[derive(Clone, Copy)]
 pub(crate) struct Proof<'a> {
-    pub(crate) lab: &'a Lab,
+    /// The plant's address.
+    pub(crate) target: Ipv4Addr,
     pub(crate) profile: &'a Profile,
     pub(crate) seed: u64,
     pub(crate) epoch_ns: u64,
 }
 
 impl Proof<'_> {
-    /// Sends a series and waits for what the link lets come back.
-    pub(crate) fn series(&self, series: Series, stop: &AtomicBool) -> shaper::Result<Vec<Echo>> {
-        self.watched(series, stop, |_| {})
-    }
-
-    /// The same, telling each echo as its answer comes.
-    pub(crate) fn watched(
-        &self,
-        series: Series,
-        stop: &AtomicBool,
-        on_answer: impl FnMut(&Echo) + Send,
-    ) -> shaper::Result<Vec<Echo>> {
-        let plan = ProbePlan {
-            target: self.lab.plant_address(),
+    /// What the prober is asked for a series.
+    pub(crate) fn plan(&self, series: Series) -> ProbePlan {
+        ProbePlan {
+            target: self.target,
             start_ns: series.start_ns,
             interval_ns: series.interval_ns,
             count: series.count,
             grace_ns: self.longest_ns(series).saturating_add(GRACE_NS),
             id: series.phase as u16,
-        };
-        Prober::open(self.lab.controller(), self.lab.plant())?.run(&plan, stop, on_answer)
+        }
     }
 
     /// The longest round trip that the link has for the last echoes of a series: there is no
@@ -76,11 +65,16 @@ impl Proof<'_> {
         Baseline::of(empty)
     }
 
-    /// Holds all echoes after the epoch against the link; `None` on loopback, where there is
-    /// no link to judge.
-    pub(crate) fn certificate(&self, echoes: &[Echo], baseline: Baseline) -> Option<Certificate> {
+    /// Holds all echoes after the epoch against the link, as exactly as its player keeps to its
+    /// times; `None` on loopback, where there is no link to judge.
+    pub(crate) fn certificate(
+        &self,
+        echoes: &[Echo],
+        baseline: Baseline,
+        edge: Edge,
+    ) -> Option<Certificate> {
         (!self.profile.is_loopback())
-            .then(|| certify(echoes, self.profile, self.seed, self.epoch_ns, baseline))
+            .then(|| certify_within(echoes, self.timeline(), baseline, edge))
     }
 
     /// The rows of a series, each beside its prediction.

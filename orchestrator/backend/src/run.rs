@@ -1,17 +1,23 @@
-//! A cell from its plan to its manifest: folder, back-end, verdict, checksums.
+//! A cell from its plan to its manifest: folder, site, verdict, checksums.
 
 use std::fs;
+use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use agent::last_words;
 use link::Profile;
-use plan::{Cell, Plan, Verdict};
+use plan::{Cell, Plan, ProfileText, Verdict};
+use serde_json::Value;
 use shaper::Authority;
 
-use crate::netns::{self, Evidence};
-use crate::role::last_words;
-use crate::{Machine, Manifest, RunError, folder};
+use crate::attach::Attach;
+use crate::course;
+use crate::evidence::{self, Evidence};
+use crate::netns::Netns;
+use crate::proof::Proof;
+use crate::{Agents, Machine, Manifest, Player, RunError, folder, report};
 
 /// The file in which a cell's folder keeps its link's profile.
 const PROFILE_FILE: &str = "profile.toml";
@@ -37,10 +43,19 @@ pub fn manifest(campaign: &Path, cell: &Cell) -> Result<Option<Manifest>, String
     }
 }
 
+/// Where a cell is run, and what that needs.
+#[derive(Debug)]
+pub enum Backend {
+    /// In namespaces on this machine, with what [`shaper::become_root`] gave.
+    Netns(shaper::Result<Authority>),
+    /// By agents that run already, as in containers.
+    Attach(Agents),
+}
+
 /// Runs a cell and writes its manifest, whatever the verdict.
 ///
-/// `authority` is what [`shaper::become_root`] gave; `started` is the time of day, for people.
-/// What an earlier try left in the folder is moved aside, never overwritten.
+/// `started` is the time of day, for people. What an earlier try left in the folder is moved
+/// aside, never overwritten.
 ///
 /// # Errors
 /// [`RunError::Write`] when the results folder cannot be written: then there is no manifest.
@@ -49,7 +64,8 @@ pub fn run_cell(
     plan: &Plan,
     cell: &Cell,
     campaign: &Path,
-    authority: shaper::Result<Authority>,
+    backend: &Backend,
+    player: Player,
     started: String,
     stop: &AtomicBool,
 ) -> Result<Manifest, RunError> {
@@ -57,23 +73,42 @@ pub fn run_cell(
     let folder = cell_folder(campaign, cell);
     make_room(&folder)?;
     let profile = write_profile(plan, cell, &folder);
-    let (authority_name, outcome) = match (authority, profile) {
-        (Err(missing), _) => (String::new(), Err(RunError::from(missing))),
-        (Ok(authority), Err(problem)) => (name(authority), Err(problem)),
-        (Ok(authority), Ok(profile)) => {
-            let file = folder.join(PROFILE_FILE);
-            let outcome = netns::run(cell, &profile, &file, &folder, stop);
-            // A terminal's Ctrl-C reaches the roles too, which then end as if by themselves.
-            let interrupted = stop.load(Ordering::Relaxed);
-            let outcome = if interrupted {
-                Err(RunError::Interrupted)
-            } else {
-                outcome
-            };
-            (name(authority), outcome)
-        }
+    let described = describe(backend);
+    let outcome = profile.and_then(|(text, profile)| {
+        let file = folder.join(PROFILE_FILE);
+        let seen = match backend {
+            Backend::Netns(authority) => {
+                authority.as_ref()?;
+                let site = Netns::new(&profile, player, &file, &folder)?;
+                course::run(&site, cell, &profile, stop)?
+            }
+            Backend::Attach(agents) => {
+                let site = Attach::new(agents, cell, text, &profile, player, &folder)?;
+                let seen = course::run(&site, cell, &profile, stop);
+                // What has come is kept, however it ended.
+                let kept = site.finish();
+                seen.and_then(|seen| kept.map(|()| seen))?
+            }
+        };
+        let proof = Proof {
+            target: Ipv4Addr::LOCALHOST,
+            profile: &profile,
+            seed: cell.link_seed,
+            epoch_ns: seen.epoch_ns,
+        };
+        evidence::write_rows(&proof, &seen.echoes, &folder.join("probes.csv"))?;
+        Ok(evidence::judge(&proof, &seen, report::edge(&folder)))
+    });
+    // A terminal's Ctrl-C reaches the roles too, which then end as if by themselves.
+    let outcome = match stop.load(Ordering::Relaxed) {
+        true => Err(RunError::Interrupted),
+        false => outcome,
     };
-    let reports = ["plant", "controller", "link"].map(|role| netns::report(&folder, role));
+    let reports = [
+        report::of_role(&folder, "plant"),
+        report::of_role(&folder, "controller"),
+        report::of_link(&folder),
+    ];
     let (verdict, reasons, evidence) = judge(outcome, &reports, &folder);
     let [plant, controller, link] = reports;
     let manifest = Manifest {
@@ -84,11 +119,12 @@ pub fn run_cell(
         campaign_seed: plan.seed,
         cell: cell.clone(),
         profile: cell.topology.clone(),
-        backend: "netns".to_owned(),
-        player: if link.is_some() { "user" } else { "none" }.to_owned(),
+        backend: described.name,
+        engine: described.engine,
+        player: report::played_by(link.as_ref()),
         webloop: env!("CARGO_PKG_VERSION").to_owned(),
         machine: Machine::here(),
-        authority: authority_name,
+        authority: described.authority,
         started,
         wall_s: (clock.elapsed().as_secs_f64() * 1e3).round() / 1e3,
         epoch_ns: evidence.epoch_ns,
@@ -107,7 +143,7 @@ pub fn run_cell(
 /// The verdict, with its reasons: on the machine, on the processes, on the link, on the rows.
 fn judge(
     outcome: Result<Evidence, RunError>,
-    reports: &[Option<serde_json::Value>; 3],
+    reports: &[Option<Value>; 3],
     folder: &Path,
 ) -> (Verdict, Vec<String>, Evidence) {
     match outcome {
@@ -119,7 +155,7 @@ fn judge(
         Err(problem) => {
             let mut reasons = vec![problem.to_string()];
             if let RunError::Role { role, .. } = problem {
-                let words = last_words(folder, role);
+                let words = last_words(folder, &role);
                 reasons.extend((!words.is_empty()).then_some(words));
             }
             (Verdict::Failed, reasons, Evidence::default())
@@ -127,8 +163,8 @@ fn judge(
         Ok(mut evidence) => {
             evidence
                 .doubts
-                .extend(lost_by_the_player(reports[2].as_ref()));
-            evidence.doubts.extend(lost_rows(reports));
+                .extend(report::lost_by_the_player(reports[2].as_ref()));
+            evidence.doubts.extend(report::lost_rows(reports));
             let reasons = std::mem::take(&mut evidence.doubts);
             let verdict = if reasons.is_empty() {
                 Verdict::Complete
@@ -138,29 +174,6 @@ fn judge(
             (verdict, reasons, evidence)
         }
     }
-}
-
-/// Packets that the player itself lost were lost by no link.
-fn lost_by_the_player(link: Option<&serde_json::Value>) -> Option<String> {
-    let dropped: u64 = ["up", "down"]
-        .iter()
-        .filter_map(|way| link?.get(way)?.get("dropped")?.as_u64())
-        .sum();
-    (dropped > 0)
-        .then(|| format!("the player itself lost {dropped} packets: this machine is too busy"))
-}
-
-/// Rows that the disk was too slow for are not in the files.
-fn lost_rows(reports: &[Option<serde_json::Value>; 3]) -> Option<String> {
-    let lost: u64 = reports
-        .iter()
-        .flatten()
-        .flat_map(|report| {
-            ["tick_rows", "arrival_rows", "rows"].map(|name| &report[name]["overflow"])
-        })
-        .filter_map(serde_json::Value::as_u64)
-        .sum();
-    (lost > 0).then(|| format!("{lost} rows are missing: the disk was too slow for them"))
 }
 
 /// Makes the cell's folder; what a try without an end left there is moved aside.
@@ -178,7 +191,11 @@ fn make_room(folder: &Path) -> Result<(), RunError> {
 }
 
 /// Leaves the profile's text, and its traces, where the player will read them.
-fn write_profile(plan: &Plan, cell: &Cell, folder: &Path) -> Result<Profile, RunError> {
+fn write_profile<'a>(
+    plan: &'a Plan,
+    cell: &Cell,
+    folder: &Path,
+) -> Result<(&'a ProfileText, Profile), RunError> {
     let text = plan
         .profiles
         .get(&cell.topology)
@@ -187,7 +204,7 @@ fn write_profile(plan: &Plan, cell: &Cell, folder: &Path) -> Result<Profile, Run
     for (name, trace) in &text.traces {
         folder::write_whole(&folder.join(name), trace.as_bytes())?;
     }
-    text.profile(&cell.topology).map_err(|findings| {
+    let profile = text.profile(&cell.topology).map_err(|findings| {
         let first = findings
             .first()
             .map_or(String::new(), |finding| finding.message.clone());
@@ -195,13 +212,32 @@ fn write_profile(plan: &Plan, cell: &Cell, folder: &Path) -> Result<Profile, Run
             "the plan's profile `{}` cannot be played: {first}",
             cell.topology
         ))
-    })
+    })?;
+    Ok((text, profile))
 }
 
-fn name(authority: Authority) -> String {
-    match authority {
-        Authority::Privileged => "privileged",
-        Authority::UserNamespace => "user-namespace",
+/// What a manifest says of a back-end.
+struct Described {
+    name: String,
+    authority: String,
+    engine: Option<String>,
+}
+
+fn describe(backend: &Backend) -> Described {
+    match backend {
+        Backend::Netns(authority) => Described {
+            name: "netns".to_owned(),
+            authority: match authority {
+                Ok(Authority::Privileged) => "privileged".to_owned(),
+                Ok(Authority::UserNamespace) => "user-namespace".to_owned(),
+                Err(_) => String::new(),
+            },
+            engine: None,
+        },
+        Backend::Attach(agents) => Described {
+            name: agents.backend.clone(),
+            authority: String::new(),
+            engine: agents.engine.clone(),
+        },
     }
-    .to_owned()
 }

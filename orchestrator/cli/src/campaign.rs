@@ -9,6 +9,7 @@ use anyhow::{Context, anyhow};
 use plan::Plan;
 use rustix::fs::{FlockOperation, flock};
 
+use crate::attach;
 use crate::exit::Failure;
 
 /// Where results go when no folder is given.
@@ -36,8 +37,9 @@ impl Campaign {
         let folder = asked.map_or_else(|| fresh(plan), Path::to_path_buf);
         let cannot = || {
             format!(
-                "cannot write the results folder {}; choose another with --out",
-                folder.display()
+                "cannot write the results folder {}; {}",
+                folder.display(),
+                remedy()
             )
         };
         fs::create_dir_all(&folder)
@@ -105,6 +107,16 @@ impl Campaign {
                     path.display()
                 )
             })
+    }
+}
+
+/// What to do about a folder that cannot be written. In webloop's containers it is a mount, and
+/// who writes there is a setting.
+fn remedy() -> &'static str {
+    if attach::is_contained() {
+        "give RESULTS another folder, or OWNER somebody who may write there"
+    } else {
+        "choose another with --out"
     }
 }
 

@@ -42,13 +42,16 @@ impl Failure {
     }
 }
 
-/// Anything else that went wrong while a command ran.
+/// Anything else that went wrong while a command ran; what the shaper finds missing is told from
+/// what failed, so that whoever started a role knows it too.
 impl<E: Into<anyhow::Error>> From<E> for Failure {
     fn from(error: E) -> Self {
-        Failure {
-            kind: Exit::Failed,
-            error: error.into(),
-        }
+        let error = error.into();
+        let kind = match error.downcast_ref() {
+            Some(shaper::Error::Unsupported { .. }) => Exit::Unsupported,
+            _ => Exit::Failed,
+        };
+        Failure { kind, error }
     }
 }
 

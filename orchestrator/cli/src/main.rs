@@ -3,11 +3,15 @@
 //! Arguments are read in `argument`; each command is a file in `command`; this is the map.
 
 mod argument;
+mod attach;
 mod campaign;
 mod command;
+mod containers;
 mod diagnostic;
 mod exit;
+mod jobs;
 mod logging;
+mod owner;
 mod progress;
 mod results;
 mod source;
@@ -17,21 +21,32 @@ use argument::{Argument, Command, LinkCommand, ServeCommand};
 
 fn main() -> std::process::ExitCode {
     let argument = Argument::read();
+    if let Some(folder) = &argument.become_owner_of
+        && let Err(failure) = owner::become_owner_of(folder)
+    {
+        return exit::end(Err(failure));
+    }
     logging::start(&argument);
     let outcome = match argument.command {
         Command::Run(run) => command::run::run(&run),
         Command::RunCell(cell) => command::run_cell::run(&cell),
         Command::Show(show) => command::show::run(&show),
+        Command::Matrix(matrix) => command::matrix::run(&matrix),
         Command::Link(LinkCommand::Show(show)) => command::link::show(&show),
         Command::Link(LinkCommand::Lint(lint)) => command::link::lint(&lint),
         Command::Link(LinkCommand::Schema) => command::link::schema(),
         Command::Probe(probe) => command::probe::run(&probe),
         Command::Doctor => command::doctor::run(),
+        Command::Gc(gc) => command::gc::run(&gc),
         Command::Serve(ServeCommand::Plant(plant)) => command::serve::plant(&plant),
         Command::Serve(ServeCommand::Controller(controller)) => {
             command::serve::controller(&controller)
         }
-        Command::Serve(ServeCommand::Link(link)) => command::serve::link(&link),
+        Command::Serve(ServeCommand::Link(link)) => command::play::link(&link),
+        Command::Serve(ServeCommand::Ask(ask)) => command::echo::ask(&ask),
+        Command::Serve(ServeCommand::Hear(hear)) => command::echo::hear(&hear),
+        Command::Serve(ServeCommand::Agent(agent)) => command::agent::serve(&agent),
+        Command::Serve(ServeCommand::Health(health)) => command::agent::health(&health),
         Command::Completions { shell } => command::packaging::completions(shell),
         Command::Man { folder } => command::packaging::man(&folder),
     };

@@ -46,6 +46,15 @@ impl Progress {
         }
     }
 
+    /// Something takes its time that is no cell.
+    pub(crate) fn say(&self, words: &str) {
+        if let Some((all, _)) = &self.bars {
+            let _ = all.println(words);
+        } else if self.lines {
+            eprintln!("{words}");
+        }
+    }
+
     /// A cell begins; the bar given back is drawn until it is dropped.
     pub(crate) fn begin(&self, cell: &Cell) -> CellBar {
         CellBar(self.bars.as_ref().map(|(all, _)| {

@@ -7,10 +7,13 @@ use std::path::Path;
 
 use anyhow::{Context, anyhow};
 use link::{Finding, Profile, Severity};
-use plan::{EXPERIMENTS, Plan, ProfileText};
+use plan::{EXPERIMENTS, Instead, Plan, ProfileText};
 
 use crate::diagnostic;
 use crate::exit::Failure;
+
+/// Where a clone keeps its profiles: there a profile's own name is enough.
+const PROFILES: &str = "netem/profiles";
 
 /// The text of a profile, by built-in name or by path, with the traces that it names.
 ///
@@ -23,7 +26,11 @@ pub(crate) fn profile_text(asked: &str) -> Result<ProfileText, String> {
             traces: BTreeMap::new(),
         });
     }
-    let path = Path::new(asked);
+    let own = Path::new(PROFILES).join(format!("{asked}.toml"));
+    let path = match looks_like_a_path(asked) || !own.is_file() {
+        true => Path::new(asked),
+        false => &own,
+    };
     let source = fs::read_to_string(path).map_err(|problem| {
         if looks_like_a_path(asked) {
             format!("the profile file `{asked}` cannot be read: {problem}")
@@ -86,8 +93,17 @@ pub(crate) fn read(text: &ProfileText, origin: &str) -> (Option<Profile>, Vec<Fi
     (profile, findings)
 }
 
-/// An experiment by name or path, resolved with this seed or its own.
-pub(crate) fn experiment(asked: &str, seed: Option<u64>) -> Result<Plan, Failure> {
+/// An experiment by name or path, resolved with what is asked for in place of its own.
+fn experiment(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
+    // What was typed is answered for itself: it stands nowhere in the file.
+    if let Some(topology) = &instead.topology {
+        profile(topology)?;
+    }
+    if let Some(client) = &instead.client {
+        client
+            .parse::<plan::Client>()
+            .map_err(|problem| Failure::usage(anyhow!("{problem}; use native")))?;
+    }
     let builtin = EXPERIMENTS
         .iter()
         .find(|(name, _)| *name == asked)
@@ -105,10 +121,33 @@ pub(crate) fn experiment(asked: &str, seed: Option<u64>) -> Result<Plan, Failure
             })
         })?,
     };
-    Plan::resolve(&source, asked, seed, profile_text).map_err(|misfit| {
+    Plan::resolve(&source, asked, instead, profile_text).map_err(|misfit| {
         diagnostic::misfit(&source, &misfit);
         Failure::usage(anyhow!("{asked} cannot be run"))
     })
+}
+
+/// A plan: read, where the name is a JSON file's, else resolved from an experiment.
+pub(crate) fn plan_of(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
+    let path = Path::new(asked);
+    if path.extension().is_none_or(|extension| extension != "json") {
+        return experiment(asked, instead);
+    }
+    let plan = plan(path)?;
+    // A plan is what it is: it may be named to make sure, and not to have another.
+    let seed = instead.seed.unwrap_or(plan.seed);
+    let instead = (&instead.topology, &instead.client);
+    match (seed == plan.seed, instead) {
+        (true, (None, None)) => Ok(plan),
+        (false, _) => Err(Failure::usage(anyhow!(
+            "{asked} is a plan of seed {}; leave --seed {seed} out, or give the experiment",
+            plan.seed
+        ))),
+        _ => Err(Failure::usage(anyhow!(
+            "{asked} is a plan with its topologies and clients; choose of its cells with --only, \
+             or give the experiment"
+        ))),
+    }
 }
 
 /// A plan file.

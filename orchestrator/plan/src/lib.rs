@@ -1,6 +1,8 @@
 //! Experiments resolved into cells.
 //!
-//! `experiment` is the TOML as typed, `matrix` resolves it, [`Plan`] and [`Cell`] are the result,
+//! `experiment` is the TOML as typed, [`Instead`] what is asked for in place of it, `matrix`
+//! resolves both, [`Plan`] and [`Cell`] are the result, [`Selection`] chooses cells, [`Job`] is a
+//! topology's share of them,
 //! `seed` derives the links' seeds, [`Verdict`] names how a run can end, [`ProbeRow`] is what
 //! back-ends and analysis share of the link. No clock, file or
 //! thread: the cli reads and writes the files.
@@ -9,17 +11,23 @@
 mod cell;
 mod echo;
 mod experiment;
+mod instead;
+mod job;
 mod matrix;
 mod misfit;
 #[allow(clippy::module_inception)]
 mod plan;
 mod seed;
+mod selection;
 mod verdict;
 
 pub use cell::{Cell, Client};
 pub use echo::{Phase, ProbeRow};
+pub use instead::Instead;
+pub use job::Job;
 pub use misfit::Misfit;
 pub use plan::{Plan, ProfileText};
+pub use selection::Selection;
 pub use verdict::Verdict;
 
 /// The experiments that the binary carries, by name: the paper's and the quick ones.
@@ -27,4 +35,5 @@ pub const EXPERIMENTS: &[(&str, &str)] = &[
     ("smoke", include_str!("../../experiments/smoke.toml")),
     ("paper", include_str!("../../experiments/paper.toml")),
     ("settling", include_str!("../../experiments/settling.toml")),
+    ("gentle", include_str!("../../experiments/gentle.toml")),
 ];

@@ -2,7 +2,7 @@
 //!
 //! Reading files is left to the caller, who hands in the texts and a way to look up profiles.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
 
 use endpoint::{ControllerSettings, Mode, Preset, SampleTime};
@@ -12,7 +12,7 @@ use toml::Spanned;
 use crate::cell::{Cell, Client};
 use crate::experiment::{Block, ExperimentFile};
 use crate::seed::link_seed;
-use crate::{Misfit, Plan, ProfileText};
+use crate::{Instead, Misfit, Plan, ProfileText};
 
 /// The longest run: a week. Beyond it a typing error is likelier than a run.
 const DURATION_MAX: SignedDuration = SignedDuration::from_hours(24 * 7);
@@ -23,15 +23,15 @@ const CELLS_MAX: usize = 100_000;
 impl Plan {
     /// Resolves an experiment's TOML.
     ///
-    /// `origin` names the text in errors. `seed` replaces the file's. `profile` gives the text
-    /// of a profile by the name or path that the experiment uses, or says why it cannot.
+    /// `origin` names the text in errors. `instead` replaces what the file says. `profile` gives
+    /// the text of a profile by the name or path that the experiment uses, or says why it cannot.
     ///
     /// # Errors
     /// [`Misfit`], with line and column, for everything that is not an experiment that can run.
     pub fn resolve(
         source: &str,
         origin: &str,
-        seed: Option<u64>,
+        instead: &Instead,
         mut profile: impl FnMut(&str) -> Result<ProfileText, String>,
     ) -> Result<Plan, Misfit> {
         let file: ExperimentFile = toml::from_str(source).map_err(|error| {
@@ -59,17 +59,22 @@ impl Plan {
             version: Plan::VERSION,
             experiment: name,
             about: file.about.clone(),
-            seed: seed.unwrap_or(file.seed),
+            seed: instead.seed.unwrap_or(file.seed),
             profiles: BTreeMap::new(),
             cells: Vec::new(),
         };
         for block in &file.cells {
+            let block = &instead.over(block);
             let topologies = block
                 .topology
                 .iter()
                 .map(|name| reader.topology(name, &mut plan.profiles, &mut profile))
                 .collect::<Result<Vec<_>, _>>()?;
             reader.block(block, &topologies, &mut plan)?;
+        }
+        if instead.joins_blocks() {
+            let mut seen = BTreeSet::new();
+            plan.cells.retain(|cell| seen.insert(cell.id.clone()));
         }
         // Repeats go round the whole matrix, so that what drifts on this machine over an hour
         // falls on every cell alike and not on the last one's repeats.

@@ -59,20 +59,6 @@ impl Plan {
     /// Version of the format that this code writes and reads.
     pub const VERSION: u32 = 1;
 
-    /// Keeps the cells whose id matches one of `patterns` (all, where there are none), and the
-    /// profiles that they use. Cells keep their index.
-    ///
-    /// A pattern is a part of an id, or the whole of it with `*` for anything between.
-    pub fn keep(&mut self, patterns: &[String]) {
-        if patterns.is_empty() {
-            return;
-        }
-        self.cells
-            .retain(|cell| patterns.iter().any(|pattern| matches(pattern, &cell.id)));
-        let used: Vec<_> = self.cells.iter().map(|cell| &cell.topology).collect();
-        self.profiles.retain(|name, _| used.contains(&name));
-    }
-
     /// The cell with this index, if it is in the plan.
     #[must_use]
     pub fn cell(&self, index: usize) -> Option<&Cell> {
@@ -100,48 +86,5 @@ impl Plan {
             ));
         }
         Ok(plan)
-    }
-}
-
-/// Whether `id` contains `pattern`, or, where the pattern has a `*`, is spelled by it.
-fn matches(pattern: &str, id: &str) -> bool {
-    if !pattern.contains('*') {
-        return id.contains(pattern);
-    }
-    let mut parts = pattern.split('*');
-    let first = parts.next().unwrap_or("");
-    let Some(mut rest) = id.strip_prefix(first) else {
-        return false;
-    };
-    let parts: Vec<_> = parts.collect();
-    let (last, middle) = parts.split_last().map_or(("", &[][..]), |(l, m)| (*l, m));
-    for part in middle {
-        match rest.find(part) {
-            Some(at) => rest = &rest[at + part.len()..],
-            None => return false,
-        }
-    }
-    rest.ends_with(last)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_pattern_is_a_part_of_an_id_or_spells_the_whole_with_stars() {
-        let id = "couva-native-closed-333hz-r01-3fa2c1";
-        for pattern in ["couva", "333hz", "couva*", "*closed*", "couva*r01*", "*"] {
-            assert!(matches(pattern, id), "{pattern}");
-        }
-        for pattern in [
-            "buccoo",
-            "native*",
-            "*333hz",
-            "couva*open*",
-            "couva*closed*closed*",
-        ] {
-            assert!(!matches(pattern, id), "{pattern}");
-        }
     }
 }

@@ -1,7 +1,7 @@
 //! Experiments become the cells they say, and mistakes in them are placed and answered.
 #![allow(clippy::unwrap_used)]
 
-use plan::{EXPERIMENTS, Plan, ProfileText};
+use plan::{EXPERIMENTS, Instead, Plan, ProfileText, Selection};
 
 fn builtin(name: &str) -> Result<ProfileText, String> {
     link::Profile::builtin(name)
@@ -13,13 +13,13 @@ fn builtin(name: &str) -> Result<ProfileText, String> {
 }
 
 fn resolve(source: &str) -> Result<Plan, plan::Misfit> {
-    Plan::resolve(source, "mine.toml", None, builtin)
+    Plan::resolve(source, "mine.toml", &Instead::default(), builtin)
 }
 
 #[test]
 fn every_experiment_that_the_binary_carries_resolves() {
     for (name, source) in EXPERIMENTS {
-        let plan = Plan::resolve(source, name, None, builtin).unwrap();
+        let plan = Plan::resolve(source, name, &Instead::default(), builtin).unwrap();
         assert_eq!(plan.experiment, *name);
         assert!(
             plan.cells
@@ -65,15 +65,43 @@ fn a_plan_survives_its_json() {
 }
 
 #[test]
-fn keeping_a_pattern_keeps_indices_and_drops_unused_profiles() {
-    let mut plan = resolve(EXPERIMENTS[0].1).unwrap();
-    let whole = plan.clone();
-    plan.keep(&["couva*closed".to_owned() + "*"]);
-    assert_eq!(plan.cells.len(), 2);
-    assert_eq!(plan.profiles.len(), 1);
-    for cell in &plan.cells {
-        assert_eq!(whole.cell(cell.index), Some(cell));
+fn a_selection_takes_whole_cells_by_pattern_or_by_index() {
+    let plan = resolve(EXPERIMENTS[0].1).unwrap();
+    let indices = |selection: &Selection| -> Vec<usize> {
+        let chosen = plan.chosen(selection);
+        chosen.iter().map(|cell| cell.index).collect()
+    };
+    let patterns = Selection::Matching(vec!["couva*closed*".to_owned()]);
+    assert_eq!(indices(&patterns).len(), 2);
+    for index in indices(&patterns) {
+        assert_eq!(plan.cell(index).unwrap().topology, "couva");
     }
+    assert_eq!(indices(&Selection::Numbered(vec![7, 3, 99])), [3, 7]);
+    assert_eq!(indices(&Selection::All), (0..15).collect::<Vec<_>>());
+}
+
+#[test]
+fn jobs_share_out_the_cells_by_topology_each_to_one_job() {
+    let plan = resolve(EXPERIMENTS[1].1).unwrap();
+    let jobs = plan.jobs(&Selection::All);
+    let topologies: Vec<_> = jobs.iter().map(|job| job.topology.as_str()).collect();
+    assert_eq!(topologies, link::Profile::BUILTIN);
+    let mut shared: Vec<usize> = jobs
+        .iter()
+        .flat_map(|job| &job.cells)
+        .map(|cell| cell.index)
+        .collect();
+    shared.sort_unstable();
+    assert!(shared.into_iter().eq(0..plan.cells.len()));
+    for job in &jobs {
+        assert!(job.cells.iter().all(|cell| cell.topology == job.topology));
+        assert!(!job.about.is_empty());
+    }
+
+    let fast = Selection::Matching(vec!["couva*1khz*".to_owned(), "diego-vpn*1khz*".to_owned()]);
+    let some = plan.jobs(&fast);
+    let sizes: Vec<_> = some.iter().map(|job| job.cells.len()).collect();
+    assert_eq!(sizes, [20, 20]);
 }
 
 #[test]
@@ -146,4 +174,36 @@ fn a_mistake_is_placed_and_answered() {
         .map(|(what, source)| format!("{what}:\n  {}", resolve(source).unwrap_err()))
         .collect();
     insta::assert_snapshot!(answers.join("\n"));
+}
+
+#[test]
+fn another_topology_takes_the_place_of_every_blocks_and_equal_cells_become_one() {
+    let source = "name = \"mine\"\n\
+        [[cells]]\ntopology = [\"arima\"]\nclient = [\"native\"]\nmode = \"open\"\nh = [\"3ms\"]\nduration = \"1s\"\n\
+        [[cells]]\ntopology = [\"buccoo\", \"couva\"]\nclient = [\"native\"]\nmode = \"open\"\nh = [\"3ms\", \"1ms\"]\nduration = \"1s\"\n";
+    let instead = Instead {
+        seed: Some(7),
+        topology: Some("diego-vpn".to_owned()),
+        client: Some("native".to_owned()),
+    };
+    let plan = Plan::resolve(source, "mine.toml", &instead, builtin).unwrap();
+    let cells: Vec<_> = plan
+        .cells
+        .iter()
+        .map(|cell| (cell.topology.as_str(), cell.settings.h.ns()))
+        .collect();
+    assert_eq!(cells, [("diego-vpn", 3_000_000), ("diego-vpn", 1_000_000)]);
+    assert_eq!(
+        plan.cells.iter().map(|cell| cell.index).collect::<Vec<_>>(),
+        [0, 1]
+    );
+    assert_eq!((plan.seed, plan.profiles.len()), (7, 1));
+    // The same link and the same id as where the experiment says so itself.
+    let said = source.replace("\"arima\"", "\"diego-vpn\"");
+    let seed = Instead {
+        seed: Some(7),
+        ..Instead::default()
+    };
+    let said = Plan::resolve(&said, "mine.toml", &seed, builtin).unwrap();
+    assert_eq!(plan.cells[0], said.cells[0]);
 }

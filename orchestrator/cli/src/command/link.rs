@@ -8,10 +8,19 @@ use crate::argument::{LinkLint, LinkShow};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::{diagnostic, source};
 
-/// Says in plain words what a link does.
+/// Says in plain words what a link does, or in tc's.
 pub(crate) fn show(show: &LinkShow) -> Outcome {
     let profile = source::profile(&show.profile)?;
-    write!(std::io::stdout(), "{}", ::link::describe(&profile))?;
+    let text = match show.tc {
+        false => ::link::describe(&profile),
+        true => {
+            let way = show.way.into();
+            // The argument's reading has bounded it.
+            let span_ns = show.span.as_nanos().unsigned_abs() as u64;
+            ::link::script(&profile, show.seed, way, span_ns)
+        }
+    };
+    write!(std::io::stdout(), "{text}")?;
     Ok(Exit::Fine)
 }
 

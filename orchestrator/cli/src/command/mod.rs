@@ -1,8 +1,13 @@
 //! The commands, one file each: what `webloop NAME` does, in terms of the other crates.
 
+pub(crate) mod agent;
 pub(crate) mod doctor;
+pub(crate) mod echo;
+pub(crate) mod gc;
 pub(crate) mod link;
+pub(crate) mod matrix;
 pub(crate) mod packaging;
+pub(crate) mod play;
 pub(crate) mod probe;
 pub(crate) mod run;
 pub(crate) mod run_cell;

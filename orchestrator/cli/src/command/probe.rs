@@ -32,6 +32,7 @@ pub(crate) fn run(argument: &Probe) -> Outcome {
     let probed = backend::probe(
         &profile,
         argument.seed,
+        argument.player.into(),
         argument.count,
         interval_ns,
         &stop,

@@ -1,21 +1,18 @@
-//! `webloop serve plant|controller|link`: one role, by hand or as a run's child.
+//! `webloop serve plant|controller`: one end, by hand or as a run's child; `play` has the link.
 //!
 //! A role prints `ready ...` when it can be used, and leaves its report as `<role>.json`.
 
-use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use control::{Method, preset};
 use endpoint::{ControllerSettings, PlantSettings};
 use jiff::SignedDuration;
 use serde::Serialize;
-use shaper::{PacketPort, PlayerConfig, Record, now_ns, play};
 
-use crate::argument::{ServeController, ServeLink, ServePlant};
+use crate::argument::{ServeController, ServePlant};
 use crate::exit::{Exit, Failure, Outcome};
-use crate::{source, stop};
 
 /// Runs the paper's plant until SIGTERM or SIGINT.
 pub(crate) fn plant(argument: &ServePlant) -> Outcome {
@@ -56,6 +53,8 @@ pub(crate) fn controller(argument: &ServeController) -> Outcome {
         out: argument.out.clone(),
         fifo: true,
     };
+    // Its arguments are fine; the plant it waits for by itself.
+    say_ready(&config.plant);
     let report = ::controller::drive(&config)?;
     leave(&argument.out, "controller", &report)?;
     Ok(match report.interrupted {
@@ -64,42 +63,18 @@ pub(crate) fn controller(argument: &ServeController) -> Outcome {
     })
 }
 
-/// Plays a link between two interfaces until SIGTERM or SIGINT.
-pub(crate) fn link(argument: &ServeLink) -> Outcome {
-    let profile = source::profile(&argument.profile)?;
-    std::fs::create_dir_all(&argument.out)
-        .with_context(|| format!("cannot make {}", argument.out.display()))?;
-    let path = argument.out.join("link.csv");
-    let file = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
-    let stop = stop::told_to_end()?;
-    let mut record = Record::start(file)?;
-    let config = PlayerConfig {
-        profile,
-        seed: argument.seed,
-        epoch_ns: argument.epoch_ns.unwrap_or_else(now_ns),
-        controller: PacketPort::open(&argument.controller)?,
-        plant: PacketPort::open(&argument.plant)?,
-    };
-    say_ready(&format!("{} to {}", argument.controller, argument.plant));
-    let report = play(config, &stop, |rows| record.add(rows))?;
-    record
-        .finish()
-        .with_context(|| format!("cannot write {}", path.display()))?;
-    leave(&argument.out, "link", &report)
-}
-
 /// For whoever waits: a line that begins with `ready`. That nobody reads it is no error.
-fn say_ready(what: &str) {
+pub(crate) fn say_ready(what: &str) {
     let _ = writeln!(std::io::stdout(), "ready {what}");
 }
 
-fn leave(folder: &Path, role: &str, report: &impl Serialize) -> Outcome {
+pub(crate) fn leave(folder: &Path, role: &str, report: &impl Serialize) -> Outcome {
     let text = serde_json::to_string_pretty(report)? + "\n";
     backend::write_whole(&folder.join(format!("{role}.json")), text.as_bytes())?;
     Ok(Exit::Fine)
 }
 
-fn ns(name: &str, duration: SignedDuration) -> Result<u64, Failure> {
+pub(crate) fn ns(name: &str, duration: SignedDuration) -> Result<u64, Failure> {
     u64::try_from(duration.as_nanos())
         .ok()
         .filter(|ns| *ns > 0)

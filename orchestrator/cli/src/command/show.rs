@@ -2,14 +2,19 @@
 
 use std::io::Write;
 
-use crate::argument::Show;
+use crate::argument::{Show, ShowFormat};
 use crate::exit::{Exit, Outcome};
-use crate::{results, source};
+use crate::results::Results;
+use crate::source;
 
-/// Reads the folder and prints its table.
+/// Reads the folder and prints what is in it.
 pub(crate) fn run(show: &Show) -> Outcome {
     let plan = source::plan(&show.folder.join("plan.json"))?;
-    let rows = results::rows(&show.folder, &plan)?;
-    write!(std::io::stdout(), "{}", results::tables(&rows))?;
+    let results = Results::read(&show.folder, &plan, |_| false)?;
+    let text = match show.format {
+        ShowFormat::Table => results.table(),
+        ShowFormat::Csv => results.csv(),
+    };
+    write!(std::io::stdout(), "{text}")?;
     Ok(Exit::Fine)
 }

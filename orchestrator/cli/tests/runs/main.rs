@@ -9,16 +9,15 @@ mod alone;
 mod complete;
 mod disk;
 mod ending;
+mod matrix;
 mod process;
+mod serial;
 mod unprivileged;
 mod webloop;
 
-use std::panic::catch_unwind;
 use std::process::ExitCode;
-use std::time::Instant;
 
-/// A test gives back why it could not be made on this machine, if so.
-type Test = (&'static str, fn() -> Result<(), String>);
+use serial::Test;
 
 const TESTS: &[Test] = &[
     (
@@ -32,6 +31,10 @@ const TESTS: &[Test] = &[
     (
         "of_two_runs_into_one_folder_one_runs",
         alone::of_two_runs_into_one_folder_one_runs,
+    ),
+    (
+        "jobs_of_one_plan_merge_by_being_copied",
+        matrix::jobs_of_one_plan_merge_by_being_copied,
     ),
     (
         "an_interrupted_run_ends_soon_with_its_rows",
@@ -48,48 +51,8 @@ const TESTS: &[Test] = &[
 ];
 
 fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let has = |flag: &str| arguments.iter().any(|argument| argument == flag);
-    if has("--ignored") {
-        // None is.
-        return ExitCode::SUCCESS;
-    }
-    if has("--list") {
-        TESTS.iter().for_each(|(name, _)| println!("{name}: test"));
-        return ExitCode::SUCCESS;
-    }
-    if let Err(lack) = webloop::doctor(webloop::command()) {
-        println!("SKIPPED all runs, because this machine cannot make one:\n{lack}");
-        return ExitCode::SUCCESS;
-    }
-    let filters: Vec<&String> = arguments
-        .iter()
-        .filter(|argument| !argument.starts_with('-'))
-        .collect();
-    let mut failed = 0;
-    for (name, test) in TESTS {
-        if !filters.is_empty() && !filters.iter().any(|filter| name.contains(filter.as_str())) {
-            continue;
-        }
-        println!("test {name} ...");
-        let started = Instant::now();
-        let result = match catch_unwind(*test) {
-            Ok(Ok(())) => "ok".to_owned(),
-            Ok(Err(lack)) => format!("SKIPPED: {lack}"),
-            Err(_) => {
-                failed += 1;
-                "FAILED".to_owned()
-            }
-        };
-        println!(
-            "test {name} ... {result} ({:.1} s)",
-            started.elapsed().as_secs_f64()
-        );
-    }
-    if failed == 0 {
-        ExitCode::SUCCESS
-    } else {
-        println!("{failed} failed");
-        ExitCode::FAILURE
-    }
+    serial::run(TESTS, || {
+        let lack = webloop::doctor(webloop::command()).err()?;
+        Some(format!("this machine cannot make a run:\n{lack}"))
+    })
 }

@@ -1,0 +1,108 @@
+//! What can go wrong with a role, an agent, or on the way to one.
+
+use std::io;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+use crate::{AgentName, BadName, Kind};
+
+/// A role, an agent or a request to one that failed.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A role could not be started, or did not end well.
+    #[error("the {role} {problem}")]
+    Role {
+        /// Which one.
+        role: String,
+        /// What happened.
+        problem: String,
+    },
+    /// The agent cannot listen there.
+    #[error("cannot listen on {address}: {source}; give a free address of this machine, or port 0")]
+    Listen {
+        /// The address asked for.
+        address: SocketAddr,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A file or folder on this side cannot be written.
+    #[error("cannot write {path}: {source}; free space or choose another folder")]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The system refused a thread, a runtime or a signal handler.
+    #[error("cannot start: {0}")]
+    Start(#[from] io::Error),
+    /// A name of a run, a role or a file is none.
+    #[error(transparent)]
+    Name(#[from] BadName),
+    /// An agent's address is none.
+    #[error("{agent}: `{authority}` is no address of an agent; write it like plant.control:7070")]
+    Authority {
+        /// Which agent.
+        agent: String,
+        /// What was given.
+        authority: String,
+    },
+    /// An agent does not answer.
+    #[error(
+        "{agent}: does not answer at {authority}: {problem}; see that it runs and what it logged last, and that this address is on the network they share"
+    )]
+    Unanswered {
+        /// Which agent.
+        agent: String,
+        /// Where.
+        authority: String,
+        /// What happened instead.
+        problem: String,
+    },
+    /// Something else answers at an agent's address.
+    #[error(
+        "{agent}: at {authority} answers {found}; give each agent its own address, and all the same webloop"
+    )]
+    Stranger {
+        /// Which agent.
+        agent: AgentName,
+        /// Where.
+        authority: String,
+        /// Who answers instead.
+        found: String,
+    },
+    /// An agent answers that it does not do it.
+    #[error("{agent}: {problem}")]
+    Refused {
+        /// Which agent.
+        agent: String,
+        /// Its reason, with the last words of a role that failed.
+        problem: String,
+        /// What kind of reason.
+        kind: Kind,
+    },
+    /// A file at the agent is not the one that was begun to be copied.
+    #[error("{agent}: the file {file} became shorter while it was copied; begin each run anew")]
+    Shrunk {
+        /// Which agent.
+        agent: AgentName,
+        /// The file.
+        file: String,
+    },
+}
+
+impl Error {
+    pub(crate) fn role(role: &str, problem: impl Into<String>) -> Self {
+        Error::Role {
+            role: role.to_owned(),
+            problem: problem.into(),
+        }
+    }
+
+    pub(crate) fn write(path: &Path, source: io::Error) -> Self {
+        Error::Write {
+            path: path.to_owned(),
+            source,
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! Starts webloop's roles as processes: on this machine, or for an orchestrator over HTTP.
+//!
+//! * [`Role`] and [`spawn`]: a role as a child that cannot outlive who started it.
+//! * [`serve`]: the agent, an HTTP server that starts roles, says how they are and hands out
+//!   their files. Whoever claims it first is its only master; without a master it ends.
+//! * [`Remote`]: the orchestrator's side of one agent; [`RemoteRun`] is a run there, and
+//!   [`Follower`] copies its files as they grow. [`health`] is a single look at an agent.
+//!
+//! What the roles do, and when, is left to whoever drives them. Nothing here is encrypted: an
+//! agent listens on a network that only its orchestrator shares.
+
+mod catalogue;
+mod claim;
+mod config;
+mod error;
+mod exchange;
+mod follower;
+mod name;
+mod refusal;
+mod remote;
+mod resource;
+mod role;
+mod route;
+mod run;
+mod serve;
+mod server;
+mod shelf;
+pub mod spawn;
+mod token;
+mod wire;
+
+pub use config::{Config, Ended};
+pub use error::Error;
+pub use follower::Follower;
+pub use name::{AgentName, BadName, Name};
+pub use remote::{Remote, RemoteRun, health};
+pub use role::{Launch, Role, last_words};
+pub use serve::serve;
+pub use token::{BadToken, Token};
+pub use wire::{Health, Kind, RoleState};

@@ -1,0 +1,95 @@
+//! Why a request was refused, and what its answer says of it.
+
+use std::io;
+
+use hyper::{Method, StatusCode};
+
+use crate::wire::{Kind, Problem};
+use crate::{BadName, Name, Token};
+
+/// A request that got nothing but a reason.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Refusal {
+    #[error("there is no `{0}` here")]
+    Path(String),
+    #[error("{0} is not served here; use {1}")]
+    Method(Method, &'static str),
+    #[error("`{0}` is no query of this; use none, or from=N for a file")]
+    Query(String),
+    #[error(
+        "the token is missing or wrong; send `Authorization: Bearer TOKEN` with the one that claimed this agent"
+    )]
+    Token,
+    #[error("this agent belongs to nobody yet; claim it first")]
+    Unclaimed,
+    #[error(
+        "this agent belongs to another orchestrator; end that one, or start the agent again with {} set",
+        Token::VARIABLE
+    )]
+    Claimed,
+    #[error(transparent)]
+    Name(#[from] BadName),
+    #[error("the body cannot be read: {0}")]
+    Body(String),
+    #[error("the body has more than {0} bytes")]
+    Large(usize),
+    #[error("the body did not come within {0} s")]
+    Slow(u64),
+    #[error("there is no run `{0}` here; begin it first")]
+    Run(Name),
+    #[error("there is no role `{0}` in this run")]
+    Instance(Name),
+    #[error("there was a role `{0}` in this run already; choose another name")]
+    Taken(Name),
+    #[error("`{0}` is no role of an agent; there are {1}")]
+    Role(String, String),
+    #[error("setting `{0}` is refused: {1}")]
+    Setting(String, String),
+    #[error("there is no file `{0}` in this run")]
+    File(Name),
+    #[error("the file `{0}` has only {1} bytes")]
+    Range(Name, u64),
+    #[error("this agent is ending; start it again")]
+    Ending,
+    /// A role that did not get ready.
+    #[error("{words}")]
+    NotReady { words: String, kind: Kind },
+    #[error("the run's folder does not work: {0}; see that there is space where --scratch points")]
+    Disk(#[from] io::Error),
+}
+
+impl Refusal {
+    pub(crate) fn status(&self) -> StatusCode {
+        match self {
+            Refusal::Path(_) | Refusal::Run(_) | Refusal::Instance(_) | Refusal::File(_) => {
+                StatusCode::NOT_FOUND
+            }
+            Refusal::Method(..) => StatusCode::METHOD_NOT_ALLOWED,
+            Refusal::Token | Refusal::Unclaimed => StatusCode::UNAUTHORIZED,
+            Refusal::Claimed | Refusal::Taken(_) => StatusCode::CONFLICT,
+            Refusal::Query(_)
+            | Refusal::Name(_)
+            | Refusal::Body(_)
+            | Refusal::Role(..)
+            | Refusal::Setting(..) => StatusCode::BAD_REQUEST,
+            Refusal::Large(_) => StatusCode::PAYLOAD_TOO_LARGE,
+            Refusal::Slow(_) => StatusCode::REQUEST_TIMEOUT,
+            Refusal::Range(..) => StatusCode::RANGE_NOT_SATISFIABLE,
+            Refusal::NotReady { .. } => StatusCode::UNPROCESSABLE_ENTITY,
+            Refusal::Ending => StatusCode::SERVICE_UNAVAILABLE,
+            Refusal::Disk(_) => StatusCode::INTERNAL_SERVER_ERROR,
+        }
+    }
+
+    /// What its answer carries.
+    pub(crate) fn problem(&self) -> Problem {
+        Problem {
+            problem: self.to_string(),
+            kind: match self {
+                Refusal::NotReady { kind, .. } => *kind,
+                Refusal::Disk(_) | Refusal::Slow(_) | Refusal::Ending => Kind::Failed,
+                _ => Kind::Usage,
+            },
+        }
+    }
+}

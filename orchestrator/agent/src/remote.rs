@@ -1,0 +1,289 @@
+//! The orchestrator's side of an agent: calls that wait for their answers, from plain threads.
+//!
+//! When what is to be started is left to the back-end.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use reqwest::Method;
+
+use crate::exchange::{Exchange, Part};
+use crate::role::{READY_WITHIN, STOP_WITHIN};
+use crate::wire::{FILE_BYTES, StartRole, Started};
+use crate::{AgentName, Error, Follower, Health, Kind, Name, RoleState, Token};
+
+/// How long the agent may take for what it does at once: a busy machine needs some ms.
+const PROMPT: Duration = Duration::from_secs(5);
+
+/// Beyond what the agent itself grants a role.
+const MARGIN: Duration = Duration::from_secs(5);
+
+/// How long an agent that is not there yet is left alone.
+const RETRY: Duration = Duration::from_millis(100);
+
+/// An agent, seen from its orchestrator. Clones are of the same agent.
+#[derive(Clone, Debug)]
+pub struct Remote {
+    name: AgentName,
+    exchange: Arc<Exchange>,
+}
+
+/// A run at an agent, from [`Remote::begin`] to [`RemoteRun::finish`].
+///
+/// Dropping it leaves it there: the next run, or the agent's end, ends it.
+#[derive(Clone, Debug)]
+pub struct RemoteRun {
+    remote: Remote,
+    id: Name,
+}
+
+/// Who answers at `authority`, asked once and without a token: for health checks.
+///
+/// # Errors
+/// [`Error`] when nobody does within 2 s, or no agent.
+pub fn health(authority: &str) -> Result<Health, Error> {
+    let exchange = Exchange::open("agent", authority, None)?;
+    let body = exchange.ask(Method::GET, &["health"], Duration::from_secs(2))?;
+    exchange.read(&body)
+}
+
+impl Remote {
+    /// Prepares the way to the agent `name` at `authority`, such as `plant.control:7070`.
+    /// Nothing is sent yet; a name is looked up for each connection.
+    ///
+    /// # Errors
+    /// [`Error::Authority`] when that is no address.
+    pub fn open(name: AgentName, authority: &str, token: Token) -> Result<Remote, Error> {
+        Ok(Remote {
+            name,
+            exchange: Arc::new(Exchange::open(&name.to_string(), authority, Some(token))?),
+        })
+    }
+
+    /// Which agent it is.
+    #[must_use]
+    pub fn name(&self) -> AgentName {
+        self.name
+    }
+
+    /// Waits until the agent answers; it must be the one asked for, and of this version.
+    ///
+    /// # Errors
+    /// [`Error::Unanswered`] after `within`; [`Error::Stranger`] when somebody else answers.
+    pub fn wait_healthy(&self, within: Duration) -> Result<Health, Error> {
+        let deadline = Instant::now() + within;
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            // Each try is short, since a name or a host may come to be meanwhile.
+            let patience = left.clamp(RETRY, Duration::from_secs(2));
+            let health = self
+                .exchange
+                .ask(Method::GET, &["health"], patience)
+                .and_then(|body| self.exchange.read(&body));
+            match health {
+                Ok(health) => return self.expect_itself(health),
+                Err(Error::Unanswered { .. }) if Instant::now() + RETRY < deadline => {
+                    thread::sleep(RETRY);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// Makes the agent ours, or says that we are still there: it ends when it hears nothing for
+    /// too long.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] when it belongs to another.
+    pub fn claim(&self) -> Result<(), Error> {
+        self.exchange
+            .ask(Method::POST, &["claim"], PROMPT)
+            .map(drop)
+    }
+
+    /// Begins a run in an empty folder there; the one before is ended and wiped.
+    ///
+    /// # Errors
+    /// [`Error`] when the agent does not, or `id` is no plain name.
+    pub fn begin(&self, id: &str) -> Result<RemoteRun, Error> {
+        let id: Name = id.parse()?;
+        let within = STOP_WITHIN + MARGIN;
+        self.exchange
+            .ask(Method::PUT, &["run", id.as_str()], within)?;
+        Ok(RemoteRun {
+            remote: self.clone(),
+            id,
+        })
+    }
+
+    /// Ends the agent. It answers first, so it may still be there for up to a second.
+    ///
+    /// # Errors
+    /// [`Error`] when it does not hear it.
+    pub fn end(&self) -> Result<(), Error> {
+        self.exchange.ask(Method::POST, &["end"], PROMPT).map(drop)
+    }
+
+    fn expect_itself(&self, health: Health) -> Result<Health, Error> {
+        let here = env!("CARGO_PKG_VERSION");
+        if health.agent == self.name && health.webloop == here {
+            return Ok(health);
+        }
+        Err(Error::Stranger {
+            agent: self.name,
+            authority: self.exchange.authority().to_owned(),
+            found: format!(
+                "{} of webloop {}, not {} of {here}",
+                health.agent, health.webloop, self.name
+            ),
+        })
+    }
+}
+
+impl RemoteRun {
+    /// The agent that it is at.
+    #[must_use]
+    pub fn remote(&self) -> &Remote {
+        &self.remote
+    }
+
+    /// Leaves a file there for the roles, of at most 16 MiB.
+    ///
+    /// # Errors
+    /// [`Error`] when the agent does not take it, or `name` is no plain name.
+    pub fn put_file(&self, name: &str, content: &[u8]) -> Result<(), Error> {
+        let name: Name = name.parse()?;
+        // Said here: an agent that refuses it need not read it, and then cannot say so.
+        if content.len() > FILE_BYTES {
+            return Err(Error::Refused {
+                agent: self.remote.name.to_string(),
+                problem: format!(
+                    "the file {name} has {} bytes, and a run takes {FILE_BYTES} at most; make it shorter",
+                    content.len()
+                ),
+                kind: Kind::Usage,
+            });
+        }
+        let path = ["run", self.id.as_str(), "file", name.as_str()];
+        let kind = "application/octet-stream";
+        self.exchange()
+            .tell(Method::PUT, &path, kind, content.to_owned(), PROMPT)
+            .map(drop)
+    }
+
+    /// Starts `role` there as `instance` and waits until it is ready; what it says then.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with the role's last words when it did not get ready; the kind is
+    /// [`Kind::Unsupported`] when the machine there lacks something.
+    pub fn start(
+        &self,
+        instance: &str,
+        role: &str,
+        settings: &[(&str, String)],
+    ) -> Result<String, Error> {
+        let instance: Name = instance.parse()?;
+        let asked = StartRole {
+            role: role.to_owned(),
+            settings: settings
+                .iter()
+                .map(|(key, value)| ((*key).to_owned(), value.clone()))
+                .collect(),
+        };
+        let body = serde_json::to_vec(&asked).expect("strings under fixed names");
+        let path = ["run", self.id.as_str(), "role", instance.as_str()];
+        let within = READY_WITHIN + MARGIN;
+        let answer = self
+            .exchange()
+            .tell(Method::POST, &path, "application/json", body, within)?;
+        let Started { ready } = self.exchange().read(&answer)?;
+        Ok(ready)
+    }
+
+    /// How a role is.
+    ///
+    /// # Errors
+    /// [`Error`] when the agent does not say.
+    pub fn state(&self, instance: &str) -> Result<RoleState, Error> {
+        self.about_role(Method::GET, instance, PROMPT)
+    }
+
+    /// Ends a role by SIGTERM, after 5 s by SIGKILL; how it ended.
+    ///
+    /// # Errors
+    /// [`Error`] when the agent does not say.
+    pub fn stop(&self, instance: &str) -> Result<RoleState, Error> {
+        self.about_role(Method::DELETE, instance, STOP_WITHIN + MARGIN)
+    }
+
+    /// The files there, and how long they are, in bytes.
+    ///
+    /// # Errors
+    /// [`Error`] when the agent does not say.
+    pub fn files(&self) -> Result<BTreeMap<String, u64>, Error> {
+        let path = ["run", self.id.as_str(), "files"];
+        let body = self.exchange().ask(Method::GET, &path, PROMPT)?;
+        self.exchange().read(&body)
+    }
+
+    /// A whole file; `None` where there is none.
+    ///
+    /// # Errors
+    /// [`Error`] when the agent does not give it.
+    pub fn file(&self, name: &str) -> Result<Option<Vec<u8>>, Error> {
+        if !self.files()?.contains_key(name) {
+            return Ok(None);
+        }
+        let mut whole = Vec::new();
+        loop {
+            let part = self.part(name, whole.len() as u64)?;
+            whole.extend_from_slice(&part.bytes);
+            if part.bytes.is_empty() || whole.len() as u64 >= part.size {
+                return Ok(Some(whole));
+            }
+        }
+    }
+
+    /// Copies the named files into `folder` as they grow; see [`Follower`].
+    ///
+    /// # Errors
+    /// [`Error`] when a name is not plain, or there is no thread to be had.
+    pub fn follow(&self, files: &[&str], folder: &Path) -> Result<Follower, Error> {
+        Follower::start(self, files, folder)
+    }
+
+    /// Ends the run's roles and wipes its folder there.
+    ///
+    /// # Errors
+    /// [`Error`] when the agent does not.
+    pub fn finish(self) -> Result<(), Error> {
+        let path = ["run", self.id.as_str()];
+        self.exchange()
+            .ask(Method::DELETE, &path, STOP_WITHIN + MARGIN)
+            .map(drop)
+    }
+
+    pub(crate) fn part(&self, name: &str, from: u64) -> Result<Part, Error> {
+        let path = ["run", self.id.as_str(), "file", name];
+        self.exchange().part(&path, from, PROMPT)
+    }
+
+    fn about_role(
+        &self,
+        method: Method,
+        instance: &str,
+        within: Duration,
+    ) -> Result<RoleState, Error> {
+        let instance: Name = instance.parse()?;
+        let path = ["run", self.id.as_str(), "role", instance.as_str()];
+        let body = self.exchange().ask(method, &path, within)?;
+        self.exchange().read(&body)
+    }
+
+    fn exchange(&self) -> &Exchange {
+        &self.remote.exchange
+    }
+}

@@ -1,0 +1,258 @@
+//! A role of webloop running as a child process: plant, controller or link.
+//!
+//! A role says `ready` on its standard output when it can be used, writes its report as a JSON
+//! file into the run's folder, and ends on SIGTERM. What it logs goes to `<name>.log` there.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufRead, BufReader, Read};
+use std::os::fd::AsFd;
+use std::os::unix::process::ExitStatusExt;
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+
+use crate::{Error, Token, spawn};
+
+/// How long a role may take from its start to `ready`: a busy two-core machine needs some 50 ms.
+pub(crate) const READY_WITHIN: Duration = Duration::from_secs(10);
+
+/// How long a role may take from SIGTERM to its end; it has rows to flush.
+pub(crate) const STOP_WITHIN: Duration = Duration::from_secs(5);
+
+/// How long a role of a run that is given up may take to write its rows before it is killed:
+/// three of them one after another still end within 5 s of an interruption.
+const GIVE_UP_WITHIN: Duration = Duration::from_secs(1);
+
+/// How often a beginning or an ending is looked for.
+pub(crate) const POLL: Duration = Duration::from_millis(5);
+
+/// What is to be started: `PROGRAM serve ROLE ARGS..`.
+#[derive(Clone, Copy, Debug)]
+pub struct Launch<'a> {
+    /// Webloop itself.
+    pub program: &'a Path,
+    /// The role, as `webloop serve` calls it.
+    pub role: &'a str,
+    /// What its log and its errors call it.
+    pub name: &'a str,
+    /// Its arguments.
+    pub args: &'a [String],
+    /// Where its log goes.
+    pub folder: &'a Path,
+}
+
+/// A started role. Dropping it ends the process: of a run that is given up, too, the rows are kept.
+#[derive(Debug)]
+pub struct Role {
+    name: String,
+    child: Child,
+    ready: mpsc::Receiver<String>,
+}
+
+impl Role {
+    /// Starts `webloop serve NAME ARGS..`, inside `namespace`.
+    ///
+    /// The child dies with the calling thread, so that thread has to live as long as the run.
+    ///
+    /// # Errors
+    /// [`Error::Role`] when the log, the namespace or the process cannot be had.
+    pub fn start(
+        name: &str,
+        args: &[String],
+        namespace: Option<&impl AsFd>,
+        folder: &Path,
+    ) -> Result<Role, Error> {
+        let program = std::env::current_exe().map_err(|problem| unstarted(name, &problem))?;
+        let launch = Launch {
+            program: &program,
+            role: name,
+            name,
+            args,
+            folder,
+        };
+        Role::launch(&launch, namespace)
+    }
+
+    /// Like [`Role::start`], of any program and under any name.
+    ///
+    /// # Errors
+    /// As [`Role::start`].
+    pub fn launch(launch: &Launch<'_>, namespace: Option<&impl AsFd>) -> Result<Role, Error> {
+        let Launch { name, .. } = *launch;
+        let fail = |problem: io::Error| unstarted(name, &problem);
+        let log = open_log(&launch.folder.join(format!("{name}.log"))).map_err(fail)?;
+        let mut command = Command::new(launch.program);
+        command
+            .args(["serve", launch.role])
+            .args(launch.args)
+            .env_remove(Token::VARIABLE)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(log);
+        spawn::bind(&mut command, namespace).map_err(fail)?;
+        let mut child = command.spawn().map_err(fail)?;
+        // Reading on a thread of its own, to the end, so that the role never blocks on a full pipe.
+        let (sender, ready) = mpsc::channel();
+        if let Some(stdout) = child.stdout.take() {
+            std::thread::spawn(move || {
+                let mut stdout = BufReader::new(stdout);
+                let mut line = String::new();
+                while matches!(stdout.read_line(&mut line), Ok(n) if n > 0) {
+                    if let Some(what) = line.strip_prefix("ready") {
+                        let _ = sender.send(what.trim().to_owned());
+                    }
+                    line.clear();
+                }
+            });
+        }
+        Ok(Role {
+            name: name.to_owned(),
+            child,
+            ready,
+        })
+    }
+
+    /// Waits until the role says that it can be used; what it says besides `ready`.
+    ///
+    /// # Errors
+    /// [`Error::Role`] when it ends first, or says nothing for 10 s.
+    pub fn wait_ready(&mut self) -> Result<String, Error> {
+        match self.ready.recv_timeout(READY_WITHIN) {
+            Ok(what) => Ok(what),
+            Err(mpsc::RecvTimeoutError::Timeout) => Err(self.unready()),
+            Err(mpsc::RecvTimeoutError::Disconnected) => {
+                let status = self
+                    .child
+                    .wait()
+                    .map_err(|problem| Error::role(&self.name, problem.to_string()))?;
+                Err(self.ended_unready(status))
+            }
+        }
+    }
+
+    /// What [`Role::wait_ready`] would say now, if it would not wait.
+    pub(crate) fn try_ready(&mut self) -> Result<Option<String>, Error> {
+        match self.ready.try_recv() {
+            Ok(what) => Ok(Some(what)),
+            // All that it said has been read, so an end now is one without `ready`.
+            Err(mpsc::TryRecvError::Disconnected) => match self.status()? {
+                Some(status) => Err(self.ended_unready(status)),
+                None => Ok(None),
+            },
+            Err(mpsc::TryRecvError::Empty) => Ok(None),
+        }
+    }
+
+    /// Whether the role has ended, and if so whether well.
+    ///
+    /// # Errors
+    /// [`Error::Role`] when it ended with another exit code than 0, or by a signal.
+    pub fn ended(&mut self) -> Result<bool, Error> {
+        match self.status()? {
+            None => Ok(false),
+            Some(status) if status.success() => Ok(true),
+            Some(status) => Err(Error::role(&self.name, format!("ended with {status}"))),
+        }
+    }
+
+    /// How the role has ended, if it has.
+    pub(crate) fn status(&mut self) -> Result<Option<ExitStatus>, Error> {
+        self.child
+            .try_wait()
+            .map_err(|problem| Error::role(&self.name, problem.to_string()))
+    }
+
+    /// Asks the role to end by SIGTERM, waits, and insists by SIGKILL after 5 s.
+    ///
+    /// # Errors
+    /// [`Error::Role`] when it did not end by itself, or not well.
+    pub fn stop(mut self) -> Result<(), Error> {
+        self.terminate();
+        let deadline = Instant::now() + STOP_WITHIN;
+        while Instant::now() < deadline {
+            if self.ended()? {
+                return Ok(());
+            }
+            std::thread::sleep(POLL);
+        }
+        Err(Error::role(
+            &self.name,
+            format!(
+                "did not end within {} s of SIGTERM and was killed",
+                STOP_WITHIN.as_secs()
+            ),
+        ))
+    }
+
+    /// Sends SIGTERM, if the role still runs.
+    pub fn terminate(&mut self) {
+        spawn::terminate(&mut self.child);
+    }
+
+    /// Sends SIGKILL, if the role still runs, and waits until it is gone.
+    pub(crate) fn kill(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+
+    /// That it took too long to get ready.
+    pub(crate) fn unready(&self) -> Error {
+        Error::role(
+            &self.name,
+            format!("was not ready within {} s", READY_WITHIN.as_secs()),
+        )
+    }
+
+    fn ended_unready(&self, status: ExitStatus) -> Error {
+        Error::role(&self.name, format!("ended before it was ready ({status})"))
+    }
+}
+
+impl Drop for Role {
+    fn drop(&mut self) {
+        self.terminate();
+        let deadline = Instant::now() + GIVE_UP_WITHIN;
+        while matches!(self.child.try_wait(), Ok(None)) && Instant::now() < deadline {
+            std::thread::sleep(POLL);
+        }
+        self.kill();
+    }
+}
+
+/// The exit code as a shell has it: a signal's number and 128 where a signal ended the process.
+pub(crate) fn exit_code(status: ExitStatus) -> i32 {
+    status
+        .code()
+        .unwrap_or_else(|| 128 + status.signal().unwrap_or_default())
+}
+
+fn unstarted(name: &str, problem: &io::Error) -> Error {
+    Error::role(name, format!("cannot be started: {problem}"))
+}
+
+fn open_log(path: &Path) -> io::Result<File> {
+    OpenOptions::new().create(true).append(true).open(path)
+}
+
+/// The last lines of a role's log, to be quoted in an error; empty where there is none.
+#[must_use]
+pub fn last_words(folder: &Path, name: &str) -> String {
+    const ENOUGH: u64 = 2_000;
+    let Ok(mut file) = File::open(folder.join(format!("{name}.log"))) else {
+        return String::new();
+    };
+    let length = file.metadata().map_or(0, |meta| meta.len());
+    let _ = io::Seek::seek(
+        &mut file,
+        io::SeekFrom::Start(length.saturating_sub(ENOUGH)),
+    );
+    let mut text = Vec::new();
+    let _ = file.read_to_end(&mut text);
+    let text = String::from_utf8_lossy(&text);
+    let lines: Vec<_> = text
+        .lines()
+        .filter(|line| !line.trim().is_empty())
+        .collect();
+    lines[lines.len().saturating_sub(3)..].join("\n")
+}

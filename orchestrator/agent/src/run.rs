@@ -1,0 +1,170 @@
+//! The run that an agent is in: a folder, and the roles that were started for it.
+//!
+//! All of it belongs to one thread. Nothing here blocks that thread longer than a fork, or than
+//! the kernel needs to end a killed process: beginnings and endings are looked for again and
+//! again, as long as somebody waits for one.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::time::Duration;
+
+use tokio::time::{Instant, sleep};
+
+use crate::refusal::Refusal;
+use crate::role::{Launch, POLL, READY_WITHIN, exit_code, last_words};
+use crate::wire::{Kind, RoleState};
+use crate::{Error, Name, Role};
+
+/// A role of the run; several requests may wait for it.
+type Shared = Rc<RefCell<Role>>;
+
+/// A run, from its beginning to its end.
+#[derive(Debug)]
+pub(crate) struct Run {
+    pub(crate) id: Name,
+    pub(crate) folder: PathBuf,
+    roles: RefCell<BTreeMap<Name, Shared>>,
+}
+
+impl Run {
+    pub(crate) fn new(id: Name, folder: PathBuf) -> Run {
+        Run {
+            id,
+            folder,
+            roles: RefCell::default(),
+        }
+    }
+
+    /// Starts a role and waits until it is ready; what it says then.
+    ///
+    /// The process dies with the calling thread: not one of a pool.
+    pub(crate) async fn start(
+        &self,
+        program: &Path,
+        instance: &Name,
+        role: &str,
+        args: &[String],
+    ) -> Result<String, Refusal> {
+        if self.roles.borrow().contains_key(instance) {
+            return Err(Refusal::Taken(instance.clone()));
+        }
+        let launch = Launch {
+            program,
+            role,
+            name: instance.as_str(),
+            args,
+            folder: &self.folder,
+        };
+        let started = Role::launch(&launch, None::<&File>);
+        let shared = Rc::new(RefCell::new(started.map_err(|error| {
+            Refusal::NotReady {
+                words: error.to_string(),
+                kind: Kind::Failed,
+            }
+        })?));
+        self.roles
+            .borrow_mut()
+            .insert(instance.clone(), Rc::clone(&shared));
+        let deadline = Instant::now() + READY_WITHIN;
+        loop {
+            let ready = shared.borrow_mut().try_ready();
+            match ready {
+                Ok(Some(what)) => return Ok(what),
+                Ok(None) if Instant::now() < deadline => sleep(POLL).await,
+                Ok(None) => {
+                    let error = shared.borrow().unready();
+                    shared.borrow_mut().kill();
+                    return Err(self.not_ready(&error, instance, &shared));
+                }
+                Err(error) => return Err(self.not_ready(&error, instance, &shared)),
+            }
+        }
+    }
+
+    /// How a role is.
+    pub(crate) fn state(&self, instance: &Name) -> Result<RoleState, Refusal> {
+        let shared = self.role(instance)?;
+        Ok(self.state_of(instance, &shared))
+    }
+
+    /// Ends a role, by SIGTERM and after `within` by SIGKILL; how it ended.
+    pub(crate) async fn stop(
+        &self,
+        instance: &Name,
+        within: Duration,
+    ) -> Result<RoleState, Refusal> {
+        let shared = self.role(instance)?;
+        let killed = end(std::slice::from_ref(&shared), within).await;
+        let mut state = self.state_of(instance, &shared);
+        if let RoleState::Ended { words, .. } = &mut state
+            && killed
+        {
+            let late = format!("did not end within {within:?} of SIGTERM and was killed");
+            *words = [late, std::mem::take(words)].join("\n").trim().to_owned();
+        }
+        Ok(state)
+    }
+
+    /// Ends all roles, by SIGTERM and after `within` by SIGKILL.
+    pub(crate) async fn end(&self, within: Duration) {
+        let roles: Vec<Shared> = self.roles.borrow().values().cloned().collect();
+        end(&roles, within).await;
+    }
+
+    fn role(&self, instance: &Name) -> Result<Shared, Refusal> {
+        self.roles
+            .borrow()
+            .get(instance)
+            .cloned()
+            .ok_or_else(|| Refusal::Instance(instance.clone()))
+    }
+
+    fn state_of(&self, instance: &Name, shared: &Shared) -> RoleState {
+        let code = match shared.borrow_mut().status() {
+            Ok(None) => return RoleState::Running,
+            Ok(Some(status)) => exit_code(status),
+            // Its number is unknown to the kernel: it has ended, how is not known.
+            Err(_) => -1,
+        };
+        let words = match code {
+            0 => String::new(),
+            _ => last_words(&self.folder, instance.as_str()),
+        };
+        RoleState::Ended { code, words }
+    }
+
+    fn not_ready(&self, error: &Error, instance: &Name, shared: &Shared) -> Refusal {
+        let (kind, words) = match self.state_of(instance, shared) {
+            RoleState::Ended { code, words } => (Kind::of_exit(code), words),
+            RoleState::Running => (Kind::Failed, String::new()),
+        };
+        let words = [error.to_string(), words].join(": ");
+        Refusal::NotReady {
+            words: words.trim_end_matches(": ").to_owned(),
+            kind,
+        }
+    }
+}
+
+/// Ends roles together; whether one had to be killed.
+async fn end(roles: &[Shared], within: Duration) -> bool {
+    let running = |role: &&Shared| matches!(role.borrow_mut().status(), Ok(None));
+    for role in roles {
+        role.borrow_mut().terminate();
+    }
+    let deadline = Instant::now() + within;
+    while Instant::now() < deadline {
+        if !roles.iter().any(|role| running(&role)) {
+            return false;
+        }
+        sleep(POLL).await;
+    }
+    let late: Vec<&Shared> = roles.iter().filter(running).collect();
+    for role in &late {
+        role.borrow_mut().kill();
+    }
+    !late.is_empty()
+}

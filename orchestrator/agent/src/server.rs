@@ -1,0 +1,107 @@
+//! The connections of an agent: accepting them, and speaking HTTP/1 on them.
+//!
+//! There are few: an orchestrator, its followers, a health check. The limits are for what goes
+//! wrong, and cost a connection, never the agent.
+
+use std::convert::Infallible;
+use std::io;
+use std::net::SocketAddr;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::time::Duration;
+
+use http_body_util::Full;
+use hyper::body::{Bytes, Incoming};
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper::{Request, Response, StatusCode};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::server::graceful::GracefulShutdown;
+use tokio::net::{TcpListener, TcpSocket};
+use tokio::sync::Semaphore;
+use tokio::task;
+
+use crate::route::Desk;
+
+/// How long a connection may wait for a head, and so also idle between two requests. Clients
+/// keep idle connections for less, else a request can meet the close of its connection.
+const HEAD_WITHIN: Duration = Duration::from_secs(10);
+
+/// The largest head of a request.
+const HEAD_BYTES: usize = 16 << 10;
+
+/// Connections at a time. Others wait in the backlog.
+const CONNECTIONS: usize = 64;
+
+/// Connections that the kernel completes ahead of us.
+const BACKLOG: u32 = 64;
+
+/// How long to leave a refused accept alone, so that running out of files is no busy loop.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
+
+/// Listens on `address`. It needs the runtime's context.
+pub(crate) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = if address.is_ipv4() {
+        TcpSocket::new_v4()
+    } else {
+        TcpSocket::new_v6()
+    }?;
+    // An agent that starts again must not wait for the old one's connections.
+    socket.set_reuseaddr(true)?;
+    socket.bind(address)?;
+    socket.listen(BACKLOG)
+}
+
+/// Accepts for ever; `open` can close the connections in good order.
+pub(crate) async fn accept(
+    listener: &TcpListener,
+    desk: &Rc<Desk>,
+    open: &GracefulShutdown,
+) -> Infallible {
+    let free = Arc::new(Semaphore::new(CONNECTIONS));
+    loop {
+        let slot = Arc::clone(&free)
+            .acquire_owned()
+            .await
+            .expect("the semaphore is never closed");
+        let stream = match listener.accept().await {
+            Ok((stream, _)) => stream,
+            Err(error) => {
+                tracing::warn!(%error, "cannot accept a connection");
+                tokio::time::sleep(ACCEPT_PAUSE).await;
+                continue;
+            }
+        };
+        // Answers are small: waiting for more to send would add a delayed acknowledgement. If it
+        // is refused, the connection is broken, and serving it will say so.
+        let _ = stream.set_nodelay(true);
+        let desk = Rc::clone(desk);
+        let service = service_fn(move |request| answer(Rc::clone(&desk), request));
+        let connection = http1::Builder::new()
+            .timer(TokioTimer::new())
+            .header_read_timeout(HEAD_WITHIN)
+            .max_header_size(HEAD_BYTES)
+            .serve_connection(TokioIo::new(stream), service);
+        let connection = open.watch(connection);
+        task::spawn_local(async move {
+            if let Err(error) = connection.await {
+                tracing::debug!(%error, "connection ended");
+            }
+            drop(slot);
+        });
+    }
+}
+
+/// The answer, worked out to its end also where the asking side goes away meanwhile: a run that
+/// is being ended must not stay half ended.
+async fn answer(
+    desk: Rc<Desk>,
+    request: Request<Incoming>,
+) -> Result<Response<Full<Bytes>>, Infallible> {
+    let answered = task::spawn_local(async move { desk.answer(request).await }).await;
+    Ok(answered.unwrap_or_else(|_| {
+        let mut response = Response::new(Full::default());
+        *response.status_mut() = StatusCode::INTERNAL_SERVER_ERROR;
+        response
+    }))
+}

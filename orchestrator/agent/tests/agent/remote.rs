@@ -1,0 +1,169 @@
+//! The orchestrator's side: a run from its beginning to its end, and errors that help.
+
+use std::io::Write;
+use std::net::TcpListener;
+use std::thread;
+use std::time::Duration;
+
+use agent::{AgentName, Error, Kind, Remote, RoleState, Token};
+
+use crate::served::{OTHER, SOON, Served, TOKEN};
+
+fn settings(how: &str) -> [(&'static str, String); 1] {
+    [("h", how.to_owned())]
+}
+
+#[test]
+fn a_run_from_its_beginning_to_its_end() {
+    let mut served = Served::unclaimed(|_| {});
+    let remote = served.remote();
+    let run = remote.begin("couva native-333hz-r01-ä").unwrap();
+    run.put_file("my profile.toml", b"name = \"x\"").unwrap();
+    assert!(
+        run.start("plant", "plant", &settings("ready"))
+            .unwrap()
+            .ends_with("as plant")
+    );
+    assert_eq!(run.state("plant").unwrap(), RoleState::Running);
+    let ended = RoleState::Ended {
+        code: 0,
+        words: String::new(),
+    };
+    assert_eq!(run.stop("plant").unwrap(), ended);
+    assert_eq!(run.files().unwrap()["my profile.toml"], 10);
+    assert_eq!(
+        run.file("my profile.toml").unwrap().unwrap(),
+        b"name = \"x\""
+    );
+    assert_eq!(run.file("absent").unwrap(), None);
+    run.finish().unwrap();
+    remote.end().unwrap();
+    served.ended(SOON);
+}
+
+#[test]
+fn what_an_agent_refuses_comes_with_its_reason_and_kind() {
+    let served = Served::unclaimed(|_| {});
+    let run = served.remote().begin("r1").unwrap();
+    for (how, expected) in [
+        ("ends-3", Kind::Unsupported),
+        ("ends-2", Kind::Usage),
+        ("ends-1", Kind::Failed),
+    ] {
+        match run.start(how, "plant", &settings(how)) {
+            Err(Error::Refused {
+                agent,
+                problem,
+                kind,
+            }) => {
+                assert_eq!((agent.as_str(), kind), ("plant", expected));
+                assert!(
+                    problem.contains("what it lacks is a quiet machine"),
+                    "{problem}"
+                );
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+    assert!(matches!(
+        run.start("../x", "plant", &[]),
+        Err(Error::Name(_))
+    ));
+    let other = Remote::open(
+        AgentName::Plant,
+        &served.address.to_string(),
+        OTHER.parse().unwrap(),
+    );
+    let error = other.unwrap().claim().unwrap_err().to_string();
+    assert!(
+        error.starts_with("plant: this agent belongs to another orchestrator"),
+        "{error}"
+    );
+}
+
+#[test]
+fn nobody_there_is_said_with_the_place_and_the_remedy() {
+    let token: Token = TOKEN.parse().unwrap();
+    let free = TcpListener::bind("127.0.0.1:0")
+        .unwrap()
+        .local_addr()
+        .unwrap()
+        .to_string();
+    let remote = Remote::open(AgentName::ControllerLink, &free, token.clone()).unwrap();
+    let error = remote
+        .wait_healthy(Duration::from_millis(300))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.starts_with(&format!("controller-link: does not answer at {free}: ")),
+        "{error}"
+    );
+    assert!(
+        error.contains("refused") && error.contains("see that it runs"),
+        "{error}"
+    );
+
+    let nowhere =
+        Remote::open(AgentName::Plant, "no-such-host.invalid:7070", token.clone()).unwrap();
+    let error = nowhere
+        .wait_healthy(Duration::from_millis(300))
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("at no-such-host.invalid:7070"), "{error}");
+
+    assert!(matches!(
+        Remote::open(AgentName::Plant, "plant", token),
+        Err(Error::Authority { .. })
+    ));
+}
+
+#[test]
+fn an_agent_that_comes_late_is_waited_for() {
+    let address = TcpListener::bind("127.0.0.1:0")
+        .unwrap()
+        .local_addr()
+        .unwrap();
+    let remote = Remote::open(
+        AgentName::Plant,
+        &address.to_string(),
+        TOKEN.parse().unwrap(),
+    )
+    .unwrap();
+    let waiting = thread::spawn(move || remote.wait_healthy(SOON));
+    thread::sleep(Duration::from_millis(400));
+    let _served = Served::unclaimed(|config| config.listen = address);
+    assert!(!waiting.join().unwrap().unwrap().claimed);
+}
+
+#[test]
+fn someone_else_at_the_address_is_not_taken_for_the_agent() {
+    let served = Served::unclaimed(|_| {});
+    let remote = Remote::open(
+        AgentName::Controller,
+        &served.address.to_string(),
+        TOKEN.parse().unwrap(),
+    );
+    let error = remote.unwrap().wait_healthy(SOON).unwrap_err();
+    assert!(matches!(error, Error::Stranger { .. }), "{error}");
+
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    thread::spawn(move || {
+        for stream in listener.incoming() {
+            let _ = stream
+                .unwrap()
+                .write_all(b"HTTP/1.1 200 OK\r\nContent-Length: 6\r\n\r\n<html>");
+        }
+    });
+    let remote = Remote::open(AgentName::Plant, &address, TOKEN.parse().unwrap()).unwrap();
+    let error = remote.wait_healthy(SOON).unwrap_err().to_string();
+    assert!(
+        error.contains("`<html>` is no answer of an agent"),
+        "{error}"
+    );
+    assert!(agent::health(&address).is_err());
+    assert_eq!(
+        agent::health(&served.address.to_string()).unwrap().agent,
+        AgentName::Plant
+    );
+}

@@ -1,0 +1,86 @@
+//! Which agents a run is made by, and how they are reached.
+
+use std::str::FromStr;
+
+use agent::Token;
+
+/// The four agents of a testbed, each as `host:port` on a network that no link shapes.
+#[derive(Debug, Clone)]
+pub struct Agents {
+    /// Beside the plant.
+    pub plant: String,
+    /// Beside the plant too, with the right to shape its packets.
+    pub plant_link: String,
+    /// Beside the controller.
+    pub controller: String,
+    /// Beside the controller too, with the right to shape its packets.
+    pub controller_link: String,
+    /// What the agents are told to know their orchestrator by.
+    pub token: Token,
+    /// What a manifest calls this back-end.
+    pub backend: String,
+    /// The container engine, for the manifest, where it is known.
+    pub engine: Option<String>,
+}
+
+impl Agents {
+    /// The addresses, with `token`; a back-end called `attach`, on no known engine.
+    ///
+    /// `addresses` is `plant=HOST:PORT,plant-link=..,controller=..,controller-link=..`.
+    ///
+    /// # Errors
+    /// A sentence on what is missing or misspelt.
+    pub fn parse(addresses: &str, token: Token) -> Result<Agents, String> {
+        let one = |name: &str| {
+            addresses
+                .split(',')
+                .filter_map(|entry| entry.trim().split_once('='))
+                .find(|(key, _)| *key == name)
+                .map(|(_, address)| address.to_owned())
+                .ok_or_else(|| format!("no address is given for the agent `{name}`"))
+                .and_then(|address| checked(name, address))
+        };
+        Ok(Agents {
+            plant: one("plant")?,
+            plant_link: one("plant-link")?,
+            controller: one("controller")?,
+            controller_link: one("controller-link")?,
+            token,
+            backend: "attach".to_owned(),
+            engine: None,
+        })
+    }
+}
+
+/// An address with a host and a port.
+fn checked(name: &str, address: String) -> Result<String, String> {
+    match address.rsplit_once(':') {
+        Some((host, port)) if !host.is_empty() && u16::from_str(port).is_ok() => Ok(address),
+        _ => Err(format!(
+            "`{address}` is no address for the agent `{name}`; write HOST:PORT"
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_addresses_are_needed_in_any_order() {
+        let text = "plant-link=p:7071,plant=p:7070, controller=c:7070,controller-link=c:7071";
+        let token = || Token::random().expect("the kernel's randomness");
+        let agents = Agents::parse(text, token()).expect("all four");
+        assert_eq!(agents.plant_link, "p:7071");
+        assert_eq!(agents.controller, "c:7070");
+        for (wrong, part) in [
+            ("plant=p:7070", "`plant-link`"),
+            ("plant=p,plant-link=p:7071", "`plant`"),
+            ("plant=:70,plant-link=p:7071", "`plant`"),
+            ("", "`plant`"),
+        ] {
+            let problem = Agents::parse(wrong, token()).expect_err(wrong);
+            assert!(problem.contains(part), "{wrong}: {problem}");
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! The `attach` back-end: the parts of a run are started by agents that run already, such as
+//! those in containers, and their rows are copied from there as they are written.
+//!
+//! Which containers there are, and who starts those, is somebody else's business.
+
+use std::net::Ipv4Addr;
+use std::path::Path;
+use std::sync::OnceLock;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use agent::{AgentName, Follower, Remote, RemoteRun};
+use link::{Profile, Way};
+use plan::{Cell, ProfileText};
+use serde::Deserialize;
+use shaper::{Echo, ProbePlan};
+
+use crate::distant::Distant;
+use crate::site::{Part, Running, Settings, Site};
+use crate::{Agents, Player, RunError, schedule, sighting};
+
+/// How long an agent may take to answer at first: its container may just have been started.
+const HEALTHY_WITHIN: Duration = Duration::from_secs(30);
+
+/// What the profile is called at the agents.
+const PROFILE: &str = "profile.toml";
+
+/// The agents of a testbed, each in the same run.
+pub(crate) struct Attach {
+    plant: RemoteRun,
+    controller: RemoteRun,
+    plant_link: RemoteRun,
+    controller_link: RemoteRun,
+    loopback: bool,
+    player: Player,
+    /// How long the first part took to start.
+    start_time: Duration,
+    /// Known once the link has been started.
+    playing: OnceLock<Playing>,
+    followers: Vec<Follower>,
+}
+
+/// What a link says when it is ready.
+#[derive(Debug, Deserialize)]
+struct Playing {
+    player: Player,
+    peer: Ipv4Addr,
+}
+
+impl Attach {
+    /// Begins a run at all agents, and follows its rows into `folder`.
+    pub(crate) fn new(
+        agents: &Agents,
+        cell: &Cell,
+        text: &ProfileText,
+        profile: &Profile,
+        player: Player,
+        folder: &Path,
+    ) -> Result<Attach, RunError> {
+        let begin = |name, authority: &str| {
+            let remote = Remote::open(name, authority, agents.token.clone())?;
+            remote.wait_healthy(HEALTHY_WITHIN)?;
+            remote.claim()?;
+            remote.begin(&cell.id)
+        };
+        let mut attach = Attach {
+            plant: begin(AgentName::Plant, &agents.plant)?,
+            controller: begin(AgentName::Controller, &agents.controller)?,
+            plant_link: begin(AgentName::PlantLink, &agents.plant_link)?,
+            controller_link: begin(AgentName::ControllerLink, &agents.controller_link)?,
+            loopback: profile.is_loopback(),
+            player,
+            start_time: Duration::ZERO,
+            playing: OnceLock::new(),
+            followers: Vec::new(),
+        };
+        for player in [&attach.plant_link, &attach.controller_link] {
+            player.put_file(PROFILE, text.source.as_bytes())?;
+            for (name, trace) in &text.traces {
+                player.put_file(name, trace.as_bytes())?;
+            }
+        }
+        let clock = Instant::now();
+        attach.witness().start("hear", "hear", &[])?;
+        attach.start_time = clock.elapsed();
+        attach.followers = attach.follow(folder)?;
+        Ok(attach)
+    }
+
+    /// Ends the run at all agents, with everything that has been written copied.
+    pub(crate) fn finish(self) -> Result<(), RunError> {
+        // Their last rows first: an agent forgets a run that is finished.
+        let copied: Vec<_> = self.followers.into_iter().map(Follower::finish).collect();
+        let ended = [
+            self.plant,
+            self.controller,
+            self.plant_link,
+            self.controller_link,
+        ]
+        .map(RemoteRun::finish);
+        copied
+            .into_iter()
+            .chain(ended)
+            .find(Result::is_err)
+            .unwrap_or(Ok(()))
+            .map_err(RunError::from)
+    }
+
+    fn follow(&self, folder: &Path) -> Result<Vec<Follower>, RunError> {
+        const PLANT: [&str; 4] = ["ticks.csv", "arrivals.csv", "plant.json", "plant.log"];
+        const CONTROLLER: [&str; 3] = ["messages.csv", "controller.json", "controller.log"];
+        let mut followers = vec![
+            self.controller.follow(&CONTROLLER, folder)?,
+            self.beside_plant().follow(&PLANT, folder)?,
+        ];
+        if !self.loopback {
+            let up = ["link-up.csv", "link-up.json", "link-up.log"];
+            let down = ["link-down.csv", "link-down.json", "link-down.log"];
+            followers.push(self.controller_link.follow(&up, folder)?);
+            followers.push(self.plant_link.follow(&down, folder)?);
+        }
+        Ok(followers)
+    }
+
+    /// Who starts the plant. On a loopback topology that is beside the controller: both ends on
+    /// one machine.
+    fn beside_plant(&self) -> &RemoteRun {
+        match self.loopback {
+            true => &self.controller,
+            false => &self.plant,
+        }
+    }
+
+    /// Who hears the echoes at the plant.
+    fn witness(&self) -> &RemoteRun {
+        match self.loopback {
+            true => &self.controller_link,
+            false => &self.plant_link,
+        }
+    }
+
+    /// Starts both players; the second is told to be what the first found it can be.
+    fn start_link(
+        &self,
+        settings: &[(&'static str, String)],
+    ) -> Result<Vec<Distant<'_>>, RunError> {
+        let start = |run, way: Way, player: Player| {
+            let instance = match way {
+                Way::Up => "link-up",
+                Way::Down => "link-down",
+            };
+            let mut settings = settings.to_vec();
+            settings.push(("profile", PROFILE.to_owned()));
+            settings.push(("way", way.to_string()));
+            settings.push(("player", player.to_string()));
+            Distant::start(run, instance, "link", &settings)
+        };
+        let (up, said) = start(&self.controller_link, Way::Up, self.player)?;
+        let playing: Playing = serde_json::from_str(&said).map_err(|problem| {
+            RunError::Link(format!("the player's `{said}` cannot be read: {problem}"))
+        })?;
+        let (down, _) = start(&self.plant_link, Way::Down, playing.player)?;
+        self.playing.get_or_init(|| playing);
+        Ok(vec![up, down])
+    }
+}
+
+impl Site for Attach {
+    fn lead_ns(&self) -> u64 {
+        // Twice what this machine itself needs: containers have no real-time scheduling.
+        2 * schedule::LEAD_NS + schedule::allowance_ns(self.start_time)
+    }
+
+    fn start<'a>(
+        &'a self,
+        part: Part,
+        settings: Settings,
+    ) -> Result<Box<dyn Running + 'a>, RunError> {
+        let (run, name) = match part {
+            Part::Link => return Ok(Box::new(self.start_link(&settings)?)),
+            Part::Plant => (self.beside_plant(), "plant"),
+            Part::Controller => (&self.controller, "controller"),
+        };
+        let (role, _) = Distant::start(run, name, name, &settings)?;
+        Ok(Box::new(role))
+    }
+
+    fn plant_address(&self) -> Ipv4Addr {
+        self.playing
+            .get()
+            .map_or(Ipv4Addr::LOCALHOST, |playing| playing.peer)
+    }
+
+    fn echoes(&self, plan: &ProbePlan, stop: &AtomicBool) -> Result<Vec<Echo>, RunError> {
+        let echoes = sighting::ask(&self.controller_link, plan, stop)?;
+        sighting::completed(self.witness(), &echoes, plan.id)
+    }
+}
+
+/// Tells all agents that they are done, whoever hears it: the others end for want of a word.
+pub fn dismiss(agents: &Agents) {
+    for (name, authority) in [
+        (AgentName::Plant, &agents.plant),
+        (AgentName::Controller, &agents.controller),
+        (AgentName::PlantLink, &agents.plant_link),
+        (AgentName::ControllerLink, &agents.controller_link),
+    ] {
+        let ended = Remote::open(name, authority, agents.token.clone())
+            .and_then(|remote| remote.claim().and_then(|()| remote.end()));
+        if let Err(problem) = ended {
+            tracing::debug!(%problem, "an agent could not be told to end");
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Echoes whose two halves are in two places: asked beside the controller, seen beside the plant.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use agent::{RemoteRun, RoleState};
+use serde::de::DeserializeOwned;
+use shaper::{Echo, ProbePlan, Sighting, merge, now_ns};
+
+use crate::RunError;
+use crate::site::settings;
+
+/// How often the end of a series that is nearly through is looked for.
+const POLL: Duration = Duration::from_millis(100);
+
+/// How near its end a series has to be for that: a request is work for a machine that measures.
+const NEARLY: Duration = Duration::from_secs(1);
+
+/// How long the plant's side may take to write down what it has seen.
+const SEEN_WITHIN: Duration = Duration::from_secs(2);
+
+/// Has a series of echoes sent, and waits for its end.
+pub(crate) fn ask(
+    run: &RemoteRun,
+    plan: &ProbePlan,
+    stop: &AtomicBool,
+) -> Result<Vec<Echo>, RunError> {
+    let instance = format!("ask-{}", plan.id);
+    run.start(
+        &instance,
+        "ask",
+        &settings(&[
+            ("target", &plan.target),
+            ("start-ns", &plan.start_ns),
+            ("interval-ns", &plan.interval_ns),
+            ("count", &plan.count),
+            ("grace-ns", &plan.grace_ns),
+            ("id", &plan.id),
+        ]),
+    )?;
+    let last_ns = plan.start_ns + u64::from(plan.count) * plan.interval_ns;
+    loop {
+        if stop.load(Ordering::Relaxed) {
+            run.stop(&instance)?;
+            return Err(RunError::Interrupted);
+        }
+        let left = Duration::from_nanos(last_ns.saturating_sub(now_ns()));
+        if left > NEARLY {
+            thread::sleep(POLL);
+            continue;
+        }
+        match run.state(&instance)? {
+            RoleState::Running => thread::sleep(POLL),
+            RoleState::Ended { code: 0, .. } => break,
+            RoleState::Ended { code, words } => {
+                return Err(RunError::Link(format!(
+                    "the echoes ended with exit code {code}: {words}"
+                )));
+            }
+        }
+    }
+    rows(run, &format!("echoes-{}.csv", plan.id))
+}
+
+/// The echoes with what has been seen of them at the plant.
+pub(crate) fn completed(
+    witness: &RemoteRun,
+    echoes: &[Echo],
+    id: u16,
+) -> Result<Vec<Echo>, RunError> {
+    let deadline = Instant::now() + SEEN_WITHIN;
+    loop {
+        let sightings: Vec<Sighting> = rows(witness, "sightings.csv")?;
+        let merged = merge(echoes, id, &sightings);
+        // What was answered was seen, though it may not be written down yet.
+        let all = merged
+            .iter()
+            .all(|echo| echo.t_back_ns.is_none() || echo.t_reach_ns.is_some());
+        if all || Instant::now() > deadline {
+            return Ok(merged);
+        }
+        thread::sleep(POLL);
+    }
+}
+
+fn rows<T: DeserializeOwned>(run: &RemoteRun, name: &str) -> Result<Vec<T>, RunError> {
+    let bytes = run.file(name)?.unwrap_or_default();
+    // A row that is being written is not there yet.
+    let whole = bytes
+        .iter()
+        .rposition(|byte| *byte == b'\n')
+        .map_or(0, |end| end + 1);
+    csv::Reader::from_reader(&bytes[..whole])
+        .deserialize()
+        .collect::<Result<_, _>>()
+        .map_err(|problem| RunError::Link(format!("{name} cannot be read: {problem}")))
+}

@@ -1,0 +1,112 @@
+//! Where the parts of a run live: all that a back-end is.
+//!
+//! The order of a run is the same everywhere, and is in `course`. A site starts parts and sends
+//! echoes; it knows nothing of cells, times or verdicts.
+
+use std::fmt::Display;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::sync::atomic::AtomicBool;
+
+use shaper::{Echo, ProbePlan};
+
+use crate::RunError;
+
+/// Port of the plant; the link's addresses are a run's alone, so any would do.
+pub(crate) const PLANT_PORT: u16 = 8080;
+
+/// A part of a run that is a process of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// What plays the link; in containers, two of them.
+    Link,
+    /// The plant.
+    Plant,
+    /// The controller.
+    Controller,
+}
+
+/// Settings of a part, as its command line has them, without the dashes.
+pub(crate) type Settings = Vec<(&'static str, String)>;
+
+/// `name = value` pairs.
+pub(crate) fn settings(pairs: &[(&'static str, &dyn Display)]) -> Settings {
+    pairs
+        .iter()
+        .map(|(name, value)| (*name, value.to_string()))
+        .collect()
+}
+
+/// Where a run happens.
+pub(crate) trait Site: Sync {
+    /// From now to the link's epoch: time to start the parts and to measure the empty link.
+    fn lead_ns(&self) -> u64;
+
+    /// Starts a part, and returns when it can be used. The link goes first: without it the
+    /// plant may have no address.
+    ///
+    /// # Errors
+    /// What keeps it from being used; nothing is left running then.
+    fn start<'a>(
+        &'a self,
+        part: Part,
+        settings: Settings,
+    ) -> Result<Box<dyn Running + 'a>, RunError>;
+
+    /// The plant's address on the link, once that has been started.
+    fn plant_address(&self) -> Ipv4Addr;
+
+    /// Sends a series of echoes from the controller's end, and waits for what the link lets
+    /// come back.
+    ///
+    /// # Errors
+    /// When they cannot be sent; not when they are lost.
+    fn echoes(&self, plan: &ProbePlan, stop: &AtomicBool) -> Result<Vec<Echo>, RunError>;
+
+    /// Where the plant listens.
+    fn plant_socket(&self) -> SocketAddr {
+        SocketAddr::from((self.plant_address(), PLANT_PORT))
+    }
+}
+
+/// A part that has been started. Dropping it ends it: of a run that is given up, too, the rows
+/// are kept.
+pub(crate) trait Running {
+    /// Whether it has ended, and if so whether well.
+    ///
+    /// # Errors
+    /// How it ended, if not well.
+    fn ended(&mut self) -> Result<bool, RunError>;
+
+    /// Asks it to end, and does not wait.
+    fn terminate(&mut self);
+
+    /// Asks it to end, and waits until its rows are on disk.
+    ///
+    /// # Errors
+    /// How it ended, if not well.
+    fn stop(self: Box<Self>) -> Result<(), RunError>;
+}
+
+/// Several as one: it has ended when one has.
+impl<R: Running> Running for Vec<R> {
+    fn ended(&mut self) -> Result<bool, RunError> {
+        for part in self {
+            if part.ended()? {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    fn terminate(&mut self) {
+        for part in self {
+            part.terminate();
+        }
+    }
+
+    fn stop(self: Box<Self>) -> Result<(), RunError> {
+        self.into_iter()
+            .map(|part| Box::new(part).stop())
+            .fold(Ok(()), Result::and)
+    }
+}

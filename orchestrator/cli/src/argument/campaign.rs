@@ -1,0 +1,199 @@
+//! Running experiments and looking at what came of them.
+
+// The comments on arguments are their help, printed as they stand.
+#![allow(clippy::doc_markdown)]
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use plan::Selection;
+
+#[derive(Debug, Args)]
+pub(crate) struct Run {
+    /// smoke, gentle, settling, paper, or the path of an experiment or of a plan.json
+    #[arg(default_value = "smoke")]
+    pub(crate) experiment: String,
+    #[command(flatten)]
+    pub(crate) choice: Choice,
+    /// Cells run at a time; more than one shares the processors and shows in the timing
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=64))]
+    pub(crate) jobs: u16,
+    /// Run it on this topology, or profile file, instead of the experiment's own
+    #[arg(long, value_name = "NAME")]
+    pub(crate) topology: Option<String>,
+    /// Run it with this client instead of the experiment's own
+    #[arg(long, value_name = "NAME")]
+    pub(crate) client: Option<String>,
+    /// The campaign's seed; equal seeds give equal links
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Where the cells run
+    #[arg(long, value_enum, default_value_t = Backend::Netns, value_name = "WHERE")]
+    pub(crate) backend: Backend,
+    /// With --backend compose, use the images as they are
+    #[arg(long)]
+    pub(crate) no_build: bool,
+    /// What plays the link
+    #[arg(long, value_enum, default_value_t = Player::Auto, value_name = "WHO")]
+    pub(crate) player: Player,
+    /// Print the cells and how long they will take, and run nothing
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+    /// Results folder; a folder with the same plan is continued
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// How progress is shown
+    #[arg(long, value_enum, default_value_t = Progress::Auto, value_name = "HOW")]
+    pub(crate) progress: Progress,
+}
+
+/// Where cells run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Backend {
+    /// In network namespaces of this machine
+    Netns,
+    /// In containers, through Docker Compose
+    Compose,
+    /// By agents that run already: WEBLOOP_AGENTS says where
+    Attach,
+}
+
+/// What plays a link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Player {
+    /// user in namespaces; in containers tc, where the kernel has netem
+    Auto,
+    /// webloop itself, packet by packet
+    User,
+    /// The kernel's netem, changed in time
+    Tc,
+}
+
+impl From<Player> for backend::Player {
+    fn from(player: Player) -> Self {
+        match player {
+            Player::Auto => backend::Player::Auto,
+            Player::User => backend::Player::User,
+            Player::Tc => backend::Player::Tc,
+        }
+    }
+}
+
+/// Which cells are meant.
+#[derive(Debug, Args)]
+pub(crate) struct Choice {
+    /// Only cells whose id contains PATTERN, or is spelled by it with * (repeatable)
+    #[arg(long, value_name = "PATTERN")]
+    pub(crate) only: Vec<String>,
+    /// Only cells with these indices, like 0,3,4, as `matrix` gives them
+    #[arg(
+        long,
+        value_name = "I,...",
+        value_delimiter = ',',
+        conflicts_with = "only"
+    )]
+    pub(crate) cells: Vec<usize>,
+}
+
+impl Choice {
+    /// What it selects of a plan.
+    pub(crate) fn selection(&self) -> Selection {
+        match (self.only.as_slice(), self.cells.as_slice()) {
+            ([], []) => Selection::All,
+            ([], indices) => Selection::Numbered(indices.to_vec()),
+            (patterns, _) => Selection::Matching(patterns.to_vec()),
+        }
+    }
+}
+
+/// How progress is shown, in the words of Compose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Progress {
+    /// Bars on a terminal, lines elsewhere
+    Auto,
+    /// Bars
+    Tty,
+    /// One line for each finished cell
+    Plain,
+    /// Nothing but the table
+    Quiet,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RunCell {
+    /// A plan, as `run` leaves it in its results folder
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plan: PathBuf,
+    /// The cell's index, or several: 0,3,4; SLURM_ARRAY_TASK_ID or JOB_COMPLETION_INDEX where it is not given
+    #[arg(long, value_name = "I", value_delimiter = ',')]
+    pub(crate) index: Vec<usize>,
+    /// Results folder; the cell goes into its `cells` folder
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Where the cell runs; not compose
+    #[arg(long, value_enum, default_value_t = Backend::Netns, value_name = "WHERE")]
+    pub(crate) backend: Backend,
+    /// What plays the link
+    #[arg(long, value_enum, default_value_t = Player::Auto, value_name = "WHO")]
+    pub(crate) player: Player,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Gc {
+    /// Say what would be removed, and remove nothing
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+    /// Remove what was brought up by hand even while it runs; never what a running webloop uses
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Look at this Compose project only
+    #[arg(long, value_name = "NAME")]
+    pub(crate) project: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Show {
+    /// A results folder
+    pub(crate) folder: PathBuf,
+    /// How it is printed
+    #[arg(long, value_enum, default_value_t = ShowFormat::Table)]
+    pub(crate) format: ShowFormat,
+}
+
+/// How a results folder is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ShowFormat {
+    /// For people
+    Table,
+    /// Every figure, as in summary.csv
+    Csv,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Matrix {
+    /// smoke, gentle, settling, paper, or the path of an experiment or of a plan.json
+    #[arg(default_value = "smoke")]
+    pub(crate) experiment: String,
+    #[command(flatten)]
+    pub(crate) choice: Choice,
+    /// The campaign's seed; equal seeds give equal links
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// How the jobs are printed
+    #[arg(long, value_enum, default_value_t = MatrixFormat::List)]
+    pub(crate) format: MatrixFormat,
+    /// Write the plan that the jobs share, for `webloop run FILE --cells I,...`
+    #[arg(long, value_name = "FILE")]
+    pub(crate) plan: Option<PathBuf>,
+}
+
+/// How jobs are printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MatrixFormat {
+    /// For people
+    List,
+    /// One line for `strategy.matrix` of a GitHub workflow
+    Github,
+    /// For other programs
+    Json,
+}

@@ -1,0 +1,199 @@
+//! Roles by hand, or as an agent or a run starts them.
+
+// The comments on arguments are their help, printed as they stand.
+#![allow(clippy::doc_markdown)]
+
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
+
+use agent::AgentName;
+use clap::{Args, Subcommand};
+use endpoint::{Connection, Integrate, Late, Mode, Outstanding, SampleTime, Schedule};
+use jiff::SignedDuration;
+
+use super::{Player, Way};
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum ServeCommand {
+    /// The plant: free-runs every h, and answers over HTTP
+    Plant(ServePlant),
+    /// The controller: sends every h, and ends after its duration
+    Controller(ServeController),
+    /// The link: plays its profile between two interfaces, or one way of it beside an end
+    Link(ServeLink),
+    /// One half of a probe: sends echoes beside the controller
+    #[command(hide = true)]
+    Ask(ServeAsk),
+    /// The other half: writes down which reach the plant
+    #[command(hide = true)]
+    Hear(ServeHear),
+    /// An agent: starts the other roles for an orchestrator on another machine or container
+    Agent(ServeAgent),
+    /// Ask an agent whether it is there, and exit with 0 if so: for containers' health checks
+    Health(ServeHealth),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ServePlant {
+    /// Address to listen on
+    #[arg(long, default_value = "127.0.0.1:8080", value_name = "ADDRESS:PORT")]
+    pub(crate) listen: SocketAddr,
+    /// Sample time
+    #[arg(long, default_value = "3ms", value_name = "TIME")]
+    pub(crate) h: SampleTime,
+    /// Commands that a newer one has overtaken: apply or drop
+    #[arg(long, default_value = "apply")]
+    pub(crate) late: Late,
+    /// Where ticks.csv, arrivals.csv and plant.json go
+    #[arg(long, value_name = "DIR", default_value = "serve")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ServeController {
+    /// The plant
+    #[arg(long, default_value = "127.0.0.1:8080", value_name = "ADDRESS:PORT")]
+    pub(crate) plant: SocketAddr,
+    /// Sample time
+    #[arg(long, default_value = "3ms", value_name = "TIME")]
+    pub(crate) h: SampleTime,
+    /// open or closed
+    #[arg(long, default_value = "closed")]
+    pub(crate) mode: Mode,
+    /// Reference
+    #[arg(long, default_value_t = 1.0, value_parser = reference, allow_negative_numbers = true)]
+    pub(crate) r: f64,
+    /// How long to send
+    #[arg(long, default_value = "6s", value_name = "TIME")]
+    pub(crate) duration: SignedDuration,
+    /// Requests under way: a number, or unlimited
+    #[arg(long, default_value = "unlimited", value_name = "N")]
+    pub(crate) outstanding: Outstanding,
+    /// keep or new
+    #[arg(long, default_value = "keep")]
+    pub(crate) connection: Connection,
+    /// absolute or relative
+    #[arg(long, default_value = "absolute")]
+    pub(crate) schedule: Schedule,
+    /// h or elapsed
+    #[arg(long, default_value = "h")]
+    pub(crate) integrate: Integrate,
+    /// Answers that a newer one has overtaken: apply or drop
+    #[arg(long, default_value = "apply")]
+    pub(crate) late: Late,
+    /// After this a request is given up
+    #[arg(long, default_value = "5s", value_name = "TIME")]
+    pub(crate) timeout: SignedDuration,
+    /// When to send the first message, in ns of CLOCK_MONOTONIC; soon, if not given
+    #[arg(long, value_name = "T")]
+    pub(crate) start_ns: Option<u64>,
+    /// Where messages.csv and controller.json go
+    #[arg(long, value_name = "DIR", default_value = "serve")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ServeLink {
+    /// A built-in topology, or the path of a profile file
+    #[arg(long)]
+    pub(crate) profile: String,
+    /// The link's seed
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Link time 0, in ns of CLOCK_MONOTONIC; the link is empty before it. Now, if not given
+    #[arg(long, value_name = "T")]
+    pub(crate) epoch_ns: Option<u64>,
+    /// Interface towards the controller, where both ways are played
+    #[arg(long, default_value = "controller", value_name = "NAME")]
+    pub(crate) controller: String,
+    /// Interface towards the plant, where both ways are played
+    #[arg(long, default_value = "plant", value_name = "NAME")]
+    pub(crate) plant: String,
+    /// Play one way only, beside the end whose packets go that way
+    #[arg(long, value_enum, value_name = "WAY")]
+    pub(crate) way: Option<Way>,
+    /// What plays that way
+    #[arg(long, value_enum, default_value_t = Player::Auto, value_name = "WHO")]
+    pub(crate) player: Player,
+    /// This end's host name or address on the network that the link runs over
+    #[arg(long, env = "WEBLOOP_LOCAL", value_name = "HOST")]
+    pub(crate) local: Option<String>,
+    /// The other end's
+    #[arg(long, env = "WEBLOOP_PEER", value_name = "HOST")]
+    pub(crate) peer: Option<String>,
+    /// Interface that tc shapes; the one towards the peer, if not given
+    #[arg(long, value_name = "NAME")]
+    pub(crate) device: Option<String>,
+    /// Where link.csv and link.json go
+    #[arg(long, value_name = "DIR", default_value = "serve")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ServeAsk {
+    /// Whom to ask
+    #[arg(long, value_name = "ADDRESS")]
+    pub(crate) target: Ipv4Addr,
+    /// When the first echo leaves, in ns of CLOCK_MONOTONIC
+    #[arg(long, value_name = "T")]
+    pub(crate) start_ns: u64,
+    /// From one to the next
+    #[arg(long, value_name = "NS")]
+    pub(crate) interval_ns: u64,
+    /// How many
+    #[arg(long, value_name = "N")]
+    pub(crate) count: u32,
+    /// How long after the last one answers are waited for
+    #[arg(long, value_name = "NS")]
+    pub(crate) grace_ns: u64,
+    /// Tells this series from others
+    #[arg(long, value_name = "ID")]
+    pub(crate) id: u16,
+    /// Where echoes-ID.csv goes
+    #[arg(long, value_name = "DIR", default_value = "serve")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ServeHear {
+    /// Where sightings.csv goes
+    #[arg(long, value_name = "DIR", default_value = "serve")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ServeAgent {
+    /// plant, controller, plant-link or controller-link
+    pub(crate) name: AgentName,
+    /// Where to listen, on the network of the orchestrator alone; a name is looked up at the start
+    #[arg(long, default_value = "127.0.0.1:7070", value_name = "ADDRESS:PORT")]
+    pub(crate) listen: String,
+    /// Where the rows of a run are until the orchestrator has them
+    #[arg(long, value_name = "DIR")]
+    pub(crate) scratch: PathBuf,
+    /// End when no orchestrator has come for this long; a slow machine needs more
+    #[arg(
+        long,
+        env = "WEBLOOP_PATIENCE",
+        default_value = "60s",
+        value_name = "TIME"
+    )]
+    pub(crate) patience: SignedDuration,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ServeHealth {
+    /// The agent
+    #[arg(long, default_value = "127.0.0.1:7070", value_name = "ADDRESS:PORT")]
+    pub(crate) agent: String,
+    /// Stay while the agent is at work, so that a container engine asks once and not each second
+    #[arg(long)]
+    pub(crate) hold: bool,
+}
+
+fn reference(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(r) if r.is_finite() => Ok(r),
+        _ => Err("give a finite number, like 1 or -0.5".to_owned()),
+    }
+}

@@ -1,0 +1,55 @@
+//! `webloop serve agent` and `webloop serve health`: roles for an orchestrator elsewhere.
+
+use std::net::{SocketAddr, ToSocketAddrs};
+use std::time::Duration;
+
+use agent::{Config, Token};
+use anyhow::anyhow;
+
+use crate::argument::{ServeAgent, ServeHealth};
+use crate::command::serve::{ns, say_ready};
+use crate::exit::{Exit, Failure, Outcome};
+
+/// Serves an orchestrator until it ends the agent, leaves it alone, or a signal comes.
+pub(crate) fn serve(argument: &ServeAgent) -> Outcome {
+    let config = Config {
+        listen: address(&argument.listen)?,
+        name: argument.name,
+        scratch: argument.scratch.clone(),
+        token: Token::from_environment().map_err(Failure::usage)?,
+        unclaimed: Duration::from_nanos(ns("patience", argument.patience)?),
+        silence: Config::SILENCE,
+        program: std::env::current_exe()?,
+    };
+    let ended = agent::serve(&config, |address| say_ready(&address.to_string()))?;
+    if ended.orphaned() {
+        eprintln!("webloop: agent {} {ended}", argument.name);
+    }
+    Ok(Exit::Fine)
+}
+
+/// How often a held check asks again: often enough to be gone soon after the agent is done.
+const HELD_CHECK: Duration = Duration::from_secs(10);
+
+/// Asks once, or for as long as the agent is at work. It says nothing when all is well, as it is
+/// asked again and again.
+pub(crate) fn health(argument: &ServeHealth) -> Outcome {
+    while agent::health(&argument.agent)?.claimed && argument.hold {
+        std::thread::sleep(HELD_CHECK);
+    }
+    Ok(Exit::Fine)
+}
+
+/// An address, or what a name stands for on this machine.
+fn address(text: &str) -> Result<SocketAddr, Failure> {
+    let refused = |why: &str| {
+        Failure::usage(anyhow!(
+            "--listen {text} is no address to listen on: {why}; give this machine's own address or \
+             name with a port, like 127.0.0.1:7070"
+        ))
+    };
+    text.to_socket_addrs()
+        .map_err(|problem| refused(&problem.to_string()))?
+        .next()
+        .ok_or_else(|| refused("its name has no address"))
+}

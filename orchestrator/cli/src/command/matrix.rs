@@ -1,0 +1,148 @@
+//! `webloop matrix`: an experiment shared out into jobs, one topology each, and the plan that
+//! makes their results one campaign.
+
+use std::io::Write;
+use std::time::Duration;
+
+use anyhow::Context;
+use plan::{Cell, Instead, Job, Plan};
+use serde::Serialize;
+
+use crate::argument::{Matrix, MatrixFormat};
+use crate::command::run::{cells, choose, expected};
+use crate::exit::{Exit, Failure, Outcome};
+use crate::progress::people;
+use crate::source;
+
+/// A job may take this many times what is expected, on a machine that has other work too ...
+const SLOWER: u64 = 2;
+
+/// ... and this much more, in minutes, to build images and bring containers up.
+const PREPARATION_MIN: u64 = 30;
+
+/// Prints the jobs, and writes the plan where it is wanted.
+pub(crate) fn run(argument: &Matrix) -> Outcome {
+    let instead = Instead {
+        seed: argument.seed,
+        ..Instead::default()
+    };
+    let plan = source::plan_of(&argument.experiment, &instead)?;
+    choose(&plan, &argument.choice, &argument.experiment)?;
+    let jobs = plan.jobs(&argument.choice.selection());
+    // Before the first line is printed: who reads it may start at once.
+    if let Some(path) = &argument.plan {
+        std::fs::write(path, plan.to_json())
+            .with_context(|| format!("cannot write the plan to {}", path.display()))
+            .map_err(Failure::usage)?;
+    }
+    let text = match argument.format {
+        MatrixFormat::List => list(&jobs),
+        MatrixFormat::Github => github(&jobs)?,
+        MatrixFormat::Json => json(&plan, &jobs)?,
+    };
+    write!(std::io::stdout(), "{text}")?;
+    Ok(Exit::Fine)
+}
+
+/// A line for each job, and one for all.
+fn list(jobs: &[Job<'_>]) -> String {
+    let of_job = |job: &Job<'_>| {
+        let time = people(expected(&job.cells));
+        let size = cells(job.cells.len());
+        format!(
+            "{:<12} {size:>9}, about {time:<7}  {}\n",
+            job.topology, job.about
+        )
+    };
+    let longest = jobs
+        .iter()
+        .map(|job| expected(&job.cells))
+        .max()
+        .unwrap_or_default();
+    let lines: String = jobs.iter().map(of_job).collect();
+    format!(
+        "{lines}\n{} jobs, the longest about {}\n",
+        jobs.len(),
+        people(longest)
+    )
+}
+
+/// What a workflow's `strategy.matrix` is made of.
+#[derive(Serialize)]
+struct Github<'a> {
+    include: Vec<GithubJob<'a>>,
+}
+
+#[derive(Serialize)]
+struct GithubJob<'a> {
+    topology: &'a str,
+    /// As `run --cells` takes them.
+    cells: String,
+    count: usize,
+    about: &'a str,
+    timeout_minutes: u64,
+}
+
+impl<'a> GithubJob<'a> {
+    fn of(job: &'a Job<'_>) -> Self {
+        GithubJob {
+            topology: &job.topology,
+            cells: numbers(&job.cells),
+            count: job.cells.len(),
+            about: &job.about,
+            timeout_minutes: timeout_min(expected(&job.cells)),
+        }
+    }
+}
+
+/// One line for `strategy.matrix: ${{ fromJSON(...) }}`.
+fn github(jobs: &[Job<'_>]) -> anyhow::Result<String> {
+    let include = jobs.iter().map(GithubJob::of).collect();
+    Ok(serde_json::to_string(&Github { include })? + "\n")
+}
+
+/// The same for programs that count themselves.
+#[derive(Serialize)]
+struct Json<'a> {
+    experiment: &'a str,
+    seed: u64,
+    jobs: Vec<JsonJob<'a>>,
+}
+
+#[derive(Serialize)]
+struct JsonJob<'a> {
+    topology: &'a str,
+    about: &'a str,
+    cells: Vec<usize>,
+    expected_s: u64,
+}
+
+impl<'a> JsonJob<'a> {
+    fn of(job: &'a Job<'_>) -> Self {
+        JsonJob {
+            topology: &job.topology,
+            about: &job.about,
+            cells: job.cells.iter().map(|cell| cell.index).collect(),
+            expected_s: expected(&job.cells).as_secs(),
+        }
+    }
+}
+
+fn json(plan: &Plan, jobs: &[Job<'_>]) -> anyhow::Result<String> {
+    let all = Json {
+        experiment: &plan.experiment,
+        seed: plan.seed,
+        jobs: jobs.iter().map(JsonJob::of).collect(),
+    };
+    Ok(serde_json::to_string_pretty(&all)? + "\n")
+}
+
+fn numbers(cells: &[&Cell]) -> String {
+    let indices: Vec<_> = cells.iter().map(|cell| cell.index.to_string()).collect();
+    indices.join(",")
+}
+
+/// After this a job hangs rather than works.
+fn timeout_min(expected: Duration) -> u64 {
+    SLOWER * expected.as_secs().div_ceil(60) + PREPARATION_MIN
+}

@@ -1,0 +1,217 @@
+//! `webloop serve link`: plays a link, both ways between two interfaces or one way beside an end.
+//!
+//! A player says `ready` when packets can cross, and leaves its report as JSON beside its rows.
+
+use std::fs::File;
+use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, ToSocketAddrs};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use ::link::{Profile, Way};
+use anyhow::{Context, anyhow};
+use backend::Player;
+use serde::Serialize;
+use shaper::{
+    PacketPort, PlayerConfig, Record, TUNNEL_PORT, TcConfig, TcPlayer, TunPort, UdpPort, WayConfig,
+    now_ns,
+};
+
+use crate::argument::ServeLink;
+use crate::command::serve::{leave, say_ready};
+use crate::exit::{Failure, Outcome};
+use crate::{source, stop};
+
+/// What is played, whoever plays it.
+struct Piece {
+    profile: Profile,
+    seed: u64,
+    epoch_ns: u64,
+}
+
+/// What a player beside an end says when it is ready: whoever started it learns from it how the
+/// two ends call each other on this link.
+#[derive(Debug, Serialize)]
+struct Playing {
+    player: Player,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    own: Option<Ipv4Addr>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    peer: Option<Ipv4Addr>,
+}
+
+/// A report, with who played.
+#[derive(Debug, Serialize)]
+struct Played<R> {
+    #[serde(flatten)]
+    playing: Playing,
+    #[serde(flatten)]
+    report: R,
+}
+
+/// Plays until SIGTERM or SIGINT.
+pub(crate) fn link(argument: &ServeLink) -> Outcome {
+    let piece = Piece {
+        profile: source::profile(&argument.profile)?,
+        seed: argument.seed,
+        epoch_ns: argument.epoch_ns.unwrap_or_else(now_ns),
+    };
+    let stop = stop::told_to_end()?;
+    std::fs::create_dir_all(&argument.out)
+        .with_context(|| format!("cannot make {}", argument.out.display()))?;
+    match argument.way {
+        None => between(argument, piece, &stop),
+        Some(way) => beside(argument, way.into(), piece, &stop),
+    }
+}
+
+/// Both ways, between two interfaces.
+fn between(argument: &ServeLink, piece: Piece, stop: &AtomicBool) -> Outcome {
+    let mut record = record(&argument.out, "link")?;
+    let config = PlayerConfig {
+        profile: piece.profile,
+        seed: piece.seed,
+        epoch_ns: piece.epoch_ns,
+        controller: PacketPort::open(&argument.controller)?,
+        plant: PacketPort::open(&argument.plant)?,
+    };
+    say_ready(&format!("{} to {}", argument.controller, argument.plant));
+    let report = shaper::play(config, stop, |rows| record.add(rows))?;
+    finish(record)?;
+    leave(&argument.out, "link", &report)
+}
+
+/// The way of one end's packets, in that end's namespace.
+fn beside(argument: &ServeLink, way: Way, piece: Piece, stop: &AtomicBool) -> Outcome {
+    let neighbours = neighbours(argument)?;
+    let device = match (&argument.device, neighbours) {
+        (Some(device), _) => Some(device.clone()),
+        (None, Some((_, peer))) => Some(shaper::device_towards(peer)?),
+        (None, None) => None,
+    };
+    let player = match (Player::from(argument.player), &device) {
+        (Player::Auto, Some(device)) => match shaper::tc_available(device) {
+            Ok(()) => Player::Tc,
+            Err(problem) => {
+                tracing::info!(%problem, "the link is played in user space");
+                Player::User
+            }
+        },
+        (Player::Auto, None) => Player::User,
+        (asked, _) => asked,
+    };
+    match (player, device, neighbours) {
+        (Player::Tc, Some(device), _) => {
+            if let Some((_, peer)) = neighbours {
+                shaper::prefill_neighbour(&device, peer)?;
+            }
+            by_tc(argument, way, piece, device, neighbours, stop)
+        }
+        (Player::User, _, Some(neighbours)) => by_user(argument, way, piece, neighbours, stop),
+        _ => Err(Failure::usage(anyhow!(
+            "one way of a link needs its two ends: give --local and --peer, or --player tc and \
+             --device"
+        ))),
+    }
+}
+
+/// By a netem on the interface through which this way's packets leave.
+fn by_tc(
+    argument: &ServeLink,
+    way: Way,
+    piece: Piece,
+    device: String,
+    neighbours: Option<(Ipv4Addr, Ipv4Addr)>,
+    stop: &AtomicBool,
+) -> Outcome {
+    let name = format!("link-{way}");
+    let mut record = record(&argument.out, &name)?;
+    let config = TcConfig {
+        profile: piece.profile,
+        seed: piece.seed,
+        epoch_ns: piece.epoch_ns,
+        way,
+        device,
+    };
+    let playing = Playing {
+        player: Player::Tc,
+        own: neighbours.map(|(own, _)| own),
+        peer: neighbours.map(|(_, peer)| peer),
+    };
+    let player = TcPlayer::start(config)?;
+    say_ready(&line(&playing));
+    let report = player.play(stop, |row| record.add([row]))?;
+    finish(record)?;
+    leave(&argument.out, &name, &Played { playing, report })
+}
+
+/// By a tunnel to the player beside the other end.
+fn by_user(
+    argument: &ServeLink,
+    way: Way,
+    piece: Piece,
+    (local, peer): (Ipv4Addr, Ipv4Addr),
+    stop: &AtomicBool,
+) -> Outcome {
+    let name = format!("link-{way}");
+    let mut record = record(&argument.out, &name)?;
+    let socket = |address| SocketAddrV4::new(address, TUNNEL_PORT);
+    let config = WayConfig {
+        profile: piece.profile,
+        seed: piece.seed,
+        epoch_ns: piece.epoch_ns,
+        end: TunPort::open(way)?,
+        tunnel: UdpPort::open(socket(local), socket(peer))?,
+    };
+    let ends = (shaper::CONTROLLER_ADDRESS, shaper::PLANT_ADDRESS);
+    let (own, peer) = match way {
+        Way::Up => ends,
+        Way::Down => (ends.1, ends.0),
+    };
+    let playing = Playing {
+        player: Player::User,
+        own: Some(own),
+        peer: Some(peer),
+    };
+    say_ready(&line(&playing));
+    let report = shaper::play_way(config, stop, |rows| record.add(rows))?;
+    finish(record)?;
+    leave(&argument.out, &name, &Played { playing, report })
+}
+
+/// The addresses of this end and of the other, where they are given.
+fn neighbours(argument: &ServeLink) -> Result<Option<(Ipv4Addr, Ipv4Addr)>, Failure> {
+    match (&argument.local, &argument.peer) {
+        (Some(local), Some(peer)) => Ok(Some((address(local)?, address(peer)?))),
+        (None, None) => Ok(None),
+        _ => Err(Failure::usage(anyhow!("--local and --peer go together"))),
+    }
+}
+
+/// The IPv4 address of a host.
+fn address(host: &str) -> anyhow::Result<Ipv4Addr> {
+    (host, 0)
+        .to_socket_addrs()
+        .with_context(|| format!("the host `{host}` is not known here"))?
+        .find_map(|address| match address {
+            SocketAddr::V4(address) => Some(*address.ip()),
+            SocketAddr::V6(_) => None,
+        })
+        .ok_or_else(|| anyhow!("the host `{host}` has no IPv4 address"))
+}
+
+fn record<R: Serialize + Send + 'static>(folder: &Path, name: &str) -> anyhow::Result<Record<R>> {
+    let path = folder.join(format!("{name}.csv"));
+    let file = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
+    Ok(Record::start(file)?)
+}
+
+fn finish<R: Serialize + Send + 'static>(record: Record<R>) -> anyhow::Result<()> {
+    record
+        .finish()
+        .context("cannot write the link's rows; free space")
+}
+
+fn line(playing: &Playing) -> String {
+    // Two addresses and a word: serialising them cannot fail.
+    serde_json::to_string(playing).unwrap_or_default()
+}

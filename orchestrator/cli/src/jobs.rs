@@ -1,0 +1,141 @@
+//! Runs a plan's cells, each in a process of its own: `webloop run-cell`.
+
+use std::collections::VecDeque;
+use std::io::Read;
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use agent::Token;
+use anyhow::{Context, anyhow};
+use backend::Agents;
+use clap::ValueEnum;
+use plan::{Cell, Verdict};
+
+use crate::argument::{Backend, Player};
+use crate::campaign::Campaign;
+use crate::command::run::cell_time;
+use crate::progress::Progress;
+
+/// How often a cell's process, and whether to stop, is looked at.
+const POLL: Duration = Duration::from_millis(20);
+
+/// Where the cells are run, and by what.
+pub(crate) struct Ground<'a> {
+    pub(crate) backend: Backend,
+    pub(crate) player: Player,
+    /// The agents, for the back-end that has them.
+    pub(crate) agents: Option<&'a Agents>,
+}
+
+/// Runs the cells, `jobs` at a time, until all have ended or `stop` is set.
+///
+/// Each worker is a thread that lives as long as its cell's process, which dies with it.
+pub(crate) fn run(
+    chosen: &[&Cell],
+    campaign: &Campaign,
+    ground: &Ground<'_>,
+    jobs: u16,
+    stop: &AtomicBool,
+    progress: &Progress,
+) -> anyhow::Result<()> {
+    let queue: Mutex<VecDeque<&Cell>> = Mutex::new(chosen.iter().copied().collect());
+    let next = || {
+        queue
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .pop_front()
+    };
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..jobs)
+            .map(|_| {
+                scope.spawn(|| {
+                    while !stop.load(Ordering::Relaxed) {
+                        let Some(cell) = next() else { break };
+                        run_one(cell, campaign, ground, stop, progress)?;
+                    }
+                    Ok(())
+                })
+            })
+            .collect();
+        workers.into_iter().try_for_each(|worker| {
+            worker
+                .join()
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        })
+    })
+}
+
+/// Runs one cell in a process of its own: `webloop run-cell`; tells it to end once `stop` is set.
+fn run_one(
+    cell: &Cell,
+    campaign: &Campaign,
+    ground: &Ground<'_>,
+    stop: &AtomicBool,
+    progress: &Progress,
+) -> anyhow::Result<()> {
+    let bar = progress.begin(cell);
+    let mut command =
+        Command::new(std::env::current_exe().context("cannot find this program's own file")?);
+    command
+        .arg("run-cell")
+        .arg("--plan")
+        .arg(campaign.plan_file())
+        .arg("--index")
+        .arg(cell.index.to_string())
+        .arg("--out")
+        .arg(campaign.folder())
+        .args(["--backend", &word(&ground.backend)])
+        .args(["--player", &word(&ground.player)])
+        .envs(
+            ground
+                .agents
+                .map(|agents| (Token::VARIABLE, agents.token.reveal())),
+        )
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped());
+    backend::spawn::bind(&mut command, None::<&std::fs::File>)?;
+    let mut child = command.spawn().context("cannot start a cell's process")?;
+    // Read on a thread of its own, so that the process never blocks on a full pipe.
+    let said = child.stderr.take().map(|mut stderr| {
+        std::thread::spawn(move || {
+            let mut said = Vec::new();
+            let _ = stderr.read_to_end(&mut said);
+            String::from_utf8_lossy(&said).trim().to_owned()
+        })
+    });
+    let status = loop {
+        match child
+            .try_wait()
+            .context("cannot wait for a cell's process")?
+        {
+            Some(status) => break status,
+            None if stop.load(Ordering::Relaxed) => backend::spawn::terminate(&mut child),
+            None => {}
+        }
+        std::thread::sleep(POLL);
+    };
+    drop(bar);
+    let said = said
+        .and_then(|reader| reader.join().ok())
+        .filter(|said| !said.is_empty())
+        .unwrap_or_else(|| format!("its process ended with {status}"));
+    let manifest =
+        backend::manifest(campaign.folder(), cell).map_err(|problem| anyhow!(problem))?;
+    let (verdict, reason) = match manifest {
+        Some(manifest) => (manifest.verdict, manifest.reasons.join("; ")),
+        // Without a manifest its own words are all there is.
+        None => (Verdict::Failed, said),
+    };
+    progress.end(cell, cell_time(cell), verdict, &reason);
+    Ok(())
+}
+
+/// A choice as it is typed.
+pub(crate) fn word(choice: &impl ValueEnum) -> String {
+    choice
+        .to_possible_value()
+        .map_or_else(String::new, |value| value.get_name().to_owned())
+}

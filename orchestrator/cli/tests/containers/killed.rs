@@ -1,0 +1,171 @@
+//! `webloop run --backend compose` that does not come to its end: killed at any moment, or told
+//! to end.
+
+use std::fs;
+use std::process::{Child, Command};
+use std::time::{Duration, Instant};
+
+use plan::Verdict;
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::docker::{Decoys, Held};
+use crate::webloop::{Experiment, code, column, command, files, manifest, said};
+
+/// A run of 2 s takes some 12 s: five until all are well, seven of rows and echoes.
+const RUN_S: f64 = 12.0;
+
+/// A request of a killed Compose may reach the engine's shelves this much later.
+const LATE: Duration = Duration::from_secs(1);
+
+/// Told to end: the orchestrator flushes its rows, then all is taken down.
+const INTERRUPTED_WITHIN: Duration = Duration::from_secs(15);
+
+pub(crate) fn what_a_killed_run_leaves_is_swept_and_nothing_else() -> Result<(), String> {
+    /// A number of moments other than four, for a longer look.
+    const COUNT: &str = "WEBLOOP_TEST_KILLS";
+    const SEED: u64 = 4;
+    let count: u64 = std::env::var(COUNT).map_or(4, |text| text.parse().expect(COUNT));
+    let decoys = Decoys::new();
+    let folder = tempfile::tempdir().unwrap();
+    let experiment = Experiment::new(folder.path(), &["diego-vpn"], "3ms", "2s");
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let before = Held::now();
+    for n in 0..count {
+        let within = random.next_u64() as f64 / u64::MAX as f64;
+        let moment = Duration::from_secs_f64(RUN_S * (n as f64 + within) / count as f64);
+        let mut run = in_containers(&experiment).spawn().unwrap();
+        let pid = run.id();
+        std::thread::sleep(moment);
+        let early = run.try_wait().unwrap();
+        assert!(early.is_none(), "ended before {moment:?}: {early:?}");
+        run.kill().unwrap();
+        run.wait().unwrap();
+        let left = Held::now();
+        let swept = sweep(&before, pid);
+        println!(
+            "  SIGKILL at {:.3} s (seed {SEED}): left {}, swept {swept}",
+            moment.as_secs_f64(),
+            left.new_since(&before, pid).len(),
+        );
+        assert!(decoys.stand(), "what is not webloop's was touched");
+    }
+    // Of as many rows as each had written, nothing is lost; and the run can be made.
+    let mut run = in_containers(&experiment).spawn().unwrap();
+    let pid = run.id();
+    let exit = run.wait().unwrap();
+    assert!(matches!(exit.code(), Some(0 | 1)), "{exit}");
+    let verdict = manifest(&experiment.cells()[0]).verdict;
+    assert!(
+        matches!(verdict, Verdict::Complete | Verdict::Invalid),
+        "{verdict}"
+    );
+    assert_eq!(Held::now().new_since(&before, pid), [""; 0]);
+    assert!(decoys.stand());
+    Ok(())
+}
+
+/// `webloop gc` for all projects of a killed run, until the engine holds what it did `before`;
+/// how many things it removed.
+///
+/// Not a sweep of everything: what else of webloop's is on this engine is its user's.
+fn sweep(before: &Held, pid: u32) -> usize {
+    let mut removed = 0;
+    // Twice, since what is late may be all there is.
+    for _ in 0..2 {
+        for project in Held::now().projects_of(pid) {
+            let gc = command()
+                .args(["gc", "--project", &project])
+                .output()
+                .unwrap();
+            assert_eq!(code(&gc), Some(0), "{}", said(&gc));
+            removed += said(&gc).matches("removed ").count();
+            assert_eq!(Held::now().projects_of(pid), [""; 0], "{}", said(&gc));
+        }
+        std::thread::sleep(LATE);
+    }
+    assert_eq!(Held::now().new_since(before, pid), [""; 0]);
+    removed
+}
+
+pub(crate) fn a_run_that_is_told_to_end_takes_its_containers_with_it() -> Result<(), String> {
+    for signal in [Signal::INT, Signal::TERM] {
+        let folder = tempfile::tempdir().unwrap();
+        let experiment = Experiment::new(folder.path(), &["diego-vpn"], "3ms", "20s");
+        let before = Held::now();
+        let mut run = in_containers(&experiment).spawn().unwrap();
+        await_rows(&mut run, &experiment);
+        let (pid, signalled) = (run.id(), Instant::now());
+        send(&run, signal);
+        let output = run.wait_with_output().unwrap();
+        let took = signalled.elapsed();
+        println!(
+            "  {signal:?} in the middle: ended after {:.1} s",
+            took.as_secs_f64()
+        );
+        assert_eq!(code(&output), Some(130), "{}", said(&output));
+        assert!(took < INTERRUPTED_WITHIN, "{took:?}");
+        assert_eq!(Held::now().new_since(&before, pid), [""; 0]);
+        let cell = &experiment.cells()[0];
+        let manifest = manifest(cell);
+        assert_eq!(manifest.verdict, Verdict::Failed);
+        assert!(
+            manifest.reasons.join(" ").contains("interrupted"),
+            "{:?}",
+            manifest.reasons
+        );
+        // Everything that plant and controller counted is in their files.
+        let files = files(cell);
+        let ticks = column(&files["ticks.csv"], "t_tick_ns").len();
+        assert_eq!(manifest.plant.unwrap()["ticks"], ticks);
+        let messages = column(&files["messages.csv"], "seq").len();
+        assert_eq!(manifest.controller.unwrap()["rows"]["rows"], messages);
+    }
+    // Before there is anything to be told: while Compose brings the containers up.
+    let folder = tempfile::tempdir().unwrap();
+    let experiment = Experiment::new(folder.path(), &["diego-vpn"], "3ms", "2s");
+    let before = Held::now();
+    let run = in_containers(&experiment).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(1_500));
+    let (pid, signalled) = (run.id(), Instant::now());
+    send(&run, Signal::TERM);
+    let output = run.wait_with_output().unwrap();
+    let took = signalled.elapsed();
+    println!(
+        "  TERM while it comes up: ended after {:.1} s",
+        took.as_secs_f64()
+    );
+    assert_eq!(code(&output), Some(130), "{}", said(&output));
+    assert!(took < INTERRUPTED_WITHIN, "{took:?}");
+    assert_eq!(Held::now().new_since(&before, pid), [""; 0]);
+    Ok(())
+}
+
+fn in_containers(experiment: &Experiment) -> Command {
+    let mut command = experiment.run(command());
+    command.args(["--backend", "compose", "--no-build", "--player", "user"]);
+    command
+}
+
+fn send(run: &Child, signal: Signal) {
+    let pid = Pid::from_raw(i32::try_from(run.id()).unwrap()).unwrap();
+    kill_process(pid, signal).unwrap();
+}
+
+/// Waits until the loop is closed and its rows are copied here.
+fn await_rows(run: &mut Child, experiment: &Experiment) {
+    let deadline = Instant::now() + Duration::from_secs(60);
+    let rows = |experiment: &Experiment| {
+        experiment.out.join("plan.json").exists()
+            && experiment.cells().iter().any(|cell| {
+                fs::read(cell.join("messages.csv"))
+                    .is_ok_and(|text| column(&text, "seq").len() > 50)
+            })
+    };
+    while !rows(experiment) {
+        assert!(Instant::now() < deadline, "no message within a minute");
+        assert!(run.try_wait().unwrap().is_none(), "the run ended by itself");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}

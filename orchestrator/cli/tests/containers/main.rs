@@ -1,0 +1,61 @@
+//! The whole testbed in real containers, of the images that `docker compose build` made.
+//!
+//! This test has a main of its own instead of the usual harness: what takes wall-clock time must
+//! not run beside itself, and what a machine does not let us test is said and not swallowed. It
+//! takes part of a test's name as argument, as the harness does. It builds no image, which takes
+//! minutes: `.ci/run` does so first, and by hand `docker compose build` after each change.
+#![allow(clippy::print_stdout, clippy::unwrap_used)]
+
+mod arms;
+mod docker;
+mod killed;
+mod refused;
+// As in the tests of runs in namespaces.
+#[path = "../runs/serial.rs"]
+mod serial;
+mod stopping;
+mod testbed;
+mod up;
+// The program and its folders, as the tests of runs in namespaces have them.
+#[allow(dead_code)]
+#[path = "../runs/webloop.rs"]
+mod webloop;
+
+use std::process::ExitCode;
+
+use serial::Test;
+
+const TESTS: &[Test] = &[
+    (
+        "up_ends_by_itself_with_results_of_their_folders_owner",
+        up::up_ends_by_itself_with_results_of_their_folders_owner,
+    ),
+    (
+        "what_up_cannot_do_it_says_in_a_line_and_ends",
+        refused::what_up_cannot_do_it_says_in_a_line_and_ends,
+    ),
+    (
+        "what_run_cannot_do_in_containers_it_says_with_its_code",
+        refused::what_run_cannot_do_in_containers_it_says_with_its_code,
+    ),
+    (
+        "every_service_stops_soon_after_sigterm",
+        stopping::every_service_stops_soon_after_sigterm,
+    ),
+    (
+        "a_run_that_is_told_to_end_takes_its_containers_with_it",
+        killed::a_run_that_is_told_to_end_takes_its_containers_with_it,
+    ),
+    (
+        "what_a_killed_run_leaves_is_swept_and_nothing_else",
+        killed::what_a_killed_run_leaves_is_swept_and_nothing_else,
+    ),
+    (
+        "the_same_cell_gives_the_same_in_namespaces_in_containers_and_by_tc",
+        arms::the_same_cell_gives_the_same_in_namespaces_in_containers_and_by_tc,
+    ),
+];
+
+fn main() -> ExitCode {
+    serial::run(TESTS, docker::lack)
+}

@@ -1,0 +1,116 @@
+//! `docker compose up` from its start to its end: what it leaves, and what its containers may do.
+
+use std::fs;
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
+
+use serde_json::json;
+
+use crate::docker::{inspect, processes};
+use crate::testbed::{SERVICES, Testbed};
+use crate::webloop::{code, command, said};
+
+/// Somebody who owns nothing else.
+const SOMEBODY: u32 = 1234;
+
+/// What the plant and the controller run as.
+const NOBODY: u32 = 1000;
+
+/// `NET_ADMIN` and `NET_RAW`, as bits of a set of capabilities.
+const SHAPING: u64 = 1 << 12 | 1 << 13;
+
+/// A busy machine makes a run `invalid`, which it has to say; it is asked so often.
+const TRIES: usize = 3;
+
+pub(crate) fn up_ends_by_itself_with_results_of_their_folders_owner() -> Result<(), String> {
+    for _ in 0..TRIES {
+        let testbed = Testbed::new("diego-vpn", "2s");
+        let owner = testbed.give_results_to(SOMEBODY);
+        let mut up = testbed.up().spawn().unwrap();
+        testbed.await_rows(&mut up);
+        for service in SERVICES {
+            no_more_than_it_needs(&testbed.container(service), service, owner);
+        }
+        let up = up.wait_with_output().unwrap();
+        if said(&up).contains("invalid") {
+            println!("  too busy: {}", said(&up));
+            continue;
+        }
+        assert_eq!(code(&up), Some(0), "{}", said(&up));
+        for (service, code) in testbed.exit_codes() {
+            assert_eq!(code, 0, "{service}");
+        }
+        let campaign = testbed.campaigns().remove(0);
+        all_belong_to(&campaign, owner);
+        let shown = command().arg("show").arg(&campaign).output().unwrap();
+        assert_eq!(code(&shown), Some(0), "{}", said(&shown));
+        let table = String::from_utf8(shown.stdout).unwrap();
+        assert!(table.contains("diego-vpn"), "{table}");
+        assert_eq!(
+            table,
+            fs::read_to_string(campaign.join("table.txt")).unwrap()
+        );
+        return Ok(());
+    }
+    panic!("{TRIES} times the machine was too busy for the link");
+}
+
+/// A container's settings, and what the kernel says of every process in it.
+fn no_more_than_it_needs(container: &str, service: &str, owner: u32) {
+    let told = inspect(container);
+    let host = &told["HostConfig"];
+    let (user, powers) = match service {
+        "plant" | "controller" => (NOBODY, 0),
+        "orchestrator" => (owner, 0),
+        _ => (0, SHAPING),
+    };
+    assert_eq!(host["CapDrop"], json!(["ALL"]), "{service}");
+    if user == NOBODY {
+        assert_eq!(host["CapAdd"], json!(null), "{service}");
+        assert_eq!(told["Config"]["User"], "1000:1000", "{service}");
+    }
+    assert_eq!(host["ReadonlyRootfs"], true, "{service}");
+    assert_eq!(host["Privileged"], false, "{service}");
+    let options = host["SecurityOpt"].to_string();
+    assert!(
+        options.contains("no-new-privileges:true"),
+        "{service}: {options}"
+    );
+
+    let processes = processes(container);
+    assert!(!processes.is_empty(), "{service}");
+    for process in processes {
+        // One may have ended since; and an engine elsewhere has other numbers.
+        let Ok(status) = fs::read_to_string(format!("/proc/{process}/status")) else {
+            continue;
+        };
+        let field = |name: &str| {
+            let line = status.lines().find_map(|line| line.strip_prefix(name));
+            line.unwrap()
+                .trim_start_matches(':')
+                .split_whitespace()
+                .next()
+                .unwrap()
+        };
+        let set = |name: &str| u64::from_str_radix(field(name), 16).unwrap();
+        assert_eq!(set("CapEff"), powers, "{service}: {status}");
+        assert_eq!(set("CapPrm"), powers, "{service}: {status}");
+        assert_eq!(field("NoNewPrivs"), "1", "{service}");
+        assert_eq!(field("Uid"), user.to_string(), "{service}");
+    }
+}
+
+fn all_belong_to(path: &Path, owner: u32) {
+    let facts = fs::symlink_metadata(path).unwrap();
+    assert_eq!(
+        (facts.uid(), facts.gid()),
+        (owner, owner),
+        "{}",
+        path.display()
+    );
+    if facts.is_dir() {
+        for entry in fs::read_dir(path).unwrap().flatten() {
+            all_belong_to(&entry.path(), owner);
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! A project's images: built as far as they have to be, or used as they are.
+
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use crate::docker::{POLL, ask, call, kill, unstarted};
+use crate::tail::Tail;
+use crate::{Problem, Project};
+
+/// Compiling everything takes minutes, on a small machine many.
+const BUILT_WITHIN: Duration = Duration::from_secs(3600);
+
+/// For a question about the compose file or an image.
+const ASKED_WITHIN: Duration = Duration::from_secs(15);
+
+impl Project {
+    /// Builds the images, as far as they are not there yet. What docker says goes line by line
+    /// to `each`; give up early by setting `stop`.
+    ///
+    /// # Errors
+    /// When the build fails, with the last lines of it, or takes an hour.
+    pub fn build(
+        &self,
+        stop: &AtomicBool,
+        each: impl Fn(&str) + Clone + Send + 'static,
+    ) -> Result<(), Problem> {
+        let mut child = self
+            .compose(&["build"])?
+            .spawn()
+            .map_err(|problem| unstarted(&problem))?;
+        let mut tail = Tail::of(&mut child, each);
+        let deadline = Instant::now() + BUILT_WITHIN;
+        let failed = |words: &str| Problem::failed("build the images", words);
+        loop {
+            match child.try_wait() {
+                Ok(Some(status)) if status.success() => return Ok(()),
+                Ok(Some(_)) => return Err(failed(&tail.words())),
+                Ok(None) if stop.load(Ordering::Relaxed) => {
+                    kill(&mut child);
+                    return Err(Problem::Interrupted);
+                }
+                Ok(None) if Instant::now() > deadline => {
+                    kill(&mut child);
+                    return Err(failed("not done within an hour"));
+                }
+                Ok(None) => std::thread::sleep(POLL),
+                Err(problem) => return Err(failed(&problem.to_string())),
+            }
+        }
+    }
+
+    /// Whether all images are there, of whatever sources: Compose would build those that are
+    /// not, unasked.
+    ///
+    /// # Errors
+    /// When one is not; says how to build it. And when docker does not say it.
+    pub fn has_images(&self) -> Result<(), Problem> {
+        let named = call(self.compose(&["config", "--images"])?, ASKED_WITHIN)?;
+        if !named.status.success() {
+            return Err(Problem::failed("read the compose file", &named.words()));
+        }
+        for image in named.out.split_whitespace().collect::<BTreeSet<_>>() {
+            let inspected = ask(&["image", "inspect", "--format", ".", image], ASKED_WITHIN)?;
+            if !inspected.status.success() {
+                return Err(Problem::Usage(format!(
+                    "there is no image {image}, and it is not to be built; run `docker compose \
+                     build` first, or leave --no-build out"
+                )));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,245 @@
+//! One campaign's Compose project: its own name, its environment, and its end.
+
+use std::hash::{BuildHasher, RandomState};
+use std::io;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+use crate::cells::Cells;
+use crate::docker::{call, docker, unstarted};
+use crate::file::absolute;
+use crate::inventory::with_label;
+use crate::{ComposeFile, Owner, Problem};
+
+/// The label that says which campaign a container or network is of.
+const RUN: &str = "webloop.run";
+
+/// Compose gives each service the two seconds that it is told to.
+const DOWN_WITHIN: Duration = Duration::from_secs(30);
+
+/// How often what is left after that is looked for, and how long in between: a request of a
+/// Compose that was killed may still be under way in the engine.
+const TRIES: u32 = 5;
+const BETWEEN_TRIES: Duration = Duration::from_millis(300);
+
+/// Ties a command to this process before it is started, so that it cannot outlive it. A
+/// function, because doing that between fork and exec is not this crate's business.
+pub type Leash = fn(&mut Command) -> io::Result<()>;
+
+/// A campaign in containers. Dropping it takes down what it started.
+pub struct Project {
+    file: ComposeFile,
+    /// `webloop-` and eight digits: no other campaign's, on whatever engine.
+    name: String,
+    results: PathBuf,
+    /// What manifests say of the engine.
+    engine: String,
+    owner: Owner,
+    leash: Leash,
+    /// Whether containers may be there.
+    up: bool,
+}
+
+impl Project {
+    /// A project of its own for the campaign whose results go into the folder `results`, on
+    /// the engine that manifests call `engine`.
+    ///
+    /// # Errors
+    /// When there is no such folder, or `/proc` does not tell of this process.
+    pub fn new(
+        file: ComposeFile,
+        results: &Path,
+        engine: &str,
+        leash: Leash,
+    ) -> Result<Project, Problem> {
+        let owner = Owner::this()
+            .map_err(|problem| Problem::failed("say who makes the containers", &problem))?;
+        // The hash is seeded by the system, each time anew.
+        let digits = RandomState::new().hash_one(owner.to_string()) >> 32;
+        Ok(Project {
+            file,
+            name: format!("webloop-{digits:08x}"),
+            results: absolute(results)?,
+            engine: engine.to_owned(),
+            owner,
+            leash,
+            up: false,
+        })
+    }
+
+    /// Its name, for `docker compose -p`.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Runs cells of the campaign's plan, after the agents are up and well. `options` are more
+    /// options of `webloop run-cell`.
+    ///
+    /// The child dies with the calling thread where the leash sees to it, so that thread has
+    /// to live as long as the cells.
+    ///
+    /// # Errors
+    /// When Compose cannot be started. How the cells end, [`Cells::ended`] says.
+    pub fn run_cells(&mut self, indices: &[usize], options: &[&str]) -> Result<Cells<'_>, Problem> {
+        let indices: Vec<String> = indices.iter().map(usize::to_string).collect();
+        let (name, indices) = (self.orchestrator(), indices.join(","));
+        let mut command = self.compose(&["run", "--rm", "--no-TTY", "--name", &name])?;
+        command
+            .args(["orchestrator", "run-cell", "--plan", "/results/plan.json"])
+            .args([
+                "--index",
+                &indices,
+                "--out",
+                "/results",
+                "--backend",
+                "attach",
+            ])
+            .args(options);
+        self.up = true;
+        let child = command.spawn().map_err(|problem| unstarted(&problem))?;
+        Ok(Cells::new(self, child))
+    }
+
+    /// Removes all containers and networks of the project, running or not; for no more than
+    /// about a minute. Asked again, it does nothing.
+    ///
+    /// # Errors
+    /// When something is still there afterwards; `webloop gc` will try again.
+    pub fn down(&mut self) -> Result<(), Problem> {
+        if !self.up {
+            return Ok(());
+        }
+        // What it leaves or cannot do, the sweep below does.
+        if let Ok(command) =
+            self.compose(&["down", "--volumes", "--remove-orphans", "--timeout", "2"])
+        {
+            let _ = call(command, DOWN_WITHIN).inspect_err(|problem| tracing::warn!("{problem}"));
+        }
+        let mut refused = None;
+        for _ in 0..TRIES {
+            match self.sweep() {
+                Ok(true) => {
+                    self.up = false;
+                    return Ok(());
+                }
+                Ok(false) => refused = None,
+                Err(problem) => refused = Some(problem),
+            }
+            std::thread::sleep(BETWEEN_TRIES);
+        }
+        Err(refused.unwrap_or_else(|| {
+            Problem::failed(
+                format!("take the project {} down", self.name),
+                "something of it is made again and again; run `webloop gc`",
+            )
+        }))
+    }
+
+    /// Removes what has the project's label; whether there was nothing.
+    fn sweep(&self) -> Result<bool, Problem> {
+        let things = with_label(&format!("{RUN}={}", self.name))?;
+        things.iter().try_for_each(crate::Thing::remove)?;
+        Ok(things.is_empty())
+    }
+
+    /// The name of the orchestrator's container.
+    pub(crate) fn orchestrator(&self) -> String {
+        format!("{}-orchestrator", self.name)
+    }
+
+    /// The last lines of every agent, each after a line break; empty where they cannot be had.
+    pub(crate) fn words_of_agents(&self, within: Duration) -> String {
+        self.compose(&["logs", "--no-color", "--tail", "3"])
+            .and_then(|command| call(command, within))
+            .map(|answer| answer.out.lines().map(|line| format!("\n{line}")).collect())
+            .unwrap_or_default()
+    }
+
+    /// `docker compose` for this project, with everything that docker-compose.yml asks of the
+    /// environment.
+    pub(crate) fn compose(&self, arguments: &[&str]) -> Result<Command, Problem> {
+        // Who may write there is whoever owns it.
+        let folder = std::fs::metadata(&self.results).map_err(|problem| {
+            Problem::Usage(format!("cannot find {}: {problem}", self.results.display()))
+        })?;
+        let mut command = docker();
+        command
+            .args([
+                "compose",
+                "--ansi",
+                "never",
+                "--project-name",
+                &self.name,
+                "--file",
+            ])
+            .arg(self.file.path())
+            .arg("--project-directory")
+            .arg(self.file.folder())
+            .args(arguments)
+            .env("WEBLOOP_RUN", &self.name)
+            .env("WEBLOOP_OWNER", self.owner.to_string())
+            .env("WEBLOOP_ENGINE", &self.engine)
+            .env("OWNER", format!("{}:{}", folder.uid(), folder.gid()))
+            .env("RESULTS", &self.results)
+            // It could start services that are to stay off.
+            .env_remove("COMPOSE_PROFILES");
+        (self.leash)(&mut command)
+            .map_err(|problem| Problem::failed("tie docker to this process", &problem))?;
+        Ok(command)
+    }
+}
+
+impl Drop for Project {
+    fn drop(&mut self) {
+        if let Err(problem) = self.down() {
+            tracing::warn!("{problem}");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn project(results: &Path) -> Project {
+        let top = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let file = ComposeFile::find(Some(&top)).expect("webloop's own");
+        Project::new(file, results, "", |_| Ok(())).expect("a project")
+    }
+
+    #[test]
+    fn two_campaigns_never_share_a_name() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let names = [(); 2].map(|()| project(folder.path()).name().to_owned());
+        assert_ne!(names[0], names[1]);
+        for name in names {
+            let digits = name.strip_prefix("webloop-").expect("the prefix");
+            assert!(digits.len() == 8 && digits.chars().all(|c| c.is_ascii_hexdigit()));
+        }
+    }
+
+    #[test]
+    fn containers_write_as_the_owner_of_the_results() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mine = std::fs::metadata(folder.path()).expect("it is there");
+        let command = project(folder.path())
+            .compose(&["build"])
+            .expect("a command");
+        let value = |name: &str| {
+            command
+                .get_envs()
+                .find(|(key, _)| *key == name)
+                .and_then(|(_, value)| value?.to_str().map(str::to_owned))
+        };
+        assert_eq!(
+            value("OWNER"),
+            Some(format!("{}:{}", mine.uid(), mine.gid()))
+        );
+        assert!(value("RESULTS").is_some_and(|path| path.starts_with('/')));
+        let owner = value("WEBLOOP_OWNER").expect("an owner");
+        assert_eq!(owner.parse(), Ok(Owner::this().expect("/proc is there")));
+    }
+}

@@ -1,0 +1,37 @@
+//! What the caller asks for in place of what an experiment says.
+
+use toml::Spanned;
+
+use crate::experiment::Block;
+
+/// Replacements; what is `None` stays as the experiment has it.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Instead {
+    /// The campaign's seed.
+    pub seed: Option<u64>,
+    /// The one topology of every block: a built-in profile's name, or a path.
+    pub topology: Option<String>,
+    /// The one client of every block.
+    pub client: Option<String>,
+}
+
+impl Instead {
+    /// A block with the replacements in it. Errors in them point at the values replaced.
+    pub(crate) fn over(&self, block: &Block) -> Block {
+        let mut block = block.clone();
+        for (list, only) in [
+            (&mut block.topology, &self.topology),
+            (&mut block.client, &self.client),
+        ] {
+            if let (Some(first), Some(only)) = (list.first(), only) {
+                *list = vec![Spanned::new(first.span(), only.clone())];
+            }
+        }
+        block
+    }
+
+    /// Whether blocks that differed may have become equal: their cells are then one.
+    pub(crate) fn joins_blocks(&self) -> bool {
+        self.topology.is_some() || self.client.is_some()
+    }
+}
