@@ -1,6 +1,11 @@
-# One image with one binary, `webloop`, which has every role. Dependencies are a layer of
-# their own: it is built again when a Cargo.toml or Cargo.lock changes, and not for a source.
-# Left out: tests, and a shaped link, which needs more rights than this image is run with.
+# Two images with the same one binary, `webloop`, which has every role:
+#
+#   webloop        that binary alone, a few MB: plant, controller and orchestrator
+#   webloop-link   the binary beside iproute2, for the sidecars that shape a link by `tc`
+#
+# Dependencies are a layer of their own: it is built again when a Cargo.toml or Cargo.lock
+# changes, and not for a source. Builds with BuildKit and with the classic builder.
+# Left out: tests.
 
 FROM rust:1-slim-bookworm AS manifests
 WORKDIR /webloop
@@ -13,22 +18,41 @@ RUN find . -type f ! -name Cargo.toml ! -name Cargo.lock ! -name lib.rs ! -name 
 
 FROM rust:1-slim-bookworm AS build
 WORKDIR /webloop
-# A profiler's line tables are most of the binary; nobody profiles in this image.
+# A profiler's line tables are most of the binary; nobody profiles in these images.
+# Linked with nothing left to load, the binary runs in an image that has no other file. The C
+# library still finds host names there: it asks the resolver of /etc/resolv.conf by itself.
 ENV CARGO_PROFILE_RELEASE_DEBUG=false \
-    CARGO_PROFILE_RELEASE_STRIP=true
+    CARGO_PROFILE_RELEASE_STRIP=true \
+    RUSTFLAGS="-C target-feature=+crt-static"
 COPY --from=manifests /webloop .
-RUN cargo build --release --locked
+# With a target named, the flags are for that target and not for macros, which are loaded.
+RUN cargo build --release --locked --package webloop --target "$(rustc --print host-tuple)"
 COPY . .
 # A source may be older than its stand-in, and cargo compares times.
 RUN find netem orchestrator services -name '*.rs' -exec touch {} + \
-    && cargo build --release --locked
+    && cargo build --release --locked --package webloop --target "$(rustc --print host-tuple)" \
+    && mv target/*/release/webloop /usr/local/bin/webloop
 
-FROM debian:bookworm-slim
+# Before the other one, whose build then finds all but its own last steps done.
+FROM scratch AS webloop
 LABEL org.opencontainers.image.title="webloop" \
       org.opencontainers.image.description="Real control loops over real HTTP, across links that behave like real networks" \
       org.opencontainers.image.licenses="MIT"
-COPY --from=build /webloop/target/release/webloop /usr/local/bin/webloop
+COPY --from=build /usr/local/bin/webloop /usr/local/bin/webloop
 COPY LICENSE /usr/share/doc/webloop/LICENSE
 # Without a name, since it needs no home. Give another one to write into a folder of theirs.
 USER 1000:1000
+ENTRYPOINT ["webloop"]
+
+FROM debian:bookworm-slim AS webloop-link
+LABEL org.opencontainers.image.title="webloop-link" \
+      org.opencontainers.image.description="Shapes one end's way out of a control loop, for webloop" \
+      org.opencontainers.image.licenses="MIT"
+RUN apt-get update \
+    && apt-get install --yes --no-install-recommends iproute2 \
+    && rm -rf /var/lib/apt/lists/* /var/cache/apt/*
+COPY --from=build /usr/local/bin/webloop /usr/local/bin/webloop
+COPY LICENSE /usr/share/doc/webloop/LICENSE
+# Interfaces are changed by root alone; docker-compose.yml takes all but two of its powers.
+USER 0:0
 ENTRYPOINT ["webloop"]
