@@ -1,7 +1,8 @@
 //! The paper's step over loopback, plant and controller in one process.
 //!
-//! `cargo run --release -p webloop-controller --example step -- [h] [seconds]`,
-//! for instance `-- 1ms 4`. It prints the round trip, how late messages were
+//! `cargo run --release -p webloop-controller --example step -- [h] [seconds]
+//! [transport]`, for instance `-- 1ms 4 websocket`; without a transport, all of
+//! them one after another. It prints the round trip, how late messages were
 //! sent, and the step beside the one of the loop without a network.
 #![allow(clippy::print_stdout, reason = "its output is what it is for")]
 
@@ -9,14 +10,27 @@ use std::{error::Error, path::Path, sync::mpsc, thread, time::Duration};
 
 use control::{Method, StateSpace, StepSettings, Stepper, discretise, preset, step_info};
 use controller::drive_until;
-use endpoint::{Late, MessageRow, Mode, PlantSettings, Preset, SampleTime, TickRow};
+use endpoint::{
+    ControllerSettings, Late, MessageRow, Mode, PlantSettings, Preset, SampleTime, TickRow,
+    Transport,
+};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let mut next = |default: &str| arguments.next().unwrap_or_else(|| default.to_owned());
     let h: SampleTime = next("3ms").parse()?;
     let seconds: u64 = next("4").parse()?;
+    let transports = match arguments.next() {
+        Some(word) => vec![word.parse()?],
+        None => Transport::ALL.to_vec(),
+    };
+    for transport in transports {
+        step(h, seconds, transport)?;
+    }
+    Ok(())
+}
 
+fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let plant = plant::Config {
         listen: "127.0.0.1:0".parse()?,
@@ -41,7 +55,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     });
     let config = controller::Config {
         plant: format!("http://{}", is_ready.recv()?.address),
-        settings: Preset::PaperPython.settings(Mode::Closed, h),
+        settings: ControllerSettings {
+            transport,
+            ..Preset::PaperPython.settings(Mode::Closed, h)
+        },
         law: preset::paper_pi(),
         start_ns: None,
         duration_ns: seconds * 1_000_000_000,
@@ -49,9 +66,17 @@ fn main() -> Result<(), Box<dyn Error>> {
         out: folder.path().to_owned(),
         fifo: true,
     };
-    let report = drive_until(&config, std::future::pending())?;
+    // In a thread of its own, since real-time scheduling stays with a thread.
+    let run = thread::spawn(move || drive_until(&config, std::future::pending()));
+    let report = run.join().expect("no panic")?;
     let plant = plant.join().expect("no panic")?;
-    println!("{:?}; {} connections", report.counts, plant.connections);
+    println!(
+        "{transport}: {:?}; {} connections",
+        report.counts, plant.connections
+    );
+    if let Some(why) = report.first_failure {
+        return Err(format!("{transport}: {why}").into());
+    }
 
     let messages: Vec<MessageRow> = read(&folder.path().join("messages.csv"))?;
     let us = |from_ns: u64, to_ns: u64| to_ns.saturating_sub(from_ns) as f64 / 1e3;

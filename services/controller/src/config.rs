@@ -21,8 +21,9 @@ pub struct Config {
     pub start_ns: Option<u64>,
     /// Deadlines end this long after the first.
     pub duration_ns: u64,
-    /// Connections opened before the start, at least one. A client that sends
-    /// more at a time opens the others as it goes, each for a round trip.
+    /// Connections opened before the start, at least one; a WebSocket is always
+    /// one. Over HTTP requests at one time each need their own: a client that
+    /// sends more opens the others as it goes, each for a round trip.
     pub connections: u16,
     /// The folder of `messages.csv`; made if need be.
     pub out: PathBuf,
@@ -73,6 +74,9 @@ pub enum DriveError {
     /// The settings make no controller.
     #[error(transparent)]
     Settings(#[from] InvalidSettings),
+    /// No client can follow the settings.
+    #[error("{0}")]
+    Misfit(&'static str),
     /// No answer before the start.
     #[error(
         "no plant answers at {plant} after {waited_s} s: {why}; is it started, and is this its address?"

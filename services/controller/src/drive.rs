@@ -9,7 +9,7 @@ use tokio::task::{JoinError, JoinSet};
 
 use crate::{
     config::{Config, DriveError, Granted, Report},
-    transport::{ExchangeError, Http, Transport},
+    transport::{Address, ExchangeError, Http, Transport, WebSocket},
 };
 
 /// Just below the plant's ticker, as the plant's own HTTP thread.
@@ -42,7 +42,24 @@ pub fn drive_until(
     config: &Config,
     stop: impl Future<Output = io::Result<()>>,
 ) -> Result<Report, DriveError> {
-    let transport = Http::try_new(&config.plant, &config.settings)?;
+    let settings = &config.settings;
+    if let Some(why) = settings.misfit() {
+        return Err(DriveError::Misfit(why));
+    }
+    let address = Address::parse(&config.plant)?;
+    match settings.transport {
+        endpoint::Transport::Http => drive_by(Http::try_new(&address, settings)?, config, stop),
+        endpoint::Transport::WebSocket => {
+            drive_by(WebSocket::try_new(&address, settings)?, config, stop)
+        }
+    }
+}
+
+fn drive_by(
+    transport: impl Transport,
+    config: &Config,
+    stop: impl Future<Output = io::Result<()>>,
+) -> Result<Report, DriveError> {
     // The journal's thread must not inherit real-time scheduling.
     let (rows, journal) =
         Journal::create::<MessageRow>(&config.out.join("messages.csv"), MessageRow::COLUMNS)?;
@@ -71,6 +88,7 @@ pub fn drive_until(
             first_failure: None,
         };
         let interrupted = stopped || run.deadlines(stop).await?;
+        run.transport.close().await;
         Ok(Report {
             start_ns,
             stop_ns,
@@ -106,10 +124,8 @@ async fn warm_up(config: &Config, transport: &impl Transport) -> Result<f64, Dri
             why,
         });
     };
-    // Requests at one time each need a connection of their own. Should one
-    // fail now, its message opens it later.
     let opening: JoinSet<_> = (0..config.connections)
-        .map(|_| transport.clone().observe())
+        .map(|_| transport.clone().open())
         .collect();
     opening.join_all().await;
     Ok(y)

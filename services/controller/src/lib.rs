@@ -1,7 +1,8 @@
-//! The controller over HTTP: one deadline every h, requests beside it.
+//! The controller over HTTP or a WebSocket: one deadline every h, messages beside it.
 //!
 //! * [`drive`], [`drive_until`]: the entry; [`Config`] in, [`Report`] out.
-//! * `transport`: how a command goes out and its answer comes back.
+//! * `transport`: how a command goes out and its answer comes back, over HTTP
+//!   (`transport/http`) or a WebSocket (`transport/websocket`).
 //!
 //! One thread does it all: an alarm on the run's clock wakes it at each
 //! deadline, and each message is a task of its own beside it. When a message is

@@ -1,18 +1,21 @@
 //! How a command goes out and its answer comes back.
 //!
-//! [`Transport`] is the seam: the loop knows nothing of HTTP. [`Http`] is the
-//! one there is, a request a message, by reqwest.
+//! [`Transport`] is the seam: the loop knows nothing of what carries its
+//! messages. [`Http`] makes a request of each, [`WebSocket`] has one socket for
+//! all. Where the plant is, is the same for both: [`Address`].
 
-use std::{error::Error, future::Future, net::ToSocketAddrs, time::Duration};
+mod http;
+mod websocket;
 
-use endpoint::{Answer, Command, Connection, ControllerSettings, Mode, Observation};
-use reqwest::{Client, Url, redirect, retry};
+pub(crate) use http::Http;
+pub(crate) use websocket::WebSocket;
+
+use std::{future::Future, net::SocketAddr};
+
+use endpoint::{Answer, Command, Observation};
+use reqwest::Url;
 
 use crate::DriveError;
-
-/// How long a kept connection may idle. It is below the plant's limit of 10 s:
-/// else a request could meet the close of its connection.
-const POOL_IDLE: Duration = Duration::from_secs(5);
 
 /// How much of a refusal is repeated.
 const EXCERPT_CHARS: usize = 200;
@@ -30,120 +33,79 @@ pub(crate) enum ExchangeError {
 
 /// A way to the plant and back. Cheap to clone: each message takes its own.
 pub(crate) trait Transport: Clone + Send + 'static {
-    /// Sends a command and waits for its answer.
+    /// Looks at the plant.
+    fn observe(self) -> impl Future<Output = Result<Observation, ExchangeError>> + Send + 'static;
+
+    /// Opens a connection beforehand, for one more message under way. Where it
+    /// cannot be had now, a message opens it later.
+    fn open(self) -> impl Future<Output = ()> + Send + 'static;
+
+    /// Sends a command and waits for its answer. Commands go out in the order
+    /// in which these futures are first polled, and dropping one gives its
+    /// message up.
     fn exchange(
         self,
         command: Command,
     ) -> impl Future<Output = Result<Answer, ExchangeError>> + Send + 'static;
 
-    /// Looks at the plant.
-    fn observe(self) -> impl Future<Output = Result<Observation, ExchangeError>> + Send + 'static;
+    /// Takes leave of the plant, when there is no message under way any more.
+    fn close(self) -> impl Future<Output = ()> + Send + 'static;
 }
 
-/// One GET a message.
+/// Where the plant is.
 #[derive(Clone, Debug)]
-pub(crate) struct Http {
-    client: Client,
-    mode: Mode,
-    command: Url,
-    state: Url,
+pub(crate) struct Address {
+    /// What was asked, for errors.
+    plant: String,
+    base: Url,
+    /// A name is looked up once, and not within the loop.
+    socket: SocketAddr,
 }
 
-impl Http {
-    pub(crate) fn try_new(plant: &str, settings: &ControllerSettings) -> Result<Self, DriveError> {
+impl Address {
+    /// Reads an address like `http://10.77.0.2:8080`, and looks its name up if
+    /// it has one.
+    pub(crate) fn parse(plant: &str) -> Result<Self, DriveError> {
         let bad = |why: &dyn ToString| DriveError::Address {
             plant: plant.to_owned(),
             why: why.to_string(),
         };
         let base = Url::parse(plant).map_err(|error| bad(&error))?;
-        let (Some(host), Some(port)) = (base.host_str(), base.port_or_known_default()) else {
+        if base.host_str().is_none() || base.port_or_known_default().is_none() {
             return Err(bad(&"it has no host"));
-        };
+        }
         if base.scheme() != "http" {
             return Err(bad(&"the scheme is not http"));
         }
         if base.path() != "/" || base.query().is_some() || base.fragment().is_some() {
             return Err(bad(&"it is more than a host and a port"));
         }
-        let timeout = Duration::from_nanos(settings.timeout_ns);
-        let mut builder = Client::builder()
-            .no_proxy()
-            .http1_only()
-            .retry(retry::never())
-            .redirect(redirect::Policy::none())
-            .referer(false)
-            .tcp_nodelay(true)
-            .connect_timeout(timeout)
-            .timeout(timeout)
-            .pool_idle_timeout(POOL_IDLE);
-        if settings.connection == Connection::New {
-            builder = builder.pool_max_idle_per_host(0);
-        }
-        if base.domain().is_some() {
-            // A name is looked up here, once, and not within the loop.
-            let mut addresses = (host, port)
-                .to_socket_addrs()
-                .map_err(|error| bad(&error))?;
-            let address = addresses
-                .next()
-                .ok_or_else(|| bad(&"its name has no address"))?;
-            builder = builder.resolve(host, address);
-        }
-        let client = builder.build().map_err(|error| bad(&error))?;
-        let at = |path: &str| base.join(path).map_err(|error| bad(&error));
-        let command = match settings.mode {
-            Mode::Closed => at("/closed"),
-            Mode::Open => at("/open"),
-        }?;
+        let sockets = base.socket_addrs(|| None).map_err(|error| bad(&error))?;
+        let socket = *sockets
+            .first()
+            .ok_or_else(|| bad(&"its name has no address"))?;
         Ok(Self {
-            client,
-            mode: settings.mode,
-            command,
-            state: at("/state")?,
+            plant: plant.to_owned(),
+            base,
+            socket,
         })
     }
 
-    async fn get(&self, url: Url) -> Result<String, ExchangeError> {
-        let response = self.client.get(url).send().await.map_err(failed)?;
-        let status = response.status();
-        // Read to its end, else the connection cannot be used again.
-        let text = response.text().await.map_err(failed)?;
-        if status.is_success() {
-            Ok(text)
-        } else {
-            let text: String = text.trim_end().chars().take(EXCERPT_CHARS).collect();
-            Err(ExchangeError::Failed(format!("{status}: {text}")))
+    /// The URL of one of the plant's paths.
+    fn at(&self, path: &str) -> Result<Url, DriveError> {
+        self.base.join(path).map_err(|error| self.refused(&error))
+    }
+
+    /// The error that a client cannot be made for this address.
+    fn refused(&self, why: &dyn ToString) -> DriveError {
+        DriveError::Address {
+            plant: self.plant.clone(),
+            why: why.to_string(),
         }
     }
 }
 
-impl Transport for Http {
-    async fn exchange(self, command: Command) -> Result<Answer, ExchangeError> {
-        let mut url = self.command.clone();
-        url.set_query(Some(&command.to_string()));
-        let text = self.get(url).await?;
-        Answer::parse(self.mode, &text, &command)
-            .map_err(|error| ExchangeError::Failed(error.to_string()))
-    }
-
-    async fn observe(self) -> Result<Observation, ExchangeError> {
-        let text = self.get(self.state.clone()).await?;
-        text.parse()
-            .map_err(|error| ExchangeError::Failed(format!("{error}")))
-    }
-}
-
-fn failed(error: reqwest::Error) -> ExchangeError {
-    if error.is_timeout() {
-        return ExchangeError::Timeout;
-    }
-    // The outermost error only says that a request failed; why is further in.
-    let error = error.without_url();
-    let mut why = error.to_string();
-    let mut source = error.source();
-    while let Some(inner) = source {
-        why = format!("{why}: {inner}");
-        source = inner.source();
-    }
-    ExchangeError::Failed(why)
+/// The beginning of what a plant said, fit for a line.
+fn excerpt(text: &str) -> String {
+    text.trim_end().chars().take(EXCERPT_CHARS).collect()
 }

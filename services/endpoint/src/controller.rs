@@ -137,8 +137,8 @@ impl ControllerEnd {
     ///
     /// On an absolute schedule a deadline is over when the next one is due: a
     /// controller that wakes late sends for the present deadline and records
-    /// those before it as missed, since it cannot send in the past. A relative
-    /// schedule has no such grid, and a late message only delays the next.
+    /// those before it as missed, since it cannot send in the past. The other
+    /// schedules have no such grid, and a late message only delays the next.
     pub fn poll(&mut self, now_ns: u64) -> Step {
         let Some(due_ns) = self.next_due_ns else {
             return Step::AwaitAnswer;
@@ -148,6 +148,10 @@ impl ControllerEnd {
         }
         if now_ns < due_ns {
             return Step::Sleep { until_ns: due_ns };
+        }
+        let full = self.under_way.len() >= self.settings.outstanding.limit();
+        if full && self.settings.schedule == Schedule::SinceSend {
+            return Step::AwaitAnswer;
         }
         let seq = self.next_seq;
         self.next_seq += 1;
@@ -165,8 +169,11 @@ impl ControllerEnd {
                 self.next_due_ns = (!blocking).then(|| now_ns.saturating_add(h_ns));
                 false
             }
+            Schedule::SinceSend => {
+                self.next_due_ns = Some(now_ns.saturating_add(h_ns));
+                false
+            }
         };
-        let full = self.under_way.len() >= self.settings.outstanding.limit();
         if over || full {
             self.counts.missed += 1;
             return Step::Missed(self.row(seq, due_ns));

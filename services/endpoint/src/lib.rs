@@ -6,7 +6,8 @@
 //!   that are told the time ([`controller`], [`plant`]).
 //! * [`TickRow`], [`ArrivalRow`], [`MessageRow`]: what each end records ([`row`]).
 //! * [`ControllerSettings`], [`PlantSettings`]: how an experiment sets them up
-//!   ([`setting`]).
+//!   ([`setting`]), [`PageSettings`] where a page is the controller ([`page`]),
+//!   [`Preset`] with a name ([`preset`]).
 //!
 //! There is no clock, socket, file or thread in this crate. Every time is an
 //! integer number of nanoseconds on one monotonic clock (`CLOCK_MONOTONIC` in a
@@ -15,7 +16,9 @@
 
 pub mod controller;
 pub mod message;
+pub mod page;
 pub mod plant;
+pub mod preset;
 pub mod query;
 pub mod row;
 pub mod sample_time;
@@ -23,11 +26,13 @@ pub mod setting;
 
 pub use controller::{ControllerEnd, Counts, InvalidSettings, Loss, Step};
 pub use message::{Acknowledgement, Answer, Command, Observation, State};
+pub use page::{PageSettings, Sender, Thread, Timer};
 pub use plant::{Inbox, Input, Output, PlantEnd, Process};
+pub use preset::Preset;
 pub use query::InvalidMessage;
 pub use row::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, TickRow};
 pub use sample_time::{InvalidSampleTime, SampleTime};
 pub use setting::{
-    Connection, ControllerSettings, Integrate, Late, Mode, Outstanding, PlantSettings, Preset,
-    Schedule, UnknownWord,
+    Connection, ControllerSettings, Integrate, Late, Mode, Outstanding, PlantSettings, Schedule,
+    Transport, UnknownWord,
 };

@@ -33,13 +33,15 @@ pub struct Output {
 
 /// Where commands arrive: numbers them, judges late ones, holds the input.
 ///
-/// The age of a command is its sequence number, so with [`Late::Drop`] one
-/// inbox serves one run of one controller: a controller that starts again from
-/// 0 would find all its commands stale.
+/// The age of a command is its sequence number, so with [`Late::Drop`] a
+/// controller that starts again from 0 finds all its commands stale, unless
+/// the inbox was told of it ([`Inbox::welcome`]).
 #[derive(Clone, Debug)]
 pub struct Inbox {
     late: Late,
     input: Input,
+    /// The newest command of this controller that was applied.
+    newest: Option<u64>,
     arrivals: u64,
 }
 
@@ -50,8 +52,14 @@ impl Inbox {
         Self {
             late,
             input: Input::default(),
+            newest: None,
             arrivals: 0,
         }
+    }
+
+    /// Another controller comes, whose commands count from 0. The input is held.
+    pub fn welcome(&mut self) {
+        self.newest = None;
     }
 
     /// Takes a command that arrived at `now_ns`, when the process showed
@@ -64,12 +72,13 @@ impl Inbox {
         now_ns: u64,
     ) -> (ArrivalRow, Answer) {
         let &Command { seq, t_send_ns, u } = command;
-        let overtaken = self.input.seq.is_some_and(|newest| seq <= newest);
+        let overtaken = self.newest.is_some_and(|newest| seq <= newest);
         let outcome = match (mode, self.late) {
             (Mode::Open, _) => ArrivalOutcome::Acknowledged,
             (Mode::Closed, Late::Drop) if overtaken => ArrivalOutcome::Stale,
             (Mode::Closed, _) => {
                 self.input = Input { u, seq: Some(seq) };
+                self.newest = Some(seq);
                 ArrivalOutcome::Applied
             }
         };

@@ -1,4 +1,4 @@
-//! How an experiment sets up the two ends, and the paper's clients as presets.
+//! How an experiment sets up the two ends. Settings with a name are in [`crate::preset`].
 //!
 //! Each choice is a word in kebab-case, the same on the command line, in TOML
 //! and in a manifest. What the words do is in [`crate::controller`] and
@@ -29,7 +29,7 @@ macro_rules! choice {
         $($(#[$variant_meta:meta])* $variant:ident = $word:literal,)+
     }) => {
         $(#[$meta])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
         pub enum $name {
             $($(#[$variant_meta])* #[serde(rename = $word)] $variant,)+
         }
@@ -39,7 +39,7 @@ macro_rules! choice {
             pub const ALL: &[Self] = &[$(Self::$variant),+];
         }
 
-        impl FromStr for $name {
+        impl std::str::FromStr for $name {
             type Err = UnknownWord;
 
             fn from_str(word: &str) -> Result<Self, Self::Err> {
@@ -54,13 +54,15 @@ macro_rules! choice {
             }
         }
 
-        impl fmt::Display for $name {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.pad(match self { $(Self::$variant => $word,)+ })
             }
         }
     };
 }
+
+pub(crate) use choice;
 
 choice!(
     /// Whether the answers steer the plant.
@@ -84,12 +86,16 @@ choice!(
 
 choice!(
     /// Where the next deadline is.
-    Schedule, "schedule", "absolute or relative", {
+    Schedule, "schedule", "absolute, relative or since-send", {
         /// start + k h: it does not drift, and what is late stays visible.
         Absolute = "absolute",
         /// h after the last message ended (with one outstanding) or was sent
         /// (with several): it drifts, as a program does that sleeps h in a loop.
         Relative = "relative",
+        /// h after the last message was sent, or when one has ended if none
+        /// more may be under way: it drifts less, as a program does whose timer
+        /// is set anew before all else.
+        SinceSend = "since-send",
     }
 );
 
@@ -112,6 +118,23 @@ choice!(
         Drop = "drop",
     }
 );
+
+choice!(
+    /// What carries the messages.
+    Transport, "transport", "http or websocket", {
+        /// A request a message.
+        Http = "http",
+        /// One WebSocket for all messages, each a text in it.
+        WebSocket = "websocket",
+    }
+);
+
+impl Default for Transport {
+    /// What there was before there was a choice: plans of then name none.
+    fn default() -> Self {
+        Self::Http
+    }
+}
 
 /// How many requests the controller may have under way.
 ///
@@ -219,7 +242,10 @@ pub struct ControllerSettings {
     pub r: f64,
     /// How many requests may be under way.
     pub outstanding: Outstanding,
-    /// Kept-alive or new connections. It acts outside this crate.
+    /// What carries the messages. It acts outside this crate, as the next does.
+    #[serde(default)]
+    pub transport: Transport,
+    /// Kept-alive or new connections.
     pub connection: Connection,
     /// Where the next deadline is.
     pub schedule: Schedule,
@@ -229,6 +255,16 @@ pub struct ControllerSettings {
     pub late: Late,
     /// How long a message waits for its answer. The paper's clients: 5 s.
     pub timeout_ns: u64,
+}
+
+impl ControllerSettings {
+    /// Why no client can follow these settings; `None` if one can.
+    #[must_use]
+    pub fn misfit(&self) -> Option<&'static str> {
+        (self.transport == Transport::WebSocket && self.connection == Connection::New).then_some(
+            "a websocket is one connection for all messages; use connection keep, or transport http",
+        )
+    }
 }
 
 /// Everything that the plant's end is set up with.
@@ -241,42 +277,10 @@ pub struct PlantSettings {
     pub late: Late,
 }
 
-choice!(
-    /// A client with a name.
-    Preset, "preset", "paper-python or blocking", {
-        /// The paper's Python client, as its closed loop over the VPN shows it:
-        /// it sends every h whatever is outstanding, each message a blocking
-        /// request on its own worker, connections kept.
-        PaperPython = "paper-python",
-        /// The same with one request at a time: it waits for each answer.
-        Blocking = "blocking",
-    }
-);
-
-impl Preset {
-    /// The settings that the name stands for.
-    #[must_use]
-    pub fn settings(self, mode: Mode, h: SampleTime) -> ControllerSettings {
-        ControllerSettings {
-            mode,
-            h,
-            r: 1.0,
-            outstanding: match self {
-                Self::PaperPython => Outstanding::Unlimited,
-                Self::Blocking => Outstanding::ONE,
-            },
-            connection: Connection::Keep,
-            schedule: Schedule::Absolute,
-            integrate: Integrate::H,
-            late: Late::Apply,
-            timeout_ns: 5_000_000_000,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Preset, Sender, Thread, Timer};
 
     #[test]
     fn words_read_back_as_they_are_written_and_serde_uses_the_same_ones() {
@@ -295,7 +299,11 @@ mod tests {
         check(Schedule::ALL);
         check(Integrate::ALL);
         check(Late::ALL);
+        check(Transport::ALL);
         check(Preset::ALL);
+        check(Thread::ALL);
+        check(Sender::ALL);
+        check(Timer::ALL);
         assert_eq!(
             "opened".parse::<Mode>().map_err(|error| error.to_string()),
             Err("mode `opened` is unknown; choose open or closed".to_owned())

@@ -4,7 +4,7 @@ use control::{Method, StateSpace, Stepper, discretise, preset};
 use endpoint::{
     Acknowledgement, Answer, ArrivalOutcome, Command, Connection, ControllerEnd,
     ControllerSettings, Integrate, Late, Loss, MessageOutcome, MessageRow, Mode, Outstanding,
-    PlantEnd, PlantSettings, Preset, SampleTime, Schedule, State, Step,
+    PlantEnd, PlantSettings, Preset, SampleTime, Schedule, State, Step, Transport,
 };
 use proptest::prelude::*;
 
@@ -46,6 +46,7 @@ fn settings() -> impl Strategy<Value = ControllerSettings> {
                 h: h(),
                 r: 1.0,
                 outstanding: outstanding.parse().expect("a valid word"),
+                transport: Transport::Http,
                 connection: Connection::Keep,
                 schedule,
                 integrate,

@@ -226,6 +226,23 @@ fn the_controller_does_what_its_vectors_say() {
                 ],
             ),
             controller_case(
+                "since-send: h after the sending, or with the answer if that is later",
+                ControllerSettings {
+                    schedule: Schedule::SinceSend,
+                    ..blocking
+                },
+                &[
+                    Wake(at(0)),
+                    Answer(at(1000), "seq=0&tick=39&t_arrive_ns=800&y=0.125&u=0.1"),
+                    Wake(at(3500)),
+                    Wake(at(6500)),
+                    Answer(at(8000), "seq=1&tick=40&t_arrive_ns=900&y=0.25&u=0.1"),
+                    Wake(at(8000)),
+                    Timeout(at(28000), 2),
+                    Wake(at(28000)),
+                ],
+            ),
+            controller_case(
                 "open loop with two outstanding",
                 ControllerSettings {
                     mode: Mode::Open,

@@ -19,7 +19,8 @@ pub struct Config {
     pub model: TransferFunction,
     /// How the model is sampled; the paper: backward Euler.
     pub method: Method,
-    /// The folder of `ticks.csv` and `arrivals.csv`; made if need be.
+    /// The folder of `ticks.csv` and `arrivals.csv`, and of each page's
+    /// `messages.csv` and `page.json`; made if need be.
     pub out: PathBuf,
     /// Whether to ask for real-time scheduling.
     pub fifo: bool,
@@ -47,7 +48,8 @@ pub struct Report {
     pub missed: u64,
     /// Commands that arrived, whatever became of them.
     pub arrivals: u64,
-    /// Requests that were refused, with a 4xx or 5xx.
+    /// Requests that were refused, with a 4xx or 5xx, and messages over a
+    /// WebSocket that ended it.
     pub refused: u64,
     /// Connections accepted.
     pub connections: u64,
@@ -55,11 +57,15 @@ pub struct Report {
     pub tick_rows: Written,
     /// Rows of `arrivals.csv`.
     pub arrival_rows: Written,
+    /// Sessions that pages have held.
+    pub sessions: u64,
+    /// Rows of `messages.csv`, of all sessions.
+    pub page_rows: Written,
     /// What the kernel granted.
     pub granted: Granted,
 }
 
-/// What the kernel granted to the plant's two threads.
+/// What the kernel granted to the two threads that are in the loop.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Granted {
     /// To the thread that steps the model.

@@ -2,7 +2,18 @@
 
 use std::sync::LazyLock;
 
+use endpoint::MessageRow;
 use serde_json::{Value, json};
+
+/// A session's token.
+const TOKEN: &str = "^[0-9a-f]{32}$";
+
+/// How a body may be refused.
+const BODY: [(u16, &str); 3] = [
+    (408, "the body did not come within 10 s"),
+    (413, "a body of more than 64 KiB"),
+    (415, "another content type"),
+];
 
 /// The description as it is served, written once.
 pub(crate) static DOCUMENT: LazyLock<String> = LazyLock::new(|| document().to_string());
@@ -10,10 +21,12 @@ pub(crate) static DOCUMENT: LazyLock<String> = LazyLock::new(|| document().to_st
 fn document() -> Value {
     let count = |what: &str| json!({"type": "integer", "format": "int64", "minimum": 0, "description": what});
     let number = |what: &str| json!({"type": "number", "format": "double", "description": what});
+    let t_send = || count("when the command was sent, on the controller's clock, in nanoseconds");
     let seq = || count("number of the controller's deadline");
     let arrive = || count("when the command arrived, on the plant's clock, in nanoseconds");
     let tick = || count("the plant's latest tick");
     let y = || number("the output after that tick");
+    let u = || number("the input, finite");
     let held = || number("the input that the plant holds");
 
     let state = object(
@@ -23,27 +36,26 @@ fn document() -> Value {
     let now = count("when the plant was looked at, on its clock, in nanoseconds");
     let observation = object(&json!({"t_ns": now, "tick": tick(), "y": y(), "u": held()}));
 
-    let parameter = |name: &str, schema: Value| json!({"name": name, "in": "query", "required": true, "schema": schema});
     let command = || {
-        json!([
-            parameter("seq", seq()),
-            parameter(
-                "t_send_ns",
-                count("when the command was sent, on the controller's clock, in nanoseconds")
-            ),
-            parameter("u", number("the input, finite")),
-        ])
+        vec![
+            parameter("query", "seq", &seq()),
+            parameter("query", "t_send_ns", &t_send()),
+            parameter("query", "u", &u()),
+            session_header(false),
+        ]
     };
-    let operation = |summary: &str, parameters: Value, content: Value| {
-        let refused = |why: &str| json!({"description": why, "content": {"text/plain": {"schema": {"type": "string"}}}});
-        json!({"get": {"summary": summary, "parameters": parameters, "responses": {
-            "200": {"description": "done", "content": content},
-            "400": refused("refused; the text names the field, and the input is unchanged"),
-            "405": refused("not GET"),
-            "413": refused("a body, where a command has none"),
-            "414": refused("a query of more than 1024 bytes"),
-            "500": refused("the plant's output is no longer finite"),
-        }}})
+    let refusals = [
+        (409, "somebody else is in control, or the session is over"),
+        (413, "a body, where a command has none"),
+        (500, "the plant's output is no longer finite"),
+    ];
+    let operation = |summary: &str, parameters: Vec<Value>, content: Value| {
+        let done = json!({"description": "done", "content": content});
+        json!({"get": {
+            "summary": summary,
+            "parameters": parameters,
+            "responses": responses("200", &done, &refusals),
+        }})
     };
     let message = |name: &str| {
         let schema = json!({"schema": {"$ref": format!("#/components/schemas/{name}")}});
@@ -55,14 +67,18 @@ fn document() -> Value {
         "info": {
             "title": "webloop plant",
             "version": env!("CARGO_PKG_VERSION"),
-            "description": "A plant that runs free and takes its input over HTTP. Answers are URI-encoded queries, or JSON if the request accepts application/json.",
+            "description": "A plant that runs free and takes its input over HTTP. Answers are URI-encoded queries, or JSON if the request accepts application/json. A page that is to command it holds a session; while one is held, commands need its token. The page itself is at /.",
         },
         "paths": {
             "/closed": operation("Use this input and give the state", command(), message("State")),
             "/open": operation("Acknowledge a command without using it", command(), message("Acknowledgement")),
-            "/state": operation("Give the state", json!([]), message("Observation")),
-            "/health": operation("Say ok", json!([]), json!({"text/plain": {"schema": {"type": "string"}}})),
-            "/openapi.json": operation("Give this description", json!([]), json!({"application/json": {"schema": {"type": "object"}}})),
+            "/socket": socket(),
+            "/state": operation("Give the state", vec![], message("Observation")),
+            "/session": session(),
+            "/session/rows": rows(),
+            "/session/end": end(),
+            "/health": operation("Say ok", vec![], json!({"text/plain": {"schema": {"type": "string"}}})),
+            "/openapi.json": operation("Give this description", vec![], json!({"application/json": {"schema": {"type": "object"}}})),
         },
         "components": {"schemas": {
             "State": state,
@@ -70,6 +86,118 @@ fn document() -> Value {
             "Observation": observation,
         }},
     })
+}
+
+fn socket() -> Value {
+    let mode = json!({"type": "string", "enum": ["closed", "open"]});
+    let token = json!({"type": "string", "pattern": TOKEN});
+    let mut session = parameter("query", "session", &token);
+    session["required"] = false.into();
+    let refusals = [
+        (409, "somebody else is in control, or the session is over"),
+        (426, "not the handshake of RFC 6455"),
+    ];
+    let done = json!({"description": "a WebSocket: each text message is the query of a command, each answer the one that it would get over HTTP; what cannot be read closes it with 1008, what is longer than 1024 bytes with 1009"});
+    json!({"get": {
+        "summary": "Carry commands over a WebSocket",
+        "parameters": [parameter("query", "mode", &mode), session],
+        "responses": responses("101", &done, &refusals),
+    }})
+}
+
+fn session() -> Value {
+    let client = object(
+        &json!({"client": {"type": "string", "maxLength": 200, "description": "what the page calls itself"}}),
+    );
+    let h = json!({"type": "integer", "format": "int64", "description": "the plant's sample time in nanoseconds"});
+    let grant = object(&json!({
+        "session": {"type": "string", "pattern": TOKEN, "description": "the token"},
+        "h_ns": h,
+        "late": {"type": "string", "enum": ["apply", "drop"], "description": "what becomes of a command that was overtaken"},
+    }));
+    let count = |what: &str| json!({"type": "integer", "format": "int64", "description": what});
+    let mut status = object(&json!({
+        "state": {"type": "string", "enum": ["free", "held", "ended"]},
+        "client": {"type": "string"},
+        "commands": count("commands of the session"),
+        "rows": count("rows that it has sent"),
+        "idle_ms": count("milliseconds since it was last heard"),
+        "outcome": {"type": "string", "description": "how it ended, in the page's word; only once it has"},
+        "reason": {"type": "string", "description": "why"},
+    }));
+    // The last two are there once it has ended.
+    status["required"] = json!(["state", "client", "commands", "rows", "idle_ms"]);
+    let json = |schema: &Value| json!({"description": "done", "content": {"application/json": {"schema": schema}}});
+    json!({
+        "get": {
+            "summary": "Say who is in control",
+            "responses": responses("200", &json(&status), &[]),
+        },
+        "post": {
+            "summary": "Begin a session",
+            "requestBody": {"required": true, "content": {"application/json": {"schema": client}}},
+            "responses": responses("200", &json(&grant), &[(409, "somebody else is in control"), BODY[0], BODY[1], BODY[2]]),
+        },
+    })
+}
+
+fn rows() -> Value {
+    let chunk = json!({"type": "integer", "format": "int64", "minimum": 0, "description": "number of the chunk, from 0; one that was taken before is well received and left alone"});
+    let schema = json!({"type": "string", "description": format!("lines of CSV without a header: {}", MessageRow::COLUMNS.join(","))});
+    told(
+        "Take message rows of the page",
+        &[parameter("query", "chunk", &chunk), session_header(true)],
+        &json!({"text/csv": {"schema": schema}}),
+    )
+}
+
+fn end() -> Value {
+    told(
+        "Take the page's report and end the session",
+        &[session_header(true)],
+        &json!({"application/json": {"schema": {"type": "object"}}}),
+    )
+}
+
+/// A POST that has no answer.
+fn told(summary: &str, parameters: &[Value], content: &Value) -> Value {
+    let done = json!({"description": "taken"});
+    let turn = (409, "out of turn, or the session is over");
+    json!({"post": {
+        "summary": summary,
+        "parameters": parameters,
+        "requestBody": {"required": true, "content": content},
+        "responses": responses("204", &done, &[turn, BODY[0], BODY[1], BODY[2]]),
+    }})
+}
+
+fn parameter(place: &str, name: &str, schema: &Value) -> Value {
+    json!({"name": name, "in": place, "required": true, "schema": schema})
+}
+
+fn session_header(required: bool) -> Value {
+    let schema = json!({"type": "string", "pattern": TOKEN, "description": "the session's token"});
+    json!({"name": "Webloop-Session", "in": "header", "required": required, "schema": schema})
+}
+
+/// The response when it is done, and those that refuse: these and the ones that
+/// any path has.
+fn responses(status: &str, done: &Value, refusals: &[(u16, &str)]) -> Value {
+    let any = [
+        (
+            400,
+            "refused; the text names the field, and nothing is changed",
+        ),
+        (403, "from a page of another origin"),
+        (405, "not a method of this path"),
+        (414, "a query of more than 1024 bytes"),
+    ];
+    let mut responses = json!({status: done});
+    for (status, why) in any.iter().chain(refusals) {
+        let text = json!({"text/plain": {"schema": {"type": "string"}}});
+        responses[status.to_string()] = json!({"description": why, "content": text});
+    }
+    responses
 }
 
 /// An object in which every property is required and no other is allowed.

@@ -1,112 +1,134 @@
 //! What each request gets.
 //!
-//! [`Desk::answer`] is a function from the head of a request to a response: it
-//! needs no socket, and a request that it refuses leaves the input as it was.
+//! [`Desk::answer`] is a function from the head of a request to what follows: a
+//! response, a body to be read (`errand`) or a conversation (`socket`). It needs
+//! no socket, and a request that it refuses leaves the input as it was.
 
-use std::fmt;
-
-use endpoint::{ArrivalRow, Command, Inbox, InvalidMessage, Mode, Observation, query::MAX_BYTES};
+use endpoint::{
+    Answer, ArrivalRow, Command, Inbox, InvalidMessage, Mode, Observation, PlantSettings,
+    query::MAX_BYTES,
+};
 use hyper::{
-    Method, Response, StatusCode, Version,
+    Method, Response, Version,
+    body::Bytes,
     header::{self, HeaderMap, HeaderValue},
     http::request::Parts,
 };
 use journal::Recorder;
-use serde::Serialize;
+use tokio::sync::watch;
 
 use crate::{
+    answer::{JSON, TEXT, as_json, message, respond},
+    clerk::Clerk,
+    errand::{BODY_BYTES, Errand},
     latest::{Publisher, Reader},
-    openapi,
+    openapi, origin, page,
+    refusal::Refusal,
+    session::Control,
+    socket,
     ticker::{input_words, output},
+    token::Pass,
 };
 
-/// The paths there are.
-pub(crate) const PATHS: [&str; 5] = ["/closed", "/open", "/state", "/health", "/openapi.json"];
+/// The paths of the API. The page's files are beside them.
+pub(crate) const PATHS: [&str; 9] = [
+    "/closed",
+    "/open",
+    "/state",
+    "/socket",
+    "/session",
+    "/session/rows",
+    "/session/end",
+    "/health",
+    "/openapi.json",
+];
 
-const FORM: &str = "application/x-www-form-urlencoded";
-const JSON: &str = "application/json";
-const TEXT: &str = "text/plain; charset=utf-8";
+/// The header that carries a session's token.
+const SESSION: &str = "webloop-session";
 
 /// Where requests are dealt with: the plant's state as the HTTP thread owns it.
 pub(crate) struct Desk {
+    pub(crate) settings: PlantSettings,
     pub(crate) inbox: Inbox,
     pub(crate) input: Publisher<3>,
     pub(crate) output: Reader<2>,
     pub(crate) rows: Recorder<ArrivalRow>,
     pub(crate) refused: u64,
+    pub(crate) control: Control,
+    pub(crate) clerk: Clerk,
+    /// The latest session that is over, for the sockets of it.
+    pub(crate) over: watch::Sender<u64>,
 }
 
-/// Why a request was refused.
-#[derive(Debug, thiserror::Error)]
-enum Refusal {
-    #[error("{0}")]
-    Message(#[from] InvalidMessage),
-    #[error("there is no `{path}`; there are {}", PATHS.join(", "))]
-    Path { path: String },
-    #[error("method {0} is not served; use GET")]
-    Method(Method),
-    #[error("the request has {0} Host headers; send exactly one")]
-    Host(usize),
-    #[error("the request target is not a path; this is a plant, not a proxy")]
-    Target,
-    #[error("the request has a body; a command is a query and has none")]
-    Body,
-    #[error(
-        "the plant's output is {y}: the loop has left the finite numbers; start the plant again"
-    )]
-    Diverged { y: f64 },
-}
-
-impl Refusal {
-    fn status(&self) -> StatusCode {
-        match self {
-            Self::Message(InvalidMessage::TooLong { .. }) => StatusCode::URI_TOO_LONG,
-            Self::Message(_) | Self::Host(_) | Self::Target => StatusCode::BAD_REQUEST,
-            Self::Path { .. } => StatusCode::NOT_FOUND,
-            Self::Method(_) => StatusCode::METHOD_NOT_ALLOWED,
-            Self::Body => StatusCode::PAYLOAD_TOO_LARGE,
-            Self::Diverged { .. } => StatusCode::INTERNAL_SERVER_ERROR,
-        }
-    }
+/// What follows a head.
+pub(crate) enum Reply {
+    /// This, and no more.
+    Done(Response<Bytes>),
+    /// What comes of the body.
+    Errand(Errand),
+    /// This, and then messages.
+    Socket(Response<Bytes>, socket::Opening),
 }
 
 impl Desk {
-    /// The response to a request whose head arrived at `now_ns`.
-    pub(crate) fn answer(&mut self, head: &Parts, has_body: bool, now_ns: u64) -> Response<String> {
+    /// What follows a head that arrived at `now_ns`.
+    pub(crate) fn answer(&mut self, head: &Parts, has_body: bool, now_ns: u64) -> Reply {
         self.try_answer(head, has_body, now_ns)
             .unwrap_or_else(|refusal| {
                 self.refused += 1;
-                refuse(&refusal)
+                Reply::Done(refusal.response(has_body))
             })
     }
 
-    fn try_answer(
-        &mut self,
-        head: &Parts,
-        has_body: bool,
-        now_ns: u64,
-    ) -> Result<Response<String>, Refusal> {
-        let query = check(head, has_body)?;
-        match head.uri.path() {
-            "/closed" => self.command(Mode::Closed, query, &head.headers, now_ns),
-            "/open" => self.command(Mode::Open, query, &head.headers, now_ns),
-            "/state" => self.observe(&head.headers, now_ns),
-            "/health" => Ok(respond(TEXT, "ok\n".to_owned())),
-            "/openapi.json" => Ok(respond(JSON, openapi::DOCUMENT.clone())),
-            path => Err(Refusal::Path {
-                path: path.chars().take(40).collect(),
-            }),
+    fn try_answer(&mut self, head: &Parts, has_body: bool, now_ns: u64) -> Result<Reply, Refusal> {
+        let query = check(head)?;
+        let path = head.uri.path();
+        if head.method == Method::POST
+            && let Some(errand) = self.errand(path, query, &head.headers, now_ns)?
+        {
+            return Ok(Reply::Errand(errand));
         }
+        if has_body && (head.method == Method::GET || !PATHS.contains(&path)) {
+            return Err(Refusal::Body);
+        }
+        // Not even HEAD: a GET here moves the plant, and HEAD would do so too.
+        let get = head.method == Method::GET;
+        let response = match path {
+            "/closed" if get => self.exchange(Mode::Closed, query, &head.headers, now_ns)?,
+            "/open" if get => self.exchange(Mode::Open, query, &head.headers, now_ns)?,
+            "/state" if get => self.observe(&head.headers, now_ns)?,
+            "/health" if get => respond(TEXT, "ok\n"),
+            "/openapi.json" if get => respond(JSON, openapi::DOCUMENT.as_str()),
+            "/session" if get => as_json(&self.control.status(now_ns)),
+            "/socket" if get => return self.socket(query, head, now_ns),
+            path => match page::file(path, &head.headers) {
+                Some(file) if get => file,
+                file if file.is_some() || PATHS.contains(&path) => {
+                    return Err(Refusal::Method {
+                        method: head.method.clone(),
+                        allowed: allowed(path),
+                    });
+                }
+                _ => {
+                    return Err(Refusal::Path {
+                        path: path.chars().take(40).collect(),
+                    });
+                }
+            },
+        };
+        Ok(Reply::Done(response))
     }
 
-    fn command(
+    /// Does what a command says; `text` is its query.
+    pub(crate) fn command(
         &mut self,
         mode: Mode,
-        query: &str,
-        headers: &HeaderMap,
+        text: &str,
+        pass: &Pass,
         now_ns: u64,
-    ) -> Result<Response<String>, Refusal> {
-        let command: Command = query.parse()?;
+    ) -> Result<Answer, Refusal> {
+        let command: Command = text.parse()?;
+        self.control.command(pass, now_ns)?;
         let output = output(self.output.read());
         let (row, answer) = self.inbox.command(mode, &command, output, now_ns);
         self.input.publish(input_words(self.inbox.input()));
@@ -114,10 +136,23 @@ impl Desk {
         if mode == Mode::Closed && !output.y.is_finite() {
             return Err(Refusal::Diverged { y: output.y });
         }
+        Ok(answer)
+    }
+
+    fn exchange(
+        &mut self,
+        mode: Mode,
+        query: &str,
+        headers: &HeaderMap,
+        now_ns: u64,
+    ) -> Result<Response<Bytes>, Refusal> {
+        let answer = self.command(mode, query, &pass(headers), now_ns)?;
         Ok(message(&answer, headers))
     }
 
-    fn observe(&self, headers: &HeaderMap, now_ns: u64) -> Result<Response<String>, Refusal> {
+    fn observe(&mut self, headers: &HeaderMap, now_ns: u64) -> Result<Response<Bytes>, Refusal> {
+        // How a page that waits for its start keeps its session. Whoever has none may look too.
+        let _ = self.control.hear(&pass(headers), now_ns);
         let output = output(self.output.read());
         if !output.y.is_finite() {
             return Err(Refusal::Diverged { y: output.y });
@@ -130,10 +165,65 @@ impl Desk {
         };
         Ok(message(&observation, headers))
     }
+
+    fn socket(&mut self, query: &str, head: &Parts, now_ns: u64) -> Result<Reply, Refusal> {
+        let (mode, pass) = socket::query(query)?;
+        let response = socket::handshake(head)?;
+        let session = self.control.admit(&pass, now_ns)?;
+        let over = self.over.subscribe();
+        let opening = socket::Opening {
+            mode,
+            pass,
+            session,
+            over,
+        };
+        Ok(Reply::Socket(response, opening))
+    }
+
+    /// What a POST asks for, if it is one of ours, before its body is read.
+    fn errand(
+        &mut self,
+        path: &str,
+        query: &str,
+        headers: &HeaderMap,
+        now_ns: u64,
+    ) -> Result<Option<Errand>, Refusal> {
+        let errand = match path {
+            "/session" => {
+                none(query)?;
+                Errand::Claim
+            }
+            "/session/rows" => {
+                let chunk = chunk(query)?;
+                let pass = pass(headers);
+                self.control.hear(&pass, now_ns)?;
+                Errand::Rows { chunk, pass }
+            }
+            "/session/end" => {
+                none(query)?;
+                let pass = pass(headers);
+                if !self.control.has_ended(&pass) {
+                    self.control.hear(&pass, now_ns)?;
+                }
+                Errand::End { pass }
+            }
+            _ => return Ok(None),
+        };
+        let expected = errand.kind();
+        if !is_kind(headers, expected) {
+            return Err(Refusal::Kind { expected });
+        }
+        let bytes = headers.get(header::CONTENT_LENGTH).and_then(number);
+        if bytes.is_some_and(|bytes| bytes > BODY_BYTES as u64) {
+            return Err(Refusal::Long { limit: BODY_BYTES });
+        }
+        Ok(Some(errand))
+    }
 }
 
-/// Refuses what is not a plain request of one host; the query of what is.
-fn check(head: &Parts, has_body: bool) -> Result<&str, Refusal> {
+/// Refuses what is not a plain request of one host and no foreign page's; the
+/// query of what is.
+fn check(head: &Parts) -> Result<&str, Refusal> {
     // `CONNECT host:port` and `GET http://host/path` are for proxies.
     if head.uri.authority().is_some() {
         return Err(Refusal::Target);
@@ -143,64 +233,58 @@ fn check(head: &Parts, has_body: bool) -> Result<&str, Refusal> {
     if hosts > 1 || (hosts == 0 && head.version != Version::HTTP_10) {
         return Err(Refusal::Host(hosts));
     }
+    origin::check(&head.headers)?;
     let query = head.uri.query().unwrap_or_default();
     let bytes = head.uri.path().len().max(query.len());
     if bytes > MAX_BYTES {
         return Err(InvalidMessage::TooLong { bytes }.into());
     }
-    if PATHS.contains(&head.uri.path()) && head.method != Method::GET {
-        // Not even HEAD: a GET here moves the plant, and HEAD would do so too.
-        return Err(Refusal::Method(head.method.clone()));
-    }
-    if has_body {
-        return Err(Refusal::Body);
-    }
     Ok(query)
 }
 
-/// A message in the form that the client accepts: a query unless it says JSON.
-fn message<M: fmt::Display + Serialize>(message: &M, headers: &HeaderMap) -> Response<String> {
-    let json = headers
-        .get_all(header::ACCEPT)
-        .iter()
-        .filter_map(|value| value.to_str().ok())
-        .flat_map(|value| value.split(','))
-        .any(|range| {
-            range
-                .split(';')
-                .next()
-                .is_some_and(|kind| kind.trim() == JSON)
-        });
-    if json {
-        let text = serde_json::to_string(message).expect("a message is numbers under fixed names");
-        respond(JSON, text)
-    } else {
-        respond(FORM, message.to_string())
+fn allowed(path: &str) -> &'static str {
+    match path {
+        "/session" => "GET, POST",
+        "/session/rows" | "/session/end" => "POST",
+        _ => "GET",
     }
 }
 
-fn respond(kind: &'static str, body: String) -> Response<String> {
-    let mut response = Response::new(body);
-    let headers = response.headers_mut();
-    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(kind));
-    // A GET that moves a plant must reach it, and each answer is of its moment.
-    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
-    response
+fn none(query: &str) -> Result<(), Refusal> {
+    let expected = "empty";
+    query
+        .is_empty()
+        .then_some(())
+        .ok_or(Refusal::Query { expected })
 }
 
-fn refuse(refusal: &Refusal) -> Response<String> {
-    let mut response = respond(TEXT, format!("{refusal}\n"));
-    *response.status_mut() = refusal.status();
-    if let Refusal::Method(_) = refusal {
-        response
-            .headers_mut()
-            .insert(header::ALLOW, HeaderValue::from_static("GET"));
+fn chunk(query: &str) -> Result<u64, Refusal> {
+    let expected = "`chunk=N` with N counting from 0";
+    query
+        .strip_prefix("chunk=")
+        .filter(|digits| digits.bytes().all(|byte| byte.is_ascii_digit()))
+        .and_then(|digits| digits.parse().ok())
+        .ok_or(Refusal::Query { expected })
+}
+
+fn pass(headers: &HeaderMap) -> Pass {
+    let mut values = headers.get_all(SESSION).iter();
+    match (values.next(), values.next()) {
+        (None, _) => Pass::Nothing,
+        (Some(value), None) => value.as_bytes().into(),
+        (Some(_), Some(_)) => Pass::Unreadable,
     }
-    if let Refusal::Body | Refusal::Target = refusal {
-        // What follows on this connection may not be a request.
-        response
-            .headers_mut()
-            .insert(header::CONNECTION, HeaderValue::from_static("close"));
-    }
-    response
+}
+
+/// Whether the body is of this type, whatever its parameters.
+fn is_kind(headers: &HeaderMap, expected: &str) -> bool {
+    headers
+        .get(header::CONTENT_TYPE)
+        .and_then(|value| value.to_str().ok())
+        .and_then(|value| value.split(';').next())
+        .is_some_and(|kind| kind.trim().eq_ignore_ascii_case(expected))
+}
+
+fn number(value: &HeaderValue) -> Option<u64> {
+    value.to_str().ok()?.parse().ok()
 }

@@ -13,13 +13,15 @@ use control::{StateSpace, Stepper, discretise};
 use endpoint::{ArrivalRow, Inbox, Input, Process, TickRow};
 use journal::Journal;
 use pace::now_ns;
-use tokio::task::LocalSet;
+use tokio::{sync::watch, task::LocalSet};
 
 use crate::{
+    clerk::Clerk,
     config::{Config, Granted, Ready, Report, ServeError},
     latest::latest,
     route::Desk,
     server,
+    session::Control,
     ticker::{Running, Ticker, input_words},
 };
 
@@ -67,12 +69,13 @@ pub fn serve_until(
     let listener = listener.map_err(listen_error)?;
     let address = listener.local_addr().map_err(listen_error)?;
 
-    // In this order: the threads of the journals must not inherit real-time
+    // In this order: the threads that write files must not inherit real-time
     // scheduling, and no file is made for a plant that cannot listen.
     let (tick_rows, tick_journal) =
         Journal::create::<TickRow>(&config.out.join("ticks.csv"), TickRow::COLUMNS)?;
     let (arrival_rows, arrival_journal) =
         Journal::create::<ArrivalRow>(&config.out.join("arrivals.csv"), ArrivalRow::COLUMNS)?;
+    let clerk = Clerk::start(&config.out)?;
     let (input_publisher, input_reader) = latest(input_words(Input::default()));
     let (output_publisher, output_reader) = latest([0; 2]);
     let start_ns = now_ns() + START_AHEAD_NS;
@@ -89,11 +92,15 @@ pub fn serve_until(
     let open_files = pace::raise_open_files();
 
     let desk = Rc::new(RefCell::new(Desk {
+        settings: *settings,
         inbox: Inbox::new(settings.late),
         input: input_publisher,
         output: output_reader,
         rows: arrival_rows,
         refused: 0,
+        control: Control::new(),
+        clerk,
+        over: watch::Sender::new(0),
     }));
     let accepted = RefCell::new(0);
     let tasks = LocalSet::new();
@@ -117,10 +124,16 @@ pub fn serve_until(
         .expect("all connections are gone")
         .into_inner();
 
-    // Both files are ended before either's error is told.
+    // All files are ended before any's error is told.
     let tick_written = tick_journal.finish(ticked.rows);
     let arrival_written = arrival_journal.finish(desk.rows);
+    let filed = desk.clerk.finish();
     ended?;
+    let tick_rows = tick_written?;
+    let arrival_rows = arrival_written?;
+    if let Some(problem) = filed.problem {
+        return Err(problem.into());
+    }
     Ok(Report {
         address,
         start_ns,
@@ -129,8 +142,10 @@ pub fn serve_until(
         arrivals: desk.inbox.arrivals(),
         refused: desk.refused,
         connections: accepted.into_inner(),
-        tick_rows: tick_written?,
-        arrival_rows: arrival_written?,
+        tick_rows,
+        arrival_rows,
+        sessions: desk.control.sessions(),
+        page_rows: filed.written,
         granted: Granted {
             ticker: ticked.scheduling,
             server: server_scheduling,

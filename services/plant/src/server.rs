@@ -10,20 +10,25 @@ use std::{
 
 use http_body_util::Full;
 use hyper::{
-    Request,
+    Request, Response,
     body::{Body, Bytes, Incoming},
     server::conn::http1,
     service::service_fn,
+    upgrade::OnUpgrade,
 };
 use hyper_util::rt::{TokioIo, TokioTimer};
 use pace::now_ns;
 use tokio::{
     net::{TcpListener, TcpSocket, TcpStream},
-    sync::Semaphore,
-    task,
+    sync::{OwnedSemaphorePermit, Semaphore},
+    task::{self, JoinError, JoinHandle},
 };
 
-use crate::route::Desk;
+use crate::{
+    errand,
+    route::{Desk, Reply},
+    socket,
+};
 
 /// How long a connection may wait for a head to be complete, and so also how
 /// long it may idle between two requests. Clients keep idle connections for
@@ -81,10 +86,9 @@ pub(crate) async fn accept(
                 task::spawn_local(async move {
                     // A connection that ends badly is its client's loss; what
                     // the client makes of it is in the client's rows.
-                    if let Err(error) = converse(stream, desk).await {
+                    if let Err(error) = converse(stream, desk, Rc::new(slot)).await {
                         tracing::debug!(%error, "connection ended");
                     }
-                    drop(slot);
                 });
             }
             Err(error) => {
@@ -95,24 +99,62 @@ pub(crate) async fn accept(
     }
 }
 
-/// Serves one connection to its end.
-async fn converse(stream: TcpStream, desk: Rc<RefCell<Desk>>) -> hyper::Result<()> {
+/// Serves one connection to its end. `slot` is its place among others, which a
+/// socket that comes of it keeps.
+async fn converse(
+    stream: TcpStream,
+    desk: Rc<RefCell<Desk>>,
+    slot: Rc<OwnedSemaphorePermit>,
+) -> hyper::Result<()> {
     // Answers are one small segment each: waiting for more to send would add
     // the other end's delayed acknowledgement, 40 ms. If it is refused, the
     // connection is already broken, and serving it will say so.
     let _ = stream.set_nodelay(true);
     let service = service_fn(|request: Request<Incoming>| {
         let now_ns = now_ns();
-        let has_body = !request.body().is_end_stream();
-        let (head, _) = request.into_parts();
-        let response = desk.borrow_mut().answer(&head, has_body, now_ns);
-        let response = response.map(|text| Full::new(Bytes::from(text)));
-        async move { Ok::<_, Infallible>(response) }
+        let (mut head, body) = request.into_parts();
+        let reply = desk
+            .borrow_mut()
+            .answer(&head, !body.is_end_stream(), now_ns);
+        let response = match reply {
+            Reply::Done(response) => Next::Response(response),
+            // In a task of its own, so that what a page has begun is done to its
+            // end even if its connection breaks.
+            Reply::Errand(errand) => Next::Errand(task::spawn_local(errand::run(
+                errand,
+                body,
+                Rc::clone(&desk),
+            ))),
+            Reply::Socket(response, opening) => {
+                if let Some(upgrade) = head.extensions.remove::<OnUpgrade>() {
+                    let (desk, slot) = (Rc::clone(&desk), Rc::clone(&slot));
+                    task::spawn_local(async move {
+                        socket::serve(upgrade, opening, desk).await;
+                        drop(slot);
+                    });
+                }
+                Next::Response(response)
+            }
+        };
+        async move {
+            let response = match response {
+                Next::Response(response) => response,
+                Next::Errand(task) => task.await?,
+            };
+            Ok::<_, JoinError>(response.map(Full::new))
+        }
     });
     http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(HEAD_TIMEOUT)
         .max_header_size(HEAD_BYTES)
         .serve_connection(TokioIo::new(stream), service)
+        .with_upgrades()
         .await
+}
+
+/// Where a response comes from.
+enum Next {
+    Response(Response<Bytes>),
+    Errand(JoinHandle<Response<Bytes>>),
 }

@@ -1,95 +1,12 @@
 //! A plant over real sockets: what each request gets, and that a refused one
 //! leaves the input as it was.
 
-use std::{
-    io::{Read, Write},
-    net::{SocketAddr, TcpStream},
-    path::Path,
-    sync::mpsc,
-    thread,
-    time::Duration,
-};
+use std::{thread, time::Duration};
 
-use control::{Method, preset};
-use endpoint::{
-    Acknowledgement, ArrivalOutcome, ArrivalRow, Late, Observation, PlantSettings, SampleTime,
-    State, TickRow,
-};
-use plant::{Config, Ready, Report, ServeError, serve_until};
-use tokio::sync::oneshot;
+use endpoint::{Acknowledgement, ArrivalOutcome, ArrivalRow, State, TickRow};
+use plant::{Config, Ready, serve_until};
 
-fn config(out: &Path) -> Config {
-    Config {
-        listen: "127.0.0.1:0".parse().expect("an address"),
-        settings: PlantSettings {
-            h: SampleTime::try_new(3_000_000).expect("3 ms"),
-            late: Late::Apply,
-        },
-        model: preset::motor(),
-        method: Method::BackwardEuler,
-        out: out.to_owned(),
-        fifo: false,
-    }
-}
-
-/// Done when its other half is dropped, also by a test that fails.
-async fn dropped(stop: oneshot::Receiver<()>) -> std::io::Result<()> {
-    let _ = stop.await;
-    Ok(())
-}
-
-/// Runs a plant while `client` does; its report.
-fn with_plant(out: &Path, client: impl FnOnce(Ready)) -> Result<Report, ServeError> {
-    let config = config(out);
-    let (ready, is_ready) = mpsc::channel();
-    let (stop, stopped) = oneshot::channel();
-    let plant = thread::spawn(move || {
-        serve_until(&config, dropped(stopped), |facts| {
-            ready.send(facts).expect("the test waits");
-        })
-    });
-    client(
-        is_ready
-            .recv_timeout(Duration::from_secs(10))
-            .expect("the plant starts"),
-    );
-    drop(stop);
-    plant.join().expect("no panic")
-}
-
-/// Sends bytes and gives all that comes back until the plant closes or is
-/// silent for a while.
-fn exchange(address: SocketAddr, request: &str) -> String {
-    let mut stream = TcpStream::connect(address).expect("the plant listens");
-    stream
-        .set_read_timeout(Some(Duration::from_millis(300)))
-        .expect("a valid timeout");
-    stream
-        .write_all(request.as_bytes())
-        .expect("the plant reads");
-    let mut bytes = Vec::new();
-    let mut buffer = [0; 4096];
-    while let Ok(read @ 1..) = stream.read(&mut buffer) {
-        bytes.extend_from_slice(&buffer[..read]);
-    }
-    String::from_utf8(bytes).expect("answers are text")
-}
-
-fn get(address: SocketAddr, target: &str, accept: &str) -> (String, String) {
-    let request = format!(
-        "GET {target} HTTP/1.1\r\nHost: plant\r\nAccept: {accept}\r\nConnection: close\r\n\r\n"
-    );
-    let response = exchange(address, &request);
-    let (head, body) = response.split_once("\r\n\r\n").expect("a whole response");
-    (head.to_ascii_lowercase(), body.to_owned())
-}
-
-fn observe(address: SocketAddr) -> Observation {
-    get(address, "/state", "*/*")
-        .1
-        .parse()
-        .expect("an observation")
-}
+use crate::support::{config, exchange, get, observe, rows, with_plant};
 
 #[test]
 fn a_command_moves_the_plant_and_both_forms_of_answer_say_so() {
@@ -158,14 +75,6 @@ fn a_command_moves_the_plant_and_both_forms_of_answer_say_so() {
             }
         );
     }
-}
-
-fn rows<R: serde::de::DeserializeOwned>(path: &Path) -> Vec<R> {
-    let mut reader = csv::Reader::from_path(path).expect("the file");
-    reader
-        .deserialize()
-        .collect::<Result<_, _>>()
-        .expect("rows")
 }
 
 #[test]

@@ -1,128 +1,17 @@
-//! The loop over loopback: controller and plant of this project, real sockets,
-//! real time. Few tests, one after another, with bounds that a busy machine keeps.
+//! Messages over HTTP, and what every controller does whatever carries them.
 
 use std::{
     io::{Read, Write},
     net::{SocketAddr, TcpListener},
-    path::Path,
-    sync::{Mutex, mpsc},
+    sync::mpsc,
     thread,
     time::Duration,
 };
 
-use control::{Method, preset};
-use controller::{Config, DriveError, Report, drive_until};
-use endpoint::{
-    Connection, ControllerSettings, Late, MessageOutcome, MessageRow, Mode, PlantSettings, Preset,
-    SampleTime, TickRow,
-};
-use tokio::sync::oneshot;
+use controller::{Config, DriveError, drive_until};
+use endpoint::{Connection, ControllerSettings, MessageOutcome, MessageRow, Mode, Preset, TickRow};
 
-const MS: u64 = 1_000_000;
-
-/// Wall-clock tests would spoil each other's timing.
-static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
-
-fn h(ms: u64) -> SampleTime {
-    SampleTime::try_new(ms * MS).expect("a valid sample time")
-}
-
-/// Runs a plant while `client` does.
-fn with_plant<T>(
-    out: &Path,
-    h: SampleTime,
-    client: impl FnOnce(SocketAddr) -> T,
-) -> (T, plant::Report) {
-    let config = plant::Config {
-        listen: "127.0.0.1:0".parse().expect("an address"),
-        settings: PlantSettings {
-            h,
-            late: Late::Apply,
-        },
-        model: preset::motor(),
-        method: Method::BackwardEuler,
-        out: out.to_owned(),
-        fifo: true,
-    };
-    let (ready, is_ready) = mpsc::channel();
-    let (stop, stopped) = oneshot::channel::<()>();
-    let plant = thread::spawn(move || {
-        let stopped = async {
-            let _ = stopped.await;
-            Ok(())
-        };
-        plant::serve_until(&config, stopped, |facts| {
-            ready.send(facts).expect("the test waits");
-        })
-    });
-    let facts = is_ready
-        .recv_timeout(Duration::from_secs(10))
-        .expect("the plant starts");
-    let result = client(facts.address);
-    drop(stop);
-    (
-        result,
-        plant
-            .join()
-            .expect("no panic")
-            .expect("a plant without errors"),
-    )
-}
-
-fn config(
-    out: &Path,
-    address: SocketAddr,
-    settings: ControllerSettings,
-    duration_ms: u64,
-) -> Config {
-    Config {
-        plant: format!("http://{address}"),
-        settings,
-        law: preset::paper_pi(),
-        start_ns: None,
-        duration_ns: duration_ms * MS,
-        connections: 2,
-        out: out.to_owned(),
-        fifo: true,
-    }
-}
-
-/// In a thread of its own, since real-time scheduling stays with a thread.
-fn drive(config: &Config) -> Result<Report, DriveError> {
-    thread::scope(|scope| {
-        let run = scope.spawn(|| drive_until(config, std::future::pending()));
-        run.join().expect("no panic")
-    })
-}
-
-fn rows<R: serde::de::DeserializeOwned>(path: &Path) -> Vec<R> {
-    let mut reader = csv::Reader::from_path(path).expect("the file");
-    reader
-        .deserialize()
-        .collect::<Result<_, _>>()
-        .expect("rows")
-}
-
-/// Checks what every run keeps, whatever happened in it.
-fn check(report: &Report, messages: &[MessageRow], deadlines: u64) {
-    let counts = report.counts;
-    assert_eq!(counts.due, deadlines);
-    assert_eq!(counts.due, counts.sent + counts.missed);
-    assert_eq!(
-        counts.sent,
-        counts.answered + counts.timeout + counts.failed
-    );
-    assert_eq!((report.rows.rows, report.rows.overflow), (deadlines, 0));
-    let mut numbers: Vec<u64> = messages.iter().map(|row| row.seq).collect();
-    numbers.sort_unstable();
-    assert_eq!(numbers, (0..deadlines).collect::<Vec<_>>());
-    for row in messages {
-        assert!(
-            row.t_send_ns.is_none_or(|t_ns| t_ns >= row.t_due_ns),
-            "never early: {row:?}"
-        );
-    }
-}
+use crate::{MS, ONE_AT_A_TIME, check, config, drive, h, rows, with_plant};
 
 #[test]
 fn the_paper_s_loop_settles_at_its_reference_at_333_hz_and_1_khz() {

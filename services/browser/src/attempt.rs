@@ -1,0 +1,256 @@
+//! One start of the browser: from its fresh folder until nothing is left of it.
+//!
+//! Whether there is another one is decided in [`crate::visit`].
+
+use std::{future::Future, io, pin::Pin, time::Duration};
+
+use pace::now_ns;
+use tokio::time::{MissedTickBehavior, interval, sleep};
+
+use crate::{
+    Engine,
+    address::{Times, url},
+    argument::{Circumstance, arguments},
+    clock::clock_ns,
+    config::{Config, Report, VisitError},
+    plant::Status,
+    preference::user_js,
+    process::{Process, has_shared_memory},
+    profile::Profile,
+    sandbox::{Confinement, confinement},
+    visit::{Visit, refused},
+    watch::{Course, Step, Trouble, Watch},
+};
+
+/// How often the browser's process is looked at.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// A Chromium that cannot have its sandbox ends this soon.
+const REFUSAL_WITHIN: Duration = Duration::from_secs(10);
+
+/// `nobody`. Root's browser runs as that user, since Chromium gives root no
+/// sandbox, and Firefox root's powers.
+const NOBODY: u32 = 65534;
+
+/// What there is to tell of one start of the browser.
+#[derive(Default)]
+pub(crate) struct Attempt {
+    pub(crate) arguments: Vec<String>,
+    pub(crate) user: Option<u32>,
+    pub(crate) kind: Option<Confinement>,
+    pub(crate) watch: Option<Watch>,
+    pub(crate) interrupted: bool,
+}
+
+impl Visit<'_> {
+    /// Starts the browser once, until the page's end; nothing if Chromium could
+    /// not have its sandbox and is to be started without.
+    pub(crate) async fn attempt(
+        &mut self,
+        stop: Pin<&mut impl Future<Output = io::Result<()>>>,
+        ready: &mut Option<impl FnOnce()>,
+    ) -> Result<Option<Report>, VisitError> {
+        let Config {
+            engine,
+            plant,
+            ref limits,
+            ..
+        } = *self.config;
+        let no_folder = refused(engine, "make a folder for it");
+        let profile = Profile::make(&self.config.scratch).map_err(&no_folder)?;
+        if engine == Engine::Firefox {
+            let text = user_js(plant);
+            profile.write("user.js", &text).map_err(no_folder)?;
+        }
+        let circumstance = Circumstance {
+            sandbox: self.sandbox,
+            shared_memory: has_shared_memory(),
+        };
+        let times = Times {
+            start_ns: self.config.start_ns,
+            duration_ns: self.config.duration_ns,
+            clock_ns: clock_ns(),
+        };
+        let url = url(plant, &self.config.settings, self.config.page, times);
+        let mut attempt = Attempt {
+            arguments: arguments(engine, &profile.home(), plant, &url, circumstance),
+            ..Attempt::default()
+        };
+        let mut process = self.start(&profile, &mut attempt)?;
+        let mut watch = Watch::new(self.course());
+        let watched = self
+            .watch(&mut process, &mut watch, &mut attempt, stop, ready)
+            .await;
+
+        // Whatever came of it: nothing of the browser is left.
+        let status = process.ended().ok().flatten();
+        let lived = process.started().elapsed();
+        process.end(limits.end).map_err(refused(engine, "end it"))?;
+        let words = process.last_words();
+        drop(process);
+        if let Err(error) = profile.remove() {
+            tracing::warn!("cannot remove the folder of {engine}: {error}");
+        }
+
+        let version = self.program.version.clone();
+        let trouble = match (watched?, status) {
+            (Ok(()), _) => {
+                attempt.watch = Some(watch);
+                return Ok(Some(self.report(attempt)));
+            }
+            (Err(None), Some(status)) => {
+                let refused = watch.opened().is_none() && lived < REFUSAL_WITHIN;
+                if engine == Engine::Chromium && self.sandbox && refused {
+                    self.sandbox = false;
+                    self.reason = Some(words);
+                    return Ok(None);
+                }
+                return Err(VisitError::Crashed {
+                    version,
+                    program: self.program.path.display().to_string(),
+                    status,
+                    words,
+                });
+            }
+            (Err(None), None) => Trouble::NeverOpened,
+            (Err(Some(trouble)), _) => trouble,
+        };
+        Err(self.named(trouble, &watch, words, url))
+    }
+
+    /// Starts the browser: root's as nobody, where the system lets it.
+    fn start(&self, profile: &Profile, attempt: &mut Attempt) -> Result<Process, VisitError> {
+        let home = profile.home();
+        let start = |user| {
+            let leash = self.config.leash;
+            Process::start(&self.program, &attempt.arguments, &home, user, leash)
+        };
+        if rustix::process::geteuid().is_root() && profile.give_to(NOBODY).is_ok() {
+            match start(Some(NOBODY)) {
+                Ok(process) => {
+                    attempt.user = Some(NOBODY);
+                    return Ok(process);
+                }
+                Err(error) => tracing::warn!("no browser as user {NOBODY}: {error}"),
+            }
+            let own = rustix::process::geteuid().as_raw();
+            let own = profile.give_to(own);
+            own.map_err(refused(self.config.engine, "take its folder back"))?;
+        }
+        start(None).map_err(refused(self.config.engine, "start it"))
+    }
+
+    /// Watches the page until its end. An error without trouble is the end of
+    /// the browser's process.
+    async fn watch(
+        &self,
+        process: &mut Process,
+        watch: &mut Watch,
+        attempt: &mut Attempt,
+        mut stop: Pin<&mut impl Future<Output = io::Result<()>>>,
+        ready: &mut Option<impl FnOnce()>,
+    ) -> Result<Result<(), Option<Trouble>>, VisitError> {
+        let started = process.started();
+        let engine = self.config.engine;
+        let mut looks = interval(LOOK);
+        looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let mut asking = Box::pin(self.ask());
+        loop {
+            let status = tokio::select! {
+                status = &mut asking => status,
+                _ = looks.tick() => {
+                    let ended = process.ended().map_err(refused(engine, "look at it"))?;
+                    if ended.is_some() {
+                        // The page may have ended before.
+                        let last = self.plant.status().await;
+                        let step = last.ok().map(|last| watch.saw(started.elapsed(), &last));
+                        return Ok(match step {
+                            Some(Ok(Step::Ended)) => Ok(()),
+                            Some(Err(trouble @ Trouble::Page { .. })) => Err(Some(trouble)),
+                            _ => Err(None),
+                        });
+                    }
+                    if let Err(trouble) = watch.passed(started.elapsed()) {
+                        return Ok(Err(Some(trouble)));
+                    }
+                    continue;
+                }
+                told = &mut stop => {
+                    told.map_err(refused(engine, "hear signals"))?;
+                    attempt.interrupted = true;
+                    return Ok(Ok(()));
+                }
+            };
+            match status.map(|status| watch.saw(started.elapsed(), &status)) {
+                Some(Ok(Step::Opened)) => {
+                    attempt.kind = Some(confinement(engine, &process.members()));
+                    if let Some(ready) = ready.take() {
+                        ready();
+                    }
+                }
+                Some(Ok(Step::Ended)) => return Ok(Ok(())),
+                Some(Err(trouble)) => return Ok(Err(Some(trouble))),
+                Some(Ok(Step::Wait)) | None => {}
+            }
+            asking = Box::pin(self.ask());
+        }
+    }
+
+    /// What the plant says next of its session; nothing if it does not answer.
+    async fn ask(&self) -> Option<Status> {
+        sleep(self.config.limits.look).await;
+        match self.plant.status().await {
+            Ok(status) => Some(status),
+            Err(why) => {
+                tracing::debug!("no word of the session: {why}");
+                None
+            }
+        }
+    }
+
+    /// What went wrong, with what is known of it.
+    fn named(&self, trouble: Trouble, watch: &Watch, words: String, url: String) -> VisitError {
+        let limits = self.config.limits;
+        let version = self.program.version.clone();
+        match trouble {
+            Trouble::NeverOpened => VisitError::NeverOpened {
+                version,
+                waited_s: limits.open.as_secs(),
+                words,
+                url,
+            },
+            Trouble::Hung { silent_s } => VisitError::Hung {
+                version,
+                silent_s,
+                commands: watch.session().map_or(0, |session| session.commands),
+            },
+            Trouble::Unfinished => VisitError::Unfinished {
+                version,
+                late_s: (limits.finish + self.timeout()).as_secs(),
+                seen: watch.session().map_or_else(String::new, |session| {
+                    let (commands, rows) = (session.commands, session.rows);
+                    format!("{commands} commands and {rows} rows of it were at the plant")
+                }),
+            },
+            Trouble::Page { outcome, reason } => VisitError::Page {
+                version,
+                outcome,
+                reason,
+            },
+        }
+    }
+
+    fn course(&self) -> Course {
+        let start = self.config.start_ns;
+        Course {
+            start: start.map(|t_ns| Duration::from_nanos(t_ns.saturating_sub(now_ns()))),
+            length: Duration::from_nanos(self.config.duration_ns),
+            timeout: self.timeout(),
+            limits: self.config.limits,
+        }
+    }
+
+    fn timeout(&self) -> Duration {
+        Duration::from_nanos(self.config.settings.timeout_ns)
+    }
+}

@@ -1,0 +1,251 @@
+//! What a visit is told, what it tells, and why it may fail.
+
+use std::{
+    io,
+    net::SocketAddr,
+    path::PathBuf,
+    process::{Command, ExitStatus},
+    time::Duration,
+};
+
+use endpoint::{ControllerSettings, PageSettings};
+use journal::Written;
+use serde::{Deserialize, Serialize};
+
+use crate::{Engine, Missing, Sandbox, Version};
+
+/// Ties a command to this process before it is started, so that it cannot
+/// outlive it. A function, because doing that between fork and exec is not this
+/// crate's business.
+pub type Leash = fn(&mut Command) -> io::Result<()>;
+
+/// Everything that a visit is told.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Which browser.
+    pub engine: Engine,
+    /// The plant, which serves the page.
+    pub plant: SocketAddr,
+    /// How the page sends.
+    pub settings: ControllerSettings,
+    /// How it goes about that.
+    pub page: PageSettings,
+    /// The first deadline on the run's clock; soon, if not given.
+    pub start_ns: Option<u64>,
+    /// Deadlines end this long after the first.
+    pub duration_ns: u64,
+    /// Where the folder of the browser's own files is made, and removed.
+    pub scratch: PathBuf,
+    /// Ties the browser to this process.
+    pub leash: Leash,
+    /// How long each thing is waited for.
+    pub limits: Limits,
+}
+
+/// How long each thing is waited for. Every visit ends within their sum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// A plant that is still starting.
+    pub plant: Duration,
+    /// From the browser's start until the page holds the session. On a slow
+    /// disk a browser alone takes ten seconds.
+    pub open: Duration,
+    /// A page that says nothing, beyond its own time-out.
+    pub silence: Duration,
+    /// From the last deadline, and a time-out, until the page has ended: its
+    /// last rows go over the run's link.
+    pub finish: Duration,
+    /// Between two looks at the session. They go over the run's link, too.
+    pub look: Duration,
+    /// A browser that was told to end, before it is killed.
+    pub end: Duration,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            plant: Duration::from_secs(10),
+            open: Duration::from_secs(30),
+            silence: Duration::from_secs(10),
+            finish: Duration::from_secs(60),
+            look: Duration::from_millis(500),
+            end: Duration::from_secs(2),
+        }
+    }
+}
+
+/// What a visit tells when it has ended. What became of the deadlines only the
+/// page knows, and tells the plant.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Report {
+    /// Who was the controller.
+    pub client: Engine,
+    /// The first deadline on the run's clock, if the page was given one.
+    pub start_ns: Option<u64>,
+    /// Where the deadlines ended, likewise.
+    pub stop_ns: Option<u64>,
+    /// Whether it was told to end before its time. What the page had not sent
+    /// to the plant by then is lost.
+    pub interrupted: bool,
+    /// Rows that the plant had of the page when it was looked at last.
+    pub rows: Written,
+    /// The page's session as the plant last told of it.
+    pub session: Option<Session>,
+    /// The browser.
+    pub browser: Browser,
+}
+
+/// A page's session as the plant tells of it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Session {
+    /// What the page calls itself.
+    pub client: String,
+    /// Commands that came with it.
+    pub commands: u64,
+    /// Rows that the plant has of it.
+    pub rows: u64,
+}
+
+/// Which browser it was, and how it was started.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Browser {
+    /// Its own name and version.
+    #[serde(flatten)]
+    pub version: Version,
+    /// The program.
+    pub program: PathBuf,
+    /// What it was started with.
+    pub arguments: Vec<String>,
+    /// How it is kept from the machine.
+    pub sandbox: Sandbox,
+    /// From its start until the page held the session; none if it never did.
+    pub opened_ms: Option<u64>,
+}
+
+/// Why a visit did not come to its end. Each has a name of one word, for
+/// manifests: [`VisitError::name`].
+#[derive(Debug, thiserror::Error)]
+pub enum VisitError {
+    /// This machine has no such browser.
+    #[error(transparent)]
+    Missing(#[from] Missing),
+    /// The settings make no page.
+    #[error("a page cannot be the controller with these settings: {why}")]
+    Settings {
+        /// What it cannot.
+        why: &'static str,
+    },
+    /// The plant does not answer before the browser is started.
+    #[error(
+        "no plant answers at http://{plant} after {waited_s} s: {why}; is it started, and is this its address?"
+    )]
+    Unreachable {
+        /// What was asked.
+        plant: SocketAddr,
+        /// How long it was waited for.
+        waited_s: u64,
+        /// What the last attempt came to.
+        why: String,
+    },
+    /// Somebody else has the plant.
+    #[error(
+        "the plant at http://{plant} is controlled by `{client}`; wait for the end of that session"
+    )]
+    Taken {
+        /// The plant.
+        plant: SocketAddr,
+        /// What that page calls itself.
+        client: String,
+    },
+    /// The browser ended before the page did.
+    #[error(
+        "{version} ended before its page did, with {status}; its last words: {words}; start {program} by hand to see more"
+    )]
+    Crashed {
+        /// Which.
+        version: Version,
+        /// The program.
+        program: String,
+        /// How it ended.
+        status: ExitStatus,
+        /// What it said last.
+        words: String,
+    },
+    /// The page did not come to be.
+    #[error(
+        "{version} runs, but no page of it took control of the plant within {waited_s} s; its last words: {words}; open {url} by hand to see more"
+    )]
+    NeverOpened {
+        /// Which.
+        version: Version,
+        /// How long it was waited for.
+        waited_s: u64,
+        /// What the browser said last.
+        words: String,
+        /// What it was to open.
+        url: String,
+    },
+    /// The page fell silent.
+    #[error(
+        "the page in {version} hangs: the plant heard nothing of it for {silent_s} s after {commands} commands; the rows that it sent before are at the plant"
+    )]
+    Hung {
+        /// Which.
+        version: Version,
+        /// How long, at least.
+        silent_s: u64,
+        /// How many there were.
+        commands: u64,
+    },
+    /// The page did not come to an end.
+    #[error(
+        "the page in {version} has not ended {late_s} s after its last deadline; {seen}; is the link too slow for its rows?"
+    )]
+    Unfinished {
+        /// Which.
+        version: Version,
+        /// How long it was waited for.
+        late_s: u64,
+        /// How far it was when it was seen last.
+        seen: String,
+    },
+    /// The page says itself that it did not do what was asked.
+    #[error("the page in {version} ended as {outcome}: {reason}")]
+    Page {
+        /// Which.
+        version: Version,
+        /// The page's word for it: `late`, `failed` or `stopped`.
+        outcome: String,
+        /// What it says of it.
+        reason: String,
+    },
+    /// The system refused a folder, a process or a signal handler.
+    #[error("cannot run {engine}: {what}: {source}")]
+    System {
+        /// Which.
+        engine: Engine,
+        /// What could not be done.
+        what: &'static str,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+impl VisitError {
+    /// The ending's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Missing(_) => "missing",
+            Self::Settings { .. } => "settings",
+            Self::Unreachable { .. } => "unreachable",
+            Self::Taken { .. } => "taken",
+            Self::Crashed { .. } => "crashed",
+            Self::NeverOpened { .. } => "never-opened",
+            Self::Hung { .. } => "hung",
+            Self::Unfinished { .. } => "unfinished",
+            Self::Page { outcome, .. } => outcome,
+            Self::System { .. } => "system",
+        }
+    }
+}

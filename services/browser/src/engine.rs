@@ -1,0 +1,280 @@
+//! Which browser: how it is called, where it is found, and which version it is.
+//!
+//! How it is started is in [`crate::argument`] and [`crate::preference`].
+
+use std::{
+    env,
+    ffi::OsStr,
+    fmt, io,
+    io::Read,
+    os::unix::fs::PermissionsExt,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+    str::FromStr,
+    thread,
+    time::{Duration, Instant},
+};
+
+use serde::{Deserialize, Serialize};
+
+/// A browser that has not said its version by then will not.
+const VERSION_WITHIN: Duration = Duration::from_secs(10);
+
+/// How often its answer is looked for.
+const POLL: Duration = Duration::from_millis(10);
+
+/// A browser's family.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Engine {
+    /// Chromium, or Google's Chrome.
+    Chromium,
+    /// Firefox.
+    Firefox,
+}
+
+impl Engine {
+    /// Each of them.
+    pub const ALL: &[Self] = &[Self::Chromium, Self::Firefox];
+
+    /// The variable that names another one than the first in `PATH`.
+    #[must_use]
+    pub fn variable(self) -> &'static str {
+        match self {
+            Self::Chromium => "WEBLOOP_CHROMIUM",
+            Self::Firefox => "WEBLOOP_FIREFOX",
+        }
+    }
+
+    /// What the program may be called, the first that is there being taken.
+    fn names(self) -> &'static [&'static str] {
+        match self {
+            Self::Chromium => &[
+                "chromium",
+                "chromium-browser",
+                "google-chrome",
+                "google-chrome-stable",
+            ],
+            Self::Firefox => &["firefox-esr", "firefox"],
+        }
+    }
+
+    /// Whether a process with these arguments is one that runs a page.
+    pub(crate) fn runs_a_page(self, arguments: &[&str]) -> bool {
+        match self {
+            Self::Chromium => arguments.contains(&"--type=renderer"),
+            Self::Firefox => {
+                arguments.contains(&"-contentproc") && arguments.last() == Some(&"tab")
+            }
+        }
+    }
+}
+
+impl fmt::Display for Engine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Chromium => "chromium",
+            Self::Firefox => "firefox",
+        })
+    }
+}
+
+/// A word that no browser has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("browser `{0}` is unknown; choose chromium or firefox")]
+pub struct UnknownEngine(String);
+
+impl FromStr for Engine {
+    type Err = UnknownEngine;
+
+    fn from_str(word: &str) -> Result<Self, UnknownEngine> {
+        Self::ALL
+            .iter()
+            .copied()
+            .find(|engine| engine.to_string() == word)
+            .ok_or_else(|| UnknownEngine(word.to_owned()))
+    }
+}
+
+/// A browser that this machine lacks.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no {engine} on this machine: {why}; {remedy}")]
+pub struct Missing {
+    /// Which was looked for.
+    pub engine: Engine,
+    /// Where, and what was there instead.
+    pub why: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+/// A browser's own name and version.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Version {
+    /// Such as `Chromium`.
+    pub name: String,
+    /// Such as `156.0.8078.79`.
+    pub number: String,
+}
+
+impl fmt::Display for Version {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.name, self.number)
+    }
+}
+
+/// A browser on this machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Program {
+    pub(crate) path: PathBuf,
+    pub(crate) version: Version,
+}
+
+/// The browser that a visit would start, with its version: `Chromium 156.0.8078.79`.
+///
+/// # Errors
+/// [`Missing`] says where it was looked for, and what to do.
+pub fn found(engine: Engine) -> Result<String, Missing> {
+    find(engine).map(|program| program.version.to_string())
+}
+
+/// Finds the browser and asks for its version.
+pub(crate) fn find(engine: Engine) -> Result<Program, Missing> {
+    let missing = |why: String| Missing {
+        engine,
+        why,
+        remedy: format!(
+            "install the package {}, or name the program in {}",
+            engine.names()[0],
+            engine.variable()
+        ),
+    };
+    let path = match env::var_os(engine.variable()) {
+        Some(named) => {
+            let path = PathBuf::from(named);
+            if !is_program(&path) {
+                let variable = engine.variable();
+                return Err(missing(format!(
+                    "{variable} names {}, which is no program",
+                    path.display()
+                )));
+            }
+            path
+        }
+        None => in_path(engine.names(), env::var_os("PATH").as_deref())
+            .ok_or_else(|| missing(format!("PATH has no {}", engine.names().join(", no "))))?,
+    };
+    let said = first_words(&path)
+        .map_err(|error| missing(format!("{} --version: {error}", path.display())))?;
+    let version = version(&said).ok_or_else(|| {
+        missing(format!(
+            "{} --version says `{}`",
+            path.display(),
+            said.trim()
+        ))
+    })?;
+    Ok(Program { path, version })
+}
+
+/// The first of `names` that is a program in the folders of `path`.
+fn in_path(names: &[&str], path: Option<&OsStr>) -> Option<PathBuf> {
+    let folders: Vec<_> = env::split_paths(path?).collect();
+    let candidates = names
+        .iter()
+        .flat_map(|name| folders.iter().map(move |folder| folder.join(name)));
+    candidates.into_iter().find(|path| is_program(path))
+}
+
+fn is_program(path: &Path) -> bool {
+    path.metadata()
+        .is_ok_and(|meta| meta.is_file() && meta.permissions().mode() & 0o111 != 0)
+}
+
+/// What the program says on `--version`, on standard output alone: wrapper
+/// scripts of distributions complain of this and that beside it.
+fn first_words(path: &Path) -> io::Result<String> {
+    let mut child = Command::new(path)
+        .arg("--version")
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()?;
+    let deadline = Instant::now() + VERSION_WITHIN;
+    while child.try_wait()?.is_none() {
+        if Instant::now() > deadline {
+            child.kill()?;
+            child.wait()?;
+            let waited_s = VERSION_WITHIN.as_secs();
+            return Err(io::Error::other(format!("no answer within {waited_s} s")));
+        }
+        thread::sleep(POLL);
+    }
+    let mut said = Vec::new();
+    // A line fits a pipe, so the program ended without a reader. A child of its
+    // own may still hold the other end: so no more is read than a line may be.
+    if let Some(mut out) = child.stdout.take() {
+        let mut bytes = [0; 512];
+        let n = out.read(&mut bytes)?;
+        said.extend_from_slice(&bytes[..n]);
+    }
+    Ok(String::from_utf8_lossy(&said).into_owned())
+}
+
+/// The first word that begins with a digit, and the one before it.
+fn version(said: &str) -> Option<Version> {
+    let words: Vec<&str> = said.split_whitespace().collect();
+    let at = words
+        .iter()
+        .position(|word| word.starts_with(|c: char| c.is_ascii_digit()))?;
+    Some(Version {
+        name: (*words.get(at.checked_sub(1)?)?).to_owned(),
+        number: words[at].to_owned(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_version_is_found_in_what_each_browser_says() {
+        for (said, expected) in [
+            (
+                "Chromium 156.0.8078.79 built on Debian GNU/Linux 12 (bookworm)\n",
+                Some("Chromium 156.0.8078.79"),
+            ),
+            ("Google Chrome 140.0.1 \n", Some("Chrome 140.0.1")),
+            ("Mozilla Firefox 153.7.0esr\n", Some("Firefox 153.7.0esr")),
+            ("usage: chromium [options]", None),
+            ("7", None),
+            ("", None),
+        ] {
+            let version = version(said).map(|version| version.to_string());
+            assert_eq!(version.as_deref(), expected, "{said}");
+        }
+    }
+
+    #[test]
+    fn the_first_name_that_is_a_program_is_taken_wherever_it_is() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (a, b) = (folder.path().join("a"), folder.path().join("b"));
+        for folder in [&a, &b] {
+            std::fs::create_dir(folder).expect("a folder");
+        }
+        let path = env::join_paths([&a, &b]).expect("a path");
+        let names = ["first", "second"];
+        assert_eq!(in_path(&names, Some(&path)), None);
+        // A file that cannot be run is none.
+        std::fs::write(a.join("first"), "").expect("a file");
+        let program = |path: PathBuf| {
+            std::fs::write(&path, "").expect("a file");
+            let mode = std::fs::Permissions::from_mode(0o755);
+            std::fs::set_permissions(&path, mode).expect("its mode");
+            path
+        };
+        let second = program(a.join("second"));
+        assert_eq!(in_path(&names, Some(&path)), Some(second));
+        let first = program(b.join("first"));
+        assert_eq!(in_path(&names, Some(&path)), Some(first));
+    }
+}

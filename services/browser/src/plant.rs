@@ -1,0 +1,128 @@
+//! The plant as seen from the launcher: whether it is well, and who is in control.
+//!
+//! This goes over the same link as the loop: a link may stall for seconds and
+//! lose packets, so a question without an answer is only asked again.
+
+use std::{error::Error, net::SocketAddr, time::Duration};
+
+use reqwest::{Client, redirect, retry};
+use serde::Deserialize;
+
+/// A link may stall for five seconds and still be well.
+const ANSWER_WITHIN: Duration = Duration::from_secs(8);
+
+/// How long to leave a plant alone that does not answer yet.
+const WARM_UP_PAUSE: Duration = Duration::from_millis(50);
+
+/// Who is in control.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum State {
+    /// No page.
+    Free,
+    /// A page.
+    Held,
+    /// No page any more: the last one said that it ended.
+    Ended,
+}
+
+/// What the plant says of sessions, `GET /session`.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+pub(crate) struct Status {
+    pub(crate) state: State,
+    #[serde(default)]
+    pub(crate) client: String,
+    #[serde(default)]
+    pub(crate) commands: u64,
+    #[serde(default)]
+    pub(crate) rows: u64,
+    /// Since the page was heard last.
+    #[serde(default)]
+    pub(crate) idle_ms: u64,
+    /// What the page says of its end, where the plant repeats it.
+    #[serde(default)]
+    pub(crate) outcome: Option<String>,
+    /// Why that was.
+    #[serde(default)]
+    pub(crate) reason: Option<String>,
+}
+
+/// A way to ask the plant.
+#[derive(Clone, Debug)]
+pub(crate) struct Plant {
+    client: Client,
+    address: SocketAddr,
+}
+
+impl Plant {
+    pub(crate) fn at(address: SocketAddr) -> reqwest::Result<Self> {
+        let client = Client::builder()
+            .no_proxy()
+            .http1_only()
+            .retry(retry::never())
+            .redirect(redirect::Policy::none())
+            .referer(false)
+            .tcp_nodelay(true)
+            .timeout(ANSWER_WITHIN)
+            .build()?;
+        Ok(Self { client, address })
+    }
+
+    /// Waits until it is well; else what the last attempt came to.
+    pub(crate) async fn is_well_within(&self, within: Duration) -> Result<(), String> {
+        let mut why = String::from("no attempt ended");
+        let well = async {
+            while let Err(error) = self.get("/health").await {
+                why = error;
+                tokio::time::sleep(WARM_UP_PAUSE).await;
+            }
+        };
+        tokio::time::timeout(within, well).await.map_err(|_| why)
+    }
+
+    /// Who is in control.
+    pub(crate) async fn status(&self) -> Result<Status, String> {
+        let text = self.get("/session").await?;
+        serde_json::from_str(&text).map_err(|error| format!("/session: {error}"))
+    }
+
+    async fn get(&self, path: &str) -> Result<String, String> {
+        let url = format!("http://{}{path}", self.address);
+        let response = self.client.get(url).send().await.map_err(sentence)?;
+        let status = response.status();
+        let text = response.text().await.map_err(sentence)?;
+        match status.is_success() {
+            true => Ok(text),
+            false => Err(format!("{path}: {status}")),
+        }
+    }
+}
+
+/// The outermost error only says that a request failed; why is further in.
+fn sentence(error: reqwest::Error) -> String {
+    let error = error.without_url();
+    let mut why = error.to_string();
+    let mut source = error.source();
+    while let Some(inner) = source {
+        why = format!("{why}: {inner}");
+        source = inner.source();
+    }
+    why
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plant_may_say_more_or_less_of_a_session() {
+        let status: Status = serde_json::from_str(
+            r#"{"state":"ended","client":"c","commands":7,"rows":6,"idle_ms":5,"more":1}"#,
+        )
+        .expect("a status");
+        assert_eq!((status.state, status.commands), (State::Ended, 7));
+        let status: Status = serde_json::from_str(r#"{"state":"free"}"#).expect("a status");
+        assert_eq!(status.state, State::Free);
+        assert!(serde_json::from_str::<Status>(r#"{"state":"lost"}"#).is_err());
+    }
+}

@@ -1,0 +1,141 @@
+//! How a browser keeps its pages from the machine, as seen from outside.
+//!
+//! What a browser was asked for is not what it has: the kernel says that of
+//! each process.
+
+use std::{fs, path::PathBuf};
+
+use rustix::process::Pid;
+use serde::{Deserialize, Serialize};
+
+use crate::Engine;
+
+/// What holds a page's process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Confinement {
+    /// No process of a page was seen.
+    Unknown,
+    /// It can do what its user can.
+    None,
+    /// It is kept from most system calls.
+    Filter,
+    /// That, and it is in namespaces of its own.
+    Namespace,
+}
+
+/// A browser's sandbox.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Sandbox {
+    /// What holds the pages' processes: the least of them counts.
+    pub kind: Confinement,
+    /// The user that the browser runs as.
+    pub user: u32,
+    /// Why it is not more.
+    pub reason: Option<String>,
+}
+
+/// The least that holds any of these processes which runs a page. What holds
+/// this process too, as a container does, is not counted.
+pub(crate) fn confinement(engine: Engine, members: &[Pid]) -> Confinement {
+    let ours = Hold::of("self");
+    members
+        .iter()
+        .filter_map(|pid| {
+            // Its arguments, parted by zeros or, in a name it gave itself, spaces.
+            let line = fs::read_to_string(format!("/proc/{pid}/cmdline")).ok()?;
+            let arguments: Vec<&str> = line
+                .split(['\0', ' '])
+                .filter(|word| !word.is_empty())
+                .collect();
+            engine
+                .runs_a_page(&arguments)
+                .then(|| Hold::of(&pid.to_string()).beyond(&ours))
+        })
+        .min()
+        .unwrap_or(Confinement::Unknown)
+}
+
+/// What the kernel says that holds a process.
+struct Hold {
+    /// Filters of system calls.
+    filters: u32,
+    /// Its user namespace, where this process may know it.
+    namespace: Option<PathBuf>,
+    /// What that one's users are outside: another way to tell two apart.
+    users: Option<String>,
+}
+
+impl Hold {
+    fn of(process: &str) -> Self {
+        let file = |name| fs::read_to_string(format!("/proc/{process}/{name}")).ok();
+        Self {
+            filters: file("status").map_or(0, |status| filters(&status)),
+            namespace: fs::read_link(format!("/proc/{process}/ns/user")).ok(),
+            users: file("uid_map"),
+        }
+    }
+
+    /// What holds it besides what holds `other`.
+    fn beyond(&self, other: &Self) -> Confinement {
+        let apart = match (&self.namespace, &other.namespace) {
+            (Some(one), Some(other)) => one != other,
+            _ => self.users.is_some() && self.users != other.users,
+        };
+        match (self.filters > other.filters, apart) {
+            (true, true) => Confinement::Namespace,
+            (true, false) => Confinement::Filter,
+            (false, _) => Confinement::None,
+        }
+    }
+}
+
+/// How many filters of system calls there are; 0 on kernels before 5.9, which
+/// do not say it.
+fn filters(status: &str) -> u32 {
+    let number = |line: &str| {
+        let number = line.strip_prefix("Seccomp_filters:")?;
+        number.trim().parse().ok()
+    };
+    status.lines().find_map(number).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn filters_are_counted_by_the_kernel() {
+        assert_eq!(filters("Name:\ta\nSeccomp:\t2\nSeccomp_filters:\t3\n"), 3);
+        assert_eq!(filters("Seccomp:\t0\nSeccomp_filters:\t0\n"), 0);
+        assert_eq!(filters("Seccomp:\t2\n"), 0);
+    }
+
+    #[test]
+    fn what_holds_both_is_no_sandbox() {
+        let hold = |filters, namespace: Option<&str>, users: &str| Hold {
+            filters,
+            namespace: namespace.map(PathBuf::from),
+            users: Some(users.to_owned()),
+        };
+        // In a container, whose own filter holds all in it.
+        let ours = hold(1, Some("user:[1]"), "0 0 1");
+        for (page, expected) in [
+            (hold(1, Some("user:[1]"), "0 0 1"), Confinement::None),
+            (hold(2, Some("user:[1]"), "0 0 1"), Confinement::Filter),
+            (hold(2, Some("user:[2]"), "0 0 1"), Confinement::Namespace),
+            (hold(2, None, "0 0 1"), Confinement::Filter),
+            (hold(2, None, "65534 65534 1"), Confinement::Namespace),
+        ] {
+            assert_eq!(page.beyond(&ours), expected);
+        }
+    }
+
+    #[test]
+    fn a_process_that_runs_no_page_says_nothing_of_the_sandbox() {
+        for engine in Engine::ALL {
+            let this = rustix::process::getpid();
+            assert_eq!(confinement(*engine, &[this]), Confinement::Unknown);
+        }
+    }
+}

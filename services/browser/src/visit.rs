@@ -1,0 +1,154 @@
+//! The entry: starts a browser at the plant's page, watches it, ends it, reports.
+
+use std::{future::Future, io, pin::pin};
+
+use journal::Written;
+
+use crate::{
+    Engine,
+    attempt::Attempt,
+    config::{Browser, Config, Report, VisitError},
+    engine::{Program, find},
+    plant::{Plant, State, Status},
+    sandbox::{Confinement, Sandbox},
+    watch::Watch,
+};
+
+/// Runs a visit to its end, or until SIGTERM or SIGINT. `ready` is called when
+/// the page holds the session. The browser dies with the calling thread where
+/// the leash sees to it.
+///
+/// # Errors
+/// [`VisitError`] names every ending that is none, each after a bounded time.
+/// The browser is gone by then, too.
+pub fn visit(config: &Config, ready: impl FnOnce()) -> Result<Report, VisitError> {
+    visit_until(config, pace::told_to_end(), ready)
+}
+
+/// Like [`visit`], or until `stop` is done.
+///
+/// # Errors
+/// See [`visit`].
+pub fn visit_until(
+    config: &Config,
+    stop: impl Future<Output = io::Result<()>>,
+    ready: impl FnOnce(),
+) -> Result<Report, VisitError> {
+    let misfit = config.settings.misfit();
+    if let Some(why) = misfit.or_else(|| config.page.misfit(&config.settings)) {
+        return Err(VisitError::Settings { why });
+    }
+    let program = find(config.engine)?;
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(refused(config.engine, "start its launcher"))?;
+    runtime.block_on(async {
+        let mut ready = Some(ready);
+        let mut stop = pin!(stop);
+        let plant = Plant::at(config.plant).map_err(|error| {
+            refused(config.engine, "ask its plant")(io::Error::other(error))
+        })?;
+        let mut visit = Visit {
+            config,
+            program,
+            plant,
+            sandbox: true,
+            reason: None,
+        };
+        let told = tokio::select! {
+            free = visit.plant_is_free() => free.map(|()| false)?,
+            told = &mut stop => told.map(|()| true).map_err(refused(config.engine, "hear signals"))?,
+        };
+        if told {
+            return Ok(visit.report(Attempt {
+                interrupted: true,
+                ..Attempt::default()
+            }));
+        }
+        loop {
+            match visit.attempt(stop.as_mut(), &mut ready).await? {
+                Some(report) => return Ok(report),
+                None => tracing::warn!("{} runs without its sandbox", config.engine),
+            }
+        }
+    })
+}
+
+/// What the system refused.
+pub(crate) fn refused(engine: Engine, what: &'static str) -> impl Fn(io::Error) -> VisitError {
+    move |source| VisitError::System {
+        engine,
+        what,
+        source,
+    }
+}
+
+/// A browser on its way to a plant.
+pub(crate) struct Visit<'a> {
+    pub(crate) config: &'a Config,
+    pub(crate) program: Program,
+    pub(crate) plant: Plant,
+    /// Whether Chromium is to have its own sandbox.
+    pub(crate) sandbox: bool,
+    /// What it said when it could not.
+    pub(crate) reason: Option<String>,
+}
+
+impl Visit<'_> {
+    /// Waits for the plant, which nobody else may control.
+    async fn plant_is_free(&self) -> Result<(), VisitError> {
+        let (plant, within) = (self.config.plant, self.config.limits.plant);
+        let unreachable = |why| VisitError::Unreachable {
+            plant,
+            waited_s: within.as_secs(),
+            why,
+        };
+        let well = self.plant.is_well_within(within);
+        well.await.map_err(unreachable)?;
+        match self.plant.status().await.map_err(unreachable)? {
+            Status {
+                state: State::Held,
+                client,
+                ..
+            } => Err(VisitError::Taken { plant, client }),
+            _ => Ok(()),
+        }
+    }
+
+    pub(crate) fn report(&self, attempt: Attempt) -> Report {
+        let Config {
+            engine,
+            start_ns,
+            duration_ns,
+            ..
+        } = *self.config;
+        let watch = attempt.watch;
+        let session = watch.as_ref().and_then(Watch::session).cloned();
+        let own = rustix::process::geteuid().as_raw();
+        Report {
+            client: engine,
+            start_ns,
+            stop_ns: start_ns.map(|start_ns| start_ns.saturating_add(duration_ns)),
+            interrupted: attempt.interrupted,
+            rows: Written {
+                rows: session.as_ref().map_or(0, |session| session.rows),
+                overflow: 0,
+            },
+            session,
+            browser: Browser {
+                version: self.program.version.clone(),
+                program: self.program.path.clone(),
+                arguments: attempt.arguments,
+                sandbox: Sandbox {
+                    kind: attempt.kind.unwrap_or(Confinement::Unknown),
+                    user: attempt.user.unwrap_or(own),
+                    reason: self.reason.clone(),
+                },
+                opened_ms: watch
+                    .and_then(|watch| watch.opened())
+                    .and_then(|opened| u64::try_from(opened.as_millis()).ok()),
+            },
+        }
+    }
+}

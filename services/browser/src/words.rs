@@ -1,0 +1,86 @@
+//! What a program says on standard error: the end of it is kept.
+
+use std::{
+    collections::VecDeque,
+    io::{BufRead, BufReader, Read},
+    sync::{Arc, Mutex, PoisonError},
+    thread::{self, JoinHandle},
+    time::{Duration, Instant},
+};
+
+/// Lines that are kept, and told.
+const LINES: usize = 3;
+
+/// How much of a line is kept.
+const LINE_BYTES: u64 = 300;
+
+/// How long to wait for what was said last.
+const DRAIN: Duration = Duration::from_secs(1);
+
+/// The last words of a program.
+pub(crate) struct Words {
+    lines: Arc<Mutex<VecDeque<String>>>,
+    reader: JoinHandle<()>,
+}
+
+impl Words {
+    /// Reads on a thread of its own, so that the program never waits for a
+    /// full pipe. The thread ends when nobody can write any more.
+    pub(crate) fn of(stream: impl Read + Send + 'static) -> Self {
+        let lines = Arc::new(Mutex::new(VecDeque::new()));
+        let kept = Arc::clone(&lines);
+        let reader = thread::spawn(move || {
+            let mut stream = BufReader::new(stream);
+            let mut bytes = Vec::new();
+            loop {
+                bytes.clear();
+                // A line longer than that goes on as the next.
+                match stream
+                    .by_ref()
+                    .take(LINE_BYTES)
+                    .read_until(b'\n', &mut bytes)
+                {
+                    Ok(0) | Err(_) => break,
+                    Ok(_) => {}
+                }
+                let line = String::from_utf8_lossy(&bytes).trim().to_owned();
+                if line.is_empty() {
+                    continue;
+                }
+                tracing::debug!("{line}");
+                let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+                if kept.len() == LINES {
+                    kept.pop_front();
+                }
+                kept.push_back(line);
+            }
+        });
+        Self { lines, reader }
+    }
+
+    /// The last lines as one; of a program that has ended, after all of it came.
+    pub(crate) fn last(&self, ended: bool) -> String {
+        let deadline = Instant::now() + DRAIN;
+        while ended && !self.reader.is_finished() && Instant::now() < deadline {
+            thread::sleep(Duration::from_millis(5));
+        }
+        let lines = self.lines.lock().unwrap_or_else(PoisonError::into_inner);
+        match lines.is_empty() {
+            true => "none".to_owned(),
+            false => Vec::from_iter(lines.iter().map(String::as_str)).join(" / "),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_lines_are_kept_and_none_is_endless() {
+        let words = |text: Vec<u8>| Words::of(std::io::Cursor::new(text)).last(true);
+        assert_eq!(words(b"a\n\nb\r\n c \nd".to_vec()), "b / c / d");
+        assert_eq!(words(Vec::new()), "none");
+        assert!(words(vec![b'x'; 1 << 20]).len() <= 1000);
+    }
+}

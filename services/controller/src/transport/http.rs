@@ -1,0 +1,109 @@
+//! Messages over HTTP: one GET each, by reqwest.
+
+use std::{error::Error, time::Duration};
+
+use endpoint::{Answer, Command, Connection, ControllerSettings, Mode, Observation};
+use reqwest::{Client, Url, redirect, retry};
+
+use super::{Address, ExchangeError, Transport, excerpt};
+use crate::DriveError;
+
+/// How long a kept connection may idle. It is below the plant's limit of 10 s:
+/// else a request could meet the close of its connection.
+const POOL_IDLE: Duration = Duration::from_secs(5);
+
+/// One GET a message.
+#[derive(Clone, Debug)]
+pub(crate) struct Http {
+    client: Client,
+    mode: Mode,
+    command: Url,
+    state: Url,
+}
+
+impl Http {
+    pub(crate) fn try_new(
+        address: &Address,
+        settings: &ControllerSettings,
+    ) -> Result<Self, DriveError> {
+        let timeout = Duration::from_nanos(settings.timeout_ns);
+        let mut builder = Client::builder()
+            .no_proxy()
+            .http1_only()
+            .retry(retry::never())
+            .redirect(redirect::Policy::none())
+            .referer(false)
+            .tcp_nodelay(true)
+            .connect_timeout(timeout)
+            .timeout(timeout)
+            .pool_idle_timeout(POOL_IDLE);
+        if settings.connection == Connection::New {
+            builder = builder.pool_max_idle_per_host(0);
+        }
+        if let Some(name) = address.base.domain() {
+            builder = builder.resolve(name, address.socket);
+        }
+        let client = builder.build().map_err(|error| address.refused(&error))?;
+        let command = address.at(match settings.mode {
+            Mode::Closed => "/closed",
+            Mode::Open => "/open",
+        })?;
+        Ok(Self {
+            client,
+            mode: settings.mode,
+            command,
+            state: address.at("/state")?,
+        })
+    }
+
+    async fn get(&self, url: Url) -> Result<String, ExchangeError> {
+        let response = self.client.get(url).send().await.map_err(failed)?;
+        let status = response.status();
+        // Read to its end, else the connection cannot be used again.
+        let text = response.text().await.map_err(failed)?;
+        if status.is_success() {
+            Ok(text)
+        } else {
+            let text = excerpt(&text);
+            Err(ExchangeError::Failed(format!("{status}: {text}")))
+        }
+    }
+}
+
+impl Transport for Http {
+    async fn observe(self) -> Result<Observation, ExchangeError> {
+        let text = self.get(self.state.clone()).await?;
+        text.parse()
+            .map_err(|error| ExchangeError::Failed(format!("{error}")))
+    }
+
+    async fn open(self) {
+        // A client has no other way to open a connection than to use it.
+        let _ = self.observe().await;
+    }
+
+    async fn exchange(self, command: Command) -> Result<Answer, ExchangeError> {
+        let mut url = self.command.clone();
+        url.set_query(Some(&command.to_string()));
+        let text = self.get(url).await?;
+        Answer::parse(self.mode, &text, &command)
+            .map_err(|error| ExchangeError::Failed(error.to_string()))
+    }
+
+    async fn close(self) {}
+}
+
+fn failed(error: reqwest::Error) -> ExchangeError {
+    if error.is_timeout() {
+        return ExchangeError::Timeout;
+    }
+    // The outermost error only says that a request failed; why is further in.
+    let error = error.without_url();
+    let mut why = error.to_string();
+    let mut source = error.source();
+    while let Some(inner) = source {
+        why = format!("{why}: {inner}");
+        source = inner.source();
+    }
+    ExchangeError::Failed(why)
+}

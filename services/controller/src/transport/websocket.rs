@@ -1,0 +1,150 @@
+//! Messages over a WebSocket: each a text, all in one socket.
+//!
+//! [`WebSocket`] hands commands to the present [`Socket`], which lives in a task
+//! of its own and ends when the connection does; the next command then opens
+//! another. What a socket does is in [`socket`], which answer belongs to which
+//! command in [`under_way`]. Answers may come in any order.
+
+mod socket;
+mod under_way;
+
+use std::{
+    sync::{Arc, Mutex, PoisonError},
+    time::Duration,
+};
+
+use endpoint::{Answer, Command, ControllerSettings, Mode, Observation, Outstanding};
+use tokio::{
+    sync::{
+        mpsc::{self, error::SendError},
+        oneshot,
+    },
+    task::JoinHandle,
+    time::timeout,
+};
+
+use self::{
+    socket::{Order, Socket},
+    under_way::Waiting,
+};
+use super::{Address, ExchangeError, Http, Transport};
+use crate::DriveError;
+
+/// How long the plant's farewell is waited for. The rows need none.
+const LEAVE: Duration = Duration::from_millis(100);
+
+/// One socket for all messages.
+#[derive(Clone, Debug)]
+pub(crate) struct WebSocket {
+    /// The plant is looked at as ever.
+    http: Http,
+    socket: Socket,
+    timeout: Duration,
+    line: Arc<Mutex<Option<Line>>>,
+}
+
+/// The way to the present socket's task.
+#[derive(Debug)]
+struct Line {
+    orders: mpsc::Sender<Order>,
+    task: JoinHandle<()>,
+}
+
+impl WebSocket {
+    pub(crate) fn try_new(
+        address: &Address,
+        settings: &ControllerSettings,
+    ) -> Result<Self, DriveError> {
+        let timeout = Duration::from_nanos(settings.timeout_ns);
+        let mut url = address.at(match settings.mode {
+            Mode::Closed => "/socket?mode=closed",
+            Mode::Open => "/socket?mode=open",
+        })?;
+        url.set_scheme("ws")
+            .map_err(|()| address.refused(&"it has no WebSocket"))?;
+        Ok(Self {
+            http: Http::try_new(address, settings)?,
+            socket: Socket {
+                url: url.to_string(),
+                address: address.socket,
+                mode: settings.mode,
+                timeout,
+            },
+            timeout,
+            line: Arc::default(),
+        })
+    }
+
+    /// The way to the present socket, or to a new one if there is none. A new
+    /// one takes orders at once, and carries them out when it is open.
+    fn orders(&self) -> mpsc::Sender<Order> {
+        // All of a controller is in one thread, so this is never waited for.
+        let mut line = self.line.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(Line { orders, .. }) = &*line
+            && !orders.is_closed()
+        {
+            return orders.clone();
+        }
+        // More cannot be under way.
+        let (orders, given) = mpsc::channel(usize::from(Outstanding::CAP));
+        let task = tokio::spawn(self.socket.clone().serve(given));
+        *line = Some(Line {
+            orders: orders.clone(),
+            task,
+        });
+        orders
+    }
+
+    /// Gives an order to the present socket, or to the next one if it has just
+    /// ended.
+    async fn order(&self, mut order: Order) {
+        while let Err(SendError(back)) = self.orders().send(order).await {
+            order = back;
+        }
+    }
+}
+
+impl Transport for WebSocket {
+    async fn observe(self) -> Result<Observation, ExchangeError> {
+        self.http.observe().await
+    }
+
+    async fn open(self) {
+        let (done, is_done) = oneshot::channel();
+        let opened = async {
+            self.order(Order::Open(done)).await;
+            is_done.await
+        };
+        let _ = timeout(self.timeout, opened).await;
+    }
+
+    async fn exchange(self, command: Command) -> Result<Answer, ExchangeError> {
+        let (answer, answered) = oneshot::channel();
+        let waiting = Waiting {
+            seq: command.seq,
+            answer,
+        };
+        let ended = async {
+            self.order(Order::Send(command, waiting)).await;
+            answered.await
+        };
+        match timeout(self.timeout, ended).await {
+            Ok(Ok(result)) => result,
+            // Its task ends with a reason for everyone, unless it is stopped.
+            Ok(Err(_)) => Err(ExchangeError::Failed("the socket was given up".into())),
+            Err(_) => Err(ExchangeError::Timeout),
+        }
+    }
+
+    async fn close(self) {
+        let line = self
+            .line
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take();
+        if let Some(Line { orders, task }) = line {
+            drop(orders);
+            let _ = timeout(LEAVE, task).await;
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! How a page in a browser goes about its loop: thread, sender, timer.
+//!
+//! A page cannot do everything that its settings could be put together to;
+//! [`PageSettings::misfit`] says what it cannot. The page itself, which says so
+//! too, is not here.
+
+use serde::{Deserialize, Serialize};
+
+use crate::setting::{
+    Connection, ControllerSettings, Outstanding, Schedule, Transport, UnknownWord, choice,
+};
+
+choice!(
+    /// Where in a page the loop runs.
+    Thread, "thread", "main or worker", {
+        /// Where the page is drawn and clicked on, as in 2011.
+        Main = "main",
+        /// On a thread of its own, a Web Worker.
+        Worker = "worker",
+    }
+);
+
+choice!(
+    /// What sends a page's requests. A WebSocket needs neither.
+    Sender, "sender", "xhr or fetch", {
+        /// A synchronous `XMLHttpRequest`: its thread waits for the answer.
+        Xhr = "xhr",
+        /// fetch: its thread goes on.
+        Fetch = "fetch",
+    }
+);
+
+choice!(
+    /// What a page waits for a deadline with.
+    Timer, "timer", "timeout, interval, channel or wait", {
+        /// setTimeout, once a deadline.
+        Timeout = "timeout",
+        /// setInterval: the browser repeats it, and decides when.
+        Interval = "interval",
+        /// A `MessageChannel` that it writes to itself until the deadline is
+        /// there: exact, and it takes a processor.
+        Channel = "channel",
+        /// Atomics.wait: its thread sleeps. Nothing else can happen on it then.
+        Wait = "wait",
+    }
+);
+
+/// How a page goes about its loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PageSettings {
+    /// Where the loop runs.
+    pub thread: Thread,
+    /// What sends its requests.
+    pub sender: Sender,
+    /// What it waits for a deadline with.
+    pub timer: Timer,
+    /// The least delay that a timer is given, 0 for none: browsers of 2011
+    /// had 10 ms.
+    pub floor_ns: u64,
+}
+
+impl PageSettings {
+    /// Why a page cannot follow these settings; `None` if it can.
+    #[must_use]
+    pub fn misfit(&self, settings: &ControllerSettings) -> Option<&'static str> {
+        let blocking = settings.outstanding == Outstanding::ONE;
+        let http = settings.transport == Transport::Http;
+        let relative = settings.schedule == Schedule::Relative;
+        let Self {
+            thread,
+            sender,
+            timer,
+            ..
+        } = *self;
+        if http && sender == Sender::Xhr && !blocking {
+            return Some("sender `xhr` waits for each answer; use outstanding 1, or sender fetch");
+        }
+        if timer == Timer::Wait && thread == Thread::Main {
+            return Some("timer `wait` is not allowed on a page's main thread; use thread worker");
+        }
+        if timer == Timer::Wait && !(http && sender == Sender::Xhr) {
+            return Some(
+                "timer `wait` lets nothing else happen on its thread, so no answer would be \
+                 heard; use sender xhr over http, or timer channel",
+            );
+        }
+        if timer == Timer::Interval && !relative {
+            return Some("timer `interval` keeps its own time; use schedule relative");
+        }
+        if settings.connection == Connection::New {
+            return Some("connection `new` is not a page's to choose; use keep");
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Mode, Preset};
+
+    #[test]
+    fn what_a_page_cannot_do_is_said() {
+        let h = "3ms".parse().expect("a sample time");
+        let blocking = Preset::Blocking.settings(Mode::Closed, h);
+        let many = Preset::PaperPython.settings(Mode::Closed, h);
+        let socket = Preset::Socket.settings(Mode::Closed, h);
+        let page = |thread, sender, timer| PageSettings {
+            thread,
+            sender,
+            timer,
+            floor_ns: 0,
+        };
+        for (page, settings, word) in [
+            (page(Thread::Main, Sender::Xhr, Timer::Timeout), many, "xhr"),
+            (
+                page(Thread::Main, Sender::Xhr, Timer::Wait),
+                blocking,
+                "wait",
+            ),
+            (
+                page(Thread::Worker, Sender::Fetch, Timer::Wait),
+                many,
+                "wait",
+            ),
+            (
+                page(Thread::Worker, Sender::Xhr, Timer::Wait),
+                socket,
+                "wait",
+            ),
+            (
+                page(Thread::Main, Sender::Fetch, Timer::Interval),
+                many,
+                "interval",
+            ),
+        ] {
+            let misfit = page.misfit(&settings).expect(word);
+            assert!(misfit.contains(word), "{misfit}");
+        }
+    }
+}

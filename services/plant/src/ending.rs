@@ -1,0 +1,57 @@
+//! How a page's session ended, in the page's own word.
+//!
+//! Of a page's report the plant reads no more than that. The rest is filed as
+//! it was sent, for others to read.
+
+use serde::{Deserialize, Deserializer, Serialize};
+
+/// How much of a text is passed on.
+const EXCERPT_CHARS: usize = 200;
+
+/// What a report says of its page's end.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+pub(crate) struct Ending {
+    /// Such as `complete` or `late`.
+    #[serde(default, deserialize_with = "excerpt")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    outcome: Option<String>,
+    /// Why, in a sentence.
+    #[serde(default, deserialize_with = "excerpt")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<String>,
+}
+
+/// The beginning of a text; what is none says nothing.
+fn excerpt<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D::Error> {
+    let value = serde_json::Value::deserialize(deserializer)?;
+    Ok(value
+        .as_str()
+        .map(|text| text.chars().take(EXCERPT_CHARS).collect()))
+}
+
+impl Ending {
+    /// Of a report, which may be any JSON.
+    pub(crate) fn read(report: &[u8]) -> serde_json::Result<Self> {
+        let report: serde_json::Value = serde_json::from_slice(report)?;
+        Ok(serde_json::from_value(report).unwrap_or_default())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_ending_is_read_from_whatever_is_json() {
+        let ending = |text: &str| Ending::read(text.as_bytes()).expect("JSON");
+        let late = ending(r#"{"outcome": "late", "reason": "by 3 ms", "counts": {}}"#);
+        assert_eq!(late.outcome.as_deref(), Some("late"));
+        assert_eq!(late.reason.as_deref(), Some("by 3 ms"));
+        let long = ending(&format!(r#"{{"outcome": "{}"}}"#, "x".repeat(1000)));
+        assert_eq!(long.outcome.map(|word| word.len()), Some(EXCERPT_CHARS));
+        for other in ["1", "[]", "{}", r#"{"outcome": 1}"#] {
+            assert_eq!(ending(other), Ending::default(), "{other}");
+        }
+        assert!(Ending::read(b"{").is_err());
+    }
+}

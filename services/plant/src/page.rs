@@ -1,0 +1,96 @@
+//! The page's files as responses.
+//!
+//! The headers isolate the page from all others, which is what browsers ask
+//! for before they give it their finest clock and shared memory, and keep it to
+//! its own files and its own plant. What is in the files is in the crate
+//! `browser`.
+
+use browser::page::FILES;
+use hyper::{
+    Response,
+    body::Bytes,
+    header::{self, HeaderMap, HeaderName, HeaderValue},
+};
+
+use crate::answer::respond;
+
+/// The same for every file.
+const HEADERS: [(HeaderName, &str); 5] = [
+    (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+    (header::REFERRER_POLICY, "same-origin"),
+    (
+        HeaderName::from_static("cross-origin-opener-policy"),
+        "same-origin",
+    ),
+    (
+        HeaderName::from_static("cross-origin-embedder-policy"),
+        "require-corp",
+    ),
+    (
+        HeaderName::from_static("cross-origin-resource-policy"),
+        "same-origin",
+    ),
+];
+
+/// The file at `path`, if there is one.
+pub(crate) fn file(path: &str, headers: &HeaderMap) -> Option<Response<Bytes>> {
+    let file = FILES.iter().find(|file| file.path == path)?;
+    let mut response = respond(file.kind, file.bytes);
+    for (name, value) in HEADERS {
+        let value = HeaderValue::from_static(value);
+        response.headers_mut().insert(name, value);
+    }
+    response
+        .headers_mut()
+        .insert(header::CONTENT_SECURITY_POLICY, policy(headers));
+    Some(response)
+}
+
+/// What the page may load and talk to. Not every browser takes `'self'` for
+/// `ws:` too, so the plant is named.
+fn policy(headers: &HeaderMap) -> HeaderValue {
+    let host = headers
+        .get(header::HOST)
+        .and_then(|host| host.to_str().ok())
+        .filter(|host| {
+            host.bytes()
+                .all(|b| b.is_ascii_alphanumeric() || b".:-[]".contains(&b))
+        });
+    let socket = host.map(|host| format!(" ws://{host}")).unwrap_or_default();
+    let policy = format!(
+        "default-src 'none'; script-src 'self'; worker-src 'self'; style-src 'self'; \
+         img-src 'self' data: blob:; connect-src 'self'{socket}; base-uri 'none'; \
+         form-action 'none'; frame-ancestors 'none'"
+    );
+    HeaderValue::try_from(policy).expect("letters and signs of ASCII")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::route::PATHS;
+
+    #[test]
+    fn every_file_has_a_path_of_its_own() {
+        let mut paths = BTreeSet::from(PATHS);
+        for file in FILES {
+            assert!(file.path.starts_with('/'), "{}", file.path);
+            assert!(paths.insert(file.path), "{} is there twice", file.path);
+        }
+        assert!(paths.contains("/"), "the page itself");
+    }
+
+    #[test]
+    fn the_policy_names_the_plant_and_repeats_no_nonsense() {
+        let policy = |host| {
+            let mut headers = HeaderMap::new();
+            headers.insert(header::HOST, HeaderValue::from_static(host));
+            let policy = policy(&headers);
+            policy.to_str().expect("ASCII").to_owned()
+        };
+        assert!(policy("10.77.0.2:8000").contains("connect-src 'self' ws://10.77.0.2:8000;"));
+        assert!(policy("a; script-src *").contains("connect-src 'self';"));
+    }
+}

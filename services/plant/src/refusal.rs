@@ -1,0 +1,131 @@
+//! Why a request is refused, and how that is said: over HTTP as a status and a
+//! text, over a WebSocket as a close frame.
+
+use endpoint::InvalidMessage;
+use hyper::{
+    Method, Response, StatusCode,
+    body::Bytes,
+    header::{self, HeaderName, HeaderValue},
+};
+use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
+
+use crate::{
+    answer::{TEXT, respond},
+    clerk::Unfiled,
+    origin::Foreign,
+    route::PATHS,
+    session::{Denied, InvalidClient},
+};
+
+/// Why a request was refused.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Refusal {
+    #[error(transparent)]
+    Message(#[from] InvalidMessage),
+    #[error("there is no `{path}`; there are {}", PATHS.join(", "))]
+    Path { path: String },
+    #[error("method {method} is not served; use {allowed}")]
+    Method {
+        method: Method,
+        allowed: &'static str,
+    },
+    #[error("the request has {0} Host headers; send exactly one")]
+    Host(usize),
+    #[error("the request target is not a path; this is a plant, not a proxy")]
+    Target,
+    #[error(transparent)]
+    Foreign(#[from] Foreign),
+    #[error("the request has a body; a command is a query and has none")]
+    Body,
+    #[error("the query is not {expected}")]
+    Query { expected: &'static str },
+    #[error("the body is not {expected}; say so in Content-Type if it is")]
+    Kind { expected: &'static str },
+    #[error("the body has more than {limit} bytes; send less at a time")]
+    Long { limit: usize },
+    #[error("the body did not come within {seconds} s; send it again")]
+    Slow { seconds: u64 },
+    #[error("the body ended early; send it again")]
+    Broken,
+    #[error("the body does not say who claims the plant: {0}; send {{\"client\":\"a name\"}}")]
+    Claim(#[from] serde_json::Error),
+    #[error(transparent)]
+    Client(#[from] InvalidClient),
+    #[error(transparent)]
+    Denied(#[from] Denied),
+    #[error(transparent)]
+    Unfiled(#[from] Unfiled),
+    #[error("no randomness for a session: {0}; claim again")]
+    Randomness(#[from] std::io::Error),
+    #[error(
+        "`{field}` is not that of a WebSocket; /socket takes the handshake of RFC 6455, version 13"
+    )]
+    Handshake { field: &'static str },
+    #[error(
+        "the plant's output is {y}: the loop has left the finite numbers; start the plant again"
+    )]
+    Diverged { y: f64 },
+}
+
+impl Refusal {
+    fn status(&self) -> StatusCode {
+        match self {
+            Self::Message(InvalidMessage::TooLong { .. }) => StatusCode::URI_TOO_LONG,
+            Self::Message(_)
+            | Self::Host(_)
+            | Self::Target
+            | Self::Query { .. }
+            | Self::Broken
+            | Self::Claim(_)
+            | Self::Client(_)
+            | Self::Unfiled(Unfiled::Row(_) | Unfiled::Report(_)) => StatusCode::BAD_REQUEST,
+            Self::Foreign(_) => StatusCode::FORBIDDEN,
+            Self::Path { .. } => StatusCode::NOT_FOUND,
+            Self::Method { .. } => StatusCode::METHOD_NOT_ALLOWED,
+            Self::Slow { .. } => StatusCode::REQUEST_TIMEOUT,
+            Self::Denied(_) | Self::Unfiled(Unfiled::Turn(_) | Unfiled::Closed) => {
+                StatusCode::CONFLICT
+            }
+            Self::Body | Self::Long { .. } => StatusCode::PAYLOAD_TOO_LARGE,
+            Self::Kind { .. } => StatusCode::UNSUPPORTED_MEDIA_TYPE,
+            Self::Handshake { .. } => StatusCode::UPGRADE_REQUIRED,
+            Self::Diverged { .. }
+            | Self::Randomness(_)
+            | Self::Unfiled(Unfiled::Create(_) | Unfiled::Write { .. } | Unfiled::Gone) => {
+                StatusCode::INTERNAL_SERVER_ERROR
+            }
+        }
+    }
+
+    /// The refusal as a response. `unread` is whether the request has a body
+    /// that nobody has read.
+    pub(crate) fn response(&self, unread: bool) -> Response<Bytes> {
+        let mut response = respond(TEXT, format!("{self}\n"));
+        *response.status_mut() = self.status();
+        let mut tell = |name: HeaderName, value: &'static str| {
+            let headers = response.headers_mut();
+            headers.insert(name, HeaderValue::from_static(value));
+        };
+        match self {
+            Self::Method { allowed, .. } => tell(header::ALLOW, allowed),
+            Self::Handshake { .. } => {
+                tell(header::UPGRADE, "websocket");
+                tell(header::SEC_WEBSOCKET_VERSION, "13");
+            }
+            _ => {}
+        }
+        if unread || matches!(self, Self::Target | Self::Long { .. } | Self::Slow { .. }) {
+            // What follows on this connection may not be a request.
+            tell(header::CONNECTION, "close");
+        }
+        response
+    }
+
+    /// The refusal of a message as the code of a close frame.
+    pub(crate) fn close_code(&self) -> CloseCode {
+        match self {
+            Self::Diverged { .. } => CloseCode::Error,
+            _ => CloseCode::Policy,
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! Message rows as a page sends them: lines of CSV, read strictly.
+//!
+//! What a page writes is believed no further than it can be checked: every
+//! field is a number of its kind, and a row has the fields that its outcome
+//! says. The columns are those of [`MessageRow`]; there is no header and there
+//! are no quotes, since no field needs them.
+
+use std::str::FromStr;
+
+use endpoint::{MessageOutcome, MessageRow};
+
+/// How much of a refused text an error repeats.
+const EXCERPT_CHARS: usize = 40;
+
+/// Why rows were refused.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}: {problem}")]
+pub(crate) struct InvalidRow {
+    /// Which line, from 1.
+    line: usize,
+    problem: Problem,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+enum Problem {
+    #[error("not UTF-8; rows are digits, commas and words")]
+    Text,
+    #[error("{given} fields; a row has the {}: {}", MessageRow::COLUMNS.len(), MessageRow::COLUMNS.join(","))]
+    Fields { given: usize },
+    #[error("field `{field}`: `{value}` is not a whole number from 0 to 18446744073709551615")]
+    NotCount { field: &'static str, value: String },
+    #[error(
+        "field `{field}`: `{value}` is not a finite decimal number; write it like 0.35 or -1e-3"
+    )]
+    NotFinite { field: &'static str, value: String },
+    #[error("field `outcome`: `{0}` is none of answered, timeout, failed, missed")]
+    Outcome(String),
+    #[error("field `{field}` is empty; in this {outcome} row it has a value")]
+    Empty {
+        field: &'static str,
+        outcome: &'static str,
+    },
+    #[error("field `{field}` has a value; in this {outcome} row it is empty")]
+    Surplus {
+        field: &'static str,
+        outcome: &'static str,
+    },
+    #[error("field `t_receive_ns`: {t_receive_ns} is before t_send_ns = {t_send_ns}")]
+    Order { t_send_ns: u64, t_receive_ns: u64 },
+}
+
+/// Reads the rows of one chunk: all of them or none.
+pub(crate) fn read(bytes: &[u8]) -> Result<Vec<MessageRow>, InvalidRow> {
+    let mut rows = Vec::new();
+    let whole = bytes.strip_suffix(b"\n").unwrap_or(bytes);
+    if whole.is_empty() && bytes.is_empty() {
+        return Ok(rows);
+    }
+    for (line, bytes) in (1..).zip(whole.split(|byte| *byte == b'\n')) {
+        let row = str::from_utf8(bytes.strip_suffix(b"\r").unwrap_or(bytes))
+            .map_err(|_| Problem::Text)
+            .and_then(row);
+        rows.push(row.map_err(|problem| InvalidRow { line, problem })?);
+    }
+    Ok(rows)
+}
+
+fn row(line: &str) -> Result<MessageRow, Problem> {
+    let mut fields = [""; MessageRow::COLUMNS.len()];
+    let mut given = 0;
+    for value in line.split(',') {
+        if let Some(field) = fields.get_mut(given) {
+            *field = value;
+        }
+        given += 1;
+    }
+    if given != fields.len() {
+        return Err(Problem::Fields { given });
+    }
+    let [seq, due, send, receive, arrive, r, y, e, u, tick, outcome] = fields;
+    let row = MessageRow {
+        seq: count("seq", seq)?,
+        t_due_ns: count("t_due_ns", due)?,
+        t_send_ns: maybe(send, |value| count("t_send_ns", value))?,
+        t_receive_ns: maybe(receive, |value| count("t_receive_ns", value))?,
+        t_arrive_ns: maybe(arrive, |value| count("t_arrive_ns", value))?,
+        r: finite("r", r)?,
+        y: maybe(y, |value| finite("y", value))?,
+        e: maybe(e, |value| finite("e", value))?,
+        u: maybe(u, |value| finite("u", value))?,
+        tick: maybe(tick, |value| count("tick", value))?,
+        outcome: match outcome {
+            "answered" => MessageOutcome::Answered,
+            "timeout" => MessageOutcome::Timeout,
+            "failed" => MessageOutcome::Failed,
+            "missed" => MessageOutcome::Missed,
+            _ => return Err(Problem::Outcome(excerpt(outcome))),
+        },
+    };
+    consistent(&row)?;
+    Ok(row)
+}
+
+/// Whether a row has what its outcome says, and no more.
+fn consistent(row: &MessageRow) -> Result<(), Problem> {
+    let (sent, answered, outcome) = match row.outcome {
+        MessageOutcome::Answered => (true, true, "answered"),
+        MessageOutcome::Timeout => (true, false, "timeout"),
+        MessageOutcome::Failed => (true, false, "failed"),
+        MessageOutcome::Missed => (false, false, "missed"),
+    };
+    // In open loop no row has any of y, e and tick.
+    let closed = row.y.is_some();
+    let expected = [
+        ("t_send_ns", row.t_send_ns.is_some(), sent),
+        ("t_receive_ns", row.t_receive_ns.is_some(), answered),
+        ("t_arrive_ns", row.t_arrive_ns.is_some(), answered),
+        ("y", row.y.is_some(), sent && closed),
+        ("e", row.e.is_some(), sent && closed),
+        ("u", row.u.is_some(), sent),
+        ("tick", row.tick.is_some(), answered && closed),
+    ];
+    for (field, given, expected) in expected {
+        match (given, expected) {
+            (false, true) => return Err(Problem::Empty { field, outcome }),
+            (true, false) => return Err(Problem::Surplus { field, outcome }),
+            _ => {}
+        }
+    }
+    match (row.t_send_ns, row.t_receive_ns) {
+        (Some(t_send_ns), Some(t_receive_ns)) if t_receive_ns < t_send_ns => Err(Problem::Order {
+            t_send_ns,
+            t_receive_ns,
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn maybe<T>(
+    value: &str,
+    read: impl FnOnce(&str) -> Result<T, Problem>,
+) -> Result<Option<T>, Problem> {
+    if value.is_empty() {
+        Ok(None)
+    } else {
+        read(value).map(Some)
+    }
+}
+
+/// Digits only, so neither `+7` nor ` 7`.
+fn count(field: &'static str, value: &str) -> Result<u64, Problem> {
+    let digits = value.bytes().all(|byte| byte.is_ascii_digit());
+    match u64::from_str(value) {
+        Ok(number) if digits => Ok(number),
+        _ => Err(Problem::NotCount {
+            field,
+            value: excerpt(value),
+        }),
+    }
+}
+
+fn finite(field: &'static str, value: &str) -> Result<f64, Problem> {
+    match f64::from_str(value) {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err(Problem::NotFinite {
+            field,
+            value: excerpt(value),
+        }),
+    }
+}
+
+/// The beginning of a text that came from outside, fit for a line.
+fn excerpt(text: &str) -> String {
+    let start = text.chars().take(EXCERPT_CHARS);
+    start.flat_map(char::escape_debug).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CLOSED: &str = "7,100,110,150,130,1,0.5,0.5,0.0850,3,answered";
+
+    #[test]
+    fn rows_of_both_modes_and_all_outcomes_are_read() {
+        let text = [
+            CLOSED,
+            "8,200,210,250,230,1.0,,,1,,answered\r",
+            "9,300,310,,,1,-1e-7,1.0000001,1.5e+22,,timeout",
+            "10,400,410,,,1,,,1,,failed",
+            "11,500,,,,1,,,,,missed",
+        ]
+        .join("\n");
+        let rows = read(text.as_bytes()).expect("rows");
+        assert_eq!(read(format!("{text}\n").as_bytes()), Ok(rows.clone()));
+        assert_eq!(
+            rows[0],
+            MessageRow {
+                seq: 7,
+                t_due_ns: 100,
+                t_send_ns: Some(110),
+                t_receive_ns: Some(150),
+                t_arrive_ns: Some(130),
+                r: 1.0,
+                y: Some(0.5),
+                e: Some(0.5),
+                u: Some(0.085),
+                tick: Some(3),
+                outcome: MessageOutcome::Answered,
+            }
+        );
+        assert_eq!((rows[2].y, rows[2].u), (Some(-1e-7), Some(1.5e22)));
+        assert_eq!(rows[4].outcome, MessageOutcome::Missed);
+        assert_eq!(
+            read(b""),
+            Ok(Vec::new()),
+            "a page may only say that it is there"
+        );
+    }
+
+    #[test]
+    fn a_bad_row_is_refused_by_line_and_field() {
+        // The second line, and what is said of it.
+        let table = [
+            ("", "1 fields; a row has the 11: seq,t_due_ns,"),
+            ("1,2,3", "3 fields"),
+            (&format!("{CLOSED},"), "12 fields"),
+            ("-1,100,,,,1,,,,,missed", "`seq`: `-1` is not a whole"),
+            ("+1,100,,,,1,,,,,missed", "`seq`: `+1` is not a whole"),
+            (",100,,,,1,,,,,missed", "`seq`: `` is not a whole"),
+            ("1,1e3,,,,1,,,,,missed", "`t_due_ns`: `1e3`"),
+            ("1,18446744073709551616,,,,1,,,,,missed", "`t_due_ns`"),
+            ("1,100,,,,,,,,,missed", "`r`: `` is not a finite"),
+            ("1,100,,,,inf,,,,,missed", "`r`: `inf` is not a finite"),
+            ("1,100,,,,1e999,,,,,missed", "`r`: `1e999`"),
+            ("1,100,,,,\"1\",,,,,missed", "`r`: `\\\"1\\\"`"),
+            ("1,100,,,,1,,,,,Missed", "`outcome`: `Missed` is none of"),
+            ("1,100,,,,1,,,,,", "`outcome`: `` is none of"),
+            (
+                "1,100,110,,,1,,,,,missed",
+                "`t_send_ns` has a value; in this missed",
+            ),
+            ("1,100,,,,1,0,1,,,missed", "`y` has a value; in this missed"),
+            ("1,100,,,,1,,,0.1,,missed", "`u` has a value"),
+            (
+                "1,100,,,,1,0,1,0.1,,failed",
+                "`t_send_ns` is empty; in this failed",
+            ),
+            (
+                "1,100,110,150,,1,0,1,0.1,,timeout",
+                "`t_receive_ns` has a value; in this timeout",
+            ),
+            (
+                "1,100,110,,130,1,0,1,0.1,,failed",
+                "`t_arrive_ns` has a value",
+            ),
+            ("1,100,110,,,1,0,1,0.1,4,failed", "`tick` has a value"),
+            ("1,100,110,,,1,0,1,,,failed", "`u` is empty"),
+            ("1,100,110,150,130,1,0,,0.1,4,answered", "`e` is empty"),
+            ("1,100,110,150,130,1,,1,0.1,,answered", "`e` has a value"),
+            (
+                "1,100,110,150,130,1,0,1,0.1,,answered",
+                "`tick` is empty; in this answered",
+            ),
+            ("1,100,110,150,130,1,,,0.1,4,answered", "`tick` has a value"),
+            (
+                "1,100,110,,130,1,0,1,0.1,4,answered",
+                "`t_receive_ns` is empty",
+            ),
+            (
+                "1,100,110,109,130,1,0,1,0.1,4,answered",
+                "109 is before t_send_ns = 110",
+            ),
+            ("1,100,110,150,130,NaN,0,1,0.1,4,answered", "`r`: `NaN`"),
+        ];
+        for (line, says) in table {
+            let error = read(format!("{CLOSED}\n{line}\n{CLOSED}\n").as_bytes());
+            let error = error.expect_err(line).to_string();
+            assert!(error.starts_with("line 2: "), "{line}: {error}");
+            assert!(error.contains(says), "{line}: {error}");
+        }
+        let error = read(b"\xff\n").expect_err("no text").to_string();
+        assert!(error.contains("line 1: not UTF-8"), "{error}");
+        assert!(read(b"\n").is_err(), "an empty line is no row");
+    }
+}

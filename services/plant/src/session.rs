@@ -1,0 +1,282 @@
+//! Who is in control of the plant: a page that holds a session, controllers
+//! without one, or nobody.
+//!
+//! A pure state machine that is told the time. A session is one page's sole
+//! right to command: it begins with a claim, is kept by being used, and is over
+//! when its page says so or is silent. Native controllers hold none; a page
+//! cannot take the plant from one that is running.
+
+use serde::Serialize;
+
+use crate::{
+    ending::Ending,
+    token::{Pass, Token},
+};
+
+/// A session of which nothing is heard for so long is over: its page was closed
+/// or lost. A page sends rows every second, and a link may stall for 5 s.
+pub(crate) const SILENCE_NS: u64 = 15_000_000_000;
+
+/// A controller without a session is in control until it is silent for so long.
+const PLAIN_NS: u64 = 2_000_000_000;
+
+/// The longest name of a client.
+const CLIENT_BYTES: usize = 200;
+
+/// What a page calls itself, fit for a line of text.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(transparent)]
+pub(crate) struct Client(String);
+
+impl Client {
+    /// A name that is short and has no control characters.
+    pub(crate) fn try_new(name: String) -> Result<Self, InvalidClient> {
+        if name.len() > CLIENT_BYTES {
+            return Err(InvalidClient::Long { bytes: name.len() });
+        }
+        if name.chars().any(char::is_control) {
+            return Err(InvalidClient::Control);
+        }
+        Ok(Self(name))
+    }
+}
+
+/// A name that no client can have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum InvalidClient {
+    #[error("`client` has {bytes} bytes; give at most {CLIENT_BYTES}")]
+    Long { bytes: usize },
+    #[error("`client` has a control character; give one line of text")]
+    Control,
+}
+
+/// Why a request may not pass.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum Denied {
+    #[error(
+        "`{}` is in control, heard {idle_ms} ms ago; wait for the end of its session, which comes at the latest after {} s of silence",
+        client.0,
+        SILENCE_NS / 1_000_000_000
+    )]
+    Held { client: Client, idle_ms: u64 },
+    #[error(
+        "a controller without a session is in control, heard {idle_ms} ms ago; wait until it has been silent for {} s",
+        PLAIN_NS / 1_000_000_000
+    )]
+    Plain { idle_ms: u64 },
+    #[error("this session is over, or never was; begin another with POST /session")]
+    Over,
+    #[error("this needs a session; begin one with POST /session")]
+    Missing,
+}
+
+/// What everybody may know.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub(crate) struct Status {
+    state: &'static str,
+    client: Client,
+    commands: u64,
+    rows: u64,
+    idle_ms: u64,
+    /// Once it has ended.
+    #[serde(flatten)]
+    ending: Ending,
+}
+
+/// Who is in control.
+#[derive(Debug)]
+pub(crate) struct Control {
+    state: State,
+    sessions: u64,
+    plain_ns: Option<u64>,
+}
+
+#[derive(Debug)]
+enum State {
+    Free,
+    Held(Session),
+    /// Kept until the next one, for whoever watches it from outside.
+    Ended(Session),
+}
+
+#[derive(Debug)]
+struct Session {
+    token: Token,
+    client: Client,
+    heard_ns: u64,
+    commands: u64,
+    rows: u64,
+    ending: Ending,
+}
+
+impl Control {
+    /// Nobody is in control.
+    pub(crate) fn new() -> Self {
+        Self {
+            state: State::Free,
+            sessions: 0,
+            plain_ns: None,
+        }
+    }
+
+    /// How many sessions there have been; each has the number of its claim,
+    /// from 1.
+    pub(crate) fn sessions(&self) -> u64 {
+        self.sessions
+    }
+
+    /// Begins a session, unless somebody is in control. Its number.
+    pub(crate) fn claim(
+        &mut self,
+        token: Token,
+        client: Client,
+        now_ns: u64,
+    ) -> Result<u64, Denied> {
+        self.expire(now_ns);
+        if let State::Held(session) = &self.state {
+            return Err(session.held(now_ns));
+        }
+        if let Some(plain_ns) = self.plain_ns {
+            let idle_ns = now_ns.saturating_sub(plain_ns);
+            if idle_ns < PLAIN_NS {
+                let idle_ms = idle_ns / 1_000_000;
+                return Err(Denied::Plain { idle_ms });
+            }
+        }
+        self.sessions += 1;
+        self.state = State::Held(Session {
+            token,
+            client,
+            heard_ns: now_ns,
+            commands: 0,
+            rows: 0,
+            ending: Ending::default(),
+        });
+        Ok(self.sessions)
+    }
+
+    /// Lets a request pass or not; the number of the session that it is of, if
+    /// it is of one, which has then been heard.
+    pub(crate) fn admit(&mut self, pass: &Pass, now_ns: u64) -> Result<Option<u64>, Denied> {
+        self.expire(now_ns);
+        match (&mut self.state, pass) {
+            (State::Held(session), Pass::Nothing) => Err(session.held(now_ns)),
+            (State::Free | State::Ended(_), Pass::Nothing) => Ok(None),
+            (State::Held(session), Pass::Token(token)) if session.token.is(token) => {
+                session.heard_ns = now_ns;
+                Ok(Some(self.sessions))
+            }
+            (_, Pass::Token(_) | Pass::Unreadable) => Err(Denied::Over),
+        }
+    }
+
+    /// Like [`Control::admit`], for what only a session can do; its number.
+    pub(crate) fn hear(&mut self, pass: &Pass, now_ns: u64) -> Result<u64, Denied> {
+        self.admit(pass, now_ns)?.ok_or(Denied::Missing)
+    }
+
+    /// Like [`Control::admit`], for a command: it is counted, and one without a
+    /// session is remembered.
+    pub(crate) fn command(&mut self, pass: &Pass, now_ns: u64) -> Result<(), Denied> {
+        if self.admit(pass, now_ns)?.is_none() {
+            self.plain_ns = Some(now_ns);
+        } else if let State::Held(session) = &mut self.state {
+            session.commands += 1;
+        }
+        Ok(())
+    }
+
+    /// The session has sent so many rows in all.
+    pub(crate) fn count_rows(&mut self, number: u64, rows: u64) {
+        if let State::Held(session) | State::Ended(session) = &mut self.state
+            && number == self.sessions
+        {
+            // Two answers of the clerk may be dealt with in either order.
+            session.rows = session.rows.max(rows);
+        }
+    }
+
+    /// Ends a session at its page's word.
+    pub(crate) fn end(&mut self, number: u64, ending: Ending) {
+        if number == self.sessions {
+            self.state = match std::mem::replace(&mut self.state, State::Free) {
+                State::Held(session) => State::Ended(Session { ending, ..session }),
+                other => other,
+            };
+        }
+    }
+
+    /// Takes a session back as if it had never been held.
+    pub(crate) fn withdraw(&mut self, number: u64) {
+        if number == self.sessions {
+            self.state = State::Free;
+        }
+    }
+
+    /// Whether `pass` is of the session that ended last: its page says a second
+    /// time what it has said, for it heard no answer.
+    pub(crate) fn has_ended(&self, pass: &Pass) -> bool {
+        match (&self.state, pass) {
+            (State::Ended(session), Pass::Token(token)) => session.token.is(token),
+            _ => false,
+        }
+    }
+
+    /// How long a session has left to be heard; `None` when it is over.
+    pub(crate) fn left_ns(&mut self, number: u64, now_ns: u64) -> Option<u64> {
+        self.expire(now_ns);
+        match &self.state {
+            State::Held(session) if number == self.sessions => {
+                Some(SILENCE_NS - now_ns.saturating_sub(session.heard_ns))
+            }
+            _ => None,
+        }
+    }
+
+    /// What everybody may know.
+    pub(crate) fn status(&mut self, now_ns: u64) -> Status {
+        self.expire(now_ns);
+        let (state, session) = match &self.state {
+            State::Free => {
+                return Status {
+                    state: "free",
+                    ..Status::default()
+                };
+            }
+            State::Held(session) => ("held", session),
+            State::Ended(session) => ("ended", session),
+        };
+        Status {
+            state,
+            client: session.client.clone(),
+            commands: session.commands,
+            rows: session.rows,
+            idle_ms: session.idle_ms(now_ns),
+            ending: session.ending.clone(),
+        }
+    }
+
+    fn expire(&mut self, now_ns: u64) {
+        if let State::Held(session) = &self.state
+            && now_ns.saturating_sub(session.heard_ns) >= SILENCE_NS
+        {
+            self.state = State::Free;
+        }
+    }
+}
+
+impl Session {
+    fn idle_ms(&self, now_ns: u64) -> u64 {
+        now_ns.saturating_sub(self.heard_ns) / 1_000_000
+    }
+
+    fn held(&self, now_ns: u64) -> Denied {
+        Denied::Held {
+            client: self.client.clone(),
+            idle_ms: self.idle_ms(now_ns),
+        }
+    }
+}
+
+#[cfg(test)]
+mod laws;

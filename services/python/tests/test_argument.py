@@ -1,0 +1,91 @@
+"""The command line: what is taken, and that the rest is a sentence and exit 2."""
+
+import contextlib
+import io
+import unittest
+
+from webloop_controller import argument
+from webloop_controller.setting import UNLIMITED
+from webloop_controller.span import parse_sample_time, parse_span
+
+
+class Spans(unittest.TestCase):
+    def test_a_span_is_whole_nanoseconds_with_units(self):
+        for text, span_ns in [
+            ("3ms", 3_000_000),
+            ("100us", 100_000),
+            ("6000000000ns", 6_000_000_000),
+            ("6s", 6_000_000_000),
+            ("10m", 600_000_000_000),
+            ("1h", 3_600_000_000_000),
+            ("1m30s", 90_000_000_000),
+            ("0.3ms", 300_000),
+            ("1.5s", 1_500_000_000),
+        ]:
+            self.assertEqual(parse_span(text), span_ns, text)
+        for text in ["", "3", "ms", "-3ms", "3 ms", "NaNms", "1e3us", "0.5ns", ".5s", "3.ms", "0s", "9" * 20 + "s"]:
+            with self.assertRaises(ValueError, msg=text):
+                parse_span(text)
+
+    def test_a_sample_time_is_one_span_within_its_range(self):
+        self.assertEqual(parse_sample_time("10us"), 10_000)
+        for text in ["9.999us", "3601s", "0ms", "1s1ms", "3"]:
+            with self.assertRaises(ValueError, msg=text):
+                parse_sample_time(text)
+
+
+class Arguments(unittest.TestCase):
+    def test_nothing_given_is_the_paper_s_client(self):
+        config = argument.read([])
+        self.assertEqual(
+            config.settings, ("closed", 3_000_000, 1.0, UNLIMITED, "absolute", "h", "apply")
+        )
+        self.assertEqual(config.plant, ("127.0.0.1", 8080))
+        self.assertEqual((config.transport, config.connection), ("http", "keep"))
+        self.assertEqual((config.timeout_ns, config.duration_ns), (5 * 10**9, 6 * 10**9))
+        self.assertEqual((config.start_ns, config.out), (None, "serve"))
+
+    def test_every_option_can_be_given(self):
+        line = (
+            "--plant [::1]:80 --h 1ms --mode open --r -1e-3 --duration 6000000000ns"
+            " --outstanding 1 --connection new --schedule relative --integrate elapsed"
+            " --late drop --timeout 300ms --start-ns 18446744073709551615 --out a/b"
+        )
+        config = argument.read(line.split())
+        self.assertEqual(
+            config.settings, ("open", 1_000_000, -0.001, 1, "relative", "elapsed", "drop")
+        )
+        self.assertEqual(config.plant, ("::1", 80))
+        self.assertEqual((config.transport, config.connection), ("http", "new"))
+        self.assertEqual((config.timeout_ns, config.duration_ns), (300_000_000, 6 * 10**9))
+        self.assertEqual((config.start_ns, config.out), (2**64 - 1, "a/b"))
+
+    def test_wrong_usage_ends_with_2_and_says_what_is_wrong_and_what_to_do(self):
+        for line, what, remedy in [
+            ("--plant localhost:8080", "`localhost:8080`", "like 10.77.0.2:8080"),
+            ("--plant 10.0.0.1", "`10.0.0.1`", "like 10.77.0.2:8080"),
+            ("--plant ::1:80", "`::1:80`", "like 10.77.0.2:8080"),
+            ("--h 3", "`3`", "like 3ms"),
+            ("--h 1us", "h = 1000 ns", "write 3ms"),
+            ("--mode opened", "mode `opened`", "choose open or closed"),
+            ("--transport carrier", "transport `carrier`", "choose http or websocket"),
+            ("--outstanding 0", "outstanding `0`", "from 1 to 8192"),
+            ("--r nan", "`nan`", "like 1 or -0.5"),
+            ("--timeout 0s", "`0s`", "like 5s"),
+            ("--start-ns -1", "--start-ns", "--help"),
+            ("--start-ns soon", "`soon`", "CLOCK_MONOTONIC"),
+            ("--transport websocket --connection new", "--connection new", "leave out one"),
+            ("--h", "--h", "--help"),
+            ("--speed 3", "--speed", "--help"),
+        ]:
+            said = io.StringIO()
+            with contextlib.redirect_stderr(said), self.assertRaises(SystemExit) as exit_:
+                argument.read(line.split())
+            self.assertEqual(exit_.exception.code, 2, line)
+            self.assertIn(what, said.getvalue())
+            self.assertIn(remedy, said.getvalue())
+            self.assertEqual(said.getvalue().count("\n"), 1, said.getvalue())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,98 @@
+"""The controller's end against the vectors of the reference, step by step."""
+
+import json
+import pathlib
+import unittest
+
+from webloop_controller.end import AwaitAnswer, ControllerEnd, Finished, Missed, Send, Sleep
+from webloop_controller.law import PI, paper_pi
+from webloop_controller.message import parse_answer
+from webloop_controller.row import COLUMNS, FAILED, TIMEOUT
+from webloop_controller.setting import Settings, parse_outstanding
+from webloop_controller.span import parse_sample_time
+
+VECTORS = (
+    pathlib.Path(__file__).resolve().parents[2] / "endpoint/tests/vectors/controller.json"
+)
+
+
+def settings_of(words):
+    """Settings from the words of a vector."""
+    return Settings(
+        mode=words["mode"],
+        h_ns=parse_sample_time(words["h"]),
+        r=words["r"],
+        outstanding=parse_outstanding(str(words["outstanding"])),
+        schedule=words["schedule"],
+        integrate=words["integrate"],
+        late=words["late"],
+    )
+
+
+def wake(end, now_ns):
+    """What the end does at a time, until it says to wait, in a vector's words."""
+    steps = []
+    while True:
+        step = end.poll(now_ns)
+        if isinstance(step, Send):
+            steps.append({"send": step.command.query()})
+        elif isinstance(step, Missed):
+            steps.append({"missed": step.row.seq, "t_due_ns": step.row.t_due_ns})
+        elif isinstance(step, Sleep):
+            return steps + [{"sleep_until_ns": step.until_ns}]
+        elif isinstance(step, AwaitAnswer):
+            return steps + ["await-answer"]
+        elif isinstance(step, Finished):
+            return steps + ["finished"]
+
+
+def row_of(row):
+    """A row in a vector's words."""
+    return None if row is None else {column: getattr(row, column) for column in COLUMNS}
+
+
+class Vectors(unittest.TestCase):
+    def test_the_end_does_what_the_vectors_say(self):
+        vectors = json.loads(VECTORS.read_text(encoding="utf-8"))
+        law = paper_pi()
+        self.assertEqual((law.kp, law.ki), (vectors["law"]["kp"], vectors["law"]["ki"]))
+        self.assertGreater(len(vectors["cases"]), 0)
+        for case in vectors["cases"]:
+            with self.subTest(case=case["case"]):
+                self.play(case)
+
+    def play(self, case):
+        settings = settings_of(case["settings"])
+        end = ControllerEnd(settings, paper_pi(), 0.0, case["start_ns"], case["stop_ns"])
+        for number, step in enumerate(case["steps"]):
+            with self.subTest(step=number):
+                at_ns = step["at_ns"]
+                if "wake" in step:
+                    self.assertEqual(wake(end, at_ns), step["then"])
+                elif "answer" in step:
+                    answer = parse_answer(settings.mode, step["answer"])
+                    self.assertEqual(row_of(end.answered(answer, at_ns)), step["row"])
+                elif "timeout" in step:
+                    row = end.lost(step["timeout"], TIMEOUT, at_ns)
+                    self.assertEqual(row_of(row), step["row"])
+                elif "failure" in step:
+                    row = end.lost(step["failure"], FAILED, at_ns)
+                    self.assertEqual(row_of(row), step["row"])
+                else:
+                    self.fail(f"an event that is new here: {step}")
+        self.assertEqual(end.counts.words(), case["counts"])
+
+
+class Law(unittest.TestCase):
+    def test_what_is_not_a_number_leaves_the_integrator_and_repeats_the_last_command(self):
+        law = PI(2.0, 1.0)
+        before = law.update(1.0, 0.5)
+        self.assertEqual(before, 2.5)
+        nan, inf = float("nan"), float("inf")
+        for e, dt_s in [(nan, 0.5), (inf, 0.5), (1.0, 0.0), (1.0, -1.0), (1.0, nan), (1e300, 1e300)]:
+            self.assertEqual(law.update(e, dt_s), before)
+        self.assertEqual(law.update(1.0, 0.5), 3.0)
+
+
+if __name__ == "__main__":
+    unittest.main()

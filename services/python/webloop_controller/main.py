@@ -1,0 +1,36 @@
+"""What the program does: reads its arguments, runs, leaves its report."""
+
+from __future__ import annotations
+
+import sys
+from typing import Sequence
+
+from webloop_controller import argument
+from webloop_controller.drive import Unreachable, drive, queue_with_signals
+from webloop_controller.journal import JournalError
+from webloop_controller.report import ReportError
+from webloop_controller.setting import authority
+
+FINE = 0
+FAILED = 1
+INTERRUPTED = 130
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Runs the controller, and gives the exit code."""
+    config = argument.read(arguments)
+    # Before anybody is told that it is ready, and may tell it to end.
+    ended = queue_with_signals()
+    # Its arguments are fine; the plant it waits for by itself. That nobody
+    # reads the line is no error.
+    try:
+        print(f"ready http://{authority(config.plant)}", flush=True)
+    except OSError:
+        pass
+    try:
+        report = drive(config, ended)
+        report.leave(config.out)
+    except (Unreachable, JournalError, ReportError) as error:
+        sys.stderr.write(f"{argument.NAME}: {error}\n")
+        return FAILED
+    return INTERRUPTED if report.interrupted else FINE
