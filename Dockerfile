@@ -1,7 +1,11 @@
-# Two images with the same one binary, `webloop`, which has every role:
+# Images with the same one binary, `webloop`, which has every role:
 #
-#   webloop        that binary alone, a few MB: plant, controller and orchestrator
-#   webloop-link   the binary beside iproute2, for the sidecars that shape a link by `tc`
+#   webloop            that binary alone, a few MB: plant and orchestrator
+#   webloop-link       beside iproute2, for the sidecars that shape a link by `tc`
+#   webloop-native     nothing more than the first: the controller, by client
+#   webloop-python     beside Python
+#   webloop-chromium   beside Chromium
+#   webloop-firefox    beside Firefox
 #
 # Dependencies are a layer of their own: it is built again when a Cargo.toml or Cargo.lock
 # changes, and not for a source. Builds with BuildKit and with the classic builder.
@@ -55,4 +59,43 @@ COPY --from=build /usr/local/bin/webloop /usr/local/bin/webloop
 COPY LICENSE /usr/share/doc/webloop/LICENSE
 # Interfaces are changed by root alone; docker-compose.yml takes all but two of its powers.
 USER 0:0
+ENTRYPOINT ["webloop"]
+
+FROM webloop AS webloop-native
+
+FROM debian:bookworm-slim AS webloop-python
+LABEL org.opencontainers.image.title="webloop-python" \
+      org.opencontainers.image.description="The paper's Python controller, for webloop" \
+      org.opencontainers.image.licenses="MIT"
+RUN apt-get update \
+    && apt-get install --yes --no-install-recommends python3 \
+    && rm -rf /var/lib/apt/lists/* /var/cache/apt/*
+COPY --from=build /usr/local/bin/webloop /usr/local/bin/webloop
+COPY LICENSE /usr/share/doc/webloop/LICENSE
+USER 1000:1000
+ENTRYPOINT ["webloop"]
+
+# A browser that finds no font at all takes seconds to start.
+FROM debian:bookworm-slim AS webloop-chromium
+LABEL org.opencontainers.image.title="webloop-chromium" \
+      org.opencontainers.image.description="A controller in Chromium, for webloop" \
+      org.opencontainers.image.licenses="MIT"
+RUN apt-get update \
+    && apt-get install --yes --no-install-recommends chromium fonts-dejavu-core \
+    && rm -rf /var/lib/apt/lists/* /var/cache/apt/*
+COPY --from=build /usr/local/bin/webloop /usr/local/bin/webloop
+COPY LICENSE /usr/share/doc/webloop/LICENSE
+USER 1000:1000
+ENTRYPOINT ["webloop"]
+
+FROM debian:bookworm-slim AS webloop-firefox
+LABEL org.opencontainers.image.title="webloop-firefox" \
+      org.opencontainers.image.description="A controller in Firefox, for webloop" \
+      org.opencontainers.image.licenses="MIT"
+RUN apt-get update \
+    && apt-get install --yes --no-install-recommends firefox-esr fonts-dejavu-core \
+    && rm -rf /var/lib/apt/lists/* /var/cache/apt/*
+COPY --from=build /usr/local/bin/webloop /usr/local/bin/webloop
+COPY LICENSE /usr/share/doc/webloop/LICENSE
+USER 1000:1000
 ENTRYPOINT ["webloop"]

@@ -15,42 +15,48 @@ const FILE_SETTING: &str = "profile";
 /// The longest value of a setting.
 const VALUE_BYTES: usize = 256;
 
+/// The settings of every client.
+const CLIENT: [&str; 13] = [
+    "plant",
+    "h",
+    "mode",
+    "r",
+    "duration",
+    "outstanding",
+    "transport",
+    "connection",
+    "schedule",
+    "integrate",
+    "late",
+    "timeout",
+    "start-ns",
+];
+
+/// Those of a browser beside them.
+const PAGE: [&str; 5] = ["engine", "thread", "sender", "timer", "timer-floor"];
+
 /// Each role, as `webloop serve` calls it, with its settings, as its options are called.
-const ROLES: [(&str, &[&str]); 5] = [
-    ("plant", &["listen", "h", "late"]),
-    (
-        "controller",
-        &[
-            "plant",
-            "h",
-            "mode",
-            "r",
-            "duration",
-            "outstanding",
-            "connection",
-            "schedule",
-            "integrate",
-            "late",
-            "timeout",
-            "start-ns",
-        ],
-    ),
+const ROLES: [(&str, &[&[&str]]); 7] = [
+    ("plant", &[&["listen", "h", "late"]]),
+    ("controller", &[&CLIENT]),
+    ("python", &[&CLIENT]),
+    ("browser", &[&CLIENT, &PAGE]),
     (
         "link",
-        &[
+        &[&[
             "profile", "seed", "epoch-ns", "player", "way", "peer", "device", "local",
-        ],
+        ]],
     ),
     (
         "ask",
-        &[
+        &[&[
             "target",
             "start-ns",
             "interval-ns",
             "count",
             "grace-ns",
             "id",
-        ],
+        ]],
     ),
     ("hear", &[]),
 ];
@@ -65,13 +71,14 @@ pub(crate) fn arguments(
         .iter()
         .find(|(name, _)| *name == role)
         .ok_or_else(|| Refusal::Role(excerpt(role), ROLES.map(|(name, _)| name).join(", ")))?;
+    let known = known.concat();
     let mut arguments = settings
         .iter()
         .map(|(key, value)| {
             if !known.contains(&key.as_str()) {
                 return Err(Refusal::Setting(
                     excerpt(key),
-                    format!("{role} takes {}", list(known)),
+                    format!("{role} takes {}", list(&known)),
                 ));
             }
             let value = if key == FILE_SETTING {

@@ -14,8 +14,9 @@ use std::time::{Duration, Instant};
 
 use crate::{Error, Token, spawn};
 
-/// How long a role may take from its start to `ready`: a busy two-core machine needs some 50 ms.
-pub(crate) const READY_WITHIN: Duration = Duration::from_secs(10);
+/// How long a role may take from its start to `ready`: a busy two-core machine needs some 50 ms
+/// for those of one process, and a browser up to half a minute.
+pub(crate) const READY_WITHIN: Duration = Duration::from_secs(40);
 
 /// How long a role may take from SIGTERM to its end; it has rows to flush.
 pub(crate) const STOP_WITHIN: Duration = Duration::from_secs(5);
@@ -116,7 +117,7 @@ impl Role {
     /// Waits until the role says that it can be used; what it says besides `ready`.
     ///
     /// # Errors
-    /// [`Error::Role`] when it ends first, or says nothing for 10 s.
+    /// [`Error::Role`] when it ends first, or says nothing for 40 s.
     pub fn wait_ready(&mut self) -> Result<String, Error> {
         match self.ready.recv_timeout(READY_WITHIN) {
             Ok(what) => Ok(what),
@@ -154,6 +155,12 @@ impl Role {
             Some(status) if status.success() => Ok(true),
             Some(status) => Err(Error::role(&self.name, format!("ended with {status}"))),
         }
+    }
+
+    /// Whether the role has ended because this machine lacks something: exit code 3.
+    pub fn lacks_something(&mut self) -> bool {
+        const UNSUPPORTED: i32 = 3;
+        matches!(self.status(), Ok(Some(status)) if status.code() == Some(UNSUPPORTED))
     }
 
     /// How the role has ended, if it has.

@@ -1,10 +1,28 @@
 //! Columns of text and numbers, aligned, for people to read.
 
-/// One column: its two lines of heading, and whether numbers stand in it.
+/// One column: its two lines of heading, whether numbers stand in it, and when it is left out.
 pub(crate) struct Column {
+    /// What it has in common with its neighbours; stands over the first of them that is shown.
     pub(crate) group: &'static str,
     pub(crate) name: &'static str,
     pub(crate) number: bool,
+    pub(crate) shown: Shown,
+}
+
+/// When a column is shown.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Shown {
+    Always,
+    /// Where rows differ in it: one that says the same of all tells nothing.
+    IfDiffers,
+    /// Where a row has something in it, be it `-`.
+    IfFilled,
+}
+
+impl Column {
+    pub(crate) const fn shown(self, shown: Shown) -> Self {
+        Self { shown, ..self }
+    }
 }
 
 pub(crate) const fn text(name: &'static str) -> Column {
@@ -12,6 +30,7 @@ pub(crate) const fn text(name: &'static str) -> Column {
         group: "",
         name,
         number: false,
+        shown: Shown::Always,
     }
 }
 
@@ -20,40 +39,51 @@ pub(crate) const fn number(group: &'static str, name: &'static str) -> Column {
         group,
         name,
         number: true,
+        shown: Shown::Always,
     }
 }
 
-/// Lines up rows under their columns' headings; a column that is not `shown` is left out.
-pub(crate) fn align(
-    columns: &[Column],
-    rows: &[Vec<String>],
-    shown: impl Fn(&str) -> bool,
-) -> String {
-    let width = |i: usize| {
-        let heading = columns[i]
-            .name
-            .chars()
-            .count()
-            .max(columns[i].group.chars().count());
-        rows.iter()
-            .map(|row| row[i].chars().count())
-            .fold(heading, usize::max)
+/// Lines up rows under their columns' headings.
+pub(crate) fn align(columns: &[Column], rows: &[Vec<String>]) -> String {
+    let is_shown = |i: &usize| {
+        let mut entries = rows.iter().map(|row| row[*i].as_str());
+        match columns[*i].shown {
+            Shown::Always => true,
+            Shown::IfDiffers => entries.next().is_some_and(|one| entries.any(|e| e != one)),
+            Shown::IfFilled => entries.any(|entry| !entry.is_empty()),
+        }
     };
-    let layout: Vec<(usize, usize)> = (0..columns.len())
-        .filter(|i| shown(columns[*i].name))
-        .map(|i| (i, width(i)))
+    let mut group = "";
+    let layout: Vec<(usize, &str, usize)> = (0..columns.len())
+        .filter(is_shown)
+        .map(|i| {
+            let column = &columns[i];
+            let over = if column.group == group {
+                ""
+            } else {
+                column.group
+            };
+            group = column.group;
+            let length = |text: &str| text.chars().count();
+            let entries = rows.iter().map(|row| length(&row[i]));
+            let width = entries.fold(length(over).max(length(column.name)), usize::max);
+            (i, over, width)
+        })
         .collect();
-    let print = |entry: &dyn Fn(usize) -> String| {
-        let entries = layout.iter().map(|(i, width)| match columns[*i].number {
-            true => format!("{:>width$}", entry(*i)),
-            false => format!("{:<width$}", entry(*i)),
+    let print = |entry: &dyn Fn(usize, &str) -> String| {
+        let entries = layout.iter().map(|(i, over, width)| {
+            let entry = entry(*i, over);
+            match columns[*i].number {
+                true => format!("{entry:>width$}"),
+                false => format!("{entry:<width$}"),
+            }
         });
         entries.collect::<Vec<_>>().join("  ").trim_end().to_owned() + "\n"
     };
-    let mut out = print(&|i| columns[i].group.to_owned());
-    out += &print(&|i| columns[i].name.to_owned());
+    let mut out = print(&|_, over| over.to_owned());
+    out += &print(&|i, _| columns[i].name.to_owned());
     for row in rows {
-        out += &print(&|i| row[i].clone());
+        out += &print(&|i, _| row[i].clone());
     }
     out
 }

@@ -2,6 +2,8 @@
 //!
 //! - [`rows`]: a file of rows in one streaming pass; what a killed run left torn is counted;
 //! - [`probe`], [`message`], [`arrival`], [`tick`]: what each of the four files says;
+//! - [`lateness`] and [`interval`]: the arrivals one by one against the schedule, and the histograms
+//!   of the time between them;
 //! - [`response`]: the step response of a closed loop, and the verdict on it;
 //! - [`metrics`]: all of a cell's folder;
 //! - [`summary`] and [`table`]: a cell in a row, for programs and for people; [`repeats`]: the
@@ -13,6 +15,8 @@
 #![forbid(unsafe_code)]
 
 pub mod arrival;
+pub mod interval;
+pub mod lateness;
 mod layout;
 pub mod message;
 pub mod metrics;

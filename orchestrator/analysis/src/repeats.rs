@@ -5,28 +5,30 @@
 
 use plan::Verdict;
 
-use crate::layout::{Column, align, digits, number, text};
+use crate::layout::{Column, Shown, align, digits, number, text};
 use crate::response::LoopVerdict;
 use crate::summary::Summary;
 
-const COLUMNS: [Column; 12] = [
+const COLUMNS: [Column; 14] = [
     text("topology"),
-    text("client"),
-    text("mode"),
+    text("client").shown(Shown::IfDiffers),
+    text("setup").shown(Shown::IfDiffers),
     number("", "rate"),
     number("", "runs"),
     number("", "stable"),
     number("settling/ms", "median"),
-    number("", "quarter"),
-    number("", "3/4"),
-    number("times", "first"),
+    number("settling/ms", "quarter"),
+    number("settling/ms", "3/4"),
+    number("times", "first").shown(Shown::IfFilled),
+    number("times", "native").shown(Shown::IfFilled),
+    number("times", "python").shown(Shown::IfFilled),
     number("rise", "ms"),
     number("overshoot", "%"),
 ];
 
-const LEGEND: &str = "\
-Medians over complete runs, with the quartiles of settling.
-times first: against the first topology at the same rate.";
+const LEGEND: &str = "Medians over complete runs of closed loops, with the quartiles of settling.";
+const FIRST_LEGEND: &str = "times first: against the first topology at the same rate";
+const CLIENT_LEGEND: &str = "against that client on the same topology at the same rate.";
 
 /// The runs that differ only in their repeat.
 struct Group<'a> {
@@ -37,12 +39,23 @@ struct Group<'a> {
 
 impl Group<'_> {
     fn is_like(&self, row: &Summary) -> bool {
-        self.first.topology == row.topology && self.is_comparable(row)
+        self.first.topology == row.topology && self.is_set_up_like(row)
     }
 
-    fn is_comparable(&self, row: &Summary) -> bool {
-        let kind = |row: &Summary| (row.client.clone(), row.mode.clone(), row.h_ns);
+    /// The same client at the same rate, on whatever topology.
+    fn is_set_up_like(&self, row: &Summary) -> bool {
+        let kind = |row: &Summary| (row.client.clone(), row.setup.clone(), row.h_ns);
         kind(self.first) == kind(row)
+    }
+
+    /// Another client at the same rate on the same topology, in whatever setup.
+    fn is_beside(&self, row: &Summary) -> bool {
+        let place = |row: &Summary| (row.topology.clone(), row.h_ns);
+        place(self.first) == place(row)
+    }
+
+    fn settling_ms(&self, q: f64) -> Option<f64> {
+        self.quantile(q, |row| row.settling_ms)
     }
 
     /// A quantile of a figure over the complete runs; `None` where it is beyond them.
@@ -85,19 +98,67 @@ pub fn render(rows: &[Summary]) -> Option<String> {
         }
     }
     groups.retain(|group| group.runs > 1);
-    let lines: Vec<Vec<String>> = groups.iter().map(|group| line(group, &groups)).collect();
-    (!lines.is_empty()).then(|| align(&COLUMNS, &lines, |_| true) + "\n" + LEGEND + "\n")
+    if groups.is_empty() {
+        return None;
+    }
+    let differ = |word: fn(&Summary) -> &str| {
+        groups
+            .iter()
+            .any(|group| word(group.first) != word(groups[0].first))
+    };
+    let clients = differ(|row| &row.client);
+    let has = |client: &str| clients && groups.iter().any(|group| group.first.client == client);
+    let against = Against {
+        first: differ(|row| &row.topology),
+        native: has("native"),
+        python: has("python"),
+    };
+    let lines: Vec<Vec<String>> = groups
+        .iter()
+        .map(|group| line(group, &groups, &against))
+        .collect();
+    let mut legend = format!("{LEGEND}\n");
+    if against.first {
+        let setup = match clients || differ(|row| &row.setup) {
+            true => ", with the same client and setup.",
+            false => ".",
+        };
+        legend += &format!("{FIRST_LEGEND}{setup}\n");
+    }
+    match (against.native, against.python) {
+        (true, true) => legend += &format!("times native, python: {CLIENT_LEGEND}\n"),
+        (true, false) => legend += &format!("times native: {CLIENT_LEGEND}\n"),
+        (false, true) => legend += &format!("times python: {CLIENT_LEGEND}\n"),
+        (false, false) => {}
+    }
+    Some(align(&COLUMNS, &lines) + "\n" + &legend)
 }
 
-fn line(group: &Group, groups: &[Group]) -> Vec<String> {
-    let settling = |group: &Group, q| group.quantile(q, |row| row.settling_ms);
-    let reference = groups
-        .iter()
-        .find(|other| other.is_comparable(group.first))
-        .and_then(|other| settling(other, 0.5));
-    let times = settling(group, 0.5)
-        .zip(reference)
-        .map(|(own, first)| own / first);
+/// What there is to compare settling with.
+struct Against {
+    /// Another topology.
+    first: bool,
+    /// Other clients than native, and native.
+    native: bool,
+    /// Other clients than Python, and Python.
+    python: bool,
+}
+
+fn line(group: &Group, groups: &[Group], against: &Against) -> Vec<String> {
+    let times = |shown: bool, is_reference: &dyn Fn(&&Group) -> bool| {
+        if !shown {
+            return String::new();
+        }
+        let reference = groups.iter().find(is_reference);
+        let reference_ms = reference.and_then(|other| other.settling_ms(0.5));
+        let own_ms = group.settling_ms(0.5);
+        digits(own_ms.zip(reference_ms).map(|(own, of)| own / of))
+    };
+    let client = |shown: bool, client: &str| {
+        times(shown, &|other| {
+            other.first.client == client && other.is_beside(group.first)
+        })
+    };
     let stable = group
         .complete
         .iter()
@@ -106,14 +167,16 @@ fn line(group: &Group, groups: &[Group]) -> Vec<String> {
     vec![
         group.first.topology.clone(),
         group.first.client.clone(),
-        group.first.mode.clone(),
+        group.first.setup.clone(),
         group.first.rate.clone(),
         format!("{}/{}", group.complete.len(), group.runs),
         stable.to_string(),
-        digits(settling(group, 0.5)),
-        digits(settling(group, 0.25)),
-        digits(settling(group, 0.75)),
-        digits(times),
+        digits(group.settling_ms(0.5)),
+        digits(group.settling_ms(0.25)),
+        digits(group.settling_ms(0.75)),
+        times(against.first, &|other| other.is_set_up_like(group.first)),
+        client(against.native, "native"),
+        client(against.python, "python"),
         digits(group.quantile(0.5, |row| row.rise_ms)),
         digits(group.quantile(0.5, |row| row.overshoot_pct)),
     ]
@@ -158,6 +221,35 @@ mod tests {
         ];
         // arima: the middle of 300, 310, 320. couva: of 310, 330 and never; the invalid run does
         // not count. 330 / 310 = 1.06.
+        insta::assert_snapshot!(render(&rows).expect("there are repeats"));
+    }
+
+    #[test]
+    fn clients_stand_against_native_and_python_on_their_own_topology() {
+        let twice = |client: &str, setup: &str, topology: &str, settling_ms: f64| {
+            [1, 2].map(|repeat| Summary {
+                client: client.to_owned(),
+                setup: setup.to_owned(),
+                ..run(topology, repeat, Some(settling_ms))
+            })
+        };
+        let rows = [
+            twice("native", "paper-python", "arima", 300.0),
+            twice("native", "blocking", "arima", 301.0),
+            twice("native", "paper-python", "diego-vpn", 1200.0),
+            twice("python", "paper-python", "arima", 320.0),
+            twice("python", "paper-python", "diego-vpn", 1280.0),
+            twice("firefox", "paper-2011", "arima", 3200.0),
+            twice(
+                "firefox",
+                "worker, fetch, channel, outstanding 6",
+                "arima",
+                330.0,
+            ),
+            // Native has not been here: there is nothing to hold it against.
+            twice("firefox", "worker", "couva", 640.0),
+        ]
+        .concat();
         insta::assert_snapshot!(render(&rows).expect("there are repeats"));
     }
 

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::metrics::Metrics;
 use crate::response::LoopVerdict;
+use crate::statistics::{ms, share};
 
 /// One cell of a campaign. Units end the names, shares are from 0 to 1, and an empty field does not
 /// apply or was not measured.
@@ -16,6 +17,12 @@ pub struct Summary {
     pub topology: String,
     /// Its client.
     pub client: String,
+    /// The client's preset, and what the experiment laid over it.
+    pub setup: String,
+    /// `http` or `websocket`.
+    pub transport: String,
+    /// The least delay that the page gave its timers; empty where the client is no page.
+    pub timer_floor_ms: Option<f64>,
     /// `open` or `closed`.
     pub mode: String,
     /// Its rate in people's words, such as `333 Hz`.
@@ -38,17 +45,20 @@ pub struct Summary {
     pub probes: Option<u64>,
     /// Echoes lost.
     pub probes_lost: Option<u64>,
-    /// Deadlines of the controller.
-    pub messages_due: Option<u64>,
-    /// Messages it sent.
+    /// Messages that the schedule asked for, one each h of the run's length: a client that drifts
+    /// gets round to fewer.
+    pub messages_due: u64,
+    /// Messages that were sent.
     pub messages_sent: Option<u64>,
+    /// Sent of due.
+    pub sent_share: Option<f64>,
     /// Messages that were answered.
     pub messages_answered: Option<u64>,
     /// Messages without an answer in time.
     pub messages_timeout: Option<u64>,
     /// Messages whose connection or answer was broken.
     pub messages_failed: Option<u64>,
-    /// Deadlines without a message.
+    /// Due and not sent: deadlines without a message, and those that a client that drifts never had.
     pub messages_missed: Option<u64>,
     /// Median round trip of a message.
     pub message_rtt_p50_ms: Option<f64>,
@@ -62,6 +72,8 @@ pub struct Summary {
     pub control_interval_avg_ms: Option<f64>,
     /// Their standard deviation.
     pub control_interval_sd_ms: Option<f64>,
+    /// Share of them within a tenth of h.
+    pub control_interval_at_h: Option<f64>,
     /// Share of arrivals at the same time as the one before, in ns.
     pub zero_exact: Option<f64>,
     /// The same in ms.
@@ -76,6 +88,14 @@ pub struct Summary {
     pub schedule_slope: Option<f64>,
     /// Lateness of the last arrival.
     pub schedule_lag_s: Option<f64>,
+    /// Median distance of the lateness from its line.
+    pub schedule_residual_p50_ms: Option<f64>,
+    /// The greatest.
+    pub schedule_residual_max_ms: Option<f64>,
+    /// Share of arrivals off the line: by more than five medians, and more than 1 ms.
+    pub impulse_share: Option<f64>,
+    /// The most of them in a row.
+    pub impulse_longest: Option<u64>,
     /// The plant's ticks.
     pub ticks: Option<u64>,
     /// Mean interval of the plant's ticks.
@@ -118,12 +138,16 @@ impl Summary {
             cell: cell.id.clone(),
             topology: cell.topology.clone(),
             client: cell.client.to_string(),
+            setup: cell.setup(),
+            transport: cell.settings.transport.to_string(),
+            timer_floor_ms: cell.page.map(|page| ms(page.floor_ns)),
             mode: cell.settings.mode.to_string(),
             rate: cell.rate(),
             h_ns: cell.settings.h.ns(),
             repeat: cell.repeat,
             verdict,
             rtt_asked_ms,
+            messages_due: cell.due(),
             ..Self::default()
         };
         metrics.map_or(known.clone(), |metrics| known.measured(metrics))
@@ -144,25 +168,30 @@ impl Summary {
             rtt_measured_ms: probes.and_then(|p| p.rtt).map(|rtt| rtt.avg_ms),
             probes: probes.map(|p| p.count),
             probes_lost: probes.map(|p| p.lost),
-            messages_due: Some(messages.due),
             messages_sent: Some(messages.sent),
+            sent_share: share(messages.sent, self.messages_due),
             messages_answered: Some(messages.answered),
             messages_timeout: Some(messages.timeout),
             messages_failed: Some(messages.failed),
-            messages_missed: Some(messages.missed),
+            messages_missed: Some(self.messages_due.saturating_sub(messages.sent)),
             message_rtt_p50_ms: messages.rtt.p50_ms,
             message_rtt_p90_ms: messages.rtt.p90_ms,
             message_rtt_p99_ms: messages.rtt.p99_ms,
             message_rtt_max_ms: messages.rtt.max_ms,
             control_interval_avg_ms: arrivals.interval_avg_ms,
             control_interval_sd_ms: arrivals.interval_sd_ms,
+            control_interval_at_h: arrivals.interval_at_h,
             zero_exact: arrivals.zero_exact,
             zero_1ms: arrivals.zero_1ms,
             zero_10ms: arrivals.zero_10ms,
             zero_tick: arrivals.zero_tick,
             out_of_order: Some(arrivals.out_of_order),
-            schedule_slope: arrivals.slope,
-            schedule_lag_s: arrivals.lag_s,
+            schedule_slope: arrivals.drift.slope,
+            schedule_lag_s: arrivals.drift.lag_s,
+            schedule_residual_p50_ms: arrivals.drift.residual_p50_ms,
+            schedule_residual_max_ms: arrivals.drift.residual_max_ms,
+            impulse_share: arrivals.drift.impulse_share,
+            impulse_longest: arrivals.drift.impulse_longest,
             ticks: Some(ticks.count),
             tick_interval_avg_ms: ticks.interval_avg_ms,
             tick_interval_sd_ms: ticks.interval_sd_ms,

@@ -1,65 +1,110 @@
 //! The table that ends `webloop run`: a line per cell, aligned, in about a hundred columns.
+//!
+//! Columns that say nothing of these cells are left out.
 
 use plan::Verdict;
 
-use crate::layout::{Column, align, digits, number, text, whole};
+use crate::layout::{Column, Shown, align, digits, number, text, whole};
 use crate::summary::Summary;
 
-const LEGEND: &str = "\
-RTT: the profile's mean, the link's at the instants of the echoes, and what they measured.
-zero: arrivals in the same ms as the one before. rise: 10 to 90 %. settling: into 2 %.";
+const RTT_LEGEND: &str =
+    "RTT: the profile's mean, the link's at the instants of the echoes, and what they measured.";
+const PROBED_LEGEND: &str = "RTT: what the echoes measured.";
+const ZERO_LEGEND: &str = "zero: arrivals in the same ms as the one before.";
+const STEP_LEGEND: &str = "rise: 10 to 90 %. settling: into 2 %.";
+const DRIFT_LEGEND: &str = "\
+missed: due and not sent. slope: how much later messages arrive with each second of their schedule.
+lag: how late the last one was.";
 
-const COLUMNS: [Column; 15] = [
+const COLUMNS: [Column; 18] = [
     text("topology"),
-    text("client"),
-    text("mode"),
+    text("client").shown(Shown::IfDiffers),
+    text("setup").shown(Shown::IfDiffers),
+    text("mode").shown(Shown::IfFilled),
     number("", "rate"),
-    number("", "#"),
+    number("", "#").shown(Shown::IfFilled),
     text("verdict"),
-    number("RTT/ms", "asked"),
-    number("", "due"),
-    number("", "probed"),
+    number("RTT/ms", "asked").shown(Shown::IfFilled),
+    number("RTT/ms", "due").shown(Shown::IfFilled),
+    number("RTT/ms", "probed"),
     number("messages", "sent"),
-    number("", "missed"),
+    number("messages", "missed"),
     number("zero", "%"),
-    number("rise", "ms"),
-    number("settling", "ms"),
-    number("overshoot", "%"),
+    number("rise", "ms").shown(Shown::IfFilled),
+    number("settling", "ms").shown(Shown::IfFilled),
+    number("overshoot", "%").shown(Shown::IfFilled),
+    number("slope", "ms/s").shown(Shown::IfFilled),
+    number("lag", "s").shown(Shown::IfFilled),
 ];
 
-/// The table, with a line of legend; numbers have three significant digits, and `-` does not apply.
-#[must_use]
-pub fn render(rows: &[Summary]) -> String {
-    let cells: Vec<Vec<String>> = rows.iter().map(line).collect();
-    // A column that says the same of every cell tells nothing.
-    let repeated = rows.iter().any(|row| row.repeat > 1);
-    let clients = rows.iter().any(|row| row.client != rows[0].client);
-    let shown = |name: &str| match name {
-        "#" => repeated,
-        "client" => clients,
-        _ => true,
-    };
-    align(&COLUMNS, &cells, shown) + "\n" + LEGEND + "\n"
+/// What the cells of a table have in common, by which columns are left out.
+struct Kind {
+    repeated: bool,
+    /// Only open loops: they have no step, and what there is to see is their drift.
+    open: bool,
+    /// Clients or setups are compared: the link is the same for all, and its columns make room.
+    clients: bool,
+    /// The two modes are compared.
+    modes: bool,
 }
 
-fn line(row: &Summary) -> Vec<String> {
+impl Kind {
+    fn of(rows: &[Summary]) -> Self {
+        let differ =
+            |word: fn(&Summary) -> &str| rows.iter().any(|row| word(row) != word(&rows[0]));
+        Self {
+            repeated: rows.iter().any(|row| row.repeat > 1),
+            open: !rows.is_empty() && rows.iter().all(|row| row.mode == "open"),
+            clients: differ(|row| &row.client) || differ(|row| &row.setup),
+            modes: differ(|row| &row.mode),
+        }
+    }
+
+    fn legend(&self) -> String {
+        let rest = match self.open {
+            true => DRIFT_LEGEND,
+            false => STEP_LEGEND,
+        };
+        match self.clients {
+            true => format!("{PROBED_LEGEND} {ZERO_LEGEND}\n{rest}\n"),
+            false if self.open => format!("{RTT_LEGEND}\n{ZERO_LEGEND}\n{rest}\n"),
+            false => format!("{RTT_LEGEND}\n{ZERO_LEGEND} {rest}\n"),
+        }
+    }
+}
+
+/// The table, with a legend; numbers have three significant digits, and `-` does not apply.
+#[must_use]
+pub fn render(rows: &[Summary]) -> String {
+    let kind = Kind::of(rows);
+    let cells: Vec<Vec<String>> = rows.iter().map(|row| line(row, &kind)).collect();
+    align(&COLUMNS, &cells) + "\n" + &kind.legend()
+}
+
+fn line(row: &Summary, kind: &Kind) -> Vec<String> {
     let percent = |share: Option<f64>| digits(share.map(|share| 100.0 * share));
+    let when = |shown: bool, entry: String| if shown { entry } else { String::new() };
+    let step = |figure: Option<f64>| when(!kind.open, digits(figure));
+    let drift = |figure: Option<f64>| when(kind.open, digits(figure));
     vec![
         row.topology.clone(),
         row.client.clone(),
-        row.mode.clone(),
+        row.setup.clone(),
+        when(kind.modes || !kind.clients, row.mode.clone()),
         row.rate.clone(),
-        row.repeat.to_string(),
+        when(kind.repeated, row.repeat.to_string()),
         verdict(row),
-        digits(row.rtt_asked_ms),
-        digits(row.rtt_due_ms),
+        when(!kind.clients, digits(row.rtt_asked_ms)),
+        when(!kind.clients, digits(row.rtt_due_ms)),
         digits(row.rtt_measured_ms),
         whole(row.messages_sent),
         whole(row.messages_missed),
         percent(row.zero_1ms),
-        digits(row.rise_ms),
-        digits(row.settling_ms),
-        digits(row.overshoot_pct),
+        step(row.rise_ms),
+        step(row.settling_ms),
+        step(row.overshoot_pct),
+        drift(row.schedule_slope.map(|slope| 1e3 * slope)),
+        drift(row.schedule_lag_s),
     ]
 }
 
@@ -153,6 +198,56 @@ mod tests {
             "wider than a terminal:\n{table}"
         );
         insta::assert_snapshot!(table);
+    }
+
+    #[test]
+    fn where_only_open_loops_are_compared_by_client_the_table_is_of_their_drift() {
+        let cell = |client: &str, setup: &str, sent: u64, slope: f64| Summary {
+            client: client.to_owned(),
+            setup: setup.to_owned(),
+            messages_due: 6000,
+            messages_sent: Some(sent),
+            messages_missed: Some(6000 - sent),
+            zero_1ms: Some(0.0),
+            schedule_slope: Some(slope),
+            schedule_lag_s: Some(60.0 * slope),
+            rtt_measured_ms: Some(0.0312),
+            ..cell("arima", "open", "100 Hz")
+        };
+        insta::assert_snapshot!(render(&[
+            cell("python", "paper-python", 6000, 0.000_000_12),
+            cell("firefox", "paper-2011", 5497, 0.0911),
+            cell("firefox", "worker", 5998, -0.000_002),
+        ]));
+    }
+
+    #[test]
+    fn where_only_closed_loops_are_compared_by_client_the_table_stays_on_a_terminal() {
+        let cell = |client: &str, setup: &str| Summary {
+            client: client.to_owned(),
+            setup: setup.to_owned(),
+            repeat: 20,
+            ..measured(
+                "diego-vpn",
+                [53.14, 51.987, 52.113],
+                Some([86.0, 1182.0, 21.9]),
+            )
+        };
+        let table = render(&[
+            cell("native", "paper-python"),
+            cell("chromium", "paper-2011"),
+        ]);
+        assert!(
+            table.lines().all(|line| line.len() <= 120),
+            "wider than a terminal:\n{table}"
+        );
+        assert!(!table.contains("closed"), "{table}");
+        insta::assert_snapshot!(table);
+    }
+
+    #[test]
+    fn nothing_has_been_run_and_the_table_is_empty() {
+        assert_eq!(render(&[]).lines().count(), 5);
     }
 
     #[test]

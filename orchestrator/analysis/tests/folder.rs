@@ -145,7 +145,13 @@ fn every_figure_of_a_run_that_is_known_by_hand() {
     // Neighbours share a 10 ms cell unless a multiple of 10 ms lies between them: in 3 s that is 3
     // of 10.
     assert!((m.arrivals.zero_10ms.expect("many") - 0.7).abs() < 0.01);
-    assert!(m.arrivals.slope.expect("many").abs() < 1e-12 && m.arrivals.lag_s == Some(0.0));
+    let drift = m.arrivals.drift;
+    assert!(drift.slope.expect("many").abs() < 1e-12 && drift.lag_s == Some(0.0));
+    assert_eq!(
+        (drift.residual_p50_ms, drift.impulse_share),
+        (Some(0.0), Some(0.0))
+    );
+    assert_eq!(m.arrivals.interval_at_h, Some(1.0));
 
     assert_eq!(
         (m.ticks.count, m.ticks.punctual, m.ticks.missed),

@@ -82,6 +82,7 @@ pub fn abilities(authority: &shaper::Result<shaper::Authority>) -> Vec<Ability> 
             remedy: "not needed, since webloop plays links itself; load the kernel module sch_netem and install iproute2, or see netem/kernel/run in a checkout",
         },
     ]);
+    abilities.extend(clients());
     abilities.extend(containers());
     abilities
 }
@@ -118,6 +119,26 @@ fn open_files() -> Result<String, String> {
         Some(most) => Ok(format!("up to {most}")),
         None => Ok("without limit".into()),
     }
+}
+
+/// The clients that are not webloop's own.
+fn clients() -> [Ability; 3] {
+    let remedy = "needed by the client of that name only: install it";
+    let ability = |what, found| Ability {
+        what,
+        need: Need::Better,
+        found,
+        remedy,
+    };
+    let browser = |engine| browser::found(engine).map_err(|missing| missing.why);
+    [
+        ability(
+            "Python",
+            python::version().map_err(|error| error.to_string()),
+        ),
+        ability("Chromium", browser(browser::Engine::Chromium)),
+        ability("Firefox", browser(browser::Engine::Firefox)),
+    ]
 }
 
 /// What campaigns in containers need, in the order in which one would install it.

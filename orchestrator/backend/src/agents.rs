@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use agent::Token;
+use agent::{AgentName, Token};
 
 /// The four agents of a testbed, each as `host:port` on a network that no link shapes.
 #[derive(Debug, Clone)]
@@ -49,6 +49,16 @@ impl Agents {
             backend: "attach".to_owned(),
             engine: None,
         })
+    }
+
+    /// Each agent with its address.
+    pub(crate) fn each(&self) -> [(AgentName, &str); 4] {
+        [
+            (AgentName::Plant, &self.plant),
+            (AgentName::Controller, &self.controller),
+            (AgentName::PlantLink, &self.plant_link),
+            (AgentName::ControllerLink, &self.controller_link),
+        ]
     }
 }
 

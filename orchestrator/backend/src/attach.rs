@@ -11,13 +11,13 @@ use std::time::{Duration, Instant};
 
 use agent::{AgentName, Follower, Remote, RemoteRun};
 use link::{Profile, Way};
-use plan::{Cell, ProfileText};
+use plan::{Cell, Client, ProfileText};
 use serde::Deserialize;
 use shaper::{Echo, ProbePlan};
 
 use crate::distant::Distant;
 use crate::site::{Part, Running, Settings, Site};
-use crate::{Agents, Player, RunError, schedule, sighting};
+use crate::{Agents, Player, RunError, client, schedule, sighting};
 
 /// How long an agent may take to answer at first: its container may just have been started.
 const HEALTHY_WITHIN: Duration = Duration::from_secs(30);
@@ -57,17 +57,18 @@ impl Attach {
         player: Player,
         folder: &Path,
     ) -> Result<Attach, RunError> {
-        let begin = |name, authority: &str| {
+        let begin = |(name, authority): (AgentName, &str)| {
             let remote = Remote::open(name, authority, agents.token.clone())?;
             remote.wait_healthy(HEALTHY_WITHIN)?;
             remote.claim()?;
             remote.begin(&cell.id)
         };
+        let [plant, controller, plant_link, controller_link] = agents.each();
         let mut attach = Attach {
-            plant: begin(AgentName::Plant, &agents.plant)?,
-            controller: begin(AgentName::Controller, &agents.controller)?,
-            plant_link: begin(AgentName::PlantLink, &agents.plant_link)?,
-            controller_link: begin(AgentName::ControllerLink, &agents.controller_link)?,
+            plant: begin(plant)?,
+            controller: begin(controller)?,
+            plant_link: begin(plant_link)?,
+            controller_link: begin(controller_link)?,
             loopback: profile.is_loopback(),
             player,
             start_time: Duration::ZERO,
@@ -83,7 +84,7 @@ impl Attach {
         let clock = Instant::now();
         attach.witness().start("hear", "hear", &[])?;
         attach.start_time = clock.elapsed();
-        attach.followers = attach.follow(folder)?;
+        attach.followers = attach.follow(cell.client, folder)?;
         Ok(attach)
     }
 
@@ -106,12 +107,13 @@ impl Attach {
             .map_err(RunError::from)
     }
 
-    fn follow(&self, folder: &Path) -> Result<Vec<Follower>, RunError> {
+    fn follow(&self, client: Client, folder: &Path) -> Result<Vec<Follower>, RunError> {
         const PLANT: [&str; 4] = ["ticks.csv", "arrivals.csv", "plant.json", "plant.log"];
-        const CONTROLLER: [&str; 3] = ["messages.csv", "controller.json", "controller.log"];
+        let (own, at_plant) = client::files(client);
         let mut followers = vec![
-            self.controller.follow(&CONTROLLER, folder)?,
-            self.beside_plant().follow(&PLANT, folder)?,
+            self.controller.follow(own, folder)?,
+            self.beside_plant()
+                .follow(&[&PLANT[..], at_plant].concat(), folder)?,
         ];
         if !self.loopback {
             let up = ["link-up.csv", "link-up.json", "link-up.log"];
@@ -166,14 +168,15 @@ impl Attach {
 }
 
 impl Site for Attach {
-    fn lead_ns(&self) -> u64 {
+    fn lead_ns(&self, start_time: Duration) -> u64 {
         // Twice what this machine itself needs: containers have no real-time scheduling.
-        2 * schedule::LEAD_NS + schedule::allowance_ns(self.start_time)
+        2 * (schedule::LEAD_NS + schedule::ns(start_time)) + schedule::allowance_ns(self.start_time)
     }
 
     fn start<'a>(
         &'a self,
         part: Part,
+        role: &'static str,
         settings: Settings,
     ) -> Result<Box<dyn Running + 'a>, RunError> {
         let (run, name) = match part {
@@ -181,8 +184,8 @@ impl Site for Attach {
             Part::Plant => (self.beside_plant(), "plant"),
             Part::Controller => (&self.controller, "controller"),
         };
-        let (role, _) = Distant::start(run, name, name, &settings)?;
-        Ok(Box::new(role))
+        let (part, _) = Distant::start(run, name, role, &settings)?;
+        Ok(Box::new(part))
     }
 
     fn plant_address(&self) -> Ipv4Addr {
@@ -199,12 +202,7 @@ impl Site for Attach {
 
 /// Tells all agents that they are done, whoever hears it: the others end for want of a word.
 pub fn dismiss(agents: &Agents) {
-    for (name, authority) in [
-        (AgentName::Plant, &agents.plant),
-        (AgentName::Controller, &agents.controller),
-        (AgentName::PlantLink, &agents.plant_link),
-        (AgentName::ControllerLink, &agents.controller_link),
-    ] {
+    for (name, authority) in agents.each() {
         let ended = Remote::open(name, authority, agents.token.clone())
             .and_then(|remote| remote.claim().and_then(|()| remote.end()));
         if let Err(problem) = ended {

@@ -13,10 +13,7 @@ use shaper::{Echo, now_ns};
 
 use crate::proof::Proof;
 use crate::site::{Part, Running, Site, settings};
-use crate::{RunError, schedule};
-
-/// How long after its last deadline and time-out a controller may take to end.
-const CONTROLLER_GRACE: Duration = Duration::from_secs(10);
+use crate::{RunError, client, schedule};
 
 /// How often the parts are looked at.
 const POLL: Duration = Duration::from_millis(10);
@@ -42,18 +39,20 @@ pub(crate) fn run(
     stop: &AtomicBool,
 ) -> Result<Seen, RunError> {
     let given = &cell.settings;
-    let epoch_ns = now_ns() + site.lead_ns();
+    let epoch_ns = now_ns() + site.lead_ns(client::start_time(cell.client));
     let start_ns = epoch_ns + schedule::START_AT_NS;
     let mut link = match profile.is_loopback() {
         true => None,
         false => Some(site.start(
             Part::Link,
+            "link",
             settings(&[("seed", &cell.link_seed), ("epoch-ns", &epoch_ns)]),
         )?),
     };
     let plant_socket = site.plant_socket();
     let mut plant = site.start(
         Part::Plant,
+        "plant",
         settings(&[
             ("listen", &plant_socket),
             ("h", &given.h),
@@ -62,20 +61,8 @@ pub(crate) fn run(
     )?;
     let mut controller = site.start(
         Part::Controller,
-        settings(&[
-            ("plant", &plant_socket),
-            ("h", &given.h),
-            ("mode", &given.mode),
-            ("r", &given.r),
-            ("duration", &format!("{}ns", cell.duration_ns)),
-            ("outstanding", &given.outstanding),
-            ("connection", &given.connection),
-            ("schedule", &given.schedule),
-            ("integrate", &given.integrate),
-            ("late", &given.late),
-            ("timeout", &format!("{}ns", given.timeout_ns)),
-            ("start-ns", &start_ns),
-        ]),
+        client::role(cell.client),
+        client::told(cell, plant_socket, start_ns),
     )?;
 
     let proof = Proof {
@@ -140,7 +127,7 @@ fn await_controller(
     let deadline_ns = start_ns
         + cell.duration_ns
         + cell.settings.timeout_ns
-        + u64::try_from(CONTROLLER_GRACE.as_nanos()).unwrap_or(u64::MAX);
+        + u64::try_from(client::grace(cell.client).as_nanos()).unwrap_or(u64::MAX);
     while !controller.ended()? {
         if stop.load(Ordering::Relaxed) {
             controller.terminate();

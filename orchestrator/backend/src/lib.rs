@@ -2,6 +2,7 @@
 //!
 //! - [`run_cell`]: a cell from its plan to its [`Manifest`], on a [`Backend`] and by a [`Player`].
 //! - `course`: what is started when and waited for, the same everywhere; `schedule` has the times.
+//! - `client`: a cell's client as a role.
 //! - `site`: where the parts live. `netns` has a [`Lab`] of namespaces and the roles as processes
 //!   in them; `attach` has [`Agents`] that start them elsewhere, as `distant` parts, and echoes
 //!   with two halves (`sighting`).
@@ -12,6 +13,7 @@
 pub mod ability;
 mod agents;
 mod attach;
+mod client;
 mod course;
 mod distant;
 mod error;

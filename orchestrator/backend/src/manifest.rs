@@ -53,6 +53,10 @@ pub struct Manifest {
     pub plant: Option<Value>,
     /// The controller's own report.
     pub controller: Option<Value>,
+    /// The page's own report, where the client is a browser: which one, and how honest its clock
+    /// and its timers are.
+    #[serde(default)]
+    pub page: Option<Value>,
     /// The player's own report.
     pub link: Option<Value>,
     /// Length and checksum of every other file in the folder.

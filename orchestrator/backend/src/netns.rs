@@ -7,7 +7,7 @@ use std::process::Command;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use agent::{Launch, Role};
+use agent::{Launch, Role, last_words};
 use link::{Profile, Way};
 use shaper::{Echo, Namespace, ProbePlan, Prober};
 
@@ -89,8 +89,13 @@ impl Netns {
             folder: &self.folder,
         };
         let mut role = Role::launch(&launch, self.namespace(part))?;
-        role.wait_ready()?;
-        Ok(role)
+        match role.wait_ready() {
+            Ok(_) => Ok(role),
+            Err(_) if role.lacks_something() => Err(RunError::Unsupported(
+                last_words(&self.folder, name).replacen("webloop: ", "", 1),
+            )),
+            Err(problem) => Err(problem.into()),
+        }
     }
 
     fn namespace(&self, part: Part) -> Option<&Namespace> {
@@ -111,13 +116,14 @@ fn start_time(program: &Path) -> Duration {
 }
 
 impl Site for Netns {
-    fn lead_ns(&self) -> u64 {
-        schedule::LEAD_NS + schedule::allowance_ns(self.start_time)
+    fn lead_ns(&self, start_time: Duration) -> u64 {
+        schedule::LEAD_NS + schedule::allowance_ns(self.start_time) + schedule::ns(start_time)
     }
 
     fn start<'a>(
         &'a self,
         part: Part,
+        role: &'static str,
         mut settings: Settings,
     ) -> Result<Box<dyn Running + 'a>, RunError> {
         settings.push(("out", self.folder.display().to_string()));
@@ -132,7 +138,7 @@ impl Site for Netns {
                 "link"
             }
         };
-        Ok(Box::new(self.start_role(name, name, part, &settings)?))
+        Ok(Box::new(self.start_role(name, role, part, &settings)?))
     }
 
     fn plant_address(&self) -> Ipv4Addr {

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use plan::Client;
 use serde_json::Value;
 use shaper::{Edge, TcReport};
 
@@ -10,6 +11,23 @@ use shaper::{Edge, TcReport};
 pub(crate) fn of_role(folder: &Path, name: &str) -> Option<Value> {
     let text = fs::read_to_string(folder.join(format!("{name}.json"))).ok()?;
     serde_json::from_str(&text).ok()
+}
+
+/// How a page failed, by its own word; a browser's process alone does not tell.
+pub(crate) fn trouble_of_page(client: Client, page: Option<&Value>) -> Option<String> {
+    if !client.is_browser() {
+        return None;
+    }
+    let Some(page) = page else {
+        return Some(format!("in {client} left no report at the plant"));
+    };
+    match page["outcome"].as_str().unwrap_or("nothing") {
+        "complete" => None,
+        outcome => Some(format!(
+            "in {client} ended as {outcome}: {}",
+            page["reason"].as_str().unwrap_or_default()
+        )),
+    }
 }
 
 /// The players' report: of one that played both ways, or of two that played one each, by way.
@@ -59,7 +77,7 @@ pub(crate) fn lost_rows(reports: &[Option<Value>; 3]) -> Option<String> {
         .iter()
         .flatten()
         .flat_map(|report| {
-            ["tick_rows", "arrival_rows", "rows"].map(|name| &report[name]["overflow"])
+            ["tick_rows", "arrival_rows", "page_rows", "rows"].map(|name| &report[name]["overflow"])
         })
         .filter_map(Value::as_u64)
         .sum();

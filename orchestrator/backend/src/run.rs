@@ -104,6 +104,14 @@ pub fn run_cell(
         true => Err(RunError::Interrupted),
         false => outcome,
     };
+    let page = report::of_role(&folder, "page");
+    let outcome =
+        outcome.and_then(
+            |evidence| match report::trouble_of_page(cell.client, page.as_ref()) {
+                Some(trouble) => Err(RunError::role("page", trouble)),
+                None => Ok(evidence),
+            },
+        );
     let reports = [
         report::of_role(&folder, "plant"),
         report::of_role(&folder, "controller"),
@@ -132,6 +140,7 @@ pub fn run_cell(
         certificate: evidence.certificate,
         plant,
         controller,
+        page,
         link,
         files: folder::inventory(&folder, Manifest::FILE)
             .map_err(|problem| RunError::write(&folder, problem))?,

@@ -10,7 +10,9 @@
 
 use std::time::Duration;
 
-use plan::Phase;
+use plan::{Client, Phase};
+
+use crate::client;
 
 const MS: u64 = 1_000_000;
 
@@ -22,7 +24,12 @@ pub(crate) const LEAD_NS: u64 = 1_000 * MS;
 /// of a run took, since there are four parts to be started and a series of echoes to be sent,
 /// and not all are equally quick.
 pub(crate) fn allowance_ns(first_step: Duration) -> u64 {
-    u64::try_from(first_step.as_nanos()).map_or(u64::MAX, |ns| ns.saturating_mul(10))
+    ns(first_step).saturating_mul(10)
+}
+
+/// A length of time in ns.
+pub(crate) fn ns(duration: Duration) -> u64 {
+    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }
 
 /// Link time of the controller's first message.
@@ -83,8 +90,8 @@ pub(crate) fn after(now_ns: u64) -> Series {
     }
 }
 
-/// What a run takes beyond the controller's own duration, typically: for the time that is left.
+/// What a run takes beyond the client's own duration, typically: for the time that is left.
 #[must_use]
-pub fn overhead_ns() -> u64 {
-    LEAD_NS + START_AT_NS + 1_700 * MS
+pub fn overhead_ns(client: Client) -> u64 {
+    LEAD_NS + ns(client::start_time(client)) + START_AT_NS + 1_700 * MS
 }

@@ -6,6 +6,7 @@
 use std::fmt::Display;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use shaper::{Echo, ProbePlan};
 
@@ -38,17 +39,19 @@ pub(crate) fn settings(pairs: &[(&'static str, &dyn Display)]) -> Settings {
 
 /// Where a run happens.
 pub(crate) trait Site: Sync {
-    /// From now to the link's epoch: time to start the parts and to measure the empty link.
-    fn lead_ns(&self) -> u64;
+    /// From now to the link's epoch: time to start the parts, of which the client takes
+    /// `start_time` on this machine, and to measure the empty link.
+    fn lead_ns(&self, start_time: Duration) -> u64;
 
-    /// Starts a part, and returns when it can be used. The link goes first: without it the
-    /// plant may have no address.
+    /// Starts a part as a role of webloop, and returns when it can be used. The link goes first:
+    /// without it the plant may have no address.
     ///
     /// # Errors
     /// What keeps it from being used; nothing is left running then.
     fn start<'a>(
         &'a self,
         part: Part,
+        role: &'static str,
         settings: Settings,
     ) -> Result<Box<dyn Running + 'a>, RunError>;
 

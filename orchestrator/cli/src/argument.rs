@@ -18,8 +18,8 @@ pub(crate) use campaign::{
 };
 pub(crate) use link::{LinkCommand, LinkLint, LinkShow, Probe, Way};
 pub(crate) use serve::{
-    ServeAgent, ServeAsk, ServeCommand, ServeController, ServeHealth, ServeHear, ServeLink,
-    ServePlant,
+    ServeAgent, ServeAsk, ServeBrowser, ServeCommand, ServeController, ServeHealth, ServeHear,
+    ServeLink, ServePlant,
 };
 
 /// Closes control loops over real HTTP, across links that behave like real networks, and says

@@ -11,7 +11,7 @@ use std::time::Duration;
 use anyhow::anyhow;
 use backend::Manifest;
 use compose::{Cells, ComposeFile, Ended, Engine, Problem, Project};
-use plan::{Cell, Verdict};
+use plan::{Cell, Client, Verdict};
 
 use crate::campaign::Campaign;
 use crate::command::run::cell_time;
@@ -42,6 +42,8 @@ impl Docks {
     }
 
     /// Runs `cells`, those that are complete already left out, and takes everything down.
+    ///
+    /// One client after another, since each has a container of its own kind.
     pub(crate) fn run(
         self,
         cells: &[&Cell],
@@ -50,9 +52,32 @@ impl Docks {
         stop: &AtomicBool,
         progress: &Progress,
     ) -> Result<(), Failure> {
-        let engine = self.engine.to_string();
+        for client in Client::ALL {
+            let cells: Vec<&Cell> = cells
+                .iter()
+                .copied()
+                .filter(|cell| cell.client == client)
+                .collect();
+            if !cells.is_empty() && !stop.load(Ordering::Relaxed) {
+                self.run_client(client, &cells, campaign, ground, stop, progress)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn run_client(
+        &self,
+        client: Client,
+        cells: &[&Cell],
+        campaign: &Campaign,
+        ground: &Ground<'_>,
+        stop: &AtomicBool,
+        progress: &Progress,
+    ) -> Result<(), Failure> {
+        let (engine, client) = (self.engine.to_string(), client.to_string());
+        let file = self.file.clone();
         let mut project =
-            Project::new(self.file, campaign.folder(), &engine, leash).map_err(failure)?;
+            Project::new(file, campaign.folder(), &engine, &client, leash).map_err(failure)?;
         if self.build {
             progress.say("building the images; the first time that takes minutes");
             match project.build(stop, |line| tracing::info!("{line}")) {

@@ -1,5 +1,7 @@
 //! Log lines on standard error, chosen by `RUST_LOG`; nothing is logged per tick or message.
 
+use std::io::IsTerminal;
+
 use tracing_subscriber::EnvFilter;
 
 use crate::argument::{Argument, LogFormat};
@@ -10,6 +12,7 @@ pub(crate) fn start(argument: &Argument) {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
     let builder = tracing_subscriber::fmt()
         .with_env_filter(filter)
+        .with_ansi(std::io::stderr().is_terminal())
         .with_writer(std::io::stderr);
     match argument.log_format {
         LogFormat::Text => builder.with_target(false).without_time().init(),

@@ -14,6 +14,7 @@ mod logging;
 mod owner;
 mod progress;
 mod results;
+mod series;
 mod source;
 mod stop;
 
@@ -42,6 +43,8 @@ fn main() -> std::process::ExitCode {
         Command::Serve(ServeCommand::Controller(controller)) => {
             command::serve::controller(&controller)
         }
+        Command::Serve(ServeCommand::Python(python)) => command::client::python(&python),
+        Command::Serve(ServeCommand::Browser(browser)) => command::client::browser(&browser),
         Command::Serve(ServeCommand::Link(link)) => command::play::link(&link),
         Command::Serve(ServeCommand::Ask(ask)) => command::echo::ask(&ask),
         Command::Serve(ServeCommand::Hear(hear)) => command::echo::hear(&hear),

@@ -68,13 +68,17 @@ fn row(folder: &Path, plan: &Plan, cell: &Cell) -> anyhow::Result<Summary> {
         .filter(|profile| !profile.is_loopback())
         .and_then(|profile| profile.asked())
         .map(|asked| asked.rtt_avg_ms);
-    // A run that did not come to its end may have left no rows at all.
-    let metrics = match verdict {
-        Some(Verdict::Complete | Verdict::Invalid) => Some(Metrics::read(
+    let metrics = match verdict.is_some_and(has_rows) {
+        true => Some(Metrics::read(
             &backend::cell_folder(folder, cell),
             &CellFacts::from(cell),
         )?),
-        _ => None,
+        false => None,
     };
     Ok(Summary::new(cell, verdict, asked_ms, metrics.as_ref()))
+}
+
+/// Whether a run that ended so left its rows: one that did not come to its end may have none at all.
+pub(crate) fn has_rows(verdict: Verdict) -> bool {
+    matches!(verdict, Verdict::Complete | Verdict::Invalid)
 }

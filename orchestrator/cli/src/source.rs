@@ -100,9 +100,7 @@ fn experiment(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
         profile(topology)?;
     }
     if let Some(client) = &instead.client {
-        client
-            .parse::<plan::Client>()
-            .map_err(|problem| Failure::usage(anyhow!("{problem}; use native")))?;
+        client.parse::<plan::Client>().map_err(Failure::usage)?;
     }
     let builtin = EXPERIMENTS
         .iter()

@@ -36,6 +36,8 @@ pub struct Project {
     results: PathBuf,
     /// What manifests say of the engine.
     engine: String,
+    /// Which controller there is.
+    client: String,
     owner: Owner,
     leash: Leash,
     /// Whether containers may be there.
@@ -44,7 +46,7 @@ pub struct Project {
 
 impl Project {
     /// A project of its own for the campaign whose results go into the folder `results`, on
-    /// the engine that manifests call `engine`.
+    /// the engine that manifests call `engine`, with the controller `client`.
     ///
     /// # Errors
     /// When there is no such folder, or `/proc` does not tell of this process.
@@ -52,6 +54,7 @@ impl Project {
         file: ComposeFile,
         results: &Path,
         engine: &str,
+        client: &str,
         leash: Leash,
     ) -> Result<Project, Problem> {
         let owner = Owner::this()
@@ -63,6 +66,7 @@ impl Project {
             name: format!("webloop-{digits:08x}"),
             results: absolute(results)?,
             engine: engine.to_owned(),
+            client: client.to_owned(),
             owner,
             leash,
             up: false,
@@ -182,6 +186,7 @@ impl Project {
             .env("WEBLOOP_RUN", &self.name)
             .env("WEBLOOP_OWNER", self.owner.to_string())
             .env("WEBLOOP_ENGINE", &self.engine)
+            .env("CLIENT", &self.client)
             .env("OWNER", format!("{}:{}", folder.uid(), folder.gid()))
             .env("RESULTS", &self.results)
             // It could start services that are to stay off.
@@ -207,7 +212,7 @@ mod tests {
     fn project(results: &Path) -> Project {
         let top = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let file = ComposeFile::find(Some(&top)).expect("webloop's own");
-        Project::new(file, results, "", |_| Ok(())).expect("a project")
+        Project::new(file, results, "", "native", |_| Ok(())).expect("a project")
     }
 
     #[test]

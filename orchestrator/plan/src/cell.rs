@@ -1,34 +1,10 @@
 //! The unit of work: one topology, client, mode, rate and repeat, with everything a run needs.
 
-use endpoint::{ControllerSettings, SampleTime};
+use endpoint::{ControllerSettings, PageSettings, Preset, SampleTime};
 use serde::{Deserialize, Serialize};
 
+use crate::client::Client;
 use crate::seed::fingerprint;
-
-/// Who closes the loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Client {
-    /// webloop's own controller.
-    Native,
-}
-
-impl std::str::FromStr for Client {
-    type Err = String;
-
-    fn from_str(word: &str) -> Result<Self, String> {
-        match word {
-            "native" => Ok(Client::Native),
-            _ => Err(format!("client `{word}` is unknown")),
-        }
-    }
-}
-
-impl std::fmt::Display for Client {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad("native")
-    }
-}
 
 /// One run to be made: resolved, valid, independent of every other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -42,6 +18,9 @@ pub struct Cell {
     pub topology: String,
     /// Who closes the loop.
     pub client: Client,
+    /// What the client's settings are called, and what they are but for words of the experiment.
+    #[serde(default = "paper_python")]
+    pub preset: Preset,
     /// Which repeat it is, from 1.
     pub repeat: u32,
     /// Seed of the link's realisation; equal for all clients, rates and modes of a repeat.
@@ -50,6 +29,14 @@ pub struct Cell {
     pub duration_ns: u64,
     /// What the controller is set up with; the plant takes h and `late` from here too.
     pub settings: ControllerSettings,
+    /// How the page goes about it, where the client is a browser.
+    #[serde(default)]
+    pub page: Option<PageSettings>,
+}
+
+/// What there was before plans named it.
+fn paper_python() -> Preset {
+    Preset::PaperPython
 }
 
 impl Cell {
@@ -64,12 +51,20 @@ impl Cell {
         self.id = format!(
             "{}-{}-{}-{}-r{:02}-{}",
             self.topology,
-            self.client,
+            self.client_label(),
             self.settings.mode,
             rate_label(self.settings.h),
             self.repeat,
             fingerprint(&text, 6)
         );
+    }
+
+    /// The client, with its preset where that says more: a browser is known by its page.
+    fn client_label(&self) -> String {
+        match !self.client.is_browser() && self.preset == self.client.preset() {
+            true => self.client.to_string(),
+            false => format!("{}-{}", self.client, self.preset),
+        }
     }
 
     /// The cell's rate in people's words, such as `333 Hz`.

@@ -33,7 +33,7 @@ fn default_seed() -> u64 {
 pub(crate) struct Block {
     /// Names of built-in profiles, or paths of profile files.
     pub(crate) topology: Vec<Spanned<String>>,
-    /// Who closes the loop: `native`.
+    /// Who closes the loop: `native`, `python`, `chromium`, `firefox`.
     pub(crate) client: Vec<Spanned<String>>,
     /// `open` or `closed`.
     pub(crate) mode: Spanned<String>,
@@ -44,13 +44,15 @@ pub(crate) struct Block {
     /// How often each combination is run, each time on another realisation of the link.
     #[serde(default = "one")]
     pub(crate) repeats: u32,
-    /// The client's settings by name: `paper-python` (default) or `blocking`.
+    /// The clients' settings by name; what suits each best, if not given.
     pub(crate) preset: Option<Spanned<String>>,
+    /// `http` or `websocket`: a request a message, or one socket for all.
+    pub(crate) transport: Option<Spanned<String>>,
     /// Requests that may be under way: `"1"`, `"8"`, `"unlimited"`.
     pub(crate) outstanding: Option<Spanned<String>>,
     /// `keep` or `new`: one connection for many requests, or one each.
     pub(crate) connection: Option<Spanned<String>>,
-    /// `absolute` or `relative`: deadlines that never drift, or sleeps that do.
+    /// `absolute`, `relative` or `since-send`: deadlines that never drift, or sleeps that do.
     pub(crate) schedule: Option<Spanned<String>>,
     /// `h` or `elapsed`: what the controller's integral advances by.
     pub(crate) integrate: Option<Spanned<String>>,
@@ -58,6 +60,14 @@ pub(crate) struct Block {
     pub(crate) late: Option<Spanned<String>>,
     /// After this a request is given up, such as `"5s"`.
     pub(crate) timeout: Option<Spanned<String>>,
+    /// Of a browser: `main` or `worker`, the thread of the page on which the loop runs.
+    pub(crate) thread: Option<Spanned<String>>,
+    /// Of a browser: `xhr` or `fetch`, what sends its requests.
+    pub(crate) sender: Option<Spanned<String>>,
+    /// Of a browser: `timeout`, `interval`, `channel` or `wait`, what it waits with.
+    pub(crate) timer: Option<Spanned<String>>,
+    /// Of a browser: the least delay of its timers, such as `"10ms"`.
+    pub(crate) timer_floor: Option<Spanned<String>>,
 }
 
 fn one() -> u32 {

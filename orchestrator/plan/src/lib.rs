@@ -1,14 +1,15 @@
 //! Experiments resolved into cells.
 //!
 //! `experiment` is the TOML as typed, [`Instead`] what is asked for in place of it, `matrix`
-//! resolves both, [`Plan`] and [`Cell`] are the result, [`Selection`] chooses cells, [`Job`] is a
-//! topology's share of them,
+//! resolves both, [`Plan`] and [`Cell`] are the result, [`Client`] says who closes a cell's loop,
+//! `setup` says how in words, [`Selection`] chooses cells, [`Job`] is a topology's share of them,
 //! `seed` derives the links' seeds, [`Verdict`] names how a run can end, [`ProbeRow`] is what
-//! back-ends and analysis share of the link. No clock, file or
-//! thread: the cli reads and writes the files.
+//! back-ends and analysis share of the link. No clock, file or thread: the cli reads and writes the
+//! files.
 #![forbid(unsafe_code)]
 
 mod cell;
+mod client;
 mod echo;
 mod experiment;
 mod instead;
@@ -19,9 +20,11 @@ mod misfit;
 mod plan;
 mod seed;
 mod selection;
+mod setup;
 mod verdict;
 
-pub use cell::{Cell, Client};
+pub use cell::Cell;
+pub use client::{Client, UnknownClient};
 pub use echo::{Phase, ProbeRow};
 pub use instead::Instead;
 pub use job::Job;
@@ -30,10 +33,13 @@ pub use plan::{Plan, ProfileText};
 pub use selection::Selection;
 pub use verdict::Verdict;
 
-/// The experiments that the binary carries, by name: the paper's and the quick ones.
+/// The experiments that the binary carries, by name: the paper's, parts of it, and the quick
+/// ones.
 pub const EXPERIMENTS: &[(&str, &str)] = &[
     ("smoke", include_str!("../../experiments/smoke.toml")),
     ("paper", include_str!("../../experiments/paper.toml")),
     ("settling", include_str!("../../experiments/settling.toml")),
     ("gentle", include_str!("../../experiments/gentle.toml")),
+    ("drift", include_str!("../../experiments/drift.toml")),
+    ("clients", include_str!("../../experiments/clients.toml")),
 ];

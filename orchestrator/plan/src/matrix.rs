@@ -5,11 +5,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
 
-use endpoint::{ControllerSettings, Mode, Preset, SampleTime};
+use endpoint::{ControllerSettings, Mode, PageSettings, Preset, SampleTime};
 use jiff::SignedDuration;
 use toml::Spanned;
 
-use crate::cell::{Cell, Client};
+use crate::cell::Cell;
+use crate::client::Client;
 use crate::experiment::{Block, ExperimentFile};
 use crate::seed::link_seed;
 use crate::{Instead, Misfit, Plan, ProfileText};
@@ -17,7 +18,7 @@ use crate::{Instead, Misfit, Plan, ProfileText};
 /// The longest run: a week. Beyond it a typing error is likelier than a run.
 const DURATION_MAX: SignedDuration = SignedDuration::from_hours(24 * 7);
 
-/// The most cells of one plan; the paper's whole matrix has 215.
+/// The most cells of one plan; the paper's whole matrix has 433.
 const CELLS_MAX: usize = 100_000;
 
 impl Plan {
@@ -160,14 +161,15 @@ impl Reader<'_> {
     fn block(&self, block: &Block, topologies: &[String], plan: &mut Plan) -> Result<(), Misfit> {
         let mode: Mode = self.word(&block.mode)?;
         let duration_ns = self.duration(&block.duration)?;
-        let preset = match &block.preset {
-            Some(word) => self.word(word)?,
-            None => Preset::PaperPython,
-        };
+        let preset = block
+            .preset
+            .as_ref()
+            .map(|word| self.word(word))
+            .transpose()?;
         let clients = block
             .client
             .iter()
-            .map(|word| self.client(word))
+            .map(|word| self.word::<Client>(word).map(|client| (word, client)))
             .collect::<Result<Vec<_>, _>>()?;
         let rates = block
             .h
@@ -193,7 +195,8 @@ impl Reader<'_> {
         }
         for repeat in 1..=block.repeats {
             for topology in topologies {
-                for client in &clients {
+                for (named, client) in &clients {
+                    let preset = preset.unwrap_or(client.preset());
                     for (place, h) in &rates {
                         if h.ns() > duration_ns {
                             return Err(self.misfit(
@@ -202,15 +205,18 @@ impl Reader<'_> {
                                 "lengthen `duration`",
                             ));
                         }
+                        let settings = self.settings(block, preset.settings(mode, *h))?;
                         let mut cell = Cell {
                             index: 0,
                             id: String::new(),
                             topology: topology.clone(),
                             client: *client,
+                            preset,
                             repeat,
                             link_seed: link_seed(plan.seed, topology, repeat),
                             duration_ns,
-                            settings: self.settings(block, preset.settings(mode, *h))?,
+                            settings,
+                            page: self.page(block, *client, preset, &settings, named)?,
                         };
                         cell.identify();
                         plan.cells.push(cell);
@@ -229,6 +235,7 @@ impl Reader<'_> {
     ) -> Result<ControllerSettings, Misfit> {
         let mut settings = preset;
         self.lay(&block.outstanding, &mut settings.outstanding)?;
+        self.lay(&block.transport, &mut settings.transport)?;
         self.lay(&block.connection, &mut settings.connection)?;
         self.lay(&block.schedule, &mut settings.schedule)?;
         self.lay(&block.integrate, &mut settings.integrate)?;
@@ -236,7 +243,39 @@ impl Reader<'_> {
         if let Some(timeout) = &block.timeout {
             settings.timeout_ns = self.duration(timeout)?;
         }
+        if let (Some(word), Some(problem)) = (&block.connection, settings.misfit()) {
+            let (problem, remedy) = problem.split_once("; ").unwrap_or((problem, ""));
+            return Err(self.misfit(word, problem, remedy));
+        }
         Ok(settings)
+    }
+
+    /// How the page goes about it, where the client is a browser.
+    fn page(
+        &self,
+        block: &Block,
+        client: Client,
+        preset: Preset,
+        settings: &ControllerSettings,
+        named: &Spanned<String>,
+    ) -> Result<Option<PageSettings>, Misfit> {
+        let mut page = preset.page();
+        self.lay(&block.thread, &mut page.thread)?;
+        self.lay(&block.sender, &mut page.sender)?;
+        self.lay(&block.timer, &mut page.timer)?;
+        if let Some(floor) = &block.timer_floor {
+            page.floor_ns = self.duration(floor)?;
+        }
+        if !client.is_browser() {
+            return Ok(None);
+        }
+        match page.misfit(settings) {
+            Some(problem) => {
+                let (problem, remedy) = problem.split_once("; ").unwrap_or((problem, ""));
+                Err(self.misfit(named, format!("in a browser {problem}"), remedy))
+            }
+            None => Ok(Some(page)),
+        }
     }
 
     fn lay<T: FromStr<Err: std::fmt::Display>>(
@@ -258,12 +297,6 @@ impl Reader<'_> {
         word.get_ref()
             .parse()
             .map_err(|error: T::Err| self.misfit(word, error.to_string(), ""))
-    }
-
-    fn client(&self, word: &Spanned<String>) -> Result<Client, Misfit> {
-        word.get_ref()
-            .parse()
-            .map_err(|problem: String| self.misfit(word, problem, "use native"))
     }
 
     fn duration(&self, text: &Spanned<String>) -> Result<u64, Misfit> {

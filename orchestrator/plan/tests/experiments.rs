@@ -1,7 +1,10 @@
 //! Experiments become the cells they say, and mistakes in them are placed and answered.
 #![allow(clippy::unwrap_used)]
 
-use plan::{EXPERIMENTS, Instead, Plan, ProfileText, Selection};
+use std::collections::BTreeSet;
+
+use endpoint::Mode;
+use plan::{Client, EXPERIMENTS, Instead, Plan, ProfileText, Selection};
 
 fn builtin(name: &str) -> Result<ProfileText, String> {
     link::Profile::builtin(name)
@@ -30,15 +33,55 @@ fn every_experiment_that_the_binary_carries_resolves() {
     }
 }
 
+fn cells_of(name: &str) -> Vec<plan::Cell> {
+    let (_, source) = EXPERIMENTS.iter().find(|(n, _)| *n == name).unwrap();
+    resolve(source).unwrap().cells
+}
+
 #[test]
-fn smoke_is_five_topologies_by_three_rates_and_paper_adds_the_slow_rates_and_repeats() {
-    let cells = |name: &str| {
-        let (_, source) = EXPERIMENTS.iter().find(|(n, _)| *n == name).unwrap();
-        resolve(source).unwrap().cells.len()
+fn smoke_is_five_topologies_by_three_rates_and_paper_adds_the_slow_rates_repeats_and_clients() {
+    assert_eq!(cells_of("smoke").len(), 5 * 3);
+    let paper = cells_of("paper");
+    let count = |client: Client, mode: Mode| {
+        let is_meant = |cell: &&plan::Cell| cell.client == client && cell.settings.mode == mode;
+        paper.iter().filter(is_meant).count()
     };
-    assert_eq!(cells("smoke"), 5 * 3);
-    // Open loop at 3.3, 10 and 100 Hz, and twenty unit steps at 333 Hz and 1 kHz.
-    assert_eq!(cells("paper"), 5 * 3 + 5 * 2 * 20);
+    // Open loop at 3.3, 10 and 100 Hz, and twenty unit steps at 333 Hz and 1 kHz. Python was not
+    // run over the VPN at 1 kHz, and the page only on arima at 333 Hz.
+    assert_eq!(count(Client::Native, Mode::Open), 5 * 3);
+    assert_eq!(count(Client::Native, Mode::Closed), 5 * 2 * 20);
+    assert_eq!(count(Client::Python, Mode::Open), 3 * 3);
+    assert_eq!(count(Client::Python, Mode::Closed), (4 * 2 + 1) * 20);
+    assert_eq!(count(Client::Firefox, Mode::Open), 3 * 3);
+    assert_eq!(count(Client::Firefox, Mode::Closed), 20);
+}
+
+#[test]
+fn drift_and_clients_compare_clients_by_their_setup_on_equal_links() {
+    let setups = |name: &str| -> BTreeSet<String> {
+        let cells = cells_of(name);
+        let setup = |cell: &plan::Cell| format!("{} {}", cell.client, cell.setup());
+        cells.iter().map(setup).collect()
+    };
+    let browsers = |presets: &[&str]| -> BTreeSet<String> {
+        ["chromium", "firefox"]
+            .iter()
+            .flat_map(|client| {
+                presets
+                    .iter()
+                    .map(move |preset| format!("{client} {preset}"))
+            })
+            .collect()
+    };
+    let mut drift = browsers(&["paper-2011", "worker"]);
+    drift.insert("python paper-python".to_owned());
+    assert_eq!(setups("drift"), drift);
+    let mut clients = browsers(&["paper-2011", "today", "worker", "socket"]);
+    clients.extend([
+        "native paper-python".to_owned(),
+        "python paper-python".to_owned(),
+    ]);
+    assert_eq!(setups("clients"), clients);
 }
 
 #[test]
@@ -101,7 +144,8 @@ fn jobs_share_out_the_cells_by_topology_each_to_one_job() {
     let fast = Selection::Matching(vec!["couva*1khz*".to_owned(), "diego-vpn*1khz*".to_owned()]);
     let some = plan.jobs(&fast);
     let sizes: Vec<_> = some.iter().map(|job| job.cells.len()).collect();
-    assert_eq!(sizes, [20, 20]);
+    // Native and Python on couva, over the VPN native only.
+    assert_eq!(sizes, [40, 20]);
 }
 
 #[test]

@@ -10,7 +10,7 @@ use plan::Selection;
 
 #[derive(Debug, Args)]
 pub(crate) struct Run {
-    /// smoke, gentle, settling, paper, or the path of an experiment or of a plan.json
+    /// smoke, gentle, settling, drift, clients, paper, or the path of an experiment or of a plan.json
     #[arg(default_value = "smoke")]
     pub(crate) experiment: String,
     #[command(flatten)]
@@ -167,11 +167,15 @@ pub(crate) enum ShowFormat {
     Table,
     /// Every figure, as in summary.csv
     Csv,
+    /// As CSV, how late each message arrived against its schedule, a row each
+    Lateness,
+    /// As CSV, histograms of the time between arrivals, in ms and in ticks of the plant
+    Intervals,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Matrix {
-    /// smoke, gentle, settling, paper, or the path of an experiment or of a plan.json
+    /// smoke, gentle, settling, drift, clients, paper, or the path of an experiment or of a plan.json
     #[arg(default_value = "smoke")]
     pub(crate) experiment: String,
     #[command(flatten)]

@@ -7,8 +7,12 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
 use agent::AgentName;
+use browser::Engine;
 use clap::{Args, Subcommand};
-use endpoint::{Connection, Integrate, Late, Mode, Outstanding, SampleTime, Schedule};
+use endpoint::{
+    Connection, Integrate, Late, Mode, Outstanding, SampleTime, Schedule, Sender, Thread, Timer,
+    Transport,
+};
 use jiff::SignedDuration;
 
 use super::{Player, Way};
@@ -19,6 +23,10 @@ pub(crate) enum ServeCommand {
     Plant(ServePlant),
     /// The controller: sends every h, and ends after its duration
     Controller(ServeController),
+    /// The controller in Python, with the same options
+    Python(ServeController),
+    /// The controller as a page in a real browser, which this starts and watches
+    Browser(ServeBrowser),
     /// The link: plays its profile between two interfaces, or one way of it beside an end
     Link(ServeLink),
     /// One half of a probe: sends echoes beside the controller
@@ -69,10 +77,13 @@ pub(crate) struct ServeController {
     /// Requests under way: a number, or unlimited
     #[arg(long, default_value = "unlimited", value_name = "N")]
     pub(crate) outstanding: Outstanding,
+    /// http or websocket
+    #[arg(long, default_value = "http")]
+    pub(crate) transport: Transport,
     /// keep or new
     #[arg(long, default_value = "keep")]
     pub(crate) connection: Connection,
-    /// absolute or relative
+    /// absolute, relative or since-send
     #[arg(long, default_value = "absolute")]
     pub(crate) schedule: Schedule,
     /// h or elapsed
@@ -90,6 +101,27 @@ pub(crate) struct ServeController {
     /// Where messages.csv and controller.json go
     #[arg(long, value_name = "DIR", default_value = "serve")]
     pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ServeBrowser {
+    /// chromium or firefox
+    #[arg(long, default_value = "chromium")]
+    pub(crate) engine: Engine,
+    #[command(flatten)]
+    pub(crate) controller: ServeController,
+    /// Where in the page the loop runs: main or worker
+    #[arg(long, default_value = "worker")]
+    pub(crate) thread: Thread,
+    /// What sends its requests: xhr or fetch
+    #[arg(long, default_value = "fetch")]
+    pub(crate) sender: Sender,
+    /// What it waits for a deadline with: timeout, interval, channel or wait
+    #[arg(long, default_value = "channel")]
+    pub(crate) timer: Timer,
+    /// The least delay of a timer, like 10ms for a browser of 2011
+    #[arg(long, default_value = "0ms", value_name = "TIME")]
+    pub(crate) timer_floor: SignedDuration,
 }
 
 #[derive(Debug, Args)]

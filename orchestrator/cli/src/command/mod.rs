@@ -1,6 +1,7 @@
 //! The commands, one file each: what `webloop NAME` does, in terms of the other crates.
 
 pub(crate) mod agent;
+pub(crate) mod client;
 pub(crate) mod doctor;
 pub(crate) mod echo;
 pub(crate) mod gc;

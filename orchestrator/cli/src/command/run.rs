@@ -156,7 +156,7 @@ fn exit(verdicts: impl Iterator<Item = Option<Verdict>>, interrupted: bool) -> E
 }
 
 pub(crate) fn cell_time(cell: &Cell) -> Duration {
-    Duration::from_nanos(cell.duration_ns + backend::overhead_ns())
+    Duration::from_nanos(cell.duration_ns + backend::overhead_ns(cell.client))
 }
 
 /// How long these cells take, one after another.

@@ -35,17 +35,7 @@ pub(crate) fn plant(argument: &ServePlant) -> Outcome {
 pub(crate) fn controller(argument: &ServeController) -> Outcome {
     let config = ::controller::Config {
         plant: format!("http://{}", argument.plant),
-        settings: ControllerSettings {
-            mode: argument.mode,
-            h: argument.h,
-            r: argument.r,
-            outstanding: argument.outstanding,
-            connection: argument.connection,
-            schedule: argument.schedule,
-            integrate: argument.integrate,
-            late: argument.late,
-            timeout_ns: ns("timeout", argument.timeout)?,
-        },
+        settings: settings(argument)?,
         law: preset::paper_pi(),
         start_ns: argument.start_ns,
         duration_ns: ns("duration", argument.duration)?,
@@ -61,6 +51,30 @@ pub(crate) fn controller(argument: &ServeController) -> Outcome {
         true => Exit::Interrupted,
         false => Exit::Fine,
     })
+}
+
+/// How a client sends, whichever it is.
+pub(crate) fn settings(argument: &ServeController) -> Result<ControllerSettings, Failure> {
+    let settings = ControllerSettings {
+        mode: argument.mode,
+        h: argument.h,
+        r: argument.r,
+        outstanding: argument.outstanding,
+        transport: argument.transport,
+        connection: argument.connection,
+        schedule: argument.schedule,
+        integrate: argument.integrate,
+        late: argument.late,
+        timeout_ns: ns("timeout", argument.timeout)?,
+    };
+    match settings.misfit() {
+        Some(why) => Err(Failure::usage(anyhow!(
+            "--transport {} with --connection {}: {why}",
+            settings.transport,
+            settings.connection
+        ))),
+        None => Ok(settings),
+    }
 }
 
 /// For whoever waits: a line that begins with `ready`. That nobody reads it is no error.

@@ -241,7 +241,14 @@ fn in_containers_by_tc(experiment: &Experiment) -> Result<Command, String> {
         }
         let images = experiment.file.with_file_name("images.tar");
         let file = images.display().to_string();
-        docker(&["save", "--output", &file, "webloop", "webloop-link"])?;
+        docker(&[
+            "save",
+            "--output",
+            &file,
+            "webloop",
+            "webloop-link",
+            "webloop-native",
+        ])?;
         let mut guest = run();
         guest
             .args(["--no-install", "--timeout", GUEST_TIMEOUT_S, "--docker"])

@@ -57,9 +57,15 @@ pub(crate) fn lack() -> Option<String> {
     if let Err(lack) = compose::serves().and(compose::composes()) {
         return Some(lack.to_string());
     }
-    docker(&["image", "inspect", "webloop", "webloop-link"])
-        .err()
-        .map(|problem| format!("{problem}; build the images: docker compose build"))
+    docker(&[
+        "image",
+        "inspect",
+        "webloop",
+        "webloop-link",
+        "webloop-native",
+    ])
+    .err()
+    .map(|problem| format!("{problem}; build the images: docker compose build"))
 }
 
 /// What `docker inspect` tells of a container.

@@ -7,6 +7,7 @@
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 mod arms;
+mod clients;
 mod docker;
 mod killed;
 mod refused;
@@ -37,6 +38,10 @@ const TESTS: &[Test] = &[
     (
         "what_run_cannot_do_in_containers_it_says_with_its_code",
         refused::what_run_cannot_do_in_containers_it_says_with_its_code,
+    ),
+    (
+        "each_client_runs_in_a_container_through_a_shaped_link",
+        clients::each_client_runs_in_a_container_through_a_shaped_link,
     ),
     (
         "every_service_stops_soon_after_sigterm",

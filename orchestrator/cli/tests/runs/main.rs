@@ -6,6 +6,7 @@
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 mod alone;
+mod clients;
 mod complete;
 mod disk;
 mod ending;
@@ -35,6 +36,18 @@ const TESTS: &[Test] = &[
     (
         "jobs_of_one_plan_merge_by_being_copied",
         matrix::jobs_of_one_plan_merge_by_being_copied,
+    ),
+    (
+        "every_client_closes_the_loop_over_a_link",
+        clients::every_client_closes_the_loop_over_a_link,
+    ),
+    (
+        "a_browser_that_fails_is_told_by_the_name_of_its_failure",
+        clients::a_browser_that_fails_is_told_by_the_name_of_its_failure,
+    ),
+    (
+        "a_killed_run_takes_its_browser_with_it",
+        clients::a_killed_run_takes_its_browser_with_it,
     ),
     (
         "an_interrupted_run_ends_soon_with_its_rows",

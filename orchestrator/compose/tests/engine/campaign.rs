@@ -60,7 +60,7 @@ fn checkout(agent: &str, plan: &str) -> TempDir {
 
 fn project(folder: &Path) -> Project {
     let file = ComposeFile::find(Some(folder)).unwrap();
-    Project::new(file, &folder.join("results"), "", |command| {
+    Project::new(file, &folder.join("results"), "", "native", |command| {
         agent::spawn::bind(command, None::<&fs::File>)
     })
     .unwrap()

@@ -1,0 +1,107 @@
+//! `webloop serve python|browser`: the clients that are not webloop's own code, by hand or as a
+//! run's child.
+//!
+//! What they do is theirs; here they are started with what the native one is started with.
+
+use std::convert::Infallible;
+use std::fs::File;
+use std::process::Command;
+
+use anyhow::anyhow;
+use endpoint::PageSettings;
+
+use crate::argument::{ServeBrowser, ServeController};
+use crate::command::serve::{leave, ns, say_ready, settings};
+use crate::exit::{Exit, Failure, Outcome};
+
+/// Becomes the interpreter that runs the controller in Python.
+pub(crate) fn python(argument: &ServeController) -> Outcome {
+    // Checked here, so that mistakes are told in the same words.
+    settings(argument)?;
+    python::run(words(argument)).map_or_else(
+        |problem| match problem {
+            python::Error::Unsupported { .. } => Err(Failure::unsupported(problem)),
+            other => Err(other.into()),
+        },
+        |never: Infallible| match never {},
+    )
+}
+
+/// The options as the controller in Python has them.
+fn words(argument: &ServeController) -> Vec<String> {
+    let ServeController {
+        plant,
+        h,
+        mode,
+        r,
+        duration,
+        outstanding,
+        transport,
+        connection,
+        schedule,
+        integrate,
+        late,
+        timeout,
+        start_ns,
+        out,
+    } = argument;
+    let mut words = vec![
+        format!("--plant={plant}"),
+        format!("--h={h}"),
+        format!("--mode={mode}"),
+        format!("--r={r:?}"),
+        format!("--duration={}ns", duration.as_nanos()),
+        format!("--outstanding={outstanding}"),
+        format!("--transport={transport}"),
+        format!("--connection={connection}"),
+        format!("--schedule={schedule}"),
+        format!("--integrate={integrate}"),
+        format!("--late={late}"),
+        format!("--timeout={}ns", timeout.as_nanos()),
+        format!("--out={}", out.display()),
+    ];
+    words.extend(start_ns.map(|start_ns| format!("--start-ns={start_ns}")));
+    words
+}
+
+/// Starts a real browser at the plant's page, and watches it to its end.
+pub(crate) fn browser(argument: &ServeBrowser) -> Outcome {
+    let controller = &argument.controller;
+    let config = ::browser::Config {
+        engine: argument.engine,
+        plant: controller.plant,
+        settings: settings(controller)?,
+        page: PageSettings {
+            thread: argument.thread,
+            sender: argument.sender,
+            timer: argument.timer,
+            floor_ns: u64::try_from(argument.timer_floor.as_nanos())
+                .map_err(|_| Failure::usage(anyhow!("--timer-floor is below zero")))?,
+        },
+        start_ns: controller.start_ns,
+        duration_ns: ns("duration", controller.duration)?,
+        scratch: std::env::temp_dir(),
+        leash,
+        limits: ::browser::Limits::default(),
+    };
+    if let Some(problem) = config.page.misfit(&config.settings) {
+        return Err(Failure::usage(anyhow!("{problem}")));
+    }
+    let report =
+        ::browser::visit(&config, || say_ready(&config.plant.to_string())).map_err(|problem| {
+            match problem {
+                ::browser::VisitError::Missing(_) => Failure::unsupported(problem),
+                other => anyhow!("{}: {other}", other.name()).into(),
+            }
+        })?;
+    leave(&controller.out, "controller", &report)?;
+    Ok(match report.interrupted {
+        true => Exit::Interrupted,
+        false => Exit::Fine,
+    })
+}
+
+/// Ends the browser with this process, whatever ends that.
+fn leash(command: &mut Command) -> std::io::Result<()> {
+    backend::spawn::bind(command, None::<&File>)
+}

@@ -1,0 +1,82 @@
+//! Each client in a container of its own kind, through a shaped link, by `docker compose up`.
+
+use std::process::Output;
+
+use backend::Manifest;
+use plan::Verdict;
+
+use crate::docker::docker;
+use crate::testbed::Testbed;
+use crate::webloop::{code, manifest, said};
+
+/// A busy machine makes a run `invalid`, which it has to say; it is asked so often.
+const TRIES: usize = 3;
+
+pub(crate) fn each_client_runs_in_a_container_through_a_shaped_link() -> Result<(), String> {
+    let mut lacking = Vec::new();
+    for (client, topologies) in [
+        ("python", &["couva"][..]),
+        ("chromium", &["couva", "diego-vpn"]),
+        ("firefox", &["couva", "diego-vpn"]),
+    ] {
+        if let Err(lack) = docker(&["image", "inspect", &format!("webloop-{client}")]) {
+            lacking.push(format!(
+                "{client}: {lack}; build it: CLIENT={client} docker compose build"
+            ));
+            continue;
+        }
+        for topology in topologies {
+            let manifest = up(client, topology);
+            let certificate = manifest.certificate.as_ref().unwrap();
+            assert_eq!(certificate["verdict"], "holds", "{certificate}");
+            assert_eq!(manifest.cell.client.to_string(), client);
+            if manifest.cell.client.is_browser() {
+                let page = manifest.page.as_ref().unwrap();
+                assert_eq!(page["outcome"], "complete", "{page}");
+                assert_eq!(page["isolated"], true, "{page}");
+            }
+            println!(
+                "  {client} over {topology}: certificate holds, {}",
+                counts(&manifest)
+            );
+        }
+    }
+    match lacking.is_empty() {
+        true => Ok(()),
+        false => Err(lacking.join("\n")),
+    }
+}
+
+/// Brings it up until its run is valid; the manifest of its one cell.
+fn up(client: &'static str, topology: &str) -> Manifest {
+    for _ in 0..TRIES {
+        let mut testbed = Testbed::new(topology, "3s");
+        testbed.set("CLIENT", client);
+        let output: Output = testbed.up().output().unwrap();
+        let exit = code(&output);
+        assert!(matches!(exit, Some(0 | 1)), "{exit:?}: {}", said(&output));
+        let cells = testbed.cells();
+        assert_eq!(cells.len(), 1, "{client}: {}", said(&output));
+        let manifest = manifest(&cells[0]);
+        if manifest.verdict == Verdict::Complete {
+            assert_eq!(exit, Some(0), "{}", said(&output));
+            return manifest;
+        }
+        let reasons = manifest.reasons.join("; ");
+        assert!(
+            manifest.verdict == Verdict::Invalid
+                || reasons.contains("too busy")
+                || reasons.contains("ended as late"),
+            "{client} over {topology}: {}: {reasons}\n{}",
+            manifest.verdict,
+            said(&output)
+        );
+        println!("  too busy: {reasons}");
+    }
+    panic!("{TRIES} times the machine was too busy for {client} over {topology}");
+}
+
+fn counts(manifest: &Manifest) -> String {
+    let report = manifest.page.as_ref().or(manifest.controller.as_ref());
+    report.map_or_else(String::new, |report| report["counts"].to_string())
+}

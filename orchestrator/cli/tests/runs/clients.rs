@@ -1,0 +1,179 @@
+//! The same loop by every client that this machine has, and browsers that fail.
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use analysis::{CellFacts, LoopVerdict, Metrics};
+use backend::Manifest;
+use plan::{Client, Verdict};
+
+use crate::ending::{await_rows, kill};
+use crate::webloop::{Experiment, code, column, command, manifest, said};
+
+/// Of a run of 3 s with h = 10 ms.
+const DUE: u64 = 300;
+
+/// Of a client with one request at a time on an absolute schedule, over 10 ms there and back.
+/// One that drifts or stands still sends less; a machine with other work costs a browser some.
+const SENT_AT_LEAST: u64 = DUE / 3;
+
+/// A busy machine may hold a browser up in the middle of its loop, which then does not settle in
+/// time; it is asked so often.
+const TRIES: usize = 3;
+
+pub(crate) fn every_client_closes_the_loop_over_a_link() -> Result<(), String> {
+    for _ in 0..TRIES {
+        let folder = tempfile::tempdir().unwrap();
+        let experiment = of_all_clients(folder.path());
+        let output = experiment.complete();
+        let mut lacking = Vec::new();
+        let mut disturbed = false;
+        for cell in experiment.cells() {
+            let manifest = manifest(&cell);
+            let (client, reasons) = (manifest.cell.client, manifest.reasons.join("; "));
+            if manifest.verdict == Verdict::Unsupported {
+                assert_eq!(code(&output), Some(3), "{}", said(&output));
+                lacking.push(format!("{client}: {reasons}"));
+                continue;
+            }
+            assert_eq!(manifest.verdict, Verdict::Complete, "{client}: {reasons}");
+            disturbed |= !it_was_closed(&manifest, &cell);
+            if client.is_browser() {
+                the_page_is_honest(&manifest);
+            }
+        }
+        if !disturbed {
+            return match lacking.is_empty() {
+                true => Ok(()),
+                false => Err(lacking.join("\n")),
+            };
+        }
+    }
+    panic!("{TRIES} times not every client's loop settled");
+}
+
+/// Over the link a page needs several messages under way, as the others have.
+fn of_all_clients(folder: &Path) -> Experiment {
+    let experiment = Experiment::new(folder, &["office"], "10ms", "3s");
+    let office = folder.join("office.toml").display().to_string();
+    let cells = [
+        (office.as_str(), ["native", "python"], "paper-python"),
+        (&office, ["chromium", "firefox"], "socket"),
+        ("arima", ["chromium", "firefox"], "worker"),
+    ]
+    .map(|(topology, clients, preset)| {
+        format!(
+            "[[cells]]\ntopology = [{topology:?}]\nclient = {clients:?}\npreset = {preset:?}\n\
+             mode = \"closed\"\nh = [\"10ms\"]\nduration = \"3s\"\n"
+        )
+    });
+    fs::write(
+        &experiment.file,
+        format!("name = \"test\"\n{}", cells.concat()),
+    )
+    .unwrap();
+    experiment
+}
+
+/// Every deadline has a row, and the rows are those of the counts; whether the loop was stable.
+fn it_was_closed(manifest: &Manifest, cell: &Path) -> bool {
+    let client = manifest.cell.client;
+    let outcomes = column(&fs::read(cell.join("messages.csv")).unwrap(), "outcome");
+    let of = |word: &str| outcomes.iter().filter(|outcome| *outcome == word).count() as u64;
+    let (missed, answered) = (of("missed"), of("answered"));
+    assert_eq!(outcomes.len() as u64, DUE, "{client}");
+    assert!(answered >= SENT_AT_LEAST, "{client}: {answered} answered");
+    let counts = match client.is_browser() {
+        true => &manifest.page.as_ref().unwrap()["counts"],
+        false => &manifest.controller.as_ref().unwrap()["counts"],
+    };
+    assert_eq!(counts["missed"], missed, "{client}: {counts}");
+    assert_eq!(counts["answered"], answered, "{client}: {counts}");
+    let metrics = Metrics::read(cell, &CellFacts::from(&manifest.cell)).unwrap();
+    let response = metrics.response.unwrap();
+    println!(
+        "  {client}: {answered} answered, {missed} missed, settled in {:?} ms",
+        response.settling_ms
+    );
+    assert_ne!(response.verdict, LoopVerdict::Unstable, "{client}");
+    response.verdict == LoopVerdict::Stable
+}
+
+/// What a browser says of its clock, and that the plant saw what it says.
+fn the_page_is_honest(manifest: &Manifest) {
+    let page = manifest.page.as_ref().unwrap();
+    let client = manifest.cell.client;
+    let name = match client {
+        Client::Firefox => "Firefox",
+        _ => "Chrome",
+    };
+    let agent = page["user_agent"].as_str().unwrap();
+    assert!(agent.contains(name), "{agent}");
+    // A plant on another address than loopback counts as a web site without encryption.
+    assert_eq!(page["isolated"], true, "{client}: {page}");
+    let step_us = page["clock"]["step_us"].as_f64().unwrap();
+    assert!(
+        step_us <= 100.0,
+        "{client}: a clock in steps of {step_us} us"
+    );
+    let error_ms = page["clock"]["error_ms"].as_f64().unwrap();
+    assert!(
+        error_ms < 2.0,
+        "{client}: a clock {error_ms} ms off the plant's"
+    );
+}
+
+/// A browser is a dozen processes, some of which leave its group and its session.
+pub(crate) fn a_killed_run_takes_its_browser_with_it() -> Result<(), String> {
+    let mut lacking = Vec::new();
+    for engine in browser::Engine::ALL {
+        if let Err(missing) = browser::found(*engine) {
+            lacking.push(missing.to_string());
+            continue;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let experiment = Experiment::new(folder.path(), &["office"], "10ms", "20s");
+        let mut run = experiment
+            .run(command())
+            .args(["--client", &engine.to_string()])
+            .spawn()
+            .unwrap();
+        await_rows(&mut run, &experiment);
+        // Besides the browser's, which are found by the namespace that they are in.
+        let killed = kill(&mut run, &experiment.out);
+        println!(
+            "  {engine}: {} namespaces, all gone after {:.3} s",
+            killed.namespaces,
+            killed.gone_after.as_secs_f64()
+        );
+    }
+    match lacking.is_empty() {
+        true => Ok(()),
+        false => Err(lacking.join("\n")),
+    }
+}
+
+pub(crate) fn a_browser_that_fails_is_told_by_the_name_of_its_failure() -> Result<(), String> {
+    for (program, verdict, exit, words) in [
+        ("/nonexistent", Verdict::Unsupported, 3, "WEBLOOP_CHROMIUM"),
+        // It is started, and ends at once.
+        ("/bin/false", Verdict::Failed, 1, "crashed"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let experiment = Experiment::new(folder.path(), &["arima"], "10ms", "1s");
+        let output: Output = experiment
+            .run(command())
+            .args(["--client", "chromium"])
+            .env("WEBLOOP_CHROMIUM", program)
+            .output()
+            .unwrap();
+        assert_eq!(code(&output), Some(exit), "{}", said(&output));
+        let manifest = manifest(&experiment.cells()[0]);
+        let reasons = manifest.reasons.join("; ");
+        assert_eq!(manifest.verdict, verdict, "{reasons}");
+        assert!(reasons.contains(words), "{reasons}");
+        println!("  {program}: {reasons}");
+    }
+    Ok(())
+}
