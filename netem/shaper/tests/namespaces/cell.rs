@@ -41,6 +41,24 @@ pub(crate) struct Cell {
     player: JoinHandle<Result<(PlayerReport, Vec<LinkRow>)>>,
 }
 
+/// Echoes to the plant every `interval_ns` from link time `start_ns` on.
+pub(crate) fn series(
+    epoch_ns: u64,
+    start_ns: i64,
+    interval_ns: u64,
+    count: u32,
+    id: u16,
+) -> ProbePlan {
+    ProbePlan {
+        target: PLANT_ADDRESS,
+        start_ns: epoch_ns.checked_add_signed(start_ns).expect("after boot"),
+        interval_ns,
+        count,
+        grace_ns: 5 * SECOND,
+        id,
+    }
+}
+
 impl Cell {
     /// Link time 0 is `empty_ns` from now, during which the empty link plays.
     pub(crate) fn start(profile: &Profile, seed: u64, empty_ns: u64) -> Result<Self> {
@@ -82,17 +100,7 @@ impl Cell {
 
     /// Probes every `interval_ns` from link time `start_ns` on.
     pub(crate) fn probe(&self, start_ns: i64, interval_ns: u64, count: u32, id: u16) -> Vec<Echo> {
-        let plan = ProbePlan {
-            target: PLANT_ADDRESS,
-            start_ns: self
-                .epoch_ns
-                .checked_add_signed(start_ns)
-                .expect("after boot"),
-            interval_ns,
-            count,
-            grace_ns: 5 * SECOND,
-            id,
-        };
+        let plan = series(self.epoch_ns, start_ns, interval_ns, count, id);
         probe(&plan, &self.controller, &self.plant).expect("probing works")
     }
 

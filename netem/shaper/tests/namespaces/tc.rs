@@ -9,12 +9,12 @@ use std::thread::{self, JoinHandle};
 
 use link::{Profile, Way};
 use shaper::{
-    Baseline, CONTROLLER_INTERFACE, Echo, Error, Namespace, PLANT_ADDRESS, PLANT_INTERFACE,
-    ProbePlan, Result, TcConfig, TcPlayer, TcReport, TcRow, Timeline, Verdict, bridge,
-    certify_within, join, now_ns, probe, tc_available,
+    Baseline, CONTROLLER_INTERFACE, Echo, Error, Namespace, PLANT_INTERFACE, Result, TcConfig,
+    TcPlayer, TcReport, TcRow, Timeline, Verdict, bridge, certify_within, join, now_ns, probe,
+    tc_available,
 };
 
-use crate::cell::{MS, SECOND, builtin, print};
+use crate::cell::{MS, SECOND, builtin, print, series};
 
 type Played = Result<(TcReport, Vec<TcRow>)>;
 
@@ -123,17 +123,7 @@ impl TcCell {
     }
 
     pub(crate) fn probe(&self, start_ns: i64, interval_ns: u64, count: u32, id: u16) -> Vec<Echo> {
-        let plan = ProbePlan {
-            target: PLANT_ADDRESS,
-            start_ns: self
-                .epoch_ns
-                .checked_add_signed(start_ns)
-                .expect("after boot"),
-            interval_ns,
-            count,
-            grace_ns: 5 * SECOND,
-            id,
-        };
+        let plan = series(self.epoch_ns, start_ns, interval_ns, count, id);
         probe(&plan, &self.controller, &self.plant).expect("probing works")
     }
 

@@ -9,12 +9,12 @@ use std::thread::{self, JoinHandle};
 
 use link::{Profile, Way};
 use shaper::{
-    Asker, Baseline, Certificate, Echo, Error, LinkRow, Namespace, PLANT_ADDRESS, PlayerReport,
-    ProbePlan, Result, Sighting, TUNNEL_PORT, TunPort, UdpPort, WayConfig, WayPlayed, Witness,
-    certify, connect, merge, now_ns, play_way,
+    Asker, Baseline, Certificate, Echo, Error, LinkRow, Namespace, PlayerReport, Result, Sighting,
+    TUNNEL_PORT, TunPort, UdpPort, WayConfig, WayPlayed, Witness, certify, connect, merge, now_ns,
+    play_way,
 };
 
-use crate::cell::{MS, SECOND, print};
+use crate::cell::{MS, print, series};
 
 pub(crate) const SEED: u64 = 7;
 
@@ -85,17 +85,7 @@ impl Tunnel {
 
     /// Asks every `interval_ns` from link time `start_ns` on.
     fn ask(&self, start_ns: i64, interval_ns: u64, count: u32, id: u16) -> Vec<Echo> {
-        let plan = ProbePlan {
-            target: PLANT_ADDRESS,
-            start_ns: self
-                .epoch_ns
-                .checked_add_signed(start_ns)
-                .expect("after boot"),
-            interval_ns,
-            count,
-            grace_ns: 5 * SECOND,
-            id,
-        };
+        let plan = series(self.epoch_ns, start_ns, interval_ns, count, id);
         let mut asker = self.controller.run(Asker::open).unwrap();
         let echoes = asker
             .run(&plan, &AtomicBool::new(false), |echo| {
