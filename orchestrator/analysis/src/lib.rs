@@ -5,7 +5,7 @@
 //! - [`lateness`] and [`interval`]: the arrivals one by one against the schedule, and the histograms
 //!   of the time between them;
 //! - [`response`]: the step response of a closed loop, and the verdict on it;
-//! - [`metrics`]: all of a cell's folder;
+//! - [`metrics`]: all of a cell's folder; [`campaign`]: all cells of a results folder;
 //! - [`summary`] and [`table`]: a cell in a row, for programs and for people; [`repeats`]: the
 //!   medians of cells that were repeated;
 //! - [`statistics`]: moments, quantiles and a line, each in one pass.
@@ -15,6 +15,7 @@
 #![forbid(unsafe_code)]
 
 pub mod arrival;
+pub mod campaign;
 pub mod interval;
 pub mod lateness;
 mod layout;
@@ -29,6 +30,7 @@ pub mod summary;
 pub mod table;
 pub mod tick;
 
+pub use campaign::{Campaign, CampaignError, Damage, Run};
 pub use metrics::{CellFacts, Metrics};
 pub use response::{LoopVerdict, Response};
 pub use rows::ReadError;

@@ -50,7 +50,8 @@ pub(crate) fn told(cell: &Cell, plant: SocketAddr, start_ns: u64) -> Settings {
 
 /// From its start to where it waits for its first deadline, on this machine: a browser has to
 /// start, with two busy cores, and its page to be loaded and to look at its clock.
-pub(crate) fn start_time(client: Client) -> Duration {
+#[must_use]
+pub fn start_time(client: Client) -> Duration {
     match client {
         Client::Native => Duration::ZERO,
         Client::Python => Duration::from_millis(300),

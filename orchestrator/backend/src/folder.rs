@@ -2,22 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
+use plan::FileFact;
 
 use crate::RunError;
-
-/// A file of a run, as the manifest knows it.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct FileFact {
-    /// Its length.
-    pub bytes: u64,
-    /// Its SHA-256 in hex.
-    pub sha256: String,
-}
 
 /// Writes a file so that a reader, or a crash, finds the old one or the new one and nothing between.
 ///
@@ -50,30 +40,10 @@ pub(crate) fn inventory(folder: &Path, except: &str) -> io::Result<BTreeMap<Stri
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();
         if name != except && entry.file_type()?.is_file() {
-            files.insert(name, fact(&entry.path())?);
+            files.insert(name, FileFact::of(File::open(entry.path())?)?);
         }
     }
     Ok(files)
-}
-
-fn fact(path: &Path) -> io::Result<FileFact> {
-    let mut file = File::open(path)?;
-    let (mut hasher, mut bytes) = (Sha256::new(), 0);
-    let mut buffer = vec![0; 1 << 16];
-    loop {
-        let n = file.read(&mut buffer)?;
-        if n == 0 {
-            break;
-        }
-        hasher.update(&buffer[..n]);
-        bytes += n as u64;
-    }
-    let sha256 = hasher
-        .finalize()
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
-    Ok(FileFact { bytes, sha256 })
 }
 
 #[cfg(test)]

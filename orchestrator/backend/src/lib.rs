@@ -7,7 +7,7 @@
 //!   in them; `attach` has [`Agents`] that start them elsewhere, as `distant` parts, and echoes
 //!   with two halves (`sighting`).
 //! - `proof`, `evidence`: the link's echoes and certificate; [`probe()`] is that alone.
-//! - `folder`, `report`, [`Machine`]: what a manifest says about files, roles and machine.
+//! - `folder`, `report`, [`machine()`]: what a manifest says about files, roles and machine.
 //! - [`ability`]: what this machine can do.
 
 pub mod ability;
@@ -21,7 +21,6 @@ mod evidence;
 mod folder;
 mod lab;
 mod machine;
-mod manifest;
 mod netns;
 mod player;
 mod probe;
@@ -34,13 +33,14 @@ mod site;
 
 pub use agents::Agents;
 pub use attach::dismiss;
+pub use client::start_time;
 
 pub use agent::spawn;
 pub use error::RunError;
-pub use folder::{FileFact, write_whole};
+pub use folder::write_whole;
 pub use lab::Lab;
-pub use machine::Machine;
-pub use manifest::Manifest;
+pub use machine::machine;
+pub use plan::Manifest;
 pub use player::Player;
 pub use probe::{Probed, probe};
 pub use run::{Backend, cell_folder, manifest, run_cell};

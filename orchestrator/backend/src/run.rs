@@ -17,7 +17,7 @@ use crate::course;
 use crate::evidence::{self, Evidence};
 use crate::netns::Netns;
 use crate::proof::Proof;
-use crate::{Agents, Machine, Manifest, Player, RunError, folder, report};
+use crate::{Agents, Manifest, Player, RunError, folder, report};
 
 /// The file in which a cell's folder keeps its link's profile.
 const PROFILE_FILE: &str = "profile.toml";
@@ -25,7 +25,7 @@ const PROFILE_FILE: &str = "profile.toml";
 /// The folder of a cell inside a campaign's folder.
 #[must_use]
 pub fn cell_folder(campaign: &Path, cell: &Cell) -> PathBuf {
-    campaign.join("cells").join(&cell.id)
+    campaign.join(cell.folder())
 }
 
 /// The manifest of a cell that has been run, whatever its verdict; `None` if it has not.
@@ -131,7 +131,7 @@ pub fn run_cell(
         engine: described.engine,
         player: report::played_by(link.as_ref()),
         webloop: env!("CARGO_PKG_VERSION").to_owned(),
-        machine: Machine::here(),
+        machine: crate::machine(),
         authority: described.authority,
         started,
         wall_s: (clock.elapsed().as_secs_f64() * 1e3).round() / 1e3,

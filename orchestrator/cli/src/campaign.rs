@@ -86,6 +86,31 @@ impl Campaign {
         })
     }
 
+    /// The newest folder that was begun for this plan and got its name from the time.
+    ///
+    /// # Errors
+    /// When there is none; exit code 2.
+    pub(crate) fn latest(plan: &Plan) -> Result<PathBuf, Failure> {
+        let start = format!("{}-", plan.experiment);
+        let text = plan.to_json();
+        let mut folders: Vec<PathBuf> = fs::read_dir(RESULTS)
+            .into_iter()
+            .flatten()
+            .flatten()
+            .filter(|entry| entry.file_name().to_string_lossy().starts_with(&start))
+            .map(|entry| entry.path())
+            .filter(|folder| fs::read_to_string(folder.join(PLAN)).is_ok_and(|own| own == text))
+            .collect();
+        // The names end with the time.
+        folders.sort();
+        folders.pop().ok_or_else(|| {
+            Failure::usage(anyhow!(
+                "no folder in {RESULTS}/ has this plan, so there is nothing to continue; \
+                 leave --resume and --failed out to begin, or name a folder with --out"
+            ))
+        })
+    }
+
     /// The folder.
     pub(crate) fn folder(&self) -> &Path {
         &self.folder

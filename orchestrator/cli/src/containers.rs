@@ -14,7 +14,6 @@ use compose::{Cells, ComposeFile, Ended, Engine, Problem, Project};
 use plan::{Cell, Client, Verdict};
 
 use crate::campaign::Campaign;
-use crate::command::run::cell_time;
 use crate::exit::{Exit, Failure};
 use crate::jobs::{Ground, word};
 use crate::progress::{CellBar, Progress};
@@ -148,7 +147,7 @@ impl<'a> Watch<'a> {
             while let Some((cell, manifest)) = self.next()? {
                 drop(bar.take());
                 let reason = manifest.reasons.join("; ");
-                progress.end(cell, cell_time(cell), manifest.verdict, &reason);
+                progress.end(cell, manifest.verdict, &reason);
             }
             if let Some(ended) = ended {
                 return Ok(ended);

@@ -1,10 +1,8 @@
 //! Runs a plan's cells, each in a process of its own: `webloop run-cell`.
 
-use std::collections::VecDeque;
 use std::io::Read;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use agent::Token;
@@ -15,8 +13,8 @@ use plan::{Cell, Verdict};
 
 use crate::argument::{Backend, Player};
 use crate::campaign::Campaign;
-use crate::command::run::cell_time;
 use crate::progress::Progress;
+use crate::queue::Queue;
 
 /// How often a cell's process, and whether to stop, is looked at.
 const POLL: Duration = Duration::from_millis(20);
@@ -29,31 +27,24 @@ pub(crate) struct Ground<'a> {
     pub(crate) agents: Option<&'a Agents>,
 }
 
-/// Runs the cells, `jobs` at a time, until all have ended or `stop` is set.
+/// Runs the cells, as many at a time as the queue lets, until all have ended or `stop` is set.
 ///
 /// Each worker is a thread that lives as long as its cell's process, which dies with it.
 pub(crate) fn run(
-    chosen: &[&Cell],
+    queue: &Queue<'_>,
     campaign: &Campaign,
     ground: &Ground<'_>,
-    jobs: u16,
     stop: &AtomicBool,
     progress: &Progress,
 ) -> anyhow::Result<()> {
-    let queue: Mutex<VecDeque<&Cell>> = Mutex::new(chosen.iter().copied().collect());
-    let next = || {
-        queue
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .pop_front()
-    };
     std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..jobs)
+        let workers: Vec<_> = (0..queue.workers())
             .map(|_| {
                 scope.spawn(|| {
-                    while !stop.load(Ordering::Relaxed) {
-                        let Some(cell) = next() else { break };
-                        run_one(cell, campaign, ground, stop, progress)?;
+                    while let Some(cell) = queue.next(stop) {
+                        let outcome = run_one(cell, campaign, ground, stop, progress);
+                        queue.end(cell);
+                        outcome?;
                     }
                     Ok(())
                 })
@@ -129,7 +120,7 @@ fn run_one(
         // Without a manifest its own words are all there is.
         None => (Verdict::Failed, said),
     };
-    progress.end(cell, cell_time(cell), verdict, &reason);
+    progress.end(cell, verdict, &reason);
     Ok(())
 }
 

@@ -13,6 +13,7 @@ mod jobs;
 mod logging;
 mod owner;
 mod progress;
+mod queue;
 mod results;
 mod series;
 mod source;

@@ -2,27 +2,38 @@
 //! each finished cell elsewhere.
 
 use std::io::IsTerminal;
-use std::time::Duration;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use plan::{Cell, Verdict};
 
 use crate::argument::Progress as How;
+use crate::queue::together;
 
 /// How often the bars are drawn: often enough to be seen moving, too rarely to cost time.
 const DRAW: Duration = Duration::from_millis(200);
+
+/// Before that much has been done, what was expected is a better guess than what it took.
+const SETTLED: Duration = Duration::from_secs(60);
 
 /// The progress of one campaign.
 pub(crate) struct Progress {
     bars: Option<(MultiProgress, ProgressBar)>,
     lines: bool,
     total: usize,
-    done: std::sync::atomic::AtomicUsize,
+    done: AtomicUsize,
+    jobs: Option<u16>,
+    began: Instant,
+    expected: Duration,
+    /// What was expected for the cells that have ended.
+    done_ms: AtomicU64,
 }
 
 impl Progress {
-    /// For `total` cells that take `expected` together, as many at a time as there are jobs.
-    pub(crate) fn start(how: How, total: usize, expected: Duration) -> Progress {
+    /// For these cells, `jobs` at a time or as many as they say themselves.
+    pub(crate) fn start(how: How, cells: &[&Cell], jobs: Option<u16>) -> Progress {
+        let (total, expected) = (cells.len(), expected(cells, jobs));
         let tty = match how {
             How::Auto => std::io::stderr().is_terminal() && std::env::var_os("CI").is_none(),
             How::Tty => true,
@@ -30,9 +41,7 @@ impl Progress {
         };
         let bars = tty.then(|| {
             let all = MultiProgress::with_draw_target(ProgressDrawTarget::stderr_with_hz(5));
-            let bar = all.add(ProgressBar::new(
-                expected.as_millis().try_into().unwrap_or(u64::MAX),
-            ));
+            let bar = all.add(ProgressBar::new(ms(expected)));
             bar.set_style(style("{bar:30.cyan/dim} {msg}"));
             bar.set_message(standing(0, total, expected));
             bar.tick();
@@ -43,6 +52,10 @@ impl Progress {
             bars,
             total,
             done: 0.into(),
+            jobs,
+            began: Instant::now(),
+            expected,
+            done_ms: 0.into(),
         }
     }
 
@@ -66,28 +79,39 @@ impl Progress {
         }))
     }
 
-    /// A cell that was expected to take `expected` has ended like this.
-    pub(crate) fn end(&self, cell: &Cell, expected: Duration, verdict: Verdict, reason: &str) {
-        let done = self.done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-        let line = if reason.is_empty() {
-            format!("[{done:>3}/{}] {}  {verdict}", self.total, words(cell))
-        } else {
-            format!(
-                "[{done:>3}/{}] {}  {verdict}: {reason}",
-                self.total,
-                words(cell)
-            )
-        };
+    /// A cell has ended like this.
+    pub(crate) fn end(&self, cell: &Cell, verdict: Verdict, reason: &str) {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        let share_ms = ms(share(cell, self.jobs));
+        let done_ms = self.done_ms.fetch_add(share_ms, Ordering::Relaxed) + share_ms;
+        let left = self.left(Duration::from_millis(done_ms));
+        let mut line = format!(
+            "[{done:>3}/{}, {} left] {}  {verdict}",
+            self.total,
+            people(left),
+            words(cell)
+        );
+        if !reason.is_empty() {
+            line += &format!(": {reason}");
+        }
         if let Some((all, bar)) = &self.bars {
-            bar.inc(expected.as_millis().try_into().unwrap_or(u64::MAX));
-            let left = bar.length().unwrap_or(0).saturating_sub(bar.position());
-            bar.set_message(standing(done, self.total, Duration::from_millis(left)));
+            bar.inc(share_ms);
+            bar.set_message(standing(done, self.total, left));
             // Bars are for what goes well; what does not stays on the screen.
             if verdict != Verdict::Complete {
                 let _ = all.println(line);
             }
         } else if self.lines {
             eprintln!("{line}");
+        }
+    }
+
+    /// How long the rest takes, at the pace so far.
+    fn left(&self, done: Duration) -> Duration {
+        let left = self.expected.saturating_sub(done);
+        match done < SETTLED {
+            true => left,
+            false => left.mul_f64(self.began.elapsed().as_secs_f64() / done.as_secs_f64()),
         }
     }
 
@@ -113,6 +137,25 @@ impl Drop for CellBar {
 /// How many cells have ended, and how long the others will take.
 fn standing(done: usize, total: usize, left: Duration) -> String {
     format!("{done}/{total} cells, {} left", people(left))
+}
+
+/// How long a cell takes.
+fn cell_time(cell: &Cell) -> Duration {
+    Duration::from_nanos(cell.duration_ns + backend::overhead_ns(cell.client))
+}
+
+/// What a cell adds to a campaign's time, with others beside it.
+fn share(cell: &Cell, jobs: Option<u16>) -> Duration {
+    cell_time(cell) / u32::from(together(cell, jobs))
+}
+
+/// How long these cells take, `jobs` at a time or as many as they say themselves.
+pub(crate) fn expected(cells: &[&Cell], jobs: Option<u16>) -> Duration {
+    cells.iter().map(|cell| share(cell, jobs)).sum()
+}
+
+fn ms(time: Duration) -> u64 {
+    time.as_millis().try_into().unwrap_or(u64::MAX)
 }
 
 /// A length of time as people say it.

@@ -1,10 +1,7 @@
-//! A results folder read back: each cell's manifest and metrics as one row.
+//! A campaign as text: the rows that are shown, the table and the CSV of them.
 
-use std::path::Path;
-
-use analysis::{CellFacts, Metrics, Summary};
+use analysis::{Campaign, Run, Summary};
 use anyhow::anyhow;
-use plan::{Cell, Plan, Verdict};
 
 /// What is in a results folder, of the cells of its plan.
 pub(crate) struct Results {
@@ -15,23 +12,21 @@ pub(crate) struct Results {
 }
 
 impl Results {
-    /// Reads the folder; `asked` cells get a row even if they have not been run.
+    /// Of a campaign; `asked` cells get a row even if they have not been run.
     ///
     /// # Errors
     /// When a manifest or a row file is damaged; names file and line.
-    pub(crate) fn read(
-        folder: &Path,
-        plan: &Plan,
-        asked: impl Fn(&Cell) -> bool,
-    ) -> anyhow::Result<Results> {
-        let mut rows = Vec::new();
-        for cell in &plan.cells {
-            let row = row(folder, plan, cell)?;
-            if row.verdict.is_some() || asked(cell) {
-                rows.push(row);
-            }
+    pub(crate) fn of(campaign: &Campaign, asked: impl Fn(&Run) -> bool) -> anyhow::Result<Results> {
+        if let Some(problem) = campaign.runs.iter().find_map(|run| run.problem.as_ref()) {
+            return Err(anyhow!("{problem}"));
         }
-        let absent = plan.cells.len() - rows.len();
+        let rows: Vec<Summary> = campaign
+            .runs
+            .iter()
+            .filter(|run| run.manifest.is_some() || asked(run))
+            .map(|run| run.summary.clone())
+            .collect();
+        let absent = campaign.runs.len() - rows.len();
         Ok(Results { rows, absent })
     }
 
@@ -55,30 +50,4 @@ impl Results {
     pub(crate) fn csv(&self) -> String {
         Summary::to_csv(&self.rows)
     }
-}
-
-fn row(folder: &Path, plan: &Plan, cell: &Cell) -> anyhow::Result<Summary> {
-    let manifest = backend::manifest(folder, cell).map_err(|problem| anyhow!(problem))?;
-    let verdict = manifest.map(|manifest| manifest.verdict);
-    let asked_ms = plan
-        .profiles
-        .get(&cell.topology)
-        .and_then(|text| text.profile(&cell.topology).ok())
-        // Loopback is what it is: nothing is asked of it.
-        .filter(|profile| !profile.is_loopback())
-        .and_then(|profile| profile.asked())
-        .map(|asked| asked.rtt_avg_ms);
-    let metrics = match verdict.is_some_and(has_rows) {
-        true => Some(Metrics::read(
-            &backend::cell_folder(folder, cell),
-            &CellFacts::from(cell),
-        )?),
-        false => None,
-    };
-    Ok(Summary::new(cell, verdict, asked_ms, metrics.as_ref()))
-}
-
-/// Whether a run that ended so left its rows: one that did not come to its end may have none at all.
-pub(crate) fn has_rows(verdict: Verdict) -> bool {
-    matches!(verdict, Verdict::Complete | Verdict::Invalid)
 }

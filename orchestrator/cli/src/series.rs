@@ -6,12 +6,11 @@
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
+use analysis::Campaign;
 use analysis::interval::Intervals;
 use analysis::lateness;
 use anyhow::anyhow;
-use plan::{Cell, Plan};
-
-use crate::results::has_rows;
+use plan::Cell;
 
 const CELL: &str = "cell,topology,client,setup,mode,rate,h_ns,repeat";
 
@@ -19,10 +18,10 @@ const CELL: &str = "cell,topology,client,setup,mode,rate,h_ns,repeat";
 ///
 /// # Errors
 /// When a manifest or a row file is damaged, or the output cannot be written.
-pub(crate) fn lateness(folder: &Path, plan: &Plan, out: impl Write) -> anyhow::Result<()> {
+pub(crate) fn lateness(campaign: &Campaign, out: impl Write) -> anyhow::Result<()> {
     let mut out = BufWriter::new(out);
     writeln!(out, "{CELL},seq,due_s,late_ms")?;
-    each_with_rows(folder, plan, |cell, rows| {
+    each_with_rows(campaign, |cell, rows| {
         let start = start(cell);
         let mut written = Ok(());
         lateness::series(rows, cell.settings.h.ns(), |late| {
@@ -46,10 +45,10 @@ pub(crate) fn lateness(folder: &Path, plan: &Plan, out: impl Write) -> anyhow::R
 ///
 /// # Errors
 /// When a manifest or a row file is damaged, or the output cannot be written.
-pub(crate) fn intervals(folder: &Path, plan: &Plan, out: impl Write) -> anyhow::Result<()> {
+pub(crate) fn intervals(campaign: &Campaign, out: impl Write) -> anyhow::Result<()> {
     let mut out = BufWriter::new(out);
     writeln!(out, "{CELL},from_ms,to_ms,ticks,count")?;
-    each_with_rows(folder, plan, |cell, rows| {
+    each_with_rows(campaign, |cell, rows| {
         let start = start(cell);
         let intervals = Intervals::read(rows, cell.settings.h.ns())?;
         for bin in intervals.bins() {
@@ -66,14 +65,15 @@ pub(crate) fn intervals(folder: &Path, plan: &Plan, out: impl Write) -> anyhow::
 
 /// Hands each cell whose run left rows to `each`, with its folder.
 fn each_with_rows(
-    folder: &Path,
-    plan: &Plan,
+    campaign: &Campaign,
     mut each: impl FnMut(&Cell, &Path) -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
-    for cell in &plan.cells {
-        let manifest = backend::manifest(folder, cell).map_err(|problem| anyhow!(problem))?;
-        if manifest.is_some_and(|manifest| has_rows(manifest.verdict)) {
-            each(cell, &backend::cell_folder(folder, cell))?;
+    for run in &campaign.runs {
+        if let Some(problem) = &run.problem {
+            return Err(anyhow!("{problem}"));
+        }
+        if run.metrics.is_some() {
+            each(&run.cell, &run.folder)?;
         }
     }
     Ok(())

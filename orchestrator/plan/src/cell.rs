@@ -1,5 +1,7 @@
 //! The unit of work: one topology, client, mode, rate and repeat, with everything a run needs.
 
+use std::path::{Path, PathBuf};
+
 use endpoint::{ControllerSettings, PageSettings, Preset, SampleTime};
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +34,20 @@ pub struct Cell {
     /// How the page goes about it, where the client is a browser.
     #[serde(default)]
     pub page: Option<PageSettings>,
+    /// How many cells may run at a time while this one does; 1 is alone. What it measures does not
+    /// depend on it, or the experiment would not say so: its id does not tell.
+    #[serde(default = "alone", skip_serializing_if = "is_alone")]
+    pub together: u16,
+}
+
+fn alone() -> u16 {
+    1
+}
+
+// Serde hands over a reference.
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_alone(together: &u16) -> bool {
+    *together == 1
 }
 
 /// What there was before plans named it.
@@ -45,9 +61,10 @@ impl Cell {
     pub(crate) fn identify(&mut self) {
         self.id = String::new();
         let index = std::mem::take(&mut self.index);
+        let together = std::mem::replace(&mut self.together, alone());
         // Plain data of strings and numbers: serialising it cannot fail.
         let text = serde_json::to_string(self).unwrap_or_default();
-        self.index = index;
+        (self.index, self.together) = (index, together);
         self.id = format!(
             "{}-{}-{}-{}-r{:02}-{}",
             self.topology,
@@ -71,6 +88,12 @@ impl Cell {
     #[must_use]
     pub fn rate(&self) -> String {
         rate(self.settings.h, " ", "Hz", "kHz")
+    }
+
+    /// Its folder inside its campaign's.
+    #[must_use]
+    pub fn folder(&self) -> PathBuf {
+        Path::new("cells").join(&self.id)
     }
 
     /// Messages due in this cell: one each h, the first at once.

@@ -44,6 +44,11 @@ pub(crate) struct Block {
     /// How often each combination is run, each time on another realisation of the link.
     #[serde(default = "one")]
     pub(crate) repeats: u32,
+    /// The block in little, which is what is run unless the whole is asked for.
+    pub(crate) scaled: Option<Scaled>,
+    /// How many of these cells may run at a time without being in each other's way.
+    #[serde(default = "alone")]
+    pub(crate) together: Spanned<u16>,
     /// The clients' settings by name; what suits each best, if not given.
     pub(crate) preset: Option<Spanned<String>>,
     /// `http` or `websocket`: a request a message, or one socket for all.
@@ -70,6 +75,33 @@ pub(crate) struct Block {
     pub(crate) timer_floor: Option<Spanned<String>>,
 }
 
+/// What a scaled block has instead: shorter runs, fewer of them.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Scaled {
+    /// Instead of the block's own.
+    pub(crate) duration: Option<Spanned<String>>,
+    /// Instead of the block's own.
+    pub(crate) repeats: Option<u32>,
+}
+
+impl Block {
+    /// The block with its scaled values in place of its own.
+    pub(crate) fn scaled(&self) -> Block {
+        let mut block = self.clone();
+        let Some(scaled) = block.scaled.take() else {
+            return block;
+        };
+        block.duration = scaled.duration.unwrap_or(block.duration);
+        block.repeats = scaled.repeats.unwrap_or(block.repeats);
+        block
+    }
+}
+
 fn one() -> u32 {
     1
+}
+
+fn alone() -> Spanned<u16> {
+    Spanned::new(0..0, 1)
 }

@@ -13,12 +13,17 @@ pub struct Instead {
     pub topology: Option<String>,
     /// The one client of every block.
     pub client: Option<String>,
+    /// The experiment in full, where it has a scaled form.
+    pub full: bool,
 }
 
 impl Instead {
     /// A block with the replacements in it. Errors in them point at the values replaced.
     pub(crate) fn over(&self, block: &Block) -> Block {
-        let mut block = block.clone();
+        let mut block = match self.full {
+            true => block.clone(),
+            false => block.scaled(),
+        };
         for (list, only) in [
             (&mut block.topology, &self.topology),
             (&mut block.client, &self.client),

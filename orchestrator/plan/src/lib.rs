@@ -3,7 +3,8 @@
 //! `experiment` is the TOML as typed, [`Instead`] what is asked for in place of it, `matrix`
 //! resolves both, [`Plan`] and [`Cell`] are the result, [`Client`] says who closes a cell's loop,
 //! `setup` says how in words, [`Selection`] chooses cells, [`Job`] is a topology's share of them,
-//! `seed` derives the links' seeds, [`Verdict`] names how a run can end, [`ProbeRow`] is what
+//! `seed` derives the links' seeds, [`Manifest`] is what a run
+//! says of itself, [`Verdict`] names how a run can end, [`ProbeRow`] is what
 //! back-ends and analysis share of the link. No clock, file or thread: the cli reads and writes the
 //! files.
 #![forbid(unsafe_code)]
@@ -14,6 +15,7 @@ mod echo;
 mod experiment;
 mod instead;
 mod job;
+mod manifest;
 mod matrix;
 mod misfit;
 #[allow(clippy::module_inception)]
@@ -28,6 +30,7 @@ pub use client::{Client, UnknownClient};
 pub use echo::{Phase, ProbeRow};
 pub use instead::Instead;
 pub use job::Job;
+pub use manifest::{FileFact, Machine, Manifest};
 pub use misfit::Misfit;
 pub use plan::{Plan, ProfileText};
 pub use selection::Selection;

@@ -18,6 +18,9 @@ use crate::{Instead, Misfit, Plan, ProfileText};
 /// The longest run: a week. Beyond it a typing error is likelier than a run.
 const DURATION_MAX: SignedDuration = SignedDuration::from_hours(24 * 7);
 
+/// The most cells at a time, as with `--jobs`.
+const TOGETHER_MAX: u16 = 64;
+
 /// The most cells of one plan; the paper's whole matrix has 433.
 const CELLS_MAX: usize = 100_000;
 
@@ -161,6 +164,13 @@ impl Reader<'_> {
     fn block(&self, block: &Block, topologies: &[String], plan: &mut Plan) -> Result<(), Misfit> {
         let mode: Mode = self.word(&block.mode)?;
         let duration_ns = self.duration(&block.duration)?;
+        if !(1..=TOGETHER_MAX).contains(block.together.get_ref()) {
+            return Err(self.misfit(
+                &block.together,
+                format!("`together` is not between 1 and {TOGETHER_MAX}"),
+                "1 runs each of these cells alone",
+            ));
+        }
         let preset = block
             .preset
             .as_ref()
@@ -217,6 +227,7 @@ impl Reader<'_> {
                             duration_ns,
                             settings,
                             page: self.page(block, *client, preset, &settings, named)?,
+                            together: *block.together.get_ref(),
                         };
                         cell.identify();
                         plan.cells.push(cell);

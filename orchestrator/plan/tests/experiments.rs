@@ -229,6 +229,7 @@ fn another_topology_takes_the_place_of_every_blocks_and_equal_cells_become_one()
         seed: Some(7),
         topology: Some("diego-vpn".to_owned()),
         client: Some("native".to_owned()),
+        full: false,
     };
     let plan = Plan::resolve(source, "mine.toml", &instead, builtin).unwrap();
     let cells: Vec<_> = plan

@@ -15,9 +15,12 @@ pub(crate) struct Run {
     pub(crate) experiment: String,
     #[command(flatten)]
     pub(crate) choice: Choice,
-    /// Cells run at a time; more than one shares the processors and shows in the timing
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=64))]
-    pub(crate) jobs: u16,
+    /// The experiment in full, where it also has a scaled form (paper: 600 s instead of 120)
+    #[arg(long)]
+    pub(crate) full: bool,
+    /// Cells run at a time, instead of what the experiment says; more share the processors and it shows
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=64))]
+    pub(crate) jobs: Option<u16>,
     /// Run it on this topology, or profile file, instead of the experiment's own
     #[arg(long, value_name = "NAME")]
     pub(crate) topology: Option<String>,
@@ -42,6 +45,12 @@ pub(crate) struct Run {
     /// Results folder; a folder with the same plan is continued
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    /// Continue the newest folder in results/ that has this plan
+    #[arg(long, conflicts_with = "out")]
+    pub(crate) resume: bool,
+    /// Run again only what was run and is not complete; without --out as with --resume
+    #[arg(long)]
+    pub(crate) failed: bool,
     /// How progress is shown
     #[arg(long, value_enum, default_value_t = Progress::Auto, value_name = "HOW")]
     pub(crate) progress: Progress,
@@ -183,6 +192,9 @@ pub(crate) struct Matrix {
     /// The campaign's seed; equal seeds give equal links
     #[arg(long)]
     pub(crate) seed: Option<u64>,
+    /// The experiment in full, where it also has a scaled form
+    #[arg(long)]
+    pub(crate) full: bool,
     /// How the jobs are printed
     #[arg(long, value_enum, default_value_t = MatrixFormat::List)]
     pub(crate) format: MatrixFormat,

@@ -2,7 +2,6 @@
 
 use std::io::Write;
 
-use backend::Machine;
 use backend::ability::{Need, abilities};
 
 use crate::exit::{Exit, Outcome};
@@ -11,7 +10,7 @@ use crate::exit::{Exit, Outcome};
 pub(crate) fn run() -> Outcome {
     // First of all: a user namespace can only be entered while there is one thread.
     let authority = shaper::become_root();
-    let machine = Machine::here();
+    let machine = backend::machine();
     let mut out = std::io::stdout().lock();
     writeln!(
         out,

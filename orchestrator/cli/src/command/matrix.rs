@@ -9,9 +9,9 @@ use plan::{Cell, Instead, Job, Plan};
 use serde::Serialize;
 
 use crate::argument::{Matrix, MatrixFormat};
-use crate::command::run::{cells, choose, expected};
+use crate::command::run::{cells, choose};
 use crate::exit::{Exit, Failure, Outcome};
-use crate::progress::people;
+use crate::progress::{expected, people};
 use crate::source;
 
 /// A job may take this many times what is expected, on a machine that has other work too ...
@@ -24,6 +24,7 @@ const PREPARATION_MIN: u64 = 30;
 pub(crate) fn run(argument: &Matrix) -> Outcome {
     let instead = Instead {
         seed: argument.seed,
+        full: argument.full,
         ..Instead::default()
     };
     let plan = source::plan_of(&argument.experiment, &instead)?;
@@ -47,7 +48,7 @@ pub(crate) fn run(argument: &Matrix) -> Outcome {
 /// A line for each job, and one for all.
 fn list(jobs: &[Job<'_>]) -> String {
     let of_job = |job: &Job<'_>| {
-        let time = people(expected(&job.cells));
+        let time = people(expected(&job.cells, Some(1)));
         let size = cells(job.cells.len());
         format!(
             "{:<12} {size:>9}, about {time:<7}  {}\n",
@@ -56,7 +57,7 @@ fn list(jobs: &[Job<'_>]) -> String {
     };
     let longest = jobs
         .iter()
-        .map(|job| expected(&job.cells))
+        .map(|job| expected(&job.cells, Some(1)))
         .max()
         .unwrap_or_default();
     let lines: String = jobs.iter().map(of_job).collect();
@@ -90,7 +91,7 @@ impl<'a> GithubJob<'a> {
             cells: numbers(&job.cells),
             count: job.cells.len(),
             about: &job.about,
-            timeout_minutes: timeout_min(expected(&job.cells)),
+            timeout_minutes: timeout_min(expected(&job.cells, Some(1))),
         }
     }
 }
@@ -123,7 +124,7 @@ impl<'a> JsonJob<'a> {
             topology: &job.topology,
             about: &job.about,
             cells: job.cells.iter().map(|cell| cell.index).collect(),
-            expected_s: expected(&job.cells).as_secs(),
+            expected_s: expected(&job.cells, Some(1)).as_secs(),
         }
     }
 }

@@ -4,8 +4,8 @@
 
 use std::collections::BTreeSet;
 use std::io::Write;
+use std::path::Path;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
 
 use anyhow::anyhow;
 use backend::Agents;
@@ -16,7 +16,8 @@ use crate::campaign::Campaign;
 use crate::containers::Docks;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::jobs::{self, Ground};
-use crate::progress::{Progress, people};
+use crate::progress::{Progress, expected, people};
+use crate::queue::Queue;
 use crate::results::Results;
 use crate::{attach, source, stop};
 
@@ -37,53 +38,70 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
         seed: argument.seed,
         topology: argument.topology.clone(),
         client: argument.client.clone(),
+        full: argument.full,
     };
     let plan = source::plan_of(&argument.experiment, &instead)?;
     let chosen = choose(&plan, &argument.choice, &argument.experiment)?;
-    if argument.jobs > 1 && argument.backend != Backend::Netns {
-        return Err(Failure::usage(anyhow!(
-            "--jobs {} is for --backend netns; in containers there is one plant",
-            argument.jobs
-        )));
-    }
+    let jobs = match (argument.backend, argument.jobs) {
+        (Backend::Netns, jobs) => jobs,
+        (Backend::Compose | Backend::Attach, None | Some(1)) => Some(1),
+        (Backend::Compose | Backend::Attach, Some(jobs)) => {
+            return Err(Failure::usage(anyhow!(
+                "--jobs {jobs} is for --backend netns; in containers there is one plant"
+            )));
+        }
+    };
     if argument.dry_run {
-        return dry_run(&chosen, argument.jobs);
+        return dry_run(&chosen, jobs);
     }
     let docks = match argument.backend {
         Backend::Compose => Some(Docks::find(!argument.no_build)?),
         Backend::Netns | Backend::Attach => None,
     };
-    let campaign = Campaign::open(&plan, argument.out.as_deref())?;
+    let latest = match argument.out.is_none() && (argument.resume || argument.failed) {
+        true => Some(Campaign::latest(&plan)?),
+        false => None,
+    };
+    let folder = argument.out.as_deref().or(latest.as_deref());
+    let campaign = Campaign::open(&plan, folder)?;
     let stop = stop::told_to_end()?;
     if agents.is_some() {
         stop::give_up_soon_after(&stop)?;
     }
-    let expected = expected(&chosen) / u32::from(argument.jobs);
+    let pending = pending(&chosen, campaign.folder(), argument.failed)?;
     if argument.progress != How::Quiet {
         eprintln!(
             "{}: {}, about {}, into {}",
             plan.experiment,
-            cells(chosen.len()),
-            people(expected),
+            match chosen.len() - pending.len() {
+                0 => cells(pending.len()),
+                others => format!("{} ({others} others are left alone)", cells(pending.len())),
+            },
+            people(expected(&pending, jobs)),
             campaign.folder().display()
         );
     }
-    let progress = Progress::start(argument.progress, chosen.len(), expected);
+    let progress = Progress::start(argument.progress, &pending, jobs);
     let ground = Ground {
         backend: argument.backend,
         player: argument.player,
         agents,
     };
     match docks {
-        Some(docks) => docks.run(&chosen, &campaign, &ground, &stop, &progress)?,
-        None => jobs::run(&chosen, &campaign, &ground, argument.jobs, &stop, &progress)?,
+        Some(docks) => docks.run(&pending, &campaign, &ground, &stop, &progress)?,
+        None => jobs::run(
+            &Queue::new(&pending, jobs),
+            &campaign,
+            &ground,
+            &stop,
+            &progress,
+        )?,
     }
     progress.finish();
 
     let asked: BTreeSet<&str> = chosen.iter().map(|cell| cell.id.as_str()).collect();
-    let results = Results::read(campaign.folder(), &plan, |cell| {
-        asked.contains(cell.id.as_str())
-    })?;
+    let read = analysis::Campaign::read(campaign.folder())?;
+    let results = Results::of(&read, |run| asked.contains(run.cell.id.as_str()))?;
     let table = results.table();
     let mut out = std::io::stdout();
     write!(out, "{table}")?;
@@ -118,8 +136,25 @@ pub(crate) fn choose<'a>(
     Ok(chosen)
 }
 
+/// Those of the cells that are to be run: what is complete is left alone, and of the others only
+/// what was run and `failed`, if that is asked for.
+fn pending<'a>(chosen: &[&'a Cell], folder: &Path, failed: bool) -> anyhow::Result<Vec<&'a Cell>> {
+    let mut pending = Vec::new();
+    for cell in chosen {
+        let before = backend::manifest(folder, cell).map_err(|problem| anyhow!(problem))?;
+        let is_due = match before {
+            Some(manifest) => manifest.verdict != Verdict::Complete || manifest.cell != **cell,
+            None => !failed,
+        };
+        if is_due {
+            pending.push(*cell);
+        }
+    }
+    Ok(pending)
+}
+
 /// Lists the cells and runs nothing.
-fn dry_run(chosen: &[&Cell], jobs: u16) -> Outcome {
+fn dry_run(chosen: &[&Cell], jobs: Option<u16>) -> Outcome {
     let mut out = std::io::stdout();
     for cell in chosen {
         writeln!(
@@ -135,7 +170,7 @@ fn dry_run(chosen: &[&Cell], jobs: u16) -> Outcome {
         out,
         "\n{}, about {}; nothing was run",
         cells(chosen.len()),
-        people(expected(chosen) / u32::from(jobs))
+        people(expected(chosen, jobs))
     )?;
     Ok(Exit::Fine)
 }
@@ -153,15 +188,6 @@ fn exit(verdicts: impl Iterator<Item = Option<Verdict>>, interrupted: bool) -> E
         Some(Verdict::Unsupported) => Exit::Unsupported,
         Some(Verdict::Invalid | Verdict::Failed) => Exit::Failed,
     }
-}
-
-pub(crate) fn cell_time(cell: &Cell) -> Duration {
-    Duration::from_nanos(cell.duration_ns + backend::overhead_ns(cell.client))
-}
-
-/// How long these cells take, one after another.
-pub(crate) fn expected(cells: &[&Cell]) -> Duration {
-    cells.iter().map(|cell| cell_time(cell)).sum()
 }
 
 /// How many cells, as people say it.

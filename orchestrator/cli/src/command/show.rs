@@ -2,21 +2,23 @@
 
 use std::io::Write;
 
+use analysis::Campaign;
+
 use crate::argument::{Show, ShowFormat};
-use crate::exit::{Exit, Outcome};
+use crate::exit::{Exit, Failure, Outcome};
 use crate::results::Results;
-use crate::{series, source};
+use crate::series;
 
 /// Reads the folder and prints what is in it.
 pub(crate) fn run(show: &Show) -> Outcome {
-    let plan = source::plan(&show.folder.join("plan.json"))?;
-    let results = || Results::read(&show.folder, &plan, |_| false);
+    let campaign = Campaign::read(&show.folder).map_err(Failure::usage)?;
+    let results = || Results::of(&campaign, |_| false);
     let mut out = std::io::stdout().lock();
     match show.format {
         ShowFormat::Table => write!(out, "{}", results()?.table())?,
         ShowFormat::Csv => write!(out, "{}", results()?.csv())?,
-        ShowFormat::Lateness => series::lateness(&show.folder, &plan, &mut out)?,
-        ShowFormat::Intervals => series::intervals(&show.folder, &plan, &mut out)?,
+        ShowFormat::Lateness => series::lateness(&campaign, &mut out)?,
+        ShowFormat::Intervals => series::intervals(&campaign, &mut out)?,
     }
     Ok(Exit::Fine)
 }

@@ -1,12 +1,15 @@
 //! What a run says of itself: `manifest.json`, written when everything else is in place.
+//!
+//! Only what it says; looking at a machine and reading files is the back-ends' and the analysis'.
 
 use std::collections::BTreeMap;
+use std::io::{self, Read};
 
-use plan::{Cell, Verdict};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use sha2::{Digest, Sha256};
 
-use crate::{FileFact, Machine};
+use crate::{Cell, Verdict};
 
 /// The description of one run, complete enough to judge and to repeat it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -82,5 +85,56 @@ impl Manifest {
     /// A sentence on what is wrong, with line and column.
     pub fn from_json(text: &str) -> Result<Manifest, String> {
         serde_json::from_str(text).map_err(|error| error.to_string())
+    }
+}
+
+/// The machine that a run was made on, in the words of its own kernel.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Machine {
+    /// Kernel name and release, such as `Linux 6.1.0`.
+    pub kernel: String,
+    /// Instruction set, such as `x86_64`.
+    pub architecture: String,
+    /// Processor model, as the kernel names it.
+    pub processor: String,
+    /// Processors that the run could use.
+    pub cores: usize,
+    /// Memory in MiB.
+    pub memory_mib: u64,
+    /// Where the kernel takes its time from, such as `tsc`.
+    pub clock_source: String,
+}
+
+/// A file of a run, as the manifest knows it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FileFact {
+    /// Its length.
+    pub bytes: u64,
+    /// Its SHA-256 in hex.
+    pub sha256: String,
+}
+
+impl FileFact {
+    /// The fact about a file's content.
+    ///
+    /// # Errors
+    /// When it cannot be read to its end.
+    pub fn of(mut content: impl Read) -> io::Result<FileFact> {
+        let (mut hasher, mut bytes) = (Sha256::new(), 0);
+        let mut buffer = vec![0; 1 << 16];
+        loop {
+            let n = content.read(&mut buffer)?;
+            if n == 0 {
+                break;
+            }
+            hasher.update(&buffer[..n]);
+            bytes += n as u64;
+        }
+        let sha256 = hasher
+            .finalize()
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect();
+        Ok(FileFact { bytes, sha256 })
     }
 }

@@ -1,0 +1,129 @@
+//! What a figure shows, before anything is drawn.
+
+use serde::Serialize;
+
+/// A figure of one or more panels.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Chart {
+    /// What its files are called: `fig-3`.
+    pub name: String,
+    /// Its heading.
+    pub title: String,
+    /// What there is to see, for those who cannot: the text alternative.
+    pub about: String,
+    /// Where it came from: runs, seed, back-end, player. Printed small below the panels.
+    pub source: String,
+    /// How many panels stand side by side.
+    pub columns: usize,
+    /// The panels, row by row.
+    pub panels: Vec<Panel>,
+}
+
+/// One pair of axes and what is drawn in it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Panel {
+    /// Its letter in the paper, `a`; empty where there is only one.
+    pub letter: String,
+    /// Its heading, after the letter.
+    pub title: String,
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+    /// What is drawn, the last on top.
+    pub series: Vec<Series>,
+    /// Lines that are no data: references, the paper's values.
+    pub guides: Vec<Guide>,
+    /// What is printed in the panel's place where there is nothing to draw: `not run`.
+    pub empty: String,
+}
+
+/// An axis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Axis {
+    /// Its name with its unit: `time/s`.
+    pub label: String,
+    /// How its numbers are laid out.
+    pub scale: Scale,
+    /// From where to where; as the data need it if not given.
+    pub range: Option<(f64, f64)>,
+}
+
+/// How numbers are laid out on an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By their powers of ten; what is not above zero is not drawn.
+    Log,
+}
+
+/// One set of points.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Series {
+    /// Its name in the legend.
+    pub name: String,
+    /// How it is drawn.
+    pub mark: Mark,
+    /// Whom it is of, which decides its colour; the same in all figures.
+    pub role: Role,
+    /// The points, x and y.
+    pub points: Vec<(f64, f64)>,
+    /// Below and above each point, as long as `points` or empty: an interval, drawn as a band or as
+    /// whiskers.
+    pub band: Vec<(f64, f64)>,
+}
+
+/// How points are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mark {
+    /// Joined by straight lines.
+    Line,
+    /// Joined by steps that hold until the next.
+    Steps,
+    /// Dots.
+    Dots,
+    /// Bars of this width about x, from zero to y.
+    Bars(f64),
+}
+
+/// Whom a series is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Role {
+    /// The client `native`.
+    Native,
+    /// The client `python`; the paper's blue.
+    Python,
+    /// The client `chromium`.
+    Chromium,
+    /// The client `firefox`; the paper's green.
+    Firefox,
+    /// The plant.
+    Plant,
+    /// Anything else: quiet.
+    Other,
+}
+
+/// A line across a panel that is no data.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Guide {
+    /// What it is: `the paper: 3.004 ms`.
+    pub name: String,
+    /// Where it is.
+    pub at: GuideAt,
+}
+
+/// Where a guide is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum GuideAt {
+    /// Level, at this y.
+    Y(f64),
+    /// Upright, at this x.
+    X(f64),
+    /// Through two points, across the panel.
+    Line((f64, f64), (f64, f64)),
+}

@@ -1,0 +1,19 @@
+//! A results folder as the paper tells it: tables, figures, claims, and a page to open.
+//!
+//! - [`group`]: runs that differ only in their repeat, and what they agree on;
+//! - [`claim`]: the paper's claims, each held against the runs; [`table`] and [`figure`]: its tables
+//!   and figures, recomputed;
+//! - [`report`]: all of it as one value, from which every file is made.
+//!
+//! Everything here is worked out of a [`analysis::Campaign`] and can be deleted and made again:
+//! equal folders give equal bytes. Nothing is run, and only [`report::write`] writes.
+#![forbid(unsafe_code)]
+
+pub mod claim;
+pub mod figure;
+pub mod group;
+#[allow(clippy::module_inception)]
+pub mod report;
+pub mod table;
+
+pub use report::Report;

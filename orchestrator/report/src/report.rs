@@ -1,0 +1,61 @@
+//! All of a report as one value, and the files that are made of it.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use analysis::{Campaign, Damage, ReadError};
+
+use crate::claim::{self, Finding};
+use crate::figure::{self, Figure};
+use crate::table::{self, Table};
+
+/// A report.
+#[derive(Debug, Clone)]
+pub struct Report<'a> {
+    /// What it is of.
+    pub campaign: &'a Campaign,
+    /// The paper's claims.
+    pub claims: Vec<Finding>,
+    /// The paper's tables.
+    pub tables: Vec<Table>,
+    /// The paper's figures.
+    pub figures: Vec<Figure>,
+    /// Files that are not what their manifests say.
+    pub damage: Vec<Damage>,
+}
+
+impl<'a> Report<'a> {
+    /// Works everything out.
+    ///
+    /// # Errors
+    /// [`ReadError`] where rows that were whole a moment ago cannot be read.
+    pub fn of(campaign: &'a Campaign) -> Result<Report<'a>, ReadError> {
+        Ok(Report {
+            campaign,
+            claims: claim::all(campaign)?,
+            tables: table::all(campaign)?,
+            figures: figure::all(campaign)?,
+            damage: campaign.damage(),
+        })
+    }
+
+    /// Every file of the report: its name, and what is in it.
+    #[must_use]
+    pub fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
+        Vec::new()
+    }
+}
+
+/// Writes a report's files into `folder`, over those of an earlier one.
+///
+/// # Errors
+/// When the folder or a file cannot be written.
+pub fn write(report: &Report<'_>, folder: &Path) -> io::Result<()> {
+    for (name, content) in report.files() {
+        let path = folder.join(name);
+        path.parent().map_or(Ok(()), fs::create_dir_all)?;
+        fs::write(path, content)?;
+    }
+    Ok(())
+}
