@@ -7,6 +7,7 @@
 
 mod campaign;
 mod link;
+mod report;
 mod serve;
 
 use std::path::PathBuf;
@@ -17,6 +18,7 @@ pub(crate) use campaign::{
     Backend, Choice, Gc, Matrix, MatrixFormat, Player, Progress, Run, RunCell, Show, ShowFormat,
 };
 pub(crate) use link::{LinkCommand, LinkLint, LinkShow, Probe, Way};
+pub(crate) use report::Report;
 pub(crate) use serve::{
     ServeAgent, ServeAsk, ServeBrowser, ServeCommand, ServeController, ServeHealth, ServeHear,
     ServeLink, ServePlant,
@@ -70,6 +72,8 @@ pub(crate) enum Command {
     RunCell(RunCell),
     /// Print the table of a results folder again
     Show(Show),
+    /// Make the paper's tables, figures and claims of a results folder, and a page to open
+    Report(Report),
     /// Share an experiment out into jobs, one topology each, for CI
     Matrix(Matrix),
     /// Explain and check link profiles

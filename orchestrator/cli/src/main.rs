@@ -33,6 +33,7 @@ fn main() -> std::process::ExitCode {
         Command::Run(run) => command::run::run(&run),
         Command::RunCell(cell) => command::run_cell::run(&cell),
         Command::Show(show) => command::show::run(&show),
+        Command::Report(report) => command::report::run(&report),
         Command::Matrix(matrix) => command::matrix::run(&matrix),
         Command::Link(LinkCommand::Show(show)) => command::link::show(&show),
         Command::Link(LinkCommand::Lint(lint)) => command::link::lint(&lint),

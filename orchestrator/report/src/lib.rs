@@ -16,4 +16,4 @@ pub mod group;
 pub mod report;
 pub mod table;
 
-pub use report::Report;
+pub use report::{Report, write};

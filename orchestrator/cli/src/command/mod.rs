@@ -10,6 +10,7 @@ pub(crate) mod matrix;
 pub(crate) mod packaging;
 pub(crate) mod play;
 pub(crate) mod probe;
+pub(crate) mod report;
 pub(crate) mod run;
 pub(crate) mod run_cell;
 pub(crate) mod serve;

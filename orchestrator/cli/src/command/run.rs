@@ -105,7 +105,11 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
     let table = results.table();
     let mut out = std::io::stdout();
     write!(out, "{table}")?;
-    writeln!(out, "\nResults: {}", campaign.folder().display())?;
+    let folder = campaign.folder().display();
+    writeln!(
+        out,
+        "\nResults: {folder}\nA report to open: webloop report {folder}"
+    )?;
     // After the table, so that a full disk does not keep it from being seen.
     campaign.leave("summary.csv", results.csv().as_bytes())?;
     campaign.leave("table.txt", table.as_bytes())?;
