@@ -11,6 +11,7 @@ use plan::{Cell, FileFact, Manifest, Plan, Verdict};
 use thiserror::Error;
 
 use crate::metrics::{CellFacts, Metrics};
+use crate::parallel;
 use crate::summary::Summary;
 
 /// The file that says what a results folder is for.
@@ -94,11 +95,7 @@ impl Campaign {
         })?;
         let plan =
             Plan::from_json(&text).map_err(|problem| CampaignError::Plan { path, problem })?;
-        let runs = plan
-            .cells
-            .iter()
-            .map(|cell| run(folder, &plan, cell))
-            .collect();
+        let runs = parallel::each(&plan.cells, |cell| run(folder, &plan, cell));
         Ok(Campaign {
             folder: folder.to_owned(),
             plan,
@@ -116,7 +113,7 @@ impl Campaign {
     /// Every file that is not what its manifest says: changed, cut short or gone.
     #[must_use]
     pub fn damage(&self) -> Vec<Damage> {
-        self.runs.iter().flat_map(Damage::of).collect()
+        parallel::each(&self.runs, Damage::of).concat()
     }
 }
 

@@ -1,6 +1,7 @@
 //! Raw rows into metrics, verdicts, tables.
 //!
 //! - [`rows`]: a file of rows in one streaming pass; what a killed run left torn is counted;
+//!   [`plain`]: a row from a line;
 //! - [`probe`], [`message`], [`arrival`], [`tick`]: what each of the four files says;
 //! - [`lateness`] and [`interval`]: the arrivals one by one against the schedule, and the histograms
 //!   of the time between them;
@@ -21,6 +22,8 @@ pub mod lateness;
 mod layout;
 pub mod message;
 pub mod metrics;
+mod parallel;
+pub mod plain;
 pub mod probe;
 pub mod repeats;
 pub mod response;

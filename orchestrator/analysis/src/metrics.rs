@@ -73,14 +73,18 @@ impl Metrics {
                 }
             },
         )?);
+        // Before the next file is read: only one file's values are kept at a time.
+        let (ticks, response) = (ticks.finish(), response.finish());
 
         let mut arrivals = ArrivalCount::new(facts.h_ns);
         let path = folder.join("arrivals.csv");
         torn_lines += u64::from(read(&path, ArrivalRow::COLUMNS, |row| arrivals.push(row))?);
+        let arrivals = arrivals.finish();
 
         let mut messages = MessageCount::default();
         let path = folder.join("messages.csv");
         torn_lines += u64::from(read(&path, MessageRow::COLUMNS, |row| messages.push(row))?);
+        let messages = messages.finish();
 
         let mut probes = ProbeCount::default();
         let path = folder.join("probes.csv");
@@ -99,10 +103,10 @@ impl Metrics {
 
         Ok(Metrics {
             probes,
-            messages: messages.finish(),
-            arrivals: arrivals.finish(),
-            ticks: ticks.finish(),
-            response: response.finish(),
+            messages,
+            arrivals,
+            ticks,
+            response,
             torn_lines,
         })
     }

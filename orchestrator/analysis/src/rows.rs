@@ -3,13 +3,21 @@
 //! A line that a killed writer left without its end is dropped and counted, even when what is left
 //! of it looks whole: a number may have lost its last digits. Anything else that is not a row is
 //! an error with its file and line.
+//!
+//! Lines in the form that webloop writes are read as [`crate::plain`] does. From the first that is
+//! in another on, a file is left to the csv crate and serde: they decide what is a row.
 
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 use thiserror::Error;
+
+use crate::plain::Row;
+
+/// How much of a file is asked for at a time.
+const BUFFER: usize = 1 << 17;
 
 /// Why a file of rows could not be read.
 #[derive(Debug, Error)]
@@ -52,7 +60,7 @@ pub enum ReadError {
 ///
 /// # Errors
 /// [`ReadError`].
-pub fn read<R: DeserializeOwned>(
+pub fn read<R: Row>(
     path: &Path,
     columns: &[&str],
     mut each: impl FnMut(&R),
@@ -66,28 +74,81 @@ pub fn read<R: DeserializeOwned>(
     if whole == 0 {
         return Ok(torn);
     }
-    let mut reader = csv::Reader::from_reader(file.take(whole));
-    let row_error = |error: csv::Error| match error.position().map(csv::Position::line) {
-        Some(line) => ReadError::Row {
-            path: path.to_owned(),
-            line,
-            problem: problem(&error),
-        },
-        None => fail(error.into()),
-    };
-    let header = reader.headers().map_err(row_error)?.clone();
+    let mut source = BufReader::with_capacity(BUFFER, file.take(whole));
+    let (mut header, mut line) = (Vec::new(), Vec::new());
+    source.read_until(b'\n', &mut header).map_err(fail)?;
+    let mut before = 0;
+    if header.strip_suffix(b"\n") == Some(columns.join(",").as_bytes()) {
+        loop {
+            line.clear();
+            if source.read_until(b'\n', &mut line).map_err(fail)? == 0 {
+                return Ok(torn);
+            }
+            match line.strip_suffix(b"\n").and_then(R::plain) {
+                Some(row) => each(&row),
+                None => break,
+            }
+            before += 1;
+        }
+    }
+    let rest = header.chain(line.as_slice()).chain(source);
+    by_serde(rest, columns, &mut each).map_err(|stop| stop.at(path, before))?;
+    Ok(torn)
+}
+
+/// Hands the rows after the header to `each`, whatever form of CSV they are in.
+fn by_serde<R: DeserializeOwned>(
+    text: impl Read,
+    columns: &[&str],
+    mut each: impl FnMut(&R),
+) -> Result<(), Stop> {
+    let mut reader = csv::Reader::from_reader(text);
+    let header = reader.headers()?.clone();
     if header.iter().ne(columns.iter().copied()) {
-        return Err(ReadError::Columns {
-            path: path.to_owned(),
+        return Err(Stop::Columns {
             found: header.iter().collect::<Vec<_>>().join(","),
             expected: columns.join(","),
         });
     }
     let mut record = csv::StringRecord::new();
-    while reader.read_record(&mut record).map_err(row_error)? {
-        each(&record.deserialize(Some(&header)).map_err(row_error)?);
+    while reader.read_record(&mut record)? {
+        each(&record.deserialize(Some(&header))?);
     }
-    Ok(torn)
+    Ok(())
+}
+
+/// Why [`by_serde`] came to no end.
+#[derive(Debug, Error)]
+enum Stop {
+    #[error(transparent)]
+    Csv(#[from] csv::Error),
+    #[error("{found} where {expected} should be")]
+    Columns { found: String, expected: String },
+}
+
+impl Stop {
+    /// The error in the file at `path`, of which so many lines after the header had been read.
+    fn at(self, path: &Path, before: u64) -> ReadError {
+        let path = path.to_owned();
+        match self {
+            Stop::Columns { found, expected } => ReadError::Columns {
+                path,
+                found,
+                expected,
+            },
+            Stop::Csv(error) => match error.position().map(csv::Position::line) {
+                Some(line) => ReadError::Row {
+                    path,
+                    line: before + line,
+                    problem: problem(&error),
+                },
+                None => ReadError::File {
+                    path,
+                    source: error.into(),
+                },
+            },
+        }
+    }
 }
 
 /// The csv crate's words without the position, which [`ReadError`] names itself, but with the
@@ -103,6 +164,7 @@ fn problem(error: &csv::Error) -> String {
         } => {
             format!("{len} fields where the header has {expected_len}")
         }
+        csv::ErrorKind::Utf8 { err, .. } => format!("field {}: not UTF-8", err.field() + 1),
         _ => error.to_string(),
     }
 }

@@ -106,26 +106,36 @@ impl Quantiles {
     /// Of nanoseconds in any order.
     #[must_use]
     pub fn of(mut ns: Vec<u64>) -> Self {
-        ns.sort_unstable();
+        let (count, mut end) = (ns.len(), ns.len());
+        let max_ms = ns.iter().max().copied().map(ms);
+        // From the greatest down: one that is found has all that are no greater on its left.
+        let mut quantile_ms = |q| {
+            let at = rank(count, q)?;
+            let (_, value, _) = ns.get_mut(..end)?.select_nth_unstable(at);
+            end = at + 1;
+            Some(ms(*value))
+        };
+        let p99_ms = quantile_ms(0.99);
+        let p90_ms = quantile_ms(0.9);
+        let p50_ms = quantile_ms(0.5);
         Self {
-            p50_ms: quantile_ms(&ns, 0.5),
-            p90_ms: quantile_ms(&ns, 0.9),
-            p99_ms: quantile_ms(&ns, 0.99),
-            max_ms: ns.last().copied().map(ms),
+            p50_ms,
+            p90_ms,
+            p99_ms,
+            max_ms,
         }
     }
 }
 
-/// The least value that a share `q` of the sorted values do not exceed; `None` with too few.
-#[must_use]
-pub fn quantile_ms(sorted_ns: &[u64], q: f64) -> Option<f64> {
-    let n = sorted_ns.len() as f64;
+/// Where, among so many sorted values, the least is that a share `q` of them do not exceed; `None`
+/// with too few.
+fn rank(count: usize, q: f64) -> Option<usize> {
+    let n = count as f64;
     // 1 - q is not exact: n = 500 times 0.01 may be a hair below 5.
     if n * (1.0 - q) < BEYOND - 1e-9 {
         return None;
     }
-    let rank = (q * n - 1e-9).ceil().max(1.0) as usize;
-    sorted_ns.get(rank - 1).copied().map(ms)
+    Some((q * n - 1e-9).ceil().max(1.0) as usize - 1)
 }
 
 /// `part` of `whole`; `None` of nothing.
@@ -167,6 +177,23 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn a_quantile_has_its_share_of_values_at_or_below_it_and_less_below(
+            ns in prop::collection::vec(0u64..10_000, 0..2000),
+        ) {
+            let all = Quantiles::of(ns.clone());
+            let n = ns.len() as f64;
+            prop_assert_eq!(all.max_ms, ns.iter().max().copied().map(ms));
+            for (q, found, enough) in [(0.5, all.p50_ms, 10), (0.9, all.p90_ms, 50), (0.99, all.p99_ms, 500)] {
+                prop_assert_eq!(found.is_some(), ns.len() >= enough);
+                if let Some(found) = found {
+                    let at_or_below = ns.iter().filter(|ns| ms(**ns) <= found).count() as f64;
+                    let below = ns.iter().filter(|ns| ms(**ns) < found).count() as f64;
+                    prop_assert!(at_or_below >= q * n - 1e-6 && below < q * n + 1e-6);
+                }
+            }
+        }
+
         #[test]
         fn a_line_through_exact_points_has_their_slope(
             slope in -2.0f64..2.0, offset in -1e3f64..1e3, n in 2u32..500,
