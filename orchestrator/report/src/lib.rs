@@ -3,6 +3,8 @@
 //! - [`group`]: runs that differ only in their repeat, and what they agree on;
 //! - [`claim`]: the paper's claims, each held against the runs; [`table`] and [`figure`]: its tables
 //!   and figures, recomputed;
+//! - [`junit`] and [`digest`]: what CI systems show of it; [`deposit`]: what archives read of the
+//!   folder; [`outcome`]: how each cell ended, in the words that both use;
 //! - [`report`]: all of it as one value, from which every file is made.
 //!
 //! Everything here is worked out of a [`analysis::Campaign`] and can be deleted and made again:
@@ -10,8 +12,12 @@
 #![forbid(unsafe_code)]
 
 pub mod claim;
+pub mod deposit;
+pub mod digest;
 pub mod figure;
 pub mod group;
+pub mod junit;
+pub mod outcome;
 #[allow(clippy::module_inception)]
 pub mod report;
 pub mod table;

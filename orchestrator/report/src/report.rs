@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use analysis::{Campaign, Damage, ReadError};
 
 use crate::claim::{self, Finding};
+use crate::digest;
 use crate::figure::{self, Figure};
+use crate::junit;
 use crate::table::{self, Table};
 
 /// A report.
@@ -43,7 +45,10 @@ impl<'a> Report<'a> {
     /// Every file of the report: its name, and what is in it.
     #[must_use]
     pub fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
-        Vec::new()
+        vec![
+            ("summary.md".into(), digest::markdown(self).into_bytes()),
+            ("junit.xml".into(), junit::xml(self).into_bytes()),
+        ]
     }
 }
 

@@ -1,0 +1,64 @@
+//! What a results folder says of itself to archives and to other people's tools.
+//!
+//! - [`package`]: `datapackage.json`, every CSV file with its columns, types and units;
+//! - [`provenance`]: `ro-crate-metadata.json`, which program made what, when, from which plan;
+//! - [`schema`] and [`field`]: the columns of the files that webloop itself writes.
+//!
+//! Both lie in the results folder, not in the report's: they speak of the rows as well. What is in
+//! them comes from the plan, the manifests and the files that are there, and from no clock. Authors
+//! are not in them: a folder does not know who made it.
+
+pub mod field;
+pub mod package;
+pub mod provenance;
+pub mod schema;
+
+use std::path::Path;
+
+use analysis::Campaign;
+
+/// The table that `webloop run` leaves beside the plan.
+const SUMMARY: &str = "summary.csv";
+/// The plan.
+const PLAN: &str = "plan.json";
+/// The folder that a report is written into.
+const REPORT: &str = "report";
+
+/// The terms of webloop itself, which hold for results unless who publishes them says otherwise.
+const LICENCE: Licence = Licence {
+    name: "MIT",
+    title: "MIT License",
+    url: "https://spdx.org/licenses/MIT.html",
+};
+
+/// Terms of use.
+struct Licence {
+    name: &'static str,
+    title: &'static str,
+    url: &'static str,
+}
+
+/// What the folder is called.
+fn title(campaign: &Campaign) -> String {
+    format!("webloop experiment {}", campaign.plan.experiment)
+}
+
+/// What is in the folder, in a sentence or two.
+fn description(campaign: &Campaign) -> String {
+    let run = campaign.runs.len() - campaign.absent().count();
+    let about = campaign.plan.about.trim_end_matches('.');
+    format!(
+        "{about}. Control loops over HTTP on emulated links: {run} of {all} cells have been run, \
+         campaign seed {seed}.",
+        all = campaign.runs.len(),
+        seed = campaign.plan.seed,
+    )
+}
+
+/// A file's name with forward slashes, on every system.
+fn slashed(path: &Path) -> String {
+    let parts = path
+        .components()
+        .map(|part| part.as_os_str().to_string_lossy());
+    parts.collect::<Vec<_>>().join("/")
+}

@@ -1,0 +1,118 @@
+//! A column of a CSV file in the words of Table Schema.
+
+use serde::Serialize;
+
+/// A column.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Field {
+    /// Its name in the header.
+    pub name: String,
+    /// What stands in it.
+    #[serde(rename = "type")]
+    pub kind: Kind,
+    /// The unit, as its name has it; none of counts, shares, words, and quantities without dimension.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// What it means.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub description: String,
+    /// What every entry keeps to.
+    #[serde(skip_serializing_if = "Constraints::is_none")]
+    pub constraints: Constraints,
+}
+
+/// What stands in a column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// Whole numbers. Times in ns have up to 16 digits, which a double just holds.
+    Integer,
+    /// Numbers.
+    Number,
+    /// `true` or `false`.
+    Boolean,
+    /// Words.
+    String,
+}
+
+/// What every entry of a column keeps to.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Constraints {
+    /// Whether none is empty.
+    #[serde(skip_serializing_if = "is_false")]
+    pub required: bool,
+    /// All words there can be; empty where there may be any.
+    #[serde(rename = "enum", skip_serializing_if = "Vec::is_empty")]
+    pub words: Vec<&'static str>,
+}
+
+impl Constraints {
+    fn is_none(&self) -> bool {
+        *self == Constraints::default()
+    }
+}
+
+// Serde hands over a reference.
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_false(x: &bool) -> bool {
+    !x
+}
+
+impl Field {
+    /// A column with its unit from its name.
+    #[must_use]
+    pub fn new(name: &str, kind: Kind, description: &str) -> Field {
+        Field {
+            name: name.to_owned(),
+            kind,
+            unit: unit(name).map(str::to_owned),
+            description: description.to_owned(),
+            constraints: Constraints::default(),
+        }
+    }
+
+    /// The same, with an entry in every row.
+    #[must_use]
+    pub fn always(mut self) -> Field {
+        self.constraints.required = true;
+        self
+    }
+
+    /// The same, with one of these words in it.
+    #[must_use]
+    pub fn one_of(mut self, words: &[&'static str]) -> Field {
+        self.constraints.words = words.to_vec();
+        self
+    }
+}
+
+/// The unit that ends a column's name: `settling_ms`, `avg/ms`.
+fn unit(name: &str) -> Option<&str> {
+    let (_, last) = name.rsplit_once(['_', '/'])?;
+    match last {
+        "ns" | "us" | "ms" | "s" | "Hz" | "%" => Some(last),
+        "pct" => Some("%"),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_unit_is_what_a_name_ends_in_after_a_sign() {
+        let cases = [
+            ("t_due_ns", Some("ns")),
+            ("iae_s", Some("s")),
+            ("overshoot_pct", Some("%")),
+            ("the paper avg/ms", Some("ms")),
+            ("zero_1ms", None),
+            ("ticks", None),
+            ("s", None),
+        ];
+        for (name, expected) in cases {
+            assert_eq!(unit(name), expected, "{name}");
+        }
+    }
+}

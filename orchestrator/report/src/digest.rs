@@ -1,0 +1,217 @@
+//! `summary.md`: the report on a screen or two of Markdown, for a CI job's page or a pull request.
+//!
+//! It says what the answer is, what differs from the paper and what is wrong or missing, and leaves
+//! what is fine to the report: however large the campaign, it stays short.
+
+use std::collections::BTreeMap;
+
+use analysis::{LoopVerdict, Run};
+
+use crate::Report;
+use crate::claim::Verdict;
+use crate::outcome::{self, Kind, Outcome};
+
+/// At most so many lines of one list.
+const MOST_LINES: usize = 25;
+/// At most so many characters of a reason.
+const MOST_CHARACTERS: usize = 240;
+
+/// The file's text.
+#[must_use]
+pub fn markdown(report: &Report<'_>) -> String {
+    let outcomes: Vec<(&Run, Outcome)> = report
+        .campaign
+        .runs
+        .iter()
+        .map(|run| (run, Outcome::of(report, run)))
+        .collect();
+    let sections = [
+        format!("# webloop: {}\n", text(&report.campaign.plan.experiment)),
+        answer(&outcomes),
+        totals(report, &outcomes),
+        claims(report),
+        faults(&outcomes),
+        missing(report, &outcomes),
+        "More is in `report.html` beside this file. `webloop show DIR` prints the table of all \
+         cells.\n"
+            .to_owned(),
+    ];
+    let filled = sections.into_iter().filter(|section| !section.is_empty());
+    filled.collect::<Vec<_>>().join("\n")
+}
+
+/// Whether the loop survives, in a sentence.
+fn answer(outcomes: &[(&Run, Outcome)]) -> String {
+    let complete = |(_, outcome): &&(&Run, Outcome)| outcome.kind == Kind::Complete;
+    let loops = outcomes.iter().filter(complete);
+    let verdicts: Vec<LoopVerdict> = loops
+        .filter_map(|(run, _)| run.summary.loop_verdict)
+        .collect();
+    let stable = verdicts.iter().filter(|it| **it == LoopVerdict::Stable);
+    let of_cells = format!(
+        "{} of {} cells are complete",
+        outcomes.iter().filter(complete).count(),
+        outcomes.len()
+    );
+    match verdicts.len() {
+        0 => format!("{of_cells}; no loop was closed.\n"),
+        closed => format!(
+            "{of_cells}; {} of {closed} closed loops are stable.\n",
+            stable.count()
+        ),
+    }
+}
+
+/// How cells and loops of each topology ended.
+fn totals(report: &Report<'_>, outcomes: &[(&Run, Outcome)]) -> String {
+    const LOOPS: [LoopVerdict; 3] = [
+        LoopVerdict::Stable,
+        LoopVerdict::NotSettled,
+        LoopVerdict::Unstable,
+    ];
+    let of_topology = |topology: &str| {
+        let of_it = || {
+            outcomes
+                .iter()
+                .filter(|(run, _)| run.cell.topology == topology)
+        };
+        let cells = Kind::ALL.map(|kind| of_it().filter(|(_, it)| it.kind == kind).count());
+        let complete = || of_it().filter(|(_, it)| it.kind == Kind::Complete);
+        let judged =
+            |verdict| complete().filter(move |(run, _)| run.summary.loop_verdict == verdict);
+        let loops = LOOPS.map(|verdict| judged(Some(verdict)).count());
+        let counts = cells.into_iter().chain(loops).map(|n| n.to_string());
+        [text(topology)].into_iter().chain(counts).collect()
+    };
+    let mut head = vec!["topology".to_owned()];
+    head.extend(Kind::ALL.map(|kind| kind.word().to_owned()));
+    head.extend(LOOPS.map(|verdict| format!("loop {verdict}")));
+    let rows: Vec<Vec<String>> = outcome::topologies(report)
+        .into_iter()
+        .map(of_topology)
+        .collect();
+    heading("Cells and loops") + &table(&head, &rows)
+}
+
+/// How many claims agree, and those that do not.
+fn claims(report: &Report<'_>) -> String {
+    if report.claims.is_empty() {
+        return String::new();
+    }
+    let mut counts: BTreeMap<Verdict, usize> = BTreeMap::new();
+    for finding in &report.claims {
+        *counts.entry(finding.verdict).or_default() += 1;
+    }
+    let counts: Vec<String> = counts
+        .into_iter()
+        .map(|(verdict, n)| format!("{n} {}", outcome::answered(verdict)))
+        .collect();
+    let head = ["where", "claim", "verdict", "why"].map(str::to_owned);
+    let differ = |verdict| verdict != Verdict::Agrees;
+    let rows: Vec<Vec<String>> = report
+        .claims
+        .iter()
+        .filter(|finding| differ(finding.verdict))
+        .map(|finding| {
+            let verdict = outcome::answered(finding.verdict).to_owned();
+            let (place, claim) = (text(finding.place), text(finding.claim));
+            vec![place, claim, verdict, text(&finding.reason)]
+        })
+        .collect();
+    let counts = counts.join(", ");
+    heading("The paper's claims") + &format!("{counts}.\n\n") + &table(&head, &rows)
+}
+
+/// What kept cells from being complete, each with the cells that it kept.
+fn faults(outcomes: &[(&Run, Outcome)]) -> String {
+    let mut faults: BTreeMap<(Kind, &str), Vec<&str>> = BTreeMap::new();
+    for (run, Outcome { kind, reason }) in outcomes {
+        if !matches!(kind, Kind::Complete | Kind::NotRun) {
+            let cells = faults.entry((*kind, reason)).or_default();
+            cells.push(&run.cell.id);
+        }
+    }
+    if faults.is_empty() {
+        return String::new();
+    }
+    let rows: Vec<Vec<String>> = faults
+        .into_iter()
+        .map(|((kind, reason), cells)| vec![kind.word().to_owned(), text(reason), some(&cells)])
+        .collect();
+    let head = ["ended", "why", "cells"].map(str::to_owned);
+    heading("Cells that are not complete") + &table(&head, &rows)
+}
+
+/// The cells that have not been run, by topology.
+fn missing(report: &Report<'_>, outcomes: &[(&Run, Outcome)]) -> String {
+    let absent = || outcomes.iter().filter(|(_, it)| it.kind == Kind::NotRun);
+    let count = absent().count();
+    if count == 0 {
+        return String::new();
+    }
+    let rows: Vec<Vec<String>> = outcome::topologies(report)
+        .into_iter()
+        .map(|topology| {
+            let of_it = absent().filter(|(run, _)| run.cell.topology == topology);
+            let cells: Vec<&str> = of_it.map(|(run, _)| run.cell.id.as_str()).collect();
+            (topology, cells)
+        })
+        .filter(|(_, cells)| !cells.is_empty())
+        .map(|(topology, cells)| vec![text(topology), some(&cells)])
+        .collect();
+    let head = ["topology", "cells"].map(str::to_owned);
+    let of = outcomes.len();
+    let sentence = format!("Of {of} cells {count} have not been run here.\n\n");
+    heading("Not run") + &sentence + &table(&head, &rows)
+}
+
+/// The first few of some cells, and how many there are.
+fn some(cells: &[&str]) -> String {
+    const FEW: usize = 3;
+    let named: Vec<String> = cells.iter().take(FEW).map(|cell| text(cell)).collect();
+    match cells.len().saturating_sub(FEW) {
+        0 => named.join(", "),
+        more => format!("{} and {more} more", named.join(", ")),
+    }
+}
+
+fn heading(words: &str) -> String {
+    format!("## {words}\n\n")
+}
+
+/// A table, cut after [`MOST_LINES`]; nothing where there are no rows.
+fn table(head: &[String], rows: &[Vec<String>]) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    let line = |entries: &[String]| format!("| {} |\n", entries.join(" | "));
+    let rule = vec!["---".to_owned(); head.len()];
+    let shown: String = rows.iter().take(MOST_LINES).map(|row| line(row)).collect();
+    let more = match rows.len().saturating_sub(MOST_LINES) {
+        0 => String::new(),
+        more => format!("\n{more} more are in the report.\n"),
+    };
+    line(head) + &line(&rule) + &shown + &more
+}
+
+/// Words that stay words in a table's cell: on one line, cut to a length, without signs that
+/// Markdown or HTML would take for their own.
+fn text(words: &str) -> String {
+    let mut words: Vec<char> = words.chars().collect();
+    if words.len() > MOST_CHARACTERS {
+        words.truncate(MOST_CHARACTERS);
+        words.push('…');
+    }
+    let mut out = String::new();
+    for c in words {
+        match c {
+            '<' => out += "&lt;",
+            '>' => out += "&gt;",
+            '&' => out += "&amp;",
+            '\\' | '`' | '*' | '_' | '[' | ']' | '|' | '~' | '#' => out.extend(['\\', c]),
+            c if c.is_control() => out.push(' '),
+            c => out.push(c),
+        }
+    }
+    out
+}

@@ -1,0 +1,148 @@
+//! `junit.xml`: the cells and the claims as test cases, for what CI systems show of tests.
+//!
+//! A suite is a topology and a case a cell; the claims of the paper are a suite of their own. What
+//! passes and what fails is about the testbed and about the paper: whether a loop was stable is a
+//! property of its case and never a failure. There are no timestamps: some readers take them for
+//! the time of the tests of the program.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use analysis::Run;
+use quick_junit::{NonSuccessKind, TestCase, TestCaseStatus, TestSuite};
+
+use crate::Report;
+use crate::claim::{Finding, Part, Verdict};
+use crate::outcome::{self, Kind, Outcome};
+
+/// What the suite of the claims is called.
+const CLAIMS: &str = "paper";
+
+/// The file's text.
+#[must_use]
+pub fn xml(report: &Report<'_>) -> String {
+    let name = format!("webloop {}", report.campaign.plan.experiment);
+    let mut junit = quick_junit::Report::new(name);
+    let runs = || report.campaign.runs.iter();
+    for topology in outcome::topologies(report) {
+        let of_it: Vec<&Run> = runs().filter(|run| run.cell.topology == topology).collect();
+        junit.add_test_suite(cells(report, topology, &of_it));
+    }
+    if !report.claims.is_empty() {
+        let mut suite = TestSuite::new(CLAIMS);
+        suite.add_test_cases(report.claims.iter().map(claim));
+        suite.set_time(Duration::ZERO);
+        junit.add_test_suite(suite);
+    }
+    junit.set_time(runs().map(wall).sum());
+    // Into memory, and every string that XML cannot have is cleaned by the library: it cannot fail.
+    junit.to_string().unwrap_or_default()
+}
+
+/// The suite of a topology.
+fn cells(report: &Report<'_>, topology: &str, runs: &[&Run]) -> TestSuite {
+    let mut suite = TestSuite::new(topology);
+    let mut named: BTreeMap<String, usize> = BTreeMap::new();
+    for run in runs {
+        *named.entry(outcome::words(run)).or_default() += 1;
+    }
+    for run in runs {
+        let words = outcome::words(run);
+        // The words leave out how long a cell is, among others; a name has to be its cell's alone.
+        let name = match named.get(&words) {
+            Some(1) => words,
+            _ => format!("{words} ({})", run.cell.id),
+        };
+        let mut case = TestCase::new(name, status(report, run));
+        case.set_classname(topology).set_time(wall(run));
+        for (name, value) in properties(run) {
+            case.add_property((name.as_str(), value.as_str()));
+        }
+        suite.add_test_case(case);
+    }
+    suite.set_time(runs.iter().map(|run| wall(run)).sum());
+    suite
+}
+
+/// What became of a cell: the testbed's own faults are errors, a link that did not hold a failure,
+/// and what was not asked of this machine is skipped.
+fn status(report: &Report<'_>, run: &Run) -> TestCaseStatus {
+    let Outcome { kind, reason } = Outcome::of(report, run);
+    let mut status = match kind {
+        Kind::Complete => return TestCaseStatus::success(),
+        Kind::Invalid => TestCaseStatus::non_success(NonSuccessKind::Failure),
+        Kind::Failed | Kind::Damaged => TestCaseStatus::non_success(NonSuccessKind::Error),
+        Kind::Unsupported | Kind::NotRun => TestCaseStatus::skipped(),
+    };
+    status.set_type(kind.word()).set_message(reason);
+    status
+}
+
+/// The cell's row of `summary.csv`, what is filled of it.
+fn properties(run: &Run) -> Vec<(String, String)> {
+    let text = analysis::Summary::to_csv(std::slice::from_ref(&run.summary));
+    let mut rows = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .from_reader(text.as_bytes());
+    let mut rows = rows.records().map_while(Result::ok);
+    let (names, values) = (rows.next(), rows.next());
+    let pairs = names.iter().flatten().zip(values.iter().flatten());
+    pairs
+        .filter(|(_, value)| !value.is_empty())
+        .map(|(name, value)| (name.to_owned(), value.to_owned()))
+        .collect()
+}
+
+/// How long a cell took; nothing where it was not run.
+fn wall(run: &Run) -> Duration {
+    let wall_s = run.manifest.as_ref().map(|manifest| manifest.wall_s);
+    wall_s
+        .and_then(|wall_s| Duration::try_from_secs_f64(wall_s).ok())
+        .unwrap_or_default()
+}
+
+/// A claim as a test case.
+fn claim(finding: &Finding) -> TestCase {
+    let mut status = match finding.verdict {
+        Verdict::Agrees => TestCaseStatus::success(),
+        Verdict::Differs => TestCaseStatus::non_success(NonSuccessKind::Failure),
+        Verdict::NotRun | Verdict::NotComparable => TestCaseStatus::skipped(),
+    };
+    if finding.verdict != Verdict::Agrees {
+        let parts: Vec<String> = finding.parts.iter().map(part).collect();
+        status
+            .set_type(outcome::answered(finding.verdict))
+            .set_message(finding.reason.as_str())
+            .set_description(parts.join("\n"));
+    }
+    let mut case = TestCase::new(finding.id, status);
+    case.set_classname(CLAIMS);
+    case.set_time(Duration::ZERO);
+    case.add_properties([
+        ("place", finding.place),
+        ("claim", finding.claim),
+        ("check", finding.check),
+        ("reason", finding.reason.as_str()),
+    ]);
+    case
+}
+
+/// A number of a claim against what would agree: `settling on arima: 0.31 s, accepted 0.2 to 0.4`.
+fn part(part: &Part) -> String {
+    let with_unit = |x: f64| match part.unit {
+        "" => format!("{x}"),
+        unit => format!("{x} {unit}"),
+    };
+    let ours = part.ours.map_or("not run".to_owned(), |ours| {
+        let (low, high) = (ours.low, ours.high);
+        format!("{} ({low} to {high}, n {})", with_unit(ours.value), ours.n)
+    });
+    let paper = part.paper.map_or(String::new(), |paper| {
+        format!(", the paper {}", with_unit(paper))
+    });
+    let accepted = part.accepted.map_or(String::new(), |(low, high)| {
+        format!(", accepted {low} to {high}")
+    });
+    let verdict = outcome::answered(part.verdict);
+    format!("{}: {ours}{paper}{accepted}: {verdict}", part.of)
+}

@@ -1,0 +1,131 @@
+//! How each cell of a campaign ended, in the words that lists of failures use.
+//!
+//! The words for a cell and for a claim's verdict are here too. How a cell ended is about the
+//! testbed: a loop that goes unstable over a link that held is a result, and its cell is
+//! [`Complete`](Kind::Complete).
+
+use analysis::Run;
+use plan::Verdict;
+
+use crate::{Report, claim};
+
+/// How a cell ended, and why.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Outcome {
+    /// How.
+    pub kind: Kind,
+    /// Why, in a sentence or several; empty of a complete cell.
+    pub reason: String,
+}
+
+/// How a cell ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// It ran to its end, its link held, and its rows are there.
+    Complete,
+    /// It ran, but its link was not the one asked for, or rows were lost.
+    Invalid,
+    /// It did not run to its end.
+    Failed,
+    /// Its files cannot be read, or are not what its manifest says.
+    Damaged,
+    /// The machine cannot run it.
+    Unsupported,
+    /// It has not been run here.
+    NotRun,
+}
+
+impl Kind {
+    /// All of them, in the order in which tables show them.
+    pub const ALL: [Kind; 6] = [
+        Kind::Complete,
+        Kind::Invalid,
+        Kind::Failed,
+        Kind::Damaged,
+        Kind::Unsupported,
+        Kind::NotRun,
+    ];
+
+    /// The word for it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Kind::Complete => "complete",
+            Kind::Invalid => "invalid",
+            Kind::Failed => "failed",
+            Kind::Damaged => "damaged",
+            Kind::Unsupported => "unsupported",
+            Kind::NotRun => "not run",
+        }
+    }
+}
+
+impl Outcome {
+    /// Of a run of this report's campaign.
+    #[must_use]
+    pub fn of(report: &Report<'_>, run: &Run) -> Outcome {
+        let problem = run.problem.iter().map(|problem| relative(report, problem));
+        let damage = report.damage.iter().filter_map(|damage| {
+            let name = damage.path.strip_prefix(&run.folder).ok()?;
+            Some(format!("{}: {}", name.display(), damage.problem))
+        });
+        let faults: Vec<String> = problem.chain(damage).collect();
+        if !faults.is_empty() {
+            return Outcome {
+                kind: Kind::Damaged,
+                reason: faults.join("; "),
+            };
+        }
+        let kind = match run.verdict() {
+            None => Kind::NotRun,
+            Some(Verdict::Complete) => Kind::Complete,
+            Some(Verdict::Invalid) => Kind::Invalid,
+            Some(Verdict::Failed) => Kind::Failed,
+            Some(Verdict::Unsupported) => Kind::Unsupported,
+        };
+        let reasons = run.manifest.iter().flat_map(|manifest| &manifest.reasons);
+        let reason = match kind {
+            Kind::NotRun => "it has not been run here".to_owned(),
+            _ => reasons.cloned().collect::<Vec<_>>().join("; "),
+        };
+        Outcome { kind, reason }
+    }
+}
+
+/// A cell in people's words, without its topology: `python, paper-python, closed, 333 Hz, repeat 1`.
+#[must_use]
+pub fn words(run: &Run) -> String {
+    let cell = &run.cell;
+    let (client, setup, rate) = (cell.client, cell.setup(), cell.rate());
+    let (mode, repeat) = (cell.settings.mode, cell.repeat);
+    format!("{client}, {setup}, {mode}, {rate}, repeat {repeat}")
+}
+
+/// What came of a claim, in a word or two.
+#[must_use]
+pub fn answered(verdict: claim::Verdict) -> &'static str {
+    match verdict {
+        claim::Verdict::Agrees => "agrees",
+        claim::Verdict::Differs => "differs",
+        claim::Verdict::NotComparable => "not comparable",
+        claim::Verdict::NotRun => "not run",
+    }
+}
+
+/// The topologies of a report's campaign, in the order of its plan.
+#[must_use]
+pub fn topologies<'a>(report: &Report<'a>) -> Vec<&'a str> {
+    let mut found = Vec::new();
+    for run in &report.campaign.runs {
+        if !found.contains(&run.cell.topology.as_str()) {
+            found.push(run.cell.topology.as_str());
+        }
+    }
+    found
+}
+
+/// Words about a file without the results folder's own place, which is another on each machine.
+fn relative(report: &Report<'_>, words: &str) -> String {
+    let folder = format!("{}/", report.campaign.folder.display());
+    words.replace(&folder, "")
+}
