@@ -6,6 +6,7 @@
 //! - [`lateness`] and [`interval`]: the arrivals one by one against the schedule, and the histograms
 //!   of the time between them;
 //! - [`response`]: the step response of a closed loop, and the verdict on it;
+//! - [`trace`]: what a figure shows of one run, row by row;
 //! - [`metrics`]: all of a cell's folder; [`campaign`]: all cells of a results folder;
 //! - [`summary`] and [`table`]: a cell in a row, for programs and for people; [`repeats`]: the
 //!   medians of cells that were repeated;
@@ -32,6 +33,7 @@ pub mod statistics;
 pub mod summary;
 pub mod table;
 pub mod tick;
+pub mod trace;
 
 pub use campaign::{Campaign, CampaignError, Damage, Run};
 pub use metrics::{CellFacts, Metrics};

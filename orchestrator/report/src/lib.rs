@@ -5,6 +5,8 @@
 //!   and figures, recomputed;
 //! - [`junit`] and [`digest`]: what CI systems show of it; [`deposit`]: what archives read of the
 //!   folder; [`outcome`]: how each cell ended, in the words that both use;
+//! - [`paper`]: the paper's numbers, as printed; `subject`, `origin` and `number`: whom tables and
+//!   figures show, where they came from, and how their numbers are written;
 //! - [`report`]: all of it as one value, from which every file is made.
 //!
 //! Everything here is worked out of a [`analysis::Campaign`] and can be deleted and made again:
@@ -18,8 +20,12 @@ pub mod figure;
 pub mod group;
 pub mod junit;
 pub mod outcome;
+mod number;
+mod origin;
+pub mod paper;
 #[allow(clippy::module_inception)]
 pub mod report;
+mod subject;
 pub mod table;
 
 pub use report::{Report, write};

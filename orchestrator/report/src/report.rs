@@ -45,10 +45,13 @@ impl<'a> Report<'a> {
     /// Every file of the report: its name, and what is in it.
     #[must_use]
     pub fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
-        vec![
+        let mut files: Vec<(PathBuf, Vec<u8>)> = vec![
             ("summary.md".into(), digest::markdown(self).into_bytes()),
             ("junit.xml".into(), junit::xml(self).into_bytes()),
-        ]
+        ];
+        files.extend(self.tables.iter().flat_map(Table::files));
+        files.extend(self.figures.iter().flat_map(Figure::files));
+        files
     }
 }
 

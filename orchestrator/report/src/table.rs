@@ -1,4 +1,15 @@
 //! The paper's tables, recomputed, with the paper's numbers beside ours.
+//!
+//! Each is made by a file of this folder; [`Table::to_csv`] is for programs, [`Table::to_text`] for
+//! people.
+
+mod csv;
+mod machine;
+mod ping;
+mod text;
+mod zero;
+
+use std::path::PathBuf;
 
 use analysis::{Campaign, ReadError};
 use serde::Serialize;
@@ -43,6 +54,72 @@ pub enum Entry {
 ///
 /// # Errors
 /// [`ReadError`] where rows that a table needs cannot be read.
-pub fn all(_campaign: &Campaign) -> Result<Vec<Table>, ReadError> {
-    Ok(Vec::new())
+pub fn all(campaign: &Campaign) -> Result<Vec<Table>, ReadError> {
+    Ok(vec![
+        machine::table(campaign),
+        ping::table(campaign),
+        zero::table(campaign),
+    ])
+}
+
+impl Table {
+    /// Its files in a report's folder: `tables/table-2.csv` and `.txt`.
+    #[must_use]
+    pub fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
+        let path = |ending: &str| PathBuf::from(format!("tables/{}.{ending}", self.name));
+        vec![
+            (path("csv"), self.to_csv().into_bytes()),
+            (path("txt"), self.to_text().into_bytes()),
+        ]
+    }
+}
+
+impl Column {
+    /// A column of a group; the group's name is empty where it stands alone.
+    fn of(group: &str, name: &str) -> Column {
+        Column {
+            name: name.to_owned(),
+            group: group.to_owned(),
+        }
+    }
+}
+
+impl Entry {
+    /// Words.
+    fn text(words: impl Into<String>) -> Entry {
+        Entry::Text(words.into())
+    }
+
+    /// A measured number to so many significant digits, where there is one.
+    fn measured(number: Option<f64>, digits: u8) -> Entry {
+        number.map_or(Entry::None, |number| Entry::Number(number, digits))
+    }
+
+    /// A number with all of its digits, as the paper prints it.
+    fn printed(number: f64) -> Entry {
+        let text = number.abs().to_string();
+        let significant = text.trim_start_matches(['0', '.']).replace('.', "");
+        Entry::Number(
+            number,
+            u8::try_from(significant.len().max(1)).unwrap_or(u8::MAX),
+        )
+    }
+
+    /// A whole number.
+    fn count(count: u64) -> Entry {
+        Entry::printed(count as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Entry;
+
+    #[test]
+    fn a_printed_number_keeps_its_digits() {
+        for number in [0.0, 0.031, 3.376, 13.42, 3033.374, 1200.0, 0.9] {
+            assert_eq!(Entry::printed(number).words(), number.to_string());
+        }
+        assert_eq!(Entry::count(20).words(), "20");
+    }
 }

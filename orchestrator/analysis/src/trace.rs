@@ -1,0 +1,117 @@
+//! What a figure shows of one run, row by row: its step response (Fig. 5 and 6), the plant's
+//! intervals (Fig. 7) and the control intervals (Fig. 8 and 9).
+//!
+//! What all of them come to is in [`crate::response`], [`crate::tick`] and [`crate::arrival`];
+//! arrivals against their schedule are in [`crate::lateness`].
+
+use std::path::Path;
+
+use endpoint::{ArrivalRow, TickRow};
+
+use crate::rows::{ReadError, read};
+use crate::statistics::ms_between;
+
+/// The plant's output y after each tick, from the tick that took the first command to the one that
+/// took the last. Time is the plant's own: the n-th value is of n h, n from 0.
+///
+/// # Errors
+/// [`ReadError`] of `ticks.csv`.
+pub fn response(folder: &Path) -> Result<Vec<f64>, ReadError> {
+    let (mut y, mut newest, mut length) = (Vec::new(), None, 0);
+    let path = folder.join("ticks.csv");
+    read(&path, TickRow::COLUMNS, |row: &TickRow| {
+        if row.seq.is_none() {
+            return;
+        }
+        y.push(row.y);
+        if row.seq != newest {
+            newest = row.seq;
+            length = y.len();
+        }
+    })?;
+    y.truncate(length);
+    Ok(y)
+}
+
+/// The time from each tick of the plant to the next, ms, in their order.
+///
+/// # Errors
+/// [`ReadError`] of `ticks.csv`.
+pub fn tick_intervals_ms(folder: &Path) -> Result<Vec<f64>, ReadError> {
+    let mut intervals = Intervals::default();
+    let path = folder.join("ticks.csv");
+    read(&path, TickRow::COLUMNS, |row: &TickRow| {
+        intervals.push(row.t_tick_ns);
+    })?;
+    Ok(intervals.ms)
+}
+
+/// The time from each arrival at the plant to the next, ms, in their order.
+///
+/// # Errors
+/// [`ReadError`] of `arrivals.csv`.
+pub fn control_intervals_ms(folder: &Path) -> Result<Vec<f64>, ReadError> {
+    let mut intervals = Intervals::default();
+    let path = folder.join("arrivals.csv");
+    read(&path, ArrivalRow::COLUMNS, |row: &ArrivalRow| {
+        intervals.push(row.t_arrive_ns);
+    })?;
+    Ok(intervals.ms)
+}
+
+/// The differences of neighbouring stamps.
+#[derive(Debug, Default)]
+struct Intervals {
+    last_ns: Option<u64>,
+    ms: Vec<f64>,
+}
+
+impl Intervals {
+    fn push(&mut self, t_ns: u64) {
+        if let Some(last_ns) = self.last_ns.replace(t_ns) {
+            self.ms.push(ms_between(last_ns, t_ns));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder(name: &str, text: &str) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        std::fs::write(folder.path().join(name), text).expect("a writable folder");
+        folder
+    }
+
+    #[test]
+    fn a_response_runs_from_the_first_command_to_the_last() {
+        // Two idle ticks, three with commands of which the second holds for two, one held at the end.
+        let text = "k,t_due_ns,t_tick_ns,u,y,seq\n\
+                    0,0,0,0,0,\n1,3,3,0,0,\n2,6,6,1,0.25,0\n3,9,9,1,0.5,1\n\
+                    4,12,12,1,0.75,1\n5,15,15,1,1,2\n6,18,18,1,9,2\n";
+        let folder = folder("ticks.csv", text);
+        assert_eq!(
+            response(folder.path()).expect("readable"),
+            [0.25, 0.5, 0.75, 1.0]
+        );
+    }
+
+    #[test]
+    fn intervals_are_between_neighbours_and_may_go_back() {
+        let text = "k,t_due_ns,t_tick_ns,u,y,seq\n\
+                    0,0,1000000,0,0,\n1,0,4000000,0,0,\n2,0,3500000,0,0,\n";
+        let ticks = folder("ticks.csv", text);
+        assert_eq!(
+            tick_intervals_ms(ticks.path()).expect("readable"),
+            [3.0, -0.5]
+        );
+        let text = "n,seq,t_send_ns,t_arrive_ns,tick,u,outcome\n\
+                    0,0,0,7000000,0,0,acknowledged\n1,1,0,7000000,0,0,acknowledged\n";
+        let arrivals = folder("arrivals.csv", text);
+        assert_eq!(
+            control_intervals_ms(arrivals.path()).expect("readable"),
+            [0.0]
+        );
+    }
+}

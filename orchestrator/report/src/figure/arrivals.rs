@@ -1,0 +1,96 @@
+//! Figure 2: when the first 600 messages of the JavaScript client arrived, at 100 Hz without a
+//! network.
+
+use analysis::{Campaign, ReadError, Run, lateness};
+use chart::{Chart, Guide, GuideAt, Mark, Role};
+use endpoint::Mode;
+
+use super::{Figure, about, panel, series};
+use crate::origin::Origin;
+use crate::paper;
+use crate::subject::{CHROMIUM_2011, FIREFOX_2011, FIREFOX_WORKER, Subject};
+
+/// How many messages the paper's figure shows.
+const MESSAGES: u64 = 600;
+
+/// Who is shown, and in which colour: the browsers' clients of 2011, and quietly what one of them
+/// does today.
+const SUBJECTS: [(Subject, Option<Role>); 3] = [
+    (FIREFOX_WORKER, Some(Role::Other)),
+    (CHROMIUM_2011, None),
+    (FIREFOX_2011, None),
+];
+
+pub(super) fn figure(campaign: &Campaign) -> Result<Figure, ReadError> {
+    let mut panel = panel("", "", "message", "arrival/s");
+    let (mut origin, mut sentences) = (Origin::default(), Vec::new());
+    for (subject, role) in SUBJECTS {
+        let group = subject.runs(campaign, "arima", Mode::Open, paper::H_100_HZ_NS);
+        let Some(run) = origin.first(&group) else {
+            continue;
+        };
+        let points = arrivals(run)?;
+        if let Some((n, last_s)) = points.last() {
+            sentences.push(format!(
+                "{}: message {n} came {last_s:.2} s after the first, where {:.2} s were asked for.",
+                subject.name(),
+                due_s(*n),
+            ));
+        }
+        let role = role.unwrap_or(subject.role());
+        panel
+            .series
+            .push(series(subject.name(), Mark::Line, role, points));
+    }
+    if !panel.series.is_empty() {
+        let last = MESSAGES as f64;
+        panel.guides = vec![
+            Guide {
+                name: "on time".to_owned(),
+                at: GuideAt::Line((1.0, 0.0), (last, due_s(last))),
+            },
+            Guide {
+                name: format!("the paper's 600th: {} s", paper::FIG_2_600TH_S),
+                at: GuideAt::Y(paper::FIG_2_600TH_S),
+            },
+        ];
+    }
+    Ok(Figure {
+        number: "2",
+        caption:
+            "Arrival of the first 600 messages at the plant, from the first on. The client of \
+                  2011 sets its timer anew for each message, so what each is late adds up; the \
+                  worker of today sleeps until its deadlines."
+                .to_owned(),
+        paper: "Firefox on arima: the 600th message is two seconds late, at 8 s, and not quite 400 \
+                arrive in the first six.",
+        chart: Chart {
+            name: "fig-2".to_owned(),
+            title: "First 600 arrivals, JavaScript at 100 Hz on arima".to_owned(),
+            about: about(&sentences),
+            source: origin.line(campaign),
+            columns: 1,
+            panels: vec![panel],
+        },
+        runs: origin.ids(),
+    })
+}
+
+/// When the n-th message was asked for, from the first on, s.
+fn due_s(n: f64) -> f64 {
+    (n - 1.0) * paper::H_100_HZ_NS as f64 / 1e9
+}
+
+/// Number of the message, from 1, and its arrival, s from the first that came.
+fn arrivals(run: &Run) -> Result<Vec<(f64, f64)>, ReadError> {
+    let mut first = None;
+    let mut points = Vec::new();
+    lateness::series(&run.folder, paper::H_100_HZ_NS, |late| {
+        let (first_seq, first_due_s) = *first.get_or_insert((late.seq, late.due_s));
+        let n = late.seq.saturating_sub(first_seq) + 1;
+        if n <= MESSAGES {
+            points.push((n as f64, late.due_s - first_due_s + late.late_ms / 1e3));
+        }
+    })?;
+    Ok(points)
+}

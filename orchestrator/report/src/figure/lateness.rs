@@ -1,0 +1,162 @@
+//! Figures 3 and 4: how late the messages came against their schedule, `(a_k - a_0) - k h` over
+//! `k h`, from Python and from JavaScript in three places.
+
+use analysis::{Campaign, ReadError, Run, lateness};
+use chart::{Chart, Mark, Panel};
+use endpoint::Mode;
+
+use super::{Figure, about, panel, series};
+use crate::number::significant;
+use crate::origin::Origin;
+use crate::paper;
+use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON, Subject};
+
+const TOPOLOGIES: [&str; 3] = ["arima", "buccoo", "couva"];
+
+/// The last is drawn on top: what is nearly level.
+const SUBJECTS: [Subject; 3] = [FIREFOX_2011, CHROMIUM_2011, PYTHON];
+
+/// One rate, with its letters in the paper's figure.
+struct Rate {
+    words: &'static str,
+    h_ns: u64,
+    letters: [&'static str; 3],
+}
+
+/// Figure 3: at 3.3 and 10 Hz.
+pub(super) fn slow(campaign: &Campaign) -> Result<Figure, ReadError> {
+    let rates = [
+        Rate {
+            words: "3.3 Hz",
+            h_ns: paper::H_3_HZ_NS,
+            letters: ["a", "b", "c"],
+        },
+        Rate {
+            words: "10 Hz",
+            h_ns: paper::H_10_HZ_NS,
+            letters: ["d", "e", "f"],
+        },
+    ];
+    figure(
+        campaign,
+        &rates,
+        Figure {
+            number: "3",
+            caption: "How much later each message came than its schedule has it, from the first \
+                      on. Each slope is that of the least-squares line: how much later messages come \
+                      with each second. The browsers' client is that of 2011."
+                .to_owned(),
+            paper: "Python stays on a level line everywhere, at 10 Hz but for impulses; JavaScript \
+                    climbs away from it in all six panels.",
+            chart: chart("fig-3", "Lateness against the schedule at 3.3 and 10 Hz"),
+            runs: Vec::new(),
+        },
+    )
+}
+
+/// Figure 4: at 100 Hz.
+pub(super) fn fast(campaign: &Campaign) -> Result<Figure, ReadError> {
+    let rates = [Rate {
+        words: "100 Hz",
+        h_ns: paper::H_100_HZ_NS,
+        letters: ["a", "b", "c"],
+    }];
+    figure(
+        campaign,
+        &rates,
+        Figure {
+            number: "4",
+            caption:
+                "The same at 100 Hz, where a millisecond is a tenth of the interval. A line ends \
+                      where the client had got to when its time was over."
+                    .to_owned(),
+            paper: "JavaScript diverges much faster than at 10 Hz, and Python's line is no longer \
+                    level.",
+            chart: chart("fig-4", "Lateness against the schedule at 100 Hz"),
+            runs: Vec::new(),
+        },
+    )
+}
+
+fn chart(name: &str, title: &str) -> Chart {
+    Chart {
+        name: name.to_owned(),
+        title: title.to_owned(),
+        about: String::new(),
+        source: String::new(),
+        columns: TOPOLOGIES.len(),
+        panels: Vec::new(),
+    }
+}
+
+/// The figure with its panels, a row for each rate.
+fn figure(campaign: &Campaign, rates: &[Rate], mut figure: Figure) -> Result<Figure, ReadError> {
+    let (mut origin, mut sentences) = (Origin::default(), Vec::new());
+    for rate in rates {
+        for (topology, letter) in TOPOLOGIES.into_iter().zip(rate.letters) {
+            let title = format!("{topology}, {}", rate.words);
+            let mut panel = panel(letter, title, "schedule/s", "late/s");
+            for subject in SUBJECTS {
+                let group = subject.runs(campaign, topology, Mode::Open, rate.h_ns);
+                if let Some(run) = origin.first(&group) {
+                    draw(&mut panel, subject, run, rate.h_ns)?;
+                }
+            }
+            if !panel.series.is_empty() {
+                let names: Vec<&str> = panel.series.iter().map(|s| s.name.as_str()).collect();
+                sentences.push(format!("{}: {}.", panel.title, names.join(", ")));
+            }
+            figure.chart.panels.push(panel);
+        }
+    }
+    figure.chart.about = about(&sentences);
+    figure.chart.source = origin.line(campaign);
+    figure.runs = origin.ids();
+    Ok(figure)
+}
+
+fn draw(panel: &mut Panel, subject: Subject, run: &Run, h_ns: u64) -> Result<(), ReadError> {
+    let mut points = Vec::new();
+    lateness::series(&run.folder, h_ns, |late| {
+        points.push((late.due_s, late.late_ms / 1e3));
+    })?;
+    // Messages may overtake each other; a line goes through them as they were sent.
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let slope = run.metrics.and_then(|metrics| metrics.arrivals.drift.slope);
+    let name = match slope {
+        Some(slope) => format!("{} {} ms/s", subject.client, ms_a_second(slope)),
+        None => subject.client.to_string(),
+    };
+    let role = subject.role();
+    panel.series.push(series(name, Mark::Line, role, points));
+    Ok(())
+}
+
+/// A slope in ms/s, to what matters against the paper's limit of 1 ms/s: two decimals, but three digits
+/// are enough, and no sign before a zero.
+fn ms_a_second(slope: f64) -> String {
+    let ms = 1e3 * slope;
+    match (ms * 1e2).round() == 0.0 {
+        true => "0.00".to_owned(),
+        false if ms.abs() < 1.0 => format!("{ms:.2}"),
+        false => significant(ms, 3),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ms_a_second;
+
+    #[test]
+    fn slopes_have_two_decimals_or_three_digits_and_no_signed_zero() {
+        for (slope, words) in [
+            (-1e-9, "0.00"),
+            (0.000_02, "0.02"),
+            (-0.0024, "-2.40"),
+            (0.0911, "91.1"),
+            (1.967, "1967"),
+        ] {
+            assert_eq!(ms_a_second(slope), words);
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! Figures 5 and 6: unit step responses, the median over the repeats with their quartiles.
+
+use analysis::{Campaign, ReadError};
+use chart::{Chart, Guide, GuideAt, Panel, Role, Series};
+use endpoint::Mode;
+
+use super::median::Traces;
+use super::{Figure, about, panel};
+use crate::group::{Estimate, Group};
+use crate::number::significant;
+use crate::origin::Origin;
+use crate::paper;
+use crate::subject::{
+    CHROMIUM_2011, CHROMIUM_WORKER, FIREFOX_2011, FIREFOX_WORKER, NATIVE, PYTHON, Subject,
+};
+
+/// The reference of a unit step, and how near to it a response has settled.
+const REFERENCE: f64 = 1.0;
+const BAND: f64 = 0.02;
+/// How high a panel reaches at least.
+const HIGH: f64 = 1.2 * REFERENCE;
+
+/// One panel to be.
+struct Shown {
+    letter: &'static str,
+    title: &'static str,
+    topology: &'static str,
+    h_ns: u64,
+    /// Who is compared, the last on top.
+    subjects: &'static [Subject],
+    /// What stands behind them, quietly, and where.
+    behind: (Subject, &'static str),
+}
+
+/// Figure 5, and the far places at both rates beside it.
+pub(super) fn near(campaign: &Campaign) -> Result<Figure, ReadError> {
+    let python = |title, topology, h_ns| Shown {
+        letter: "",
+        title,
+        topology,
+        h_ns,
+        subjects: &[PYTHON],
+        behind: (NATIVE, topology),
+    };
+    let shown = [
+        python("arima, 333 Hz", "arima", paper::H_333_HZ_NS),
+        python("buccoo, 333 Hz", "buccoo", paper::H_333_HZ_NS),
+        python("couva, 333 Hz", "couva", paper::H_333_HZ_NS),
+        python("arima, 1 kHz", "arima", paper::H_1_KHZ_NS),
+        python("buccoo, 1 kHz", "buccoo", paper::H_1_KHZ_NS),
+        python("couva, 1 kHz", "couva", paper::H_1_KHZ_NS),
+        python("diego-lan, 333 Hz", "diego-lan", paper::H_333_HZ_NS),
+        python("diego-lan, 1 kHz", "diego-lan", paper::H_1_KHZ_NS),
+        python("diego-vpn, 333 Hz", "diego-vpn", paper::H_333_HZ_NS),
+    ];
+    figure(
+        campaign,
+        &shown,
+        Figure {
+            number: "5",
+            caption: "Unit step responses with Python's controller wherever it ran, from the first \
+                      command that the plant applied: the median over the repeats at each instant, \
+                      and the band in which half of them lie, cut where it leaves its panel. Behind \
+                      it, native at the same place. The time is the median settling into 2 % of \
+                      the reference, and what it is in settlings on arima."
+                .to_owned(),
+            paper: "Python closes the loop on arima, buccoo and couva, at 333 Hz and at 1 kHz.",
+            chart: chart("fig-5", "Unit step responses with Python", 3),
+            runs: Vec::new(),
+        },
+    )
+}
+
+/// Figure 6: what makes the loop slow, and what does not.
+pub(super) fn far(campaign: &Campaign) -> Result<Figure, ReadError> {
+    let shown = |letter, title, topology, subjects| Shown {
+        letter,
+        title,
+        topology,
+        h_ns: paper::H_333_HZ_NS,
+        subjects,
+        behind: (PYTHON, "arima"),
+    };
+    let shown = [
+        shown(
+            "a",
+            "arima, JavaScript of 2011",
+            "arima",
+            &[FIREFOX_2011, CHROMIUM_2011],
+        ),
+        shown("b", "diego-vpn, Python", "diego-vpn", &[PYTHON]),
+        shown("c", "diego-lan, Python", "diego-lan", &[PYTHON]),
+        shown(
+            "",
+            "arima, JavaScript today",
+            "arima",
+            &[FIREFOX_WORKER, CHROMIUM_WORKER],
+        ),
+    ];
+    figure(
+        campaign,
+        &shown,
+        Figure {
+            number: "6",
+            caption:
+                "Unit step responses at 333 Hz, as in Figure 5; behind each, Python on arima, \
+                      in whose settling the others' is given. The fourth panel is not in the \
+                      paper: the same browsers with the loop in a worker of its own."
+                    .to_owned(),
+            paper: "Settling takes ten times as long from JavaScript on arima, four times as long \
+                    from Python over the VPN, and no longer from Python over the campus LAN.",
+            chart: chart("fig-6", "Unit step responses at 333 Hz", 2),
+            runs: Vec::new(),
+        },
+    )
+}
+
+fn chart(name: &str, title: &str, columns: usize) -> Chart {
+    Chart {
+        name: name.to_owned(),
+        title: title.to_owned(),
+        about: String::new(),
+        source: String::new(),
+        columns,
+        panels: Vec::new(),
+    }
+}
+
+fn figure(campaign: &Campaign, shown: &[Shown], mut figure: Figure) -> Result<Figure, ReadError> {
+    let (mut origin, mut sentences) = (Origin::default(), Vec::new());
+    let mut traces = Traces::default();
+    for shown in shown {
+        let groups: Vec<(Subject, Group<'_>)> = shown
+            .subjects
+            .iter()
+            .map(|subject| {
+                (
+                    *subject,
+                    closed(campaign, *subject, shown.topology, shown.h_ns),
+                )
+            })
+            .collect();
+        let reference = closed(campaign, PYTHON, "arima", shown.h_ns);
+        for (subject, group) in &groups {
+            origin.all(group);
+            if let Some(words) = settling(group, &reference) {
+                let (of, n) = (subject.name(), group.runs.len());
+                sentences.push(format!("{}: {of} {words}, of {n} runs.", shown.title));
+            }
+        }
+        let (panel, behind) = draw(campaign, shown, &groups, &reference, &mut traces)?;
+        if let Some(behind) = behind {
+            origin.all(&behind);
+        }
+        figure.chart.panels.push(panel);
+    }
+    if !sentences.is_empty() {
+        sentences.insert(
+            0,
+            "Median settling, and in settlings of Python on arima:".to_owned(),
+        );
+    }
+    figure.chart.about = about(&sentences);
+    figure.chart.source = origin.line(campaign);
+    figure.runs = origin.ids();
+    Ok(figure)
+}
+
+/// A panel, and the group that stands behind its subjects; without runs of a subject it is empty.
+fn draw<'a>(
+    campaign: &'a Campaign,
+    shown: &Shown,
+    groups: &[(Subject, Group<'_>)],
+    reference: &Group<'_>,
+    traces: &mut Traces,
+) -> Result<(Panel, Option<Group<'a>>), ReadError> {
+    let mut panel = panel(shown.letter, shown.title, "time/s", "y");
+    if groups.iter().all(|(_, group)| group.runs.is_empty()) {
+        return Ok((panel, None));
+    }
+    let end_s = horizon_s(groups.iter().map(|(_, group)| group));
+    panel.x.range = Some((0.0, end_s));
+    let (subject, topology) = shown.behind;
+    let behind = closed(campaign, subject, topology, shown.h_ns);
+    if !behind.runs.is_empty() {
+        let name = match shown.subjects == [PYTHON] && topology == shown.topology {
+            true => subject.name(),
+            false => format!("{} on {topology}", subject.name()),
+        };
+        let median = traces.median(&behind, shown.h_ns, end_s)?;
+        panel.series.push(Series {
+            name,
+            role: Role::Other,
+            band: Vec::new(),
+            ..median
+        });
+    }
+    let one = groups.len() == 1;
+    for (subject, group) in groups {
+        let Some(settled) = settling(group, reference) else {
+            continue;
+        };
+        let mut name = subject.name();
+        // With its series where there are several, so that none is mistaken for another's.
+        let named = if one { &mut panel.title } else { &mut name };
+        *named += &format!(": {settled}");
+        panel.series.push(Series {
+            name,
+            role: subject.role(),
+            ..traces.median(group, shown.h_ns, end_s)?
+        });
+    }
+    panel.guides = guides();
+    panel.y.range = Some(range(&panel.series));
+    Ok((panel, Some(behind)))
+}
+
+fn closed<'a>(campaign: &'a Campaign, subject: Subject, topology: &str, h_ns: u64) -> Group<'a> {
+    subject.runs(campaign, topology, Mode::Closed, h_ns)
+}
+
+/// The median settling in words, and in those of the reference where that is another group; `None`
+/// without a run.
+fn settling(group: &Group<'_>, reference: &Group<'_>) -> Option<String> {
+    let own = settling_ms(group);
+    if group.runs.is_empty() {
+        return None;
+    }
+    let Some(own_ms) = own else {
+        return Some("not settled".to_owned());
+    };
+    let times = settling_ms(reference)
+        .filter(|_| reference.ids() != group.ids())
+        .map(|of_ms| format!(" ({:.1}×)", own_ms / of_ms));
+    let own_s = significant(own_ms / 1e3, 3);
+    Some(format!("{own_s} s{}", times.unwrap_or_default()))
+}
+
+fn settling_ms(group: &Group<'_>) -> Option<f64> {
+    let values = group.values(|run| run.metrics.and_then(|m| m.response)?.settling_ms);
+    Estimate::median(&values).map(|estimate| estimate.value)
+}
+
+/// How far the time axis reaches, s: twice the slowest median settling, to the next half
+/// second; where none settled, as long as the runs.
+fn horizon_s<'a, 'b: 'a>(groups: impl Iterator<Item = &'a Group<'b>>) -> f64 {
+    let (mut settled_ms, mut length_s) = (Some(0.0f64), 0.0f64);
+    for group in groups.filter(|group| !group.runs.is_empty()) {
+        settled_ms = settled_ms
+            .zip(settling_ms(group))
+            .map(|(longest_ms, ms)| longest_ms.max(ms));
+        for run in &group.runs {
+            length_s = length_s.max(run.cell.duration_ns as f64 / 1e9);
+        }
+    }
+    let wanted_s = settled_ms.map(|ms| (2.0 * ms / 500.0).ceil() / 2.0);
+    wanted_s.map_or(length_s, |s| s.min(length_s))
+}
+
+/// As far as the lines go: a band may go further, since one stall among few runs would flatten all
+/// the rest, and is cut.
+fn range(series: &[Series]) -> (f64, f64) {
+    let ys = series.iter().flat_map(|series| &series.points);
+    let finite = ys.map(|(_, y)| *y).filter(|y| y.is_finite());
+    let (low, high) = finite.fold((0.0f64, HIGH), |(low, high), y| {
+        (low.min(1.1 * y), high.max(1.1 * y))
+    });
+    (low, high)
+}
+
+fn guides() -> Vec<Guide> {
+    [
+        ("reference", REFERENCE),
+        ("2 % band", REFERENCE * (1.0 + BAND)),
+        ("2 % band", REFERENCE * (1.0 - BAND)),
+    ]
+    .map(|(name, y)| Guide {
+        name: name.to_owned(),
+        at: GuideAt::Y(y),
+    })
+    .into()
+}

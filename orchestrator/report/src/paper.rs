@@ -1,0 +1,168 @@
+//! The paper's numbers, each with the place that it stands in.
+//!
+//! Only what is printed there. What counts as agreement with it is each claim's, in
+//! [`claim`](crate::claim); what a profile makes of Table 2 is that profile's.
+
+/// 1/h of 3.3 Hz, ns: Table 3's fractions are counts out of 2000 messages in 600 s.
+pub const H_3_HZ_NS: u64 = 300_000_000;
+/// 1/h of 10 Hz, ns.
+pub const H_10_HZ_NS: u64 = 100_000_000;
+/// 1/h of 100 Hz, ns.
+pub const H_100_HZ_NS: u64 = 10_000_000;
+/// 1/h of 333 Hz, ns (section 3.2, Figure 7b).
+pub const H_333_HZ_NS: u64 = 3_000_000;
+/// 1/h of 1 kHz, ns (section 3.2, Figure 7a).
+pub const H_1_KHZ_NS: u64 = 1_000_000;
+
+/// How long the open loops ran, s (section 3.1).
+pub const OPEN_LOOP_S: f64 = 600.0;
+
+/// What `ping` said between the server and one machine (Table 2).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ping {
+    /// The network position, by its name here.
+    pub topology: &'static str,
+    /// Its name in the paper.
+    pub name: &'static str,
+    /// Least round trip, ms.
+    pub min_ms: f64,
+    /// Mean round trip, ms.
+    pub avg_ms: f64,
+    /// Greatest round trip, ms.
+    pub max_ms: f64,
+    /// Standard deviation of the round trips, ms.
+    pub sd_ms: f64,
+    /// Share of pings without an answer, 0 to 1.
+    pub loss: f64,
+}
+
+/// Table 2, in its order.
+pub const TABLE_2: [Ping; 5] = [
+    Ping {
+        topology: "arima",
+        name: "arima",
+        min_ms: 0.031,
+        avg_ms: 0.108,
+        max_ms: 0.625,
+        sd_ms: 0.069,
+        loss: 0.0,
+    },
+    Ping {
+        topology: "buccoo",
+        name: "buccoo",
+        min_ms: 1.360,
+        avg_ms: 3.376,
+        max_ms: 4.539,
+        sd_ms: 0.484,
+        loss: 0.0,
+    },
+    Ping {
+        topology: "couva",
+        name: "couva",
+        min_ms: 4.896,
+        avg_ms: 104.188,
+        max_ms: 3033.374,
+        sd_ms: 336.043,
+        loss: 0.016,
+    },
+    Ping {
+        topology: "diego-lan",
+        name: "diego[1]",
+        min_ms: 0.943,
+        avg_ms: 3.155,
+        max_ms: 13.42,
+        sd_ms: 0.752,
+        loss: 0.009,
+    },
+    Ping {
+        topology: "diego-vpn",
+        name: "diego[2]",
+        min_ms: 39.01,
+        avg_ms: 53.14,
+        max_ms: 145.2,
+        sd_ms: 21.75,
+        loss: 0.0,
+    },
+];
+
+/// How many of the JavaScript client's messages came at the same time as the one before (Table 3).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SameTime {
+    /// The network position.
+    pub topology: &'static str,
+    /// The sample time, ns.
+    pub h_ns: u64,
+    /// Share of the messages, 0 to 1: the table says percentage, but only fractions are counts of
+    /// whole messages (0.0010 and 0.0005 of 2000 are 2 and 1).
+    pub share: f64,
+}
+
+/// Table 3, row by row.
+pub const TABLE_3: [SameTime; 9] = [
+    same("arima", H_100_HZ_NS, 0.2494),
+    same("arima", H_10_HZ_NS, 0.0),
+    same("arima", H_3_HZ_NS, 0.0),
+    same("buccoo", H_100_HZ_NS, 0.0746),
+    same("buccoo", H_10_HZ_NS, 0.0),
+    same("buccoo", H_3_HZ_NS, 0.0010),
+    same("couva", H_100_HZ_NS, 0.0882),
+    same("couva", H_10_HZ_NS, 0.0051),
+    same("couva", H_3_HZ_NS, 0.0005),
+];
+
+const fn same(topology: &'static str, h_ns: u64, share: f64) -> SameTime {
+    SameTime {
+        topology,
+        h_ns,
+        share,
+    }
+}
+
+/// From the first to the 600th message of the JavaScript client at 100 Hz on arima, s: two more than
+/// the six that were asked for (section 4.1, Figure 2).
+pub const FIG_2_600TH_S: f64 = 8.0;
+/// Messages of the same client in the first six seconds: "just shy of" so many (section 4.1).
+pub const FIG_2_IN_6_S: f64 = 400.0;
+
+/// Messages of that client in ten minutes (section 4.1).
+pub const SENT_IN_600_S: f64 = 55_000.0;
+/// Messages that it should have sent in them (section 4.1).
+pub const DUE_IN_600_S: f64 = 60_000.0;
+/// How late open-loop control would be after them, s (section 4.1).
+pub const LAG_AFTER_600_S: f64 = 50.0;
+
+/// Settling of the JavaScript client on arima at 333 Hz, in settlings of Python's (section 4.3,
+/// Figure 6a).
+pub const FIG_6A_SETTLING: f64 = 10.0;
+/// Settling of Python over the VPN at 333 Hz, likewise (section 4.3, Figure 6b).
+pub const FIG_6B_SETTLING: f64 = 4.0;
+/// Settling of Python from the data centre over the campus LAN, likewise (section 4.3, Figure 6c).
+pub const FIG_6C_SETTLING: f64 = 1.0;
+
+/// How the paper's server kept its sample time (section 4.3, Figure 7).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampleIntervals {
+    /// The sample time, ns.
+    pub h_ns: u64,
+    /// Mean interval, ms.
+    pub avg_ms: f64,
+    /// Standard deviation of the intervals, ms.
+    pub sd_ms: f64,
+}
+
+/// The text on Figure 7. It names 3.0 ms before 1.004 ms, and the standard deviations likewise.
+pub const FIG_7: [SampleIntervals; 2] = [
+    SampleIntervals {
+        h_ns: H_333_HZ_NS,
+        avg_ms: 3.0,
+        sd_ms: 2.984,
+    },
+    SampleIntervals {
+        h_ns: H_1_KHZ_NS,
+        avg_ms: 1.004,
+        sd_ms: 3.705,
+    },
+];
+
+/// The delay over the VPN "at minimum on the order of" so many ms (section 4.3, Figure 9b).
+pub const FIG_9B_LEAST_RTT_MS: f64 = 40.0;

@@ -1,0 +1,40 @@
+//! A table for programs.
+
+use super::{Column, Entry, Table};
+
+impl Table {
+    /// The table as CSV (RFC 4180, but lines end in a newline alone): a line of names, each with
+    /// its group's before it, and a line for each row. Numbers are as short as they can be without
+    /// losing anything; what is not known is empty. Title and notes are left out.
+    #[must_use]
+    pub fn to_csv(&self) -> String {
+        let names = self.columns.iter().map(name).collect();
+        let rows = self.rows.iter().map(|row| row.iter().map(entry).collect());
+        let lines = std::iter::once(names).chain(rows);
+        lines
+            .map(|line: Vec<String>| line.join(",") + "\n")
+            .collect()
+    }
+}
+
+fn name(column: &Column) -> String {
+    quoted(match column.group.is_empty() {
+        true => column.name.clone(),
+        false => format!("{} {}", column.group, column.name),
+    })
+}
+
+fn entry(entry: &Entry) -> String {
+    match entry {
+        Entry::Text(words) => quoted(words.clone()),
+        Entry::Number(number, _) => number.to_string(),
+        Entry::None => String::new(),
+    }
+}
+
+fn quoted(field: String) -> String {
+    match field.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", field.replace('"', "\"\"")),
+        false => field,
+    }
+}
