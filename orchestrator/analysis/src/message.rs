@@ -3,7 +3,7 @@
 use endpoint::{MessageOutcome, MessageRow};
 use serde::{Deserialize, Serialize};
 
-use crate::statistics::Quantiles;
+use crate::statistics::{Quantiles, ms};
 
 /// The controller's deadlines and messages. Every deadline is one of the four outcomes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -20,7 +20,9 @@ pub struct Messages {
     pub failed: u64,
     /// Deadlines without a message.
     pub missed: u64,
-    /// Round trips of the answered ones, from sending to having the answer.
+    /// The least round trip of the answered ones, ms.
+    pub rtt_min_ms: Option<f64>,
+    /// Their round trips, from sending to having the answer.
     pub rtt: Quantiles,
 }
 
@@ -68,6 +70,7 @@ impl MessageCount {
             timeout,
             failed,
             missed,
+            rtt_min_ms: rtt_ns.iter().min().copied().map(ms),
             rtt: Quantiles::of(rtt_ns),
         }
     }

@@ -17,6 +17,9 @@ pub struct Ticks {
     pub interval_avg_ms: Option<f64>,
     /// Standard deviation of the intervals, ms.
     pub interval_sd_ms: Option<f64>,
+    /// Share of intervals that are zero or negative: the clock stood still or went back between two
+    /// ticks (Fig. 7 beside Table 3).
+    pub interval_nonpositive: Option<f64>,
     /// Share of ticks within 0.1 ms of their deadline.
     pub punctual: Option<f64>,
     /// Lateness that 99 % of the ticks do not exceed, ms.
@@ -33,6 +36,7 @@ pub(crate) struct TickCount {
     h_ns: u64,
     last_ns: Option<u64>,
     intervals: Moments,
+    nonpositive: u64,
     punctual: u64,
     missed: u64,
     late_ns: Vec<u64>,
@@ -44,6 +48,7 @@ impl TickCount {
             h_ns,
             last_ns: None,
             intervals: Moments::default(),
+            nonpositive: 0,
             punctual: 0,
             missed: 0,
             late_ns: Vec::new(),
@@ -53,6 +58,7 @@ impl TickCount {
     pub(crate) fn push(&mut self, row: &TickRow) {
         if let Some(last_ns) = self.last_ns.replace(row.t_tick_ns) {
             self.intervals.push(ms_between(last_ns, row.t_tick_ns));
+            self.nonpositive += u64::from(row.t_tick_ns <= last_ns);
         }
         let off_ns = row.t_tick_ns.abs_diff(row.t_due_ns);
         self.punctual += u64::from(off_ns <= PUNCTUAL_NS);
@@ -69,6 +75,7 @@ impl TickCount {
             count,
             interval_avg_ms: intervals.map(|spread| spread.avg_ms),
             interval_sd_ms: intervals.map(|spread| spread.sd_ms),
+            interval_nonpositive: share(self.nonpositive, self.intervals.count()),
             punctual: share(self.punctual, count),
             late_p99_ms: late.p99_ms,
             late_max_ms: late.max_ms,
@@ -107,5 +114,22 @@ mod tests {
         assert_eq!((ticks.late_max_ms, ticks.late_p99_ms), (Some(1.0), None));
         // Four intervals from 0 to 4 + 1 ms.
         assert_eq!(ticks.interval_avg_ms, Some(1.25));
+        assert_eq!(ticks.interval_nonpositive, Some(0.0));
+    }
+
+    #[test]
+    fn an_interval_is_nonpositive_where_the_clock_stood_still_or_went_back() {
+        let mut count = TickCount::new(1_000_000);
+        for (k, t_tick_ns) in [5, 6, 6, 4, 9].into_iter().enumerate() {
+            count.push(&TickRow {
+                k: k as u64,
+                t_due_ns: 0,
+                t_tick_ns,
+                u: 0.0,
+                y: 0.0,
+                seq: None,
+            });
+        }
+        assert_eq!(count.finish().interval_nonpositive, Some(0.5));
     }
 }

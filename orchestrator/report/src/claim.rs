@@ -2,22 +2,51 @@
 //!
 //! Each claim is worked out of the runs by a function of its own in a file of this folder; nothing
 //! but the paper's numbers and the limits of agreement is written down beforehand.
+//!
+//! - `ping`: Table 2, from the series in `echo`; `together`: Table 3, with `rare` for counts of a few;
+//!   `order`: what was overtaken;
+//! - `pace`: Figure 2; `drift`: Figures 3 and 4, by the lines in `slope`; `settling`: Figures 5 and 6;
+//!   `plant`: Figure 7; `interval`: Figures 8 and 9, by the shares in `histogram`; `question`: the
+//!   guess, and what is left open;
+//! - `evidence`: from parts to a finding; `estimate`: numbers with their intervals; `words`: both in a
+//!   sentence; `format`: the files.
 
-use analysis::Campaign;
+mod drift;
+mod echo;
+mod estimate;
+mod evidence;
+mod format;
+mod histogram;
+mod interval;
+mod order;
+mod pace;
+mod ping;
+mod plant;
+mod question;
+mod rare;
+mod settling;
+mod slope;
+mod together;
+mod words;
+
+use analysis::{Campaign, ReadError};
 use serde::{Deserialize, Serialize};
 
 use crate::group::Estimate;
 
-/// What came of a claim.
+pub use format::{to_csv, to_json};
+
+/// What came of a claim, from the best to the worst: a part that differs weighs more than one that
+/// cannot be compared, and without the runs there is nothing to say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// What the runs show is what the paper says, within the limits that are stated.
     Agrees,
-    /// It is not.
-    Differs,
     /// The runs cannot tell, and the reason says why.
     NotComparable,
+    /// What they show is something else.
+    Differs,
     /// The runs that it needs have not been made, or not completely.
     NotRun,
 }
@@ -33,7 +62,8 @@ pub struct Finding {
     pub claim: &'static str,
     /// What counts as agreement, in words: `settling 3 to 5 times that on arima`.
     pub check: &'static str,
-    /// The worst of its parts'.
+    /// The worst of the parts that decide. Those come first; what is only shown beside them, such as
+    /// a browser that the paper does not name, has a verdict of its own.
     pub verdict: Verdict,
     /// Why, in a sentence with numbers in it; of a difference, what explains it.
     pub reason: String,
@@ -90,9 +120,22 @@ impl Part {
 /// Every claim, in the order of the paper.
 ///
 /// # Errors
-/// [`analysis::ReadError`] where rows that a claim needs cannot be read.
-pub fn all(_campaign: &Campaign) -> Result<Vec<Finding>, analysis::ReadError> {
-    Ok(Vec::new())
+/// [`ReadError`] where rows that a claim needs cannot be read.
+pub fn all(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
+    let mut findings = ping::table_2(campaign)?;
+    findings.push(ping::couva(campaign)?);
+    findings.extend(together::table_3(campaign)?);
+    findings.push(order::out_of_order(campaign));
+    findings.extend(pace::figure_2(campaign)?);
+    findings.extend(drift::figures_3_and_4(campaign)?);
+    findings.extend(settling::figure_5(campaign));
+    findings.extend(settling::figure_6(campaign));
+    findings.extend(plant::figure_7(campaign));
+    findings.extend(interval::figure_8(campaign)?);
+    findings.extend(interval::figure_9(campaign)?);
+    findings.push(question::guess(campaign));
+    findings.extend(question::future(campaign));
+    Ok(findings)
 }
 
 /// JSON has no infinity: an open end is null.

@@ -45,9 +45,12 @@ impl<'a> Report<'a> {
     /// Every file of the report: its name, and what is in it.
     #[must_use]
     pub fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
-        let mut files: Vec<(PathBuf, Vec<u8>)> = vec![
-            ("summary.md".into(), digest::markdown(self).into_bytes()),
-            ("junit.xml".into(), junit::xml(self).into_bytes()),
+        let text = |name: &str, content: String| (PathBuf::from(name), content.into_bytes());
+        let mut files = vec![
+            text("claims.json", claim::to_json(&self.claims)),
+            text("claims.csv", claim::to_csv(&self.claims)),
+            text("summary.md", digest::markdown(self)),
+            text("junit.xml", junit::xml(self)),
         ];
         files.extend(self.tables.iter().flat_map(Table::files));
         files.extend(self.figures.iter().flat_map(Figure::files));

@@ -1,0 +1,115 @@
+//! Estimates that are no medians: of one reading, a share, a mean, a ratio of two others.
+
+use crate::group::Estimate;
+
+/// The standard normal deviate that 95 % lie within.
+const NORMAL_95: f64 = 1.96;
+
+impl Estimate {
+    /// A number that was read off and of which nothing else is known; `n` rows are behind it.
+    pub(crate) fn read(value: f64, n: u64) -> Estimate {
+        Estimate {
+            value,
+            low: value,
+            high: value,
+            n,
+        }
+    }
+
+    /// `part` of `whole` with its 95 % interval by Wilson's score, which is no wider than the numbers
+    /// from 0 to 1 and not empty where `part` is nothing or all.
+    ///
+    /// It takes what is counted for independent. `None` of nothing.
+    pub(crate) fn share(part: u64, whole: u64) -> Option<Estimate> {
+        let n = whole as f64;
+        let value = analysis::statistics::share(part, whole)?;
+        let z2 = NORMAL_95 * NORMAL_95;
+        let middle = (value + z2 / (2.0 * n)) / (1.0 + z2 / n);
+        let half =
+            NORMAL_95 / (1.0 + z2 / n) * (value * (1.0 - value) / n + z2 / (4.0 * n * n)).sqrt();
+        Some(Estimate {
+            value,
+            low: (middle - half).clamp(0.0, value),
+            high: (middle + half).clamp(value, 1.0),
+            n: whole,
+        })
+    }
+
+    /// A mean with its 95 % interval from the standard deviation of `n` independent values.
+    pub(crate) fn mean(value: f64, sd: f64, n: u64) -> Estimate {
+        Estimate::around(value, NORMAL_95 * sd / (n.max(1) as f64).sqrt(), n)
+    }
+
+    /// A value with the half of its interval.
+    pub(crate) fn around(value: f64, half: f64, n: u64) -> Estimate {
+        Estimate {
+            value,
+            low: value - half,
+            high: value + half,
+            n,
+        }
+    }
+
+    /// The median over runs, of which some may never have come to it: infinite where half of them did
+    /// not, which [`Estimate::median`] leaves out. `None` of no runs.
+    pub(crate) fn median_or_never(values: &[f64]) -> Option<Estimate> {
+        let n = values.len() as u64;
+        Estimate::median(values).or_else(|| (n > 0).then(|| Estimate::read(f64::INFINITY, n)))
+    }
+
+    /// This over that, both positive, from the least quotient of their ends to the greatest. At worst
+    /// both intervals miss at once: each 95 % sure, the quotient is so by 90 %, and is mostly surer,
+    /// as errors that large seldom meet. No randomness, unlike a bootstrap.
+    pub(crate) fn over(self, that: Estimate) -> Estimate {
+        Estimate {
+            value: self.value / that.value,
+            low: self.low / that.high,
+            high: self.high / that.low,
+            n: self.n.min(that.n),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn wilson_s_interval_is_the_textbooks() {
+        let none = Estimate::share(0, 10).expect("ten");
+        assert_eq!((none.value, none.low), (0.0, 0.0));
+        assert!((none.high - 0.2775).abs() < 1e-3, "{none:?}");
+        let half = Estimate::share(5, 10).expect("ten");
+        assert!((half.low - 0.2366).abs() < 1e-3 && (half.high - 0.7634).abs() < 1e-3);
+        assert_eq!(Estimate::share(0, 0), None);
+    }
+
+    #[test]
+    fn a_median_of_runs_of_which_most_never_came_to_it_is_infinite() {
+        let never = Estimate::median_or_never(&[1.0, f64::INFINITY, f64::INFINITY]);
+        assert_eq!(never.map(|never| never.value), Some(f64::INFINITY));
+        assert_eq!(Estimate::median_or_never(&[]), None);
+    }
+
+    proptest! {
+        #[test]
+        fn a_value_lies_in_its_interval(part in 0u64..1000, more in 0u64..1000) {
+            if let Some(share) = Estimate::share(part, part + more) {
+                prop_assert!(0.0 <= share.low && share.low <= share.value);
+                prop_assert!(share.value <= share.high && share.high <= 1.0);
+            }
+        }
+
+        #[test]
+        fn a_quotient_s_interval_holds_the_quotient_of_any_two_inside(
+            a in (1.0f64..9.0, 0.0f64..0.9), b in (1.0f64..9.0, 0.0f64..0.9), at in (0.0f64..1.0, 0.0f64..1.0),
+        ) {
+            let [over, under] = [a, b].map(|(value, half)| Estimate::around(value, half, 3));
+            let between = |e: Estimate, t: f64| e.low + t * (e.high - e.low);
+            let quotient = between(over, at.0) / between(under, at.1);
+            let whole = over.over(under);
+            prop_assert!(whole.low <= quotient + 1e-12 && quotient <= whole.high + 1e-12);
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Two counts of something rare, and whether they can have one rate.
+
+use analysis::statistics::share;
+
+/// How often something was found in how many.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Count {
+    pub(super) found: u64,
+    pub(super) of: u64,
+}
+
+/// The chance at either end that is called too small to be one.
+const TAIL: f64 = 0.025;
+/// Beyond so many in all the exact sum is left for the normal law, which is as good by then.
+const EXACT_MAX: u64 = 500;
+
+/// From which share to which one that is found in `of` others can have the rate of `theirs`, at 5 %.
+///
+/// Given how many were found in all, each fell to either count in proportion to its size, whatever the
+/// rate (the conditional test of two Poisson rates): what is found in `of` is binomial.
+pub(super) fn alike(theirs: Count, of: u64) -> (f64, f64) {
+    let expected = share(theirs.found, theirs.of).unwrap_or(0.0) * of as f64;
+    let likely = |found: &u64| is_alike(theirs, Count { found: *found, of });
+    let centre = (expected.round() as u64).min(of);
+    let high = (centre..=of).take_while(likely).last().unwrap_or(centre);
+    let low = (0..=centre)
+        .rev()
+        .take_while(likely)
+        .last()
+        .unwrap_or(centre);
+    let share_of = |found| share(found, of).unwrap_or(0.0);
+    (share_of(low), share_of(high))
+}
+
+fn is_alike(a: Count, b: Count) -> bool {
+    let all = a.found + b.found;
+    let p = share(b.of, a.of + b.of).unwrap_or(0.0);
+    if all > EXACT_MAX {
+        let sd = (all as f64 * p * (1.0 - p)).sqrt();
+        return (b.found as f64 - all as f64 * p).abs() <= 1.96 * sd;
+    }
+    // P(X = 0), then each from the one before.
+    let odds = p / (1.0 - p);
+    let mut term = (1.0 - p).powi(i32::try_from(all).unwrap_or(i32::MAX));
+    let (mut below, mut k) = (0.0, 0);
+    while k < b.found {
+        below += term;
+        term *= (all - k) as f64 / (k + 1) as f64 * odds;
+        k += 1;
+    }
+    let (at_most, at_least) = (below + term, 1.0 - below);
+    at_most > TAIL && at_least > TAIL
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shorter_run_may_well_find_none_of_what_is_rare() {
+        // 2 of 2000, and 400 looked at: 0.4 are expected.
+        let (low, high) = alike(Count { found: 2, of: 2000 }, 400);
+        assert_eq!(low, 0.0);
+        assert!((1.0 / 400.0..=4.0 / 400.0).contains(&high), "{high}");
+        // 30 of 5900, and 1200: 6 expected, and none at all is too few.
+        let (low, high) = alike(
+            Count {
+                found: 30,
+                of: 5900,
+            },
+            1200,
+        );
+        assert!(low > 0.0 && high < 20.0 / 1200.0, "{low} {high}");
+        // None of 6000: one or two of 1200 can be chance, ten cannot.
+        let (low, high) = alike(Count { found: 0, of: 6000 }, 1200);
+        assert_eq!(low, 0.0);
+        assert!((1.0 / 1200.0..10.0 / 1200.0).contains(&high), "{high}");
+    }
+
+    #[test]
+    fn many_are_judged_by_the_normal_law_much_as_by_the_exact_sum() {
+        let (low, high) = alike(
+            Count {
+                found: 13_717,
+                of: 55_000,
+            },
+            2700,
+        );
+        assert!(
+            (0.23..0.24).contains(&low) && (0.26..0.27).contains(&high),
+            "{low} {high}"
+        );
+        assert_eq!(alike(Count { found: 0, of: 0 }, 0), (0.0, 0.0));
+    }
+}

@@ -1,0 +1,176 @@
+//! Messages that came at the same time as the one before: Table 3.
+//!
+//! What is the same time depends on the clock. Stamps of 10 ms reproduce the paper's row at 100 Hz,
+//! so they decide; the finer ones are shown.
+
+use analysis::arrival::Arrivals;
+use analysis::{Campaign, ReadError, rows};
+use endpoint::ArrivalRow;
+
+use super::evidence::{CHROMIUM, Claim, Evidence, FIREFOX, Source, Who};
+use super::rare::{Count, alike};
+use super::words::number;
+use super::{Finding, Part, Verdict};
+use crate::group::Estimate;
+use crate::paper::{self, SameTime, TABLE_3};
+
+/// Part of the paper's share that a share may differ by, where it is more than chance.
+const WITHIN: f64 = 0.2;
+/// What the paper's stamps are taken to be, ns.
+const STAMP_NS: u64 = 10_000_000;
+
+/// Table 3, a finding for each rate.
+pub(super) fn table_3(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
+    let claims = [
+        (
+            paper::H_100_HZ_NS,
+            Claim {
+                id: "table-3-100-hz",
+                place: "Table 3",
+                claim: "At 100 Hz a quarter of JavaScript's messages on arima come at the same time \
+                        as the one before, 7 to 9 % on buccoo and couva.",
+                check: "the share of neighbours in the same 10 ms is the paper's within a fifth, or \
+                        as far off as chance explains",
+            },
+        ),
+        (
+            paper::H_10_HZ_NS,
+            Claim {
+                id: "table-3-10-hz",
+                place: "Table 3",
+                claim: "At 10 Hz none do on arima and buccoo, and 0.5 % on couva.",
+                check: "the count of neighbours in the same 10 ms and the paper's, of some 6000 \
+                        messages, can have one rate (conditional binomial test, 5 %)",
+            },
+        ),
+        (
+            paper::H_3_HZ_NS,
+            Claim {
+                id: "table-3-3-hz",
+                place: "Table 3",
+                claim: "At 3.3 Hz none do on arima, and one or two of 2000 on buccoo and couva.",
+                check: "the count of neighbours in the same 10 ms and the paper's, of 2000 messages, \
+                        can have one rate (conditional binomial test, 5 %)",
+            },
+        ),
+    ];
+    let finding = |(h_ns, claim)| {
+        let mut evidence = Evidence::default();
+        let mut close = Vec::new();
+        for row in TABLE_3.iter().filter(|row| row.h_ns == h_ns) {
+            close.extend(cell(&mut evidence, campaign, row)?);
+        }
+        if !close.is_empty() {
+            evidence.explain(format!(
+                "Two share a stamp of 10 ms only where they come within 10 ms of each other; the share \
+                 that does is {}.",
+                close.join(", ")
+            ));
+        }
+        Ok(evidence.on(claim))
+    };
+    claims.into_iter().map(finding).collect()
+}
+
+fn cell(
+    evidence: &mut Evidence,
+    campaign: &Campaign,
+    row: &SameTime,
+) -> Result<Option<String>, ReadError> {
+    let source = |who: Who| Source::open(campaign, who, row.topology, row.h_ns);
+    let (firefox, chromium) = (source(FIREFOX), source(CHROMIUM));
+    evidence.ask(&firefox);
+    evidence.ask_beside(&chromium);
+    let decides = part(&firefox, row, "10 ms", |arrivals| arrivals.zero_10ms);
+    let close = match decides.verdict {
+        Verdict::Differs => close(&firefox, row.topology)?,
+        _ => None,
+    };
+    if let Some(ours) = decides.ours.filter(|_| row.share > 0.0) {
+        let expected = row.share * ours.n as f64;
+        let found = ours.value * ours.n as f64;
+        evidence.note(format!(
+            "On {} the paper's share of the {} here would be {}; found: {}.",
+            row.topology,
+            ours.n,
+            number(expected),
+            found.round()
+        ));
+    }
+    evidence.decide(decides);
+    evidence.show(part(&firefox, row, "1 ms", |arrivals| arrivals.zero_1ms));
+    evidence.show(part(&firefox, row, "1 ns", |arrivals| arrivals.zero_exact));
+    evidence.show(part(&chromium, row, "10 ms", |arrivals| arrivals.zero_10ms));
+    Ok(close)
+}
+
+fn part(
+    source: &Source<'_>,
+    row: &SameTime,
+    clock: &str,
+    share: fn(&Arrivals) -> Option<f64>,
+) -> Part {
+    let count = count(source, share);
+    let chance = count.map_or((row.share, row.share), |ours| {
+        alike(paper_count(row), ours.of)
+    });
+    let accepted = (
+        chance.0.min(row.share * (1.0 - WITHIN)),
+        chance.1.max(row.share * (1.0 + WITHIN)),
+    );
+    Part::judged(
+        source.name(&format!("share of neighbours in the same {clock}")),
+        "",
+        Some(row.share),
+        count.and_then(|count| Estimate::share(count.found, count.of)),
+        accepted,
+    )
+}
+
+/// Over all runs of a group.
+fn count(source: &Source<'_>, share: fn(&Arrivals) -> Option<f64>) -> Option<Count> {
+    let mut whole = Count { found: 0, of: 0 };
+    let metrics = source
+        .group
+        .runs
+        .iter()
+        .filter_map(|run| run.metrics.as_ref());
+    for arrivals in metrics.map(|metrics| &metrics.arrivals) {
+        let neighbours = arrivals.count.saturating_sub(1);
+        let share = share(arrivals).unwrap_or(0.0);
+        whole.found += (share * neighbours as f64).round() as u64;
+        whole.of += neighbours;
+    }
+    (whole.of > 0).then_some(whole)
+}
+
+/// What the paper counted: its messages are those due in ten minutes, less the twelfth that its text
+/// has missing at 100 Hz; the slower rates lose next to nothing.
+fn paper_count(row: &SameTime) -> Count {
+    let due = paper::OPEN_LOOP_S * 1e9 / row.h_ns as f64;
+    let sent = match row.h_ns {
+        paper::H_100_HZ_NS => paper::SENT_IN_600_S,
+        _ => due,
+    };
+    Count {
+        found: (row.share * sent).round() as u64,
+        of: sent as u64,
+    }
+}
+
+/// Which share of neighbours come within the length of a stamp of each other, and where.
+fn close(source: &Source<'_>, topology: &str) -> Result<Option<String>, ReadError> {
+    let Some(run) = source.group.runs.first() else {
+        return Ok(None);
+    };
+    let (mut last_ns, mut close, mut all) = (None, 0, 0);
+    let path = run.folder.join("arrivals.csv");
+    rows::read(&path, ArrivalRow::COLUMNS, |row: &ArrivalRow| {
+        if let Some(last_ns) = last_ns.replace(row.t_arrive_ns) {
+            all += 1;
+            close += u64::from(row.t_arrive_ns.saturating_sub(last_ns) < STAMP_NS);
+        }
+    })?;
+    let close = analysis::statistics::share(close, all);
+    Ok(close.map(|close| format!("{} on {topology}", number(close))))
+}
