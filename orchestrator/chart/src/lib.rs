@@ -1,10 +1,33 @@
-//! Figures as values, and the three forms in which they are published.
+//! Figures as values, and the three forms in which they are published: SVG, PDF and CSV.
 //!
 //! A [`Chart`] says what is drawn, in panels with axes and series; it knows nothing of what the
-//! numbers mean. How it is drawn is the plotting crate's work, which nothing outside this crate sees.
+//! numbers mean. Its data are thinned once to what can be told apart on paper; all three forms
+//! show the same points, and the same chart is the same bytes wherever and whenever it is drawn.
+//!
+//! An SVG's colours are those of the page that it stands in, if the page sets them:
+//! `--chart-ink`, `--chart-paper`, `--chart-native`, `--chart-python`, `--chart-chromium`,
+//! `--chart-firefox`, `--chart-plant` and `--chart-other`. By itself it is dark on white.
 #![forbid(unsafe_code)]
 
+mod axes;
 #[allow(clippy::module_inception)]
 mod chart;
+mod clip;
+mod csv;
+mod guide;
+mod layout;
+mod legend;
+mod look;
+mod mark;
+mod page;
+mod palette;
+mod panel;
+mod pdf;
+mod scene;
+mod span;
+mod svg;
+mod text;
+mod thin;
+mod tick;
 
 pub use chart::{Axis, Chart, Guide, GuideAt, Mark, Panel, Role, Scale, Series};

@@ -1,0 +1,185 @@
+//! One panel: what is worked out about it before it has its place, and then its layers.
+
+use crate::axes::{self, Axes};
+use crate::chart::{Mark, Panel};
+use crate::guide::{self, Label};
+use crate::layout::{Frame, HEADING_SIZE, LABEL_SIZE, LEADING};
+use crate::legend::{self, Entry};
+use crate::look::Looks;
+use crate::mark::Drawn;
+use crate::scene::{Anchor, Layer, Shape, Text};
+use crate::span::Span;
+use crate::text;
+use crate::thin::{self, Point};
+
+/// Between the legend and the box.
+const OVER_BOX: f64 = 5.0;
+
+/// A panel that is about to be drawn.
+pub(crate) struct Prepared<'a> {
+    pub(crate) panel: &'a Panel,
+    /// None if there is nothing to draw.
+    pub(crate) axes: Option<Axes>,
+    /// The points of each series.
+    points: Vec<Vec<Point>>,
+}
+
+impl<'a> Prepared<'a> {
+    /// Works out axes and points for a panel of a chart of so many columns.
+    pub(crate) fn of(panel: &'a Panel, columns: usize, height: f64) -> Self {
+        Prepared {
+            panel,
+            axes: Axes::of(panel, height),
+            points: points(panel, columns),
+        }
+    }
+
+    /// What is drawn of its series, the last on top.
+    fn data(&self, axes: &Axes, looks: &Looks, frame: &Frame) -> Vec<Layer> {
+        let bars = |mark: &Mark| matches!(mark, Mark::Bars(_));
+        let many_bars = self.panel.series.iter().filter(|s| bars(&s.mark)).count() > 1;
+        self.panel
+            .series
+            .iter()
+            .zip(&self.points)
+            .map(|(series, points)| {
+                let drawn = Drawn {
+                    series,
+                    points,
+                    look: looks.series(series),
+                    among_bars: many_bars,
+                };
+                drawn.layer(frame, &axes.x, &axes.y)
+            })
+            .collect()
+    }
+
+    /// The guides' names that find room in the panel, and those that do not, for the legend.
+    pub(crate) fn labels(&self, looks: &Looks, frame: &Frame) -> (Vec<Label>, Vec<Entry>) {
+        let Some(axes) = &self.axes else {
+            return (Vec::new(), Vec::new());
+        };
+        let data = self.data(axes, looks, frame);
+        let (labels, beside) = guide::labels(&self.panel.guides, &data, frame, &axes.x, &axes.y);
+        let beside = beside
+            .into_iter()
+            .map(|guide| Entry {
+                name: guide.name.clone(),
+                look: looks.guide(guide),
+                band: false,
+            })
+            .collect();
+        (labels, beside)
+    }
+
+    /// Everything in and around its box but the heading.
+    pub(crate) fn layers(&self, looks: &Looks, frame: &Frame, beside: f64) -> Vec<Layer> {
+        let mut layers = Vec::new();
+        match &self.axes {
+            Some(axes) => {
+                layers.push(axes.grid(frame));
+                layers.push(guide::layer(
+                    &self.panel.guides,
+                    looks,
+                    frame,
+                    &axes.x,
+                    &axes.y,
+                ));
+                layers.extend(self.data(axes, looks, frame));
+                let (labels, _) = self.labels(looks, frame);
+                layers.push(Layer {
+                    name: None,
+                    shapes: labels.iter().map(Label::shape).collect(),
+                });
+            }
+            None => layers.push(self.nothing(frame)),
+        }
+        layers.push(axes::layer(self.panel, self.axes.as_ref(), frame, beside));
+        layers
+    }
+
+    fn nothing(&self, frame: &Frame) -> Layer {
+        let lines = text::lines(&self.panel.empty, LABEL_SIZE, false, frame.width - 10.0);
+        let step = LABEL_SIZE * LEADING;
+        let first = frame.top + (frame.height - lines.len() as f64 * step) / 2.0 + LABEL_SIZE;
+        let shapes = lines
+            .iter()
+            .enumerate()
+            .map(|(row, line)| {
+                let at = (frame.left + frame.width / 2.0, first + row as f64 * step);
+                let text = Text::at(at, LABEL_SIZE, line);
+                Shape::Text(text.anchor(Anchor::Middle).opacity(60))
+            })
+            .collect();
+        Layer { name: None, shapes }
+    }
+
+    /// How high heading and legend are, down to the box.
+    pub(crate) fn header_height(&self, legend: &[Entry], room: f64) -> f64 {
+        let rows = heading(self.panel, room).len() as f64;
+        let noted = self
+            .axes
+            .as_ref()
+            .is_some_and(|axes| !axes.y_ticks.note.is_empty());
+        rows * HEADING_SIZE * LEADING
+            + legend::height(legend, room)
+            + OVER_BOX
+            + if noted { axes::NOTE_ABOVE } else { 0.0 }
+    }
+
+    /// Heading and legend, from their top left corner.
+    pub(crate) fn header(&self, legend: &[Entry], left: f64, top: f64, room: f64) -> Vec<Layer> {
+        let mut shapes = Vec::new();
+        let letter = letter(self.panel);
+        let indent = text::width(&letter, HEADING_SIZE, true);
+        let lines = heading(self.panel, room);
+        let mut base = top + HEADING_SIZE * 0.85;
+        if !letter.is_empty() {
+            shapes.push(Shape::Text(
+                Text::at((left, base), HEADING_SIZE, letter).bold(),
+            ));
+        }
+        for line in &lines {
+            shapes.push(Shape::Text(Text::at(
+                (left + indent, base),
+                HEADING_SIZE,
+                line,
+            )));
+            base += HEADING_SIZE * LEADING;
+        }
+        let legend_top = top + lines.len() as f64 * HEADING_SIZE * LEADING;
+        vec![
+            Layer { name: None, shapes },
+            legend::draw(legend, (left, legend_top), room),
+        ]
+    }
+}
+
+/// The points of a panel that are drawn, series by series.
+pub(crate) fn points(panel: &Panel, columns: usize) -> Vec<Vec<Point>> {
+    let spans = Span::of(panel);
+    panel
+        .series
+        .iter()
+        .map(|series| spans.map_or_else(Vec::new, |(x, y)| thin::thin(series, &x, &y, columns)))
+        .collect()
+}
+
+fn letter(panel: &Panel) -> String {
+    if panel.letter.is_empty() {
+        String::new()
+    } else {
+        format!("({})  ", panel.letter)
+    }
+}
+
+/// The heading in lines; one that is empty if there is a letter only.
+fn heading(panel: &Panel, room: f64) -> Vec<String> {
+    let letter = letter(panel);
+    let room = room - text::width(&letter, HEADING_SIZE, true);
+    let mut lines = text::lines(&panel.title, HEADING_SIZE, false, room);
+    if lines.is_empty() && !letter.is_empty() {
+        lines.push(String::new());
+    }
+    lines
+}

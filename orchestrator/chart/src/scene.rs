@@ -1,0 +1,162 @@
+//! A drawing as a list of shapes: all that the writers of SVG and PDF need to know.
+//!
+//! Lengths are in points (1/72 inch), from the top left corner, y downwards.
+
+use crate::palette::Colour;
+
+/// A place on the page: x, y.
+pub(crate) type Place = (f64, f64);
+
+/// A whole drawing.
+#[derive(Debug, Clone)]
+pub(crate) struct Scene {
+    pub(crate) width: f64,
+    pub(crate) height: f64,
+    /// The lowest first.
+    pub(crate) layers: Vec<Layer>,
+}
+
+/// Shapes that belong together.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Layer {
+    /// What they show, if it has a name.
+    pub(crate) name: Option<String>,
+    pub(crate) shapes: Vec<Shape>,
+}
+
+/// What can be drawn.
+#[derive(Debug, Clone)]
+pub(crate) enum Shape {
+    /// Open lines, all in one stroke.
+    Lines {
+        lines: Vec<Vec<Place>>,
+        stroke: Stroke,
+    },
+    /// Closed areas, all in one fill.
+    Areas {
+        areas: Vec<Vec<Place>>,
+        colour: Colour,
+        opacity: Percent,
+    },
+    /// The same small shape at many places.
+    Markers {
+        places: Vec<Place>,
+        shape: Marker,
+        /// Its width.
+        size: f64,
+        colour: Colour,
+        opacity: Percent,
+    },
+    /// One line of text.
+    Text(Text),
+}
+
+/// How much of what is behind is covered, 0 to 100.
+pub(crate) type Percent = u8;
+
+/// How a line is drawn.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Stroke {
+    pub(crate) colour: Colour,
+    pub(crate) width: f64,
+    /// Lengths of stroke and gap in turn; none for a solid line.
+    pub(crate) dash: &'static [f64],
+    pub(crate) opacity: Percent,
+}
+
+impl Stroke {
+    /// A solid line.
+    pub(crate) fn solid(colour: Colour, width: f64) -> Self {
+        Stroke {
+            colour,
+            width,
+            dash: &[],
+            opacity: 100,
+        }
+    }
+}
+
+/// A small shape.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Marker {
+    Disc,
+    Square,
+    Triangle,
+    Diamond,
+}
+
+impl Marker {
+    /// Its corners about (0, 0) at width 2; none for a disc.
+    pub(crate) fn corners(self) -> &'static [Place] {
+        match self {
+            Marker::Disc => &[],
+            Marker::Square => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
+            Marker::Triangle => &[(0.0, -1.1), (1.1, 0.9), (-1.1, 0.9)],
+            Marker::Diamond => &[(0.0, -1.2), (1.2, 0.0), (0.0, 1.2), (-1.2, 0.0)],
+        }
+    }
+}
+
+/// One line of text.
+#[derive(Debug, Clone)]
+pub(crate) struct Text {
+    /// On the base line.
+    pub(crate) at: Place,
+    pub(crate) content: String,
+    /// The height of its letters' body.
+    pub(crate) size: f64,
+    pub(crate) anchor: Anchor,
+    pub(crate) bold: bool,
+    /// Read upwards, not to the right.
+    pub(crate) upright: bool,
+    /// With a rim of paper, so that it can be read over lines.
+    pub(crate) rim: bool,
+    pub(crate) opacity: Percent,
+}
+
+impl Text {
+    /// Plain text that starts here.
+    pub(crate) fn at(at: Place, size: f64, content: impl Into<String>) -> Self {
+        Text {
+            at,
+            content: content.into(),
+            size,
+            anchor: Anchor::Start,
+            bold: false,
+            upright: false,
+            rim: false,
+            opacity: 100,
+        }
+    }
+
+    pub(crate) fn anchor(self, anchor: Anchor) -> Self {
+        Text { anchor, ..self }
+    }
+
+    pub(crate) fn bold(self) -> Self {
+        Text { bold: true, ..self }
+    }
+
+    pub(crate) fn upright(self) -> Self {
+        Text {
+            upright: true,
+            ..self
+        }
+    }
+
+    pub(crate) fn rim(self) -> Self {
+        Text { rim: true, ..self }
+    }
+
+    pub(crate) fn opacity(self, opacity: Percent) -> Self {
+        Text { opacity, ..self }
+    }
+}
+
+/// Which end of a text its place is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
