@@ -113,7 +113,11 @@ impl Campaign {
     /// Every file that is not what its manifest says: changed, cut short or gone.
     #[must_use]
     pub fn damage(&self) -> Vec<Damage> {
-        parallel::each(&self.runs, Damage::of).concat()
+        let damage = |run: &Run| {
+            let manifest = run.manifest.as_ref();
+            manifest.map_or_else(Vec::new, |manifest| Damage::of(&run.folder, manifest))
+        };
+        parallel::each(&self.runs, damage).concat()
     }
 }
 
@@ -127,10 +131,11 @@ pub struct Damage {
 }
 
 impl Damage {
-    fn of(run: &Run) -> Vec<Damage> {
-        let files = run.manifest.iter().flat_map(|manifest| &manifest.files);
+    /// What is damaged in a cell's folder, of the files that its manifest names.
+    #[must_use]
+    pub fn of(folder: &Path, manifest: &Manifest) -> Vec<Damage> {
         let judge = |(name, asked): (&String, &FileFact)| {
-            let path = run.folder.join(name);
+            let path = folder.join(name);
             let problem = match File::open(&path).and_then(FileFact::of) {
                 Ok(found) if found == *asked => return None,
                 Ok(found) if found.bytes == asked.bytes => {
@@ -145,7 +150,7 @@ impl Damage {
             };
             Some(Damage { path, problem })
         };
-        files.filter_map(judge).collect()
+        manifest.files.iter().filter_map(judge).collect()
     }
 }
 

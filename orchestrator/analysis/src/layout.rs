@@ -1,17 +1,22 @@
 //! Columns of text and numbers, aligned, for people to read.
 
 /// One column: its two lines of heading, whether numbers stand in it, and when it is left out.
-pub(crate) struct Column {
+#[derive(Debug, Clone, Copy)]
+pub struct Column {
     /// What it has in common with its neighbours; stands over the first of them that is shown.
-    pub(crate) group: &'static str,
-    pub(crate) name: &'static str,
-    pub(crate) number: bool,
-    pub(crate) shown: Shown,
+    pub group: &'static str,
+    /// Its own heading.
+    pub name: &'static str,
+    /// Whether its entries stand to the right, as numbers do.
+    pub number: bool,
+    /// When it is left out.
+    pub shown: Shown,
 }
 
 /// When a column is shown.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Shown {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shown {
+    /// On every row.
     Always,
     /// Where rows differ in it: one that says the same of all tells nothing.
     IfDiffers,
@@ -20,12 +25,16 @@ pub(crate) enum Shown {
 }
 
 impl Column {
-    pub(crate) const fn shown(self, shown: Shown) -> Self {
+    /// The same column, left out where `shown` says.
+    #[must_use]
+    pub const fn shown(self, shown: Shown) -> Self {
         Self { shown, ..self }
     }
 }
 
-pub(crate) const fn text(name: &'static str) -> Column {
+/// A column of words.
+#[must_use]
+pub const fn text(name: &'static str) -> Column {
     Column {
         group: "",
         name,
@@ -34,7 +43,9 @@ pub(crate) const fn text(name: &'static str) -> Column {
     }
 }
 
-pub(crate) const fn number(group: &'static str, name: &'static str) -> Column {
+/// A column of numbers.
+#[must_use]
+pub const fn number(group: &'static str, name: &'static str) -> Column {
     Column {
         group,
         name,
@@ -43,8 +54,9 @@ pub(crate) const fn number(group: &'static str, name: &'static str) -> Column {
     }
 }
 
-/// Lines up rows under their columns' headings.
-pub(crate) fn align(columns: &[Column], rows: &[Vec<String>]) -> String {
+/// Lines up rows under their columns' headings. Each row has an entry for each column.
+#[must_use]
+pub fn align(columns: &[Column], rows: &[Vec<String>]) -> String {
     let is_shown = |i: &usize| {
         let mut entries = rows.iter().map(|row| row[*i].as_str());
         match columns[*i].shown {
@@ -89,13 +101,15 @@ pub(crate) fn align(columns: &[Column], rows: &[Vec<String>]) -> String {
 }
 
 /// A count, or `-`.
-pub(crate) fn whole(n: Option<u64>) -> String {
+#[must_use]
+pub fn whole(n: Option<u64>) -> String {
     n.map_or("-".to_owned(), |n| n.to_string())
 }
 
 /// Three significant digits, but no more than three after the point and none before it cut off.
 /// Beyond a million the power of ten says enough.
-pub(crate) fn digits(x: Option<f64>) -> String {
+#[must_use]
+pub fn digits(x: Option<f64>) -> String {
     const MOST_DECIMALS: i32 = 3;
     let Some(x) = x.filter(|x| x.is_finite()) else {
         return "-".to_owned();

@@ -10,7 +10,8 @@
 //! - [`metrics`]: all of a cell's folder; [`campaign`]: all cells of a results folder;
 //! - [`summary`] and [`table`]: a cell in a row, for programs and for people; [`repeats`]: the
 //!   medians of cells that were repeated;
-//! - [`statistics`]: moments, quantiles and a line, each in one pass.
+//! - [`statistics`]: moments, quantiles and a line, each in one pass; [`pairs`]: tests on paired
+//!   differences; [`layout`]: columns for people.
 //!
 //! The crate only reads: raw rows are never edited, so that everything here can be deleted and
 //! made again. Whether a link held is in its certificate and not judged again.
@@ -20,9 +21,10 @@ pub mod arrival;
 pub mod campaign;
 pub mod interval;
 pub mod lateness;
-mod layout;
+pub mod layout;
 pub mod message;
 pub mod metrics;
+pub mod pairs;
 mod parallel;
 pub mod plain;
 pub mod probe;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use plan::FileFact;
 
@@ -28,6 +28,21 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), RunError> {
         let _ = fs::remove_file(&partial);
         RunError::write(path, problem)
     })
+}
+
+/// Moves a cell's folder aside, if there is one, to the first free `ID.unfinished-N` beside it: what
+/// is in it is never overwritten.
+///
+/// # Errors
+/// When it cannot be renamed.
+pub fn move_aside(folder: &Path) -> io::Result<()> {
+    if !folder.exists() {
+        return Ok(());
+    }
+    // Not `with_extension`: an id may have a point in it, as in `3.3hz`.
+    let beside = |n: u32| PathBuf::from(format!("{}.unfinished-{n}", folder.display()));
+    let aside = (1..).map(beside).find(|aside| !aside.exists());
+    aside.map_or(Ok(()), |aside| fs::rename(folder, aside))
 }
 
 /// Length and checksum of every file in `folder`, by name; `except` is left out.

@@ -37,7 +37,7 @@ pub use client::start_time;
 
 pub use agent::spawn;
 pub use error::RunError;
-pub use folder::write_whole;
+pub use folder::{move_aside, write_whole};
 pub use lab::Lab;
 pub use machine::machine;
 pub use plan::Manifest;

@@ -188,14 +188,7 @@ fn judge(
 /// Makes the cell's folder; what a try without an end left there is moved aside.
 fn make_room(folder: &Path) -> Result<(), RunError> {
     let fail = |problem| RunError::write(folder, problem);
-    if folder.exists() {
-        // Not `with_extension`: an id may have a point in it, as in `3.3hz`.
-        let beside = |n: u32| PathBuf::from(format!("{}.unfinished-{n}", folder.display()));
-        let aside = (1..).map(beside).find(|aside| !aside.exists());
-        if let Some(aside) = aside {
-            fs::rename(folder, aside).map_err(fail)?;
-        }
-    }
+    folder::move_aside(folder).map_err(fail)?;
     fs::create_dir_all(folder).map_err(fail)
 }
 

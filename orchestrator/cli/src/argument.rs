@@ -15,7 +15,8 @@ use std::path::PathBuf;
 use clap::{Parser, Subcommand, ValueEnum};
 
 pub(crate) use campaign::{
-    Backend, Choice, Gc, Matrix, MatrixFormat, Player, Progress, Run, RunCell, Show, ShowFormat,
+    Backend, Choice, Collect, Compare, CompareFormat, Gc, Matrix, MatrixFormat, Player, Progress,
+    Run, RunCell, Show, ShowFormat,
 };
 pub(crate) use link::{LinkCommand, LinkLint, LinkShow, Probe, Way};
 pub(crate) use report::Report;
@@ -74,8 +75,12 @@ pub(crate) enum Command {
     Show(Show),
     /// Make the paper's tables, figures and claims of a results folder, and a page to open
     Report(Report),
-    /// Share an experiment out into jobs, one topology each, for CI
+    /// Compare two results folders: is the second worse?
+    Compare(Compare),
+    /// Share an experiment out into jobs, for CI
     Matrix(Matrix),
+    /// Merge results folders of one plan, such as the jobs', into one
+    Collect(Collect),
     /// Explain and check link profiles
     #[command(subcommand)]
     Link(LinkCommand),

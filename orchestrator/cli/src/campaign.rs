@@ -35,6 +35,14 @@ impl Campaign {
     /// When it belongs to another plan, is in use, or cannot be written; exit code 2.
     pub(crate) fn open(plan: &Plan, asked: Option<&Path>) -> Result<Campaign, Failure> {
         let folder = asked.map_or_else(|| fresh(plan), Path::to_path_buf);
+        Campaign::open_text(&plan.to_json(), &folder)
+    }
+
+    /// Opens a folder for the plan of this text, byte by byte.
+    ///
+    /// # Errors
+    /// As [`open`](Campaign::open).
+    pub(crate) fn open_text(plan: &str, folder: &Path) -> Result<Campaign, Failure> {
         let cannot = || {
             format!(
                 "cannot write the results folder {}; {}",
@@ -42,12 +50,12 @@ impl Campaign {
                 remedy()
             )
         };
-        fs::create_dir_all(&folder)
+        fs::create_dir_all(folder)
             .with_context(cannot)
             .map_err(Failure::usage)?;
         let file = folder.join(PLAN);
         // Asked first of all: a folder of somebody else's is left as it was.
-        if is_of_others(&folder).map_err(Failure::usage)? {
+        if is_of_others(folder).map_err(Failure::usage)? {
             return Err(Failure::usage(anyhow!(
                 "{} has files in it and no plan.json; give --out a new or empty folder",
                 folder.display()
@@ -63,7 +71,7 @@ impl Campaign {
             ))
         })?;
         match fs::read_to_string(&file) {
-            Ok(text) if text == plan.to_json() => {}
+            Ok(text) if text == plan => {}
             Ok(_) => {
                 return Err(Failure::usage(anyhow!(
                     "{} holds the results of another plan; choose another folder with --out",
@@ -71,7 +79,7 @@ impl Campaign {
                 )));
             }
             Err(problem) if problem.kind() == ErrorKind::NotFound => {
-                backend::write_whole(&file, plan.to_json().as_bytes()).map_err(Failure::usage)?;
+                backend::write_whole(&file, plan.as_bytes()).map_err(Failure::usage)?;
             }
             Err(problem) => {
                 return Err(Failure::usage(anyhow!(
@@ -81,7 +89,7 @@ impl Campaign {
             }
         }
         Ok(Campaign {
-            folder,
+            folder: folder.to_owned(),
             _lock: lock,
         })
     }

@@ -11,6 +11,7 @@ mod diagnostic;
 mod exit;
 mod jobs;
 mod logging;
+mod merge;
 mod owner;
 mod progress;
 mod queue;
@@ -34,7 +35,9 @@ fn main() -> std::process::ExitCode {
         Command::RunCell(cell) => command::run_cell::run(&cell),
         Command::Show(show) => command::show::run(&show),
         Command::Report(report) => command::report::run(&report),
+        Command::Compare(compare) => command::compare::run(&compare),
         Command::Matrix(matrix) => command::matrix::run(&matrix),
+        Command::Collect(collect) => command::collect::run(&collect),
         Command::Link(LinkCommand::Show(show)) => command::link::show(&show),
         Command::Link(LinkCommand::Lint(lint)) => command::link::lint(&lint),
         Command::Link(LinkCommand::Schema) => command::link::schema(),

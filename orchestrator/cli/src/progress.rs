@@ -139,8 +139,8 @@ fn standing(done: usize, total: usize, left: Duration) -> String {
     format!("{done}/{total} cells, {} left", people(left))
 }
 
-/// How long a cell takes.
-fn cell_time(cell: &Cell) -> Duration {
+/// How long a cell takes, alone.
+pub(crate) fn cell_time(cell: &Cell) -> Duration {
     Duration::from_nanos(cell.duration_ns + backend::overhead_ns(cell.client))
 }
 

@@ -134,6 +134,11 @@ pub(crate) fn plan_of(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
     let plan = plan(path)?;
     // A plan is what it is: it may be named to make sure, and not to have another.
     let seed = instead.seed.unwrap_or(plan.seed);
+    if instead.full {
+        return Err(Failure::usage(anyhow!(
+            "{asked} is a plan with its runs' lengths; leave --full out, or give the experiment"
+        )));
+    }
     let instead = (&instead.topology, &instead.client);
     match (seed == plan.seed, instead) {
         (true, (None, None)) => Ok(plan),

@@ -1,37 +1,53 @@
-//! A plan's cells shared out by topology: one job each for machines that work side by side.
+//! A plan's cells shared out into jobs, one each for machines that work side by side: by topology,
+//! or into shards that take equally long.
 //!
 //! How a job is run, and how long that takes, is the caller's.
 
-use crate::{Cell, Plan, Selection};
+use crate::{Cell, Plan, Shard};
 
-/// The cells of one topology.
+/// Some cells of a plan, for one machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job<'a> {
-    /// The topology.
-    pub topology: String,
-    /// What its profile says that it is.
-    pub about: String,
+    /// Which part of the chosen cells it is.
+    pub part: Part,
     /// Its cells, in the order in which they are run; at least one.
     pub cells: Vec<&'a Cell>,
 }
 
+/// What the cells of a job have in common.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Part {
+    /// Their link.
+    Topology {
+        /// The topology's name.
+        name: String,
+        /// What its profile says that it is.
+        about: String,
+    },
+    /// Nothing but that together they take as long as any other shard.
+    Shard(Shard),
+}
+
 impl Plan {
-    /// The chosen cells as jobs, in the order in which their topologies come in the plan. Each
+    /// The cells as jobs, a topology each, in the order in which topologies come among them. Each
     /// cell is in one job.
     #[must_use]
-    pub fn jobs(&self, selection: &Selection) -> Vec<Job<'_>> {
-        let mut jobs: Vec<Job<'_>> = Vec::new();
-        for cell in self.chosen(selection) {
-            match jobs.iter_mut().find(|job| job.topology == cell.topology) {
-                Some(job) => job.cells.push(cell),
-                None => jobs.push(Job {
-                    topology: cell.topology.clone(),
-                    about: self.about(&cell.topology),
-                    cells: vec![cell],
-                }),
+    pub fn jobs_by_topology<'a>(&self, cells: &[&'a Cell]) -> Vec<Job<'a>> {
+        let mut jobs: Vec<(&str, Vec<&'a Cell>)> = Vec::new();
+        for cell in cells {
+            match jobs.iter_mut().find(|(name, _)| *name == cell.topology) {
+                Some((_, cells)) => cells.push(cell),
+                None => jobs.push((&cell.topology, vec![cell])),
             }
         }
-        jobs
+        let job = |(name, cells): (&str, Vec<&'a Cell>)| Job {
+            part: Part::Topology {
+                name: name.to_owned(),
+                about: self.about(name),
+            },
+            cells,
+        };
+        jobs.into_iter().map(job).collect()
     }
 
     /// What a topology's profile says of itself; nothing, if it cannot be read.

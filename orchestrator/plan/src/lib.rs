@@ -2,15 +2,16 @@
 //!
 //! `experiment` is the TOML as typed, [`Instead`] what is asked for in place of it, `matrix`
 //! resolves both, [`Plan`] and [`Cell`] are the result, [`Client`] says who closes a cell's loop,
-//! `setup` says how in words, [`Selection`] chooses cells, [`Job`] is a topology's share of them,
-//! `seed` derives the links' seeds, [`Manifest`] is what a run
-//! says of itself, [`Verdict`] names how a run can end, [`ProbeRow`] is what
-//! back-ends and analysis share of the link. No clock, file or thread: the cli reads and writes the
+//! `setup` says how in words, [`Selection`] chooses cells, [`Job`] is a share of them: a topology's,
+//! or a [`Shard`]. `difference` says in what two plans differ, `seed` derives the links' seeds,
+//! [`Manifest`] is what a run says of itself, [`Verdict`] names how a run can end, [`ProbeRow`] is
+//! what back-ends and analysis share of the link. No clock, file or thread: the cli reads and writes the
 //! files.
 #![forbid(unsafe_code)]
 
 mod cell;
 mod client;
+mod difference;
 mod echo;
 mod experiment;
 mod instead;
@@ -23,17 +24,19 @@ mod plan;
 mod seed;
 mod selection;
 mod setup;
+mod shard;
 mod verdict;
 
 pub use cell::Cell;
 pub use client::{Client, UnknownClient};
 pub use echo::{Phase, ProbeRow};
 pub use instead::Instead;
-pub use job::Job;
+pub use job::{Job, Part};
 pub use manifest::{FileFact, Machine, Manifest};
 pub use misfit::Misfit;
 pub use plan::{Plan, ProfileText};
 pub use selection::Selection;
+pub use shard::{Shard, UnknownShard};
 pub use verdict::Verdict;
 
 /// The experiments that the binary carries, by name: the paper's, parts of it, and the quick

@@ -7,6 +7,7 @@
 //!   folder; [`outcome`]: how each cell ended, in the words that both use;
 //! - [`paper`]: the paper's numbers, as printed; `subject`, `origin` and `number`: whom tables and
 //!   figures show, where they came from, and how their numbers are written;
+//! - [`compare`]: two results folders side by side;
 //! - [`report`]: all of it as one value, from which every file is made.
 //!
 //! Everything here is worked out of a [`analysis::Campaign`] and can be deleted and made again:
@@ -14,14 +15,15 @@
 #![forbid(unsafe_code)]
 
 pub mod claim;
+pub mod compare;
 pub mod deposit;
 pub mod digest;
 pub mod figure;
 pub mod group;
 pub mod junit;
-pub mod outcome;
 mod number;
 mod origin;
+pub mod outcome;
 pub mod paper;
 #[allow(clippy::module_inception)]
 pub mod report;

@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use plan::Selection;
+use plan::{Selection, Shard};
 
 #[derive(Debug, Args)]
 pub(crate) struct Run {
@@ -102,10 +102,13 @@ pub(crate) struct Choice {
         conflicts_with = "only"
     )]
     pub(crate) cells: Vec<usize>,
+    /// Only the I-th of N shares of these cells, like 2/7: shares take about equally long
+    #[arg(long, value_name = "I/N")]
+    pub(crate) shard: Option<Shard>,
 }
 
 impl Choice {
-    /// What it selects of a plan.
+    /// What it selects of a plan, before that is shared out.
     pub(crate) fn selection(&self) -> Selection {
         match (self.only.as_slice(), self.cells.as_slice()) {
             ([], []) => Selection::All,
@@ -195,6 +198,9 @@ pub(crate) struct Matrix {
     /// The experiment in full, where it also has a scaled form
     #[arg(long)]
     pub(crate) full: bool,
+    /// N jobs that take about equally long, instead of one for each topology
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Shard::MOST)), conflicts_with = "shard")]
+    pub(crate) shards: Option<u32>,
     /// How the jobs are printed
     #[arg(long, value_enum, default_value_t = MatrixFormat::List)]
     pub(crate) format: MatrixFormat,
@@ -212,4 +218,47 @@ pub(crate) enum MatrixFormat {
     Github,
     /// For other programs
     Json,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Collect {
+    /// Results folders of one plan, or folders with such folders in them
+    #[arg(required = true, value_name = "DIR")]
+    pub(crate) folders: Vec<PathBuf>,
+    /// Where they are merged; may be one of them
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Compare {
+    /// The results folder to compare with
+    pub(crate) a: PathBuf,
+    /// The one that may be worse
+    pub(crate) b: PathBuf,
+    /// Changes of less than this do not matter, in percent
+    #[arg(long = "change", value_name = "PERCENT", default_value = "5", value_parser = percent)]
+    pub(crate) change_pct: f64,
+    /// How the comparison is printed
+    #[arg(long, value_enum, default_value_t = CompareFormat::Table)]
+    pub(crate) format: CompareFormat,
+}
+
+/// How a comparison is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CompareFormat {
+    /// For people
+    Table,
+    /// A row for each measure of each group
+    Csv,
+    /// All of it, for other programs
+    Json,
+}
+
+/// A share that is meant as a limit.
+fn percent(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|percent| (0.0..=1000.0).contains(percent))
+        .ok_or_else(|| "give a number of percent from 0 to 1000".to_owned())
 }

@@ -1,15 +1,15 @@
-//! `webloop matrix`: an experiment shared out into jobs, one topology each, and the plan that
-//! makes their results one campaign.
+//! `webloop matrix`: an experiment shared out into jobs, one topology each or of equal length, and
+//! the plan that makes their results one campaign.
 
 use std::io::Write;
 use std::time::Duration;
 
-use anyhow::Context;
-use plan::{Cell, Instead, Job, Plan};
+use anyhow::{Context, anyhow};
+use plan::{Cell, Instead, Job, Part, Plan, Shard};
 use serde::Serialize;
 
 use crate::argument::{Matrix, MatrixFormat};
-use crate::command::run::{cells, choose};
+use crate::command::run::{cells, choose, time_ns};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::progress::{expected, people};
 use crate::source;
@@ -20,6 +20,9 @@ const SLOWER: u64 = 2;
 /// ... and this much more, in minutes, to build images and bring containers up.
 const PREPARATION_MIN: u64 = 30;
 
+/// GitHub refuses a matrix of more jobs.
+const GITHUB_JOBS_MAX: usize = 256;
+
 /// Prints the jobs, and writes the plan where it is wanted.
 pub(crate) fn run(argument: &Matrix) -> Outcome {
     let instead = Instead {
@@ -28,8 +31,18 @@ pub(crate) fn run(argument: &Matrix) -> Outcome {
         ..Instead::default()
     };
     let plan = source::plan_of(&argument.experiment, &instead)?;
-    choose(&plan, &argument.choice, &argument.experiment)?;
-    let jobs = plan.jobs(&argument.choice.selection());
+    let chosen = choose(&plan, &argument.choice, &argument.experiment)?;
+    let jobs = match argument.shards {
+        None => plan.jobs_by_topology(&chosen),
+        Some(of) => shards(&chosen, of),
+    };
+    if argument.format == MatrixFormat::Github && jobs.len() > GITHUB_JOBS_MAX {
+        return Err(Failure::usage(anyhow!(
+            "these are {} jobs, and a matrix of a GitHub workflow has {GITHUB_JOBS_MAX} at most; \
+             give --shards {GITHUB_JOBS_MAX} or less",
+            jobs.len()
+        )));
+    }
     // Before the first line is printed: who reads it may start at once.
     if let Some(path) = &argument.plan {
         std::fs::write(path, plan.to_json())
@@ -45,15 +58,27 @@ pub(crate) fn run(argument: &Matrix) -> Outcome {
     Ok(Exit::Fine)
 }
 
+/// Jobs that take about equally long, as many as are asked for or there are cells.
+fn shards<'a>(chosen: &[&'a Cell], of: u32) -> Vec<Job<'a>> {
+    let job = |(shard, cells)| Job {
+        part: Part::Shard(shard),
+        cells,
+    };
+    let shards = Shard::all(chosen, of, time_ns);
+    shards.into_iter().map(job).collect()
+}
+
 /// A line for each job, and one for all.
 fn list(jobs: &[Job<'_>]) -> String {
     let of_job = |job: &Job<'_>| {
         let time = people(expected(&job.cells, Some(1)));
         let size = cells(job.cells.len());
-        format!(
-            "{:<12} {size:>9}, about {time:<7}  {}\n",
-            job.topology, job.about
-        )
+        let (name, about) = match &job.part {
+            Part::Topology { name, about } => (name.clone(), about.as_str()),
+            Part::Shard(shard) => (shard.to_string(), ""),
+        };
+        let line = format!("{name:<12} {size:>9}, about {time:<7}  {about}");
+        line.trim_end().to_owned() + "\n"
     };
     let longest = jobs
         .iter()
@@ -61,11 +86,11 @@ fn list(jobs: &[Job<'_>]) -> String {
         .max()
         .unwrap_or_default();
     let lines: String = jobs.iter().map(of_job).collect();
-    format!(
-        "{lines}\n{} jobs, the longest about {}\n",
-        jobs.len(),
-        people(longest)
-    )
+    let count = match jobs.len() {
+        1 => "1 job".to_owned(),
+        n => format!("{n} jobs"),
+    };
+    format!("{lines}\n{count}, the longest about {}\n", people(longest))
 }
 
 /// What a workflow's `strategy.matrix` is made of.
@@ -74,23 +99,44 @@ struct Github<'a> {
     include: Vec<GithubJob<'a>>,
 }
 
+/// What names a job: `topology` and `about`, or `shard`.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Name<'a> {
+    Topology { topology: &'a str, about: &'a str },
+    Shard { shard: String },
+}
+
+impl<'a> Name<'a> {
+    fn of(part: &'a Part) -> Self {
+        match part {
+            Part::Topology { name, about } => Name::Topology {
+                topology: name,
+                about,
+            },
+            Part::Shard(shard) => Name::Shard {
+                shard: shard.to_string(),
+            },
+        }
+    }
+}
+
 #[derive(Serialize)]
 struct GithubJob<'a> {
-    topology: &'a str,
+    #[serde(flatten)]
+    name: Name<'a>,
     /// As `run --cells` takes them.
     cells: String,
     count: usize,
-    about: &'a str,
     timeout_minutes: u64,
 }
 
 impl<'a> GithubJob<'a> {
     fn of(job: &'a Job<'_>) -> Self {
         GithubJob {
-            topology: &job.topology,
+            name: Name::of(&job.part),
             cells: numbers(&job.cells),
             count: job.cells.len(),
-            about: &job.about,
             timeout_minutes: timeout_min(expected(&job.cells, Some(1))),
         }
     }
@@ -112,8 +158,8 @@ struct Json<'a> {
 
 #[derive(Serialize)]
 struct JsonJob<'a> {
-    topology: &'a str,
-    about: &'a str,
+    #[serde(flatten)]
+    name: Name<'a>,
     cells: Vec<usize>,
     expected_s: u64,
 }
@@ -121,8 +167,7 @@ struct JsonJob<'a> {
 impl<'a> JsonJob<'a> {
     fn of(job: &'a Job<'_>) -> Self {
         JsonJob {
-            topology: &job.topology,
-            about: &job.about,
+            name: Name::of(&job.part),
             cells: job.cells.iter().map(|cell| cell.index).collect(),
             expected_s: expected(&job.cells, Some(1)).as_secs(),
         }

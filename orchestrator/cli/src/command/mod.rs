@@ -2,6 +2,8 @@
 
 pub(crate) mod agent;
 pub(crate) mod client;
+pub(crate) mod collect;
+pub(crate) mod compare;
 pub(crate) mod doctor;
 pub(crate) mod echo;
 pub(crate) mod gc;

@@ -16,7 +16,7 @@ use crate::campaign::Campaign;
 use crate::containers::Docks;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::jobs::{self, Ground};
-use crate::progress::{Progress, expected, people};
+use crate::progress::{Progress, cell_time, expected, people};
 use crate::queue::Queue;
 use crate::results::Results;
 use crate::{attach, source, stop};
@@ -137,7 +137,22 @@ pub(crate) fn choose<'a>(
             "no cell of {experiment} matches {selection}; `webloop run {experiment} --dry-run` lists them"
         )));
     }
-    Ok(chosen)
+    let Some(shard) = choice.shard else {
+        return Ok(chosen);
+    };
+    let share = shard.of(&chosen, time_ns);
+    match share.is_empty() {
+        true => Err(Failure::usage(anyhow!(
+            "--shard {shard} has nothing to do: {} can be shared out",
+            cells(chosen.len())
+        ))),
+        false => Ok(share),
+    }
+}
+
+/// By what cells are shared out: their length, and what comes before and after.
+pub(crate) fn time_ns(cell: &Cell) -> u64 {
+    u64::try_from(cell_time(cell).as_nanos()).unwrap_or(u64::MAX)
 }
 
 /// Those of the cells that are to be run: what is complete is left alone, and of the others only
@@ -180,7 +195,7 @@ fn dry_run(chosen: &[&Cell], jobs: Option<u16>) -> Outcome {
 }
 
 /// The worst verdict decides; a cell without one did not even leave a manifest.
-fn exit(verdicts: impl Iterator<Item = Option<Verdict>>, interrupted: bool) -> Exit {
+pub(crate) fn exit(verdicts: impl Iterator<Item = Option<Verdict>>, interrupted: bool) -> Exit {
     if interrupted {
         return Exit::Interrupted;
     }

@@ -8,6 +8,7 @@
 mod alone;
 mod clients;
 mod complete;
+mod continued;
 mod disk;
 mod ending;
 mod matrix;
@@ -56,6 +57,10 @@ const TESTS: &[Test] = &[
     (
         "a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued",
         ending::a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued,
+    ),
+    (
+        "a_campaign_goes_on_where_it_was_broken_off_and_only_what_failed_is_made_again",
+        continued::a_campaign_goes_on_where_it_was_broken_off_and_only_what_failed_is_made_again,
     ),
     (
         "a_full_disk_is_told_and_the_run_is_made_once_there_is_space",

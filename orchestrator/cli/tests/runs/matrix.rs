@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::webloop::{Experiment, code, column, command, said};
+use crate::webloop::{Experiment, code, column, command, files, said};
 
 pub(crate) fn jobs_of_one_plan_merge_by_being_copied() -> Result<(), String> {
     let folder = tempfile::tempdir().unwrap();
@@ -52,6 +52,26 @@ pub(crate) fn jobs_of_one_plan_merge_by_being_copied() -> Result<(), String> {
         .unwrap();
     let rows = column(&csv.stdout, "topology");
     assert_eq!(rows, ["arima", "office"]);
+
+    // `collect` makes the same of them, having checked each file.
+    let collected = folder.path().join("collected");
+    let collect = command()
+        .arg("collect")
+        .args(["arima", "office"].map(|topology| folder.path().join(topology)))
+        .arg("--out")
+        .arg(&collected)
+        .output()
+        .unwrap();
+    assert!(matches!(code(&collect), Some(0 | 1)), "{}", said(&collect));
+    let cells = |out: &Path| {
+        let experiment = Experiment {
+            out: out.to_owned(),
+            file: experiment.file.clone(),
+        };
+        let cells = experiment.cells();
+        cells.iter().map(|cell| files(cell)).collect::<Vec<_>>()
+    };
+    assert_eq!(cells(&collected), cells(&merged));
     Ok(())
 }
 

@@ -1,0 +1,82 @@
+//! `webloop collect DIR... --out D`: what several machines ran of one plan, in one results folder.
+//!
+//! How the folders are merged is in `merge`.
+
+use std::collections::BTreeSet;
+use std::io::Write;
+
+use analysis::Run;
+use plan::Verdict;
+
+use crate::argument::Collect;
+use crate::campaign::Campaign;
+use crate::command::run::{cells, exit};
+use crate::exit::{Exit, Outcome};
+use crate::merge::{Merged, Sources};
+use crate::results::Results;
+
+/// Merges the folders, and says what is missing of the plan.
+pub(crate) fn run(argument: &Collect) -> Outcome {
+    let sources = Sources::find(&argument.folders, &argument.out)?;
+    let campaign = Campaign::open_text(&sources.text, &argument.out)?;
+    let folder = campaign.folder();
+    let merged = sources.merge_into(folder)?;
+    for damage in &merged.damage {
+        eprintln!("webloop: {}: {}", damage.path.display(), damage.problem);
+    }
+
+    let read = analysis::Campaign::read(folder)?;
+    let results = Results::of(&read, |_| false)?;
+    campaign.leave("summary.csv", results.csv().as_bytes())?;
+    campaign.leave("table.txt", results.table().as_bytes())?;
+
+    let mut out = std::io::stdout().lock();
+    let Merged {
+        copied,
+        kept,
+        damage,
+    } = &merged;
+    let total = read.runs.len();
+    writeln!(
+        out,
+        "{}, seed {}: {} copied, {kept} left as they were, of {total}",
+        sources.plan.experiment,
+        sources.plan.seed,
+        cells(*copied)
+    )?;
+    let lists = [
+        (None, "Not run"),
+        (Some(Verdict::Unsupported), "Unsupported"),
+        (Some(Verdict::Invalid), "Invalid"),
+        (Some(Verdict::Failed), "Failed"),
+    ];
+    for (verdict, heading) in lists {
+        let mut of = read
+            .runs
+            .iter()
+            .filter(|run| run.verdict() == verdict)
+            .peekable();
+        if of.peek().is_some() {
+            writeln!(out, "\n{heading}:")?;
+        }
+        for run in of {
+            writeln!(out, "{:>4}  {}", run.cell.index, run.cell.id)?;
+        }
+    }
+    let verdicts: BTreeSet<Option<Verdict>> = read.runs.iter().map(Run::verdict).collect();
+    if verdicts
+        .iter()
+        .any(|verdict| *verdict != Some(Verdict::Complete))
+    {
+        let folder = folder.display();
+        writeln!(
+            out,
+            "\n`webloop run {folder}/plan.json --out {folder}` runs what is not complete"
+        )?;
+    }
+    writeln!(out, "\nResults: {}", folder.display())?;
+    match damage.is_empty() {
+        true => Ok(exit(verdicts.into_iter(), false)),
+        false => Ok(Exit::Failed),
+    }
+}

@@ -1,0 +1,39 @@
+//! `webloop compare A B`: is the second results folder worse than the first?
+
+use std::io::Write;
+
+use analysis::Campaign;
+use anyhow::anyhow;
+use report::compare::Comparison;
+
+use crate::argument::{Compare, CompareFormat};
+use crate::exit::{Exit, Failure, Outcome};
+
+/// Reads both folders and prints how they compare.
+pub(crate) fn run(argument: &Compare) -> Outcome {
+    let Compare {
+        a,
+        b,
+        change_pct,
+        format,
+    } = argument;
+    let read = |folder| Campaign::read(folder).map_err(Failure::usage);
+    let comparison = Comparison::of(&read(a)?, &read(b)?, change_pct / 1e2);
+    let (a, b) = (a.display().to_string(), b.display().to_string());
+    let text = match format {
+        CompareFormat::Table => comparison.to_text(&a, &b),
+        CompareFormat::Csv => comparison.to_csv(),
+        CompareFormat::Json => comparison.to_json(),
+    };
+    write!(std::io::stdout(), "{text}")?;
+    // A gate that compares nothing must not let everything pass.
+    if comparison.groups.is_empty() {
+        return Err(Failure::usage(anyhow!(
+            "no run of {a} has its like in {b}; compare campaigns of equal seeds that are complete"
+        )));
+    }
+    match comparison.is_worse() {
+        true => Ok(Exit::Failed),
+        false => Ok(Exit::Fine),
+    }
+}

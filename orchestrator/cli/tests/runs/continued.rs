@@ -1,0 +1,129 @@
+//! A campaign that was broken off, and one of which a part failed: gone on with by `--resume`, and
+//! made again by `--failed`, each cell that is complete being left alone.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+
+use backend::Manifest;
+use plan::Verdict;
+
+use crate::ending::kill;
+use crate::webloop::{Experiment, code, command, files, manifest, said};
+
+/// A browser that is not there, and one that ends as soon as it is started.
+const BROWSER: &str = "WEBLOOP_CHROMIUM";
+const NO_BROWSER: &str = "/nonexistent";
+const BAD_BROWSER: &str = "/bin/false";
+
+pub(crate) fn a_campaign_goes_on_where_it_was_broken_off_and_only_what_failed_is_made_again()
+-> Result<(), String> {
+    let folder = tempfile::tempdir().unwrap();
+    let mut experiment = of_two_clients(folder.path());
+    let refused = run(folder.path(), &["--resume"], BAD_BROWSER);
+    assert_eq!(code(&refused), Some(2), "{}", said(&refused));
+    assert!(said(&refused).contains("nothing to continue"));
+
+    // Killed in its second cell.
+    let mut first = begin(folder.path(), &[], BAD_BROWSER).spawn().unwrap();
+    let deadline = Instant::now() + Duration::from_secs(60);
+    experiment.out = loop {
+        assert!(Instant::now() < deadline, "no cell was complete in time");
+        std::thread::sleep(Duration::from_millis(20));
+        match results(folder.path()).as_slice() {
+            [out] if ended(out).len() == 1 => break out.clone(),
+            _ => {}
+        }
+    };
+    // Its processes know the folder by the name that it has for them.
+    let name = experiment.out.strip_prefix(folder.path()).unwrap();
+    kill(&mut first, name);
+    let cells = experiment.cells();
+    let done = files(&cells[0]);
+    assert_eq!(manifest(&cells[0]).verdict, Verdict::Complete);
+
+    // Nothing failed so far, so there is nothing to make again.
+    let none = run(folder.path(), &["--failed"], BAD_BROWSER);
+    assert_eq!(code(&none), Some(1), "{}", said(&none));
+    assert!(said(&none).contains("0 cells (3 others are left alone)"));
+    assert_eq!(ended(&experiment.out).len(), 1);
+
+    let resumed = run(folder.path(), &["--resume"], BAD_BROWSER);
+    assert_eq!(code(&resumed), Some(1), "{}", said(&resumed));
+    assert!(said(&resumed).contains("2 cells (1 others are left alone)"));
+    assert_eq!(
+        results(folder.path()),
+        std::slice::from_ref(&experiment.out)
+    );
+    let verdicts = || [0, 1, 2].map(|index: usize| manifest(&cells[index]).verdict);
+    let complete = Verdict::Complete;
+    assert_eq!(verdicts(), [complete, complete, Verdict::Failed]);
+    assert_eq!(files(&cells[0]), done);
+
+    // With what it lacked, or here with a lack that has another name.
+    let (alone, failed) = (
+        [0, 1].map(|index: usize| files(&cells[index])),
+        files(&cells[2]),
+    );
+    let again = run(folder.path(), &["--failed"], NO_BROWSER);
+    assert_eq!(code(&again), Some(3), "{}", said(&again));
+    assert!(said(&again).contains("1 cell (2 others are left alone)"));
+    assert_eq!(verdicts(), [complete, complete, Verdict::Unsupported]);
+    assert_eq!([0, 1].map(|index: usize| files(&cells[index])), alone);
+    let aside = PathBuf::from(format!("{}.unfinished-1", cells[2].display()));
+    assert_eq!(files(&aside), failed);
+
+    // Of another seed there is no campaign to go on with.
+    let other = run(folder.path(), &["--resume", "--seed", "2"], BAD_BROWSER);
+    assert_eq!(code(&other), Some(2), "{}", said(&other));
+    Ok(())
+}
+
+/// Two cells that can be run anywhere, and one of a browser.
+fn of_two_clients(folder: &Path) -> Experiment {
+    let experiment = Experiment::new(folder, &["arima"], "10ms", "1s");
+    let block = |client: &str, h: &str| {
+        format!(
+            "[[cells]]\ntopology = [\"arima\"]\nclient = [\"{client}\"]\nmode = \"closed\"\n\
+             h = [{h}]\nduration = \"1s\"\n"
+        )
+    };
+    let text = format!(
+        "name = \"test\"\n{}{}",
+        block("native", "\"10ms\", \"20ms\""),
+        block("chromium", "\"10ms\"")
+    );
+    fs::write(&experiment.file, text).unwrap();
+    experiment
+}
+
+/// What runs it in its folder, where results get names of their own.
+fn begin(folder: &Path, arguments: &[&str], browser: &str) -> Command {
+    let mut command = command();
+    command
+        .current_dir(folder)
+        .args(["run", "experiment.toml"])
+        .args(arguments)
+        .env(BROWSER, browser);
+    command
+}
+
+fn run(folder: &Path, arguments: &[&str], browser: &str) -> Output {
+    begin(folder, arguments, browser).output().unwrap()
+}
+
+/// The results folders that there are.
+fn results(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder.join("results")).into_iter().flatten();
+    entries.flatten().map(|entry| entry.path()).collect()
+}
+
+/// The cells that have come to an end, whatever the verdict.
+fn ended(out: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(out.join("cells")).into_iter().flatten();
+    let cells = entries.flatten().map(|entry| entry.path());
+    cells
+        .filter(|cell| cell.join(Manifest::FILE).exists())
+        .collect()
+}

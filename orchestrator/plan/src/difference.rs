@@ -1,0 +1,41 @@
+//! In what two plans differ, in words: what is told to somebody who meant them to be one.
+
+use crate::Plan;
+
+impl Plan {
+    /// The first thing in which `other` differs, as a half sentence such as `seed 1 and seed 2`;
+    /// `None` if it does not.
+    #[must_use]
+    pub fn difference(&self, other: &Plan) -> Option<String> {
+        if self.experiment != other.experiment {
+            return Some(format!(
+                "experiment {} and experiment {}",
+                self.experiment, other.experiment
+            ));
+        }
+        if self.seed != other.seed {
+            return Some(format!("seed {} and seed {}", self.seed, other.seed));
+        }
+        if self.cells.len() != other.cells.len() {
+            return Some(format!(
+                "{} cells and {} cells",
+                self.cells.len(),
+                other.cells.len()
+            ));
+        }
+        let mut pairs = self.cells.iter().zip(&other.cells);
+        if let Some((one, two)) = pairs.find(|(one, two)| one != two) {
+            let index = one.index;
+            return Some(match one.id == two.id {
+                true => format!("cell {index}, {}, in two ways", one.id),
+                false => format!("cell {index}, {} and {}", one.id, two.id),
+            });
+        }
+        let mut names = self.profiles.keys().chain(other.profiles.keys());
+        if let Some(name) = names.find(|name| self.profiles.get(*name) != other.profiles.get(*name))
+        {
+            return Some(format!("the profile {name} in two ways"));
+        }
+        (self != other).then(|| "what they say of themselves".to_owned())
+    }
+}

@@ -1,0 +1,299 @@
+//! Two campaigns side by side: in which groups of runs is the second worse, or better?
+//!
+//! Runs are paired that met the same link: equal in topology, client, setup, mode, rate, repeat and
+//! the link's seed. A group is the pairs that differ in their repeat only. A measure of a group is
+//! worse where both hold: the change is larger than what matters, and chance would not have brought
+//! it about, by the signed-rank test with Holm's correction over the groups. The tests themselves
+//! are in [`analysis::pairs`].
+//!
+//! - `measure`: what is compared, and which way is worse; `pairing`: which run stands beside which;
+//! - `text`: the comparison for people and as CSV.
+
+mod measure;
+mod pairing;
+mod text;
+
+use analysis::pairs::{holm, least_probability, sign_test, signed_rank_test, worth_making};
+use analysis::{Campaign, LoopVerdict};
+use plan::Verdict;
+use serde::Serialize;
+
+pub use measure::Measure;
+pub use pairing::{Kind, Lone};
+
+use pairing::{Paired, pair};
+
+/// How likely a false alarm among all groups of a measure may be.
+pub const LEVEL: f64 = 0.05;
+
+/// Two campaigns, compared.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Comparison {
+    /// What is compared with.
+    pub a: Side,
+    /// What is compared.
+    pub b: Side,
+    /// The least change that matters, as a share: 0.05.
+    pub least_change: f64,
+    /// The groups that have pairs, in the order of A's plan, with each measure that they have.
+    pub groups: Vec<Group>,
+    /// Loops whose verdict is not what it was.
+    pub changed: Vec<ChangedLoop>,
+    /// The groups without a pair, and why.
+    pub lone: Vec<Lone>,
+}
+
+/// One of the two campaigns.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Side {
+    /// The experiment's name.
+    pub experiment: String,
+    /// The campaign's seed.
+    pub seed: u64,
+    /// Cells of its plan.
+    pub cells: usize,
+    /// Those of them that are complete.
+    pub complete: usize,
+}
+
+/// Pairs that differ in their repeat only.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Group {
+    /// What they have in common.
+    #[serde(flatten)]
+    pub kind: Kind,
+    /// How many pairs there are.
+    pub pairs: usize,
+    /// How many there would be if all that either plan has were complete in both.
+    pub planned: usize,
+    /// What was measured of them.
+    pub measures: Vec<Compared>,
+}
+
+/// A measure of a group in both campaigns. A number that is infinite, of loops that never settled,
+/// is null in JSON and empty in CSV.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Compared {
+    /// What was measured.
+    pub measure: Measure,
+    /// Pairs in which both have it.
+    pub pairs: usize,
+    /// A's median over these pairs, in the measure's unit.
+    pub a: f64,
+    /// B's.
+    pub b: f64,
+    /// The median change over the pairs, as [`Measure::change`] has it; `None` where half of them
+    /// never settled in A and half never in B.
+    pub change: Option<f64>,
+    /// The sign test's probability.
+    pub p_sign: f64,
+    /// The signed-rank test's probability.
+    pub p_rank: f64,
+    /// The signed-rank test's after Holm's correction over the groups of this measure; `None` where
+    /// there are too few pairs to tell.
+    pub p_holm: Option<f64>,
+    /// What follows.
+    pub outcome: Outcome,
+}
+
+/// What can be said of a measure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// B is worse, by more than chance and by enough to matter.
+    Worse,
+    /// B is better, likewise.
+    Better,
+    /// The change is too small to matter.
+    Alike,
+    /// The change is large, and chance may have brought it about.
+    Unclear,
+    /// No change, however large, could be told from chance with so few pairs.
+    TooFew,
+}
+
+/// Loops of a group whose verdict changed in the same way.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChangedLoop {
+    /// The group.
+    #[serde(flatten)]
+    pub kind: Kind,
+    /// A's verdict.
+    pub from: LoopVerdict,
+    /// B's verdict.
+    pub to: LoopVerdict,
+    /// The repeats.
+    pub repeats: Vec<u32>,
+}
+
+impl Comparison {
+    /// Compares `b` with `a`; changes below `least_change`, a share, do not matter.
+    #[must_use]
+    pub fn of(a: &Campaign, b: &Campaign, least_change: f64) -> Comparison {
+        let (paired, lone) = pair(a, b);
+        let changed = paired.iter().flat_map(changed_loops).collect();
+        let mut groups: Vec<Group> = paired.iter().map(Group::of).collect();
+        for measure in Measure::ALL {
+            let mut of_all: Vec<&mut Compared> = groups
+                .iter_mut()
+                .flat_map(|group| &mut group.measures)
+                .filter(|compared| compared.measure == measure)
+                .collect();
+            judge(&mut of_all, least_change);
+        }
+        Comparison {
+            a: Side::of(a),
+            b: Side::of(b),
+            least_change,
+            groups,
+            changed,
+            lone,
+        }
+    }
+
+    /// Whether anything is worse in B: a measure of a group, or a loop that has become unstable,
+    /// for which no statistics are needed.
+    #[must_use]
+    pub fn is_worse(&self) -> bool {
+        let unstable = |changed: &ChangedLoop| changed.to == LoopVerdict::Unstable;
+        self.count(Outcome::Worse) > 0 || self.changed.iter().any(unstable)
+    }
+
+    /// How many measures of groups have this outcome.
+    #[must_use]
+    pub fn count(&self, outcome: Outcome) -> usize {
+        let measures = self.groups.iter().flat_map(|group| &group.measures);
+        measures.filter(|of| of.outcome == outcome).count()
+    }
+
+    /// All of it as JSON.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // Plain data of strings and numbers: serialising it cannot fail.
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+}
+
+impl Side {
+    fn of(campaign: &Campaign) -> Side {
+        let complete = |run: &&analysis::Run| run.summary.verdict == Some(Verdict::Complete);
+        Side {
+            experiment: campaign.plan.experiment.clone(),
+            seed: campaign.plan.seed,
+            cells: campaign.runs.len(),
+            complete: campaign.runs.iter().filter(complete).count(),
+        }
+    }
+}
+
+impl Group {
+    fn of(paired: &Paired<'_>) -> Group {
+        let compared = |measure: &Measure| Compared::of(*measure, paired);
+        Group {
+            kind: paired.kind.clone(),
+            pairs: paired.runs.len(),
+            planned: paired.planned,
+            measures: Measure::ALL.iter().filter_map(compared).collect(),
+        }
+    }
+}
+
+impl Compared {
+    /// Of the pairs in which both have it, not yet judged; `None` of none.
+    fn of(measure: Measure, paired: &Paired<'_>) -> Option<Compared> {
+        let both = paired.runs.iter().filter_map(|(a, b)| {
+            let (a, b) = (measure.of(&a.summary)?, measure.of(&b.summary)?);
+            Some((a, b, measure.difference(a, b)?))
+        });
+        let both: Vec<(f64, f64, f64)> = both.collect();
+        let differences: Vec<f64> = both.iter().map(|(_, _, d)| *d).collect();
+        let middle = median(&differences);
+        Some(Compared {
+            measure,
+            pairs: both.len(),
+            a: median(&both.iter().map(|(a, _, _)| *a).collect::<Vec<_>>())?,
+            b: median(&both.iter().map(|(_, b, _)| *b).collect::<Vec<_>>())?,
+            change: middle.map(|middle| measure.change(middle)),
+            p_sign: sign_test(&differences),
+            p_rank: signed_rank_test(&differences),
+            p_holm: None,
+            outcome: Outcome::TooFew,
+        })
+    }
+
+    fn outcome(&self, least_change: f64) -> Outcome {
+        let Some(p) = self.p_holm else {
+            return Outcome::TooFew;
+        };
+        // The pairs go either way without end: large, and nobody can say which way.
+        let Some(change) = self.change else {
+            return Outcome::Unclear;
+        };
+        let is_seen = self.a == self.b || (self.b - self.a).abs() >= self.measure.least();
+        match (change.abs() > least_change && is_seen, p < LEVEL) {
+            (false, _) => Outcome::Alike,
+            (true, false) => Outcome::Unclear,
+            (true, true) if self.measure.is_worse(change) => Outcome::Worse,
+            (true, true) => Outcome::Better,
+        }
+    }
+}
+
+/// Corrects the probabilities of a measure over all its groups, and says what follows.
+fn judge(of_all: &mut [&mut Compared], least_change: f64) {
+    let least: Vec<f64> = of_all
+        .iter()
+        .map(|one| least_probability(one.pairs))
+        .collect();
+    let mut tested: Vec<&mut &mut Compared> = of_all
+        .iter_mut()
+        .zip(worth_making(&least, LEVEL))
+        .filter_map(|(one, is_worth)| is_worth.then_some(one))
+        .collect();
+    let own: Vec<f64> = tested.iter().map(|one| one.p_rank).collect();
+    for (one, p) in tested.iter_mut().zip(holm(&own)) {
+        one.p_holm = Some(p);
+        one.outcome = one.outcome(least_change);
+    }
+}
+
+fn changed_loops(paired: &Paired<'_>) -> Vec<ChangedLoop> {
+    let mut changed: Vec<ChangedLoop> = Vec::new();
+    for (a, b) in &paired.runs {
+        let verdicts = a.summary.loop_verdict.zip(b.summary.loop_verdict);
+        let Some((from, to)) = verdicts.filter(|(from, to)| from != to) else {
+            continue;
+        };
+        let repeat = a.cell.repeat;
+        match changed
+            .iter_mut()
+            .find(|one| (one.from, one.to) == (from, to))
+        {
+            Some(one) => one.repeats.push(repeat),
+            None => changed.push(ChangedLoop {
+                kind: paired.kind.clone(),
+                from,
+                to,
+                repeats: vec![repeat],
+            }),
+        }
+    }
+    changed
+}
+
+/// The middle of some values, which may be infinite; `None` of none, and where it lies between two
+/// opposite infinities.
+fn median(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let last = sorted.len().checked_sub(1)?;
+    let (low, high) = (sorted[last / 2], sorted[last.div_ceil(2)]);
+    let middle = match low == high {
+        true => low,
+        false => f64::midpoint(low, high),
+    };
+    (!middle.is_nan()).then_some(middle)
+}
+
+#[cfg(test)]
+mod tests;

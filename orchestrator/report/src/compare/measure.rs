@@ -1,0 +1,116 @@
+//! What is compared of a pair of runs, how a change of it is counted, and which way is worse.
+
+use analysis::Summary;
+use serde::Serialize;
+
+/// A figure of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Measure {
+    /// Settling of a closed loop into 2 %, ms; infinite where it never did.
+    Settling,
+    /// Overshoot of a closed loop, % of the reference.
+    Overshoot,
+    /// Integral of the absolute error of a closed loop, s.
+    Iae,
+    /// Slope of an open loop's lateness over its schedule, ms/s.
+    Slope,
+    /// Messages that an open loop sent, of those due, %.
+    Sent,
+    /// Median round trip of the messages, ms.
+    Rtt,
+}
+
+impl Measure {
+    /// All of them, in the order in which they are shown.
+    pub const ALL: [Measure; 6] = [
+        Measure::Settling,
+        Measure::Overshoot,
+        Measure::Iae,
+        Measure::Slope,
+        Measure::Sent,
+        Measure::Rtt,
+    ];
+
+    /// What it is called.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Measure::Settling => "settling",
+            Measure::Overshoot => "overshoot",
+            Measure::Iae => "IAE",
+            Measure::Slope => "slope",
+            Measure::Sent => "sent",
+            Measure::Rtt => "RTT",
+        }
+    }
+
+    /// Its unit.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Measure::Settling | Measure::Rtt => "ms",
+            Measure::Overshoot | Measure::Sent => "%",
+            Measure::Iae => "s",
+            Measure::Slope => "ms/s",
+        }
+    }
+
+    /// Its value in a complete run, in its unit; `None` where it does not apply or was not measured.
+    #[must_use]
+    pub fn of(self, run: &Summary) -> Option<f64> {
+        let closed = |value: Option<f64>| value.filter(|_| run.mode == "closed");
+        let open = |value: Option<f64>| value.filter(|_| run.mode == "open");
+        match self {
+            Measure::Settling => closed(run.settling_ms.or(Some(f64::INFINITY))),
+            Measure::Overshoot => closed(run.overshoot_pct),
+            Measure::Iae => closed(run.iae_s),
+            Measure::Slope => open(run.schedule_slope).map(|slope| slope * 1e3),
+            Measure::Sent => open(run.sent_share).map(|share| share * 1e2),
+            Measure::Rtt => run.message_rtt_p50_ms,
+        }
+    }
+
+    /// How far `b` is from `a`: the logarithm of their ratio where a change is counted as a ratio,
+    /// else their difference as a share of the reference or of the schedule. `None` where there is
+    /// no ratio.
+    pub(super) fn difference(self, a: f64, b: f64) -> Option<f64> {
+        match self {
+            // Neither settled: no difference.
+            _ if a == b => Some(0.0),
+            Measure::Settling | Measure::Iae | Measure::Rtt => {
+                (a > 0.0 && b > 0.0).then(|| b.ln() - a.ln())
+            }
+            Measure::Overshoot | Measure::Sent => Some((b - a) / 1e2),
+            Measure::Slope => Some((b - a) / 1e3),
+        }
+    }
+
+    /// A difference as a change in shares: 0.1 is a tenth more. Of settling, IAE and RTT it is a
+    /// share of A's own, of overshoot of the reference, of slope and sent of the schedule.
+    #[must_use]
+    pub fn change(self, difference: f64) -> f64 {
+        match self {
+            Measure::Settling | Measure::Iae | Measure::Rtt => difference.exp_m1(),
+            Measure::Overshoot | Measure::Sent | Measure::Slope => difference,
+        }
+    }
+
+    /// Less than this between the medians, in the measure's unit, never matters. A message over
+    /// loopback takes 0.2 ms, of which a busier machine makes 0.25 ms.
+    pub(super) fn least(self) -> f64 {
+        match self {
+            Measure::Rtt => 0.1,
+            _ => 0.0,
+        }
+    }
+
+    /// Whether a change of this sign is for the worse.
+    #[must_use]
+    pub fn is_worse(self, change: f64) -> bool {
+        match self {
+            Measure::Sent => change < 0.0,
+            _ => change > 0.0,
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! Which run of one campaign stands beside which of another.
+
+use analysis::{Campaign, Run};
+use plan::{Cell, Verdict};
+use serde::Serialize;
+
+/// What the runs of a group have in common.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Kind {
+    /// The topology.
+    pub topology: String,
+    /// The client.
+    pub client: String,
+    /// The client's preset, and what the experiment laid over it.
+    pub setup: String,
+    /// `open` or `closed`.
+    pub mode: String,
+    /// The rate in people's words, such as `333 Hz`.
+    pub rate: String,
+    /// The sample time, ns.
+    pub h_ns: u64,
+}
+
+impl Kind {
+    fn of(cell: &Cell) -> Kind {
+        Kind {
+            topology: cell.topology.clone(),
+            client: cell.client.to_string(),
+            setup: cell.setup(),
+            mode: cell.settings.mode.to_string(),
+            rate: cell.rate(),
+            h_ns: cell.settings.h.ns(),
+        }
+    }
+}
+
+impl std::fmt::Display for Kind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Kind {
+            topology,
+            client,
+            setup,
+            mode,
+            rate,
+            ..
+        } = self;
+        write!(f, "{topology}, {client} ({setup}), {mode} loop at {rate}")
+    }
+}
+
+/// A group that has no pair.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Lone {
+    /// The group.
+    #[serde(flatten)]
+    pub kind: Kind,
+    /// Why not, in a sentence.
+    pub reason: String,
+}
+
+/// A group's pairs.
+pub(super) struct Paired<'a> {
+    pub(super) kind: Kind,
+    /// Complete in both, in order of repeat: A's run and B's.
+    pub(super) runs: Vec<(&'a Run, &'a Run)>,
+    /// How many pairs there would be if all that either plan has were complete in both.
+    pub(super) planned: usize,
+}
+
+/// The groups of both campaigns, in the order of A's plan and then of B's.
+pub(super) fn pair<'a>(a: &'a Campaign, b: &'a Campaign) -> (Vec<Paired<'a>>, Vec<Lone>) {
+    let mut kinds: Vec<(Kind, Members<'a>)> = Vec::new();
+    let runs = a.runs.iter().map(|run| (run, true));
+    for (run, is_a) in runs.chain(b.runs.iter().map(|run| (run, false))) {
+        let kind = Kind::of(&run.cell);
+        let at = kinds
+            .iter()
+            .position(|(known, _)| *known == kind)
+            .unwrap_or_else(|| {
+                kinds.push((kind, Members::default()));
+                kinds.len() - 1
+            });
+        let members = &mut kinds[at].1;
+        match is_a {
+            true => members.a.push(run),
+            false => members.b.push(run),
+        }
+    }
+    let (mut paired, mut lone) = (Vec::new(), Vec::new());
+    for (kind, members) in kinds {
+        match members.reason_against(a, b, &kind) {
+            Some(reason) => lone.push(Lone { kind, reason }),
+            None => paired.push(Paired {
+                runs: members.pairs(is_complete),
+                planned: members.a.len().max(members.b.len()),
+                kind,
+            }),
+        }
+    }
+    (paired, lone)
+}
+
+/// The runs of a kind.
+#[derive(Default)]
+struct Members<'a> {
+    a: Vec<&'a Run>,
+    b: Vec<&'a Run>,
+}
+
+impl<'a> Members<'a> {
+    /// The runs of the same repeat over the same link for as long, of which both are as asked.
+    fn pairs(&self, is_asked: impl Fn(&Run) -> bool) -> Vec<(&'a Run, &'a Run)> {
+        let link = |run: &Run| (run.cell.repeat, run.cell.link_seed, run.cell.duration_ns);
+        let mut pairs = Vec::new();
+        for a in self.a.iter().filter(|run| is_asked(run)) {
+            let mut others = self.b.iter().filter(|run| is_asked(run));
+            pairs.extend(others.find(|b| link(a) == link(b)).map(|b| (*a, *b)));
+        }
+        pairs
+    }
+
+    /// Why there is no pair; `None` if there is.
+    fn reason_against(&self, a: &Campaign, b: &Campaign, kind: &Kind) -> Option<String> {
+        let (Some(one), Some(other)) = (self.a.first(), self.b.first()) else {
+            let (has, lacks) = match self.b.is_empty() {
+                true => ("A", "B"),
+                false => ("B", "A"),
+            };
+            return Some(format!("{has}'s plan has it, and {lacks}'s has not"));
+        };
+        let profile = |campaign: &Campaign| campaign.plan.profiles.get(&kind.topology).cloned();
+        if profile(a) != profile(b) {
+            return Some(format!("the profile of {} is not the same", kind.topology));
+        }
+        if self.pairs(|_| true).is_empty() {
+            let (one, other) = (&one.cell, &other.cell);
+            let s = |ns: u64| ns as f64 / 1e9;
+            return Some(match one.duration_ns == other.duration_ns {
+                false => format!(
+                    "A's runs last {} s, B's {} s",
+                    s(one.duration_ns),
+                    s(other.duration_ns)
+                ),
+                true => format!(
+                    "no run met the same link: A is of seed {}, B of {}",
+                    a.plan.seed, b.plan.seed
+                ),
+            });
+        }
+        if self.pairs(is_complete).is_empty() {
+            let complete = |runs: &[&Run]| runs.iter().filter(|run| is_complete(run)).count();
+            return Some(format!(
+                "no run is complete in both: {} of {} are in A, {} of {} in B",
+                complete(&self.a),
+                self.a.len(),
+                complete(&self.b),
+                self.b.len()
+            ));
+        }
+        None
+    }
+}
+
+/// Its figures are whole: it ran to its end over a link that held, and its rows could be read.
+fn is_complete(run: &Run) -> bool {
+    run.summary.verdict == Some(Verdict::Complete) && run.problem.is_none()
+}

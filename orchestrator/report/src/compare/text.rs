@@ -1,0 +1,231 @@
+//! A comparison for people, and as CSV for programs.
+
+use analysis::LoopVerdict;
+use analysis::layout::{Column, Shown, align, digits, number, text};
+use serde::Serialize;
+
+use super::{Comparison, Group, Kind, LEVEL, Measure, Outcome, Side};
+
+const COLUMNS: [Column; 14] = [
+    text("topology"),
+    text("client").shown(Shown::IfDiffers),
+    text("setup").shown(Shown::IfDiffers),
+    text("mode").shown(Shown::IfDiffers),
+    number("", "rate"),
+    number("", "pairs"),
+    text("measure"),
+    number("median", "A"),
+    number("median", "B"),
+    number("change", "%"),
+    number("chance", "sign"),
+    number("chance", "ranks"),
+    number("chance", "Holm"),
+    text("B is"),
+];
+
+const TOO_FEW_LEGEND: &str = "\
+Too few pairs: one group by itself needs six, and the more groups there are, the more they need.
+";
+
+/// A row of the CSV.
+#[derive(Serialize)]
+struct Row<'a> {
+    topology: &'a str,
+    client: &'a str,
+    setup: &'a str,
+    mode: &'a str,
+    rate: &'a str,
+    h_ns: u64,
+    measure: Measure,
+    unit: &'static str,
+    pairs: usize,
+    planned: usize,
+    a: Option<f64>,
+    b: Option<f64>,
+    change: Option<f64>,
+    p_sign: f64,
+    p_rank: f64,
+    p_holm: Option<f64>,
+    outcome: Outcome,
+}
+
+impl Comparison {
+    /// The comparison for people, who called the campaigns `a` and `b`.
+    #[must_use]
+    pub fn to_text(&self, a: &str, b: &str) -> String {
+        let mut out = format!("A: {}\nB: {}\n", self.a.words(a), self.b.words(b));
+        let rows: Vec<Vec<String>> = self.groups.iter().flat_map(lines).collect();
+        if !rows.is_empty() {
+            out += &format!(
+                "\n{}\n{}",
+                align(&COLUMNS, &rows),
+                legend(self.least_change)
+            );
+            if self.count(Outcome::TooFew) > 0 {
+                out += TOO_FEW_LEGEND;
+            }
+        }
+        if !self.changed.is_empty() {
+            out += "\nLoops whose verdict is not what it was:\n";
+        }
+        for one in &self.changed {
+            let repeats: Vec<String> = one.repeats.iter().map(u32::to_string).collect();
+            let (from, to, repeats) = (one.from, one.to, repeats.join(", "));
+            out += &format!("  {}: {from} in A, {to} in B, repeat {repeats}\n", one.kind);
+        }
+        if !self.lone.is_empty() {
+            out += "\nNot compared:\n";
+        }
+        for one in &self.lone {
+            out += &format!("  {}: {}\n", one.kind, one.reason);
+        }
+        format!("{out}\n{}\n", self.answer())
+    }
+
+    /// A row for each measure of each group: `a` and `b` in its unit, the change as a share.
+    #[must_use]
+    pub fn to_csv(&self) -> String {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let finite = |value: f64| Some(value).filter(|value| value.is_finite());
+        for group in &self.groups {
+            let kind = &group.kind;
+            for of in &group.measures {
+                let row = Row {
+                    topology: &kind.topology,
+                    client: &kind.client,
+                    setup: &kind.setup,
+                    mode: &kind.mode,
+                    rate: &kind.rate,
+                    h_ns: kind.h_ns,
+                    measure: of.measure,
+                    unit: of.measure.unit(),
+                    pairs: of.pairs,
+                    planned: group.planned,
+                    a: finite(of.a),
+                    b: finite(of.b),
+                    change: of.change.and_then(finite),
+                    p_sign: of.p_sign,
+                    p_rank: of.p_rank,
+                    p_holm: of.p_holm,
+                    outcome: of.outcome,
+                };
+                // A flat struct of words and numbers, into memory: neither can fail.
+                let _ = writer.serialize(row);
+            }
+        }
+        let bytes = writer.into_inner().unwrap_or_default();
+        String::from_utf8(bytes).unwrap_or_default()
+    }
+
+    /// All of it in a sentence or two.
+    fn answer(&self) -> String {
+        let all: usize = self.groups.iter().map(|group| group.measures.len()).sum();
+        if all == 0 {
+            return "There is nothing to compare.".to_owned();
+        }
+        let unstable = |to: LoopVerdict| self.changed.iter().filter(move |one| one.to == to);
+        let loops: usize = unstable(LoopVerdict::Unstable)
+            .map(|one| one.repeats.len())
+            .sum();
+        let loops = match loops {
+            0 => String::new(),
+            1 => " One loop has become unstable.".to_owned(),
+            n => format!(" {n} loops have become unstable."),
+        };
+        format!(
+            "Of {all} measures B is worse in {} and better in {}: {} alike, {} unclear, {} with too few \
+             pairs to tell.{loops}",
+            self.count(Outcome::Worse),
+            self.count(Outcome::Better),
+            self.count(Outcome::Alike),
+            self.count(Outcome::Unclear),
+            self.count(Outcome::TooFew),
+        )
+    }
+}
+
+impl Side {
+    fn words(&self, name: &str) -> String {
+        format!(
+            "{name}, {} of seed {}, {} of {} cells complete",
+            self.experiment, self.seed, self.complete, self.cells
+        )
+    }
+}
+
+fn lines(group: &Group) -> Vec<Vec<String>> {
+    let Kind {
+        topology,
+        client,
+        setup,
+        mode,
+        rate,
+        ..
+    } = &group.kind;
+    let line = |of: &super::Compared| {
+        vec![
+            topology.clone(),
+            client.clone(),
+            setup.clone(),
+            mode.clone(),
+            rate.clone(),
+            format!("{}/{}", of.pairs, group.planned),
+            format!("{}, {}", of.measure.name(), of.measure.unit()),
+            value(of.measure, of.a),
+            value(of.measure, of.b),
+            of.change.map_or("?".to_owned(), percent),
+            chance(of.p_sign),
+            chance(of.p_rank),
+            of.p_holm.map_or("-".to_owned(), chance),
+            words(of.outcome).to_owned(),
+        ]
+    };
+    group.measures.iter().map(line).collect()
+}
+
+fn value(measure: Measure, value: f64) -> String {
+    match (measure, value.is_finite()) {
+        (_, true) => digits(Some(value)),
+        (Measure::Settling, false) => "never".to_owned(),
+        (_, false) => "-".to_owned(),
+    }
+}
+
+fn percent(change: f64) -> String {
+    match change {
+        // A loop that never settled took longer than any other, and one that does now, less.
+        change if change == f64::INFINITY => "+inf".to_owned(),
+        change if (change * 1e3).round() == 0.0 => "0".to_owned(),
+        change => format!("{:+.1}", change * 1e2),
+    }
+}
+
+fn chance(p: f64) -> String {
+    match p < 0.001 {
+        true => "<0.001".to_owned(),
+        false => format!("{p:.3}"),
+    }
+}
+
+fn words(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Worse => "WORSE",
+        Outcome::Better => "better",
+        Outcome::Alike => "alike",
+        Outcome::Unclear => "unclear",
+        Outcome::TooFew => "too few pairs to tell",
+    }
+}
+
+fn legend(least_change: f64) -> String {
+    format!(
+        "\
+Pairs met the same second of the same link. RTT: a message's median, closed loop and open.
+change: the median over the pairs of B against A; of overshoot as a share of the reference, of slope
+and sent of the schedule, of the others of A's own. Below {:.1} % it does not matter.
+chance: how likely no difference would look like this one, by the sign test, by the signed-rank test,
+and by that over all groups (Holm). From {LEVEL} on a difference may be chance.
+",
+        least_change * 1e2
+    )
+}
