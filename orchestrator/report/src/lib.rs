@@ -8,12 +8,15 @@
 //! - [`paper`]: the paper's numbers, as printed; `subject`, `origin` and `number`: whom tables and
 //!   figures show, where they came from, and how their numbers are written;
 //! - [`compare`]: two results folders side by side;
+//! - [`answer`]: whether the loop survives, where, with which client;
+//! - [`page`]: `report.html`, the page to open;
 //! - [`report`]: all of it as one value, from which every file is made.
 //!
 //! Everything here is worked out of a [`analysis::Campaign`] and can be deleted and made again:
 //! equal folders give equal bytes. Nothing is run, and only [`report::write`] writes.
 #![forbid(unsafe_code)]
 
+pub mod answer;
 pub mod claim;
 pub mod compare;
 pub mod deposit;
@@ -24,9 +27,12 @@ pub mod junit;
 mod number;
 mod origin;
 pub mod outcome;
+pub mod page;
 pub mod paper;
 #[allow(clippy::module_inception)]
 pub mod report;
+#[cfg(test)]
+mod sample;
 mod subject;
 pub mod table;
 

@@ -20,6 +20,30 @@ pub(crate) fn significant(number: f64, digits: u8) -> String {
     }
 }
 
+/// Milliseconds to three digits in the unit that suits them: `0.964 ms`, `331 ms`, `3.21 s`.
+pub(crate) fn duration(ms: f64) -> String {
+    // From where it would be rounded to 1000 ms.
+    match ms.abs() >= 999.5 {
+        true => format!("{} s", significant(ms / 1e3, 3)),
+        false => format!("{} ms", significant(ms, 3)),
+    }
+}
+
+/// A number as it was written down where that is short, and else to four digits: `0.0005`, `0.9167`.
+pub(crate) fn brief(number: f64) -> String {
+    const SHORT: usize = 8;
+    let whole = number.to_string();
+    match whole.len() <= SHORT {
+        true => whole,
+        false => significant(number, 4),
+    }
+}
+
+/// A share from 0 to 1 in percent, to two digits: `1.6 %`.
+pub(crate) fn percent(share: f64) -> String {
+    format!("{} %", significant(share * 100.0, 2))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -42,6 +66,16 @@ mod tests {
         ] {
             assert_eq!(significant(number, digits), words);
         }
+    }
+
+    #[test]
+    fn times_and_shares_have_units_that_suit_them() {
+        assert_eq!(duration(0.9644), "0.964 ms");
+        assert_eq!(duration(999.4), "999 ms");
+        assert_eq!(duration(999.6), "1.00 s");
+        assert_eq!(percent(0.0162), "1.6 %");
+        assert_eq!(brief(3033.374), "3033.374");
+        assert_eq!(brief(11.0 / 12.0), "0.9167");
     }
 
     proptest! {

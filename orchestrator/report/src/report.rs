@@ -10,6 +10,7 @@ use crate::claim::{self, Finding};
 use crate::digest;
 use crate::figure::{self, Figure};
 use crate::junit;
+use crate::page;
 use crate::table::{self, Table};
 
 /// A report.
@@ -47,6 +48,7 @@ impl<'a> Report<'a> {
     pub fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
         let text = |name: &str, content: String| (PathBuf::from(name), content.into_bytes());
         let mut files = vec![
+            text("report.html", page::render(self)),
             text("claims.json", claim::to_json(&self.claims)),
             text("claims.csv", claim::to_csv(&self.claims)),
             text("summary.md", digest::markdown(self)),

@@ -1,0 +1,257 @@
+//! The answer: does the loop survive, where, with which client, at what rate.
+//!
+//! Worked out of the closed loops alone; [`words`](Answer::words) says it in sentences. What the
+//! runs say of the paper is [`claim`](crate::claim)'s.
+
+mod coverage;
+mod words;
+
+#[cfg(test)]
+mod tests;
+
+use analysis::{Campaign, LoopVerdict, Run};
+use endpoint::Mode;
+use plan::Client;
+
+pub use coverage::Coverage;
+
+use crate::group::Estimate;
+
+/// What became of the closed loops of a campaign.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Answer {
+    /// The experiment's name.
+    pub experiment: String,
+    /// The topologies that a loop was to be closed on, in the order of the plan: the columns.
+    pub topologies: Vec<String>,
+    /// The topology without a network, against which others are held; `None` where the plan closes
+    /// no loop on one.
+    pub reference: Option<String>,
+    /// A row for each client, setup and rate.
+    pub rows: Vec<Row>,
+    /// How the runs of the whole campaign ended, open loops too.
+    pub coverage: Coverage,
+}
+
+/// A client in one setup at one rate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// The client.
+    pub client: Client,
+    /// Its setup in words, as [`plan::Cell::setup`] has it.
+    pub setup: String,
+    /// Whether the setup is the client's usual one.
+    pub is_usual: bool,
+    /// The rate in people's words: `333 Hz`.
+    pub rate: String,
+    /// The sample time, ns.
+    pub h_ns: u64,
+    /// What became of it on each topology, in their order; `None` where the plan asks for none.
+    pub standings: Vec<Option<Standing>>,
+}
+
+/// What became of the repeats of one loop.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Standing {
+    /// Repeats that the plan asks for.
+    pub planned: usize,
+    /// Those that are complete; only these are counted below.
+    pub complete: usize,
+    /// Those that came to their reference and stayed there.
+    pub stable: usize,
+    /// Those that did not in the time they had.
+    pub not_settled: usize,
+    /// Those whose error grew.
+    pub unstable: usize,
+    /// Median settling over the complete ones, ms; `None` where it is later than they were watched.
+    pub settling_ms: Option<Estimate>,
+    /// That median in medians of other loops.
+    pub times: Vec<Times>,
+}
+
+/// A settling in settlings of a reference at the same rate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Times {
+    /// The client of the reference, which is in its usual setup and without a network.
+    pub of: Client,
+    /// How many times its median.
+    pub factor: f64,
+}
+
+/// Whether a loop survives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Survival {
+    /// Every complete run is stable.
+    Always,
+    /// Some are.
+    Sometimes,
+    /// None is.
+    Never,
+    /// No run is complete.
+    Unknown,
+}
+
+impl Answer {
+    /// Counts the campaign's closed loops.
+    #[must_use]
+    pub fn of(campaign: &Campaign) -> Answer {
+        let closed: Vec<&Run> = campaign
+            .runs
+            .iter()
+            .filter(|run| run.cell.settings.mode == Mode::Closed)
+            .collect();
+        let mut topologies: Vec<String> = Vec::new();
+        for run in &closed {
+            if !topologies.contains(&run.cell.topology) {
+                topologies.push(run.cell.topology.clone());
+            }
+        }
+        let reference = topologies
+            .iter()
+            .find(|name| is_loopback(campaign, name))
+            .cloned();
+        let mut rows = rows(&closed, &topologies);
+        hold_against(&mut rows, &topologies, reference.as_deref());
+        Answer {
+            experiment: campaign.plan.experiment.clone(),
+            topologies,
+            reference,
+            rows,
+            coverage: Coverage::of(campaign),
+        }
+    }
+
+    /// Every loop that the plan asks for, with its row and its topology.
+    pub fn loops(&self) -> impl Iterator<Item = (&Row, &str, &Standing)> {
+        self.rows.iter().flat_map(|row| {
+            let places = self.topologies.iter().zip(&row.standings);
+            places.filter_map(move |(topology, standing)| {
+                Some((row, topology.as_str(), standing.as_ref()?))
+            })
+        })
+    }
+}
+
+impl Standing {
+    /// Whether the loop survives.
+    #[must_use]
+    pub fn survival(&self) -> Survival {
+        match (self.stable, self.complete) {
+            (_, 0) => Survival::Unknown,
+            (stable, complete) if stable == complete => Survival::Always,
+            (0, _) => Survival::Never,
+            _ => Survival::Sometimes,
+        }
+    }
+
+    fn of(runs: &[&Run]) -> Standing {
+        let complete: Vec<&&Run> = runs.iter().filter(|run| run.is_complete()).collect();
+        let count = |verdict| {
+            let is = |run: &&&&Run| run.summary.loop_verdict == Some(verdict);
+            complete.iter().filter(is).count()
+        };
+        // A step that never settled is later than any; so is a run in which no command arrived.
+        let settling_ms: Vec<f64> = complete
+            .iter()
+            .map(|run| run.summary.settling_ms.unwrap_or(f64::INFINITY))
+            .collect();
+        Standing {
+            planned: runs.len(),
+            complete: complete.len(),
+            stable: count(LoopVerdict::Stable),
+            not_settled: count(LoopVerdict::NotSettled),
+            unstable: count(LoopVerdict::Unstable),
+            settling_ms: Estimate::median(&settling_ms),
+            times: Vec::new(),
+        }
+    }
+}
+
+fn is_loopback(campaign: &Campaign, topology: &str) -> bool {
+    let profile = campaign.plan.profiles.get(topology);
+    profile
+        .and_then(|text| text.profile(topology).ok())
+        .is_some_and(|profile| profile.is_loopback())
+}
+
+/// By client, then setup as the plan comes to it, then from the slowest rate to the fastest.
+fn rows(closed: &[&Run], topologies: &[String]) -> Vec<Row> {
+    let mut setups: Vec<(Client, String)> = Vec::new();
+    for run in closed {
+        let setup = (run.cell.client, run.cell.setup());
+        if !setups.contains(&setup) {
+            setups.push(setup);
+        }
+    }
+    setups.sort_by_key(|(client, _)| *client);
+    let mut rows = Vec::new();
+    for (client, setup) in setups {
+        let own: Vec<&Run> = closed
+            .iter()
+            .filter(|run| run.cell.client == client && run.cell.setup() == setup)
+            .copied()
+            .collect();
+        let mut rates: Vec<(u64, String)> = own
+            .iter()
+            .map(|run| (run.cell.settings.h.ns(), run.cell.rate()))
+            .collect();
+        rates.sort_by(|one, other| other.cmp(one));
+        rates.dedup();
+        for (h_ns, rate) in rates {
+            let at = |topology: &String| {
+                let is = |run: &&&Run| {
+                    run.cell.topology == *topology && run.cell.settings.h.ns() == h_ns
+                };
+                let runs: Vec<&Run> = own.iter().filter(is).copied().collect();
+                (!runs.is_empty()).then(|| Standing::of(&runs))
+            };
+            rows.push(Row {
+                client,
+                is_usual: setup == client.preset().to_string(),
+                setup: setup.clone(),
+                rate,
+                h_ns,
+                standings: topologies.iter().map(at).collect(),
+            });
+        }
+    }
+    rows
+}
+
+/// Gives each loop its settling in settlings of native's and of Python's without a network.
+fn hold_against(rows: &mut [Row], topologies: &[String], reference: Option<&str>) {
+    let Some(column) = topologies
+        .iter()
+        .position(|topology| Some(topology.as_str()) == reference)
+    else {
+        return;
+    };
+    let references: Vec<(Client, u64, f64)> = rows
+        .iter()
+        .filter(|row| matches!(row.client, Client::Native | Client::Python) && row.is_usual)
+        .filter_map(|row| {
+            let standing = row.standings.get(column)?.as_ref()?;
+            let value = standing.settling_ms?.value;
+            (value > 0.0).then_some((row.client, row.h_ns, value))
+        })
+        .collect();
+    for row in rows {
+        for (at, standing) in row.standings.iter_mut().enumerate() {
+            let Some(standing) = standing else { continue };
+            let Some(own) = standing.settling_ms else {
+                continue;
+            };
+            standing.times = references
+                .iter()
+                .filter(|(client, h_ns, _)| {
+                    let is_itself = at == column && row.is_usual && row.client == *client;
+                    *h_ns == row.h_ns && !is_itself
+                })
+                .map(|(client, _, value)| Times {
+                    of: *client,
+                    factor: own.value / value,
+                })
+                .collect();
+        }
+    }
+}

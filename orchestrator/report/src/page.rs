@@ -1,0 +1,148 @@
+//! `report.html`: the whole report as one file that needs no network and no other file.
+//!
+//! Each section is a module of its own that turns values into markup and computes nothing that a
+//! program could want; whatever is worked out is in [`answer`](crate::answer),
+//! [`claim`](crate::claim), [`table`](crate::table) or [`figure`](crate::figure). Everything can be
+//! read without the script: it filters the claims, zooms into figures and switches the colours.
+
+mod again;
+mod badge;
+mod board;
+mod certificate;
+mod detail;
+mod drawing;
+mod gap;
+mod leaf;
+mod machine;
+mod matrix;
+mod profile;
+mod ran;
+mod scroll;
+mod sheet;
+mod trace;
+
+#[cfg(test)]
+mod tests;
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use crate::answer::Answer;
+use crate::report::Report;
+
+const STYLE: &str = include_str!("page/style.css");
+const SCRIPT: &str = include_str!("page/script.js");
+const ZOOM: &str = include_str!("page/zoom.js");
+/// dygraphs 2.2.1, minified, without the comment that names its source map.
+const DYGRAPHS: &str = include_str!("page/dygraphs/dygraph.min.js");
+const DYGRAPHS_STYLE: &str = include_str!("page/dygraphs/dygraph.css");
+const DYGRAPHS_LICENCE: &str = include_str!("page/dygraphs/LICENSE");
+
+/// What the page may load: nothing but what is inside it.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; \
+                      img-src data:; base-uri 'none'; form-action 'none'";
+
+/// A part of the page that the contents name.
+struct Section {
+    id: &'static str,
+    title: &'static str,
+    body: Markup,
+}
+
+/// The page.
+#[must_use]
+pub fn render(report: &Report<'_>) -> String {
+    let plan = &report.campaign.plan;
+    let answer = Answer::of(report.campaign);
+    let sections = sections(report);
+    let title = format!("{}: webloop report", plan.experiment);
+    let zooms = report.figures.iter().any(trace::is_zoomable);
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) }
+                link rel="icon" href="data:,";
+                style { (PreEscaped(STYLE)) @if zooms { (PreEscaped(DYGRAPHS_STYLE)) } }
+            }
+            body {
+                a.skip href="#main" { "Skip to the answer" }
+                (contents(&sections))
+                main #main tabindex="-1" {
+                    (matrix::render(&answer, plan))
+                    @for section in &sections {
+                        section id=(section.id) aria-labelledby={ (section.id) "-title" } {
+                            h2 id={ (section.id) "-title" } { (section.title) }
+                            (section.body)
+                        }
+                    }
+                }
+                (footer(zooms))
+                script { (PreEscaped(SCRIPT)) }
+                @if zooms {
+                    script { (PreEscaped(DYGRAPHS)) }
+                    script { (PreEscaped(ZOOM)) }
+                }
+            }
+        }
+    }
+    .into_string()
+}
+
+/// What there is to say, in order; a section without anything in it is left out.
+fn sections(report: &Report<'_>) -> Vec<Section> {
+    let section = |id, title, body: Option<Markup>| body.map(|body| Section { id, title, body });
+    [
+        section("gaps", "What is missing", gap::render(report)),
+        section("claims", "The paper’s claims", board::render(report)),
+        section("tables", "Tables", sheet::render(&report.tables)),
+        section("figures", "Figures", drawing::render(&report.figures)),
+        section("links", "Links", profile::render(report.campaign)),
+        section("runs", "Runs", ran::render(report.campaign)),
+        section("machines", "Machines", machine::render(report.campaign)),
+        section(
+            "again",
+            "Run it again",
+            Some(again::render(report.campaign)),
+        ),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+fn contents(sections: &[Section]) -> Markup {
+    html! {
+        nav.contents aria-label="Contents" {
+            a.brand href="#main" { "webloop" }
+            ul {
+                li { a href="#main" { "Answer" } }
+                @for section in sections {
+                    li { a href={ "#" (section.id) } { (section.title) } }
+                }
+            }
+            button #theme.needs-script type="button" aria-pressed="false" { "Dark colours" }
+        }
+    }
+}
+
+fn footer(zooms: bool) -> Markup {
+    html! {
+        footer {
+            p {
+                "Made by webloop " (env!("CARGO_PKG_VERSION"))
+                " from the raw rows of this folder. It can be deleted and made again; equal folders \
+                 give equal pages."
+            }
+            @if zooms {
+                details {
+                    summary { "Licence of dygraphs, which draws the zoomed figures" }
+                    pre { (DYGRAPHS_LICENCE) }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! The claims board: each claim of the paper with its verdict, the numbers and the runs behind it.
+
+use maud::{Markup, html};
+
+use super::badge::{claim_word, of_claim};
+use super::ran::anchor_of;
+use super::scroll::scroll;
+use crate::claim::{Finding, Part, Verdict};
+use crate::group::Estimate;
+use crate::number::{brief, significant};
+use crate::report::Report;
+
+/// In the order in which they are offered.
+const VERDICTS: [Verdict; 4] = [
+    Verdict::Agrees,
+    Verdict::Differs,
+    Verdict::NotComparable,
+    Verdict::NotRun,
+];
+
+pub(super) fn render(report: &Report<'_>) -> Option<Markup> {
+    let findings = &report.claims;
+    if findings.is_empty() {
+        return None;
+    }
+    Some(html! {
+        (filter(findings))
+        div #board.board {
+            @for finding in findings { (card(report, finding)) }
+        }
+    })
+}
+
+fn count(findings: &[Finding], verdict: Verdict) -> usize {
+    let is = |finding: &&Finding| finding.verdict == verdict;
+    findings.iter().filter(is).count()
+}
+
+/// The word for a verdict that programs use.
+fn key(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Agrees => "agrees",
+        Verdict::Differs => "differs",
+        Verdict::NotComparable => "not-comparable",
+        Verdict::NotRun => "not-run",
+    }
+}
+
+/// A verdict as what so many claims do.
+fn said_of(verdict: Verdict, n: usize) -> &'static str {
+    match (verdict, n) {
+        (Verdict::Agrees, 1) => "agrees",
+        (Verdict::Agrees, _) => "agree",
+        (Verdict::Differs, 1) => "differs",
+        (Verdict::Differs, _) => "differ",
+        (Verdict::NotComparable, 1) => "is not comparable",
+        (Verdict::NotComparable, _) => "are not comparable",
+        (Verdict::NotRun, 1) => "was not run",
+        (Verdict::NotRun, _) => "were not run",
+    }
+}
+
+fn filter(findings: &[Finding]) -> Markup {
+    let present: Vec<Verdict> = VERDICTS
+        .into_iter()
+        .filter(|verdict| count(findings, *verdict) > 0)
+        .collect();
+    html! {
+        p {
+            "Of " (findings.len()) @if findings.len() == 1 { " claim" } @else { " claims" } ": "
+            @for (at, verdict) in present.iter().enumerate() {
+                @if at > 0 { ", " }
+                (count(findings, *verdict)) " " (said_of(*verdict, count(findings, *verdict)))
+            }
+            ". Verdicts are worked out of the runs within the limits that each claim states."
+        }
+        div.filter.needs-script role="group" aria-label="Show claims by verdict" {
+            button type="button" data-show="" aria-pressed="true" { "all " (findings.len()) }
+            @for verdict in &present {
+                button type="button" data-show=(key(*verdict)) aria-pressed="false" {
+                    (claim_word(*verdict)) " " (count(findings, *verdict))
+                }
+            }
+        }
+        p #shown.unseen role="status" {}
+    }
+}
+
+fn card(report: &Report<'_>, finding: &Finding) -> Markup {
+    let id = format!("claim-{}", finding.id);
+    html! {
+        article.claim id=(id) data-verdict=(key(finding.verdict)) aria-labelledby={ (id) "-claim" } {
+            p.place { (finding.place) }
+            div {
+                p.verdict { (of_claim(finding.verdict)) }
+                h3 id={ (id) "-claim" } { (finding.claim) }
+                @if let Some(part) = finding.parts.first() { (headline(part)) }
+                p.reason { (finding.reason) }
+                details {
+                    summary {
+                        "Check, numbers and runs"
+                        span.fine {
+                            (finding.parts.len()) @if finding.parts.len() == 1 { " number, " } @else { " numbers, " }
+                            (finding.runs.len()) @if finding.runs.len() == 1 { " run" } @else { " runs" }
+                        }
+                    }
+                    p { b { "Agrees if: " } (finding.check) }
+                    @if !finding.parts.is_empty() { (scroll("Numbers of the claim", &numbers(finding))) }
+                    @if !finding.runs.is_empty() { (runs(report, finding)) }
+                    p.fine { "In claims.json: " code { (finding.id) } }
+                }
+            }
+        }
+    }
+}
+
+/// The first number, which is what the claim is about.
+fn headline(part: &Part) -> Markup {
+    if part.paper.is_none() && part.ours.is_none() {
+        return html! {};
+    }
+    html! {
+        dl.numbers {
+            @if let Some(paper) = part.paper {
+                div { dt { "paper" } dd { (with_unit(&brief(paper), part.unit)) } }
+            }
+            div {
+                dt { "here" }
+                dd {
+                    @match part.ours {
+                        Some(ours) => { (with_unit(&significant(ours.value, 3), part.unit)) " " span.fine { (interval(&ours)) } }
+                        None => { "not run" }
+                    }
+                }
+            }
+            div { dt { "of" } dd { (part.of) } }
+        }
+    }
+}
+
+fn numbers(finding: &Finding) -> Markup {
+    html! {
+        table {
+            caption { "What was measured" }
+            thead {
+                tr {
+                    th scope="col" { "of" }
+                    th.number scope="col" { "paper" }
+                    th.number scope="col" { "here" }
+                    th scope="col" { "interval" }
+                    th scope="col" { "accepted" }
+                    th scope="col" { "verdict" }
+                }
+            }
+            tbody {
+                @for part in &finding.parts {
+                    tr {
+                        th scope="row" { (part.of) }
+                        td.number { (part.paper.map_or_else(|| "–".to_owned(), |x| with_unit(&brief(x), part.unit))) }
+                        td.number { (part.ours.map_or_else(|| "–".to_owned(), |ours| with_unit(&significant(ours.value, 3), part.unit))) }
+                        td { (part.ours.map_or_else(|| "–".to_owned(), |ours| interval(&ours))) }
+                        td { (part.accepted.map_or_else(|| "–".to_owned(), accepted)) }
+                        td { (of_claim(part.verdict)) }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn runs(report: &Report<'_>, finding: &Finding) -> Markup {
+    html! {
+        p.fine { "Runs:" }
+        ul.ids {
+            @for id in &finding.runs {
+                li {
+                    @match anchor_of(report.campaign, id) {
+                        Some(anchor) => { a href={ "#" (anchor) } { (id) } }
+                        None => { (id) }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn with_unit(number: &str, unit: &str) -> String {
+    match unit {
+        "" => number.to_owned(),
+        unit => format!("{number} {unit}"),
+    }
+}
+
+/// `9.4 to 10.3, n = 7`.
+fn interval(estimate: &Estimate) -> String {
+    let n = format!("n = {}", estimate.n);
+    match estimate.low == estimate.high {
+        true => n,
+        false => format!("{} to {}, {n}", end(estimate.low), end(estimate.high)),
+    }
+}
+
+/// An interval over runs of which some never settled has no end.
+fn end(x: f64) -> String {
+    match x.is_infinite() {
+        true => "∞".to_owned(),
+        false => significant(x, 3),
+    }
+}
+
+fn accepted((low, high): (f64, f64)) -> String {
+    match (low.is_finite(), high.is_finite()) {
+        (true, true) if low == high => brief(low),
+        (true, true) => format!("{} to {}", brief(low), brief(high)),
+        (true, false) => format!("at least {}", brief(low)),
+        (false, true) => format!("at most {}", brief(high)),
+        (false, false) => "any".to_owned(),
+    }
+}

@@ -1,0 +1,129 @@
+//! Everything about one run.
+
+use std::fmt::Write as _;
+
+use analysis::{Campaign, Run};
+use maud::{Markup, html};
+use plan::Manifest;
+use serde_json::Value;
+
+use super::certificate::Certificate;
+use super::gap::reasons;
+use super::leaf::leaves;
+use super::ran::was_made;
+use crate::number::{duration, percent};
+
+pub(super) fn render(campaign: &Campaign, run: &Run) -> Markup {
+    let cell = &run.cell;
+    html! {
+        div.detail {
+            p.id {
+                code { (cell.id) }
+                @if was_made(run) { " " a href={ "../cells/" (cell.id) "/" } { "its folder" } }
+            }
+            @for reason in reasons(campaign, run) { p.reason { (reason) } }
+            @if let Some(manifest) = &run.manifest { (made(manifest)) }
+        }
+    }
+}
+
+/// What all repeats of a run are set up with.
+pub(super) fn settings(run: &Run) -> Markup {
+    let cell = &run.cell;
+    let mut lines = vec![(
+        "duration".to_owned(),
+        duration(cell.duration_ns as f64 / 1e6),
+    )];
+    lines.extend(leaves(&cell.settings));
+    if let Some(page) = &cell.page {
+        lines.extend(leaves(page));
+    }
+    list(&lines)
+}
+
+fn made(manifest: &Manifest) -> Markup {
+    html! {
+        (list(&[
+            ("link seed".to_owned(), manifest.cell.link_seed.to_string()),
+            ("started".to_owned(), to_the_second(&manifest.started)),
+            ("took".to_owned(), duration(manifest.wall_s * 1e3)),
+            ("back-end".to_owned(), manifest.backend.clone()),
+            ("player".to_owned(), manifest.player.clone()),
+        ]))
+        @if let Some(certificate) = Certificate::of(manifest) { (proof(&certificate)) }
+        @if let Some(page) = &manifest.page {
+            h4 { "What the page says of itself" }
+            (lines(page))
+        }
+        @if let Some(controller) = &manifest.controller {
+            h4 { "What the controller says of itself" }
+            (lines(controller))
+        }
+        @if !manifest.files.is_empty() {
+            h4 { "Files, by SHA-256" }
+            pre { (checksums(manifest)) }
+        }
+    }
+}
+
+/// `2026-11-21T15:04:37Z` of a time with a fraction.
+fn to_the_second(time: &str) -> String {
+    match time.split_once('.') {
+        Some((whole, fraction)) if fraction.ends_with('Z') => format!("{whole}Z"),
+        _ => time.to_owned(),
+    }
+}
+
+/// A report's own words, a line each. What it repeats of the settings is above it already, and a
+/// browser's arguments are those settings with the machine's own paths.
+fn lines(report: &Value) -> Markup {
+    const REPEATED: [&str; 4] = ["settings.", "browser.arguments", "start_ns", "stop_ns"];
+    let mut text = String::new();
+    for (name, value) in leaves(report) {
+        if !REPEATED.iter().any(|repeated| name.starts_with(repeated)) {
+            // Into a string, which takes everything.
+            let _ = writeln!(text, "{name} {value}");
+        }
+    }
+    html! { pre.lines { (text) } }
+}
+
+fn proof(certificate: &Certificate) -> Markup {
+    html! {
+        h4 { "Certificate of the link" }
+        p {
+            @if certificate.holds() { "Holds" } @else { "Does not hold" }
+            ": " (certificate.answered) " of " (certificate.sent) " echoes answered"
+            @if let (Some(measured), Some(predicted)) = (certificate.measured, certificate.predicted) {
+                ", mean RTT " (duration(measured.avg_ms)) " where the link had " (duration(predicted.avg_ms))
+                ", loss " (percent(measured.loss)) " where it had " (percent(predicted.loss))
+                "; from " (duration(measured.min_ms)) " to " (duration(measured.max_ms))
+                ", sd " (duration(measured.sd_ms))
+            }
+            @if let Some(residual) = certificate.residual() {
+                "; off by " (duration(residual.median_ms)) " in the median, 99 % by less than "
+                (duration(residual.p99_ms)) ", at most by " (duration(residual.max_ms))
+                ", on average by " (duration(residual.bias_ms))
+            }
+            "."
+        }
+    }
+}
+
+/// In the form that `sha256sum --check` reads.
+fn checksums(manifest: &Manifest) -> String {
+    let mut text = String::new();
+    for (name, fact) in manifest.files.iter().filter(|(_, fact)| fact.bytes > 0) {
+        // Into a string, which takes everything.
+        let _ = writeln!(text, "{}  {name}", fact.sha256);
+    }
+    text
+}
+
+fn list(lines: &[(String, String)]) -> Markup {
+    html! {
+        dl.facts {
+            @for (name, value) in lines { div { dt { (name) } dd { (value) } } }
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! What is missing: damaged files, runs that are not complete, cells that were not run.
+
+use analysis::{Campaign, Run};
+use maud::{Markup, html};
+use plan::Verdict;
+
+use super::badge;
+use super::ran::{anchor, without_folder};
+use crate::report::Report;
+
+pub(super) fn render(report: &Report<'_>) -> Option<Markup> {
+    let campaign = report.campaign;
+    let absent: Vec<&Run> = campaign.absent().collect();
+    let bad: Vec<&Run> = campaign
+        .runs
+        .iter()
+        .filter(|run| {
+            run.problem.is_some() || run.verdict().is_some_and(|each| each != Verdict::Complete)
+        })
+        .collect();
+    if report.damage.is_empty() && bad.is_empty() && absent.is_empty() {
+        return None;
+    }
+    Some(html! {
+        @if !report.damage.is_empty() { (damage(report)) }
+        @if !bad.is_empty() { (incomplete(campaign, &bad)) }
+        @if !absent.is_empty() { (never(&absent)) }
+    })
+}
+
+fn damage(report: &Report<'_>) -> Markup {
+    html! {
+        div.notice.bad role="note" {
+            h3 { "Damaged files" }
+            p {
+                "These are not what their manifests say. What is below was worked out of them as \
+                 they are; restore them, or run their cells again."
+            }
+            ul {
+                @for damage in &report.damage {
+                    @let path = damage.path.strip_prefix(&report.campaign.folder).unwrap_or(&damage.path);
+                    li { code { (path.display()) } ": " (damage.problem) }
+                }
+            }
+        }
+    }
+}
+
+/// Runs that ended alike for the same reasons stand together.
+fn incomplete(campaign: &Campaign, runs: &[&Run]) -> Markup {
+    let mut alike: Vec<(Option<Verdict>, Vec<String>, Vec<&Run>)> = Vec::new();
+    for run in runs {
+        let (verdict, reasons) = (run.verdict(), reasons(campaign, run));
+        match alike
+            .iter_mut()
+            .find(|(same, why, _)| *same == verdict && *why == reasons)
+        {
+            Some((_, _, runs)) => runs.push(run),
+            None => alike.push((verdict, reasons, vec![run])),
+        }
+    }
+    html! {
+        div.notice.bad role="note" {
+            h3 { (counted(runs.len(), "run that is", "runs that are")) " not complete" }
+            p { "No table, figure or claim uses them." }
+            @for (verdict, reasons, runs) in &alike {
+                details {
+                    summary {
+                        (counted(runs.len(), "run", "runs")) " " (badge::of_run(*verdict))
+                        @for reason in reasons { " " span.reason { (reason) } }
+                    }
+                    ul.ids { @for run in runs { li { a href={ "#" (anchor(run)) } { (run.cell.id) } } } }
+                }
+            }
+        }
+    }
+}
+
+/// `1 run`, `49 runs`.
+fn counted(n: usize, one: &str, more: &str) -> String {
+    match n {
+        1 => format!("1 {one}"),
+        n => format!("{n} {more}"),
+    }
+}
+
+/// Why a run is not complete.
+pub(super) fn reasons(campaign: &Campaign, run: &Run) -> Vec<String> {
+    let own = run.manifest.iter().flat_map(|manifest| &manifest.reasons);
+    own.chain(&run.problem)
+        .map(|reason| without_folder(campaign, reason))
+        .collect()
+}
+
+fn never(runs: &[&Run]) -> Markup {
+    html! {
+        div.notice.quiet role="note" {
+            h3 { (counted(runs.len(), "cell that was", "cells that were")) " not run" }
+            details {
+                summary { "Which" }
+                ul.ids { @for run in runs { li { (run.cell.id) } } }
+            }
+        }
+    }
+}

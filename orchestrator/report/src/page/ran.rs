@@ -1,0 +1,126 @@
+//! Every run: a line each, by topology and client, with its details folded in.
+
+use std::fmt::Write as _;
+
+use analysis::{Campaign, Run};
+use maud::{Markup, html};
+use plan::Verdict;
+
+use super::badge;
+use super::detail;
+use crate::number::duration;
+
+/// Where a run's details are in the page. Its index is unique in a plan, and always a word.
+pub(super) fn anchor(run: &Run) -> String {
+    format!("run-{}", run.cell.index)
+}
+
+/// The same of a cell's id; `None` where the plan has no such cell.
+pub(super) fn anchor_of(campaign: &Campaign, id: &str) -> Option<String> {
+    campaign
+        .runs
+        .iter()
+        .find(|run| run.cell.id == id)
+        .map(anchor)
+}
+
+/// A message without the way to the folder that was read: the page is the same wherever that is.
+pub(super) fn without_folder(campaign: &Campaign, message: &str) -> String {
+    let mut folder = campaign.folder.display().to_string();
+    if folder.is_empty() {
+        return message.to_owned();
+    }
+    if !folder.ends_with('/') {
+        let _ = folder.write_char('/');
+    }
+    message.replace(&folder, "")
+}
+
+/// The runs of one topology, client, setup, mode and rate.
+type Group<'a> = Vec<&'a Run>;
+
+pub(super) fn render(campaign: &Campaign) -> Option<Markup> {
+    if campaign.runs.is_empty() {
+        return None;
+    }
+    let mut topologies: Vec<(&str, Vec<Group<'_>>)> = Vec::new();
+    for run in &campaign.runs {
+        let topology = run.cell.topology.as_str();
+        if !topologies.iter().any(|(name, _)| *name == topology) {
+            topologies.push((topology, Vec::new()));
+        }
+        let Some((_, groups)) = topologies.iter_mut().find(|(name, _)| *name == topology) else {
+            continue;
+        };
+        match groups
+            .iter_mut()
+            .find(|group| group.first().is_some_and(|first| is_like(first, run)))
+        {
+            Some(group) => group.push(run),
+            None => groups.push(vec![run]),
+        }
+    }
+    for (_, groups) in &mut topologies {
+        groups.sort_by_key(|group| group.first().map(|run| run.cell.client));
+    }
+    Some(html! {
+        p {
+            "A line for each run: how it ended, what became of its loop, settling, messages sent of \
+             due, and the median round trip of a message. Certificate and checksums are inside; the raw rows are in " code { "cells/" } " beside the report."
+        }
+        @for (topology, groups) in &topologies {
+            h3 { (topology) }
+            @for group in groups { (folded(campaign, group)) }
+        }
+    })
+}
+
+fn is_like(one: &Run, other: &Run) -> bool {
+    let key = |run: &Run| {
+        let cell = &run.cell;
+        (cell.client, cell.settings.mode, cell.settings.h.ns())
+    };
+    key(one) == key(other) && one.summary.setup == other.summary.setup
+}
+
+fn folded(campaign: &Campaign, group: &[&Run]) -> Markup {
+    let Some(first) = group.first() else {
+        return html! {};
+    };
+    let complete = group.iter().filter(|run| run.is_complete()).count();
+    let summary = &first.summary;
+    html! {
+        details.group {
+            summary {
+                b { (summary.client) } " " span.setup { (summary.setup) }
+                span { (summary.mode) } span { (summary.rate) }
+                span.fine { (complete) " of " (group.len()) " complete" }
+            }
+            (detail::settings(first))
+            @for run in group { (line(campaign, run)) }
+        }
+    }
+}
+
+fn line(campaign: &Campaign, run: &Run) -> Markup {
+    let summary = &run.summary;
+    html! {
+        details.run id=(anchor(run)) {
+            summary {
+                span.repeat { "r" (format!("{:02}", run.cell.repeat)) }
+                span { (badge::of_run(run.verdict())) }
+                @if let Some(verdict) = summary.loop_verdict { span { (badge::of_loop(verdict)) } }
+                @if let Some(settling) = summary.settling_ms { span { "settled in " (duration(settling)) } }
+                @if let Some(sent) = summary.messages_sent { span { "sent " (sent) " of " (summary.messages_due) } }
+                @if let Some(rtt) = summary.message_rtt_p50_ms { span { "RTT " (duration(rtt)) } }
+            }
+            (detail::render(campaign, run))
+        }
+    }
+}
+
+/// Whether a run left something to look at.
+pub(super) fn was_made(run: &Run) -> bool {
+    run.verdict()
+        .is_some_and(|verdict| verdict != Verdict::Unsupported)
+}

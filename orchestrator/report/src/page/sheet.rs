@@ -1,0 +1,84 @@
+//! The paper's tables.
+
+use maud::{Markup, html};
+
+use super::scroll::scroll;
+use crate::number::significant;
+use crate::table::{Column, Entry, Table};
+
+pub(super) fn render(tables: &[Table]) -> Option<Markup> {
+    (!tables.is_empty()).then(|| {
+        html! { @for table in tables { (sheet(table)) } }
+    })
+}
+
+fn sheet(table: &Table) -> Markup {
+    html! {
+        div.sheet id=(table.name) {
+            h3 { (table.title) }
+            (scroll(&table.title, &grid(table)))
+            @for note in &table.notes { p.note { (note) } }
+            p.files {
+                "As a file: "
+                a href={ "tables/" (table.name) ".csv" } { (table.name) ".csv" } ", "
+                a href={ "tables/" (table.name) ".txt" } { (table.name) ".txt" }
+            }
+        }
+    }
+}
+
+fn grid(table: &Table) -> Markup {
+    let groups: Vec<&[Column]> = table
+        .columns
+        .chunk_by(|one, other| one.group == other.group)
+        .collect();
+    let is_grouped = groups
+        .iter()
+        .any(|group| group.iter().any(|column| !column.group.is_empty()));
+    html! {
+        table {
+            caption.unseen { (table.title) }
+            thead {
+                @if is_grouped {
+                    tr {
+                        @for group in &groups {
+                            @let name = group.first().map_or("", |column| column.group.as_str());
+                            @if name.is_empty() {
+                                td colspan=(group.len()) {}
+                            } @else {
+                                th.group scope="colgroup" colspan=(group.len()) { (name) }
+                            }
+                        }
+                    }
+                }
+                tr {
+                    @for (at, column) in table.columns.iter().enumerate() {
+                        th.number[is_number(table, at)] scope="col" { (column.name) }
+                    }
+                }
+            }
+            tbody {
+                @for row in &table.rows {
+                    tr { @for (at, entry) in row.iter().enumerate() { (cell(at, entry, is_number(table, at))) } }
+                }
+            }
+        }
+    }
+}
+
+/// Whether a column holds numbers, which are aligned at the right with their heading.
+fn is_number(table: &Table, at: usize) -> bool {
+    let mut entries = table.rows.iter().filter_map(|row| row.get(at));
+    entries.any(|entry| matches!(entry, Entry::Number(..)))
+}
+
+fn cell(at: usize, entry: &Entry, is_number: bool) -> Markup {
+    html! {
+        @match entry {
+            Entry::Text(text) if at == 0 => { th scope="row" { (text) } }
+            Entry::Text(text) => { td { (text) } }
+            Entry::Number(x, digits) => { td.number { (significant(*x, *digits)) } }
+            Entry::None => { td.none.number[is_number] { "–" } }
+        }
+    }
+}
