@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use analysis::{LoopVerdict, Run};
 
 use crate::Report;
+use crate::answer::Answer;
 use crate::claim::Verdict;
 use crate::outcome::{self, Kind, Outcome};
 
@@ -27,7 +28,7 @@ pub fn markdown(report: &Report<'_>) -> String {
         .collect();
     let sections = [
         format!("# webloop: {}\n", text(&report.campaign.plan.experiment)),
-        answer(&outcomes),
+        answer(report, &outcomes),
         totals(report, &outcomes),
         claims(report),
         faults(&outcomes),
@@ -40,26 +41,17 @@ pub fn markdown(report: &Report<'_>) -> String {
     filled.collect::<Vec<_>>().join("\n")
 }
 
-/// Whether the loop survives, in a sentence.
-fn answer(outcomes: &[(&Run, Outcome)]) -> String {
+/// Whether the loop survives, in a few sentences.
+fn answer(report: &Report<'_>, outcomes: &[(&Run, Outcome)]) -> String {
     let complete = |(_, outcome): &&(&Run, Outcome)| outcome.kind == Kind::Complete;
-    let loops = outcomes.iter().filter(complete);
-    let verdicts: Vec<LoopVerdict> = loops
-        .filter_map(|(run, _)| run.summary.loop_verdict)
-        .collect();
-    let stable = verdicts.iter().filter(|it| **it == LoopVerdict::Stable);
-    let of_cells = format!(
-        "{} of {} cells are complete",
+    let words = Answer::of(report.campaign).words();
+    let sentences: Vec<String> = words.iter().map(|sentence| text(sentence)).collect();
+    format!(
+        "{} {} of {} cells are complete.\n",
+        sentences.join(" "),
         outcomes.iter().filter(complete).count(),
         outcomes.len()
-    );
-    match verdicts.len() {
-        0 => format!("{of_cells}; no loop was closed.\n"),
-        closed => format!(
-            "{of_cells}; {} of {closed} closed loops are stable.\n",
-            stable.count()
-        ),
-    }
+    )
 }
 
 /// How cells and loops of each topology ended.

@@ -60,12 +60,12 @@ impl<'a> Report<'a> {
     }
 }
 
-/// Writes a report's files into `folder`, over those of an earlier one.
+/// Writes a report's [files](Report::files) into `folder`, over those of an earlier one.
 ///
 /// # Errors
 /// When the folder or a file cannot be written.
-pub fn write(report: &Report<'_>, folder: &Path) -> io::Result<()> {
-    for (name, content) in report.files() {
+pub fn write(files: &[(PathBuf, Vec<u8>)], folder: &Path) -> io::Result<()> {
+    for (name, content) in files {
         let path = folder.join(name);
         path.parent().map_or(Ok(()), fs::create_dir_all)?;
         fs::write(path, content)?;

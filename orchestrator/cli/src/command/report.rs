@@ -1,11 +1,13 @@
 //! `webloop report DIR`: the paper's tables, figures and claims of a results folder, and the page.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use analysis::Campaign;
 use anyhow::{Context, anyhow};
-use report::Report;
+use report::claim::{Finding, Verdict};
+use report::deposit::{package, provenance};
+use report::{Report, answer::Answer};
 
 use crate::argument;
 use crate::exit::{Exit, Failure, Outcome};
@@ -17,7 +19,8 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
     let report = Report::of(&campaign).map_err(|error| anyhow!(error))?;
     let own = argument.folder.join("report");
     let out = argument.out.as_deref().unwrap_or(&own);
-    report::write(&report, out)
+    let files = report.files();
+    report::write(&files, out)
         .with_context(|| {
             format!(
                 "cannot write the report into {}; choose another folder with --out",
@@ -28,10 +31,15 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
     // What cannot be read is told below; the tables of before stay as they were.
     let is_readable = campaign.runs.iter().all(|run| run.problem.is_none());
     if argument.out.is_none() && is_readable {
-        describe(&campaign, &argument.folder)?;
+        describe(&report, &files, &argument.folder)?;
     }
     let mut stdout = std::io::stdout();
-    writeln!(stdout, "{}", out.join("report.html").display())?;
+    let claims = claims(&report);
+    let page = out.join("report.html");
+    for sentence in Answer::of(&campaign).words() {
+        writeln!(stdout, "{sentence}")?;
+    }
+    writeln!(stdout, "{claims}\nReport: {}", page.display())?;
     let troubles = troubles(&report);
     for trouble in &troubles {
         eprintln!("webloop: {trouble}");
@@ -42,17 +50,38 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
     })
 }
 
-/// What is made of the rows and lies beside them.
-fn describe(campaign: &Campaign, folder: &Path) -> anyhow::Result<()> {
-    let results = Results::of(campaign, |_| false)?;
-    for (name, text) in [
-        ("summary.csv", results.csv()),
-        ("table.txt", results.table()),
-    ] {
+/// What is made of the rows and lies beside them, and what describes the folder with all of it.
+fn describe(
+    report: &Report<'_>,
+    files: &[(PathBuf, Vec<u8>)],
+    folder: &Path,
+) -> anyhow::Result<()> {
+    let leave = |name: &str, text: String| {
         let path = folder.join(name);
-        std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
-    }
-    Ok(())
+        std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
+    };
+    let results = Results::of(report.campaign, |_| false)?;
+    leave("summary.csv", results.csv())?;
+    leave("table.txt", results.table())?;
+    // These two look at what is there, and come last.
+    leave(package::FILE, package::json(report, files))?;
+    leave(provenance::FILE, provenance::json(report, files))
+}
+
+/// How many of the paper's claims came out how.
+fn claims(report: &Report<'_>) -> String {
+    let count = |verdict| {
+        let of_it = |finding: &&Finding| finding.verdict == verdict;
+        report.claims.iter().filter(of_it).count()
+    };
+    format!(
+        "Of {} claims of the paper {} agree, {} differ, {} are not comparable, {} were not run.",
+        report.claims.len(),
+        count(Verdict::Agrees),
+        count(Verdict::Differs),
+        count(Verdict::NotComparable),
+        count(Verdict::NotRun)
+    )
 }
 
 /// Why the folder is not whole, a sentence each.
