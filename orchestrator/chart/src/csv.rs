@@ -27,7 +27,7 @@ impl Chart {
                 csv.push_str(&field(series));
                 for number in numbers {
                     csv.push(',');
-                    csv.push_str(&number.map_or_else(String::new, |n| shortest(n)));
+                    csv.push_str(&number.map_or_else(String::new, shortest));
                 }
                 csv.push('\n');
             };

@@ -73,7 +73,7 @@ fn linear(span: &Span, count: usize) -> Ticks {
     // Numbers that agree in their first five digits are written from the first of them on.
     let origin = if many >= 1e5 { first } else { 0.0 };
     let largest = step.times((first - origin).abs().max((last - origin).abs()));
-    let thousands = if largest >= 1e5 || largest < 1e-2 {
+    let thousands = if !(1e-2..1e5).contains(&largest) {
         3 * (largest.log10() / 3.0 + 1e-9).floor() as i32
     } else {
         0
