@@ -28,7 +28,7 @@ pub fn markdown(report: &Report<'_>) -> String {
         .collect();
     let sections = [
         format!("# webloop: {}\n", text(&report.campaign.plan.experiment)),
-        answer(report, &outcomes),
+        answer(report),
         totals(report, &outcomes),
         claims(report),
         faults(&outcomes),
@@ -42,16 +42,10 @@ pub fn markdown(report: &Report<'_>) -> String {
 }
 
 /// Whether the loop survives, in a few sentences.
-fn answer(report: &Report<'_>, outcomes: &[(&Run, Outcome)]) -> String {
-    let complete = |(_, outcome): &&(&Run, Outcome)| outcome.kind == Kind::Complete;
+fn answer(report: &Report<'_>) -> String {
     let words = Answer::of(report.campaign).words();
     let sentences: Vec<String> = words.iter().map(|sentence| text(sentence)).collect();
-    format!(
-        "{} {} of {} cells are complete.\n",
-        sentences.join(" "),
-        outcomes.iter().filter(complete).count(),
-        outcomes.len()
-    )
+    sentences.join(" ") + "\n"
 }
 
 /// How cells and loops of each topology ended.
