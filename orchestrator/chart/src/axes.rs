@@ -161,9 +161,9 @@ fn number(label: &str) -> f64 {
     text::width(label, TICK_SIZE, false)
 }
 
-/// What is over the data: the axes' lines and names, and if there are any, numbers. `beside` is
-/// how far the name of the vertical axis is from the box.
-pub(crate) fn layer(panel: &Panel, axes: Option<&Axes>, frame: &Frame, beside: f64) -> Layer {
+/// What is over the data: the axes' lines and names, and if there are any, numbers. `numbers` is
+/// how wide the numbers beside the boxes are.
+pub(crate) fn layer(panel: &Panel, axes: Option<&Axes>, frame: &Frame, numbers: f64) -> Layer {
     let mut shapes = vec![Shape::Lines {
         lines: vec![frame.places(&[(0.0, 1.0), (0.0, 0.0), (1.0, 0.0)])],
         stroke: Stroke::solid(Colour::Ink, 0.6),
@@ -183,7 +183,11 @@ pub(crate) fn layer(panel: &Panel, axes: Option<&Axes>, frame: &Frame, beside: f
     if !y_name.is_empty() {
         let middle = frame.top + frame.height / 2.0;
         let size = layout::fitting(y_name, LABEL_SIZE, frame.height + 10.0);
-        let name = Text::at((frame.left - beside, middle), size, y_name);
+        let name = Text::at(
+            (frame.left - numbers - NAME_BESIDE * 0.3, middle),
+            size,
+            y_name,
+        );
         shapes.push(Shape::Text(name.anchor(Anchor::Middle).upright()));
     }
     Layer { name: None, shapes }

@@ -28,6 +28,10 @@ pub(crate) struct Label {
 }
 
 impl Label {
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
     pub(crate) fn shape(&self) -> Shape {
         let base = self.room.bottom() - GUIDE_SIZE * 0.28;
         let text = Text::at((self.room.left, base), GUIDE_SIZE, &self.name);
@@ -94,12 +98,16 @@ pub(crate) fn labels<'a>(
     let mut labels: Vec<Label> = Vec::new();
     let mut beside = Vec::new();
     for (guide, own) in seen.iter().filter(|(guide, _)| !guide.name.is_empty()) {
+        // The two ends of a range share a name, which is said once.
+        if labels.iter().any(|label| label.name == guide.name) {
+            continue;
+        }
         let free = |room: &Frame| {
-            let others = seen.iter().filter(|(other, _)| other != guide);
+            let mut others = seen.iter().filter(|(other, _)| other.name != guide.name);
             frame.contains((room.left, room.top))
                 && frame.contains((room.right(), room.bottom()))
                 && labels.iter().all(|label| !label.room.overlaps(room))
-                && others.into_iter().all(|(_, line)| !crosses(line, room))
+                && others.all(|(_, line)| !crosses(line, room))
                 && data
                     .iter()
                     .flat_map(|layer| &layer.shapes)

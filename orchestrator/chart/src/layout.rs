@@ -20,6 +20,9 @@ pub(crate) const LEADING: f64 = 1.25;
 /// Free on all sides.
 pub(crate) const EDGE: f64 = 5.0;
 
+/// Free on the right, where the last number of an axis may hang over.
+pub(crate) const RIGHT_EDGE: f64 = 10.0;
+
 /// Between panels side by side, where the last number of an axis may hang over.
 pub(crate) const GAP: f64 = 13.0;
 
@@ -37,7 +40,7 @@ pub(crate) fn page_width(columns: usize) -> f64 {
 /// How wide a panel is, with its numbers.
 pub(crate) fn panel_width(columns: usize) -> f64 {
     let columns = columns.max(1) as f64;
-    ((page_width(columns as usize) - 2.0 * EDGE - (columns - 1.0) * GAP) / columns).max(40.0)
+    ((page_width(columns as usize) - EDGE - RIGHT_EDGE - (columns - 1.0) * GAP) / columns).max(40.0)
 }
 
 /// How high the box between a panel's axes is.

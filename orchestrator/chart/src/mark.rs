@@ -142,7 +142,7 @@ impl Drawn<'_> {
             0..=60 => 4.0,
             61..=400 => 2.6,
             401..=1500 => 1.6,
-            _ => 1.0,
+            _ => 1.1,
         };
         self.markers(frame, &places, size, shapes);
     }

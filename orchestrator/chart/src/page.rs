@@ -14,7 +14,7 @@ pub(crate) fn scene(chart: &Chart) -> Scene {
     let columns = columns(chart);
     let looks = Looks::of(chart);
     let (width, height) = (layout::page_width(columns), layout::box_height(columns));
-    let room = width - 2.0 * EDGE;
+    let room = width - EDGE - layout::RIGHT_EDGE;
 
     let mut panels: Vec<Prepared> = chart
         .panels
@@ -45,6 +45,8 @@ pub(crate) fn scene(chart: &Chart) -> Scene {
         beside.push(panel.labels(&looks, &unplaced).1);
     }
     let (shared, own) = legend::split(chart, &looks, &beside);
+
+    let in_legend: Vec<_> = beside.into_iter().flatten().collect();
 
     let mut layers = Vec::new();
     let mut top = EDGE;
@@ -83,7 +85,7 @@ pub(crate) fn scene(chart: &Chart) -> Scene {
                 height,
             };
             layers.extend(panel.header(legend, left, top, panel_width));
-            layers.extend(panel.layers(&looks, &frame, numbers + NAME_BESIDE * 0.3));
+            layers.extend(panel.layers(&looks, &frame, numbers, &in_legend));
         }
         top += header + height + BELOW;
     }

@@ -72,8 +72,15 @@ impl<'a> Prepared<'a> {
         (labels, beside)
     }
 
-    /// Everything in and around its box but the heading.
-    pub(crate) fn layers(&self, looks: &Looks, frame: &Frame, beside: f64) -> Vec<Layer> {
+    /// Everything in and around its box but the heading. `numbers` is how wide the numbers beside
+    /// the boxes are; guides that a legend names are not named again.
+    pub(crate) fn layers(
+        &self,
+        looks: &Looks,
+        frame: &Frame,
+        numbers: f64,
+        in_legend: &[Entry],
+    ) -> Vec<Layer> {
         let mut layers = Vec::new();
         match &self.axes {
             Some(axes) => {
@@ -87,14 +94,17 @@ impl<'a> Prepared<'a> {
                 ));
                 layers.extend(self.data(axes, looks, frame));
                 let (labels, _) = self.labels(looks, frame);
+                let unnamed = labels
+                    .iter()
+                    .filter(|label| in_legend.iter().all(|entry| entry.name != label.name()));
                 layers.push(Layer {
                     name: None,
-                    shapes: labels.iter().map(Label::shape).collect(),
+                    shapes: unnamed.map(Label::shape).collect(),
                 });
             }
             None => layers.push(self.nothing(frame)),
         }
-        layers.push(axes::layer(self.panel, self.axes.as_ref(), frame, beside));
+        layers.push(axes::layer(self.panel, self.axes.as_ref(), frame, numbers));
         layers
     }
 

@@ -12,7 +12,7 @@ use crate::scene::Place;
 use crate::span::Span;
 
 /// More dots than this are laid on coarser cells.
-const MOST_DOTS: usize = 6_000;
+const MOST_DOTS: usize = 9_000;
 
 /// Cells of half a point.
 const CELLS_PER_POINT: f64 = 2.0;
@@ -53,7 +53,7 @@ pub(crate) fn thin(series: &Series, x: &Span, y: &Span, columns: usize) -> Vec<P
                 if kept.len() <= MOST_DOTS {
                     return kept;
                 }
-                coarse *= 1.5;
+                coarse *= 1.25;
             }
         }
     }

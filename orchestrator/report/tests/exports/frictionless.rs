@@ -8,11 +8,18 @@ use report::deposit::package;
 
 use crate::campaign::{files, folder, read, report};
 
+/// Python, with what `.ci/run` has installed beside it.
+fn python() -> Command {
+    let mut python = Command::new("python3");
+    if let Some(path) = std::env::var_os("WEBLOOP_TEST_PYTHONPATH") {
+        python.env("PYTHONPATH", path);
+    }
+    python
+}
+
 #[test]
 fn frictionless_finds_every_row_as_the_package_says() {
-    let lack = Command::new("python3")
-        .args(["-c", "import frictionless"])
-        .output();
+    let lack = python().args(["-c", "import frictionless"]).output();
     match lack {
         Ok(output) if output.status.success() => {}
         Ok(_) => return println!("SKIPPED: python3 has no frictionless; pip install frictionless"),
@@ -33,7 +40,7 @@ fn frictionless_finds_every_row_as_the_package_says() {
     let package = package::json(&report(&campaign), &files());
     fs::write(folder.path().join(package::FILE), package).expect("a writable folder");
     let validate = || {
-        let output = Command::new("python3")
+        let output = python()
             .args(["-m", "frictionless", "validate", package::FILE])
             .current_dir(folder.path())
             .output();

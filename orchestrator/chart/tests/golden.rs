@@ -1,0 +1,165 @@
+//! Two small charts, drawn as they were when a person looked at them.
+//!
+//! After a change that is meant: `WEBLOOP_WRITE_GOLDEN=1 cargo test -p webloop-chart --test golden`,
+//! then look at `tests/golden/*.svg` again.
+
+use std::path::Path;
+
+use chart::{Axis, Chart, Guide, GuideAt, Mark, Panel, Role, Scale, Series};
+
+fn check(name: &str, drawn: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/golden")
+        .join(name);
+    if std::env::var("WEBLOOP_WRITE_GOLDEN").is_ok() {
+        std::fs::write(&path, drawn).expect("the folder is in the repository");
+    }
+    let committed = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(
+        drawn == committed,
+        "{name} differs from what is drawn now:\n{drawn}"
+    );
+}
+
+fn axis(label: &str, scale: Scale) -> Axis {
+    Axis {
+        label: label.to_owned(),
+        scale,
+        range: None,
+    }
+}
+
+fn series(name: &str, role: Role, mark: Mark, points: &[(f64, f64)]) -> Series {
+    Series {
+        name: name.to_owned(),
+        mark,
+        role,
+        points: points.to_vec(),
+        band: Vec::new(),
+    }
+}
+
+/// Lines with a band and a gap, and a panel that did not run.
+fn lines() -> Chart {
+    let mut python = series(
+        "python",
+        Role::Python,
+        Mark::Line,
+        &[(0.0, 0.0), (0.1, 0.8), (0.2, 1.2), (0.3, 0.95), (0.4, 1.0)],
+    );
+    python.band = python
+        .points
+        .iter()
+        .map(|(_, y)| (y * 0.9, y * 1.1))
+        .collect();
+    let native = series(
+        "native",
+        Role::Native,
+        Mark::Steps,
+        &[
+            (0.0, 0.0),
+            (0.1, 1.1),
+            (0.2, f64::NAN),
+            (0.3, 1.0),
+            (0.4, 1.0),
+        ],
+    );
+    let panel = Panel {
+        letter: "a".to_owned(),
+        title: "arima, 333 Hz".to_owned(),
+        x: axis("time/s", Scale::Linear),
+        y: axis("output", Scale::Linear),
+        series: vec![native, python],
+        guides: vec![Guide {
+            name: "reference".to_owned(),
+            at: GuideAt::Y(1.0),
+        }],
+        empty: "not run".to_owned(),
+    };
+    Chart {
+        name: "lines".to_owned(),
+        title: "Step responses".to_owned(),
+        about: "Both settle within 0.4 s.".to_owned(),
+        source: "Two runs, seed 1, native back-end.".to_owned(),
+        columns: 2,
+        panels: vec![
+            panel.clone(),
+            Panel {
+                letter: "b".to_owned(),
+                title: "couva, 333 Hz".to_owned(),
+                series: Vec::new(),
+                ..panel
+            },
+        ],
+    }
+}
+
+/// Bars and dots on axes by powers of ten.
+fn logs() -> Chart {
+    Chart {
+        name: "logs".to_owned(),
+        title: "Control intervals".to_owned(),
+        about: "Most intervals are 3 ms.".to_owned(),
+        source: String::new(),
+        columns: 1,
+        panels: vec![Panel {
+            letter: String::new(),
+            title: String::new(),
+            x: axis("interval/ms", Scale::Linear),
+            y: axis("share", Scale::Log),
+            series: vec![
+                series(
+                    "python",
+                    Role::Python,
+                    Mark::Bars(1.0),
+                    &[(2.0, 0.01), (3.0, 0.9), (4.0, 0.08), (5.0, 0.0)],
+                ),
+                series(
+                    "firefox",
+                    Role::Firefox,
+                    Mark::Dots,
+                    &[(3.0, 0.3), (4.0, 0.6), (5.0, 0.1)],
+                ),
+            ],
+            guides: vec![Guide {
+                name: "h = 3 ms".to_owned(),
+                at: GuideAt::X(3.0),
+            }],
+            empty: String::new(),
+        }],
+    }
+}
+
+#[test]
+fn lines_are_drawn_as_looked_at() {
+    check("lines.svg", &lines().to_svg());
+}
+
+#[test]
+fn logs_are_drawn_as_looked_at() {
+    check("logs.svg", &logs().to_svg());
+}
+
+#[test]
+fn csv_has_what_is_drawn() {
+    assert_eq!(
+        logs().to_csv(),
+        "panel,series,x,y,low,high\n\
+         1,python,2.0,0.01,,\n\
+         1,python,3.0,0.9,,\n\
+         1,python,4.0,0.08,,\n\
+         1,firefox,3.0,0.3,,\n\
+         1,firefox,4.0,0.6,,\n\
+         1,firefox,5.0,0.1,,\n\
+         1,h = 3 ms,3.0,,,\n"
+    );
+    let lines = lines().to_csv();
+    assert!(
+        lines.contains("a,native,0.1,1.1,,\na,native,,,,\na,native,0.3,1.0,,\n"),
+        "the gap is a row without numbers: {lines}"
+    );
+    assert!(
+        lines.contains("a,reference,,1.0,,\n"),
+        "a guide is a row: {lines}"
+    );
+}
