@@ -117,9 +117,9 @@ impl<'a> Watch<'a> {
         let mut pending = Vec::new();
         for cell in cells {
             let before = manifest(campaign, cell)?;
-            let complete = before
-                .as_ref()
-                .is_some_and(|before| before.verdict == Verdict::Complete && before.cell == **cell);
+            let complete = before.as_ref().is_some_and(|before| {
+                before.verdict == Verdict::Complete && before.cell.is_same(cell)
+            });
             if !complete {
                 pending.push((*cell, before));
             }

@@ -182,3 +182,15 @@ fn a_folder_that_is_none_is_refused_with_what_it_lacks() {
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("plan.json"));
 }
+
+#[test]
+fn a_folder_whose_rows_were_not_kept_keeps_its_report() {
+    let ran = Ran::new();
+    ran.report();
+    fs::remove_dir_all(ran.path("cells")).unwrap();
+    let before = ran.made();
+    let (code, said) = ran.report();
+    assert_eq!(code, Some(2));
+    assert!(said.contains("no cell"), "{said}");
+    assert!(ran.made() == before);
+}

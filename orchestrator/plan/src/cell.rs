@@ -90,6 +90,18 @@ impl Cell {
         rate(self.settings.h, " ", "Hz", "kHz")
     }
 
+    /// Whether the other is the same run to be made, in whatever plan and place: everything is equal
+    /// but its index, and how many may run beside it.
+    #[must_use]
+    pub fn is_same(&self, other: &Cell) -> bool {
+        let alike = Cell {
+            index: self.index,
+            together: self.together,
+            ..other.clone()
+        };
+        alike == *self
+    }
+
     /// Its folder inside its campaign's.
     #[must_use]
     pub fn folder(&self) -> PathBuf {

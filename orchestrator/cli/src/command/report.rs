@@ -16,6 +16,14 @@ use crate::results::Results;
 /// Makes the report, says where it is and what is missing or damaged in the folder.
 pub(crate) fn run(argument: &argument::Report) -> Outcome {
     let campaign = Campaign::read(&argument.folder).map_err(Failure::usage)?;
+    // A folder of which only what is made from the rows was kept keeps it.
+    if campaign.absent().count() == campaign.runs.len() {
+        return Err(Failure::usage(anyhow!(
+            "{} has the rows of no cell, so there is nothing to report; `webloop run {} --out DIR` makes them",
+            argument.folder.display(),
+            argument.folder.join("plan.json").display()
+        )));
+    }
     let report = Report::of(&campaign).map_err(|error| anyhow!(error))?;
     let own = argument.folder.join("report");
     let out = argument.out.as_deref().unwrap_or(&own);

@@ -162,7 +162,7 @@ fn pending<'a>(chosen: &[&'a Cell], folder: &Path, failed: bool) -> anyhow::Resu
     for cell in chosen {
         let before = backend::manifest(folder, cell).map_err(|problem| anyhow!(problem))?;
         let is_due = match before {
-            Some(manifest) => manifest.verdict != Verdict::Complete || manifest.cell != **cell,
+            Some(manifest) => manifest.verdict != Verdict::Complete || !manifest.cell.is_same(cell),
             None => !failed,
         };
         if is_due {

@@ -71,9 +71,9 @@ fn run_one(
     stop: &AtomicBool,
 ) -> Outcome {
     let before = backend::manifest(&argument.out, cell).map_err(|problem| anyhow!(problem))?;
-    if before
-        .is_some_and(|manifest| manifest.verdict == Verdict::Complete && manifest.cell == *cell)
-    {
+    if before.is_some_and(|manifest| {
+        manifest.verdict == Verdict::Complete && manifest.cell.is_same(cell)
+    }) {
         return Ok(Exit::Fine);
     }
     let started = jiff::Timestamp::now().to_string();

@@ -119,15 +119,6 @@ fn through(evidence: &mut Evidence, series: &Series<'_>, profile: &Profile, row:
     let ours = series.statistics(series.own_ms);
     let columns: [(&str, &str, f64, f64, Band, Band, f64); 5] = [
         (
-            "min",
-            "ms",
-            row.min_ms,
-            ours.min_ms,
-            here.min_ms,
-            there.min_ms,
-            there.expected.min_ms,
-        ),
-        (
             "avg",
             "ms",
             row.avg_ms,
@@ -135,6 +126,15 @@ fn through(evidence: &mut Evidence, series: &Series<'_>, profile: &Profile, row:
             here.avg_ms,
             there.avg_ms,
             there.expected.avg_ms,
+        ),
+        (
+            "min",
+            "ms",
+            row.min_ms,
+            ours.min_ms,
+            here.min_ms,
+            there.min_ms,
+            there.expected.min_ms,
         ),
         (
             "max",
