@@ -20,6 +20,9 @@ const INDENT: f64 = 4.0;
 /// How long a stretch of line may be before its middle is looked at too.
 const STRIDE: f64 = 2.0;
 
+/// Two places no further apart than this, in panels, say nothing about a direction.
+const SAME: f64 = 1e-6;
+
 /// A name that found a place, on the page.
 #[derive(Debug, Clone)]
 pub(crate) struct Label {
@@ -55,7 +58,7 @@ fn line(at: GuideAt, x: &Span, y: &Span) -> Option<Vec<Place>> {
             let to = (x.fraction(b.0)?, y.fraction(b.1)?);
             let (dx, dy) = (to.0 - from.0, to.1 - from.1);
             let length = dx.hypot(dy);
-            if length == 0.0 {
+            if length < SAME {
                 return None;
             }
             // Far enough to leave the panel on both sides, wherever the two points are.

@@ -6,7 +6,8 @@
 //!
 //! An SVG's colours are those of the page that it stands in, if the page sets them:
 //! `--chart-ink`, `--chart-paper`, `--chart-native`, `--chart-python`, `--chart-chromium`,
-//! `--chart-firefox`, `--chart-plant` and `--chart-other`. By itself it is dark on white.
+//! `--chart-firefox`, `--chart-plant` and `--chart-other`. A page that sets one of ink and paper sets
+//! both. By itself an SVG is dark on white.
 #![forbid(unsafe_code)]
 
 mod axes;
@@ -14,6 +15,7 @@ mod axes;
 mod chart;
 mod clip;
 mod csv;
+mod encoding;
 mod guide;
 mod layout;
 mod legend;

@@ -28,9 +28,11 @@ pub(crate) fn scene(chart: &Chart) -> Scene {
         .map(crate::axes::Axes::numbers_beside)
         .fold(layout::TICK, f64::max);
     let named = panels.iter().any(|panel| !panel.panel.y.label.is_empty());
-    let gutter = numbers + if named { NAME_BESIDE } else { 0.0 };
     let panel_width = layout::panel_width(columns);
-    let box_width = (panel_width - gutter).max(20.0);
+    let gutter = numbers + if named { NAME_BESIDE } else { 0.0 };
+    // Numbers too long to stand beside a box may not push it off the page.
+    let gutter = gutter.min(panel_width * 0.6);
+    let box_width = panel_width - gutter;
     let mut beside = Vec::new();
     let unplaced = Frame {
         left: 0.0,

@@ -9,6 +9,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use crate::chart::Chart;
+use crate::encoding::code;
 use crate::page;
 use crate::palette::Colour;
 use crate::scene::{Anchor, Marker, Percent, Place, Scene, Shape, Stroke, Text};
@@ -309,52 +310,4 @@ fn written(text: &Text) -> String {
         }
     }
     operators
-}
-
-/// The font and the code in it of a character. `plain` is the font for all that Windows' code
-/// page 1252 has (`WinAnsiEncoding`); Symbol has signs and Greek.
-fn code(c: char, plain: &str) -> (&str, u8) {
-    let symbol = match c {
-        '−' => 0x2d,
-        '≤' => 0xa3,
-        '≥' => 0xb3,
-        '≈' => 0xbb,
-        '≠' => 0xb9,
-        '→' => 0xae,
-        '∞' => 0xa5,
-        '√' => 0xd6,
-        'Δ' => b'D',
-        'Σ' => b'S',
-        'α' => b'a',
-        'β' => b'b',
-        'γ' => b'g',
-        'δ' => b'd',
-        'ε' => b'e',
-        'ζ' => b'z',
-        'λ' => b'l',
-        'π' => b'p',
-        'σ' => b's',
-        'τ' => b't',
-        'φ' => b'f',
-        'ω' => b'w',
-        _ => 0,
-    };
-    if symbol != 0 {
-        return ("S", symbol);
-    }
-    let latin = match c {
-        '€' => 0x80,
-        '…' => 0x85,
-        '‘' => 0x91,
-        '’' => 0x92,
-        '“' => 0x93,
-        '”' => 0x94,
-        '•' => 0x95,
-        '–' | '‑' => 0x96,
-        '—' => 0x97,
-        'μ' => 0xb5,
-        ' '..='~' | '\u{a0}'..='\u{ff}' => u8::try_from(c).unwrap_or(b'?'),
-        _ => b'?',
-    };
-    (plain, latin)
 }

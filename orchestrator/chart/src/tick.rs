@@ -4,6 +4,13 @@ use crate::chart::Scale;
 use crate::span::Span;
 use crate::text::superscript;
 
+/// Steps shorter or longer than these would not survive arithmetic.
+const SHORTEST: f64 = 1e-290;
+const LONGEST: f64 = 1e290;
+
+/// This many steps from zero, a number no longer has the digits to tell two steps apart.
+const MOST_STEPS: f64 = 1e14;
+
 /// The marks of one axis.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Ticks {
@@ -58,22 +65,26 @@ impl Step {
 }
 
 fn linear(span: &Span, count: usize) -> Ticks {
-    let step = Step::at_least((span.hi / 2.0 - span.lo / 2.0) / count.max(1) as f64 * 2.0);
+    let ends = || Ticks {
+        labelled: vec![(span.lo, plain(span.lo)), (span.hi, plain(span.hi))],
+        ..Ticks::default()
+    };
+    let wanted = (span.hi / 2.0 - span.lo / 2.0) / count.max(1) as f64 * 2.0;
+    if !(SHORTEST..LONGEST).contains(&wanted) {
+        return ends();
+    }
+    let step = Step::at_least(wanted);
     let length = step.times(1.0);
     let first = (span.lo / length - 1e-9).ceil();
     let last = (span.hi / length + 1e-9).floor();
-    let usable = length.is_normal() && first.abs().max(last.abs()) < 1e14 && last >= first;
-    if !usable {
-        return Ticks {
-            labelled: vec![(span.lo, plain(span.lo)), (span.hi, plain(span.hi))],
-            ..Ticks::default()
-        };
+    if first.abs().max(last.abs()) >= MOST_STEPS || last < first {
+        return ends();
     }
     let many = first.abs().max(last.abs());
     // Numbers that agree in their first five digits are written from the first of them on.
     let origin = if many >= 1e5 { first } else { 0.0 };
     let largest = step.times((first - origin).abs().max((last - origin).abs()));
-    let thousands = if !(1e-2..1e5).contains(&largest) {
+    let thousands = if largest > 0.0 && !(1e-2..1e5).contains(&largest) {
         3 * (largest.log10() / 3.0 + 1e-9).floor() as i32
     } else {
         0
