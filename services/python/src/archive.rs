@@ -17,7 +17,7 @@ macro_rules! package {
 }
 
 /// Where each file is in the archive, and its content.
-const FILES: [(&str, &str); 21] = package![
+const FILES: [(&str, &str); 22] = package![
     "__init__.py",
     "__main__.py",
     "argument.py",
@@ -27,6 +27,7 @@ const FILES: [(&str, &str); 21] = package![
     "frame.py",
     "grant.py",
     "http_exchange.py",
+    "inbox.py",
     "journal.py",
     "law.py",
     "main.py",

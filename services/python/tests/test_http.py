@@ -4,10 +4,11 @@ import socket
 import threading
 import time
 import unittest
-from queue import SimpleQueue
 
+from test_inbox import within
 from webloop_controller.argument import read
 from webloop_controller.http_exchange import HttpExchange
+from webloop_controller.inbox import Inbox
 from webloop_controller.message import Command
 
 PATIENCE_S = 20
@@ -63,7 +64,7 @@ class Exchanges(unittest.TestCase):
         plant = Plant(script)
         self.addCleanup(plant.close)
         line = f"--plant 127.0.0.1:{plant.port} --mode open {options}"
-        self.ended = SimpleQueue()
+        self.ended = Inbox()
         exchange = HttpExchange(read(line.split()), self.ended)
         self.addCleanup(exchange.close)
         self.assertEqual(exchange.open(PATIENCE_S * 10**9).y, 0.25)
@@ -71,7 +72,7 @@ class Exchanges(unittest.TestCase):
 
     def outcome(self, exchange, seq):
         exchange.start(Command(seq, time.monotonic_ns(), 0.5))
-        end = self.ended.get(timeout=PATIENCE_S)
+        end = within(self.ended, PATIENCE_S)
         self.assertEqual(end.seq, seq)
         return end.outcome, end.why
 

@@ -9,9 +9,11 @@ import unittest
 from queue import SimpleQueue
 
 from test_frame import served
+from test_inbox import within
 from webloop_controller.argument import read
 from webloop_controller.exchange import ExchangeError
 from webloop_controller.frame import CLOSE, PING, TEXT, close_payload
+from webloop_controller.inbox import Inbox
 from webloop_controller.message import Command
 from webloop_controller.websocket_exchange import WebSocketExchange
 
@@ -96,7 +98,7 @@ class Exchanges(unittest.TestCase):
         plant = Plant(script, accept)
         self.addCleanup(plant.close)
         line = f"--plant 127.0.0.1:{plant.port} --transport websocket --mode open --timeout {timeout}"
-        self.ended = SimpleQueue()
+        self.ended = Inbox()
         exchange = WebSocketExchange(read(line.split()), self.ended)
         self.addCleanup(exchange.close)
         return plant, exchange
@@ -113,7 +115,7 @@ class Exchanges(unittest.TestCase):
             exchange.start(Command(seq, time.monotonic_ns(), 0.5))
 
     def end(self):
-        return self.ended.get(timeout=PATIENCE_S)
+        return within(self.ended, PATIENCE_S)
 
     def test_answers_find_their_commands_in_any_order_and_pieces(self):
         pongs = SimpleQueue()

@@ -2,7 +2,7 @@
 
 One thread asks the `ControllerEnd` and waits: for the next deadline, for a
 message that ended, or to be told to end. The messages are beside it, in an
-`Exchange`, and how they ended comes in by a queue.
+`Exchange`, and how they ended comes in by an `Inbox`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import os
 import signal
 import sys
 import threading
-from queue import Empty, SimpleQueue
 from time import monotonic_ns, sleep
 from typing import Optional
 
@@ -21,6 +20,7 @@ from webloop_controller.argument import NAME
 from webloop_controller.end import ControllerEnd, Finished, Missed, Send, Sleep
 from webloop_controller.exchange import Ended, Exchange, ExchangeError, NoAnswer
 from webloop_controller.http_exchange import HttpExchange
+from webloop_controller.inbox import Inbox
 from webloop_controller.journal import Journal
 from webloop_controller.law import paper_pi
 from webloop_controller.message import Observation
@@ -45,20 +45,19 @@ class Unreachable(Exception):
 
 
 class _Stop:
-    """In the queue: told to end."""
+    """In the inbox: told to end."""
 
 
-def queue_with_signals() -> SimpleQueue[object]:
-    """The loop's queue, in which SIGTERM and SIGINT arrive from now on."""
-    ended: SimpleQueue[object] = SimpleQueue()
+def inbox_with_signals() -> Inbox:
+    """The loop's inbox, in which SIGTERM and SIGINT arrive from now on."""
+    ended = Inbox()
     for number in (signal.SIGTERM, signal.SIGINT):
-        # SimpleQueue is the one queue that a signal's handler may put into.
         signal.signal(number, lambda *_: ended.put(_Stop()))
     return ended
 
 
-def drive(config: Config, ended: SimpleQueue[object]) -> Report:
-    """Runs a controller for its duration, or until it finds in its queue that
+def drive(config: Config, ended: Inbox) -> Report:
+    """Runs a controller for its duration, or until it finds in its inbox that
     it is told to end.
 
     Raises `Unreachable` or `JournalError`. A message that fails is a row, not
@@ -109,9 +108,7 @@ def drive(config: Config, ended: SimpleQueue[object]) -> Report:
     return report
 
 
-def _warm_up(
-    config: Config, exchange: Exchange, ended: SimpleQueue[object]
-) -> Optional[Observation]:
+def _warm_up(config: Config, exchange: Exchange, ended: Inbox) -> Optional[Observation]:
     """Waits for the plant, has a connection opened, and looks at the plant.
     None if it was told to end first."""
     give_up_ns = monotonic_ns() + WARM_UP_S * 1_000_000_000
@@ -132,14 +129,17 @@ def _warm_up(
 
     # In a thread, so that being told to end need not wait for an attempt.
     threading.Thread(target=attempts, name="warm-up", daemon=True).start()
-    try:
-        first = ended.get(timeout=WARM_UP_S)
-    except Empty:
-        raise Unreachable(
-            f"no plant answers at http://{authority(config.plant)} after {WARM_UP_S} s:"
-            f" {why}; is it started, and is this its address?"
-        ) from None
-    return first if isinstance(first, Observation) else None
+    while True:
+        left_ns = give_up_ns - monotonic_ns()
+        ended.wait(max(left_ns, 0) / 1e9)
+        first = ended.take()
+        if first is not None:
+            return first if isinstance(first, Observation) else None
+        if left_ns <= 0:
+            raise Unreachable(
+                f"no plant answers at http://{authority(config.plant)} after {WARM_UP_S} s:"
+                f" {why}; is it started, and is this its address?"
+            )
 
 
 class _Run:
@@ -150,7 +150,7 @@ class _Run:
         end: ControllerEnd,
         exchange: Exchange,
         journal: Journal,
-        ended: SimpleQueue[object],
+        ended: Inbox,
     ) -> None:
         self.end = end
         self.first_failure: Optional[str] = None
@@ -175,15 +175,14 @@ class _Run:
                 timeout_s = max(step.until_ns - monotonic_ns(), 0) / 1e9
             elif isinstance(step, Finished) and end.oldest_under_way() is None:
                 return False
-            try:
-                if self._take_in(ended.get(timeout=timeout_s)):
-                    return True
-            except Empty:
-                pass
+            ended.wait(timeout_s)
             # All that has come by now, so that the next command is made from
             # the newest output.
-            for _ in range(ended.qsize()):
-                if self._take_in(ended.get()):
+            while True:
+                what = ended.take()
+                if what is None:
+                    break
+                if self._take_in(what):
                     return True
 
     def _take_in(self, what: object) -> bool:

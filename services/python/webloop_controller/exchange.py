@@ -2,14 +2,14 @@
 its answer comes back.
 
 The loop knows nothing of HTTP. It hands a command to an `Exchange`, which must
-not keep it waiting, and finds how the message ended in a queue.
+not keep it waiting, and finds how the message ended in an inbox.
 """
 
 from __future__ import annotations
 
-from queue import SimpleQueue
 from typing import NamedTuple, Optional
 
+from webloop_controller.inbox import Inbox
 from webloop_controller.message import Answer, Command, Observation
 
 
@@ -46,7 +46,7 @@ class Exchange:
     first `start`; `start` and `close` from the loop's thread.
     """
 
-    def __init__(self, ended: SimpleQueue[object]) -> None:
+    def __init__(self, ended: Inbox) -> None:
         self.ended = ended
         """Where each message that was started ends, exactly once, as `Ended`."""
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import http.client
 import socket
-from queue import SimpleQueue
 from time import monotonic_ns
 from typing import List, Tuple
 
 from webloop_controller.exchange import Ended, Exchange, ExchangeError, NoAnswer
+from webloop_controller.inbox import Inbox
 from webloop_controller.message import (
     Answer,
     Command,
@@ -115,7 +115,7 @@ class HttpExchange(Exchange):
     idle last goes first, so that few connections are in use and those are warm.
     """
 
-    def __init__(self, config: Config, ended: SimpleQueue[object]) -> None:
+    def __init__(self, config: Config, ended: Inbox) -> None:
         super().__init__(ended)
         self._config = config
         self._workers: List[Worker] = []

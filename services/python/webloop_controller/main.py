@@ -6,7 +6,7 @@ import sys
 from typing import Sequence
 
 from webloop_controller import argument
-from webloop_controller.drive import Unreachable, drive, queue_with_signals
+from webloop_controller.drive import Unreachable, drive, inbox_with_signals
 from webloop_controller.journal import JournalError
 from webloop_controller.report import ReportError
 from webloop_controller.setting import authority
@@ -20,7 +20,7 @@ def main(arguments: Sequence[str]) -> int:
     """Runs the controller, and gives the exit code."""
     config = argument.read(arguments)
     # Before anybody is told that it is ready, and may tell it to end.
-    ended = queue_with_signals()
+    ended = inbox_with_signals()
     # Its arguments are fine; the plant it waits for by itself. That nobody
     # reads the line is no error.
     try:

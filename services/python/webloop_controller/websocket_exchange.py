@@ -8,13 +8,13 @@ has, messages fail at once.
 from __future__ import annotations
 
 import threading
-from queue import SimpleQueue
 from time import monotonic_ns, sleep
 from typing import Dict, List, Optional
 
 from webloop_controller.exchange import Ended, Exchange, ExchangeError, NoAnswer
 from webloop_controller.frame import INVALID
 from webloop_controller.http_exchange import HttpConnection
+from webloop_controller.inbox import Inbox
 from webloop_controller.message import Command, Observation, parse_answer
 from webloop_controller.query import InvalidMessage
 from webloop_controller.row import ANSWERED, FAILED, TIMEOUT
@@ -28,7 +28,7 @@ REOPEN_PAUSE_S = 0.1
 class WebSocketExchange(Exchange):
     """All messages over one socket."""
 
-    def __init__(self, config: Config, ended: SimpleQueue[object]) -> None:
+    def __init__(self, config: Config, ended: Inbox) -> None:
         super().__init__(ended)
         self._config = config
         self._mode = config.settings.mode

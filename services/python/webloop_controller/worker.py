@@ -1,7 +1,7 @@
 """A thread that sends one blocking request at a time.
 
 It knows neither the schedule nor the law: a command comes into its mailbox, and
-how the message ended goes into the queue of the loop.
+how the message ended goes into the inbox of the loop.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from time import monotonic_ns
 from typing import List, Optional, Protocol, Tuple
 
 from webloop_controller.exchange import Ended, ExchangeError, NoAnswer
+from webloop_controller.inbox import Inbox
 from webloop_controller.message import Answer, Command
 from webloop_controller.row import ANSWERED, FAILED, TIMEOUT
 
@@ -40,7 +41,7 @@ class Worker:
         connection: Connection,
         mode: str,
         idle: List[Worker],
-        ended: SimpleQueue[object],
+        ended: Inbox,
     ) -> None:
         """It puts itself into `idle` whenever it can take a command again.
 
