@@ -1,18 +1,18 @@
 //! A chart as PDF: its scene as one page of vectors.
 //!
-//! Text is set in Helvetica and Symbol, two of the fourteen fonts that PDF readers have to bring
-//! (ISO 32000-1, 9.6.2.2), so no font file is needed to write or to read it. What these fonts do
-//! not have is written as `?`. There is no date and no random id in the file, and nothing is
-//! compressed, so that the same chart is the same bytes.
+//! Its fonts are inside it, as far as it uses them ([`crate::font`]). There is no date and no random
+//! id in the file, and nothing is compressed, so that the same chart is the same bytes. What is
+//! around the page is in `document`.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use crate::chart::Chart;
-use crate::encoding::code;
+use crate::document::document;
+use crate::font::Font;
 use crate::page;
 use crate::palette::Colour;
-use crate::scene::{Anchor, Marker, Percent, Place, Scene, Shape, Stroke, Text};
+use crate::scene::{Anchor, Marker, Percent, Place, Shape, Stroke, Text};
 use crate::svg::number;
 use crate::text::{self, RAISED_BY, RAISED_SIZE};
 
@@ -30,6 +30,8 @@ impl Chart {
             height: scene.height,
             operators: String::new(),
             opacities: BTreeSet::new(),
+            regular: Font::regular(),
+            bold: Font::bold(),
         };
         content.fill(Colour::Paper, 100);
         content.path(&[
@@ -42,7 +44,7 @@ impl Chart {
         for shape in scene.layers.iter().flat_map(|layer| &layer.shapes) {
             content.shape(shape);
         }
-        document(self, &scene, &content)
+        document(self, (scene.width, scene.height), &content)
     }
 }
 
@@ -53,79 +55,14 @@ macro_rules! put {
     };
 }
 
-/// The objects of the document, their places in the file, and what readers start from.
-fn document(chart: &Chart, scene: &Scene, content: &Content) -> Vec<u8> {
-    let states: String = content
-        .opacities
-        .iter()
-        .map(|covered| {
-            let alpha = number(f64::from(*covered) / 100.0);
-            format!("/O{covered} << /ca {alpha} /CA {alpha} >> ")
-        })
-        .collect();
-    let font = |name: &str, encoding: &str| {
-        format!("<< /Type /Font /Subtype /Type1 /BaseFont /{name}{encoding} >>")
-    };
-    let latin = " /Encoding /WinAnsiEncoding";
-    let objects = [
-        "<< /Type /Catalog /Pages 2 0 R /Lang (en-GB) /ViewerPreferences << /DisplayDocTitle true >> >>"
-            .to_owned(),
-        "<< /Type /Pages /Kids [3 0 R] /Count 1 >>".to_owned(),
-        format!(
-            "<< /Type /Page /Parent 2 0 R /MediaBox [0 0 {} {}] /Contents 4 0 R /Resources << \
-             /Font << /F 5 0 R /B 6 0 R /S 7 0 R >> /ExtGState << {states}>> >> >>",
-            number(scene.width),
-            number(scene.height)
-        ),
-        format!(
-            "<< /Length {} >>\nstream\n{}\nendstream",
-            content.operators.len(),
-            content.operators
-        ),
-        font("Helvetica", latin),
-        font("Helvetica-Bold", latin),
-        font("Symbol", ""),
-        format!(
-            "<< /Title {} /Subject {} /Producer (webloop) >>",
-            title(&chart.title),
-            title(&chart.about)
-        ),
-    ];
-    let mut file = String::from("%PDF-1.7\n");
-    let mut places = Vec::new();
-    for (index, object) in objects.iter().enumerate() {
-        places.push(file.len());
-        put!(file, "{} 0 obj\n{object}\nendobj\n", index + 1);
-    }
-    let table = file.len();
-    put!(file, "xref\n0 {}\n0000000000 65535 f \n", objects.len() + 1);
-    for place in &places {
-        put!(file, "{place:010} 00000 n \n");
-    }
-    put!(
-        file,
-        "trailer\n<< /Size {} /Root 1 0 R /Info 8 0 R >>\nstartxref\n{table}\n%%EOF\n",
-        objects.len() + 1
-    );
-    file.into_bytes()
-}
-
-/// Any text, as the UTF-16 that PDF's titles are in.
-fn title(text: &str) -> String {
-    let units: String = text
-        .encode_utf16()
-        .map(|unit| format!("{unit:04X}"))
-        .collect();
-    format!("<FEFF{units}>")
-}
-
-/// The operators that draw a page.
-struct Content {
+/// The operators that draw a page, and what they use.
+pub(crate) struct Content {
     /// Of the page: PDF counts upwards from the bottom.
     height: f64,
-    operators: String,
-    /// Those that are used.
-    opacities: BTreeSet<Percent>,
+    pub(crate) operators: String,
+    pub(crate) opacities: BTreeSet<Percent>,
+    pub(crate) regular: Font,
+    pub(crate) bold: Font,
 }
 
 impl Content {
@@ -271,13 +208,36 @@ impl Content {
         } else {
             format!("1 0 0 1 {}", self.place((x - back, y)))
         };
-        let written = written(text);
+        let written = self.written(text);
         if text.rim {
             self.stroke(&Stroke::solid(Colour::Paper, 2.0));
             put!(self.operators, "BT 1 Tr {matrix} Tm {written}ET\n");
         }
         self.fill(Colour::Ink, text.opacity);
         put!(self.operators, "BT 0 Tr {matrix} Tm {written}ET\n");
+    }
+
+    /// The operators that write a text, in stretches of one level.
+    fn written(&mut self, text: &Text) -> String {
+        let (font, name) = match text.bold {
+            true => (&mut self.bold, "B"),
+            false => (&mut self.regular, "F"),
+        };
+        let mut operators = String::new();
+        for run in text::runs(&text.content) {
+            let (size, rise) = match run.raised {
+                true => (text.size * RAISED_SIZE, text.size * RAISED_BY),
+                false => (text.size, 0.0),
+            };
+            let glyphs: String = run
+                .content
+                .chars()
+                .map(|c| format!("{:04X}", font.glyph(c)))
+                .collect();
+            let (size, rise) = (number(size), number(rise));
+            put!(operators, "/{name} {size} Tf {rise} Ts <{glyphs}> Tj ");
+        }
+        operators
     }
 }
 
@@ -286,28 +246,4 @@ fn rgb(colour: Colour) -> String {
         .rgb()
         .map(|part| format!("{:.3}", f64::from(part) / 255.0));
     shares.join(" ")
-}
-
-/// The operators that write a text, in stretches of one font and one level.
-fn written(text: &Text) -> String {
-    let mut operators = String::new();
-    let plain = if text.bold { "B" } else { "F" };
-    for run in text::runs(&text.content) {
-        let (size, rise) = if run.raised {
-            (text.size * RAISED_SIZE, text.size * RAISED_BY)
-        } else {
-            (text.size, 0.0)
-        };
-        let codes: Vec<(&str, u8)> = run.content.chars().map(|c| code(c, plain)).collect();
-        for stretch in codes.chunk_by(|a, b| a.0 == b.0) {
-            let font = stretch.first().map_or(plain, |(font, _)| *font);
-            let bytes: String = stretch
-                .iter()
-                .map(|(_, code)| format!("{code:02X}"))
-                .collect();
-            let (size, rise) = (number(size), number(rise));
-            put!(operators, "/{font} {size} Tf {rise} Ts <{bytes}> Tj ");
-        }
-    }
-    operators
 }

@@ -1,7 +1,7 @@
 //! How wide text is, where it is broken, and which of its characters are raised.
 //!
-//! Widths are Helvetica's, from Adobe's metrics of the fonts that every PDF reader knows; Arial and
-//! Liberation Sans have the same. Another font moves words a little and nothing else. No kerning.
+//! Widths are Helvetica's, from Adobe's metrics; Arial has the same, and so has Liberation Sans, which
+//! is what a PDF carries. Another font moves words a little and nothing else. No kerning.
 
 /// Thousandths of the size, from the space to the tilde.
 const ASCII: [u16; 95] = [

@@ -1,0 +1,186 @@
+//! The font of the text in a PDF: the glyph of each character, and the part of the font that a
+//! document carries within it.
+//!
+//! Liberation Sans has the widths of Helvetica, by which [`crate::text`] lays text out. Journals
+//! want every font inside the file; a document carries the outlines of the characters that it uses
+//! and of no others. Its licence lies beside it.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use subsetter::{GlyphRemapper, subset};
+use ttf_parser::{Face, GlyphId};
+
+static REGULAR: &[u8] = include_bytes!("font/LiberationSans-Regular.ttf");
+static BOLD: &[u8] = include_bytes!("font/LiberationSans-Bold.ttf");
+
+/// Readers need not take more entries of a character map at a time.
+const ENTRIES: usize = 100;
+
+/// A font under use in a document.
+pub(crate) struct Font {
+    name: &'static str,
+    data: &'static [u8],
+    face: Face<'static>,
+    glyphs: GlyphRemapper,
+    /// The character of each glyph that is used, by the glyph's number in the document.
+    characters: BTreeMap<u16, char>,
+}
+
+impl Font {
+    pub(crate) fn regular() -> Self {
+        Self::new("AAAAAA+LiberationSans", REGULAR)
+    }
+
+    pub(crate) fn bold() -> Self {
+        Self::new("AAAAAB+LiberationSans-Bold", BOLD)
+    }
+
+    fn new(name: &'static str, data: &'static [u8]) -> Self {
+        Self {
+            name,
+            data,
+            face: Face::parse(data, 0).expect("a font in this crate, which tests parse"),
+            glyphs: GlyphRemapper::new(),
+            characters: BTreeMap::new(),
+        }
+    }
+
+    /// The number that a character's glyph has in the document. What the font does not have is
+    /// written as `?`.
+    pub(crate) fn glyph(&mut self, c: char) -> u16 {
+        // A hyphen that is no place to break at looks like any other.
+        let c = if c == '‑' { '-' } else { c };
+        let known = |c| self.face.glyph_index(c).map(|glyph| (glyph, c));
+        let (glyph, c) = known(c).or_else(|| known('?')).unwrap_or((GlyphId(0), '?'));
+        let number = self.glyphs.remap(glyph.0);
+        self.characters.insert(number, c);
+        number
+    }
+
+    /// Whether anything is written in it.
+    pub(crate) fn is_used(&self) -> bool {
+        !self.characters.is_empty()
+    }
+
+    /// Its five objects, of which the first has the number `first` in the document.
+    pub(crate) fn objects(&self, first: usize) -> [Vec<u8>; 5] {
+        let name = self.name;
+        let [descendant, map, descriptor, file] = [1, 2, 3, 4].map(|after| first + after);
+        let em = f64::from(self.face.units_per_em());
+        let thousandths = |units: f64| (units * 1e3 / em).round();
+        let widths: String = self
+            .characters
+            .iter()
+            .map(|(number, c)| {
+                let glyph = self.face.glyph_index(*c).unwrap_or(GlyphId(0));
+                let units = self.face.glyph_hor_advance(glyph).unwrap_or_default();
+                format!("{number} [{}] ", thousandths(f64::from(units)))
+            })
+            .collect();
+        let bounds = self.face.global_bounding_box();
+        let bounds = [bounds.x_min, bounds.y_min, bounds.x_max, bounds.y_max]
+            .map(|units| thousandths(f64::from(units)).to_string())
+            .join(" ");
+        let ascent = thousandths(f64::from(self.face.ascender()));
+        let descent = thousandths(f64::from(self.face.descender()));
+        let capital = self.face.capital_height().unwrap_or(self.face.ascender());
+        let capital = thousandths(f64::from(capital));
+        // Thickness of stems: by eye, it is only a hint for a reader that has lost the font.
+        let stem = if self.face.is_bold() { 120 } else { 80 };
+        // A font in this crate can be subset, as tests show; else it is carried whole.
+        let outlines = subset(self.data, 0, &self.glyphs).unwrap_or_else(|_| self.data.to_vec());
+        [
+            format!(
+                "<< /Type /Font /Subtype /Type0 /BaseFont /{name} /Encoding /Identity-H \
+                 /DescendantFonts [{descendant} 0 R] /ToUnicode {map} 0 R >>"
+            )
+            .into_bytes(),
+            format!(
+                "<< /Type /Font /Subtype /CIDFontType2 /BaseFont /{name} /CIDSystemInfo << \
+                 /Registry (Adobe) /Ordering (Identity) /Supplement 0 >> /FontDescriptor \
+                 {descriptor} 0 R /CIDToGIDMap /Identity /W [{widths}] >>"
+            )
+            .into_bytes(),
+            stream("", self.map().as_bytes()),
+            format!(
+                "<< /Type /FontDescriptor /FontName /{name} /Flags 32 /FontBBox [{bounds}] \
+                 /ItalicAngle 0 /Ascent {ascent} /Descent {descent} /CapHeight {capital} \
+                 /StemV {stem} /FontFile2 {file} 0 R >>"
+            )
+            .into_bytes(),
+            stream(&format!("/Length1 {} ", outlines.len()), &outlines),
+        ]
+    }
+
+    /// The map from glyphs to characters, by which readers search and copy text.
+    fn map(&self) -> String {
+        let mut map = String::from(
+            "/CIDInit /ProcSet findresource begin\n12 dict begin\nbegincmap\n/CIDSystemInfo << \
+             /Registry (Adobe) /Ordering (UCS) /Supplement 0 >> def\n/CMapName \
+             /Adobe-Identity-UCS def\n/CMapType 2 def\n1 begincodespacerange\n<0000> <FFFF>\n\
+             endcodespacerange\n",
+        );
+        let entries: Vec<String> = self
+            .characters
+            .iter()
+            .map(|(number, c)| {
+                let units: String = c
+                    .encode_utf16(&mut [0; 2])
+                    .iter()
+                    .map(|unit| format!("{unit:04X}"))
+                    .collect();
+                format!("<{number:04X}> <{units}>\n")
+            })
+            .collect();
+        for some in entries.chunks(ENTRIES) {
+            // Writing to a string cannot fail.
+            let _ = write!(
+                map,
+                "{} beginbfchar\n{}endbfchar\n",
+                some.len(),
+                some.concat()
+            );
+        }
+        map + "endcmap\nCMapName currentdict /CMap defineresource pop\nend\nend"
+    }
+}
+
+/// An object that is bytes, with what its dictionary says beside their length.
+pub(crate) fn stream(entries: &str, bytes: &[u8]) -> Vec<u8> {
+    let head = format!("<< {entries}/Length {} >>\nstream\n", bytes.len());
+    [head.as_bytes(), bytes, b"\nendstream"].concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_document_carries_what_it_uses_and_no_more() {
+        for mut font in [Font::regular(), Font::bold()] {
+            assert!(!font.is_used());
+            let numbers: Vec<u16> = "ABBA".chars().map(|c| font.glyph(c)).collect();
+            assert_eq!(numbers, [1, 2, 2, 1]);
+            let few = font.objects(1).concat().len();
+            assert!(few < 20_000, "{few} of {}", font.data.len());
+            let map = font.map();
+            assert!(
+                map.contains("2 beginbfchar\n<0001> <0041>\n<0002> <0042>\n"),
+                "{map}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_signs_and_the_greek_of_formulas_are_there() {
+        for mut font in [Font::regular(), Font::bold()] {
+            let unknown = font.glyph('語');
+            assert_eq!(unknown, font.glyph('?'));
+            for c in "−≤≥≈≠→∞√ΔΣαβγδεζλπσφτω€…‘’“”•–—μ±×·°".chars()
+            {
+                assert_ne!(font.glyph(c), unknown, "{c}");
+            }
+        }
+    }
+}
