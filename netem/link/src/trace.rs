@@ -52,6 +52,16 @@ impl Trace {
         (t_ns - within_ns + step.t_ns, step)
     }
 
+    /// The link time at which the step in force at `t_ns` ends; the last of a trace that does not
+    /// repeat never does.
+    pub(crate) fn end_of_step_at(&self, t_ns: u64) -> u64 {
+        let within_ns = self.repeat_ns.map_or(t_ns, |repeat_ns| t_ns % repeat_ns);
+        let after = self.steps.partition_point(|step| step.t_ns <= within_ns);
+        let next_ns = self.steps.get(after).map(|step| step.t_ns);
+        let end_ns = next_ns.or(self.repeat_ns);
+        end_ns.map_or(u64::MAX, |end_ns| (t_ns - within_ns).saturating_add(end_ns))
+    }
+
     pub(crate) fn floor_ns(&self) -> u64 {
         self.steps
             .iter()

@@ -13,7 +13,20 @@ use crate::profile::{Delay, Level, Order};
 #[derive(Debug, Clone, Copy)]
 struct Piece {
     start_ns: u64,
+    /// Where the next one begins.
+    end_ns: u64,
     level_ns: u64,
+}
+
+/// A piece that was asked about, and what those before it still do in it.
+#[derive(Debug, Clone, Copy)]
+struct Known {
+    start_ns: u64,
+    /// Where the next piece begins.
+    end_ns: u64,
+    level_ns: u64,
+    /// No packet of this piece leaves earlier: one of an earlier piece leaves then.
+    held_until_ns: u64,
 }
 
 /// The wire of one direction.
@@ -23,6 +36,8 @@ pub(crate) struct Wire {
     order: Order,
     draws: Draws,
     reach_ns: u64,
+    /// The newest ask's piece, since the next is mostly about the same.
+    known: Option<Known>,
 }
 
 impl Wire {
@@ -32,34 +47,55 @@ impl Wire {
             order,
             draws,
             reach_ns: delay.reach_ns(),
+            known: None,
         }
     }
 
     /// How long a packet that enters the wire at `t_ns` is on it.
     pub(crate) fn delay_ns(&mut self, t_ns: u64) -> u64 {
-        let piece = self.piece_at(t_ns);
-        if self.order == Order::Free {
-            return piece.level_ns;
-        }
-        let mut start_ns = piece.start_ns;
-        let mut leaves_ns = t_ns.saturating_add(piece.level_ns);
-        // An earlier piece counts by its last instant, and no piece that ended
-        // longer ago than the greatest level can still hold a packet.
-        while let Some(last_ns) = start_ns.checked_sub(1) {
-            if last_ns.saturating_add(self.reach_ns) <= leaves_ns {
-                break;
+        let known = match self.known {
+            Some(known) if (known.start_ns..known.end_ns).contains(&t_ns) => known,
+            _ => {
+                let known = self.learn(t_ns);
+                self.known = Some(known);
+                known
             }
-            let earlier = self.piece_at(last_ns);
-            leaves_ns = leaves_ns.max(last_ns.saturating_add(earlier.level_ns));
-            start_ns = earlier.start_ns;
+        };
+        t_ns.saturating_add(known.level_ns).max(known.held_until_ns) - t_ns
+    }
+
+    /// The piece at `t_ns`, and until when earlier ones hold its packets up.
+    fn learn(&mut self, t_ns: u64) -> Known {
+        let piece = self.piece_at(t_ns);
+        let mut held_until_ns = 0;
+        if self.order == Order::Kept {
+            // Its first packet: one that is not held up does not leave earlier than that.
+            let first_ns = piece.start_ns.saturating_add(piece.level_ns);
+            let mut start_ns = piece.start_ns;
+            // An earlier piece counts by its last instant, and no piece that ended
+            // longer ago than the greatest level can still hold a packet.
+            while let Some(last_ns) = start_ns.checked_sub(1) {
+                if last_ns.saturating_add(self.reach_ns) <= first_ns.max(held_until_ns) {
+                    break;
+                }
+                let earlier = self.piece_at(last_ns);
+                held_until_ns = held_until_ns.max(last_ns.saturating_add(earlier.level_ns));
+                start_ns = earlier.start_ns;
+            }
         }
-        leaves_ns - t_ns
+        Known {
+            start_ns: piece.start_ns,
+            end_ns: piece.end_ns,
+            level_ns: piece.level_ns,
+            held_until_ns,
+        }
     }
 
     fn piece_at(&mut self, t_ns: u64) -> Piece {
         match &self.delay {
             Delay::Constant { delay_ns } => Piece {
                 start_ns: 0,
+                end_ns: u64::MAX,
                 level_ns: *delay_ns,
             },
             Delay::Held(level) => held_piece(level, &mut self.draws, t_ns),
@@ -67,6 +103,7 @@ impl Wire {
                 let (start_ns, step) = trace.step_at(t_ns);
                 Piece {
                     start_ns,
+                    end_ns: trace.end_of_step_at(t_ns),
                     level_ns: step.delay_ns,
                 }
             }
@@ -86,12 +123,18 @@ fn held_piece(level: &Level, draws: &mut Draws, t_ns: u64) -> Piece {
     };
     let mut piece = t_ns / level.hold_ns + 1;
     let mut start_ns = start_of(piece);
-    if start_ns > t_ns {
-        piece -= 1;
-        start_ns = start_of(piece);
-    }
+    let end_ns = match start_ns > t_ns {
+        true => {
+            let end_ns = start_ns;
+            piece -= 1;
+            start_ns = start_of(piece);
+            end_ns
+        }
+        false => start_of(piece + 1),
+    };
     Piece {
         start_ns,
+        end_ns,
         level_ns: level.delay_ns(draws.at(2 * piece + 1)),
     }
 }

@@ -42,7 +42,7 @@ pub use margin::{InvalidDeadTime, Margins, margins};
 pub use nalgebra::Complex;
 pub use pid::{AntiWindup, Gains, InvalidPid, Pid, Saturation};
 pub use state_space::{InvalidStateSpace, StateSpace};
-pub use step_info::{InvalidResponse, StepInfo, StepSettings, step_info};
+pub use step_info::{InvalidResponse, StepInfo, StepSettings, sampled_step_info, step_info};
 pub use stepper::Stepper;
 pub use timebase::{Continuous, Discrete, InvalidSampleTime, Timebase};
 pub use transfer::{InvalidTransferFunction, TransferFunction};

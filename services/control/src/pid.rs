@@ -176,6 +176,7 @@ impl Pid {
     /// An `e` that is not finite, a `dt_s` that is not positive and finite, and an update whose
     /// result would not be finite change nothing: the last command is returned again (0 before the
     /// first).
+    #[inline]
     pub fn update(&mut self, e: f64, dt_s: f64) -> f64 {
         if !(e.is_finite() && dt_s.is_finite() && dt_s > 0.0) {
             return self.output;

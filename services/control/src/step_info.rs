@@ -95,7 +95,35 @@ pub fn step_info(
             y: y.len(),
         });
     }
-    if let Some(index) = t.iter().zip(y).position(|(t, y)| t.is_nan() || y.is_nan()) {
+    if let Some(index) = t.iter().position(|t| t.is_nan()) {
+        let before = y.iter().take(index).position(|y| y.is_nan());
+        return Err(InvalidResponse::NotANumber {
+            index: before.unwrap_or(index),
+        });
+    }
+    figures(|k| t.get(k).copied().unwrap_or(f64::NAN), y, settings)
+}
+
+/// The figures of a response that was sampled every `h`, from time 0 on; times come out in the
+/// unit of `h`. See [`step_info`].
+///
+/// # Errors
+/// [`InvalidResponse`] when there is no sample, or a value is not a number.
+pub fn sampled_step_info(
+    h: f64,
+    y: &[f64],
+    settings: &StepSettings,
+) -> Result<StepInfo, InvalidResponse> {
+    figures(|k| k as f64 * h, y, settings)
+}
+
+/// The figures of `y`, whose sample number k was taken at `t(k)`.
+fn figures(
+    t: impl Fn(usize) -> f64,
+    y: &[f64],
+    settings: &StepSettings,
+) -> Result<StepInfo, InvalidResponse> {
+    if let Some(index) = y.iter().position(|y| y.is_nan()) {
         return Err(InvalidResponse::NotANumber { index });
     }
     let last = *y.last().ok_or(InvalidResponse::Empty)?;
@@ -111,7 +139,7 @@ pub fn step_info(
     );
     let rise_time = lower
         .zip(upper)
-        .map_or(f64::NAN, |(from, to)| t[to] - t[from]);
+        .map_or(f64::NAN, |(from, to)| t(to) - t(from));
     let (settling_min, settling_max) = upper.map_or((f64::NAN, f64::NAN), |from| {
         y[from..]
             .iter()
@@ -120,31 +148,34 @@ pub fn step_info(
     let outside = y
         .iter()
         .rposition(|y| (y / end - 1.0).abs() >= settings.settling_threshold);
-    let settling_time = t
-        .get(outside.map_or(0, |last| last + 1))
-        .copied()
-        .unwrap_or(f64::NAN);
+    let inside = outside.map_or(0, |last| last + 1);
+    let settling_time = match inside < y.len() {
+        true => t(inside),
+        false => f64::NAN,
+    };
 
-    let highest = y.iter().map(|y| sign * y).fold(f64::NEG_INFINITY, f64::max);
+    let mut extremes = Extremes::NONE;
+    for (k, &y) in y.iter().enumerate() {
+        extremes.see(k, y, sign);
+    }
+    let Extremes {
+        highest,
+        lowest,
+        peak,
+        peak_at,
+    } = extremes;
+    let peak_time = t(peak_at);
     let beyond = highest.abs() - end.abs();
     let overshoot = if beyond > 0.0 {
         (100.0 * beyond / end).abs()
     } else {
         0.0
     };
-    let lowest = y.iter().map(|y| sign * y).fold(f64::INFINITY, f64::min);
     let undershoot = if lowest < 0.0 {
         -100.0 * lowest / end.abs()
     } else {
         0.0
     };
-    let (peak, peak_time) = t.iter().zip(y).fold((-1.0, f64::NAN), |best, (t, y)| {
-        if y.abs() > best.0 {
-            (y.abs(), *t)
-        } else {
-            best
-        }
-    });
     Ok(StepInfo {
         rise_time,
         settling_time,
@@ -156,6 +187,38 @@ pub fn step_info(
         peak_time,
         steady_state_value: end,
     })
+}
+
+/// The ends of a response, in one pass over it.
+struct Extremes {
+    /// In the direction of the final value.
+    highest: f64,
+    lowest: f64,
+    peak: f64,
+    peak_at: usize,
+}
+
+impl Extremes {
+    const NONE: Self = Self {
+        highest: f64::NEG_INFINITY,
+        lowest: f64::INFINITY,
+        peak: -1.0,
+        peak_at: 0,
+    };
+
+    /// Takes in sample number `k`, which is a number.
+    fn see(&mut self, k: usize, y: f64, sign: f64) {
+        let towards = sign * y;
+        if towards > self.highest {
+            self.highest = towards;
+        }
+        if towards < self.lowest {
+            self.lowest = towards;
+        }
+        if y.abs() > self.peak {
+            (self.peak, self.peak_at) = (y.abs(), k);
+        }
+    }
 }
 
 impl StepInfo {

@@ -40,6 +40,7 @@ impl Stepper {
     }
 
     /// One tick with input `u`: the output of the same tick.
+    #[inline]
     pub fn step(&mut self, u: f64) -> f64 {
         let y = dot(&self.c, &self.state) + self.d * u;
         let n = self.state.len();

@@ -139,6 +139,7 @@ impl ControllerEnd {
     /// controller that wakes late sends for the present deadline and records
     /// those before it as missed, since it cannot send in the past. The other
     /// schedules have no such grid, and a late message only delays the next.
+    #[inline]
     pub fn poll(&mut self, now_ns: u64) -> Step {
         let Some(due_ns) = self.next_due_ns else {
             return Step::AwaitAnswer;
@@ -183,6 +184,7 @@ impl ControllerEnd {
     }
 
     /// A message was answered. `None` if it is not under way (any more).
+    #[inline]
     pub fn answered(&mut self, answer: &Answer, now_ns: u64) -> Option<MessageRow> {
         let mut row = self.end(answer.seq(), now_ns)?;
         self.counts.answered += 1;
@@ -231,6 +233,7 @@ impl ControllerEnd {
     }
 
     /// The command for a deadline: from the newest output known right now.
+    #[inline]
     fn send(&mut self, seq: u64, due_ns: u64, now_ns: u64) -> Command {
         let ControllerSettings {
             mode,
@@ -266,6 +269,7 @@ impl ControllerEnd {
     }
 
     /// Takes a message off those under way.
+    #[inline]
     fn end(&mut self, seq: u64, now_ns: u64) -> Option<MessageRow> {
         let index = self
             .under_way
@@ -279,6 +283,7 @@ impl ControllerEnd {
     }
 
     /// The row of a deadline before anything is known of it.
+    #[inline]
     fn row(&self, seq: u64, t_due_ns: u64) -> MessageRow {
         MessageRow {
             seq,

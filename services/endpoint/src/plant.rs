@@ -64,6 +64,7 @@ impl Inbox {
 
     /// Takes a command that arrived at `now_ns`, when the process showed
     /// `output`, and gives the row and the answer.
+    #[inline]
     pub fn command(
         &mut self,
         mode: Mode,
@@ -153,6 +154,7 @@ impl Process {
 
     /// Does the next tick with `input`; `now_ns` is only recorded. A tick that
     /// comes late is caught up, not left out, so simulated time keeps to `k h`.
+    #[inline]
     pub fn tick(&mut self, input: Input, now_ns: u64) -> TickRow {
         let k = self.next_k;
         let y = self.stepper.step(input.u);
@@ -201,11 +203,13 @@ impl PlantEnd {
     }
 
     /// Does the next tick with the input held; see [`Process::tick`].
+    #[inline]
     pub fn tick(&mut self, now_ns: u64) -> TickRow {
         self.process.tick(self.inbox.input(), now_ns)
     }
 
     /// Takes a command; see [`Inbox::command`].
+    #[inline]
     pub fn command(&mut self, mode: Mode, command: &Command, now_ns: u64) -> (ArrivalRow, Answer) {
         self.inbox
             .command(mode, command, self.process.output(), now_ns)
