@@ -3,7 +3,7 @@
 //! Time is the plant's own: tick number times h, from the tick that took the first command. It ends
 //! with the last command: afterwards the loop is open, and the plant only holds its input.
 
-use control::{StepSettings, step_info};
+use control::{StepSettings, sampled_step_info};
 use endpoint::TickRow;
 use serde::{Deserialize, Serialize};
 
@@ -104,8 +104,8 @@ fn mean(y: &[f64]) -> f64 {
 
 /// A response under way.
 #[derive(Debug)]
-pub(crate) struct ResponseTrace {
-    h_s: f64,
+pub struct ResponseTrace {
+    h_ms: f64,
     r: f64,
     y: Vec<f64>,
     command: Option<u64>,
@@ -114,9 +114,11 @@ pub(crate) struct ResponseTrace {
 }
 
 impl ResponseTrace {
-    pub(crate) fn new(h_ns: u64, r: f64) -> Self {
+    /// Of a plant with this sample time, that shall come to `r`.
+    #[must_use]
+    pub fn new(h_ns: u64, r: f64) -> Self {
         Self {
-            h_s: h_ns as f64 / 1e9,
+            h_ms: h_ns as f64 / 1e6,
             r,
             y: Vec::new(),
             command: None,
@@ -124,7 +126,8 @@ impl ResponseTrace {
         }
     }
 
-    pub(crate) fn push(&mut self, row: &TickRow) {
+    /// Takes the next tick.
+    pub fn push(&mut self, row: &TickRow) {
         if row.seq.is_none() {
             return;
         }
@@ -136,30 +139,31 @@ impl ResponseTrace {
     }
 
     /// `None` when no command ever came.
-    pub(crate) fn finish(self) -> Option<Response> {
+    #[must_use]
+    pub fn finish(self) -> Option<Response> {
         let y = &self.y[..self.length];
+        let h_s = self.h_ms / 1e3;
         if y.is_empty() {
             return None;
         }
-        let t_ms: Vec<f64> = (0..y.len()).map(|k| k as f64 * self.h_s * 1e3).collect();
         let to_r = StepSettings {
             settling_threshold: BAND,
             final_value: Some(self.r),
             ..StepSettings::default()
         };
-        let info = step_info(&t_ms, y, &to_r).ok();
+        let info = sampled_step_info(self.h_ms, y, &to_r).ok();
         let figure = |x: Option<f64>| x.filter(|x| x.is_finite());
         let last = &y[y.len() * (PARTS - 1) / PARTS..];
         Some(Response {
             verdict: judge(y, self.r),
-            length_s: y.len() as f64 * self.h_s,
+            length_s: y.len() as f64 * h_s,
             rise_ms: figure(info.map(|info| info.rise_time)),
             settling_ms: figure(info.map(|info| info.settling_time)),
             overshoot_pct: figure(info.map(|info| info.overshoot)),
             peak: figure(info.map(|info| info.peak)),
             peak_ms: figure(info.map(|info| info.peak_time)),
             final_value: figure(Some(mean(last))),
-            iae: figure(Some(y.iter().map(|y| (self.r - y).abs() * self.h_s).sum())),
+            iae: figure(Some(y.iter().map(|y| (self.r - y).abs() * h_s).sum())),
         })
     }
 }

@@ -29,7 +29,9 @@ mod report;
 mod run;
 mod schedule;
 mod sighting;
+mod simulated;
 mod site;
+mod timings;
 
 pub use agents::Agents;
 pub use attach::dismiss;
@@ -45,3 +47,4 @@ pub use player::Player;
 pub use probe::{Probed, probe};
 pub use run::{Backend, cell_folder, manifest, run_cell};
 pub use schedule::overhead_ns;
+pub use timings::{InvalidTimings, Timings};

@@ -17,7 +17,7 @@ use crate::course;
 use crate::evidence::{self, Evidence};
 use crate::netns::Netns;
 use crate::proof::Proof;
-use crate::{Agents, Manifest, Player, RunError, folder, report};
+use crate::{Agents, Manifest, Player, RunError, Timings, folder, report, simulated};
 
 /// The file in which a cell's folder keeps its link's profile.
 const PROFILE_FILE: &str = "profile.toml";
@@ -50,6 +50,8 @@ pub enum Backend {
     Netns(shaper::Result<Authority>),
     /// By agents that run already, as in containers.
     Attach(Agents),
+    /// In virtual time, with what a machine's programs take.
+    Sim(Box<Timings>),
 }
 
 /// Runs a cell and writes its manifest, whatever the verdict.
@@ -89,6 +91,9 @@ pub fn run_cell(
                 let kept = site.finish();
                 seen.and_then(|seen| kept.map(|()| seen))?
             }
+            Backend::Sim(timings) => {
+                simulated::run(cell, &profile, timings.of(cell.client), &folder)?
+            }
         };
         let proof = Proof {
             target: Ipv4Addr::LOCALHOST,
@@ -105,13 +110,17 @@ pub fn run_cell(
         false => outcome,
     };
     let page = report::of_role(&folder, "page");
-    let outcome =
-        outcome.and_then(
-            |evidence| match report::trouble_of_page(cell.client, page.as_ref()) {
-                Some(trouble) => Err(RunError::role("page", trouble)),
-                None => Ok(evidence),
-            },
-        );
+    let trouble = match backend {
+        // In virtual time there is no browser that could have any.
+        Backend::Sim(_) => None,
+        Backend::Netns(_) | Backend::Attach(_) => {
+            report::trouble_of_page(cell.client, page.as_ref())
+        }
+    };
+    let outcome = outcome.and_then(|evidence| match trouble {
+        Some(trouble) => Err(RunError::role("page", trouble)),
+        None => Ok(evidence),
+    });
     let reports = [
         report::of_role(&folder, "plant"),
         report::of_role(&folder, "controller"),
@@ -240,6 +249,11 @@ fn describe(backend: &Backend) -> Described {
             name: agents.backend.clone(),
             authority: String::new(),
             engine: agents.engine.clone(),
+        },
+        Backend::Sim(_) => Described {
+            name: "sim".to_owned(),
+            authority: String::new(),
+            engine: None,
         },
     }
 }

@@ -10,13 +10,14 @@ mod link;
 mod report;
 mod serve;
 
-use std::path::PathBuf;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand, ValueEnum};
 
 pub(crate) use campaign::{
-    Backend, Choice, Collect, Compare, CompareFormat, Gc, Matrix, MatrixFormat, Player, Progress,
-    Run, RunCell, Show, ShowFormat,
+    Agree, AgreeFormat, Backend, Calibrate, Choice, Collect, Compare, CompareFormat, Gc, Matrix,
+    MatrixFormat, Player, Progress, Run, RunCell, Show, ShowFormat,
 };
 pub(crate) use link::{LinkCommand, LinkLint, LinkShow, Probe, Way};
 pub(crate) use report::Report;
@@ -54,6 +55,12 @@ impl Argument {
     pub(crate) fn read() -> Argument {
         Argument::parse()
     }
+
+    /// What `webloop run EXPERIMENT --out FOLDER` would be.
+    pub(crate) fn of_run(experiment: &str, folder: &Path) -> Argument {
+        let words = ["webloop", "run", experiment, "--out"].map(OsStr::new);
+        Argument::parse_from(words.into_iter().chain([folder.as_os_str()]))
+    }
 }
 
 /// How log lines look.
@@ -77,6 +84,10 @@ pub(crate) enum Command {
     Report(Report),
     /// Compare two results folders: is the second worse?
     Compare(Compare),
+    /// Does a results folder in virtual time agree with one over real sockets?
+    Agree(Agree),
+    /// Measure how long programs take over messages here, for --backend sim
+    Calibrate(Calibrate),
     /// Share an experiment out into jobs, for CI
     Matrix(Matrix),
     /// Merge results folders of one plan, such as the jobs', into one

@@ -1,6 +1,8 @@
 //! Runs a plan's cells, each in a process of its own: `webloop run-cell`.
 
+use std::ffi::OsStr;
 use std::io::Read;
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -25,6 +27,8 @@ pub(crate) struct Ground<'a> {
     pub(crate) player: Player,
     /// The agents, for the back-end that has them.
     pub(crate) agents: Option<&'a Agents>,
+    /// What a machine's programs take, for virtual time.
+    pub(crate) timing: Option<&'a Path>,
 }
 
 /// Runs the cells, as many at a time as the queue lets, until all have ended or `stop` is set.
@@ -79,6 +83,13 @@ fn run_one(
         .arg(campaign.folder())
         .args(["--backend", &word(&ground.backend)])
         .args(["--player", &word(&ground.player)])
+        .args(
+            ground
+                .timing
+                .map(|file| [OsStr::new("--timing"), file.as_os_str()])
+                .into_iter()
+                .flatten(),
+        )
         .envs(
             ground
                 .agents

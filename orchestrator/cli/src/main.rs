@@ -4,6 +4,7 @@
 
 mod argument;
 mod attach;
+mod calibration;
 mod campaign;
 mod command;
 mod containers;
@@ -36,6 +37,8 @@ fn main() -> std::process::ExitCode {
         Command::Show(show) => command::show::run(&show),
         Command::Report(report) => command::report::run(&report),
         Command::Compare(compare) => command::compare::run(&compare),
+        Command::Agree(agree) => command::agree::run(&agree),
+        Command::Calibrate(calibrate) => command::calibrate::run(&calibrate),
         Command::Matrix(matrix) => command::matrix::run(&matrix),
         Command::Collect(collect) => command::collect::run(&collect),
         Command::Link(LinkCommand::Show(show)) => command::link::show(&show),

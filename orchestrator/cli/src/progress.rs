@@ -17,13 +17,35 @@ const DRAW: Duration = Duration::from_millis(200);
 /// Before that much has been done, what was expected is a better guess than what it took.
 const SETTLED: Duration = Duration::from_secs(60);
 
+/// How fast cells go: how many at a time, and in whose time.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pace {
+    /// How many at a time, if not as many as they say themselves.
+    pub(crate) jobs: Option<u16>,
+    /// Whether their time is virtual.
+    pub(crate) is_virtual: bool,
+}
+
+impl Pace {
+    /// One after another, in real time.
+    pub(crate) const ALONE: Pace = Pace {
+        jobs: Some(1),
+        is_virtual: false,
+    };
+}
+
+/// What a message takes in virtual time, with its rows written and read.
+const VIRTUAL_MESSAGE: Duration = Duration::from_micros(4);
+/// What a cell takes beyond that: its process, its echoes, its checksums.
+const VIRTUAL_CELL: Duration = Duration::from_millis(40);
+
 /// The progress of one campaign.
 pub(crate) struct Progress {
     bars: Option<(MultiProgress, ProgressBar)>,
     lines: bool,
     total: usize,
     done: AtomicUsize,
-    jobs: Option<u16>,
+    pace: Pace,
     began: Instant,
     expected: Duration,
     /// What was expected for the cells that have ended.
@@ -31,9 +53,9 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// For these cells, `jobs` at a time or as many as they say themselves.
-    pub(crate) fn start(how: How, cells: &[&Cell], jobs: Option<u16>) -> Progress {
-        let (total, expected) = (cells.len(), expected(cells, jobs));
+    /// For these cells, at this pace.
+    pub(crate) fn start(how: How, cells: &[&Cell], pace: Pace) -> Progress {
+        let (total, expected) = (cells.len(), expected(cells, pace));
         let tty = match how {
             How::Auto => std::io::stderr().is_terminal() && std::env::var_os("CI").is_none(),
             How::Tty => true,
@@ -52,7 +74,7 @@ impl Progress {
             bars,
             total,
             done: 0.into(),
-            jobs,
+            pace,
             began: Instant::now(),
             expected,
             done_ms: 0.into(),
@@ -82,7 +104,7 @@ impl Progress {
     /// A cell has ended like this.
     pub(crate) fn end(&self, cell: &Cell, verdict: Verdict, reason: &str) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        let share_ms = ms(share(cell, self.jobs));
+        let share_ms = ms(share(cell, self.pace));
         let done_ms = self.done_ms.fetch_add(share_ms, Ordering::Relaxed) + share_ms;
         let left = self.left(Duration::from_millis(done_ms));
         let mut line = format!(
@@ -145,13 +167,20 @@ pub(crate) fn cell_time(cell: &Cell) -> Duration {
 }
 
 /// What a cell adds to a campaign's time, with others beside it.
-fn share(cell: &Cell, jobs: Option<u16>) -> Duration {
-    cell_time(cell) / u32::from(together(cell, jobs))
+fn share(cell: &Cell, pace: Pace) -> Duration {
+    let time = match pace.is_virtual {
+        true => {
+            let messages = u32::try_from(cell.due()).unwrap_or(u32::MAX);
+            VIRTUAL_CELL + VIRTUAL_MESSAGE.saturating_mul(messages)
+        }
+        false => cell_time(cell),
+    };
+    time / u32::from(together(cell, pace.jobs))
 }
 
-/// How long these cells take, `jobs` at a time or as many as they say themselves.
-pub(crate) fn expected(cells: &[&Cell], jobs: Option<u16>) -> Duration {
-    cells.iter().map(|cell| share(cell, jobs)).sum()
+/// How long these cells take at this pace.
+pub(crate) fn expected(cells: &[&Cell], pace: Pace) -> Duration {
+    cells.iter().map(|cell| share(cell, pace)).sum()
 }
 
 fn ms(time: Duration) -> u64 {

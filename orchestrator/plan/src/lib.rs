@@ -48,4 +48,8 @@ pub const EXPERIMENTS: &[(&str, &str)] = &[
     ("gentle", include_str!("../../experiments/gentle.toml")),
     ("drift", include_str!("../../experiments/drift.toml")),
     ("clients", include_str!("../../experiments/clients.toml")),
+    (
+        "calibrate",
+        include_str!("../../experiments/calibrate.toml"),
+    ),
 ];

@@ -21,7 +21,9 @@ use serde::Serialize;
 pub use measure::Measure;
 pub use pairing::{Kind, Lone};
 
-use pairing::{Paired, pair};
+pub(crate) use pairing::pair;
+
+use pairing::Paired;
 
 /// How likely a false alarm among all groups of a measure may be.
 pub const LEVEL: f64 = 0.05;
@@ -283,7 +285,7 @@ fn changed_loops(paired: &Paired<'_>) -> Vec<ChangedLoop> {
 
 /// The middle of some values, which may be infinite; `None` of none, and where it lies between two
 /// opposite infinities.
-fn median(values: &[f64]) -> Option<f64> {
+pub(crate) fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let last = sorted.len().checked_sub(1)?;

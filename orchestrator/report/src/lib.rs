@@ -7,7 +7,7 @@
 //!   folder; [`outcome`]: how each cell ended, in the words that both use;
 //! - [`paper`]: the paper's numbers, as printed; `subject`, `origin` and `number`: whom tables and
 //!   figures show, where they came from, and how their numbers are written;
-//! - [`compare`]: two results folders side by side;
+//! - [`compare`]: two results folders side by side, and [`agree`]: whether one can stand for the other;
 //! - [`answer`]: whether the loop survives, where, with which client;
 //! - [`page`]: `report.html`, the page to open;
 //! - [`report`]: all of it as one value, from which every file is made.
@@ -16,6 +16,7 @@
 //! equal folders give equal bytes. Nothing is run, and only [`report::write`] writes.
 #![forbid(unsafe_code)]
 
+pub mod agree;
 pub mod answer;
 pub mod claim;
 pub mod compare;

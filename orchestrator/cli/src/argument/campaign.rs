@@ -10,7 +10,7 @@ use plan::{Selection, Shard};
 
 #[derive(Debug, Args)]
 pub(crate) struct Run {
-    /// smoke, gentle, settling, drift, clients, paper, or the path of an experiment or of a plan.json
+    /// smoke, gentle, settling, drift, clients, paper, calibrate, or the path of an experiment or of a plan.json
     #[arg(default_value = "smoke")]
     pub(crate) experiment: String,
     #[command(flatten)]
@@ -39,6 +39,9 @@ pub(crate) struct Run {
     /// What plays the link
     #[arg(long, value_enum, default_value_t = Player::Auto, value_name = "WHO")]
     pub(crate) player: Player,
+    /// With --backend sim, how long programs take: a file that `calibrate` wrote; else the built-in
+    #[arg(long, value_name = "FILE")]
+    pub(crate) timing: Option<PathBuf>,
     /// Print the cells and how long they will take, and run nothing
     #[arg(long)]
     pub(crate) dry_run: bool,
@@ -65,6 +68,8 @@ pub(crate) enum Backend {
     Compose,
     /// By agents that run already: WEBLOOP_AGENTS says where
     Attach,
+    /// In virtual time: nothing is started, and a seed gives the same rows everywhere
+    Sim,
 }
 
 /// What plays a link.
@@ -148,6 +153,9 @@ pub(crate) struct RunCell {
     /// What plays the link
     #[arg(long, value_enum, default_value_t = Player::Auto, value_name = "WHO")]
     pub(crate) player: Player,
+    /// With --backend sim, how long programs take: a file that `calibrate` wrote; else the built-in
+    #[arg(long, value_name = "FILE")]
+    pub(crate) timing: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -187,7 +195,7 @@ pub(crate) enum ShowFormat {
 
 #[derive(Debug, Args)]
 pub(crate) struct Matrix {
-    /// smoke, gentle, settling, drift, clients, paper, or the path of an experiment or of a plan.json
+    /// smoke, gentle, settling, drift, clients, paper, calibrate, or the path of an experiment or of a plan.json
     #[arg(default_value = "smoke")]
     pub(crate) experiment: String,
     #[command(flatten)]
@@ -242,6 +250,35 @@ pub(crate) struct Compare {
     /// How the comparison is printed
     #[arg(long, value_enum, default_value_t = CompareFormat::Table)]
     pub(crate) format: CompareFormat,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Agree {
+    /// A results folder, such as one in virtual time
+    pub(crate) a: PathBuf,
+    /// What it should agree with, such as one over real sockets
+    pub(crate) b: PathBuf,
+    /// How the agreement is printed
+    #[arg(long, value_enum, default_value_t = AgreeFormat::Table)]
+    pub(crate) format: AgreeFormat,
+}
+
+/// How an agreement is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum AgreeFormat {
+    /// For people
+    Table,
+    /// All of it, for other programs
+    Json,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Calibrate {
+    /// The results folder of an experiment `calibrate` that was run already; else it is run now
+    pub(crate) folder: Option<PathBuf>,
+    /// Where the timings go, for `run --backend sim --timing FILE`
+    #[arg(long, value_name = "FILE", default_value = "timings.toml")]
+    pub(crate) out: PathBuf,
 }
 
 /// How a comparison is printed.

@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::argument::{Matrix, MatrixFormat};
 use crate::command::run::{cells, choose, time_ns};
 use crate::exit::{Exit, Failure, Outcome};
-use crate::progress::{expected, people};
+use crate::progress::{Pace, expected, people};
 use crate::source;
 
 /// A job may take this many times what is expected, on a machine that has other work too ...
@@ -71,7 +71,7 @@ fn shards<'a>(chosen: &[&'a Cell], of: u32) -> Vec<Job<'a>> {
 /// A line for each job, and one for all.
 fn list(jobs: &[Job<'_>]) -> String {
     let of_job = |job: &Job<'_>| {
-        let time = people(expected(&job.cells, Some(1)));
+        let time = people(expected(&job.cells, Pace::ALONE));
         let size = cells(job.cells.len());
         let (name, about) = match &job.part {
             Part::Topology { name, about } => (name.clone(), about.as_str()),
@@ -82,7 +82,7 @@ fn list(jobs: &[Job<'_>]) -> String {
     };
     let longest = jobs
         .iter()
-        .map(|job| expected(&job.cells, Some(1)))
+        .map(|job| expected(&job.cells, Pace::ALONE))
         .max()
         .unwrap_or_default();
     let lines: String = jobs.iter().map(of_job).collect();
@@ -137,7 +137,7 @@ impl<'a> GithubJob<'a> {
             name: Name::of(&job.part),
             cells: numbers(&job.cells),
             count: job.cells.len(),
-            timeout_minutes: timeout_min(expected(&job.cells, Some(1))),
+            timeout_minutes: timeout_min(expected(&job.cells, Pace::ALONE)),
         }
     }
 }
@@ -169,7 +169,7 @@ impl<'a> JsonJob<'a> {
         JsonJob {
             name: Name::of(&job.part),
             cells: job.cells.iter().map(|cell| cell.index).collect(),
-            expected_s: expected(&job.cells, Some(1)).as_secs(),
+            expected_s: expected(&job.cells, Pace::ALONE).as_secs(),
         }
     }
 }

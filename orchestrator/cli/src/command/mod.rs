@@ -1,6 +1,8 @@
 //! The commands, one file each: what `webloop NAME` does, in terms of the other crates.
 
 pub(crate) mod agent;
+pub(crate) mod agree;
+pub(crate) mod calibrate;
 pub(crate) mod client;
 pub(crate) mod collect;
 pub(crate) mod compare;

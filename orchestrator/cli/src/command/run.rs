@@ -16,7 +16,7 @@ use crate::campaign::Campaign;
 use crate::containers::Docks;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::jobs::{self, Ground};
-use crate::progress::{Progress, cell_time, expected, people};
+use crate::progress::{Pace, Progress, cell_time, expected, people};
 use crate::queue::Queue;
 use crate::results::Results;
 use crate::{attach, source, stop};
@@ -44,6 +44,9 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
     let chosen = choose(&plan, &argument.choice, &argument.experiment)?;
     let jobs = match (argument.backend, argument.jobs) {
         (Backend::Netns, jobs) => jobs,
+        // Nothing is measured, so nothing is disturbed.
+        (Backend::Sim, None) => Some(processors()),
+        (Backend::Sim, jobs) => jobs,
         (Backend::Compose | Backend::Attach, None | Some(1)) => Some(1),
         (Backend::Compose | Backend::Attach, Some(jobs)) => {
             return Err(Failure::usage(anyhow!(
@@ -51,12 +54,16 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
             )));
         }
     };
+    let pace = Pace {
+        jobs,
+        is_virtual: argument.backend == Backend::Sim,
+    };
     if argument.dry_run {
-        return dry_run(&chosen, jobs);
+        return dry_run(&chosen, pace);
     }
     let docks = match argument.backend {
         Backend::Compose => Some(Docks::find(!argument.no_build)?),
-        Backend::Netns | Backend::Attach => None,
+        Backend::Netns | Backend::Attach | Backend::Sim => None,
     };
     let latest = match argument.out.is_none() && (argument.resume || argument.failed) {
         true => Some(Campaign::latest(&plan)?),
@@ -77,15 +84,16 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
                 0 => cells(pending.len()),
                 others => format!("{} ({others} others are left alone)", cells(pending.len())),
             },
-            people(expected(&pending, jobs)),
+            people(expected(&pending, pace)),
             campaign.folder().display()
         );
     }
-    let progress = Progress::start(argument.progress, &pending, jobs);
+    let progress = Progress::start(argument.progress, &pending, pace);
     let ground = Ground {
         backend: argument.backend,
         player: argument.player,
         agents,
+        timing: argument.timing.as_deref(),
     };
     match docks {
         Some(docks) => docks.run(&pending, &campaign, &ground, &stop, &progress)?,
@@ -110,6 +118,19 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
         out,
         "\nResults: {folder}\nA report to open: webloop report {folder}"
     )?;
+    let failed = results.rows.iter().filter(|row| {
+        asked.contains(row.cell.as_str())
+            && matches!(row.verdict, Some(Verdict::Failed | Verdict::Invalid))
+    });
+    match failed.count() {
+        0 => {}
+        count => writeln!(
+            out,
+            "{} did not hold; again: webloop run {} --out {folder} --failed",
+            cells(count),
+            argument.experiment
+        )?,
+    }
     // After the table, so that a full disk does not keep it from being seen.
     campaign.leave("summary.csv", results.csv().as_bytes())?;
     campaign.leave("table.txt", table.as_bytes())?;
@@ -173,7 +194,7 @@ fn pending<'a>(chosen: &[&'a Cell], folder: &Path, failed: bool) -> anyhow::Resu
 }
 
 /// Lists the cells and runs nothing.
-fn dry_run(chosen: &[&Cell], jobs: Option<u16>) -> Outcome {
+fn dry_run(chosen: &[&Cell], pace: Pace) -> Outcome {
     let mut out = std::io::stdout();
     for cell in chosen {
         writeln!(
@@ -189,7 +210,7 @@ fn dry_run(chosen: &[&Cell], jobs: Option<u16>) -> Outcome {
         out,
         "\n{}, about {}; nothing was run",
         cells(chosen.len()),
-        people(expected(chosen, jobs))
+        people(expected(chosen, pace))
     )?;
     Ok(Exit::Fine)
 }
@@ -207,6 +228,12 @@ pub(crate) fn exit(verdicts: impl Iterator<Item = Option<Verdict>>, interrupted:
         Some(Verdict::Unsupported) => Exit::Unsupported,
         Some(Verdict::Invalid | Verdict::Failed) => Exit::Failed,
     }
+}
+
+/// Processors that this process may use.
+fn processors() -> u16 {
+    let count = std::thread::available_parallelism().map_or(1, usize::from);
+    u16::try_from(count).unwrap_or(u16::MAX)
 }
 
 /// How many cells, as people say it.

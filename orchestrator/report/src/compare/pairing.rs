@@ -59,16 +59,16 @@ pub struct Lone {
 }
 
 /// A group's pairs.
-pub(super) struct Paired<'a> {
-    pub(super) kind: Kind,
+pub(crate) struct Paired<'a> {
+    pub(crate) kind: Kind,
     /// Complete in both, in order of repeat: A's run and B's.
-    pub(super) runs: Vec<(&'a Run, &'a Run)>,
+    pub(crate) runs: Vec<(&'a Run, &'a Run)>,
     /// How many pairs there would be if all that either plan has were complete in both.
-    pub(super) planned: usize,
+    pub(crate) planned: usize,
 }
 
 /// The groups of both campaigns, in the order of A's plan and then of B's.
-pub(super) fn pair<'a>(a: &'a Campaign, b: &'a Campaign) -> (Vec<Paired<'a>>, Vec<Lone>) {
+pub(crate) fn pair<'a>(a: &'a Campaign, b: &'a Campaign) -> (Vec<Paired<'a>>, Vec<Lone>) {
     let mut kinds: Vec<(Kind, Members<'a>)> = Vec::new();
     let runs = a.runs.iter().map(|run| (run, true));
     for (run, is_a) in runs.chain(b.runs.iter().map(|run| (run, false))) {

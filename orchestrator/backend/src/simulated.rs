@@ -1,0 +1,201 @@
+//! A cell in virtual time: `sim` runs it, and its rows and echoes go into the same files.
+//!
+//! Nothing here is measured, so a machine that is busy makes no difference; what a machine's
+//! programs take is told by a [`Timing`].
+
+use std::fs::File;
+use std::path::Path;
+
+use control::{Method, StateSpace, discretise, preset};
+use endpoint::{ArrivalRow, MessageRow, TickRow};
+use link::{Link, Profile};
+use plan::{Cell, Phase};
+use serde::Serialize;
+use shaper::Echo;
+use sim::{Record, Setup, Timing};
+
+use crate::course::Seen;
+use crate::schedule::{self, Series};
+use crate::{RunError, folder};
+
+/// From virtual time 0 to the link's epoch.
+const EPOCH_NS: u64 = schedule::LEAD_NS;
+/// How long the plant goes on after the last message, as in a real run.
+const AFTER_NS: u64 = 1_200_000_000;
+/// The plant is there so long before the epoch.
+const PLANT_AHEAD_NS: u64 = 500_000_000;
+
+/// Simulates a cell, and leaves its rows and reports in `folder`.
+pub(crate) fn run(
+    cell: &Cell,
+    profile: &Profile,
+    timing: &Timing,
+    folder: &Path,
+) -> Result<Seen, RunError> {
+    let h = cell.settings.h;
+    let model = StateSpace::from(&preset::motor());
+    let sampled = discretise(&model, Method::BackwardEuler, h.seconds())
+        .map_err(|problem| RunError::Link(format!("the plant cannot be sampled: {problem}")))?;
+    let start_ns = EPOCH_NS + schedule::START_AT_NS;
+    let setup = Setup {
+        profile,
+        seed: cell.link_seed,
+        settings: cell.settings,
+        timer_floor_ns: cell.page.map_or(0, |page| page.floor_ns),
+        plant: control::Stepper::new(&sampled),
+        law: preset::paper_pi(),
+        timing,
+        epoch_ns: EPOCH_NS,
+        plant_start_ns: EPOCH_NS - PLANT_AHEAD_NS + sim::phase_ns(cell.link_seed, h.ns()),
+        start_ns,
+        duration_ns: cell.duration_ns,
+        after_ns: AFTER_NS,
+    };
+    let mut files = Files::create(folder)?;
+    let outcome = sim::run(&setup, &mut files)
+        .map_err(|problem| RunError::Unsupported(problem.to_string()))?;
+    files.finish(folder)?;
+    let report = serde_json::json!({
+        "player": "model",
+        "counts": outcome.counts,
+        "connections": outcome.connections,
+        "resent": outcome.resent,
+        "timing": timing,
+    });
+    for (name, report) in [
+        ("controller.json", &report),
+        ("link.json", &serde_json::json!({ "player": "model" })),
+    ] {
+        let text = serde_json::to_string_pretty(report).unwrap_or_default() + "\n";
+        folder::write_whole(&folder.join(name), text.as_bytes())?;
+    }
+    let mut echoes = Echoes {
+        link: Link::new(profile, cell.link_seed),
+        is_loopback: profile.is_loopback(),
+        player_ns: u64::from(timing.player_ns),
+    };
+    Ok(Seen {
+        epoch_ns: EPOCH_NS,
+        start_ns,
+        echoes: [
+            (Phase::Empty, echoes.series(schedule::empty(0))),
+            (Phase::Before, echoes.series(schedule::before(EPOCH_NS))),
+            (
+                Phase::During,
+                echoes.series(schedule::during(start_ns, cell.duration_ns)),
+            ),
+            (Phase::After, echoes.series(schedule::after(outcome.end_ns))),
+        ],
+    })
+}
+
+/// The three files of rows.
+struct Files {
+    ticks: csv::Writer<File>,
+    arrivals: csv::Writer<File>,
+    messages: csv::Writer<File>,
+    problem: Option<csv::Error>,
+}
+
+impl Files {
+    fn create(folder: &Path) -> Result<Files, RunError> {
+        Ok(Files {
+            ticks: create(&folder.join("ticks.csv"), TickRow::COLUMNS)?,
+            arrivals: create(&folder.join("arrivals.csv"), ArrivalRow::COLUMNS)?,
+            messages: create(&folder.join("messages.csv"), MessageRow::COLUMNS)?,
+            problem: None,
+        })
+    }
+
+    /// Keeps the first problem: the simulation itself cannot fail.
+    fn note(&mut self, written: Result<(), csv::Error>) {
+        if let Err(problem) = written {
+            self.problem.get_or_insert(problem);
+        }
+    }
+
+    fn finish(mut self, folder: &Path) -> Result<(), RunError> {
+        if let Some(problem) = self.problem {
+            return Err(RunError::write(folder, std::io::Error::other(problem)));
+        }
+        [&mut self.ticks, &mut self.arrivals, &mut self.messages]
+            .into_iter()
+            .try_for_each(csv::Writer::flush)
+            .map_err(|problem| RunError::write(folder, problem))
+    }
+}
+
+impl Record for Files {
+    fn tick(&mut self, row: &TickRow) {
+        let written = append(&mut self.ticks, row);
+        self.note(written);
+    }
+
+    fn arrival(&mut self, row: &ArrivalRow) {
+        let written = append(&mut self.arrivals, row);
+        self.note(written);
+    }
+
+    fn message(&mut self, row: &MessageRow) {
+        let written = append(&mut self.messages, row);
+        self.note(written);
+    }
+}
+
+fn append(file: &mut csv::Writer<File>, row: &impl Serialize) -> Result<(), csv::Error> {
+    file.serialize(row)
+}
+
+/// A new file with its header, as it stays where there are no rows.
+fn create(path: &Path, columns: &[&str]) -> Result<csv::Writer<File>, RunError> {
+    let fail = |problem: std::io::Error| RunError::write(path, problem);
+    let file = File::create_new(path).map_err(fail)?;
+    let mut csv = csv::WriterBuilder::new()
+        .has_headers(false)
+        .buffer_capacity(1 << 16)
+        .from_writer(file);
+    csv.write_record(columns)
+        .map_err(|problem| fail(std::io::Error::other(problem)))?;
+    Ok(csv)
+}
+
+/// Echoes through the link, beside the messages.
+struct Echoes {
+    link: Link,
+    is_loopback: bool,
+    player_ns: u64,
+}
+
+impl Echoes {
+    fn series(&mut self, series: Series) -> Vec<Echo> {
+        (0..series.count)
+            .map(|seq| self.echo(seq, series.start_ns + u64::from(seq) * series.interval_ns))
+            .collect()
+    }
+
+    fn echo(&mut self, seq: u32, t_send_ns: u64) -> Echo {
+        // Before its epoch a link is a constant 2 ms each way.
+        const EMPTY_NS: u64 = 2_000_000;
+        let (t_reach_ns, t_back_ns) = if self.is_loopback {
+            (Some(t_send_ns), Some(t_send_ns))
+        } else if t_send_ns < EPOCH_NS {
+            let reach_ns = t_send_ns + EMPTY_NS + self.player_ns;
+            (Some(reach_ns), Some(reach_ns + EMPTY_NS + self.player_ns))
+        } else {
+            let up = self.link.up.state_at(t_send_ns - EPOCH_NS);
+            let reach_ns = t_send_ns + up.delay_ns + self.player_ns;
+            let down = self.link.down.state_at(reach_ns - EPOCH_NS);
+            let back_ns = reach_ns + down.delay_ns + self.player_ns;
+            (
+                (!up.lost).then_some(reach_ns),
+                (!up.lost && !down.lost).then_some(back_ns),
+            )
+        };
+        Echo {
+            seq,
+            t_send_ns,
+            t_reach_ns,
+            t_back_ns,
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! `webloop calibrate`: runs the experiment of that name, and writes what it shows of this machine.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use analysis::Campaign;
+use anyhow::{Context, anyhow};
+
+use crate::argument::{Argument, Calibrate, Command};
+use crate::calibration;
+use crate::exit::{Exit, Failure, Outcome};
+
+use super::run;
+
+/// Runs what has to be run, and writes the timings.
+pub(crate) fn run(argument: &Calibrate) -> Outcome {
+    let folder = match &argument.folder {
+        Some(folder) => folder.clone(),
+        None => {
+            let folder = fresh();
+            let Command::Run(run) = Argument::of_run("calibrate", &folder).command else {
+                return Err(anyhow!("`run` is not its own command").into());
+            };
+            match run::run(&run)? {
+                Exit::Fine => folder,
+                exit => return Ok(exit),
+            }
+        }
+    };
+    let campaign = Campaign::read(&folder).map_err(Failure::usage)?;
+    let timings = calibration::timings(&campaign)?;
+    let text = timings.to_toml();
+    std::fs::write(&argument.out, text)
+        .with_context(|| format!("cannot write {}", argument.out.display()))?;
+    let mut out = std::io::stdout();
+    writeln!(
+        out,
+        "\nWritten: {}\nUse it: webloop run --backend sim --timing {}",
+        argument.out.display(),
+        argument.out.display()
+    )?;
+    Ok(Exit::Fine)
+}
+
+/// A folder that tells when.
+fn fresh() -> PathBuf {
+    let now = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S");
+    PathBuf::from("results").join(format!("calibrate-{now}"))
+}

@@ -1,0 +1,103 @@
+//! Virtual time by the binary: the same rows whatever the jobs, the folder, the hour and the tongue,
+//! and a campaign that can be shown, reported and agrees with itself.
+#![allow(clippy::unwrap_used)]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+const EXPERIMENT: &str = "name = \"mine\"\n\
+[[cells]]\n\
+topology = [\"arima\", \"couva\", \"diego-vpn\"]\n\
+client = [\"native\", \"python\"]\n\
+mode = \"closed\"\n\
+h = [\"3ms\"]\n\
+duration = \"2s\"\n\
+repeats = 2\n";
+
+fn webloop(arguments: &[&str], variables: &[(&str, &str)]) -> Output {
+    let output = Command::new(env!("CARGO_BIN_EXE_webloop"))
+        .args(arguments)
+        .envs(variables.iter().copied())
+        .env_remove("RUST_LOG")
+        .output();
+    output.unwrap()
+}
+
+fn run(place: &Path, name: &str, more: &[&str], variables: &[(&str, &str)]) -> Output {
+    let experiment = place.join("mine.toml");
+    fs::write(&experiment, EXPERIMENT).unwrap();
+    let (experiment, out) = (experiment.to_str().unwrap(), place.join(name));
+    let out = out.to_str().unwrap();
+    let arguments = [&["run", experiment, "--backend", "sim", "--out", out], more].concat();
+    webloop(&arguments, variables)
+}
+
+/// Every file of rows, by its path within the folder.
+fn rows(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut rows = BTreeMap::new();
+    for cell in fs::read_dir(folder.join("cells")).unwrap() {
+        let cell = cell.unwrap().path();
+        for file in ["ticks.csv", "arrivals.csv", "messages.csv", "probes.csv"] {
+            let path = cell.join(file);
+            let name = path.strip_prefix(folder).unwrap().display().to_string();
+            rows.insert(name, fs::read(&path).unwrap());
+        }
+    }
+    rows
+}
+
+#[test]
+fn a_seed_gives_the_same_rows_whatever_is_around_it_and_another_seed_others() {
+    let place = tempfile::tempdir().unwrap();
+    let first = run(place.path(), "first", &["--jobs", "1"], &[]);
+    let said = String::from_utf8_lossy(&first.stderr).into_owned();
+    assert_eq!(first.status.code(), Some(0), "{said}");
+    let first = rows(&place.path().join("first"));
+    assert_eq!(first.len(), 12 * 4);
+    assert!(first.values().all(|content| content.len() > 100));
+
+    let elsewhere = [("TZ", "Pacific/Kiritimati"), ("LC_ALL", "de_DE.UTF-8")];
+    let second = run(place.path(), "a/second", &["--jobs", "2"], &elsewhere);
+    assert_eq!(second.status.code(), Some(0));
+    assert_eq!(rows(&place.path().join("a/second")), first);
+
+    let other = run(place.path(), "other", &["--seed", "2"], &[]);
+    assert_eq!(other.status.code(), Some(0));
+    assert_ne!(rows(&place.path().join("other")), first);
+}
+
+#[test]
+fn its_folder_is_like_any_other_and_agrees_with_itself() {
+    let place = tempfile::tempdir().unwrap();
+    let ran = run(place.path(), "ran", &[], &[]);
+    let table = String::from_utf8_lossy(&ran.stdout).into_owned();
+    assert!(
+        table.contains("12/12") || table.contains("stable"),
+        "{table}"
+    );
+    let folder = place.path().join("ran");
+    let folder = folder.to_str().unwrap();
+    for command in ["show", "report"] {
+        let output = webloop(&[command, folder], &[]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{command}: {said}");
+    }
+    let agreed = webloop(&["agree", folder, folder], &[]);
+    let said = String::from_utf8_lossy(&agreed.stdout).into_owned();
+    assert_eq!(agreed.status.code(), Some(0), "{said}");
+    assert!(said.contains("and 0 part."), "{said}");
+}
+
+#[test]
+fn timings_that_are_none_are_refused_with_their_place() {
+    let place = tempfile::tempdir().unwrap();
+    let file = place.path().join("timings.toml");
+    fs::write(&file, "[native]\nlate_ns = [1, 2]\n").unwrap();
+    let file = file.to_str().unwrap();
+    let output = run(place.path(), "ran", &["--timing", file], &[]);
+    assert_ne!(output.status.code(), Some(0));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("33 quantiles"), "{said}");
+}

@@ -1,0 +1,270 @@
+//! Two campaigns that should be alike, such as one in virtual time and one over real sockets: where
+//! do they agree, and where do they part?
+//!
+//! Other than [`compare`](crate::compare), which asks whether a change is more than chance, this
+//! asks whether two medians are close enough to stand for each other: a difference that is certain
+//! and small is agreement. Runs are paired as there, so both met the same link.
+
+use analysis::layout::{Column, Shown, align, digits, number, text};
+use analysis::{Campaign, Summary};
+use serde::Serialize;
+
+use crate::compare::{Kind, Lone, median, pair};
+
+/// A figure that is held against the other's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Figure {
+    /// Settling of a closed loop into 2 %, ms.
+    Settling,
+    /// Overshoot of a closed loop, % of the reference.
+    Overshoot,
+    /// A message's round trip, ms: half of a run's are at most this.
+    Rtt50,
+    /// Nine of ten.
+    Rtt90,
+    /// 99 of 100.
+    Rtt99,
+    /// Mean time between arrivals, ms.
+    Interval,
+    /// Its standard deviation, ms.
+    IntervalSd,
+}
+
+/// How far two figures may be apart: by a share of the second, or by an amount if that is more.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Tolerance {
+    /// A share.
+    pub share: f64,
+    /// An amount, in the figure's unit.
+    pub least: f64,
+}
+
+impl Figure {
+    /// All of them, in the order in which they are shown.
+    pub const ALL: [Figure; 7] = [
+        Figure::Settling,
+        Figure::Overshoot,
+        Figure::Rtt50,
+        Figure::Rtt90,
+        Figure::Rtt99,
+        Figure::Interval,
+        Figure::IntervalSd,
+    ];
+
+    /// What it is called, with its unit.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Figure::Settling => "settling, ms",
+            Figure::Overshoot => "overshoot, %",
+            Figure::Rtt50 => "RTT 50 %, ms",
+            Figure::Rtt90 => "RTT 90 %, ms",
+            Figure::Rtt99 => "RTT 99 %, ms",
+            Figure::Interval => "interval, ms",
+            Figure::IntervalSd => "interval sd, ms",
+        }
+    }
+
+    /// How far it may be from the other's and still stand for it.
+    #[must_use]
+    pub fn tolerance(self) -> Tolerance {
+        let (share, least) = match self {
+            // A tick of the plant more or less is no difference at 333 Hz.
+            Figure::Settling => (0.10, 3.0),
+            Figure::Overshoot => (0.10, 1.0),
+            Figure::Rtt50 | Figure::Rtt90 | Figure::Rtt99 => (0.05, 0.2),
+            Figure::Interval => (0.01, 0.01),
+            Figure::IntervalSd => (0.25, 0.1),
+        };
+        Tolerance { share, least }
+    }
+
+    /// Its value in a run; `None` where it does not apply. A loop that never settled is infinite.
+    fn of(self, run: &Summary) -> Option<f64> {
+        let closed = |value: Option<f64>| value.filter(|_| run.mode == "closed");
+        match self {
+            Figure::Settling => closed(run.settling_ms.or(Some(f64::INFINITY))),
+            Figure::Overshoot => closed(run.overshoot_pct),
+            Figure::Rtt50 => run.message_rtt_p50_ms,
+            Figure::Rtt90 => run.message_rtt_p90_ms,
+            Figure::Rtt99 => run.message_rtt_p99_ms,
+            Figure::Interval => run.control_interval_avg_ms,
+            Figure::IntervalSd => run.control_interval_sd_ms,
+        }
+    }
+}
+
+impl Tolerance {
+    /// Whether `a` can stand for `b`.
+    #[must_use]
+    pub fn allows(self, a: f64, b: f64) -> bool {
+        // Two infinities are equal, and no difference; one is far from everything else.
+        a == b || b.is_finite() && (a - b).abs() <= (self.share * b.abs()).max(self.least)
+    }
+}
+
+/// A figure of a group in both campaigns: medians over the pairs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Held {
+    /// Which one.
+    pub figure: Figure,
+    /// A's.
+    pub a: f64,
+    /// B's.
+    pub b: f64,
+    /// Whether A's can stand for B's.
+    pub agrees: bool,
+}
+
+/// Pairs that differ in their repeat only.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Group {
+    /// What they have in common.
+    #[serde(flatten)]
+    pub kind: Kind,
+    /// How many pairs there are.
+    pub pairs: usize,
+    /// Each figure that both have.
+    pub figures: Vec<Held>,
+}
+
+/// Where two campaigns agree, and where they part.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Agreement {
+    /// The groups that have pairs, in the order of A's plan.
+    pub groups: Vec<Group>,
+    /// The groups without a pair, and why.
+    pub lone: Vec<Lone>,
+}
+
+impl Agreement {
+    /// Holds `a` against `b`.
+    #[must_use]
+    pub fn of(a: &Campaign, b: &Campaign) -> Agreement {
+        let (paired, lone) = pair(a, b);
+        let groups = paired
+            .iter()
+            .map(|paired| Group {
+                kind: paired.kind.clone(),
+                pairs: paired.runs.len(),
+                figures: Figure::ALL
+                    .into_iter()
+                    .filter_map(|figure| Held::of(figure, &paired.runs))
+                    .collect(),
+            })
+            .collect();
+        Agreement { groups, lone }
+    }
+
+    /// Every figure that parts, with its group.
+    pub fn partings(&self) -> impl Iterator<Item = (&Group, &Held)> {
+        self.groups.iter().flat_map(|group| {
+            let parts = group.figures.iter().filter(|held| !held.agrees);
+            parts.map(move |held| (group, held))
+        })
+    }
+
+    /// All of it as JSON.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // Plain data of strings and numbers: serialising it cannot fail.
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+
+    /// All of it for people.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        const COLUMNS: [Column; 10] = [
+            text("topology"),
+            text("client").shown(Shown::IfDiffers),
+            text("setup").shown(Shown::IfDiffers),
+            text("mode").shown(Shown::IfDiffers),
+            number("", "rate"),
+            number("", "pairs"),
+            text("figure"),
+            number("median", "A"),
+            number("median", "B"),
+            text("A is"),
+        ];
+        let mut rows = Vec::new();
+        for group in &self.groups {
+            for held in &group.figures {
+                let kind = &group.kind;
+                rows.push(vec![
+                    kind.topology.clone(),
+                    kind.client.clone(),
+                    kind.setup.clone(),
+                    kind.mode.clone(),
+                    kind.rate.clone(),
+                    group.pairs.to_string(),
+                    held.figure.name().to_owned(),
+                    value(held.a),
+                    value(held.b),
+                    held.words(),
+                ]);
+            }
+        }
+        let mut out = align(&COLUMNS, &rows);
+        if !self.lone.is_empty() {
+            out += "\nNot held against each other:\n";
+        }
+        for one in &self.lone {
+            out += &format!("  {}: {}\n", one.kind, one.reason);
+        }
+        let all: usize = self.groups.iter().map(|group| group.figures.len()).sum();
+        let parts = self.partings().count();
+        out + &format!(
+            "\nOf {all} figures {} agree and {parts} part.\n",
+            all - parts
+        )
+    }
+}
+
+impl Held {
+    fn of(figure: Figure, runs: &[(&analysis::Run, &analysis::Run)]) -> Option<Held> {
+        let both: Vec<(f64, f64)> = runs
+            .iter()
+            .filter_map(|(a, b)| Some((figure.of(&a.summary)?, figure.of(&b.summary)?)))
+            .collect();
+        let a = median(&both.iter().map(|(a, _)| *a).collect::<Vec<_>>())?;
+        let b = median(&both.iter().map(|(_, b)| *b).collect::<Vec<_>>())?;
+        let agrees = figure.tolerance().allows(a, b);
+        Some(Held {
+            figure,
+            a,
+            b,
+            agrees,
+        })
+    }
+
+    fn words(&self) -> String {
+        if self.agrees {
+            return "alike".to_owned();
+        }
+        match (self.a / self.b - 1.0) * 100.0 {
+            off if off.is_finite() => format!("{off:+.0} % OFF"),
+            _ => "OFF".to_owned(),
+        }
+    }
+}
+
+fn value(x: f64) -> String {
+    match x.is_finite() {
+        true => digits(Some(x)),
+        false => "never".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tolerance_is_a_share_or_an_amount_whichever_is_more() {
+        let rtt = Figure::Rtt50.tolerance();
+        assert!(rtt.allows(105.0, 100.0) && !rtt.allows(105.1, 100.0));
+        assert!(rtt.allows(0.35, 0.2) && !rtt.allows(0.45, 0.2));
+        assert!(rtt.allows(f64::INFINITY, f64::INFINITY) && !rtt.allows(1.0, f64::INFINITY));
+    }
+}

@@ -1,0 +1,33 @@
+//! The same loop in virtual time: both ends, the link, and what lies between them.
+//!
+//! The ends are `endpoint`'s and the link is `link`'s, the same code that real runs drive; there
+//! is no control law here and no delay. What is here is time, and the model of what sockets and
+//! programs do to a message:
+//!
+//! - [`run`] and what it is given and gives: `course`, `setup`, `record`, in the order of `queue`
+//! - connections, opened as the native client opens them: `connection`
+//! - a lost packet's second way, by TCP's timers: `retransmission`
+//! - what a machine adds, as measured: [`Timing`], a [`Spread`] for each step
+//! - the link's two ways: `wire`
+//!
+//! What the model leaves out: congestion control and segmentation, since a message is one packet;
+//! acknowledgements as packets of their own; the effect of timers that end although nothing was
+//! lost; and WebSocket. Nothing here has a clock, a file, a socket or a thread: the same setup
+//! gives the same rows, bit by bit, on every machine.
+#![forbid(unsafe_code)]
+
+mod connection;
+mod course;
+mod queue;
+mod record;
+mod retransmission;
+mod setup;
+mod spread;
+mod timing;
+mod wire;
+
+pub use course::run;
+pub use record::Record;
+pub use setup::{Outcome, Setup, Unfit, phase_ns};
+pub use spread::{InvalidSpread, Spread};
+pub use timing::Timing;

@@ -1,0 +1,45 @@
+//! What a machine adds to a link: how long programs and their kernel take, by measurement.
+//!
+//! Each number is one that a run's rows show: `late` is `t_send - t_due`, `up` is
+//! `t_arrive - t_send` less the link, `down` is `t_receive - t_arrive` less the link. They are
+//! given as spreads, as measured; `webloop calibrate` measures them on the machine it runs on.
+
+use serde::{Deserialize, Serialize};
+
+use crate::spread::Spread;
+
+/// How long a client and its plant take over messages, whatever the link.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Timing {
+    /// From a deadline to the message's leaving.
+    pub late_ns: Spread,
+    /// From there to the plant's having it, on an open connection, but for the link.
+    pub up_ns: Spread,
+    /// From there to the client's having the answer, but for the link.
+    pub down_ns: Spread,
+    /// The same as `up_ns` for the first message on a new connection, beyond its handshake.
+    pub opened_up_ns: Spread,
+    /// How long the client's thread is busy with sending a message: it does nothing else.
+    pub send_ns: u32,
+    /// The same with taking an answer.
+    pub take_ns: u32,
+    /// How long the plant's thread is busy with a message.
+    pub serve_ns: u32,
+    /// What a player adds to a packet's way through a link, each way.
+    pub player_ns: u32,
+}
+
+impl Timing {
+    /// A machine that takes no time at all: what remains are deadlines, ticks and the link.
+    pub const IDEAL: Self = Self {
+        late_ns: Spread::constant(0),
+        up_ns: Spread::constant(0),
+        down_ns: Spread::constant(0),
+        opened_up_ns: Spread::constant(0),
+        send_ns: 0,
+        take_ns: 0,
+        serve_ns: 0,
+        player_ns: 0,
+    };
+}
