@@ -41,7 +41,7 @@ pub use file::schema;
 pub use finding::{Finding, Severity};
 pub use link::Link;
 pub use path::{Cause, Fate, Path, State};
-pub use prediction::{Band, Pings, Prediction, Rtt, ping, predict};
+pub use prediction::{Band, Pings, Prediction, Rtt, ping, predict, share_within};
 pub use profile::{Asked, Profile};
 pub use script::script;
 pub use setting::{HANDLE, Pace, Setting, Verb};

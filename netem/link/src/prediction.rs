@@ -91,6 +91,24 @@ pub fn ping(profile: &Profile, seed: u64, pings: Pings) -> Rtt {
     Sums::of(profile, seed, pings).rtt()
 }
 
+/// Share of a series of pings through the link under `seed` whose round trip is at most `limit_ns`;
+/// a lost one is not. Over loopback all are.
+#[must_use]
+pub fn share_within(profile: &Profile, seed: u64, pings: Pings, limit_ns: u64) -> f64 {
+    if profile.is_loopback() {
+        return 1.0;
+    }
+    let mut link = Link::new(profile, seed);
+    let within = (0..u64::from(pings.count)).filter(|k| {
+        let t_ns = k.saturating_mul(pings.interval_ns);
+        let up = link.up.state_at(t_ns);
+        let down = link.down.state_at(t_ns.saturating_add(up.delay_ns));
+        let is_lost = up.lost || down.lost;
+        !is_lost && up.delay_ns.saturating_add(down.delay_ns) <= limit_ns
+    });
+    within.count() as f64 / f64::from(pings.count.max(1))
+}
+
 /// Predicts a series of pings, from 500 of them; takes a fraction of a second.
 #[must_use]
 pub fn predict(profile: &Profile, pings: Pings) -> Prediction {

@@ -16,8 +16,8 @@ use std::path::{Path, PathBuf};
 use clap::{Parser, Subcommand, ValueEnum};
 
 pub(crate) use campaign::{
-    Agree, AgreeFormat, Backend, Calibrate, Choice, Collect, Compare, CompareFormat, Gc, Matrix,
-    MatrixFormat, Player, Progress, Run, RunCell, Show, ShowFormat,
+    Agree, AgreeFormat, Backend, Calibrate, Choice, Collect, Compare, CompareFormat, Gc, Margin,
+    Matrix, MatrixFormat, Player, Progress, Run, RunCell, Show, ShowFormat,
 };
 pub(crate) use link::{LinkCommand, LinkLint, LinkShow, Probe, Way};
 pub(crate) use report::Report;
@@ -92,6 +92,8 @@ pub(crate) enum Command {
     Matrix(Matrix),
     /// Merge results folders of one plan, such as the jobs', into one
     Collect(Collect),
+    /// How much delay the paper's loop survives, and how often a link stays within it
+    Margin(Margin),
     /// Explain and check link profiles
     #[command(subcommand)]
     Link(LinkCommand),

@@ -39,6 +39,7 @@ fn main() -> std::process::ExitCode {
         Command::Compare(compare) => command::compare::run(&compare),
         Command::Agree(agree) => command::agree::run(&agree),
         Command::Calibrate(calibrate) => command::calibrate::run(&calibrate),
+        Command::Margin(margin) => command::margin::run(&margin),
         Command::Matrix(matrix) => command::matrix::run(&matrix),
         Command::Collect(collect) => command::collect::run(&collect),
         Command::Link(LinkCommand::Show(show)) => command::link::show(&show),

@@ -1,8 +1,8 @@
 //! What a simulated run must be, whatever its setup.
 
 use control::{
-    Method, StateSpace, Stepper, discretise, largest_stable_round_trip_s, loop_delay_ticks, preset,
-    step_response,
+    Method, StateSpace, Stepper, discretise, largest_stable_blocking_round_trip_s,
+    largest_stable_round_trip_s, loop_delay_ticks, preset, step_response,
 };
 use endpoint::{
     ArrivalOutcome, ArrivalRow, Connection, ControllerSettings, MessageOutcome, MessageRow, Mode,
@@ -173,35 +173,57 @@ fn on_loopback_it_is_the_bare_loop_bit_by_bit() {
     }
 }
 
+/// How the largest error of a response's end compares with that of its middle: below 1 it dies out.
+fn growth(settings: ControllerSettings, rtt_ns: u64) -> f64 {
+    let link = constant(rtt_ns);
+    let (rows, _) = simulate(&setup(&link, settings, &Timing::IDEAL, 60_000 * MS));
+    let y = rows.response();
+    let part = |from: usize| {
+        let part = &y[from..from + y.len() / 10];
+        part.iter()
+            .fold(0.0, |most: f64, y| most.max((y - 1.0).abs()))
+    };
+    part(y.len() * 4 / 5) / part(y.len() / 3)
+}
+
 #[test]
 fn it_survives_as_long_a_constant_round_trip_as_the_margin_says() {
-    let settings = closed("3ms");
-    let h_s = settings.h.seconds();
-    let pi = preset::paper_gains().transfer_function().expect("proper");
-    let sampled = |system: &control::TransferFunction| {
-        discretise(&StateSpace::from(system), Method::BackwardEuler, h_s).expect("regular")
-    };
-    let whole = sampled(&preset::motor())
-        .transfer_function()
-        .and_then(|motor| Ok(motor.series(&sampled(&pi).transfer_function()?)))
-        .expect("finite")
-        .expect("the same h");
-    let limit_s = largest_stable_round_trip_s(&whole).expect("stable without a network");
-    let limit_ns = (limit_s * 1e9).round() as u64;
-    let last_error = |rtt_ns: u64| {
-        let link = constant(rtt_ns);
-        let (rows, _) = simulate(&setup(&link, settings, &Timing::IDEAL, 60_000 * MS));
-        let y = rows.response();
-        let part = |from: usize| {
-            let part = &y[from..from + y.len() / 10];
-            part.iter()
-                .fold(0.0, |most: f64, y| most.max((y - 1.0).abs()))
+    for h_text in ["1ms", "3ms"] {
+        let settings = closed(h_text);
+        let (h_s, h_ns) = (settings.h.seconds(), settings.h.ns());
+        let sampled = |system: &control::TransferFunction| {
+            discretise(&StateSpace::from(system), Method::BackwardEuler, h_s).expect("regular")
         };
-        part(y.len() * 4 / 5) / part(y.len() / 3)
-    };
-    let h_ns = settings.h.ns();
-    assert!(last_error(limit_ns - h_ns / 2) < 1.0, "dies out");
-    assert!(last_error(limit_ns + h_ns / 2) > 1.0, "grows");
+        let plant = sampled(&preset::motor());
+        let pi = sampled(&preset::paper_gains().transfer_function().expect("proper"));
+        let whole = plant
+            .transfer_function()
+            .and_then(|motor| Ok(motor.series(&pi.transfer_function()?)))
+            .expect("finite")
+            .expect("the same h");
+        let unlimited_s = largest_stable_round_trip_s(&whole).expect("stable without a network");
+        let one_s = largest_stable_blocking_round_trip_s(&plant, &preset::paper_gains())
+            .expect("stable without a network");
+        for (outstanding, limit_s) in [
+            (Outstanding::Unlimited, unlimited_s),
+            (Outstanding::ONE, one_s),
+        ] {
+            let settings = ControllerSettings {
+                outstanding,
+                ..settings
+            };
+            let limit_ns = (limit_s * 1e9).round() as u64;
+            let (inside, outside) = (
+                growth(settings, limit_ns - h_ns / 2),
+                growth(settings, limit_ns + h_ns / 2),
+            );
+            assert!(
+                inside < 1.0,
+                "{outstanding} at {h_text}: dies out, {inside}"
+            );
+            assert!(outside > 1.0, "{outstanding} at {h_text}: grows, {outside}");
+        }
+    }
 }
 
 #[test]

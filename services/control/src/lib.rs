@@ -13,6 +13,7 @@
 //! - [`preset`]: the plant and the controller of the paper;
 //! - [`margin`]: gain, phase and delay margin, with dead time;
 //! - [`closed_loop`]: the loop around a constant delay, and the longest round trip it survives;
+//! - [`blocking`]: the same where a client waits for each answer;
 //! - [`mod@step_info`]: rise, settling, overshoot and the rest, with the names and definitions of
 //!   python-control.
 //!
@@ -24,6 +25,7 @@
 //! every design method: it runs and judges a loop that somebody has designed.
 #![forbid(unsafe_code)]
 
+pub mod blocking;
 pub mod closed_loop;
 pub mod discretise;
 pub mod margin;
@@ -36,6 +38,7 @@ pub mod stepper;
 pub mod timebase;
 pub mod transfer;
 
+pub use blocking::largest_stable_blocking_round_trip_s;
 pub use closed_loop::{largest_stable_round_trip_s, loop_delay_ticks, step_response};
 pub use discretise::{InvalidDiscretisation, Method, discretise};
 pub use margin::{InvalidDeadTime, Margins, margins};

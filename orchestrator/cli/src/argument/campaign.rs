@@ -6,6 +6,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use endpoint::SampleTime;
 use plan::{Selection, Shard};
 
 #[derive(Debug, Args)]
@@ -270,6 +271,27 @@ pub(crate) enum AgreeFormat {
     Table,
     /// All of it, for other programs
     Json,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Margin {
+    /// Sample times of plant and controller
+    #[arg(
+        long,
+        value_name = "TIME,...",
+        value_delimiter = ',',
+        default_value = "1ms,3ms,10ms"
+    )]
+    pub(crate) h: Vec<SampleTime>,
+    /// Proportional gain; the paper's, if not given
+    #[arg(long, default_value_t = control::preset::PAPER_A0, allow_negative_numbers = true)]
+    pub(crate) kp: f64,
+    /// Integral gain, 1/s; the paper's, if not given
+    #[arg(long, default_value_t = control::preset::PAPER_A1, allow_negative_numbers = true)]
+    pub(crate) ki: f64,
+    /// Topologies, or profile files, whose chance to stay inside is wanted; all built-in ones, if not given
+    #[arg(long, value_name = "NAME")]
+    pub(crate) topology: Vec<String>,
 }
 
 #[derive(Debug, Args)]

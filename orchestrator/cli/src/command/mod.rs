@@ -10,6 +10,7 @@ pub(crate) mod doctor;
 pub(crate) mod echo;
 pub(crate) mod gc;
 pub(crate) mod link;
+pub(crate) mod margin;
 pub(crate) mod matrix;
 pub(crate) mod packaging;
 pub(crate) mod play;
