@@ -69,6 +69,14 @@ impl Experiment {
         }
     }
 
+    /// The same with so many repeats.
+    #[allow(dead_code)] // One of the two test programs that share this file needs it.
+    pub(crate) fn repeated(self, repeats: usize) -> Self {
+        let text = fs::read_to_string(&self.file).unwrap();
+        fs::write(&self.file, format!("{text}repeats = {repeats}\n")).unwrap();
+        self
+    }
+
     /// Adds to `command` what runs this experiment.
     pub(crate) fn run(&self, mut command: Command) -> Command {
         command.arg("run").arg(&self.file).arg("--out");
