@@ -1,5 +1,6 @@
 //! A recorded link: steps of delay, and of loss and rate where they are given.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use serde::Serialize;
@@ -44,22 +45,17 @@ impl Trace {
         self.repeat_ns
     }
 
-    /// The step in force at link time `t_ns`, and the link time it began at.
-    pub(crate) fn step_at(&self, t_ns: u64) -> (u64, Step) {
+    /// The step in force at link time `t_ns`, and the link time from its begin to that of the next;
+    /// the last of a trace that does not repeat has none.
+    pub(crate) fn step_at(&self, t_ns: u64) -> (Range<u64>, Step) {
         let within_ns = self.repeat_ns.map_or(t_ns, |repeat_ns| t_ns % repeat_ns);
+        let round_ns = t_ns - within_ns;
         let after = self.steps.partition_point(|step| step.t_ns <= within_ns);
         let step = self.steps[after.saturating_sub(1)];
-        (t_ns - within_ns + step.t_ns, step)
-    }
-
-    /// The link time at which the step in force at `t_ns` ends; the last of a trace that does not
-    /// repeat never does.
-    pub(crate) fn end_of_step_at(&self, t_ns: u64) -> u64 {
-        let within_ns = self.repeat_ns.map_or(t_ns, |repeat_ns| t_ns % repeat_ns);
-        let after = self.steps.partition_point(|step| step.t_ns <= within_ns);
         let next_ns = self.steps.get(after).map(|step| step.t_ns);
         let end_ns = next_ns.or(self.repeat_ns);
-        end_ns.map_or(u64::MAX, |end_ns| (t_ns - within_ns).saturating_add(end_ns))
+        let end_ns = end_ns.map_or(u64::MAX, |end_ns| round_ns.saturating_add(end_ns));
+        (round_ns + step.t_ns..end_ns, step)
     }
 
     pub(crate) fn floor_ns(&self) -> u64 {

@@ -100,10 +100,10 @@ impl Wire {
             },
             Delay::Held(level) => held_piece(level, &mut self.draws, t_ns),
             Delay::Trace(trace) => {
-                let (start_ns, step) = trace.step_at(t_ns);
+                let (span_ns, step) = trace.step_at(t_ns);
                 Piece {
-                    start_ns,
-                    end_ns: trace.end_of_step_at(t_ns),
+                    start_ns: span_ns.start,
+                    end_ns: span_ns.end,
                     level_ns: step.delay_ns,
                 }
             }

@@ -8,10 +8,10 @@ use std::path::Path;
 
 use control::{Method, StateSpace, discretise, preset};
 use endpoint::{ArrivalRow, MessageRow, TickRow};
-use link::{Link, Profile};
+use link::{Profile, Way};
 use plan::{Cell, Phase};
-use serde::Serialize;
-use shaper::Echo;
+use serde_json::{Value, json};
+use shaper::{Echo, Timeline};
 use sim::{Record, Setup, Timing};
 
 use crate::course::Seen;
@@ -55,23 +55,16 @@ pub(crate) fn run(
     let outcome = sim::run(&setup, &mut files)
         .map_err(|problem| RunError::Unsupported(problem.to_string()))?;
     files.finish(folder)?;
-    let report = serde_json::json!({
-        "player": "model",
+    write_report(folder, "link.json", &json!({ "player": "model" }))?;
+    let controller = json!({
         "counts": outcome.counts,
         "connections": outcome.connections,
         "resent": outcome.resent,
         "timing": timing,
     });
-    for (name, report) in [
-        ("controller.json", &report),
-        ("link.json", &serde_json::json!({ "player": "model" })),
-    ] {
-        let text = serde_json::to_string_pretty(report).unwrap_or_default() + "\n";
-        folder::write_whole(&folder.join(name), text.as_bytes())?;
-    }
+    write_report(folder, "controller.json", &controller)?;
     let mut echoes = Echoes {
-        link: Link::new(profile, cell.link_seed),
-        is_loopback: profile.is_loopback(),
+        link: (!profile.is_loopback()).then(|| Timeline::new(profile, cell.link_seed, EPOCH_NS)),
         player_ns: u64::from(timing.player_ns),
     };
     Ok(Seen {
@@ -87,6 +80,12 @@ pub(crate) fn run(
             (Phase::After, echoes.series(schedule::after(outcome.end_ns))),
         ],
     })
+}
+
+fn write_report(folder: &Path, name: &str, report: &Value) -> Result<(), RunError> {
+    // Plain data of words and numbers: serialising it cannot fail.
+    let text = serde_json::to_string_pretty(report).unwrap_or_default() + "\n";
+    folder::write_whole(&folder.join(name), text.as_bytes())
 }
 
 /// The three files of rows.
@@ -127,23 +126,19 @@ impl Files {
 
 impl Record for Files {
     fn tick(&mut self, row: &TickRow) {
-        let written = append(&mut self.ticks, row);
+        let written = self.ticks.serialize(row);
         self.note(written);
     }
 
     fn arrival(&mut self, row: &ArrivalRow) {
-        let written = append(&mut self.arrivals, row);
+        let written = self.arrivals.serialize(row);
         self.note(written);
     }
 
     fn message(&mut self, row: &MessageRow) {
-        let written = append(&mut self.messages, row);
+        let written = self.messages.serialize(row);
         self.note(written);
     }
-}
-
-fn append(file: &mut csv::Writer<File>, row: &impl Serialize) -> Result<(), csv::Error> {
-    file.serialize(row)
 }
 
 /// A new file with its header, as it stays where there are no rows.
@@ -161,8 +156,8 @@ fn create(path: &Path, columns: &[&str]) -> Result<csv::Writer<File>, RunError> 
 
 /// Echoes through the link, beside the messages.
 struct Echoes {
-    link: Link,
-    is_loopback: bool,
+    /// None on loopback.
+    link: Option<Timeline>,
     player_ns: u64,
 }
 
@@ -174,28 +169,22 @@ impl Echoes {
     }
 
     fn echo(&mut self, seq: u32, t_send_ns: u64) -> Echo {
-        // Before its epoch a link is a constant 2 ms each way.
-        const EMPTY_NS: u64 = 2_000_000;
-        let (t_reach_ns, t_back_ns) = if self.is_loopback {
-            (Some(t_send_ns), Some(t_send_ns))
-        } else if t_send_ns < EPOCH_NS {
-            let reach_ns = t_send_ns + EMPTY_NS + self.player_ns;
-            (Some(reach_ns), Some(reach_ns + EMPTY_NS + self.player_ns))
-        } else {
-            let up = self.link.up.state_at(t_send_ns - EPOCH_NS);
-            let reach_ns = t_send_ns + up.delay_ns + self.player_ns;
-            let down = self.link.down.state_at(reach_ns - EPOCH_NS);
-            let back_ns = reach_ns + down.delay_ns + self.player_ns;
-            (
-                (!up.lost).then_some(reach_ns),
-                (!up.lost && !down.lost).then_some(back_ns),
-            )
-        };
+        let t_reach_ns = self.crossed(Way::Up, t_send_ns);
+        let t_back_ns = t_reach_ns.and_then(|t_ns| self.crossed(Way::Down, t_ns));
         Echo {
             seq,
             t_send_ns,
             t_reach_ns,
             t_back_ns,
         }
+    }
+
+    /// When what enters at `t_ns` comes out; `None` if it is lost.
+    fn crossed(&mut self, way: Way, t_ns: u64) -> Option<u64> {
+        let Some(link) = &mut self.link else {
+            return Some(t_ns);
+        };
+        let state = link.state_at(way, t_ns);
+        (!state.lost).then(|| t_ns + state.delay_ns + self.player_ns)
     }
 }

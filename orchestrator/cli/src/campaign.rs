@@ -165,7 +165,7 @@ fn is_of_others(folder: &Path) -> anyhow::Result<bool> {
 }
 
 /// A folder that tells when, what and which seed: `results/smoke-20261121-041503-s1`.
-fn fresh(plan: &Plan) -> PathBuf {
+pub(crate) fn fresh(plan: &Plan) -> PathBuf {
     let now = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S");
     Path::new(RESULTS).join(format!("{}-{now}-s{}", plan.experiment, plan.seed))
 }

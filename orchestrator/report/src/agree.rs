@@ -5,11 +5,11 @@
 //! asks whether two medians are close enough to stand for each other: a difference that is certain
 //! and small is agreement. Runs are paired as there, so both met the same link.
 
-use analysis::layout::{Column, Shown, align, digits, number, text};
+use analysis::layout::{align, digits, number, text};
 use analysis::{Campaign, Summary};
 use serde::Serialize;
 
-use crate::compare::{Kind, Lone, median, pair};
+use crate::compare::{Kind, Lone, Measure, median, pair};
 
 /// A figure that is held against the other's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -82,11 +82,10 @@ impl Figure {
 
     /// Its value in a run; `None` where it does not apply. A loop that never settled is infinite.
     fn of(self, run: &Summary) -> Option<f64> {
-        let closed = |value: Option<f64>| value.filter(|_| run.mode == "closed");
         match self {
-            Figure::Settling => closed(run.settling_ms.or(Some(f64::INFINITY))),
-            Figure::Overshoot => closed(run.overshoot_pct),
-            Figure::Rtt50 => run.message_rtt_p50_ms,
+            Figure::Settling => Measure::Settling.of(run),
+            Figure::Overshoot => Measure::Overshoot.of(run),
+            Figure::Rtt50 => Measure::Rtt.of(run),
             Figure::Rtt90 => run.message_rtt_p90_ms,
             Figure::Rtt99 => run.message_rtt_p99_ms,
             Figure::Interval => run.control_interval_avg_ms,
@@ -175,37 +174,32 @@ impl Agreement {
     /// All of it for people.
     #[must_use]
     pub fn to_text(&self) -> String {
-        const COLUMNS: [Column; 10] = [
-            text("topology"),
-            text("client").shown(Shown::IfDiffers),
-            text("setup").shown(Shown::IfDiffers),
-            text("mode").shown(Shown::IfDiffers),
-            number("", "rate"),
-            number("", "pairs"),
-            text("figure"),
-            number("median", "A"),
-            number("median", "B"),
-            text("A is"),
-        ];
+        let columns = [
+            &Kind::COLUMNS[..],
+            &[
+                number("", "pairs"),
+                text("figure"),
+                number("median", "A"),
+                number("median", "B"),
+                text("A is"),
+            ],
+        ]
+        .concat();
         let mut rows = Vec::new();
         for group in &self.groups {
             for held in &group.figures {
-                let kind = &group.kind;
-                rows.push(vec![
-                    kind.topology.clone(),
-                    kind.client.clone(),
-                    kind.setup.clone(),
-                    kind.mode.clone(),
-                    kind.rate.clone(),
+                let mut row = group.kind.entries().to_vec();
+                row.extend([
                     group.pairs.to_string(),
                     held.figure.name().to_owned(),
                     value(held.a),
                     value(held.b),
                     held.words(),
                 ]);
+                rows.push(row);
             }
         }
-        let mut out = align(&COLUMNS, &rows);
+        let mut out = align(&columns, &rows);
         if !self.lone.is_empty() {
             out += "\nNot held against each other:\n";
         }

@@ -1,14 +1,15 @@
 //! Tables and figures of a small results folder whose every row is known.
 
-use std::fs;
+mod support;
+
 use std::path::Path;
 
 use analysis::Campaign;
 use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, Mode, TickRow};
-use plan::{Cell, Client, Instead, Machine, Manifest, Phase, Plan, ProbeRow, ProfileText, Verdict};
+use plan::{Cell, Client, Manifest, Phase, ProbeRow, Verdict};
 use report::{Report, figure, table};
-use serde::Serialize;
-use tempfile::TempDir;
+
+use support::{Lab, Rows};
 
 /// A part of the paper's matrix: something of each kind of figure.
 const EXPERIMENT: &str = r#"
@@ -41,36 +42,13 @@ duration = "3s"
 repeats = 3
 "#;
 
-fn plan() -> Plan {
-    let profile = |name: &str| {
-        let source = link::Profile::builtin(name).ok_or("no such profile")?;
-        Ok(ProfileText {
-            source: source.to_owned(),
-            ..ProfileText::default()
-        })
-    };
-    Plan::resolve(EXPERIMENT, "small.toml", &Instead::default(), profile).expect("it can run")
-}
-
-/// A folder with the plan alone: nothing has been run.
-fn planned() -> (TempDir, Plan) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let plan = plan();
-    fs::write(folder.path().join("plan.json"), plan.to_json()).expect("a writable folder");
-    (folder, plan)
-}
-
 /// A folder in which every cell is complete.
-fn complete() -> TempDir {
-    let (folder, plan) = planned();
-    for cell in &plan.cells {
-        write(folder.path(), &plan, cell, Verdict::Complete);
+fn complete() -> Lab {
+    let lab = Lab::new(EXPERIMENT);
+    for cell in &lab.plan.cells {
+        write(&lab, cell, Verdict::Complete);
     }
-    folder
-}
-
-fn read(folder: &TempDir) -> Campaign {
-    Campaign::read(folder.path()).expect("a results folder")
+    lab
 }
 
 /// How long one interval of this client is at the plant: Firefox of 2011 takes a tenth longer, but
@@ -86,9 +64,7 @@ fn period_ns(cell: &Cell) -> u64 {
 /// A cell as if it had run: messages at their client's period, every hundredth 20 ms late and with
 /// the next; a plant that is 5 us late at every other tick; a first-order rise to the reference,
 /// four times as slow over the VPN and 10 % slower with each repeat.
-fn write(folder: &Path, plan: &Plan, cell: &Cell, verdict: Verdict) {
-    let at = folder.join(cell.folder());
-    fs::create_dir_all(&at).expect("a writable folder");
+fn write(lab: &Lab, cell: &Cell, verdict: Verdict) {
     let (h_ns, closed) = (cell.settings.h.ns(), cell.settings.mode == Mode::Closed);
     let period_ns = period_ns(cell);
     let sent = cell.duration_ns / period_ns;
@@ -109,7 +85,6 @@ fn write(folder: &Path, plan: &Plan, cell: &Cell, verdict: Verdict) {
             seq: closed.then_some(k),
         }
     });
-    rows(&at.join("ticks.csv"), ticks);
 
     let t_arrive_ns = |k: u64| match k % 100 {
         50 => (k + 1) * period_ns + 1_000_000_000,
@@ -127,7 +102,6 @@ fn write(folder: &Path, plan: &Plan, cell: &Cell, verdict: Verdict) {
             false => ArrivalOutcome::Acknowledged,
         },
     });
-    rows(&at.join("arrivals.csv"), arrivals);
 
     let messages = (0..sent).map(|k| MessageRow {
         seq: k,
@@ -142,7 +116,6 @@ fn write(folder: &Path, plan: &Plan, cell: &Cell, verdict: Verdict) {
         tick: None,
         outcome: MessageOutcome::Answered,
     });
-    rows(&at.join("messages.csv"), messages);
 
     // Round trips of 3.1, 3.3, 3.2 ms and so on where the link had 3, 3.2, 3.1; one of fifty lost.
     let linked = cell.topology != "arima";
@@ -160,22 +133,19 @@ fn write(folder: &Path, plan: &Plan, cell: &Cell, verdict: Verdict) {
             due_lost: linked && seq % 50 == 0,
         }
     });
-    rows(&at.join("probes.csv"), probes);
 
-    let manifest = manifest(plan, cell, verdict);
-    fs::write(at.join(Manifest::FILE), manifest.to_json()).expect("a writable folder");
+    let rows = Rows {
+        ticks: ticks.collect(),
+        arrivals: arrivals.collect(),
+        messages: messages.collect(),
+        probes: probes.collect(),
+    };
+    lab.end_as(cell, &rows, verdict, |manifest| say(manifest, cell));
 }
 
-fn rows<R: Serialize>(path: &Path, rows: impl Iterator<Item = R>) {
-    let mut writer = csv::Writer::from_path(path).expect("a writable folder");
-    for row in rows {
-        writer.serialize(row).expect("a flat row");
-    }
-    writer.flush().expect("a writable folder");
-}
-
-fn manifest(plan: &Plan, cell: &Cell, verdict: Verdict) -> Manifest {
-    let controller = match cell.client {
+/// What Table 1 shows of programs, machine and scheduling.
+fn say(manifest: &mut Manifest, cell: &Cell) {
+    manifest.controller = Some(match cell.client {
         Client::Firefox => {
             serde_json::json!({ "browser": { "name": "Firefox", "number": "153.7.0esr" } })
         }
@@ -184,45 +154,16 @@ fn manifest(plan: &Plan, cell: &Cell, verdict: Verdict) -> Manifest {
             "python": "3.11.7",
             "granted": { "controller": { "policy": "fifo", "priority": 45 } },
         }),
-    };
-    Manifest {
-        version: Manifest::VERSION,
-        verdict,
-        reasons: Vec::new(),
-        experiment: plan.experiment.clone(),
-        campaign_seed: plan.seed,
-        cell: cell.clone(),
-        profile: cell.topology.clone(),
-        backend: "netns".to_owned(),
-        engine: None,
-        player: match cell.topology.as_str() {
-            "arima" => "none",
-            _ => "user",
-        }
-        .to_owned(),
-        webloop: "0.1.0".to_owned(),
-        machine: Machine {
-            kernel: "Linux 6.1.0".to_owned(),
-            architecture: "x86_64".to_owned(),
-            processor: "Four, \"quoted\"".to_owned(),
-            cores: 4,
-            memory_mib: 8192,
-            clock_source: "tsc".to_owned(),
-        },
-        authority: "privileged".to_owned(),
-        started: "2026-11-21T00:00:00Z".to_owned(),
-        wall_s: 9.0,
-        epoch_ns: 0,
-        start_ns: 0,
-        certificate: None,
-        plant: Some(serde_json::json!({
-            "granted": { "ticker": { "policy": "fifo", "priority": 50 } },
-        })),
-        controller: Some(controller),
-        page: None,
-        link: None,
-        files: std::collections::BTreeMap::new(),
+    });
+    manifest.plant = Some(serde_json::json!({
+        "granted": { "ticker": { "policy": "fifo", "priority": 50 } },
+    }));
+    if cell.topology == "arima" {
+        manifest.player = "none".to_owned();
     }
+    manifest.machine.processor = "Four, \"quoted\"".to_owned();
+    manifest.machine.cores = 4;
+    manifest.machine.memory_mib = 8192;
 }
 
 /// What a figure shows, without its points.
@@ -253,8 +194,8 @@ fn outline(figure: &figure::Figure) -> String {
 
 #[test]
 fn the_tables_read_like_this() {
-    let folder = complete();
-    let campaign = read(&folder);
+    let lab = complete();
+    let campaign = lab.campaign();
     let tables = table::all(&campaign).expect("readable");
     let texts: Vec<String> = tables.iter().map(table::Table::to_text).collect();
     insta::assert_snapshot!(texts.join("\n"));
@@ -262,8 +203,8 @@ fn the_tables_read_like_this() {
 
 #[test]
 fn the_tables_are_csv_with_a_field_for_each_column() {
-    let folder = complete();
-    let campaign = read(&folder);
+    let lab = complete();
+    let campaign = lab.campaign();
     for table in table::all(&campaign).expect("readable") {
         let text = table.to_csv();
         let mut reader = csv::Reader::from_reader(text.as_bytes());
@@ -290,8 +231,8 @@ fn the_tables_are_csv_with_a_field_for_each_column() {
 
 #[test]
 fn the_figures_show_this() {
-    let folder = complete();
-    let campaign = read(&folder);
+    let lab = complete();
+    let campaign = lab.campaign();
     let figures = figure::all(&campaign).expect("readable");
     let outlines: Vec<String> = figures.iter().map(outline).collect();
     insta::assert_snapshot!(outlines.join("\n"));
@@ -299,8 +240,8 @@ fn the_figures_show_this() {
 
 #[test]
 fn of_what_has_not_been_run_every_panel_says_so() {
-    let (folder, _) = planned();
-    let nothing = read(&folder);
+    let lab = Lab::new(EXPERIMENT);
+    let nothing = lab.campaign();
     let figures = figure::all(&nothing).expect("there is nothing to read");
     let numbers: Vec<&str> = figures.iter().map(|figure| figure.number).collect();
     assert_eq!(numbers, ["2", "3", "4", "5", "6", "7", "8", "9"]);
@@ -318,11 +259,11 @@ fn of_what_has_not_been_run_every_panel_says_so() {
 
 #[test]
 fn what_is_not_complete_is_not_drawn_and_is_told() {
-    let (folder, plan) = planned();
-    for cell in &plan.cells {
-        write(folder.path(), &plan, cell, Verdict::Invalid);
+    let lab = Lab::new(EXPERIMENT);
+    for cell in &lab.plan.cells {
+        write(&lab, cell, Verdict::Invalid);
     }
-    let figures = figure::all(&read(&folder)).expect("readable");
+    let figures = figure::all(&lab.campaign()).expect("readable");
     for figure in &figures {
         let series = figure.chart.panels.iter().flat_map(|panel| &panel.series);
         assert_eq!(series.count(), 0, "{}", figure.chart.name);
@@ -335,24 +276,24 @@ fn what_is_not_complete_is_not_drawn_and_is_told() {
 
     // Of a step's six repeats one is left out; of Figure 7 one run is enough.
     let closed = |cell: &&Cell| cell.settings.mode == Mode::Closed;
-    for cell in plan.cells.iter().filter(closed).skip(1) {
-        write(folder.path(), &plan, cell, Verdict::Complete);
+    for cell in lab.plan.cells.iter().filter(closed).skip(1) {
+        write(&lab, cell, Verdict::Complete);
     }
-    let figures = figure::all(&read(&folder)).expect("readable");
+    let figures = figure::all(&lab.campaign()).expect("readable");
     assert!(source(&figures, "fig-5").starts_with("5 of 6 planned runs;"));
     assert!(source(&figures, "fig-7").starts_with("1 run;"));
 }
 
 #[test]
 fn the_same_folder_gives_the_same_bytes_under_the_same_names() {
-    let folder = complete();
+    let lab = complete();
     let files = |campaign: &Campaign| {
         let report = Report::of(campaign).expect("readable");
         let mut files = report.files();
         files.retain(|(path, _)| path.starts_with("tables") || path.starts_with("figures"));
         files
     };
-    let (one, other) = (files(&read(&folder)), files(&read(&folder)));
+    let (one, other) = (files(&lab.campaign()), files(&lab.campaign()));
     assert_eq!(one, other);
     // Three tables in two forms, eight figures in three.
     assert_eq!(one.len(), 3 * 2 + 8 * 3);
@@ -366,8 +307,8 @@ fn the_same_folder_gives_the_same_bytes_under_the_same_names() {
 
 #[test]
 fn a_figure_names_the_runs_that_it_is_of_and_no_other() {
-    let folder = complete();
-    let campaign = read(&folder);
+    let lab = complete();
+    let campaign = lab.campaign();
     for figure in figure::all(&campaign).expect("readable") {
         for id in &figure.runs {
             assert!(campaign.runs.iter().any(|run| run.cell.id == *id));

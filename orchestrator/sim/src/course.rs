@@ -104,8 +104,6 @@ struct Course<'a, R> {
     at_client: VecDeque<Id>,
     plant_free_ns: u64,
     client_free_ns: u64,
-    /// Messages that have not ended.
-    under_way: u64,
     last_end_ns: u64,
     outcome: Outcome,
     record: &'a mut R,
@@ -145,7 +143,6 @@ impl<'a, R: Record> Course<'a, R> {
             at_client: VecDeque::new(),
             plant_free_ns: 0,
             client_free_ns: 0,
-            under_way: 0,
             last_end_ns: setup.start_ns,
             outcome: Outcome {
                 counts: Counts::default(),
@@ -197,7 +194,7 @@ impl<'a, R: Record> Course<'a, R> {
 
     /// Whether the controller has nothing more to do.
     fn is_over(&self) -> bool {
-        self.waiting == Waiting::Nothing && self.under_way == 0
+        self.waiting == Waiting::Nothing && self.controller.oldest_under_way().is_none()
     }
 
     /// The controller's thread wakes for a deadline.
@@ -237,7 +234,6 @@ impl<'a, R: Record> Course<'a, R> {
     /// A message goes out, or waits for a connection.
     fn sends(&mut self, command: Command, now_ns: u64) {
         self.client_free_ns = now_ns + u64::from(self.timing.send_ns);
-        self.under_way += 1;
         let carrier = self.connections.take(now_ns);
         self.terms.push_back(Term {
             end_ns: now_ns.saturating_add(self.timeout_ns),
@@ -384,7 +380,7 @@ impl<'a, R: Record> Course<'a, R> {
         self.client_free_ns = now_ns + u64::from(self.timing.take_ns);
         let answer = self.connections.get(id).answer;
         if let Some(row) = answer.and_then(|answer| self.controller.answered(&answer, now_ns)) {
-            self.ends(now_ns);
+            self.last_end_ns = now_ns;
             self.record.message(&row);
         }
         // Of the messages that have ended the oldest terms go, so that few are kept.
@@ -406,17 +402,12 @@ impl<'a, R: Record> Course<'a, R> {
             return;
         };
         if let Some(row) = self.controller.lost(term.seq, Loss::Timeout, term.end_ns) {
-            self.ends(term.end_ns);
+            self.last_end_ns = term.end_ns;
             self.record.message(&row);
             self.connections.give_up(term.seq, term.carrier);
             if self.waiting == Waiting::Answer {
                 self.wait(term.end_ns);
             }
         }
-    }
-
-    fn ends(&mut self, now_ns: u64) {
-        self.under_way -= 1;
-        self.last_end_ns = self.last_end_ns.max(now_ns);
     }
 }

@@ -1,24 +1,28 @@
 //! `webloop calibrate`: runs the experiment of that name, and writes what it shows of this machine.
 
 use std::io::Write;
-use std::path::PathBuf;
 
 use analysis::Campaign;
 use anyhow::{Context, anyhow};
+use plan::Instead;
 
 use crate::argument::{Argument, Calibrate, Command};
-use crate::calibration;
 use crate::exit::{Exit, Failure, Outcome};
+use crate::{calibration, campaign, source};
 
 use super::run;
+
+/// What it runs.
+const EXPERIMENT: &str = "calibrate";
 
 /// Runs what has to be run, and writes the timings.
 pub(crate) fn run(argument: &Calibrate) -> Outcome {
     let folder = match &argument.folder {
         Some(folder) => folder.clone(),
         None => {
-            let folder = fresh();
-            let Command::Run(run) = Argument::of_run("calibrate", &folder).command else {
+            let plan = source::plan_of(EXPERIMENT, &Instead::default())?;
+            let folder = campaign::fresh(&plan);
+            let Command::Run(run) = Argument::of_run(EXPERIMENT, &folder).command else {
                 return Err(anyhow!("`run` is not its own command").into());
             };
             match run::run(&run)? {
@@ -40,10 +44,4 @@ pub(crate) fn run(argument: &Calibrate) -> Outcome {
         argument.out.display()
     )?;
     Ok(Exit::Fine)
-}
-
-/// A folder that tells when.
-fn fresh() -> PathBuf {
-    let now = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S");
-    PathBuf::from("results").join(format!("calibrate-{now}"))
 }

@@ -1,5 +1,6 @@
 //! Which run of one campaign stands beside which of another.
 
+use analysis::layout::{Column, Shown, number, text};
 use analysis::{Campaign, Run};
 use plan::{Cell, Verdict};
 use serde::Serialize;
@@ -22,6 +23,27 @@ pub struct Kind {
 }
 
 impl Kind {
+    /// The columns in which a group is named.
+    pub(crate) const COLUMNS: [Column; 5] = [
+        text("topology"),
+        text("client").shown(Shown::IfDiffers),
+        text("setup").shown(Shown::IfDiffers),
+        text("mode").shown(Shown::IfDiffers),
+        number("", "rate"),
+    ];
+
+    /// What it has in each of them.
+    pub(crate) fn entries(&self) -> [String; 5] {
+        [
+            &self.topology,
+            &self.client,
+            &self.setup,
+            &self.mode,
+            &self.rate,
+        ]
+        .map(String::clone)
+    }
+
     fn of(cell: &Cell) -> Kind {
         Kind {
             topology: cell.topology.clone(),

@@ -1,17 +1,13 @@
 //! A comparison for people, and as CSV for programs.
 
 use analysis::LoopVerdict;
-use analysis::layout::{Column, Shown, align, digits, number, text};
+use analysis::layout::{Column, align, digits, number, text};
 use serde::Serialize;
 
 use super::{Comparison, Group, Kind, LEVEL, Measure, Outcome, Side};
 
-const COLUMNS: [Column; 14] = [
-    text("topology"),
-    text("client").shown(Shown::IfDiffers),
-    text("setup").shown(Shown::IfDiffers),
-    text("mode").shown(Shown::IfDiffers),
-    number("", "rate"),
+/// What stands beside a group's name.
+const COLUMNS: [Column; 9] = [
     number("", "pairs"),
     text("measure"),
     number("median", "A"),
@@ -58,7 +54,7 @@ impl Comparison {
         if !rows.is_empty() {
             out += &format!(
                 "\n{}\n{}",
-                align(&COLUMNS, &rows),
+                align(&[&Kind::COLUMNS[..], &COLUMNS].concat(), &rows),
                 legend(self.least_change)
             );
             if self.count(Outcome::TooFew) > 0 {
@@ -154,21 +150,9 @@ impl Side {
 }
 
 fn lines(group: &Group) -> Vec<Vec<String>> {
-    let Kind {
-        topology,
-        client,
-        setup,
-        mode,
-        rate,
-        ..
-    } = &group.kind;
     let line = |of: &super::Compared| {
-        vec![
-            topology.clone(),
-            client.clone(),
-            setup.clone(),
-            mode.clone(),
-            rate.clone(),
+        let mut line = group.kind.entries().to_vec();
+        line.extend([
             format!("{}/{}", of.pairs, group.planned),
             format!("{}, {}", of.measure.name(), of.measure.unit()),
             value(of.measure, of.a),
@@ -178,7 +162,8 @@ fn lines(group: &Group) -> Vec<Vec<String>> {
             chance(of.p_rank),
             of.p_holm.map_or("-".to_owned(), chance),
             words(of.outcome).to_owned(),
-        ]
+        ]);
+        line
     };
     group.measures.iter().map(line).collect()
 }

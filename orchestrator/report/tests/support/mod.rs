@@ -71,6 +71,17 @@ impl Lab {
 
     /// Writes a run that ended so.
     pub(crate) fn end(&self, cell: &Cell, rows: &Rows, verdict: Verdict) {
+        self.end_as(cell, rows, verdict, |_| {});
+    }
+
+    /// Writes a run that ended so, and whose manifest says something else besides.
+    pub(crate) fn end_as(
+        &self,
+        cell: &Cell,
+        rows: &Rows,
+        verdict: Verdict,
+        say: impl FnOnce(&mut Manifest),
+    ) {
         let folder = self.path().join(cell.folder());
         fs::create_dir_all(&folder).expect("a writable folder");
         write(&folder.join("ticks.csv"), TickRow::COLUMNS, &rows.ticks);
@@ -90,12 +101,13 @@ impl Lab {
             let content = fs::File::open(folder.join(name)).expect("just written");
             (name.to_owned(), FileFact::of(content).expect("readable"))
         };
-        let manifest = manifest(
+        let mut manifest = manifest(
             cell,
             &self.plan,
             verdict,
             names.into_iter().map(fact).collect(),
         );
+        say(&mut manifest);
         fs::write(folder.join(Manifest::FILE), manifest.to_json()).expect("a writable folder");
     }
 
