@@ -86,6 +86,7 @@ fn steps() -> Chart {
             title: String::new(),
             x: axis("time/s"),
             y: axis("output"),
+            map: None,
             series: vec![
                 series("native", Role::Native, Mark::Steps, response(0.0, 6.0)),
                 banded,
@@ -126,6 +127,7 @@ fn drift() -> Chart {
             title: format!("10 Hz, place {letter}"),
             x: axis("message number × period/s"),
             y: axis("error/s"),
+            map: None,
             series: vec![
                 series(
                     "python, 0.00 ms/s",
@@ -192,6 +194,7 @@ fn intervals() -> Chart {
             scale,
             ..axis("interval/ms")
         },
+        map: None,
         series: vec![series("plant", Role::Plant, Mark::Dots, dots(3, h_ms))],
         guides: vec![guide(
             "the paper: 1.004 ± 0.08 ms",
@@ -258,6 +261,7 @@ fn histograms() -> Chart {
             scale,
             ..axis("share of intervals")
         },
+        map: None,
         series: vec![
             series("python", Role::Python, Mark::Bars(0.1), bars(3.0, 0.4)),
             series("firefox", Role::Firefox, Mark::Bars(0.1), bars(4.2, 1.4)),

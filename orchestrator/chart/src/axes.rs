@@ -1,6 +1,7 @@
 //! The axes of a panel: lines, ticks, numbers, names and a faint grid.
 
 use crate::chart::Panel;
+use crate::grid;
 use crate::layout::{self, Frame, LABEL_SIZE, TICK, TICK_SIZE};
 use crate::palette::Colour;
 use crate::scene::{Anchor, Layer, Place, Shape, Stroke, Text};
@@ -17,11 +18,20 @@ const NUMBERS_BELOW: f64 = TICK + 1.5 + TICK_SIZE * 0.78;
 /// From the horizontal axis to the base line of its name.
 const NAME_BELOW: f64 = NUMBERS_BELOW + 3.0 + LABEL_SIZE * 0.85;
 
-/// How far everything below the box reaches.
+/// How far everything below the box reaches, if numbers stand there.
 pub(crate) const BELOW: f64 = NAME_BELOW + LABEL_SIZE * 0.25;
 
 /// Beside the box, for the name of the vertical axis.
 pub(crate) const NAME_BESIDE: f64 = LABEL_SIZE * 1.35;
+
+/// How long names on an axis may be, beside the box and, where they stand upright, below it.
+const NAME_LENGTH: f64 = 62.0;
+
+/// Between two names side by side, at least.
+const NAMES_APART: f64 = 4.0;
+
+/// Names that would have to be smaller than this to stand side by side stand upright.
+const LEAST_SIDE_BY_SIDE: f64 = 6.0;
 
 /// Over the box, for what all numbers of the vertical axis are to be multiplied by.
 pub(crate) const NOTE_ABOVE: f64 = TICK_SIZE + 2.0;
@@ -31,8 +41,24 @@ pub(crate) const NOTE_ABOVE: f64 = TICK_SIZE + 2.0;
 pub(crate) struct Axes {
     pub(crate) x: Span,
     pub(crate) y: Span,
+    /// The names along the horizontal axis, if it has any.
+    x_names: Vec<String>,
     x_ticks: Ticks,
+    /// How much further down than a line of numbers they reach: names that stand upright do.
+    x_depth: f64,
     pub(crate) y_ticks: Ticks,
+}
+
+/// Names stand at 0, 1, 2 and so on: where the axis does not reach all of these, numbers say more.
+fn shown<'a>(names: &'a [String], span: &Span) -> &'a [String] {
+    let is_inside = |at: usize| {
+        let part = span.fraction(at as f64);
+        part.is_some_and(|part| (0.0..=1.0).contains(&part))
+    };
+    match (0..names.len()).all(is_inside) {
+        true => names,
+        false => &[],
+    }
 }
 
 impl Axes {
@@ -40,22 +66,40 @@ impl Axes {
     /// from the width of the vertical one's numbers.
     pub(crate) fn of(panel: &Panel, height: f64) -> Option<Axes> {
         let (x, y) = Span::of(panel)?;
+        let none: &[String] = &[];
+        let map = panel.map.as_ref();
+        let names = map.map_or((none, none), |map| {
+            (shown(map.x.names(), &x), shown(map.y.names(), &y))
+        });
         Some(Axes {
             x,
             y,
+            x_names: names.0.to_vec(),
             x_ticks: Ticks::default(),
-            y_ticks: Ticks::of(&y, (height / 22.0) as usize),
+            x_depth: 0.0,
+            y_ticks: match names.1 {
+                [] => Ticks::of(&y, (height / 22.0) as usize),
+                names => Ticks::named(names, (NAME_LENGTH, height / names.len() as f64)),
+            },
         })
     }
 
     /// How wide the numbers beside the box are.
     pub(crate) fn numbers_beside(&self) -> f64 {
-        let widths = self.y_ticks.labelled.iter().map(|(_, label)| number(label));
-        widths.fold(0.0, f64::max) + TICK + 2.0
+        widest(&self.y_ticks) + TICK + 2.0
+    }
+
+    /// How far everything below the box reaches.
+    pub(crate) fn below(&self) -> f64 {
+        BELOW + self.x_depth
     }
 
     /// Gives the horizontal axis as many ticks as have room on this length.
     pub(crate) fn fit(&mut self, width: f64) {
+        if !self.x_names.is_empty() {
+            self.fit_names(width / self.x_names.len() as f64);
+            return;
+        }
         let fits = |ticks: &Ticks| {
             let spread: Vec<(f64, f64)> = ticks
                 .labelled
@@ -75,6 +119,19 @@ impl Axes {
             .map(|count| Ticks::of(&self.x, count))
             .find(fits)
             .unwrap_or_else(|| Ticks::of(&self.x, 1));
+    }
+
+    /// The names on the horizontal axis, each with this much of it.
+    fn fit_names(&mut self, room: f64) {
+        let level = Ticks::named(&self.x_names, (room - NAMES_APART, f64::INFINITY));
+        let is_whole = |((_, label), name): (&(f64, String), &String)| label == name;
+        let fits = level.labelled.iter().zip(&self.x_names).all(is_whole);
+        if fits && level.size >= LEAST_SIDE_BY_SIDE {
+            self.x_ticks = level;
+        } else {
+            self.x_ticks = Ticks::named(&self.x_names, (NAME_LENGTH, room));
+            self.x_depth = (widest(&self.x_ticks) - TICK_SIZE * 0.7).max(0.1);
+        }
     }
 
     /// What is under the data.
@@ -107,8 +164,14 @@ impl Axes {
             };
             let (x, y) = frame.place((at, 0.0));
             ticks.push(vec![(x, y), (x, y + TICK)]);
-            let number = Text::at((x, y + NUMBERS_BELOW), TICK_SIZE, label);
-            shapes.push(Shape::Text(number.anchor(Anchor::Middle)));
+            let size = self.x_ticks.size;
+            let number = if self.x_depth > 0.0 {
+                let end = (x + size * 0.34, y + TICK + 1.5);
+                Text::at(end, size, label).anchor(Anchor::End).upright()
+            } else {
+                Text::at((x, y + NUMBERS_BELOW), size, label).anchor(Anchor::Middle)
+            };
+            shapes.push(Shape::Text(number));
         }
         for (value, label) in &self.y_ticks.labelled {
             let Some(at) = self.y.fraction(*value) else {
@@ -116,10 +179,9 @@ impl Axes {
             };
             let (x, y) = frame.place((0.0, at));
             ticks.push(vec![(x - TICK, y), (x, y)]);
-            let base = (x - TICK - 2.0, y + TICK_SIZE * 0.34);
-            shapes.push(Shape::Text(
-                Text::at(base, TICK_SIZE, label).anchor(Anchor::End),
-            ));
+            let size = self.y_ticks.size;
+            let base = (x - TICK - 2.0, y + size * 0.34);
+            shapes.push(Shape::Text(Text::at(base, size, label).anchor(Anchor::End)));
         }
         let minor_x = self
             .x_ticks
@@ -147,7 +209,7 @@ impl Axes {
             Shape::Text(Text::at(at, TICK_SIZE, note).anchor(anchor))
         };
         if !self.x_ticks.note.is_empty() {
-            let at = (frame.right(), frame.bottom() + NAME_BELOW);
+            let at = (frame.right(), frame.bottom() + NAME_BELOW + self.x_depth);
             shapes.push(note(at, Anchor::End, &self.x_ticks.note));
         }
         if !self.y_ticks.note.is_empty() {
@@ -157,6 +219,13 @@ impl Axes {
     }
 }
 
+/// How wide the widest of what is written at ticks is.
+fn widest(ticks: &Ticks) -> f64 {
+    let labels = ticks.labelled.iter();
+    let widths = labels.map(|(_, label)| text::width(label, ticks.size, false));
+    widths.fold(0.0, f64::max)
+}
+
 fn number(label: &str) -> f64 {
     text::width(label, TICK_SIZE, false)
 }
@@ -164,8 +233,11 @@ fn number(label: &str) -> f64 {
 /// What is over the data: the axes' lines and names, and if there are any, numbers. `numbers` is
 /// how wide the numbers beside the boxes are.
 pub(crate) fn layer(panel: &Panel, axes: Option<&Axes>, frame: &Frame, numbers: f64) -> Layer {
+    let sides = [(0.0, 1.0), (0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+    // A map has all four sides, so that blank tiles at its edge are seen to be in it.
+    let shown = if grid::map(panel).is_some() { 5 } else { 3 };
     let mut shapes = vec![Shape::Lines {
-        lines: vec![frame.places(&[(0.0, 1.0), (0.0, 0.0), (1.0, 0.0)])],
+        lines: vec![frame.places(&sides[..shown])],
         stroke: Stroke::solid(Colour::Ink, 0.6),
     }];
     if let Some(axes) = axes {
@@ -177,7 +249,9 @@ pub(crate) fn layer(panel: &Panel, axes: Option<&Axes>, frame: &Frame, numbers: 
     if !x_name.is_empty() {
         let middle = frame.left + frame.width / 2.0;
         let size = layout::fitting(x_name, LABEL_SIZE, x_room);
-        let name = Text::at((middle, frame.bottom() + NAME_BELOW), size, x_name);
+        let depth = axes.map_or(0.0, |axes| axes.x_depth);
+        let base = frame.bottom() + NAME_BELOW + depth;
+        let name = Text::at((middle, base), size, x_name);
         shapes.push(Shape::Text(name.anchor(Anchor::Middle)));
     }
     if !y_name.is_empty() {

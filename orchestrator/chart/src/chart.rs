@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::map::Map;
+
 /// A figure of one or more panels.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Chart {
@@ -30,6 +32,9 @@ pub struct Panel {
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
+    /// A value over both axes, under everything else.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map: Option<Map>,
     /// What is drawn, the last on top.
     pub series: Vec<Series>,
     /// Lines that are no data: references, the paper's values.
@@ -103,6 +108,8 @@ pub enum Role {
     Firefox,
     /// The plant.
     Plant,
+    /// The so-and-so-many-th of several that are of nobody in particular, from 0.
+    Nth(u8),
     /// Anything else: quiet.
     Other,
 }

@@ -2,25 +2,40 @@
 //!
 //! A panel is named by its letter, or where it has none by its number from 1. A row without x and
 //! y is a gap in a line. A guide is a row, or two for one through two points; what it does not say
-//! is empty.
+//! is empty. A tile of a map is a row, too, with the middles, or the names, of its column and row; the
+//! places of other rows on an axis of names count from 0.
 
-use crate::chart::{Chart, GuideAt};
+use crate::chart::{Chart, GuideAt, Panel};
+use crate::grid::{self, Lane};
+use crate::map::{Along, Tile};
 use crate::panel;
+use crate::span::Span;
 
 impl Chart {
     /// The points that the drawing shows, as `panel,series,x,y,low,high`; RFC 4180 with `\n`.
+    ///
+    /// Where a panel has a map there are two columns more: `value,state`. A tile's series is the name
+    /// of its values, and its state is `value`, `unstable` or `none`.
     ///
     /// Numbers are in the shortest form that reads back as the same number, in the axes' units.
     #[must_use]
     pub fn to_csv(&self) -> String {
         let columns = crate::page::columns(self);
-        let mut csv = String::from("panel,series,x,y,low,high\n");
+        let has_maps = self.panels.iter().any(|panel| grid::map(panel).is_some());
+        let mut csv = String::from("panel,series,x,y,low,high");
+        csv.push_str(if has_maps { ",value,state\n" } else { "\n" });
         for (index, panel) in self.panels.iter().enumerate() {
             let panel_name = if panel.letter.is_empty() {
                 (index + 1).to_string()
             } else {
                 panel.letter.clone()
             };
+            for tile in tiles(panel) {
+                csv.push_str(&field(&panel_name));
+                csv.push(',');
+                csv.push_str(&tile);
+                csv.push('\n');
+            }
             let mut row = |series: &str, numbers: [Option<f64>; 4]| {
                 csv.push_str(&field(&panel_name));
                 csv.push(',');
@@ -29,7 +44,7 @@ impl Chart {
                     csv.push(',');
                     csv.push_str(&number.map_or_else(String::new, shortest));
                 }
-                csv.push('\n');
+                csv.push_str(if has_maps { ",,\n" } else { "\n" });
             };
             for (series, points) in panel.series.iter().zip(panel::points(panel, columns)) {
                 for point in points {
@@ -55,6 +70,32 @@ impl Chart {
         }
         csv
     }
+}
+
+/// The rows of a panel's map without its name: from the lowest, each from the left.
+fn tiles(panel: &Panel) -> Vec<String> {
+    let (Some(map), Some((x, y))) = (grid::map(panel), Span::of(panel)) else {
+        return Vec::new();
+    };
+    let name = field(&map.value.label);
+    let at = |along: &Along, lane: &Lane| match along.names().get(lane.index) {
+        Some(name) => field(name),
+        None => shortest(lane.middle),
+    };
+    let columns = grid::seen(&map.x, &x);
+    let mut tiles = Vec::new();
+    for row in grid::seen(&map.y, &y) {
+        for column in &columns {
+            let (x, y) = (at(&map.x, column), at(&map.y, &row));
+            let state = match map.tile(column.index, row.index) {
+                Tile::Value(value) => format!("{},value", shortest(value)),
+                Tile::Unstable => ",unstable".to_owned(),
+                Tile::None => ",none".to_owned(),
+            };
+            tiles.push(format!("{name},{x},{y},,,{state}"));
+        }
+    }
+    tiles
 }
 
 /// With an exponent only where the plain form is long.

@@ -35,10 +35,11 @@ impl Label {
         &self.name
     }
 
-    pub(crate) fn shape(&self) -> Shape {
+    /// What is written; over a map in full strength.
+    pub(crate) fn shape(&self, is_over_map: bool) -> Shape {
         let base = self.room.bottom() - GUIDE_SIZE * 0.28;
         let text = Text::at((self.room.left, base), GUIDE_SIZE, &self.name);
-        Shape::Text(text.rim().opacity(80))
+        Shape::Text(text.rim().opacity(if is_over_map { 100 } else { 80 }))
     }
 }
 

@@ -6,8 +6,9 @@
 //!
 //! An SVG's colours are those of the page that it stands in, if the page sets them:
 //! `--chart-ink`, `--chart-paper`, `--chart-native`, `--chart-python`, `--chart-chromium`,
-//! `--chart-firefox`, `--chart-plant` and `--chart-other`. A page that sets one of ink and paper sets
-//! both. By itself an SVG is dark on white.
+//! `--chart-firefox`, `--chart-plant` and `--chart-other`, and for maps `--chart-level-1`, the lowest, to
+//! `--chart-level-9`. A page that sets one of ink and paper sets both. By itself an SVG is dark on
+//! white.
 #![forbid(unsafe_code)]
 
 mod axes;
@@ -16,11 +17,16 @@ mod chart;
 mod clip;
 mod csv;
 mod document;
+mod field;
 mod font;
+mod grid;
 mod guide;
+mod hatch;
 mod layout;
 mod legend;
+mod level;
 mod look;
+mod map;
 mod mark;
 mod page;
 mod palette;
@@ -28,9 +34,11 @@ mod panel;
 mod pdf;
 mod scene;
 mod span;
+mod strip;
 mod svg;
 mod text;
 mod thin;
 mod tick;
 
 pub use chart::{Axis, Chart, Guide, GuideAt, Mark, Panel, Role, Scale, Series};
+pub use map::{Along, Map, Tile};

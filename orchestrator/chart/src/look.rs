@@ -71,6 +71,7 @@ impl Look {
         match self.colour {
             Colour::Of(Role::Firefox) => 1,
             Colour::Of(Role::Chromium) => 2,
+            Colour::Of(Role::Nth(n)) => usize::from(n),
             _ => 0,
         }
     }

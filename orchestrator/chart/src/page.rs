@@ -1,9 +1,10 @@
-//! A whole chart as a scene: title, legend, panels row by row, source.
+//! A whole chart as a scene: title, legends, panels row by row, source.
 
-use crate::axes::{BELOW, NAME_BESIDE};
+use crate::axes::{Axes, BELOW, NAME_BESIDE};
 use crate::chart::Chart;
 use crate::layout::{self, EDGE, Frame, GAP, LEADING, ROW_GAP, SOURCE_SIZE, TITLE_SIZE};
 use crate::legend;
+use crate::level;
 use crate::look::Looks;
 use crate::panel::Prepared;
 use crate::scene::{Layer, Scene, Shape, Text};
@@ -13,19 +14,20 @@ use crate::text;
 pub(crate) fn scene(chart: &Chart) -> Scene {
     let columns = columns(chart);
     let looks = Looks::of(chart);
+    let levels = level::all(chart);
     let (width, height) = (layout::page_width(columns), layout::box_height(columns));
     let room = width - EDGE - layout::RIGHT_EDGE;
 
     let mut panels: Vec<Prepared> = chart
         .panels
         .iter()
-        .map(|panel| Prepared::of(panel, columns, height))
+        .map(|panel| Prepared::of(panel, columns, height, &levels))
         .collect();
     // All boxes are of one size, so that panels can be compared.
     let numbers = panels
         .iter()
         .filter_map(|panel| panel.axes.as_ref())
-        .map(crate::axes::Axes::numbers_beside)
+        .map(Axes::numbers_beside)
         .fold(layout::TICK, f64::max);
     let named = panels.iter().any(|panel| !panel.panel.y.label.is_empty());
     let panel_width = layout::panel_width(columns);
@@ -67,6 +69,11 @@ pub(crate) fn scene(chart: &Chart) -> Scene {
     if !shared.is_empty() {
         top += legend::height(&shared, room) + 5.0;
     }
+    let strip = panels.iter().find_map(|panel| panel.strip);
+    if let Some(strip) = strip.filter(|_| levels.len() == 1) {
+        layers.push(strip.draw((EDGE, top), room));
+        top += strip.height(room) + 2.0;
+    }
 
     let rows = panels.chunks(columns).zip(own.chunks(columns));
     for (index, (row, legends)) in rows.enumerate() {
@@ -89,7 +96,12 @@ pub(crate) fn scene(chart: &Chart) -> Scene {
             layers.extend(panel.header(legend, left, top, panel_width));
             layers.extend(panel.layers(&looks, &frame, numbers, &in_legend));
         }
-        top += header + height + BELOW;
+        let below = row
+            .iter()
+            .filter_map(|panel| panel.axes.as_ref())
+            .map(Axes::below)
+            .fold(BELOW, f64::max);
+        top += header + height + below;
     }
     if !chart.source.is_empty() {
         top += 6.0;

@@ -3,8 +3,12 @@
 //! The clients' are from Okabe and Ito's set (<https://jfly.uni-koeln.de/color/>), which is made
 //! to be told apart with any kind of colour vision. Print in grey goes by the dashes and markers
 //! of [`crate::look`].
+//!
+//! The levels of a map go from light to dark in nine equal steps of lightness, nine of L*, so that
+//! their order is seen in grey and with any kind of colour vision, and from yellow by green to violet.
 
 use crate::chart::Role;
+use crate::level::MOST;
 
 /// What something is drawn in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,9 +19,25 @@ pub(crate) enum Colour {
     Paper,
     /// Data of this role.
     Of(Role),
+    /// Tiles of this level, from 0 to 8.
+    Level(usize),
 }
 
+/// Names and colours of the levels, the lowest first.
+const LEVELS: [(&str, [u8; 3]); MOST] = [
+    ("level-1", [0xf5, 0xf0, 0xa0]),
+    ("level-2", [0xbc, 0xdf, 0x8e]),
+    ("level-3", [0x7b, 0xcd, 0x8d]),
+    ("level-4", [0x23, 0xb8, 0x96]),
+    ("level-5", [0x00, 0x9a, 0x9a]),
+    ("level-6", [0x03, 0x7c, 0x93]),
+    ("level-7", [0x02, 0x5e, 0x8c]),
+    ("level-8", [0x1f, 0x3f, 0x7e]),
+    ("level-9", [0x2b, 0x23, 0x5d]),
+];
+
 impl Colour {
+    /// Those of every chart; levels are in a map's only.
     pub(crate) const ALL: [Colour; 8] = [
         Colour::Ink,
         Colour::Paper,
@@ -28,6 +48,11 @@ impl Colour {
         Colour::Of(Role::Plant),
         Colour::Of(Role::Other),
     ];
+
+    /// The levels, the lowest first.
+    pub(crate) fn levels() -> impl Iterator<Item = Colour> {
+        (0..MOST).map(Colour::Level)
+    }
 
     /// The last part of its CSS variable and of its classes.
     pub(crate) fn name(self) -> &'static str {
@@ -40,6 +65,8 @@ impl Colour {
             Colour::Of(Role::Firefox) => "firefox",
             Colour::Of(Role::Plant) => "plant",
             Colour::Of(Role::Other) => "other",
+            Colour::Of(Role::Nth(n)) => entry(nth(n)).0,
+            Colour::Level(level) => entry(level).0,
         }
     }
 
@@ -54,6 +81,50 @@ impl Colour {
             Colour::Of(Role::Firefox) => [0x00, 0x9e, 0x73],
             Colour::Of(Role::Plant) => [0x7a, 0x7a, 0x7a],
             Colour::Of(Role::Other) => [0x9c, 0x9c, 0x9c],
+            Colour::Of(Role::Nth(n)) => entry(nth(n)).1,
+            Colour::Level(level) => entry(level).1,
+        }
+    }
+}
+
+/// The level whose colour the n-th of several has: neighbours are far apart in lightness, and none
+/// is too light for a line.
+fn nth(n: u8) -> usize {
+    const ORDER: [usize; 6] = [8, 5, 3, 7, 4, 6];
+    ORDER[usize::from(n) % ORDER.len()]
+}
+
+/// A level's entry; beyond the last there is none, so it is that of the last.
+fn entry(level: usize) -> (&'static str, [u8; 3]) {
+    LEVELS.get(level).copied().unwrap_or(LEVELS[MOST - 1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// L* of CIE 1976, 0 to 100.
+    fn lightness(colour: Colour) -> f64 {
+        let [red, green, blue] = colour.rgb().map(|part| {
+            let part = f64::from(part) / 255.0;
+            match part <= 0.040_45 {
+                true => part / 12.92,
+                false => ((part + 0.055) / 1.055).powf(2.4),
+            }
+        });
+        let y = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+        match y <= 216.0 / 24_389.0 {
+            true => y * 24_389.0 / 27.0,
+            false => 116.0 * y.cbrt() - 16.0,
+        }
+    }
+
+    #[test]
+    fn levels_darken_in_equal_steps() {
+        let steps: Vec<f64> = Colour::levels().map(lightness).collect();
+        for pair in steps.windows(2) {
+            let step = pair[0] - pair[1];
+            assert!((8.0..11.0).contains(&step), "{steps:?}");
         }
     }
 }

@@ -1,14 +1,20 @@
 //! One panel: what is worked out about it before it has its place, and then its layers.
 
+use std::collections::BTreeMap;
+
 use crate::axes::{self, Axes};
 use crate::chart::{Mark, Panel};
+use crate::field::Field;
+use crate::grid;
 use crate::guide::{self, Label};
 use crate::layout::{Frame, HEADING_SIZE, LABEL_SIZE, LEADING};
 use crate::legend::{self, Entry};
+use crate::level::Levels;
 use crate::look::Looks;
 use crate::mark::Drawn;
 use crate::scene::{Anchor, Layer, Shape, Text};
 use crate::span::Span;
+use crate::strip::Strip;
 use crate::text;
 use crate::thin::{self, Point};
 
@@ -20,18 +26,55 @@ pub(crate) struct Prepared<'a> {
     pub(crate) panel: &'a Panel,
     /// None if there is nothing to draw.
     pub(crate) axes: Option<Axes>,
+    /// The legend of its map.
+    pub(crate) strip: Option<Strip<'a>>,
+    /// Whether that is every map's of the chart.
+    shares_strip: bool,
     /// The points of each series.
     points: Vec<Vec<Point>>,
 }
 
 impl<'a> Prepared<'a> {
-    /// Works out axes and points for a panel of a chart of so many columns.
-    pub(crate) fn of(panel: &'a Panel, columns: usize, height: f64) -> Self {
+    /// Works out axes and points for a panel of a chart of so many columns, with these levels.
+    pub(crate) fn of(
+        panel: &'a Panel,
+        columns: usize,
+        height: f64,
+        levels: &'a BTreeMap<&str, Levels>,
+    ) -> Self {
         Prepared {
             panel,
             axes: Axes::of(panel, height),
+            strip: Self::strip(panel, levels),
+            shares_strip: levels.len() == 1,
             points: points(panel, columns),
         }
+    }
+
+    /// The legend of its map, if it has a map; the chart's levels are these.
+    fn strip(panel: &'a Panel, levels: &'a BTreeMap<&str, Levels>) -> Option<Strip<'a>> {
+        let name = grid::map(panel)?.value.label.as_str();
+        let levels = levels.get(name)?;
+        Some(Strip { name, levels })
+    }
+
+    /// What is drawn of its map.
+    fn map(&self, axes: &Axes, frame: &Frame) -> Vec<Layer> {
+        let (Some(map), Some(strip)) = (&self.panel.map, self.strip) else {
+            return Vec::new();
+        };
+        let field = Field::of(map, strip.levels, frame, (&axes.x, &axes.y));
+        let mut layers = field.layers();
+        // Numbers under lines could not be read.
+        if self.panel.series.is_empty() && self.panel.guides.is_empty() {
+            layers.push(field.values());
+        }
+        layers
+    }
+
+    /// The legend that stands over its box, where not all maps of the chart share one.
+    fn own_strip(&self) -> Option<Strip<'a>> {
+        self.strip.filter(|_| !self.shares_strip)
     }
 
     /// What is drawn of its series, the last on top.
@@ -49,9 +92,17 @@ impl<'a> Prepared<'a> {
                     look: looks.series(series),
                     among_bars: many_bars,
                 };
-                drawn.layer(frame, &axes.x, &axes.y)
+                self.over_map(drawn.layer(frame, &axes.x, &axes.y))
             })
             .collect()
+    }
+
+    /// What lies over a map has a rim.
+    fn over_map(&self, layer: Layer) -> Layer {
+        match self.strip {
+            Some(_) => layer.rimmed(),
+            None => layer,
+        }
     }
 
     /// The guides' names that find room in the panel, and those that do not, for the legend.
@@ -84,14 +135,12 @@ impl<'a> Prepared<'a> {
         let mut layers = Vec::new();
         match &self.axes {
             Some(axes) => {
-                layers.push(axes.grid(frame));
-                layers.push(guide::layer(
-                    &self.panel.guides,
-                    looks,
-                    frame,
-                    &axes.x,
-                    &axes.y,
-                ));
+                match self.strip {
+                    Some(_) => layers.extend(self.map(axes, frame)),
+                    None => layers.push(axes.grid(frame)),
+                }
+                let guides = guide::layer(&self.panel.guides, looks, frame, &axes.x, &axes.y);
+                layers.push(self.over_map(guides));
                 layers.extend(self.data(axes, looks, frame));
                 let (labels, _) = self.labels(looks, frame);
                 let unnamed = labels
@@ -99,7 +148,9 @@ impl<'a> Prepared<'a> {
                     .filter(|label| in_legend.iter().all(|entry| entry.name != label.name()));
                 layers.push(Layer {
                     name: None,
-                    shapes: unnamed.map(Label::shape).collect(),
+                    shapes: unnamed
+                        .map(|label| label.shape(self.strip.is_some()))
+                        .collect(),
                 });
             }
             None => layers.push(self.nothing(frame)),
@@ -124,7 +175,7 @@ impl<'a> Prepared<'a> {
         Layer { name: None, shapes }
     }
 
-    /// How high heading and legend are, down to the box.
+    /// How high heading and legends are, down to the box.
     pub(crate) fn header_height(&self, legend: &[Entry], room: f64) -> f64 {
         let rows = heading(self.panel, room).len() as f64;
         let noted = self
@@ -133,11 +184,12 @@ impl<'a> Prepared<'a> {
             .is_some_and(|axes| !axes.y_ticks.note.is_empty());
         rows * HEADING_SIZE * LEADING
             + legend::height(legend, room)
+            + self.own_strip().map_or(0.0, |strip| strip.height(room))
             + OVER_BOX
             + if noted { axes::NOTE_ABOVE } else { 0.0 }
     }
 
-    /// Heading and legend, from their top left corner.
+    /// Heading and legends, from their top left corner.
     pub(crate) fn header(&self, legend: &[Entry], left: f64, top: f64, room: f64) -> Vec<Layer> {
         let mut shapes = Vec::new();
         let letter = letter(self.panel);
@@ -158,10 +210,14 @@ impl<'a> Prepared<'a> {
             base += HEADING_SIZE * LEADING;
         }
         let legend_top = top + lines.len() as f64 * HEADING_SIZE * LEADING;
-        vec![
+        let strip_top = legend_top + legend::height(legend, room);
+        let mut layers = vec![
             Layer { name: None, shapes },
             legend::draw(legend, (left, legend_top), room),
-        ]
+        ];
+        let strip = self.own_strip();
+        layers.extend(strip.map(|strip| strip.draw((left, strip_top), room)));
+        layers
     }
 }
 

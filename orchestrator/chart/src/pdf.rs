@@ -213,7 +213,7 @@ impl Content {
             self.stroke(&Stroke::solid(Colour::Paper, 2.0));
             put!(self.operators, "BT 1 Tr {matrix} Tm {written}ET\n");
         }
-        self.fill(Colour::Ink, text.opacity);
+        self.fill(text.colour, text.opacity);
         put!(self.operators, "BT 0 Tr {matrix} Tm {written}ET\n");
     }
 

@@ -24,6 +24,42 @@ pub(crate) struct Layer {
     pub(crate) shapes: Vec<Shape>,
 }
 
+/// How far a rim stands out on all sides.
+const RIM: f64 = 0.7;
+
+impl Layer {
+    /// The same with a rim of paper about lines and markers, so that they can be seen over tiles.
+    pub(crate) fn rimmed(self) -> Layer {
+        let rims = self.shapes.iter().filter_map(|shape| match shape {
+            Shape::Lines { lines, stroke } => Some(Shape::Lines {
+                lines: lines.clone(),
+                stroke: Stroke::solid(Colour::Paper, stroke.width + 2.0 * RIM),
+            }),
+            Shape::Markers {
+                places,
+                shape,
+                size,
+                ..
+            } => Some(Shape::Markers {
+                places: places.clone(),
+                shape: *shape,
+                size: size + 2.0 * RIM,
+                colour: Colour::Paper,
+                opacity: 100,
+            }),
+            Shape::Areas { .. } | Shape::Text(_) => None,
+        });
+        Layer {
+            shapes: rims
+                .collect::<Vec<_>>()
+                .into_iter()
+                .chain(self.shapes)
+                .collect(),
+            name: self.name,
+        }
+    }
+}
+
 /// What can be drawn.
 #[derive(Debug, Clone)]
 pub(crate) enum Shape {
@@ -109,6 +145,7 @@ pub(crate) struct Text {
     pub(crate) bold: bool,
     /// Read upwards, not to the right.
     pub(crate) upright: bool,
+    pub(crate) colour: Colour,
     /// With a rim of paper, so that it can be read over lines.
     pub(crate) rim: bool,
     pub(crate) opacity: Percent,
@@ -124,6 +161,7 @@ impl Text {
             anchor: Anchor::Start,
             bold: false,
             upright: false,
+            colour: Colour::Ink,
             rim: false,
             opacity: 100,
         }
@@ -142,6 +180,10 @@ impl Text {
             upright: true,
             ..self
         }
+    }
+
+    pub(crate) fn colour(self, colour: Colour) -> Self {
+        Text { colour, ..self }
     }
 
     pub(crate) fn rim(self) -> Self {

@@ -3,6 +3,8 @@
 //! Halves are taken before differences, so that no two finite numbers are too far apart.
 
 use crate::chart::{Axis, GuideAt, Mark, Panel, Scale};
+use crate::grid;
+use crate::map::Along;
 
 /// Beyond this many axis lengths from an axis, places are not told apart.
 const FAR: f64 = 1e4;
@@ -18,6 +20,12 @@ pub(crate) struct Span {
 impl Span {
     /// Both axes of a panel; none where there is nothing to draw.
     pub(crate) fn of(panel: &Panel) -> Option<(Span, Span)> {
+        if let Some(map) = grid::map(panel) {
+            return Some((
+                Span::across(&panel.x, &map.x)?,
+                Span::across(&panel.y, &map.y)?,
+            ));
+        }
         let x_values = panel.series.iter().flat_map(|series| {
             let half = match series.mark {
                 Mark::Bars(width) => width / 2.0,
@@ -81,12 +89,8 @@ impl Span {
         if data.0 > data.1 {
             return None;
         }
-        if let Some((lo, hi)) = axis.range
-            && lo < hi
-            && drawable(lo, scale)
-            && drawable(hi, scale)
-        {
-            return Some(Span { lo, hi, scale }.widened());
+        if let Some(asked) = Span::asked(axis) {
+            return Some(asked);
         }
         let (lo, hi) = guides
             .filter(|v| drawable(*v, scale))
@@ -94,8 +98,26 @@ impl Span {
         Some(Span { lo, hi, scale }.widened().with_margin(margin))
     }
 
+    /// The range that was asked for, if it can be drawn.
+    pub(crate) fn asked(axis: &Axis) -> Option<Span> {
+        let (scale, (lo, hi)) = (axis.scale, axis.range?);
+        let is_range = lo < hi && drawable(lo, scale) && drawable(hi, scale);
+        is_range.then(|| Span { lo, hi, scale }.widened())
+    }
+
+    /// From the first end of a map's columns or rows to the last, or as asked for; none where there
+    /// are none.
+    fn across(axis: &Axis, along: &Along) -> Option<Span> {
+        let (asked, scale) = match along {
+            Along::Numbers(_) => (Span::asked(axis), axis.scale),
+            Along::Names(_) => (None, Scale::Linear),
+        };
+        let (lo, hi) = grid::ends(along, scale)?;
+        asked.or_else(|| Some(Span { lo, hi, scale }.widened()))
+    }
+
     /// Wide enough to have places in it.
-    fn widened(self) -> Span {
+    pub(crate) fn widened(self) -> Span {
         let Span { lo, hi, scale } = self;
         let size = lo.abs().max(hi.abs());
         if hi / 2.0 - lo / 2.0 > (size * 1e-13).max(f64::MIN_POSITIVE * 1e6) {
@@ -169,6 +191,7 @@ impl Span {
     }
 }
 
-fn drawable(value: f64, scale: Scale) -> bool {
+/// Whether a number can be on an axis of this scale.
+pub(crate) fn drawable(value: f64, scale: Scale) -> bool {
     value.is_finite() && (scale == Scale::Linear || value > 0.0)
 }

@@ -63,7 +63,12 @@ fn head(svg: &mut String, chart: &Chart, scene: &Scene, id: &str) {
         escaped(&chart.about)
     );
     svg.push_str("<style>");
-    for colour in Colour::ALL {
+    let has_levels = scene
+        .layers
+        .iter()
+        .any(|layer| layer.shapes.iter().any(is_level));
+    let levels = Colour::levels().filter(|_| has_levels);
+    for colour in Colour::ALL.into_iter().chain(levels) {
         let (name, value) = (colour.name(), hex(colour));
         for (class, property) in [("fill", "fill"), ("line", "stroke")] {
             put!(
@@ -78,6 +83,17 @@ fn head(svg: &mut String, chart: &Chart, scene: &Scene, id: &str) {
         "<path d=\"M0 0H{width}V{height}H0Z\"{}/>\n",
         fill(Colour::Paper)
     );
+}
+
+/// Whether it has the colour of a level.
+fn is_level(shape: &Shape) -> bool {
+    matches!(
+        shape,
+        Shape::Areas {
+            colour: Colour::Level(_),
+            ..
+        }
+    )
 }
 
 fn group(svg: &mut String, layer: &Layer) {
@@ -197,7 +213,7 @@ fn text_line(svg: &mut String, text: &Text) {
             hex(Colour::Paper)
         );
     } else {
-        svg.push_str(&fill(Colour::Ink));
+        svg.push_str(&fill(text.colour));
     }
     put!(svg, "{}>", opacity(text.opacity));
     let mut level = false;

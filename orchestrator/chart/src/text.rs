@@ -107,6 +107,21 @@ pub(crate) fn width(text: &str, size: f64, bold: bool) -> f64 {
     plain / 1000.0 * size * if bold { BOLD } else { 1.0 }
 }
 
+/// The text, or as much of its start as has room, with an ellipsis.
+pub(crate) fn cut(text: &str, size: f64, room: f64) -> String {
+    if width(text, size, false) <= room {
+        return text.to_owned();
+    }
+    let mut short = text.to_owned();
+    while short.pop().is_some() {
+        let cut = format!("{}…", short.trim_end());
+        if width(&cut, size, false) <= room {
+            return cut;
+        }
+    }
+    "…".to_owned()
+}
+
 /// The text in lines of at most `room` points, broken at spaces. A longer word stands alone.
 pub(crate) fn lines(text: &str, size: f64, bold: bool, room: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();

@@ -1,8 +1,9 @@
-//! Round numbers along an axis, and how they are written.
+//! Round numbers along an axis, or names, and how they are written.
 
 use crate::chart::Scale;
+use crate::layout::{self, TICK_SIZE};
 use crate::span::Span;
-use crate::text::superscript;
+use crate::text::{self, superscript};
 
 /// Steps shorter or longer than these would not survive arithmetic.
 const SHORTEST: f64 = 1e-290;
@@ -12,7 +13,7 @@ const LONGEST: f64 = 1e290;
 const MOST_STEPS: f64 = 1e14;
 
 /// The marks of one axis.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Ticks {
     /// Numbers with what is written at them.
     pub(crate) labelled: Vec<(f64, String)>,
@@ -20,6 +21,19 @@ pub(crate) struct Ticks {
     pub(crate) minor: Vec<f64>,
     /// What every written number is to be multiplied by, or added to; often empty.
     pub(crate) note: String,
+    /// The size that they are written in.
+    pub(crate) size: f64,
+}
+
+impl Default for Ticks {
+    fn default() -> Self {
+        Ticks {
+            labelled: Vec::new(),
+            minor: Vec::new(),
+            note: String::new(),
+            size: TICK_SIZE,
+        }
+    }
 }
 
 impl Ticks {
@@ -30,17 +44,44 @@ impl Ticks {
             Scale::Log => log(span, count).unwrap_or_else(|| linear(span, count)),
         }
     }
+
+    /// Names at 0, 1, 2 and so on, each in a room of this length and height: smaller or cut short
+    /// where they are longer, and not all of them where there is no room for a line.
+    pub(crate) fn named(names: &[String], (room, high): (f64, f64)) -> Ticks {
+        let every = (TICK_SIZE * 1.1 / high).ceil().max(1.0) as usize;
+        let size = names
+            .iter()
+            .map(|name| layout::fitting(name, TICK_SIZE, room))
+            .fold(TICK_SIZE, f64::min);
+        let labelled = names
+            .iter()
+            .enumerate()
+            .step_by(every)
+            .map(|(at, name)| (at as f64, text::cut(name, size, room)))
+            .collect();
+        Ticks {
+            labelled,
+            size,
+            ..Ticks::default()
+        }
+    }
 }
 
-/// A number of steps, and the step as 1, 2 or 5 times a power of ten.
-#[derive(Clone, Copy)]
-struct Step {
+/// A step: a digit, most often 1, 2 or 5, times a power of ten.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Step {
     digit: f64,
     exponent: i32,
 }
 
 impl Step {
-    fn at_least(length: f64) -> Step {
+    /// A digit times ten to the power of the exponent.
+    pub(crate) fn new(digit: f64, exponent: i32) -> Step {
+        Step { digit, exponent }
+    }
+
+    /// The shortest step of 1, 2 or 5 that is no shorter than this.
+    pub(crate) fn at_least(length: f64) -> Step {
         let exponent = length.log10().floor() as i32;
         let rest = length / 10_f64.powi(exponent);
         // What is a hair above a round step, by rounding, is that step.
@@ -55,7 +96,7 @@ impl Step {
     }
 
     /// This many steps, rounded once only.
-    fn times(self, count: f64) -> f64 {
+    pub(crate) fn times(self, count: f64) -> f64 {
         if self.exponent < 0 {
             count * self.digit / 10_f64.powi(-self.exponent)
         } else {
@@ -112,8 +153,8 @@ fn linear(span: &Span, count: usize) -> Ticks {
     }
     Ticks {
         labelled,
-        minor: Vec::new(),
         note: note.trim().to_owned(),
+        ..Ticks::default()
     }
 }
 
@@ -122,39 +163,19 @@ fn linear(span: &Span, count: usize) -> Ticks {
 fn log(span: &Span, count: usize) -> Option<Ticks> {
     let first = (span.lo.log10() - 1e-9).ceil() as i32;
     let last = (span.hi.log10() + 1e-9).floor() as i32;
-    let inside = |v: &f64| *v >= span.lo * (1.0 - 1e-9) && *v <= span.hi * (1.0 + 1e-9);
-    let between = |digits: &[f64]| -> Vec<(f64, i32)> {
+    let inside = |v: f64| v >= span.lo * (1.0 - 1e-9) && v <= span.hi * (1.0 + 1e-9);
+    let between = |digits: &[f64]| -> Vec<Step> {
         (first - 1..=last)
-            .flat_map(|e| {
-                digits.iter().map(move |d| {
-                    (
-                        Step {
-                            digit: *d,
-                            exponent: e,
-                        }
-                        .times(1.0),
-                        e,
-                    )
-                })
-            })
-            .filter(|(v, _)| inside(v))
+            .flat_map(|exponent| digits.iter().map(move |digit| Step::new(*digit, exponent)))
+            .filter(|step| inside(step.times(1.0)))
             .collect()
     };
     let decades = usize::try_from(last - first + 1).unwrap_or(0);
-    let labelled = if decades >= 3 || (decades == 2 && count < 5) {
+    let labelled: Vec<Step> = if decades >= 3 || (decades == 2 && count < 5) {
         let every = decades.div_ceil(count.max(1)).max(1);
         (first..=last)
             .step_by(every)
-            .map(|e| {
-                (
-                    Step {
-                        digit: 1.0,
-                        exponent: e,
-                    }
-                    .times(1.0),
-                    e,
-                )
-            })
+            .map(|exponent| Step::new(1.0, exponent))
             .collect()
     } else {
         let some = between(&[1.0, 2.0, 5.0]);
@@ -163,23 +184,14 @@ fn log(span: &Span, count: usize) -> Option<Ticks> {
         }
         some
     };
-    let words = labelled.iter().all(|(_, e)| (-3..=4).contains(e));
-    let labelled: Vec<(f64, String)> = labelled
+    let labelled: Vec<(f64, String)> = written(&labelled)
         .into_iter()
-        .map(|(v, e)| {
-            let digit = (v / 10_f64.powi(e)).round();
-            let label = match (words, digit as i32) {
-                (true, _) => format!("{:.*}", usize::try_from(-e).unwrap_or(0), v),
-                (false, 1) => format!("10{}", superscript(e)),
-                (false, d) => format!("{d}×10{}", superscript(e)),
-            };
-            (v.clamp(span.lo, span.hi), label)
-        })
+        .map(|(v, label)| (v.clamp(span.lo, span.hi), label))
         .collect();
     let minor = if decades <= 8 {
         between(&[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0])
             .into_iter()
-            .map(|(v, _)| v.clamp(span.lo, span.hi))
+            .map(|step| step.times(1.0).clamp(span.lo, span.hi))
             .filter(|v| labelled.iter().all(|(l, _)| l != v))
             .collect()
     } else {
@@ -188,8 +200,40 @@ fn log(span: &Span, count: usize) -> Option<Ticks> {
     Some(Ticks {
         labelled,
         minor,
-        note: String::new(),
+        ..Ticks::default()
     })
+}
+
+/// Numbers and how they are written, plainly unless one of them is very small or large.
+pub(crate) fn written(numbers: &[Step]) -> Vec<(f64, String)> {
+    let plainly = numbers
+        .iter()
+        .all(|number| (-3..=4).contains(&number.exponent));
+    numbers
+        .iter()
+        .map(|number| {
+            let (digit, exponent) = (number.digit, number.exponent);
+            let value = number.times(1.0);
+            let places = i32::from(digit.fract() != 0.0) - exponent;
+            let label = match plainly {
+                true => format!("{value:.*}", usize::try_from(places).unwrap_or(0)),
+                false if digit == 1.0 => format!("10{}", superscript(exponent)),
+                false => format!("{digit}×10{}", superscript(exponent)),
+            };
+            (value, label)
+        })
+        .collect()
+}
+
+/// A number's first two digits, and all before the point.
+pub(crate) fn short(value: f64) -> String {
+    let exponent = value.abs().log10().floor();
+    let written = match exponent {
+        _ if value == 0.0 => "0".to_owned(),
+        e if (-3.0..5.0).contains(&e) => format!("{value:.*}", (1.0 - e).max(0.0) as usize),
+        e => format!("{:.1}×10{}", value / 10_f64.powf(e), superscript(e as i32)),
+    };
+    minus(&written)
 }
 
 /// A number as it comes, with a power of ten if it is long.

@@ -1,11 +1,11 @@
-//! Two small charts, drawn as they were when a person looked at them.
+//! Three small charts, drawn as they were when a person looked at them.
 //!
 //! After a change that is meant: `WEBLOOP_WRITE_GOLDEN=1 cargo test -p webloop-chart --test golden`,
 //! then look at `tests/golden/*.svg` again.
 
 use std::path::Path;
 
-use chart::{Axis, Chart, Guide, GuideAt, Mark, Panel, Role, Scale, Series};
+use chart::{Along, Axis, Chart, Guide, GuideAt, Map, Mark, Panel, Role, Scale, Series, Tile};
 
 fn check(name: &str, drawn: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -69,6 +69,7 @@ fn lines() -> Chart {
         title: "arima, 333 Hz".to_owned(),
         x: axis("time/s", Scale::Linear),
         y: axis("output", Scale::Linear),
+        map: None,
         series: vec![native, python],
         guides: vec![Guide {
             name: "reference".to_owned(),
@@ -107,6 +108,7 @@ fn logs() -> Chart {
             title: String::new(),
             x: axis("interval/ms", Scale::Linear),
             y: axis("share", Scale::Log),
+            map: None,
             series: vec![
                 series(
                     "python",
@@ -127,6 +129,98 @@ fn logs() -> Chart {
             }],
             empty: String::new(),
         }],
+    }
+}
+
+/// A map with all that tiles can be, a line over it, and names.
+fn map() -> Chart {
+    let (value, unstable, none) = (Tile::Value, Tile::Unstable, Tile::None);
+    let panel = |letter: &str, x: Along, y: Along, tiles: [Tile; 9]| Panel {
+        letter: letter.to_owned(),
+        title: String::new(),
+        x: axis("round trip/ms", Scale::Log),
+        y: axis("gain", Scale::Linear),
+        map: Some(Map {
+            value: axis("settling/s", Scale::Log),
+            x,
+            y,
+            tiles: tiles.to_vec(),
+        }),
+        series: Vec::new(),
+        guides: Vec::new(),
+        empty: String::new(),
+    };
+    let numbers = panel(
+        "a",
+        Along::Numbers(vec![10.0, 20.0, 80.0]),
+        Along::Numbers(vec![0.0, 1.0, 2.0]),
+        [
+            value(0.8),
+            value(0.9),
+            value(3.0),
+            value(0.3),
+            value(0.8),
+            unstable,
+            value(0.12),
+            unstable,
+            unstable,
+        ],
+    );
+    let names = |names: [&str; 3]| Along::Names(names.map(str::to_owned).to_vec());
+    Chart {
+        name: "map".to_owned(),
+        title: "Settling".to_owned(),
+        about: "The loop is unstable with a long round trip and a high gain.".to_owned(),
+        source: String::new(),
+        columns: 2,
+        panels: vec![
+            Panel {
+                series: vec![series(
+                    "margin",
+                    Role::Native,
+                    Mark::Line,
+                    &[(5.0, 4.0), (20.0, 1.5), (80.0, 0.7), (200.0, 0.5)],
+                )],
+                ..numbers
+            },
+            panel(
+                "b",
+                names(["loopback", "couva", "diego-vpn"]),
+                names(["1", "4", "unlimited"]),
+                [
+                    value(0.8),
+                    value(1.1),
+                    unstable,
+                    value(0.8),
+                    value(0.9),
+                    none,
+                    value(0.8),
+                    value(0.8),
+                    value(7.0),
+                ],
+            ),
+        ],
+    }
+}
+
+#[test]
+fn a_map_is_drawn_as_looked_at() {
+    check("map.svg", &map().to_svg());
+}
+
+#[test]
+fn csv_has_a_map_and_what_lies_over_it() {
+    let csv = map().to_csv();
+    let starts = "panel,series,x,y,low,high,value,state\n\
+                  a,settling/s,10.0,0.0,,,0.8,value\n\
+                  a,settling/s,20.0,0.0,,,0.9,value\n";
+    assert!(csv.starts_with(starts), "{csv}");
+    for row in [
+        "a,settling/s,20.0,2.0,,,,unstable\n",
+        "a,margin,20.0,1.5,,,,\n",
+        "b,settling/s,diego-vpn,4,,,,none\n",
+    ] {
+        assert!(csv.contains(row), "{row} in {csv}");
     }
 }
 

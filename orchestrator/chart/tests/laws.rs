@@ -1,6 +1,6 @@
 //! What holds for every chart, however odd: it is drawn, in well-formed files, and inside itself.
 
-use chart::{Axis, Chart, Guide, GuideAt, Mark, Panel, Role, Scale, Series};
+use chart::{Along, Axis, Chart, Guide, GuideAt, Map, Mark, Panel, Role, Scale, Series, Tile};
 use proptest::prelude::*;
 
 /// Any number, and more often than chance would the odd ones.
@@ -75,20 +75,45 @@ fn guide() -> impl Strategy<Value = Guide> {
     ("[a-z ]{0,20}", at).prop_map(|(name, at)| Guide { name, at })
 }
 
+fn along() -> impl Strategy<Value = Along> {
+    prop_oneof![
+        proptest::collection::vec(number(), 0..12).prop_map(Along::Numbers),
+        (-10.0..10.0_f64, 0.1..5.0_f64, 1..20_u8).prop_map(|(first, step, count)| {
+            Along::Numbers((0..count).map(|n| first + step * f64::from(n)).collect())
+        }),
+        proptest::collection::vec(any::<String>(), 0..12).prop_map(Along::Names),
+    ]
+}
+
+fn tile() -> impl Strategy<Value = Tile> {
+    prop_oneof![
+        4 => number().prop_map(Tile::Value),
+        1 => Just(Tile::Unstable),
+        1 => Just(Tile::None),
+    ]
+}
+
+fn map() -> impl Strategy<Value = Map> {
+    let tiles = proptest::collection::vec(tile(), 0..150);
+    (axis(), along(), along(), tiles).prop_map(|(value, x, y, tiles)| Map { value, x, y, tiles })
+}
+
 fn panel() -> impl Strategy<Value = Panel> {
     (
         "[a-z]?",
         any::<String>(),
         axis(),
         axis(),
+        proptest::option::weighted(0.4, map()),
         proptest::collection::vec(series(), 0..4),
         proptest::collection::vec(guide(), 0..4),
     )
-        .prop_map(|(letter, title, x, y, series, guides)| Panel {
+        .prop_map(|(letter, title, x, y, map, series, guides)| Panel {
             letter,
             title,
             x,
             y,
+            map,
             series,
             guides,
             empty: "not run".to_owned(),
@@ -203,6 +228,7 @@ proptest! {
     fn csv_rows_are_points_that_were_given(mut chart in any_chart()) {
         let mut given = Vec::new();
         for panel in &mut chart.panels {
+            panel.map = None;
             panel.guides.clear();
             for series in &mut panel.series {
                 series.name.clear();
@@ -242,6 +268,7 @@ fn large(mark: Mark) -> Chart {
             title: String::new(),
             x: axis("x"),
             y: axis("y"),
+            map: None,
             series: vec![Series {
                 name: "plant".to_owned(),
                 mark,

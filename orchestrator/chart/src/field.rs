@@ -1,0 +1,202 @@
+//! A map as shapes: from the tiles of a panel to areas of one level each.
+//!
+//! Areas lie in each other as hills do on a plain: each has all that is of its level and above, and
+//! the next lies on it. So two colours meet without paper showing between them, whatever draws them.
+
+use crate::grid::{self, Lane};
+use crate::hatch::hatch;
+use crate::layout::{Frame, TICK_SIZE};
+use crate::level::Levels;
+use crate::map::{Map, Tile};
+use crate::palette::Colour;
+use crate::scene::{Anchor, Layer, Place, Shape, Stroke, Text};
+use crate::span::Span;
+use crate::{text, tick};
+
+/// How much of the paper unstable ground covers.
+const GROUND: u8 = 12;
+
+/// Free beside a value in its tile.
+const BESIDE_VALUE: f64 = 3.0;
+
+/// What is to be seen of one tile, the lowest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Shown {
+    Nothing,
+    Unstable,
+    Level(usize),
+}
+
+/// The tiles of a map that are in a panel.
+pub(crate) struct Field<'a> {
+    map: &'a Map,
+    levels: &'a Levels,
+    /// Their ends are on the page: left and right, top and bottom.
+    columns: Vec<Lane>,
+    rows: Vec<Lane>,
+}
+
+impl<'a> Field<'a> {
+    /// A map in this box, the axes being these.
+    pub(crate) fn of(
+        map: &'a Map,
+        levels: &'a Levels,
+        frame: &Frame,
+        (x, y): (&Span, &Span),
+    ) -> Self {
+        let across = |at: f64| frame.place((at, 0.0)).0;
+        let down = |at: f64| frame.place((0.0, at)).1;
+        let columns = grid::seen(&map.x, x).into_iter().map(|lane| Lane {
+            from: across(lane.from),
+            to: across(lane.to),
+            ..lane
+        });
+        let rows = grid::seen(&map.y, y).into_iter().map(|lane| Lane {
+            from: down(lane.to),
+            to: down(lane.from),
+            ..lane
+        });
+        Field {
+            map,
+            levels,
+            columns: columns.collect(),
+            rows: rows.collect(),
+        }
+    }
+
+    fn tile(&self, column: &Lane, row: &Lane) -> Tile {
+        self.map.tile(column.index, row.index)
+    }
+
+    fn shown(&self, column: &Lane, row: &Lane) -> Shown {
+        match self.tile(column, row) {
+            Tile::Value(value) => Shown::Level(self.levels.at(value)),
+            Tile::Unstable => Shown::Unstable,
+            Tile::None => Shown::Nothing,
+        }
+    }
+
+    /// Unstable ground, and on it level by level.
+    pub(crate) fn layers(&self) -> Vec<Layer> {
+        let mut layers = Vec::new();
+        if self.has(Shown::Unstable) {
+            let all = self.rooms(|shown| shown >= Shown::Unstable);
+            let unstable = self.rooms(|shown| shown == Shown::Unstable);
+            layers.push(Layer {
+                name: Some("unstable".to_owned()),
+                shapes: ground(&all, &unstable),
+            });
+        }
+        for level in (0..self.levels.count()).filter(|level| self.has(Shown::Level(*level))) {
+            let rooms = self.rooms(|shown| shown >= Shown::Level(level));
+            layers.push(Layer {
+                name: Some(format!(
+                    "{}: {}",
+                    self.map.value.label,
+                    self.levels.name(level)
+                )),
+                shapes: vec![Shape::Areas {
+                    areas: rooms.iter().map(corners).collect(),
+                    colour: self.levels.colour(level),
+                    opacity: 100,
+                }],
+            });
+        }
+        layers
+    }
+
+    /// The values themselves, each in its tile, if all of them have room.
+    pub(crate) fn values(&self) -> Layer {
+        let mut shapes = Vec::new();
+        for row in &self.rows {
+            for column in &self.columns {
+                let Tile::Value(value) = self.tile(column, row) else {
+                    continue;
+                };
+                let label = tick::short(value);
+                let needed = text::width(&label, TICK_SIZE, false) + 2.0 * BESIDE_VALUE;
+                if column.to - column.from < needed || row.to - row.from < TICK_SIZE * 1.6 {
+                    return Layer::default();
+                }
+                let base = (row.from + row.to) / 2.0 + TICK_SIZE * 0.34;
+                let at = ((column.from + column.to) / 2.0, base);
+                let over = self.levels.colour_over(self.levels.at(value));
+                let value = Text::at(at, TICK_SIZE, label);
+                shapes.push(Shape::Text(value.anchor(Anchor::Middle).colour(over)));
+            }
+        }
+        Layer { name: None, shapes }
+    }
+
+    fn has(&self, what: Shown) -> bool {
+        self.rows.iter().any(|row| {
+            let mut columns = self.columns.iter();
+            columns.any(|column| self.shown(column, row) == what)
+        })
+    }
+
+    /// The stretches of rows that are so, each as one rectangle, as high as it is the same in the
+    /// rows above.
+    fn rooms(&self, is_so: impl Fn(Shown) -> bool) -> Vec<Frame> {
+        let (mut done, mut open) = (Vec::new(), Vec::<Frame>::new());
+        for row in &self.rows {
+            let tiles: Vec<(bool, &Lane)> = self
+                .columns
+                .iter()
+                .map(|column| (is_so(self.shown(column, row)), column))
+                .collect();
+            let mut of_row: Vec<Frame> = tiles
+                .chunk_by(|a, b| a.0 == b.0)
+                .filter_map(|run| match (run.first()?, run.last()?) {
+                    ((true, first), (_, last)) => Some(Frame {
+                        left: first.from,
+                        top: row.from,
+                        width: last.to - first.from,
+                        height: row.to - row.from,
+                    }),
+                    _ => None,
+                })
+                .collect();
+            for room in open {
+                let same = of_row
+                    .iter_mut()
+                    .find(|above| above.left == room.left && above.width == room.width);
+                match same {
+                    Some(above) => above.height = room.bottom() - above.top,
+                    None => done.push(room),
+                }
+            }
+            open = of_row;
+        }
+        done.append(&mut open);
+        done
+    }
+}
+
+/// Ground under these, hatched in those.
+pub(crate) fn ground(all: &[Frame], unstable: &[Frame]) -> Vec<Shape> {
+    vec![
+        Shape::Areas {
+            areas: all.iter().map(corners).collect(),
+            colour: Colour::Ink,
+            opacity: GROUND,
+        },
+        Shape::Lines {
+            lines: hatch(unstable),
+            stroke: Stroke {
+                opacity: 60,
+                ..Stroke::solid(Colour::Ink, 0.6)
+            },
+        },
+    ]
+}
+
+/// A rectangle's corners.
+pub(crate) fn corners(room: &Frame) -> Vec<Place> {
+    vec![
+        (room.left, room.top),
+        (room.right(), room.top),
+        (room.right(), room.bottom()),
+        (room.left, room.bottom()),
+    ]
+}
