@@ -46,4 +46,5 @@ pub use profile::{Asked, Profile};
 pub use script::script;
 pub use setting::{HANDLE, Pace, Setting, Verb};
 pub use staircase::{Change, READING_NS, STEP_NS, Staircase};
+pub use unit::{InvalidQuantity, duration_ns, rate_bps, share};
 pub use way::Way;

@@ -11,7 +11,7 @@ const FASTEST_BPS: f64 = 1e12;
 /// Why a text is not the quantity that it should be.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[allow(missing_docs)] // The messages are the documentation.
-pub(crate) enum InvalidQuantity {
+pub enum InvalidQuantity {
     #[error("`{0}` is not a number with a unit")]
     NotANumber(String),
     #[error("`{0}` has no unit")]
@@ -31,7 +31,10 @@ pub(crate) enum InvalidQuantity {
 }
 
 /// A time such as `"10ms"`, in nanoseconds.
-pub(crate) fn duration_ns(text: &str) -> Result<f64, InvalidQuantity> {
+///
+/// # Errors
+/// [`InvalidQuantity`] where it is no time, negative, or longer than a day.
+pub fn duration_ns(text: &str) -> Result<f64, InvalidQuantity> {
     let (number, unit) = split(text)?;
     let scale = match unit {
         "ns" | "nsec" => 1e-9,
@@ -48,7 +51,10 @@ pub(crate) fn duration_ns(text: &str) -> Result<f64, InvalidQuantity> {
 }
 
 /// A rate such as `"1mbit"`, in bit/s.
-pub(crate) fn rate_bps(text: &str) -> Result<u64, InvalidQuantity> {
+///
+/// # Errors
+/// [`InvalidQuantity`] where it is no rate, negative, or more than 1 Tbit/s.
+pub fn rate_bps(text: &str) -> Result<u64, InvalidQuantity> {
     let (number, unit) = split(text)?;
     let scale = match unit {
         "bit" => 1.0,
@@ -64,7 +70,10 @@ pub(crate) fn rate_bps(text: &str) -> Result<u64, InvalidQuantity> {
 }
 
 /// A share such as `"0.8%"`, as a fraction.
-pub(crate) fn share(text: &str) -> Result<f64, InvalidQuantity> {
+///
+/// # Errors
+/// [`InvalidQuantity`] where it is no share of 0 to 100 %.
+pub fn share(text: &str) -> Result<f64, InvalidQuantity> {
     let (number, unit) = split(text)?;
     match unit {
         "%" if number <= 100.0 => Ok(number / 100.0),

@@ -9,14 +9,14 @@ use std::path::Path;
 use crate::Name;
 use crate::refusal::Refusal;
 
-/// A setting that names a file of the run's folder.
-const FILE_SETTING: &str = "profile";
+/// Settings that name a file of the run's folder.
+const FILE_SETTINGS: [&str; 2] = ["profile", "system"];
 
 /// The longest value of a setting.
 const VALUE_BYTES: usize = 256;
 
 /// The settings of every client.
-const CLIENT: [&str; 13] = [
+const CLIENT: [&str; 14] = [
     "plant",
     "h",
     "mode",
@@ -30,6 +30,7 @@ const CLIENT: [&str; 13] = [
     "late",
     "timeout",
     "start-ns",
+    "system",
 ];
 
 /// Those of a browser beside them.
@@ -37,7 +38,7 @@ const PAGE: [&str; 5] = ["engine", "thread", "sender", "timer", "timer-floor"];
 
 /// Each role, as `webloop serve` calls it, with its settings, as its options are called.
 const ROLES: [(&str, &[&[&str]]); 7] = [
-    ("plant", &[&["listen", "h", "late"]]),
+    ("plant", &[&["listen", "h", "late", "hold", "system"]]),
     ("controller", &[&CLIENT]),
     ("python", &[&CLIENT]),
     ("browser", &[&CLIENT, &PAGE]),
@@ -81,7 +82,7 @@ pub(crate) fn arguments(
                     format!("{role} takes {}", list(&known)),
                 ));
             }
-            let value = if key == FILE_SETTING {
+            let value = if FILE_SETTINGS.contains(&key.as_str()) {
                 in_folder(value, folder)?
             } else {
                 plain(key, value)?

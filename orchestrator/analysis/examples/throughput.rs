@@ -18,10 +18,9 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use analysis::Campaign;
-use control::preset::{motor, paper_pi};
-use control::{Method, Pid, StateSpace, Stepper, discretise};
+use control::preset::{paper_pi, paper_plant};
 use endpoint::{
-    ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, Mode, Preset, SampleTime, TickRow,
+    ArrivalOutcome, ArrivalRow, Hold, MessageOutcome, MessageRow, Mode, Preset, SampleTime, TickRow,
 };
 use plan::{Cell, Client, FileFact, Machine, Manifest, Plan, Verdict};
 
@@ -88,12 +87,14 @@ fn write_campaign(folder: &Path, cells: usize, ticks: u64) -> Result<(), Box<dyn
         index,
         id: format!("loop-{index}"),
         topology: "loopback".to_owned(),
+        system: "motor".to_owned(),
         client: Client::Native,
         preset: Preset::PaperPython,
         repeat: 1,
         link_seed: 1,
         duration_ns: ticks * H_NS,
         settings: Preset::PaperPython.settings(Mode::Closed, h),
+        hold: Hold::Last,
         page: None,
         together: 1,
     });
@@ -103,6 +104,7 @@ fn write_campaign(folder: &Path, cells: usize, ticks: u64) -> Result<(), Box<dyn
         about: String::new(),
         seed: 1,
         profiles: [].into(),
+        systems: [].into(),
         cells: cells.collect(),
     };
     fs::write(folder.join("plan.json"), plan.to_json())?;
@@ -163,8 +165,7 @@ fn write_rows(folder: &Path, ticks: u64) -> Result<(), Box<dyn Error>> {
     let mut tick_rows = writer("ticks.csv")?;
     let mut arrival_rows = writer("arrivals.csv")?;
     let mut message_rows = writer("messages.csv")?;
-    let model = discretise(&StateSpace::from(&motor()), Method::BackwardEuler, 0.001)?;
-    let (mut plant, mut pid): (Stepper, Pid) = (Stepper::new(&model), paper_pi());
+    let (mut plant, mut pid) = (paper_plant().sampled(H_NS)?.stepper(), paper_pi());
     for k in 0..ticks {
         let noise = Noise(k);
         let t_due_ns = START_NS + k * H_NS;

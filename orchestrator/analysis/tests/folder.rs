@@ -4,8 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use analysis::{CellFacts, LoopVerdict, Metrics, Summary};
-use control::preset::{motor, paper_pi};
-use control::{Method, StateSpace, Stepper, discretise};
+use control::preset::{paper_pi, paper_plant};
 use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, Mode, TickRow};
 use serde::Serialize;
 
@@ -25,9 +24,8 @@ fn write<R: Serialize>(path: &Path, rows: &[R]) {
 /// sent with the answer to message m - 2 in hand, arrives 2 ms later, acts at the next tick. Every
 /// tick is 20 us late.
 fn write_run(folder: &Path) {
-    let plant =
-        discretise(&StateSpace::from(&motor()), Method::BackwardEuler, 0.003).expect("regular");
-    let (mut plant, mut pid) = (Stepper::new(&plant), paper_pi());
+    let plant = paper_plant().sampled(H_NS).expect("regular");
+    let (mut plant, mut pid) = (plant.stepper(), paper_pi());
     let (mut ticks, mut arrivals, mut messages) = (Vec::new(), Vec::new(), Vec::new());
     let mut y = Vec::new();
     for k in 0..MESSAGES {
@@ -167,8 +165,7 @@ fn every_figure_of_a_run_that_is_known_by_hand() {
     assert_eq!(response.verdict, LoopVerdict::Stable);
     let delay = control::loop_delay_ticks(4_000_000, H_NS);
     assert_eq!(delay.get(), 3);
-    let plant =
-        discretise(&StateSpace::from(&motor()), Method::BackwardEuler, 0.003).expect("regular");
+    let plant = paper_plant().sampled(H_NS).expect("regular");
     let y = control::step_response(&plant, paper_pi(), 1.0, delay, MESSAGES as usize - 1);
     let peak = y.iter().fold(0.0, |peak: f64, y| peak.max(*y));
     assert!(

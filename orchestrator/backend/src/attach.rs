@@ -24,6 +24,17 @@ const HEALTHY_WITHIN: Duration = Duration::from_secs(30);
 
 /// What the profile is called at the agents.
 const PROFILE: &str = "profile.toml";
+/// What the system is called there.
+const SYSTEM: &str = "system.toml";
+
+/// The texts of a cell, for the agents.
+#[derive(Clone, Copy)]
+pub(crate) struct Texts<'a> {
+    /// The link's profile.
+    pub(crate) profile: &'a ProfileText,
+    /// The system; none is the paper's.
+    pub(crate) system: Option<&'a str>,
+}
 
 /// The agents of a testbed, each in the same run.
 pub(crate) struct Attach {
@@ -32,6 +43,8 @@ pub(crate) struct Attach {
     plant_link: RemoteRun,
     controller_link: RemoteRun,
     loopback: bool,
+    /// Whether the ends have a system of their own to read.
+    has_system: bool,
     player: Player,
     /// How long the first part took to start.
     start_time: Duration,
@@ -52,7 +65,7 @@ impl Attach {
     pub(crate) fn new(
         agents: &Agents,
         cell: &Cell,
-        text: &ProfileText,
+        texts: Texts<'_>,
         profile: &Profile,
         player: Player,
         folder: &Path,
@@ -70,15 +83,21 @@ impl Attach {
             plant_link: begin(plant_link)?,
             controller_link: begin(controller_link)?,
             loopback: profile.is_loopback(),
+            has_system: texts.system.is_some(),
             player,
             start_time: Duration::ZERO,
             playing: OnceLock::new(),
             followers: Vec::new(),
         };
         for player in [&attach.plant_link, &attach.controller_link] {
-            player.put_file(PROFILE, text.source.as_bytes())?;
-            for (name, trace) in &text.traces {
+            player.put_file(PROFILE, texts.profile.source.as_bytes())?;
+            for (name, trace) in &texts.profile.traces {
                 player.put_file(name, trace.as_bytes())?;
+            }
+        }
+        if let Some(text) = texts.system {
+            for end in [&attach.plant, &attach.controller] {
+                end.put_file(SYSTEM, text.as_bytes())?;
             }
         }
         let clock = Instant::now();
@@ -177,8 +196,11 @@ impl Site for Attach {
         &'a self,
         part: Part,
         role: &'static str,
-        settings: Settings,
+        mut settings: Settings,
     ) -> Result<Box<dyn Running + 'a>, RunError> {
+        if self.has_system && part != Part::Link {
+            settings.push(("system", SYSTEM.to_owned()));
+        }
         let (run, name) = match part {
             Part::Link => return Ok(Box::new(self.start_link(&settings)?)),
             Part::Plant => (self.beside_plant(), "plant"),

@@ -57,6 +57,7 @@ pub(crate) fn run(
             ("listen", &plant_socket),
             ("h", &given.h),
             ("late", &given.late),
+            ("hold", &cell.hold),
         ]),
     )?;
     let mut controller = site.start(

@@ -47,4 +47,4 @@ pub use player::Player;
 pub use probe::{Probed, probe};
 pub use run::{Backend, cell_folder, manifest, run_cell};
 pub use schedule::overhead_ns;
-pub use timings::{InvalidTimings, Timings};
+pub use timings::{InvalidTimings, Rates, Timings};

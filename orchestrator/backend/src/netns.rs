@@ -19,6 +19,7 @@ pub(crate) struct Netns {
     lab: Lab,
     player: Player,
     profile_file: PathBuf,
+    system_file: Option<PathBuf>,
     folder: PathBuf,
     /// Webloop itself, which has every role.
     program: PathBuf,
@@ -27,12 +28,13 @@ pub(crate) struct Netns {
 }
 
 impl Netns {
-    /// Makes the network for `profile`, whose text is in `profile_file`. The parts will leave
-    /// their rows in `folder`.
+    /// Makes the network for `profile`, whose text is in `profile_file`, and for the system in
+    /// `system_file`, or the paper's. The parts will leave their rows in `folder`.
     pub(crate) fn new(
         profile: &Profile,
         player: Player,
         profile_file: &Path,
+        system_file: Option<&Path>,
         folder: &Path,
     ) -> Result<Netns, RunError> {
         let lab = Lab::new(profile)?;
@@ -49,6 +51,7 @@ impl Netns {
             lab,
             player,
             profile_file: profile_file.to_path_buf(),
+            system_file: system_file.map(Path::to_path_buf),
             folder: folder.to_path_buf(),
             start_time: start_time(&program),
             program,
@@ -127,6 +130,9 @@ impl Site for Netns {
         mut settings: Settings,
     ) -> Result<Box<dyn Running + 'a>, RunError> {
         settings.push(("out", self.folder.display().to_string()));
+        if let (Part::Plant | Part::Controller, Some(file)) = (part, &self.system_file) {
+            settings.push(("system", file.display().to_string()));
+        }
         let name = match part {
             Part::Plant => "plant",
             Part::Controller => "controller",

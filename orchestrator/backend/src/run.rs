@@ -11,8 +11,9 @@ use link::Profile;
 use plan::{Cell, Plan, ProfileText, Verdict};
 use serde_json::Value;
 use shaper::Authority;
+use system::System;
 
-use crate::attach::Attach;
+use crate::attach::{Attach, Texts};
 use crate::course;
 use crate::evidence::{self, Evidence};
 use crate::netns::Netns;
@@ -21,6 +22,8 @@ use crate::{Agents, Manifest, Player, RunError, Timings, folder, report, simulat
 
 /// The file in which a cell's folder keeps its link's profile.
 const PROFILE_FILE: &str = "profile.toml";
+/// The file in which it keeps its system, where that is not the paper's.
+const SYSTEM_FILE: &str = "system.toml";
 
 /// The folder of a cell inside a campaign's folder.
 #[must_use]
@@ -75,24 +78,31 @@ pub fn run_cell(
     let folder = cell_folder(campaign, cell);
     make_room(&folder)?;
     let profile = write_profile(plan, cell, &folder);
+    let system = write_system(plan, cell, &folder);
     let described = describe(backend);
     let outcome = profile.and_then(|(text, profile)| {
         let file = folder.join(PROFILE_FILE);
+        let system = system?;
         let seen = match backend {
             Backend::Netns(authority) => {
                 authority.as_ref()?;
-                let site = Netns::new(&profile, player, &file, &folder)?;
+                let site = Netns::new(&profile, player, &file, system.file.as_deref(), &folder)?;
                 course::run(&site, cell, &profile, stop)?
             }
             Backend::Attach(agents) => {
-                let site = Attach::new(agents, cell, text, &profile, player, &folder)?;
+                let texts = Texts {
+                    profile: text,
+                    system: plan.system_text(cell),
+                };
+                let site = Attach::new(agents, cell, texts, &profile, player, &folder)?;
                 let seen = course::run(&site, cell, &profile, stop);
                 // What has come is kept, however it ended.
                 let kept = site.finish();
                 seen.and_then(|seen| kept.map(|()| seen))?
             }
             Backend::Sim(timings) => {
-                simulated::run(cell, &profile, timings.of(cell.client), &folder)?
+                let timing = timings.of(cell);
+                simulated::run(cell, &system.system, &profile, timing, &folder)?
             }
         };
         let proof = Proof {
@@ -225,6 +235,25 @@ fn write_profile<'a>(
         ))
     })?;
     Ok((text, profile))
+}
+
+/// A cell's system, and the file of its text where it is not the paper's.
+struct Written {
+    system: System,
+    file: Option<PathBuf>,
+}
+
+/// Leaves the system's text where the two ends will read it.
+fn write_system(plan: &Plan, cell: &Cell, folder: &Path) -> Result<Written, RunError> {
+    let system = plan.system(cell).map_err(RunError::Link)?;
+    let file = plan.system_text(cell).map(|text| {
+        let path = folder.join(SYSTEM_FILE);
+        folder::write_whole(&path, text.as_bytes()).map(|()| path)
+    });
+    Ok(Written {
+        system,
+        file: file.transpose()?,
+    })
 }
 
 /// What a manifest says of a back-end.

@@ -6,13 +6,13 @@
 use std::fs::File;
 use std::path::Path;
 
-use control::{Method, StateSpace, discretise, preset};
-use endpoint::{ArrivalRow, MessageRow, TickRow};
+use endpoint::{ArrivalRow, MessageRow, Thread, TickRow, Timer};
 use link::{Profile, Way};
 use plan::{Cell, Phase};
 use serde_json::{Value, json};
 use shaper::{Echo, Timeline};
 use sim::{Record, Setup, Timing};
+use system::System;
 
 use crate::course::Seen;
 use crate::schedule::{self, Series};
@@ -28,22 +28,27 @@ const PLANT_AHEAD_NS: u64 = 500_000_000;
 /// Simulates a cell, and leaves its rows and reports in `folder`.
 pub(crate) fn run(
     cell: &Cell,
+    system: &System,
     profile: &Profile,
     timing: &Timing,
     folder: &Path,
 ) -> Result<Seen, RunError> {
     let h = cell.settings.h;
-    let model = StateSpace::from(&preset::motor());
-    let sampled = discretise(&model, Method::BackwardEuler, h.seconds())
-        .map_err(|problem| RunError::Link(format!("the plant cannot be sampled: {problem}")))?;
+    let own = system.at(h).map_err(|problem| {
+        RunError::Link(format!(
+            "the system {} does not go with h = {h}: {problem}",
+            system.name()
+        ))
+    })?;
     let start_ns = EPOCH_NS + schedule::START_AT_NS;
     let setup = Setup {
         profile,
         seed: cell.link_seed,
         settings: cell.settings,
-        timer_floor_ns: cell.page.map_or(0, |page| page.floor_ns),
-        plant: control::Stepper::new(&sampled),
-        law: preset::paper_pi(),
+        timer_floor_ns: timer_floor_ns(cell, timing),
+        plant: own.plant.stepper(),
+        hold: cell.hold,
+        law: own.law,
         timing,
         epoch_ns: EPOCH_NS,
         plant_start_ns: EPOCH_NS - PLANT_AHEAD_NS + sim::phase_ns(cell.link_seed, h.ns()),
@@ -79,6 +84,15 @@ pub(crate) fn run(
             ),
             (Phase::After, echoes.series(schedule::after(outcome.end_ns))),
         ],
+    })
+}
+
+/// The least that the client's timer waits: what its page is told, and what its browser does to
+/// timers within timers by itself.
+fn timer_floor_ns(cell: &Cell, timing: &Timing) -> u64 {
+    cell.page.map_or(0, |page| match (page.thread, page.timer) {
+        (Thread::Main, Timer::Timeout) => page.floor_ns.max(u64::from(timing.clamp_ns)),
+        _ => page.floor_ns,
     })
 }
 

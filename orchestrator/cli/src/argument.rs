@@ -9,6 +9,8 @@ mod campaign;
 mod link;
 mod report;
 mod serve;
+mod sweep;
+mod system;
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -25,6 +27,8 @@ pub(crate) use serve::{
     ServeAgent, ServeAsk, ServeBrowser, ServeCommand, ServeController, ServeHealth, ServeHear,
     ServeLink, ServePlant,
 };
+pub(crate) use sweep::Sweep;
+pub(crate) use system::{SystemCommand, SystemLint, SystemShow};
 
 /// Closes control loops over real HTTP, across links that behave like real networks, and says
 /// whether the loop survives.
@@ -92,8 +96,13 @@ pub(crate) enum Command {
     Matrix(Matrix),
     /// Merge results folders of one plan, such as the jobs', into one
     Collect(Collect),
-    /// How much delay the paper's loop survives, and how often a link stays within it
+    /// How much delay a loop survives, and how often a link stays within it
     Margin(Margin),
+    /// How the loop does over a grid of network conditions and settings, in virtual time
+    Sweep(Sweep),
+    /// List, show and check systems: plants with their control laws
+    #[command(subcommand)]
+    System(SystemCommand),
     /// Explain and check link profiles
     #[command(subcommand)]
     Link(LinkCommand),

@@ -3,6 +3,7 @@
 use std::io::IsTerminal;
 use std::ops::Range;
 
+use ::system::Fault;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use link::{Finding, Severity};
 use plan::Misfit;
@@ -36,6 +37,18 @@ pub(crate) fn misfit(source: &str, misfit: &Misfit) {
         &misfit.problem,
         &misfit.span,
         &misfit.remedy,
+    );
+}
+
+/// Draws what is wrong with a system.
+pub(crate) fn fault(source: &str, origin: &str, fault: &Fault) {
+    draw(
+        source,
+        origin,
+        Severity::Error,
+        &fault.problem,
+        &fault.span,
+        &fault.remedy,
     );
 }
 

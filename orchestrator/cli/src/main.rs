@@ -8,11 +8,14 @@ mod calibration;
 mod campaign;
 mod command;
 mod containers;
+mod crew;
 mod diagnostic;
 mod exit;
 mod jobs;
+mod ledger;
 mod logging;
 mod merge;
+mod meter;
 mod owner;
 mod progress;
 mod queue;
@@ -21,7 +24,7 @@ mod series;
 mod source;
 mod stop;
 
-use argument::{Argument, Command, LinkCommand, ServeCommand};
+use argument::{Argument, Command, LinkCommand, ServeCommand, SystemCommand};
 
 fn main() -> std::process::ExitCode {
     let argument = Argument::read();
@@ -40,8 +43,12 @@ fn main() -> std::process::ExitCode {
         Command::Agree(agree) => command::agree::run(&agree),
         Command::Calibrate(calibrate) => command::calibrate::run(&calibrate),
         Command::Margin(margin) => command::margin::run(&margin),
+        Command::Sweep(sweep) => command::sweep::run(&sweep),
         Command::Matrix(matrix) => command::matrix::run(&matrix),
         Command::Collect(collect) => command::collect::run(&collect),
+        Command::System(SystemCommand::List) => command::system::list(),
+        Command::System(SystemCommand::Show(show)) => command::system::show(&show),
+        Command::System(SystemCommand::Lint(lint)) => command::system::lint(&lint),
         Command::Link(LinkCommand::Show(show)) => command::link::show(&show),
         Command::Link(LinkCommand::Lint(lint)) => command::link::lint(&lint),
         Command::Link(LinkCommand::Schema) => command::link::schema(),

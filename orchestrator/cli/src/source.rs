@@ -1,13 +1,16 @@
-//! Reads what the command line names: profiles, experiments, plans.
+//! Reads what the command line names: profiles, experiments, plans, sweeps, timings.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use ::system::System;
 use anyhow::{Context, anyhow};
+use backend::Timings;
 use link::{Finding, Profile, Severity};
-use plan::{EXPERIMENTS, Instead, Plan, ProfileText};
+use plan::{EXPERIMENTS, Instead, Library, Plan, ProfileText};
+use sweep::{SWEEPS, Sweep};
 
 use crate::diagnostic;
 use crate::exit::Failure;
@@ -119,9 +122,96 @@ fn experiment(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
             })
         })?,
     };
-    Plan::resolve(&source, asked, instead, profile_text).map_err(|misfit| {
+    Plan::resolve(&source, asked, instead, Disk).map_err(|misfit| {
         diagnostic::misfit(&source, &misfit);
         Failure::usage(anyhow!("{asked} cannot be run"))
+    })
+}
+
+/// A sweep by name or path, with its text.
+pub(crate) fn sweep(asked: &str, instead: &sweep::Instead) -> Result<(String, Sweep), Failure> {
+    let builtin = SWEEPS
+        .iter()
+        .find(|(name, _)| *name == asked)
+        .map(|(_, source)| (*source).to_owned());
+    let source = match builtin {
+        Some(source) => source,
+        None => fs::read_to_string(asked).map_err(|problem| {
+            Failure::usage(if looks_like_a_path(asked) {
+                anyhow!("the sweep file `{asked}` cannot be read: {problem}")
+            } else {
+                let names: Vec<&str> = SWEEPS.iter().map(|(name, _)| *name).collect();
+                anyhow!(
+                    "there is no sweep `{asked}`; use one of {}, or the path of a sweep file",
+                    names.join(", ")
+                )
+            })
+        })?,
+    };
+    match Sweep::resolve(&source, asked, instead, Disk) {
+        Ok(sweep) => Ok((source, sweep)),
+        Err(misfit) => {
+            diagnostic::misfit(&source, &misfit);
+            Err(Failure::usage(anyhow!("{asked} cannot be run")))
+        }
+    }
+}
+
+/// How long programs take, by this file or as built in.
+pub(crate) fn timings(file: Option<&Path>) -> Result<Timings, Failure> {
+    let Some(file) = file else {
+        return Ok(Timings::built_in()?);
+    };
+    let text = fs::read_to_string(file)
+        .with_context(|| format!("cannot read {}", file.display()))
+        .map_err(Failure::usage)?;
+    Timings::read(&text)
+        .with_context(|| format!("{} holds no timings", file.display()))
+        .map_err(Failure::usage)
+}
+
+/// What experiments name, built in or on this machine's disk.
+struct Disk;
+
+impl Library for Disk {
+    fn profile(&mut self, asked: &str) -> Result<ProfileText, String> {
+        profile_text(asked)
+    }
+
+    fn system(&mut self, asked: &str) -> Result<String, String> {
+        system_text(asked)
+    }
+}
+
+/// The text of a system, by built-in name or by path.
+///
+/// # Errors
+/// A sentence on what cannot be read.
+pub(crate) fn system_text(asked: &str) -> Result<String, String> {
+    if let Some(text) = System::built_in(asked) {
+        return Ok(text.to_owned());
+    }
+    fs::read_to_string(asked).map_err(|problem| {
+        if looks_like_a_path(asked) {
+            format!("the system file `{asked}` cannot be read: {problem}")
+        } else {
+            format!("there is no system `{asked}`")
+        }
+    })
+}
+
+/// A system that can be run; a fault is drawn on standard error.
+pub(crate) fn system(asked: &str) -> Result<System, Failure> {
+    let text = system_text(asked).map_err(|problem| {
+        let names: Vec<&str> = System::built_in_names().collect();
+        Failure::usage(anyhow!(
+            "{problem}; use one of {}, or the path of a system file",
+            names.join(", ")
+        ))
+    })?;
+    System::read(&text).map_err(|fault| {
+        diagnostic::fault(&text, asked, &fault);
+        Failure::usage(anyhow!("{asked} is no system that can be run"))
     })
 }
 

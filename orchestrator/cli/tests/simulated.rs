@@ -94,7 +94,7 @@ fn its_folder_is_like_any_other_and_agrees_with_itself() {
 fn timings_that_are_none_are_refused_with_their_place() {
     let place = tempfile::tempdir().unwrap();
     let file = place.path().join("timings.toml");
-    fs::write(&file, "[native]\nlate_ns = [1, 2]\n").unwrap();
+    fs::write(&file, "[native.3ms]\nlate_ns = [1, 2]\n").unwrap();
     let file = file.to_str().unwrap();
     let output = run(place.path(), "ran", &["--timing", file], &[]);
     assert_ne!(output.status.code(), Some(0));

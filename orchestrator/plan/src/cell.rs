@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use endpoint::{ControllerSettings, PageSettings, Preset, SampleTime};
+use endpoint::{ControllerSettings, Hold, PageSettings, Preset, SampleTime};
 use serde::{Deserialize, Serialize};
+use system::System;
 
 use crate::client::Client;
 use crate::seed::fingerprint;
@@ -18,6 +19,9 @@ pub struct Cell {
     pub id: String,
     /// Name of the link's profile.
     pub topology: String,
+    /// Name of the plant and its law.
+    #[serde(default = "paper_system", skip_serializing_if = "is_paper_system")]
+    pub system: String,
     /// Who closes the loop.
     pub client: Client,
     /// What the client's settings are called, and what they are but for words of the experiment.
@@ -31,6 +35,9 @@ pub struct Cell {
     pub duration_ns: u64,
     /// What the controller is set up with; the plant takes h and `late` from here too.
     pub settings: ControllerSettings,
+    /// How long the plant holds a command when no other comes.
+    #[serde(default, skip_serializing_if = "Hold::is_last")]
+    pub hold: Hold,
     /// How the page goes about it, where the client is a browser.
     #[serde(default)]
     pub page: Option<PageSettings>,
@@ -50,6 +57,14 @@ fn is_alone(together: &u16) -> bool {
     *together == 1
 }
 
+fn paper_system() -> String {
+    System::PAPER.to_owned()
+}
+
+fn is_paper_system(system: &str) -> bool {
+    system == System::PAPER
+}
+
 /// What there was before plans named it.
 fn paper_python() -> Preset {
     Preset::PaperPython
@@ -66,14 +81,23 @@ impl Cell {
         let text = serde_json::to_string(self).unwrap_or_default();
         (self.index, self.together) = (index, together);
         self.id = format!(
-            "{}-{}-{}-{}-r{:02}-{}",
+            "{}{}-{}-{}-{}-r{:02}-{}",
             self.topology,
+            self.system_label(),
             self.client_label(),
             self.settings.mode,
             rate_label(self.settings.h),
             self.repeat,
             fingerprint(&text, 6)
         );
+    }
+
+    /// The system, where it is not the paper's.
+    fn system_label(&self) -> String {
+        match is_paper_system(&self.system) {
+            true => String::new(),
+            false => format!("-{}", self.system),
+        }
     }
 
     /// The client, with its preset where that says more: a browser is known by its page.

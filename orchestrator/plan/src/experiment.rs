@@ -33,6 +33,9 @@ fn default_seed() -> u64 {
 pub(crate) struct Block {
     /// Names of built-in profiles, or paths of profile files.
     pub(crate) topology: Vec<Spanned<String>>,
+    /// Names of built-in systems, or paths of system files; the paper's motor, if not given.
+    #[serde(default)]
+    pub(crate) system: Vec<Spanned<String>>,
     /// Who closes the loop: `native`, `python`, `chromium`, `firefox`.
     pub(crate) client: Vec<Spanned<String>>,
     /// `open` or `closed`.
@@ -63,6 +66,8 @@ pub(crate) struct Block {
     pub(crate) integrate: Option<Spanned<String>>,
     /// `apply` or `drop`: what is done with a message that arrives after a newer one.
     pub(crate) late: Option<Spanned<String>>,
+    /// How long the plant holds a command when no other comes: `last`, or a time, and then 0.
+    pub(crate) hold: Option<Spanned<String>>,
     /// After this a request is given up, such as `"5s"`.
     pub(crate) timeout: Option<Spanned<String>>,
     /// Of a browser: `main` or `worker`, the thread of the page on which the loop runs.

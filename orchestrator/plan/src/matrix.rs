@@ -5,15 +5,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
 
-use endpoint::{ControllerSettings, Mode, PageSettings, Preset, SampleTime};
+use endpoint::{ControllerSettings, Hold, Mode, PageSettings, Preset, SampleTime};
 use jiff::SignedDuration;
+use system::System;
 use toml::Spanned;
 
 use crate::cell::Cell;
 use crate::client::Client;
 use crate::experiment::{Block, ExperimentFile};
 use crate::seed::link_seed;
-use crate::{Instead, Misfit, Plan, ProfileText};
+use crate::{Instead, Library, Misfit, Plan};
 
 /// The longest run: a week. Beyond it a typing error is likelier than a run.
 const DURATION_MAX: SignedDuration = SignedDuration::from_hours(24 * 7);
@@ -27,8 +28,9 @@ const CELLS_MAX: usize = 100_000;
 impl Plan {
     /// Resolves an experiment's TOML.
     ///
-    /// `origin` names the text in errors. `instead` replaces what the file says. `profile` gives
-    /// the text of a profile by the name or path that the experiment uses, or says why it cannot.
+    /// `origin` names the text in errors. `instead` replaces what the file says. `library` gives
+    /// the texts of profiles and systems by the names or paths that the experiment uses, or says why
+    /// it cannot.
     ///
     /// # Errors
     /// [`Misfit`], with line and column, for everything that is not an experiment that can run.
@@ -36,7 +38,7 @@ impl Plan {
         source: &str,
         origin: &str,
         instead: &Instead,
-        mut profile: impl FnMut(&str) -> Result<ProfileText, String>,
+        mut library: impl Library,
     ) -> Result<Plan, Misfit> {
         let file: ExperimentFile = toml::from_str(source).map_err(|error| {
             let span = error.span().unwrap_or(0..0);
@@ -65,6 +67,7 @@ impl Plan {
             about: file.about.clone(),
             seed: instead.seed.unwrap_or(file.seed),
             profiles: BTreeMap::new(),
+            systems: BTreeMap::new(),
             cells: Vec::new(),
         };
         for block in &file.cells {
@@ -72,9 +75,16 @@ impl Plan {
             let topologies = block
                 .topology
                 .iter()
-                .map(|name| reader.topology(name, &mut plan.profiles, &mut profile))
+                .map(|name| reader.topology(name, &mut plan.profiles, &mut library))
                 .collect::<Result<Vec<_>, _>>()?;
-            reader.block(block, &topologies, &mut plan)?;
+            let systems = match block.system.as_slice() {
+                [] => vec![System::paper()],
+                asked => asked
+                    .iter()
+                    .map(|name| reader.system(name, block, &mut plan.systems, &mut library))
+                    .collect::<Result<Vec<_>, _>>()?,
+            };
+            reader.block(block, &topologies, &systems, &mut plan)?;
         }
         if instead.joins_blocks() {
             let mut seen = BTreeSet::new();
@@ -92,13 +102,18 @@ impl Plan {
 }
 
 /// The text being read, for the places of errors.
-struct Reader<'a> {
+pub(crate) struct Reader<'a> {
     source: &'a str,
     origin: &'a str,
 }
 
 impl Reader<'_> {
-    fn misfit<T>(&self, at: &Spanned<T>, problem: impl Into<String>, remedy: &str) -> Misfit {
+    pub(crate) fn misfit<T>(
+        &self,
+        at: &Spanned<T>,
+        problem: impl Into<String>,
+        remedy: &str,
+    ) -> Misfit {
         Misfit::new(self.source, self.origin, at.span(), problem, remedy)
     }
 
@@ -116,52 +131,14 @@ impl Reader<'_> {
         Ok(text.clone())
     }
 
-    /// Looks a topology's profile up, checks it, and keeps its source under its own name.
-    fn topology(
-        &self,
-        asked: &Spanned<String>,
-        profiles: &mut BTreeMap<String, ProfileText>,
-        profile: &mut impl FnMut(&str) -> Result<ProfileText, String>,
-    ) -> Result<String, Misfit> {
-        let text = profile(asked.get_ref()).map_err(|problem| {
-            let remedy = format!(
-                "use one of {}, or the path of a profile file",
-                link::Profile::BUILTIN.join(", ")
-            );
-            self.misfit(asked, problem, &remedy)
-        })?;
-        let parsed = text.profile(asked.get_ref()).map_err(|findings| {
-            let problem = findings
-                .iter()
-                .map(|f| match f.field.as_str() {
-                    "" => format!("  line {}: {}", f.line, f.message),
-                    field => format!("  line {}, {field}: {}", f.line, f.message),
-                })
-                .collect::<Vec<_>>()
-                .join("\n");
-            let remedy = format!(
-                "`webloop link lint {}` shows each in its place",
-                asked.get_ref()
-            );
-            self.misfit(
-                asked,
-                format!("the profile cannot be played:\n{problem}"),
-                &remedy,
-            )
-        })?;
-        let name = parsed.name().to_owned();
-        match profiles.insert(name.clone(), text.clone()) {
-            Some(before) if before != text => Err(self.misfit(
-                asked,
-                format!("two different profiles are both named `{name}`"),
-                "give one of them another `name`",
-            )),
-            _ => Ok(name),
-        }
-    }
-
     /// Adds every combination of a block's lists to the plan.
-    fn block(&self, block: &Block, topologies: &[String], plan: &mut Plan) -> Result<(), Misfit> {
+    fn block(
+        &self,
+        block: &Block,
+        topologies: &[String],
+        systems: &[System],
+        plan: &mut Plan,
+    ) -> Result<(), Misfit> {
         let mode: Mode = self.word(&block.mode)?;
         let duration_ns = self.duration(&block.duration)?;
         if !(1..=TOGETHER_MAX).contains(block.together.get_ref()) {
@@ -193,7 +170,7 @@ impl Reader<'_> {
                 "give topology, client and h at least one value, and repeats at least 1",
             ));
         }
-        let size = [topologies.len(), clients.len(), rates.len()]
+        let size = [topologies.len(), systems.len(), clients.len(), rates.len()]
             .iter()
             .fold(block.repeats as usize, |size, n| size.saturating_mul(*n));
         if plan.cells.len().saturating_add(size) > CELLS_MAX {
@@ -203,8 +180,13 @@ impl Reader<'_> {
                 "split the experiment, or lower `repeats`",
             ));
         }
+        let mut hold = Hold::Last;
+        self.lay(&block.hold, &mut hold)?;
         for repeat in 1..=block.repeats {
-            for topology in topologies {
+            for (topology, system) in topologies
+                .iter()
+                .flat_map(|topology| systems.iter().map(move |system| (topology, system)))
+            {
                 for (named, client) in &clients {
                     let preset = preset.unwrap_or(client.preset());
                     for (place, h) in &rates {
@@ -215,17 +197,20 @@ impl Reader<'_> {
                                 "lengthen `duration`",
                             ));
                         }
-                        let settings = self.settings(block, preset.settings(mode, *h))?;
+                        let mut settings = self.settings(block, preset.settings(mode, *h))?;
+                        settings.r = system.r();
                         let mut cell = Cell {
                             index: 0,
                             id: String::new(),
                             topology: topology.clone(),
+                            system: system.name().to_owned(),
                             client: *client,
                             preset,
                             repeat,
                             link_seed: link_seed(plan.seed, topology, repeat),
                             duration_ns,
                             settings,
+                            hold,
                             page: self.page(block, *client, preset, &settings, named)?,
                             together: *block.together.get_ref(),
                         };
@@ -301,7 +286,7 @@ impl Reader<'_> {
     }
 
     /// A word that its type knows; the type's own error lists the choices.
-    fn word<T: FromStr<Err: std::fmt::Display>>(
+    pub(crate) fn word<T: FromStr<Err: std::fmt::Display>>(
         &self,
         word: &Spanned<String>,
     ) -> Result<T, Misfit> {

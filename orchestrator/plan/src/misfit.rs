@@ -23,7 +23,9 @@ pub struct Misfit {
 }
 
 impl Misfit {
-    pub(crate) fn new(
+    /// What is wrong at `span` of the text `source`, which is called `origin`.
+    #[must_use]
+    pub fn new(
         source: &str,
         origin: &str,
         span: Range<usize>,

@@ -5,6 +5,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use system::System;
 
 use crate::Cell;
 
@@ -51,6 +52,9 @@ pub struct Plan {
     pub seed: u64,
     /// The profiles, by their own names.
     pub profiles: BTreeMap<String, ProfileText>,
+    /// The texts of the systems beside the paper's, by their own names.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub systems: BTreeMap<String, String>,
     /// The cells, in the order in which they are run.
     pub cells: Vec<Cell>,
 }
@@ -63,6 +67,27 @@ impl Plan {
     #[must_use]
     pub fn cell(&self, index: usize) -> Option<&Cell> {
         self.cells.iter().find(|cell| cell.index == index)
+    }
+
+    /// The text of a cell's system, where it is not the paper's.
+    #[must_use]
+    pub fn system_text(&self, cell: &Cell) -> Option<&str> {
+        self.systems.get(&cell.system).map(String::as_str)
+    }
+
+    /// A cell's system.
+    ///
+    /// # Errors
+    /// A sentence on what is wrong with the plan.
+    pub fn system(&self, cell: &Cell) -> Result<System, String> {
+        if cell.system == System::PAPER {
+            return Ok(System::paper());
+        }
+        let text = self
+            .system_text(cell)
+            .ok_or_else(|| format!("the plan has no system `{}`", cell.system))?;
+        System::read(text)
+            .map_err(|fault| format!("the plan's system `{}`, line {fault}", cell.system))
     }
 
     /// The plan as a JSON text.

@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 /// The first eight bytes of SHA-256 over the campaign's seed and the names, so that it is the
 /// same on every machine and no two names are near each other.
 #[must_use]
-pub(crate) fn link_seed(campaign: u64, topology: &str, repeat: u32) -> u64 {
+pub fn link_seed(campaign: u64, topology: &str, repeat: u32) -> u64 {
     first_u64(&format!("link/{campaign}/{topology}/{repeat}"))
 }
 

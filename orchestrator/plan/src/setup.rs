@@ -1,10 +1,12 @@
 //! A cell's setup in words: its preset, and every setting that the experiment laid over it.
 //!
-//! `paper-python`, `paper-python, websocket`, `worker, fetch, channel, outstanding 6`. Rate and mode
+//! `paper-python`, `paper-python, websocket`, `worker, fetch, channel, outstanding 6`,
+//! `paper-python, system pendulum`. Rate and mode
 //! are not in it: they have columns of their own.
 
 use endpoint::Timer;
 use jiff::SignedDuration;
+use system::System;
 
 use crate::Cell;
 
@@ -22,6 +24,11 @@ impl Cell {
                 words.push(word);
             }
         };
+        laid(
+            self.system != System::PAPER,
+            format!("system {}", self.system),
+        );
+        laid(!self.hold.is_last(), format!("hold {}", self.hold));
         laid(own.transport != usual.transport, own.transport.to_string());
         if let Some(page) = &self.page {
             let usual = self.preset.page();
@@ -49,8 +56,13 @@ impl Cell {
         laid(own.late != usual.late, format!("late {}", own.late));
         let timeout = format!("timeout {}", time(own.timeout_ns));
         laid(own.timeout_ns != usual.timeout_ns, timeout);
-        // No experiment can say it, but a plan by hand can; bit by bit, so that NaN is itself.
-        laid(own.r.to_bits() != usual.r.to_bits(), format!("r {}", own.r));
+        // A system's reference is its own. A plan by hand can have any; bit by bit, so that NaN is
+        // itself.
+        let is_own = self.system != System::PAPER;
+        laid(
+            !is_own && own.r.to_bits() != usual.r.to_bits(),
+            format!("r {}", own.r),
+        );
         words.join(", ")
     }
 }
@@ -119,6 +131,11 @@ mod tests {
                 "native",
                 "connection = \"new\"\nintegrate = \"elapsed\"\nlate = \"drop\"\ntimeout = \"1500ms\"",
                 "paper-python, connection new, integrate elapsed, late drop, timeout 1s 500ms",
+            ),
+            (
+                "native",
+                "system = [\"quadrotor\"]\nhold = \"50ms\"",
+                "paper-python, system quadrotor, hold 50ms",
             ),
         ];
         for (client, words, setup) in cases {

@@ -5,9 +5,13 @@
 //! asks whether two medians are close enough to stand for each other: a difference that is certain
 //! and small is agreement. Runs are paired as there, so both met the same link.
 
+mod part;
+
 use analysis::layout::{align, digits, number, text};
 use analysis::{Campaign, Summary};
 use serde::Serialize;
+
+pub use part::Parts;
 
 use crate::compare::{Kind, Lone, Measure, median, pair};
 
@@ -66,6 +70,16 @@ impl Figure {
         }
     }
 
+    /// The quantile of messages that it is, where it is one.
+    fn quantile(self) -> Option<f64> {
+        match self {
+            Figure::Rtt50 => Some(0.5),
+            Figure::Rtt90 => Some(0.9),
+            Figure::Rtt99 => Some(0.99),
+            _ => None,
+        }
+    }
+
     /// How far it may be from the other's and still stand for it.
     #[must_use]
     pub fn tolerance(self) -> Tolerance {
@@ -114,6 +128,12 @@ pub struct Held {
     pub b: f64,
     /// Whether A's can stand for B's.
     pub agrees: bool,
+    /// The median over pairs of A's share of B's: where runs differ much among each other, as over
+    /// a link that stalls in one run and not in the next, it says more than the two medians.
+    pub ratio: f64,
+    /// Of a round trip that parts: where on their way messages do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parts: Option<Parts>,
 }
 
 /// Pairs that differ in their repeat only.
@@ -136,6 +156,12 @@ pub struct Agreement {
     /// The groups without a pair, and why.
     pub lone: Vec<Lone>,
 }
+
+const LEGEND: &str = "\
+In pairs: the median of A's share of B's, run by run over the same link.
+After a round trip that parts: how much longer A's messages take than B's over each part of their way,
+at the same quantile. late: from the deadline to the sending; up: to the plant; down: back again.
+";
 
 impl Agreement {
     /// Holds `a` against `b`.
@@ -208,10 +234,14 @@ impl Agreement {
         }
         let all: usize = self.groups.iter().map(|group| group.figures.len()).sum();
         let parts = self.partings().count();
-        out + &format!(
+        out += &format!(
             "\nOf {all} figures {} agree and {parts} part.\n",
             all - parts
-        )
+        );
+        if self.partings().any(|(_, held)| held.parts.is_some()) {
+            out += LEGEND;
+        }
+        out
     }
 }
 
@@ -223,12 +253,22 @@ impl Held {
             .collect();
         let a = median(&both.iter().map(|(a, _)| *a).collect::<Vec<_>>())?;
         let b = median(&both.iter().map(|(_, b)| *b).collect::<Vec<_>>())?;
+        let ratios: Vec<f64> = both
+            .iter()
+            .map(|(a, b)| if a == b { 1.0 } else { a / b })
+            .collect();
+        let ratio = median(&ratios)?;
         let agrees = figure.tolerance().allows(a, b);
         Some(Held {
             figure,
             a,
             b,
             agrees,
+            ratio,
+            parts: match (agrees, figure.quantile()) {
+                (false, Some(quantile)) => Parts::of(runs, quantile),
+                _ => None,
+            },
         })
     }
 
@@ -236,9 +276,17 @@ impl Held {
         if self.agrees {
             return "alike".to_owned();
         }
-        match (self.a / self.b - 1.0) * 100.0 {
-            off if off.is_finite() => format!("{off:+.0} % OFF"),
-            _ => "OFF".to_owned(),
+        let share = |ratio: f64| match (ratio - 1.0) * 100.0 {
+            off if off.is_finite() => format!("{off:+.0} % "),
+            _ => String::new(),
+        };
+        let mut off = share(self.a / self.b) + "OFF";
+        if self.ratio.is_finite() {
+            off += &format!(", in pairs {}", share(self.ratio).trim_end());
+        }
+        match self.parts {
+            Some(parts) => format!("{off}: {}", parts.words()),
+            None => off,
         }
     }
 }

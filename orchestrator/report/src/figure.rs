@@ -76,6 +76,7 @@ fn panel(letter: &str, title: impl Into<String>, x: &str, y: &str) -> Panel {
         title: title.into(),
         x: axis(x),
         y: axis(y),
+        map: None,
         series: Vec::new(),
         guides: Vec::new(),
         empty: NOT_RUN.to_owned(),

@@ -9,8 +9,8 @@
 use std::time::Instant;
 
 use analysis::response::ResponseTrace;
-use control::{Method, StateSpace, Stepper, discretise, preset};
-use endpoint::{Mode, Preset, TickRow};
+use control::preset;
+use endpoint::{Hold, Mode, Preset, TickRow};
 use link::Profile;
 use sim::{Record, Setup, Timing, run};
 
@@ -27,8 +27,7 @@ impl Record for Metrics {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let h: endpoint::SampleTime = "1ms".parse()?;
-    let model = StateSpace::from(&preset::motor());
-    let sampled = discretise(&model, Method::BackwardEuler, h.seconds())?;
+    let plant = preset::paper_plant().sampled(h.ns())?;
     let asked: Vec<String> = std::env::args().skip(1).collect();
     for name in Profile::BUILTIN {
         if !asked.is_empty() && !asked.iter().any(|word| word == name) {
@@ -42,8 +41,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             seed: 1,
             settings: Preset::PaperPython.settings(Mode::Closed, h),
             timer_floor_ns: 0,
-            plant: Stepper::new(&sampled),
-            law: preset::paper_pi(),
+            plant: plant.stepper(),
+            hold: Hold::Last,
+            law: preset::paper_pi().into(),
             timing: &Timing::IDEAL,
             epoch_ns: 0,
             plant_start_ns: 0,

@@ -77,6 +77,14 @@ impl Connections {
         None
     }
 
+    /// A place for a message on a connection that all share, which is open.
+    pub(crate) fn place(&mut self, now_ns: u64) -> Id {
+        let id = self.begin(u64::MAX, now_ns);
+        self.opened -= 1;
+        self.all[id as usize].fresh = false;
+        id
+    }
+
     /// Begins to open one for a message, which waits.
     pub(crate) fn open(&mut self, command: Command, now_ns: u64) -> Id {
         self.waiting.push_back(command);
@@ -108,6 +116,11 @@ impl Connections {
         self.all.push(connection);
         // A client has as many connections as messages under way, at most some thousands.
         u32::try_from(self.all.len() - 1).unwrap_or(u32::MAX)
+    }
+
+    /// A packet of its handshake is sent again: what it takes from now on is its round trip.
+    pub(crate) fn begins_again(&mut self, id: Id, now_ns: u64) {
+        self.all[id as usize].since_ns = now_ns;
     }
 
     /// It is open: the message that it shall carry at once, if one waits.

@@ -5,68 +5,38 @@
 //! come in that order, packets before the waking, since a client that wakes takes in first what
 //! is there. What the ends do is in `endpoint`, what the link does in `link`.
 
+mod passage;
+
 use std::collections::VecDeque;
 
 use endpoint::{
-    Command, ControllerEnd, Counts, Loss, Mode, PlantEnd, PlantSettings, Step, Transport,
+    Command, Connection, ControllerEnd, Counts, Mode, Outstanding, PlantEnd, PlantSettings, Step,
+    Transport,
 };
-use link::Way;
 use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;
 
 use crate::connection::{Connections, Id};
 use crate::queue::Queue;
 use crate::record::Record;
-use crate::retransmission::{handshake_pause_ns, pause_ns};
 use crate::setup::{Outcome, Setup, Unfit};
+use crate::stream::Stream;
 use crate::timing::Timing;
 use crate::wire::Wire;
 
-/// IP packets of a handshake: header, TCP header, options.
-const HANDSHAKE_BYTES: u32 = 60;
-/// A request, and an answer, with their HTTP heads.
-const REQUEST_BYTES: u32 = 260;
-const ANSWER_BYTES: u32 = 240;
+use passage::{Event, Packet};
+
 /// Timers of a browser with a floor wait in whole steps of this, as event loops on poll did.
 const TIMER_STEP_NS: u64 = 1_000_000;
 
 /// Simulates a run, and gives its rows to `record`.
 ///
 /// # Errors
-/// [`Unfit`] where the controller's settings are none, or there is no model of what they ask.
+/// [`Unfit`] where the controller's settings are none.
 pub fn run(setup: &Setup, record: &mut impl Record) -> Result<Outcome, Unfit> {
-    if setup.settings.transport != Transport::Http {
-        return Err(Unfit::Unmodelled("WebSocket"));
-    }
     let mut course = Course::try_new(setup, record)?;
     course.run();
     Ok(course.outcome)
-}
-
-/// A packet, by what it does; what it carries is its connection's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Packet {
-    /// Opens a connection.
-    Syn,
-    /// The plant's kernel agrees.
-    SynAck,
-    /// A command.
-    Request,
-    /// Its answer.
-    Answer,
-}
-
-/// What is in the queue.
-#[derive(Debug, Clone, Copy)]
-enum Event {
-    /// A packet is with the program, or the kernel, that it is for.
-    Arrived(Id, Packet),
-    /// A lost packet is sent for another time.
-    Again(Id, Packet, u16),
-    /// The plant's thread is free for the next request.
-    PlantFree,
-    /// The client's thread is free for the next answer.
-    ClientFree,
 }
 
 /// A message that may run out of time.
@@ -95,6 +65,8 @@ struct Course<'a, R> {
     plant: PlantEnd,
     wire: Wire,
     connections: Connections,
+    /// Where all messages share one connection, those of `connections` are places on it.
+    stream: Option<Stream>,
     queue: Queue<Event>,
     terms: VecDeque<Term>,
     random: ChaCha8Rng,
@@ -118,7 +90,12 @@ impl<'a, R: Record> Course<'a, R> {
         let plant_settings = PlantSettings {
             h: settings.h,
             late: settings.late,
+            hold: setup.hold,
         };
+        let stream = (settings.transport == Transport::WebSocket).then(|| {
+            let waits = settings.outstanding == Outstanding::ONE;
+            Stream::new((!waits).then(|| settings.h.ns()))
+        });
         let plant = PlantEnd::new(&plant_settings, setup.plant.clone(), setup.plant_start_ns);
         Ok(Self {
             timing: setup.timing,
@@ -134,7 +111,12 @@ impl<'a, R: Record> Course<'a, R> {
                 setup.epoch_ns,
                 setup.timing.player_ns,
             ),
-            connections: Connections::new(settings.connection),
+            connections: Connections::new(match stream {
+                None => settings.connection,
+                // A place is a message's own.
+                Some(_) => Connection::New,
+            }),
+            stream,
             queue: Queue::new(),
             terms: VecDeque::new(),
             random: ChaCha8Rng::seed_from_u64(setup.seed),
@@ -234,7 +216,10 @@ impl<'a, R: Record> Course<'a, R> {
     /// A message goes out, or waits for a connection.
     fn sends(&mut self, command: Command, now_ns: u64) {
         self.client_free_ns = now_ns + u64::from(self.timing.send_ns);
-        let carrier = self.connections.take(now_ns);
+        let carrier = match self.stream {
+            None => self.connections.take(now_ns),
+            Some(_) => Some(self.connections.place(now_ns)),
+        };
         self.terms.push_back(Term {
             end_ns: now_ns.saturating_add(self.timeout_ns),
             seq: command.seq,
@@ -263,151 +248,5 @@ impl<'a, R: Record> Course<'a, R> {
     fn requests(&mut self, id: Id, command: Command, now_ns: u64) {
         self.connections.sends(id, command, now_ns);
         self.transmit(id, Packet::Request, 1, now_ns);
-    }
-
-    /// Sends a packet for the `tries`-th time. What is lost is sent again when its sender's timer
-    /// ends; a timer that ends although nothing was lost changes nothing.
-    fn transmit(&mut self, id: Id, packet: Packet, tries: u16, now_ns: u64) {
-        let (way, bytes) = match packet {
-            Packet::Syn => (Way::Up, HANDSHAKE_BYTES),
-            Packet::Request => (Way::Up, REQUEST_BYTES),
-            Packet::SynAck => (Way::Down, HANDSHAKE_BYTES),
-            Packet::Answer => (Way::Down, ANSWER_BYTES),
-        };
-        if let Some(out_ns) = self.wire.cross(way, now_ns, bytes) {
-            let timing = self.timing;
-            let takes_ns = match packet {
-                Packet::Syn | Packet::SynAck => 0,
-                Packet::Answer => timing.down_ns.draw(&mut self.random),
-                Packet::Request => match self.connections.get(id).fresh {
-                    true => timing.opened_up_ns.draw(&mut self.random),
-                    false => timing.up_ns.draw(&mut self.random),
-                },
-            };
-            self.queue
-                .push(out_ns + takes_ns, Event::Arrived(id, packet));
-            return;
-        }
-        self.outcome.resent += 1;
-        let pause_ns = match packet {
-            Packet::Syn | Packet::SynAck => handshake_pause_ns(tries),
-            Packet::Request => pause_ns(self.connections.loses(id, false), tries),
-            Packet::Answer => pause_ns(self.connections.loses(id, true), tries),
-        };
-        self.queue.push(
-            now_ns + pause_ns,
-            Event::Again(id, packet, tries.saturating_add(1)),
-        );
-    }
-
-    fn happens(&mut self, now_ns: u64, event: Event) {
-        match event {
-            Event::Arrived(id, Packet::Syn) => self.transmit(id, Packet::SynAck, 1, now_ns),
-            Event::Arrived(id, Packet::SynAck) => {
-                if let Some(command) = self.connections.is_open(id, now_ns) {
-                    self.carries(id, command, now_ns);
-                }
-            }
-            Event::Arrived(id, Packet::Request) => {
-                if now_ns >= self.plant_free_ns {
-                    self.serves(id, now_ns);
-                } else {
-                    if self.at_plant.is_empty() {
-                        self.queue.push(self.plant_free_ns, Event::PlantFree);
-                    }
-                    self.at_plant.push_back(id);
-                }
-            }
-            Event::Arrived(id, Packet::Answer) => {
-                if self.connections.get(id).abandoned {
-                    self.connections.close(id);
-                } else if now_ns >= self.client_free_ns {
-                    self.takes(id, now_ns);
-                } else {
-                    if self.at_client.is_empty() {
-                        self.queue.push(self.client_free_ns, Event::ClientFree);
-                    }
-                    self.at_client.push_back(id);
-                }
-            }
-            Event::Again(id, packet, tries) => self.transmit(id, packet, tries, now_ns),
-            Event::PlantFree => {
-                if let Some(id) = self.at_plant.pop_front() {
-                    self.serves(id, now_ns);
-                }
-                if !self.at_plant.is_empty() {
-                    self.queue.push(self.plant_free_ns, Event::PlantFree);
-                }
-            }
-            Event::ClientFree => {
-                if now_ns < self.client_free_ns {
-                    // It has sent something in between.
-                    self.queue.push(self.client_free_ns, Event::ClientFree);
-                    return;
-                }
-                if let Some(id) = self.at_client.pop_front() {
-                    match self.connections.get(id).abandoned {
-                        true => self.connections.close(id),
-                        false => self.takes(id, now_ns),
-                    }
-                }
-                if !self.at_client.is_empty() {
-                    let free_ns = self.client_free_ns.max(now_ns);
-                    self.queue.push(free_ns, Event::ClientFree);
-                }
-            }
-        }
-    }
-
-    /// The plant takes a command and answers.
-    fn serves(&mut self, id: Id, now_ns: u64) {
-        self.plant_free_ns = now_ns + u64::from(self.timing.serve_ns);
-        let command = self.connections.get(id).command;
-        let (row, answer) = self.plant.command(self.mode, &command, now_ns);
-        self.outcome.arrivals += 1;
-        self.record.arrival(&row);
-        match self.connections.get(id).abandoned {
-            true => self.connections.close(id),
-            false => {
-                self.connections.answers(id, answer);
-                self.transmit(id, Packet::Answer, 1, now_ns);
-            }
-        }
-    }
-
-    /// The client takes an answer.
-    fn takes(&mut self, id: Id, now_ns: u64) {
-        self.client_free_ns = now_ns + u64::from(self.timing.take_ns);
-        let answer = self.connections.get(id).answer;
-        if let Some(row) = answer.and_then(|answer| self.controller.answered(&answer, now_ns)) {
-            self.last_end_ns = now_ns;
-            self.record.message(&row);
-        }
-        // Of the messages that have ended the oldest terms go, so that few are kept.
-        let oldest = self.controller.oldest_under_way().unwrap_or(u64::MAX);
-        while self.terms.front().is_some_and(|term| term.seq < oldest) {
-            self.terms.pop_front();
-        }
-        if let Some(command) = self.connections.is_answered(id, now_ns) {
-            self.carries(id, command, now_ns);
-        }
-        if self.waiting == Waiting::Answer {
-            self.wait(now_ns);
-        }
-    }
-
-    /// The oldest message's time is over.
-    fn runs_out(&mut self) {
-        let Some(term) = self.terms.pop_front() else {
-            return;
-        };
-        if let Some(row) = self.controller.lost(term.seq, Loss::Timeout, term.end_ns) {
-            self.last_end_ns = term.end_ns;
-            self.record.message(&row);
-            self.connections.give_up(term.seq, term.carrier);
-            if self.waiting == Waiting::Answer {
-                self.wait(term.end_ns);
-            }
-        }
     }
 }

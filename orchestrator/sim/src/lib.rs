@@ -7,12 +7,13 @@
 //! - [`run`] and what it is given and gives: `course`, `setup`, `record`, in the order of `queue`
 //! - connections, opened as the native client opens them: `connection`
 //! - a lost packet's second way, by TCP's timers: `retransmission`
+//! - one connection for all messages, as a WebSocket is: `stream`
 //! - what a machine adds, as measured: [`Timing`], a [`Spread`] for each step
 //! - the link's two ways: `wire`
 //!
 //! What the model leaves out: congestion control and segmentation, since a message is one packet;
-//! acknowledgements as packets of their own; the effect of timers that end although nothing was
-//! lost; and WebSocket. Nothing here has a clock, a file, a socket or a thread: the same setup
+//! acknowledgements as packets of their own; and the effect of timers that end although nothing was
+//! lost. Nothing here has a clock, a file, a socket or a thread: the same setup
 //! gives the same rows, bit by bit, on every machine.
 #![forbid(unsafe_code)]
 
@@ -23,6 +24,7 @@ mod record;
 mod retransmission;
 mod setup;
 mod spread;
+mod stream;
 mod timing;
 mod wire;
 

@@ -12,10 +12,16 @@ pub(crate) const INITIAL_NS: u64 = 1_000_000_000;
 /// The greatest timeout (`TCP_RTO_MAX`).
 const GREATEST_NS: u64 = 120_000_000_000;
 
-/// One end's estimate of its round trip (RFC 6298, section 2), in ns.
+/// One end's estimate of its round trip, in ns: RFC 6298 as Linux has it (`tcp_rtt_estimator`).
+///
+/// Other than the RFC's, its variation hardly grows when round trips become shorter, and falls
+/// back slowly from the greatest that there was: a stall that is over is not mistaken for another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct RoundTrip {
     smoothed_ns: u64,
+    /// Four mean deviations.
+    deviation_ns: u64,
+    /// What is waited beyond the smoothed round trip.
     variation_ns: u64,
 }
 
@@ -24,15 +30,27 @@ impl RoundTrip {
     pub(crate) fn first(rtt_ns: u64) -> Self {
         Self {
             smoothed_ns: rtt_ns,
-            variation_ns: rtt_ns / 2,
+            deviation_ns: 2 * rtt_ns,
+            variation_ns: (2 * rtt_ns).max(VARIATION_MIN_NS),
         }
     }
 
     /// Takes in a round trip. One whose packet was sent twice must not be (Karn's algorithm).
     pub(crate) fn seen(&mut self, rtt_ns: u64) {
-        let off_ns = self.smoothed_ns.abs_diff(rtt_ns);
-        self.variation_ns = self.variation_ns - self.variation_ns / 4 + off_ns / 4;
+        let quarter_ns = self.deviation_ns / 4;
+        let off_ns = rtt_ns.abs_diff(self.smoothed_ns);
+        let growth_ns = match off_ns.checked_sub(quarter_ns) {
+            Some(more_ns) if rtt_ns < self.smoothed_ns => more_ns / 8,
+            Some(more_ns) => more_ns,
+            None => 0,
+        };
+        self.deviation_ns = self.deviation_ns + growth_ns - quarter_ns.saturating_sub(off_ns);
         self.smoothed_ns = self.smoothed_ns - self.smoothed_ns / 8 + rtt_ns / 8;
+        let least_ns = self.deviation_ns.max(VARIATION_MIN_NS);
+        self.variation_ns = match self.variation_ns.checked_sub(least_ns) {
+            Some(beyond_ns) => self.variation_ns - beyond_ns / 4,
+            None => least_ns,
+        };
     }
 
     /// The smoothed round trip.
@@ -42,7 +60,7 @@ impl RoundTrip {
 
     /// How long to wait for an acknowledgement.
     pub(crate) fn timeout_ns(&self) -> u64 {
-        (self.smoothed_ns + (4 * self.variation_ns).max(VARIATION_MIN_NS)).min(GREATEST_NS)
+        (self.smoothed_ns + self.variation_ns).min(GREATEST_NS)
     }
 }
 
@@ -75,6 +93,19 @@ mod tests {
         }
         let timeout_ms = round_trip.timeout_ns() / 1_000_000;
         assert!((249..=250).contains(&timeout_ms), "{timeout_ms}");
+    }
+
+    #[test]
+    fn a_stall_that_is_over_is_forgotten_within_some_round_trips() {
+        let mut round_trip = RoundTrip::first(10_000_000);
+        round_trip.seen(1_000_000_000);
+        let after_ns = round_trip.timeout_ns();
+        assert!(after_ns > 900_000_000, "{after_ns}");
+        for _ in 0..30 {
+            round_trip.seen(10_000_000);
+            assert!(round_trip.timeout_ns() <= after_ns);
+        }
+        assert!(round_trip.timeout_ns() < 400_000_000, "{round_trip:?}");
     }
 
     #[test]

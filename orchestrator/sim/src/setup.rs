@@ -1,7 +1,7 @@
 //! What a simulated run is set up with, and what it comes to.
 
-use control::{Pid, Stepper};
-use endpoint::{ControllerSettings, Counts, InvalidSettings};
+use control::{Law, Stepper};
+use endpoint::{ControllerSettings, Counts, Hold, InvalidSettings};
 use link::Profile;
 
 use crate::timing::Timing;
@@ -19,8 +19,10 @@ pub struct Setup<'a> {
     pub timer_floor_ns: u64,
     /// The plant at rest, sampled at h.
     pub plant: Stepper,
+    /// How long the plant holds a command.
+    pub hold: Hold,
     /// The control law at rest.
-    pub law: Pid,
+    pub law: Law,
     /// How long programs and their kernel take.
     pub timing: &'a Timing,
     /// Link time 0.
@@ -58,9 +60,6 @@ pub enum Unfit {
     /// The controller's end refuses its settings.
     #[error(transparent)]
     Settings(#[from] InvalidSettings),
-    /// There is no model of it yet.
-    #[error("virtual time has no model of {0} yet; run it with --backend netns")]
-    Unmodelled(&'static str),
 }
 
 /// Where within a period the plant's ticks lie: the ends start independently, so any place is as

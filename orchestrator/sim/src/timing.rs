@@ -26,6 +26,9 @@ pub struct Timing {
     pub take_ns: u32,
     /// How long the plant's thread is busy with a message.
     pub serve_ns: u32,
+    /// The least that a timer within a timer waits: browsers' setTimeout, on a page's main thread.
+    #[serde(default)]
+    pub clamp_ns: u32,
     /// What a player adds to a packet's way through a link, each way.
     pub player_ns: u32,
 }
@@ -40,6 +43,7 @@ impl Timing {
         send_ns: 0,
         take_ns: 0,
         serve_ns: 0,
+        clamp_ns: 0,
         player_ns: 0,
     };
 }

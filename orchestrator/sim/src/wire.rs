@@ -2,12 +2,21 @@
 
 use link::{Fate, Link, Profile, Way};
 
+/// A packet that has come out.
+#[derive(Debug, Clone, Copy, Default)]
+struct Latest {
+    out_ns: u64,
+    read_ns: u64,
+}
+
 /// Both ways of a link, or none between two ends on one machine.
 #[derive(Debug)]
 pub(crate) struct Wire {
     link: Option<Link>,
     epoch_ns: u64,
     player_ns: u64,
+    /// When the latest packet came out that went up, and down, and when it was read.
+    latest: [Latest; 2],
 }
 
 impl Wire {
@@ -18,6 +27,7 @@ impl Wire {
             link: (!profile.is_loopback()).then(|| Link::new(profile, seed)),
             epoch_ns,
             player_ns: u64::from(player_ns),
+            latest: [Latest::default(); 2],
         }
     }
 
@@ -35,5 +45,24 @@ impl Wire {
             Fate::Deliver { at_ns } => Some(at_ns + self.epoch_ns + self.player_ns),
             Fate::Drop(_) => None,
         }
+    }
+
+    /// When a packet is read that comes out at `out_ns` and by itself would take `takes_ns` more:
+    /// not before one that came out before it.
+    pub(crate) fn read_ns(&mut self, way: Way, out_ns: u64, takes_ns: u64) -> u64 {
+        let latest = match way {
+            Way::Up => &mut self.latest[0],
+            Way::Down => &mut self.latest[1],
+        };
+        let read_ns = out_ns + takes_ns;
+        if out_ns < latest.out_ns {
+            // A link may let packets overtake.
+            return read_ns;
+        }
+        *latest = Latest {
+            out_ns,
+            read_ns: read_ns.max(latest.read_ns),
+        };
+        latest.read_ns
     }
 }

@@ -1,12 +1,12 @@
 //! What a simulated run must be, whatever its setup.
 
 use control::{
-    Method, StateSpace, Stepper, discretise, largest_stable_blocking_round_trip_s,
-    largest_stable_round_trip_s, loop_delay_ticks, preset, step_response,
+    Law, SampledPlant, largest_stable_blocking_round_trip_s, largest_stable_round_trip_s,
+    loop_delay_ticks, preset, step_response,
 };
 use endpoint::{
-    ArrivalOutcome, ArrivalRow, Connection, ControllerSettings, MessageOutcome, MessageRow, Mode,
-    Outstanding, Preset, SampleTime, TickRow,
+    ArrivalOutcome, ArrivalRow, Connection, ControllerSettings, Hold, MessageOutcome, MessageRow,
+    Mode, Outstanding, Preset, SampleTime, TickRow, Transport,
 };
 use link::Profile;
 use proptest::prelude::*;
@@ -64,9 +64,8 @@ fn builtin(name: &str) -> Profile {
     profile(Profile::builtin(name).expect("built in"))
 }
 
-fn stepper(h: SampleTime) -> Stepper {
-    let model = StateSpace::from(&preset::motor());
-    Stepper::new(&discretise(&model, Method::BackwardEuler, h.seconds()).expect("stable"))
+fn plant(h: SampleTime) -> SampledPlant {
+    preset::paper_plant().sampled(h.ns()).expect("stable")
 }
 
 fn setup<'a>(
@@ -80,8 +79,9 @@ fn setup<'a>(
         seed: 1,
         settings,
         timer_floor_ns: 0,
-        plant: stepper(settings.h),
-        law: preset::paper_pi(),
+        plant: plant(settings.h).stepper(),
+        hold: Hold::Last,
+        law: preset::paper_pi().into(),
         timing,
         epoch_ns: 1_000 * MS,
         plant_start_ns: 1_000 * MS + settings.h.ns() / 3,
@@ -115,6 +115,7 @@ fn busy() -> Timing {
         send_ns: 20_000,
         take_ns: 20_000,
         serve_ns: 15_000,
+        clamp_ns: 0,
         player_ns: 30_000,
     }
 }
@@ -131,8 +132,7 @@ fn over_a_constant_round_trip_it_is_the_bare_loop_with_its_delay_in_ticks() {
         let h = settings.h;
         let link = constant(rtt_us * 1_000);
         let (rows, _) = simulate(&setup(&link, settings, &Timing::IDEAL, 4_000 * MS));
-        let model = StateSpace::from(&preset::motor());
-        let plant = discretise(&model, Method::BackwardEuler, h.seconds()).expect("stable");
+        let plant = plant(h);
         let delay = loop_delay_ticks(rtt_us * 1_000, h.ns());
         let ticks = 4_000 * MS / h.ns();
         let bare = step_response(&plant, preset::paper_pi(), 1.0, delay, ticks as usize);
@@ -157,12 +157,9 @@ fn on_loopback_it_is_the_bare_loop_bit_by_bit() {
         let settings = closed(h_text);
         let link = builtin("arima");
         let (rows, outcome) = simulate(&setup(&link, settings, &Timing::IDEAL, 2_000 * MS));
-        let model = StateSpace::from(&preset::motor());
-        let h_s = settings.h.seconds();
-        let plant = discretise(&model, Method::BackwardEuler, h_s).expect("stable");
         let due = (2_000 * MS).div_ceil(settings.h.ns()) as usize;
         let bare = step_response(
-            &plant,
+            &plant(settings.h),
             preset::paper_pi(),
             1.0,
             loop_delay_ticks(0, settings.h.ns()),
@@ -191,19 +188,14 @@ fn it_survives_as_long_a_constant_round_trip_as_the_margin_says() {
     for h_text in ["1ms", "3ms"] {
         let settings = closed(h_text);
         let (h_s, h_ns) = (settings.h.seconds(), settings.h.ns());
-        let sampled = |system: &control::TransferFunction| {
-            discretise(&StateSpace::from(system), Method::BackwardEuler, h_s).expect("regular")
-        };
-        let plant = sampled(&preset::motor());
-        let pi = sampled(&preset::paper_gains().transfer_function().expect("proper"));
+        let (plant, law) = (plant(settings.h), Law::from(preset::paper_pi()));
         let whole = plant
             .transfer_function()
-            .and_then(|motor| Ok(motor.series(&pi.transfer_function()?)))
-            .expect("finite")
-            .expect("the same h");
+            .and_then(|motor| motor.series(&law.transfer_function(h_s)?))
+            .expect("finite and with the same h");
         let unlimited_s = largest_stable_round_trip_s(&whole).expect("stable without a network");
-        let one_s = largest_stable_blocking_round_trip_s(&plant, &preset::paper_gains())
-            .expect("stable without a network");
+        let one_s =
+            largest_stable_blocking_round_trip_s(&plant, &law).expect("stable without a network");
         for (outstanding, limit_s) in [
             (Outstanding::Unlimited, unlimited_s),
             (Outstanding::ONE, one_s),
@@ -224,6 +216,31 @@ fn it_survives_as_long_a_constant_round_trip_as_the_margin_says() {
             assert!(outside > 1.0, "{outstanding} at {h_text}: grows, {outside}");
         }
     }
+}
+
+#[test]
+fn over_a_web_socket_nothing_overtakes_and_nothing_is_lost() {
+    let lossy = profile(
+        "name = \"lossy\"\nabout = \"loses\"\n[both.delay]\nbase = \"20ms\"\n\
+         [both.loss.random]\nshare = \"5%\"\n",
+    );
+    let settings = ControllerSettings {
+        transport: Transport::WebSocket,
+        ..closed("3ms")
+    };
+    let (rows, outcome) = simulate(&setup(&lossy, settings, &busy(), 6_000 * MS));
+    assert!(rows.arrivals.is_sorted_by_key(|row| row.seq));
+    assert_eq!(rows.arrivals.len() as u64, outcome.counts.sent);
+    assert_eq!(outcome.counts.answered, outcome.counts.sent);
+    assert!(outcome.resent > 100);
+    assert_eq!(outcome.connections, 1);
+    // Some 40 ms and another round trip for what is lost: no timer of 200 ms has to end.
+    let longest_ns = rows
+        .messages
+        .iter()
+        .filter_map(|row| Some(row.t_receive_ns? - row.t_send_ns?))
+        .max();
+    assert!(longest_ns < Some(240 * MS), "{longest_ns:?}");
 }
 
 #[test]

@@ -15,7 +15,7 @@ import { XhrSender } from "./xhr.js";
 const START_AHEAD_NS = 200_000_000n;
 
 /**
- * A run by `task`: settings, session, `start_ns` and `clock_ns` (BigInt or null), and `word`,
+ * A run by `task`: settings, law, session, `start_ns` and `clock_ns` (BigInt or null), and `word`,
  * the shared word by which a blocking run is stopped. Gives what stops it.
  */
 export function beginCourse(task, tell) {
@@ -34,6 +34,7 @@ export function beginCourse(task, tell) {
     const clock = new Clock(clock_ns, start_ns);
     const made = new Drive({
       settings: task.settings,
+      law: task.law,
       clock,
       y,
       word: task.word,

@@ -4,6 +4,7 @@
 // thread, four.
 
 import { Histogram } from "./histogram.js";
+import { lawText } from "./law.js";
 import { Plot } from "./plot.js";
 import { sentence } from "./sentence.js";
 
@@ -59,8 +60,8 @@ export class Display {
     }
   }
 
-  /** A run begins. */
-  began(settings, plantH_ns) {
+  /** A run begins, at a plant with this sample time and law. */
+  began(settings, plant) {
     this.#settings = settings;
     this.#recent = [];
     this.#rate_hz = NaN;
@@ -75,9 +76,10 @@ export class Display {
     byId("elapsed").value = 0;
     const open = settings.mode === "open";
     byId("plot-title").textContent = open ? "Round trip" : "Output and input";
-    const [plant_ms, page_ms] = [plantH_ns, settings.h_ns].map((ns) => figure(ns / 1e6));
+    byId("law").textContent = open ? "" : lawText(plant.law);
+    const [plant_ms, page_ms] = [plant.h_ns, settings.h_ns].map((ns) => figure(ns / 1e6));
     byId("note").textContent =
-      settings.h_ns === plantH_ns
+      settings.h_ns === plant.h_ns
         ? ""
         : `The plant ticks every ${plant_ms} ms, this page every ${page_ms} ms.`;
   }

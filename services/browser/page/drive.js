@@ -4,7 +4,7 @@
 // next step. What is recorded and told meanwhile is in record.js, setting up in course.js.
 
 import { ControllerEnd } from "./end.js";
-import { Pi } from "./law.js";
+import { readLaw } from "./law.js";
 import { commandText, readAnswer } from "./message.js";
 import { Record } from "./record.js";
 import { Channel, Interval, Timeout, Wait } from "./timer.js";
@@ -30,11 +30,11 @@ export class Drive {
   #firstFailure = null;
 
   /** `makeSender` is given how a message's end is told, and how an answer's seq is read. */
-  constructor({ settings, clock, y, word, makeSender, tell }) {
+  constructor({ settings, law, clock, y, word, makeSender, tell }) {
     this.#settings = settings;
     this.#clock = clock;
     this.#word = word;
-    this.#end = new ControllerEnd(settings, new Pi(), y, 0, settings.duration_ns);
+    this.#end = new ControllerEnd(settings, readLaw(law), y, 0, settings.duration_ns);
     this.#record = new Record(clock.epoch_ns, this.#end.counts, tell);
     const readSeq = (text) => this.#read(text).seq;
     this.#sender = makeSender((seq, result) => this.#ended(seq, result), readSeq);

@@ -156,12 +156,11 @@ export class ControllerEnd {
     // In open loop the plant does not apply it; the reference is as good as any.
     let u = r;
     if (mode === "closed") {
-      const e = r - this.#y;
       row.y = this.#y;
-      row.e = e;
+      row.e = r - this.#y;
       const elapsed = integrate === "elapsed" && this.#lastSend_ns !== null;
       const dt_ns = elapsed ? Math.max(now_ns - this.#lastSend_ns, 0) : h_ns;
-      u = this.#law.update(e, dt_ns / 1e9);
+      u = this.#law.update(r, this.#y, dt_ns / 1e9);
     }
     row.t_send_ns = now_ns;
     row.u = u;

@@ -1,40 +1,182 @@
-// The control law: PI by backward Euler, (a0 s + a1)/s with the paper's gains.
+// The control law: which there are, and how one is read as the plant hands it over.
 //
-// A port of services/control/src/pid.rs as `paper_pi()` sets it up: no derivative, no
-// saturation. Sums are in the same order, so both give the same bits.
+// The form is that of services/system/src/design.rs. Reading is strict: every field has to be
+// there and no other may be, shapes have to fit, numbers are finite. What a law does is in the
+// module of its name.
 
-/** The proportional gain of the paper's controller. */
-export const PAPER_A0 = 0.1701;
-/** The integral gain of the paper's controller, 1/s. */
-export const PAPER_A1 = 0.378;
+import { StateFeedback } from "./feedback.js";
+import { excerpt } from "./message.js";
+import { Model } from "./model.js";
+import { Pid, UNLIMITED } from "./pid.js";
+import { Smith } from "./smith.js";
+import { Transfer } from "./transfer.js";
 
-/** A running PI controller, at rest when new. */
-export class Pi {
-  #kp;
-  #ki;
-  #integral = 0;
-  #output = 0;
+/** The gains of the paper's controller: proportional, and integral in 1/s. */
+const PAPER = { kp: 0.1701, ki: 0.378 };
+/** The longest round trip that a Smith predictor expects, in updates. */
+export const MAX_TICKS = 1_000_000;
 
-  constructor(kp = PAPER_A0, ki = PAPER_A1) {
-    this.#kp = kp;
-    this.#ki = ki;
+const PID = ["kp", "ki", "kd", "filter_rad_s", "limits"];
+const FIELDS = {
+  pid: PID,
+  transfer: ["model", "limits"],
+  smith: ["pid", "model", "ticks"],
+  "state-feedback": ["model", "gains", "observer", "reference", "limits"],
+};
+const WINDUPS = ["off", "conditional", "back-calculation"];
+
+/** A law that is none. Its text names the field. */
+export class InvalidLaw extends Error {
+  constructor(why) {
+    super(`the plant's law: ${why}`);
   }
+}
 
-  /**
-   * The command for the error `e`, `dt_s` after the one before. What is not a number leaves
-   * the integrator alone and repeats the last command.
-   */
-  update(e, dt_s) {
-    if (!Number.isFinite(e) || !(dt_s > 0) || !Number.isFinite(dt_s)) {
-      return this.#output;
-    }
-    const integral = this.#integral + this.#ki * dt_s * e;
-    const output = this.#kp * e + integral;
-    if (!Number.isFinite(integral) || !Number.isFinite(output)) {
-      return this.#output;
-    }
-    this.#integral = integral;
-    this.#output = output;
-    return output;
+/**
+ * A law at rest, from its object; from `null` the paper's PI. Whichever it is, it has
+ * `update(r, y, dt_s)`, which gives the command for the reference r and the newest output y,
+ * `dt_s` after the last: always finite.
+ */
+export function readLaw(value) {
+  if (value === null) {
+    return new Pid(PAPER);
   }
+  const kind = value.law;
+  if (typeof kind !== "string" || !Object.hasOwn(FIELDS, kind)) {
+    refuse("law", kind, `one of ${Object.keys(FIELDS).join(", ")}`);
+  }
+  return MAKERS[kind](fields("", value, ["law", ...FIELDS[kind]]));
+}
+
+/** What a person reads of it. */
+export function lawText(value) {
+  return value === null ? "law: the paper's PI" : `law: ${value.law}, as the plant has it`;
+}
+
+const MAKERS = {
+  pid: (law) => readPid("", law),
+  transfer: (law) =>
+    new Transfer(readModel(law.model).model, readLimits("limits", law.limits, ["off"])),
+  smith: (law) => {
+    const pid = readPid("pid.", fields("pid", law.pid, PID));
+    return new Smith(pid, readModel(law.model).model, readTicks(law.ticks));
+  },
+  "state-feedback": (law) => {
+    const { model, states } = readModel(law.model);
+    const observer = numbers("observer", law.observer);
+    if (observer.length <= states) {
+      throw new InvalidLaw(
+        `field \`observer\` has ${observer.length} numbers; give ${states} for the model's ` +
+          "states and one or more for its outputs on their way",
+      );
+    }
+    return new StateFeedback({
+      model,
+      gains: numbers("gains", law.gains, states),
+      observer,
+      reference: number("reference", law.reference),
+      limits: readLimits("limits", law.limits, ["off"]),
+    });
+  },
+};
+
+/** A PID from its fields, whose names begin with `at` in an error. */
+function readPid(at, { kp, ki, kd, filter_rad_s, limits }) {
+  return new Pid({
+    kp: number(`${at}kp`, kp),
+    ki: number(`${at}ki`, ki),
+    kd: number(`${at}kd`, kd),
+    filter_rad_s: filter_rad_s === null ? Infinity : positive(`${at}filter_rad_s`, filter_rad_s),
+    limits: limits === null ? null : readLimits(`${at}limits`, limits, WINDUPS),
+  });
+}
+
+function readLimits(at, value, windups) {
+  if (value === null) {
+    return UNLIMITED;
+  }
+  const names = ["min", "max", "anti_windup", "gain_per_s"];
+  const { min: low, max: high, anti_windup, gain_per_s } = fields(at, value, names);
+  const min = low === null ? -Infinity : number(`${at}.min`, low);
+  const max = high === null ? Infinity : number(`${at}.max`, high);
+  if (min >= max) {
+    throw new InvalidLaw(`field \`${at}\`: from ${min} to ${max} is empty; give min below max`);
+  }
+  if (!windups.includes(anti_windup)) {
+    refuse(`${at}.anti_windup`, anti_windup, windups.join(" or "));
+  }
+  if (anti_windup === "back-calculation") {
+    positive(`${at}.gain_per_s`, gain_per_s);
+  } else if (gain_per_s !== null) {
+    refuse(`${at}.gain_per_s`, gain_per_s, `null where anti_windup is ${anti_windup}`);
+  }
+  return { min, max, anti_windup, gain_per_s };
+}
+
+/** A model, and how many states it has. */
+function readModel(value) {
+  const { a, b, c, d } = fields("model", value, ["a", "b", "c", "d"]);
+  const states = list("model.a", a).length;
+  const model = new Model({
+    a: a.map((row, at) => numbers(`model.a[${at}]`, row, states)),
+    b: numbers("model.b", b, states),
+    c: numbers("model.c", c, states),
+    d: number("model.d", d),
+  });
+  return { model, states };
+}
+
+function readTicks(value) {
+  if (Number.isInteger(value) && value >= 0 && value <= MAX_TICKS) {
+    return value;
+  }
+  return refuse("ticks", value, `a whole number from 0 to ${MAX_TICKS}`);
+}
+
+function positive(at, value) {
+  return number(at, value) > 0 ? value : refuse(at, value, "a number above zero");
+}
+
+function number(at, value) {
+  return Number.isFinite(value) ? value : refuse(at, value, "a finite number");
+}
+
+function numbers(at, value, count) {
+  const length = list(at, value).length;
+  if (count !== undefined && length !== count) {
+    throw new InvalidLaw(
+      `field \`${at}\` has ${length} numbers; give ${count}, one for each row of \`model.a\``,
+    );
+  }
+  return value.map((one, index) => number(`${at}[${index}]`, one));
+}
+
+function list(at, value) {
+  return Array.isArray(value) ? value : refuse(at, value, "a list");
+}
+
+/** The object, if it has the fields `names` and no other. */
+function fields(at, value, names) {
+  if (value === null || typeof value !== "object" || Array.isArray(value)) {
+    refuse(at, value, `an object with the fields ${names.join(", ")}`);
+  }
+  const within = at === "" ? "" : `${at}.`;
+  for (const name of Object.keys(value)) {
+    if (!names.includes(name)) {
+      throw new InvalidLaw(
+        `field \`${within}${excerpt(name)}\` is unknown; there are ${names.join(", ")}`,
+      );
+    }
+  }
+  for (const name of names) {
+    if (!Object.hasOwn(value, name)) {
+      throw new InvalidLaw(`field \`${within}${name}\` is missing; there are ${names.join(", ")}`);
+    }
+  }
+  return value;
+}
+
+function refuse(at, value, remedy) {
+  const shown = excerpt(JSON.stringify(value) ?? "nothing");
+  throw new InvalidLaw(`field \`${at}\`: \`${shown}\` is wrong; give ${remedy}`);
 }

@@ -1,9 +1,10 @@
 // One run from the claim to the report.
 //
 // It joins the session with the plant, the loop's thread and a view that is told what happens:
-// `state(word, text)`, `began(settings)`, `progress(event)`. It draws nothing itself.
+// `state(word, text)`, `began(settings, plant)`, `progress(event)`. It draws nothing itself.
 
 import { NOTHING } from "./course.js";
+import { readLaw } from "./law.js";
 import { reportText } from "./report.js";
 import { COLUMNS } from "./row.js";
 import { Refused, claim, pause } from "./session.js";
@@ -100,7 +101,7 @@ export class Run {
   }
 
   async #drive() {
-    const { h_ns, late } = this.#session;
+    const { h_ns, late, law } = this.#session.plant;
     const asked = this.#request.settings;
     const settings = { ...asked, h_ns: asked.h_ns ?? h_ns, late: asked.late ?? late };
     this.#known.settings = settings;
@@ -108,10 +109,13 @@ export class Run {
       throw this.#request.invalid;
     }
     check(settings);
-    this.#view.began(settings, h_ns);
+    // The loop's thread will read it again; one that is none is refused before all else.
+    readLaw(law);
+    this.#view.began(settings, this.#session.plant);
     this.#view.state("preparing", "Measuring this browser's clock and timers.");
     const { start_ns, clock_ns } = this.#request;
-    const task = { settings, start_ns, clock_ns, session: this.#session.token, word: null };
+    const { token } = this.#session;
+    const task = { settings, law, start_ns, clock_ns, session: token, word: null };
     await new Promise((resolve) => {
       this.#thread = begin(task, (event) => {
         this.#told(event);

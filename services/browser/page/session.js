@@ -25,16 +25,15 @@ export class Refused extends Error {
 /** Claims the plant for this page. */
 export async function claim(client) {
   const response = await post("/session", "application/json", JSON.stringify({ client }));
-  const { session, h_ns, late } = await response.json();
-  return new Session(session, h_ns, late);
+  const { session, h_ns, late, law = null } = await response.json();
+  return new Session(session, { h_ns, late, law });
 }
 
 /** A session that is held. */
 export class Session {
   token;
-  /** The plant's sample time, and what it does with commands that were overtaken. */
-  h_ns;
-  late;
+  /** The plant's sample time, what it does with commands that were overtaken, and its law. */
+  plant;
   /** Rows that the plant has taken. */
   delivered = 0;
   /** Why rows cannot be delivered any more. */
@@ -45,10 +44,9 @@ export class Session {
   #heard_ms = performance.now();
   #beat;
 
-  constructor(token, h_ns, late) {
+  constructor(token, plant) {
     this.token = token;
-    this.h_ns = h_ns;
-    this.late = late;
+    this.plant = plant;
     this.#beat = setInterval(() => this.#flush(), FLUSH_MS);
   }
 

@@ -39,9 +39,10 @@ pub const FILES: &[File] = files! {
     SVG: "icon.svg";
     JAVASCRIPT:
         "app.js" "canvas.js" "choice.js" "clock.js" "course.js" "display.js" "drive.js"
-        "end.js" "fetch.js" "form.js" "histogram.js" "law.js" "message.js" "plot.js"
-        "probe.js" "record.js" "report.js" "row.js" "sentence.js" "run.js" "session.js" "setting.js"
-        "socket.js" "thread.js" "timer.js" "trace.js" "worker.js" "xhr.js";
+        "end.js" "feedback.js" "fetch.js" "form.js" "histogram.js" "law.js" "message.js" "model.js"
+        "pid.js" "plot.js" "probe.js" "record.js" "report.js" "row.js" "sentence.js" "run.js"
+        "session.js" "setting.js" "smith.js" "socket.js" "thread.js" "timer.js" "trace.js"
+        "transfer.js" "worker.js" "xhr.js";
 };
 
 #[cfg(test)]

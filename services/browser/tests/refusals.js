@@ -1,7 +1,9 @@
-// What the page refuses: answers that are none, and settings that cannot be.
+// What the page refuses: answers that are none, settings that cannot be, and laws that are none.
 //
 // Each refusal has to name what is wrong.
 
+import { MAX_TICKS, readLaw } from "./law.js";
+import { LAWS } from "./laws.js";
 import { readAnswer } from "./message.js";
 import { PRESETS, check, readSettings } from "./setting.js";
 
@@ -44,6 +46,51 @@ const QUERIES = [
   ["timer=channel&outstanding=2", "`xhr`"],
 ];
 
+const { pid, transfer, smith, feedback } = LAWS;
+const { limits, model } = transfer;
+const pulled = { ...limits, anti_windup: "back-calculation", gain_per_s: 99 };
+const modelled = (part) => ({ ...transfer, model: { ...model, ...part } });
+
+/** A law, and what its refusal names. */
+const NO_LAWS = [
+  [7, "one of pid, transfer, smith, state-feedback"],
+  ["pid", "`law`"],
+  [[pid], "`law`"],
+  [{}, "`law`"],
+  [{ ...pid, law: "bang-bang" }, "`law`: `\"bang-bang\"`"],
+  [{ ...pid, law: "toString" }, "`law`"],
+  [{ ...pid, gain: 1 }, "`gain` is unknown"],
+  [{ law: "pid", kp: 1, ki: 1, kd: 0, filter_rad_s: null }, "`limits` is missing"],
+  [{ ...pid, kp: "1" }, "`kp`: `\"1\"`"],
+  [{ ...pid, ki: NaN }, "`ki`"],
+  [{ ...pid, kd: null }, "`kd`: `null`"],
+  [{ ...pid, filter_rad_s: 0 }, "`filter_rad_s`: `0`"],
+  [{ ...pid, limits: [] }, "`limits`: `[]`"],
+  [{ ...pid, limits: {} }, "`limits.min` is missing"],
+  [{ ...pid, limits: { ...limits, max: -1e9 } }, "is empty"],
+  [{ ...pid, limits: { ...limits, anti_windup: "on" } }, "off or conditional or back-calculation"],
+  [{ ...pid, limits: { ...limits, gain_per_s: 1 } }, "null where anti_windup is off"],
+  [{ ...pid, limits: { ...pulled, gain_per_s: null } }, "`limits.gain_per_s`: `null`"],
+  [{ ...pid, limits: { ...pulled, gain_per_s: -1 } }, "`limits.gain_per_s`: `-1`"],
+  [{ ...transfer, limits: pulled }, "`limits.anti_windup`"],
+  [{ ...transfer, model: null }, "`model`: `null`"],
+  [modelled({ a: 1 }), "`model.a`: `1`"],
+  [modelled({ a: [[1], [1, 2]] }), "`model.a[0]` has 1 numbers; give 2"],
+  [modelled({ a: [[1, 2], [1, null]] }), "`model.a[1][1]`: `null`"],
+  [modelled({ b: [1] }), "`model.b` has 1 numbers; give 2"],
+  [modelled({ c: [] }), "`model.c` has 0 numbers; give 2"],
+  [modelled({ d: [] }), "`model.d`: `[]`"],
+  [modelled({ e: 0 }), "`model.e` is unknown"],
+  [{ ...smith, pid }, "`pid.law` is unknown"],
+  [{ ...smith, pid: { ...smith.pid, kp: null } }, "`pid.kp`: `null`"],
+  [{ ...smith, ticks: -1 }, "`ticks`: `-1`"],
+  [{ ...smith, ticks: 0.5 }, "`ticks`: `0.5`"],
+  [{ ...smith, ticks: MAX_TICKS + 1 }, `from 0 to ${MAX_TICKS}`],
+  [{ ...feedback, gains: [1] }, "`gains` has 1 numbers; give 2"],
+  [{ ...feedback, observer: [1, 1] }, "`observer` has 2 numbers; give 2"],
+  [{ ...feedback, reference: {} }, "`reference`: `{}`"],
+];
+
 const isolated = { isolated: true };
 
 export const refusals = [
@@ -54,6 +101,10 @@ export const refusals = [
   ...QUERIES.map(([query, names]) => ({
     name: `the query ${query}`,
     run: () => refused(() => check(readSettings(query).settings, isolated), names),
+  })),
+  ...NO_LAWS.map(([law, names]) => ({
+    name: `the law ${JSON.stringify(law).slice(0, 60)}`,
+    run: () => refused(() => readLaw(law), names),
   })),
   {
     name: "timer `wait` without isolation",

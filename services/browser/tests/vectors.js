@@ -1,11 +1,14 @@
-// Runs the page's end against the vectors that the crate `endpoint` writes, and the refusals.
+// Runs the page's end and laws against the vectors that Rust writes, and the refusals.
 //
 // Whoever serves this serves the files of ../page, those beside this one, and controller.json
-// of the endpoint's tests, all at the root, and takes a POST of `{passed, failed}` to /result.
+// and laws.json of the endpoint's tests, all at the root, and takes a POST of `{passed, failed}`
+// to /result.
 
 import { ControllerEnd } from "./end.js";
-import { Pi } from "./law.js";
+import { readLaw } from "./law.js";
+import { lawCases, laws } from "./laws.js";
 import { commandText, readAnswer } from "./message.js";
+import { Pid } from "./pid.js";
 import { rowLine } from "./row.js";
 import { refusals } from "./refusals.js";
 
@@ -64,7 +67,7 @@ function vectorCases({ law, cases }) {
     name,
     run: () => {
       const mine = { ...settings, h_ns: sampleTime(settings.h) };
-      const end = new ControllerEnd(mine, new Pi(law.kp, law.ki), 0, start_ns, stop_ns);
+      const end = new ControllerEnd(mine, new Pid(law), 0, start_ns, stop_ns);
       for (const step of steps) {
         const done = play(end, settings.mode, step);
         if (!same(done, step)) {
@@ -100,7 +103,7 @@ const interval = {
   name: "each firing of an interval is a deadline, missed while the last message is under way",
   run: () => {
     const settings = { mode: "open", h_ns: 10, r: 1, outstanding: 1, schedule: "relative", late: "apply", integrate: "h" };
-    const end = new ControllerEnd(settings, new Pi(), 0, 100, 140);
+    const end = new ControllerEnd(settings, readLaw(null), 0, 100, 140);
     const fired = (now_ns) => {
       const { step, row } = end.fired(now_ns);
       return [step, row?.t_due_ns ?? end.oldest?.t_due_ns];
@@ -120,10 +123,14 @@ const interval = {
   },
 };
 
-const vectors = await (await fetch("/controller.json")).json();
+const read = async (path) => (await fetch(path)).json();
+const cases = [
+  ...vectorCases(await read("/controller.json")),
+  ...lawCases(await read("/laws.json")),
+];
 const failed = [];
 let passed = 0;
-for (const { name, run } of [...vectorCases(vectors), longUp, interval, ...refusals]) {
+for (const { name, run } of [...cases, ...laws, longUp, interval, ...refusals]) {
   try {
     run();
     passed += 1;

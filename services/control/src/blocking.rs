@@ -2,41 +2,45 @@
 //!
 //! Such a client sends at the first deadline after its answer came, so a longer round trip does not
 //! only delay its commands, it makes them rarer: one every ceil(RTT/h) deadlines, each held by the
-//! plant over all ticks between. And an integrator that advances h a message, however long the
-//! message took, grows slower. From command to command that is a loop of its own, whose poles are
-//! worked out here. Delays that vary are left to the ends that run the loop.
+//! plant over all ticks between. And a law that advances h a message, however long the message took,
+//! is slower. From command to command that is a loop of its own, whose poles are worked out here.
+//! Delays that vary are left to the ends that run the loop.
 
 use nalgebra::DMatrix;
 
-use crate::pid::Gains;
-use crate::state_space::StateSpace;
-use crate::timebase::Discrete;
+use crate::law::Law;
+use crate::plant::SampledPlant;
 
 /// A plant that has forgotten its state to this share has forgotten it: what is held longer
 /// changes nothing more.
 const FORGOTTEN: f64 = 1e-12;
 /// Beyond this many ticks between two commands nobody asks.
 const LONGEST_TICKS: usize = 1_000_000;
+/// With more states than this the poles of every round trip take too long.
+const MOST_STATES: usize = 60;
 
 /// The longest constant round trip, in seconds, with which a loop with one request at a time is
-/// stable, every shorter one included: a multiple of h. `plant` is sampled with h; the controller
-/// is PI, and its integral advances h a message.
+/// stable, every shorter one included: a multiple of h.
 ///
-/// Infinite where no round trip makes it unstable; `None` where not even the shortest is stable.
+/// Infinite where no round trip makes it unstable; `None` where not even the shortest is stable, or
+/// plant and law have too many states to tell (a dead time of hundreds of samples).
 ///
-/// With y read at a command's arrival, before it acts, and n ticks to the next,
+/// With y read at a command's arrival, before it acts, n ticks to the next, and the law s' = F s + G
+/// y, u = H s + E y,
 ///
 /// ```text
 /// x' = Aⁿ x + (Aⁿ⁻¹ + .. + 1) B u        y' = C (Aⁿ⁻¹ x + (Aⁿ⁻² + .. + 1) B u) + D u
-/// I' = I - ki h y                        u' = I' - kp y
+/// s' = F s + G y                         u' = H s + E y
 /// ```
 #[must_use]
-pub fn largest_stable_blocking_round_trip_s(
-    plant: &StateSpace<Discrete>,
-    gains: &Gains,
-) -> Option<f64> {
-    let order = plant.order();
-    let h_s = plant.timebase().h_s();
+pub fn largest_stable_blocking_round_trip_s(plant: &SampledPlant, law: &Law) -> Option<f64> {
+    let h_s = plant.h_s();
+    let law = law.state_space(h_s).ok()?;
+    if plant.system.order() + plant.delay_ticks + law.order() > MOST_STATES {
+        return None;
+    }
+    let plant = plant.state_space();
+    let (order, of_law) = (plant.order(), law.order());
     // Aⁿ⁻¹ and (Aⁿ⁻² + .. + 1) B, from n = 1 on.
     let mut power = DMatrix::identity(order, order);
     let mut held = plant.b() * 0.0;
@@ -46,18 +50,18 @@ pub fn largest_stable_blocking_round_trip_s(
         let read = plant.c() * &power;
         let read_held = (plant.c() * &held)[0] + plant.d();
 
-        // The state is (x, y, I, u).
-        let (y, i, u) = (order, order + 1, order + 2);
-        let mut step = DMatrix::zeros(order + 3, order + 3);
+        // The state is (x, y, s, u).
+        let (y, s) = (order, order + 1);
+        let u = s + of_law;
+        let mut step = DMatrix::zeros(u + 1, u + 1);
         step.view_mut((0, 0), (order, order)).copy_from(&next_power);
         step.view_mut((0, u), (order, 1)).copy_from(&next_held);
         step.view_mut((y, 0), (1, order)).copy_from(&read);
         step[(y, u)] = read_held;
-        // Without an integral there is none to remember.
-        step[(i, i)] = if gains.ki == 0.0 { 0.0 } else { 1.0 };
-        step[(i, y)] = -gains.ki * h_s;
-        step[(u, i)] = 1.0;
-        step[(u, y)] = -gains.kp - gains.ki * h_s;
+        step.view_mut((s, s), (of_law, of_law)).copy_from(law.a());
+        step.view_mut((s, y), (of_law, 1)).copy_from(law.b());
+        step.view_mut((u, s), (1, of_law)).copy_from(law.c());
+        step[(u, y)] = law.d();
         let poles = step.complex_eigenvalues();
         if poles.iter().any(|pole| pole.norm() >= 1.0) {
             return (ticks > 1).then(|| (ticks - 1) as f64 * h_s);
@@ -73,31 +77,26 @@ pub fn largest_stable_blocking_round_trip_s(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::discretise::{Method, discretise};
-    use crate::preset::{motor, paper_gains};
+    use crate::pid::{Gains, Pid};
+    use crate::preset::{paper_pi, paper_plant};
 
-    fn sampled(h_s: f64) -> StateSpace<Discrete> {
-        discretise(&StateSpace::from(&motor()), Method::BackwardEuler, h_s).expect("stable")
+    fn longest_s(h_ns: u64, law: Pid) -> Option<f64> {
+        let plant = paper_plant().sampled(h_ns).expect("stable");
+        largest_stable_blocking_round_trip_s(&plant, &law.into())
     }
 
     #[test]
     fn the_paper_s_loop_survives_less_from_a_client_that_waits() {
-        for h_s in [0.001, 0.003] {
-            let longest_s = largest_stable_blocking_round_trip_s(&sampled(h_s), &paper_gains())
-                .expect("stable without a network");
-            assert!((0.02..0.096).contains(&longest_s), "{longest_s} at {h_s}");
+        for h_ns in [1_000_000, 3_000_000] {
+            let longest_s = longest_s(h_ns, paper_pi()).expect("stable without a network");
+            assert!((0.02..0.096).contains(&longest_s), "{longest_s} at {h_ns}");
         }
     }
 
     #[test]
     fn a_quiet_controller_survives_every_round_trip_and_a_loud_one_none() {
-        let plant = sampled(0.003);
-        let quiet = Gains::pi(0.01, 0.0);
-        assert_eq!(
-            largest_stable_blocking_round_trip_s(&plant, &quiet),
-            Some(f64::INFINITY)
-        );
-        let loud = Gains::pi(1e3, 0.0);
-        assert_eq!(largest_stable_blocking_round_trip_s(&plant, &loud), None);
+        let with = |kp| Pid::try_new(Gains::pi(kp, 0.0), None).expect("finite");
+        assert_eq!(longest_s(3_000_000, with(0.01)), Some(f64::INFINITY));
+        assert_eq!(longest_s(3_000_000, with(1e3)), None);
     }
 }

@@ -7,11 +7,10 @@
 use std::collections::VecDeque;
 use std::num::NonZeroUsize;
 
+use crate::law::Law;
 use crate::margin::margins;
-use crate::pid::Pid;
+use crate::plant::SampledPlant;
 use crate::polynomial::{is_schur_stable, sum};
-use crate::state_space::StateSpace;
-use crate::stepper::Stepper;
 use crate::timebase::{Discrete, Timebase};
 use crate::transfer::TransferFunction;
 
@@ -31,18 +30,18 @@ pub fn loop_delay_ticks(rtt_ns: u64, h_ns: u64) -> NonZeroUsize {
     NonZeroUsize::new(usize::try_from(ticks).unwrap_or(usize::MAX)).unwrap_or(NonZeroUsize::MAX)
 }
 
-/// The first `ticks` outputs of `plant` at rest under `controller` with reference `r`, when the
+/// The first `ticks` outputs of `plant` at rest under `law` with reference `r`, when the
 /// command of a tick is computed from the output `delay` ticks before it (from 0 before the first).
 #[must_use]
 pub fn step_response(
-    plant: &StateSpace<Discrete>,
-    mut controller: Pid,
+    plant: &SampledPlant,
+    law: impl Into<Law>,
     r: f64,
     delay: NonZeroUsize,
     ticks: usize,
 ) -> Vec<f64> {
-    let h_s = plant.timebase().h_s();
-    let mut plant = Stepper::new(plant);
+    let h_s = plant.h_s();
+    let (mut plant, mut law) = (plant.stepper(), law.into());
     // The outputs that the controller has not seen yet, oldest first; before the start they are 0.
     let mut under_way = VecDeque::from(vec![0.0; delay.get().min(ticks)]);
     let mut response = Vec::with_capacity(ticks);
@@ -50,7 +49,7 @@ pub fn step_response(
         if response.len() == ticks {
             break;
         }
-        let y = plant.step(controller.update(r - seen, h_s));
+        let y = plant.step(law.update(r, seen, h_s));
         under_way.push_back(y);
         response.push(y);
     }
@@ -95,22 +94,22 @@ pub(crate) fn is_stable_with_delay(system: &TransferFunction<Discrete>, ticks: u
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::discretise::{Method, discretise};
-    use crate::preset::{BARE_SETTLING_1MS_S, BARE_SETTLING_3MS_S, motor, paper_gains, paper_pi};
+    use crate::preset::{
+        BARE_SETTLING_1MS_S, BARE_SETTLING_3MS_S, paper_gains, paper_pi, paper_plant,
+    };
     use crate::step_info::{StepSettings, step_info};
 
-    fn sampled(system: &TransferFunction, h_s: f64) -> StateSpace<Discrete> {
-        discretise(&StateSpace::from(system), Method::BackwardEuler, h_s)
+    fn plant(h_s: f64) -> SampledPlant {
+        paper_plant()
+            .sampled((h_s * 1e9).round() as u64)
             .expect("stable, so never singular")
     }
 
     fn paper_loop(h_s: f64) -> TransferFunction<Discrete> {
-        let pi = paper_gains().transfer_function().expect("proper");
-        let pi = sampled(&pi, h_s).transfer_function().expect("finite");
-        sampled(&motor(), h_s)
+        plant(h_s)
             .transfer_function()
             .expect("finite")
-            .series(&pi)
+            .series(&paper_gains().sampled(h_s).expect("finite"))
             .expect("the same h")
     }
 
@@ -144,13 +143,7 @@ mod tests {
     fn the_bare_loop_of_the_paper_settles_as_its_constants_say() {
         let delay = NonZeroUsize::new(2).expect("not 0");
         for (h_s, settling_s) in [(0.001, BARE_SETTLING_1MS_S), (0.003, BARE_SETTLING_3MS_S)] {
-            let y = step_response(
-                &sampled(&motor(), h_s),
-                paper_pi(),
-                1.0,
-                delay,
-                (3.0 / h_s) as usize,
-            );
+            let y = step_response(&plant(h_s), paper_pi(), 1.0, delay, (3.0 / h_s) as usize);
             let t: Vec<f64> = (0..y.len()).map(|k| k as f64 * h_s).collect();
             let to_one = StepSettings {
                 final_value: Some(1.0),

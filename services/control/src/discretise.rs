@@ -40,6 +40,19 @@ pub enum InvalidDiscretisation {
         /// The (real) pole, in rad/s.
         pole_rad_s: f64,
     },
+    /// A dead time that is no whole number of samples, by a method that knows nothing between them.
+    #[error(
+        "a dead time of {dead_time_ns} ns is not a multiple of h = {h_ns} ns, and {method:?} knows \
+         nothing between samples; use zero-order hold, or another h"
+    )]
+    DeadTime {
+        /// What was asked for, in ns.
+        dead_time_ns: u64,
+        /// The sample time in ns.
+        h_ns: u64,
+        /// The method.
+        method: Method,
+    },
     /// The result overflows, as e^(Ah) does for a very unstable plant and a long h.
     #[error("the sampled system overflows with h = {h_s} s; use a shorter h")]
     Overflow {
@@ -114,7 +127,7 @@ fn bilinear(
 
 /// [A B; 0 0] exponentiated over h gives the sampled A and B in its upper blocks (C. Van Loan,
 /// 1978).
-fn held(system: &StateSpace<Continuous>, h_s: f64) -> (DMatrix<f64>, DVector<f64>) {
+pub(crate) fn held(system: &StateSpace<Continuous>, h_s: f64) -> (DMatrix<f64>, DVector<f64>) {
     let n = system.order();
     let mut block = DMatrix::<f64>::zeros(n + 1, n + 1);
     block

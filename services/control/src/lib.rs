@@ -9,7 +9,10 @@
 //! - [`mod@discretise`]: from continuous to sampled, by backward Euler (the paper's), zero-order hold
 //!   or Tustin;
 //! - [`stepper`]: a sampled system that runs, one input and one output a tick;
-//! - [`pid`]: the controller that runs, one error and one command an update;
+//! - [`plant`]: a model behind a dead time, and how it is sampled;
+//! - [`pid`]: the controller of the paper, one error and one command an update;
+//! - [`law`]: it and the others: a transfer function, a Smith predictor, state feedback with a Kalman
+//!   filter;
 //! - [`preset`]: the plant and the controller of the paper;
 //! - [`margin`]: gain, phase and delay margin, with dead time;
 //! - [`closed_loop`]: the loop around a constant delay, and the longest round trip it survives;
@@ -22,16 +25,20 @@
 //! and scipy's are committed under `tests/fixtures`, and the tests compare with them.
 //!
 //! The crate is pure. It leaves out systems with several inputs or outputs, nonlinear plants, and
-//! every design method: it runs and judges a loop that somebody has designed.
+//! design, but for what follows from weights by a Riccati equation: it runs and judges a loop that
+//! somebody has designed.
 #![forbid(unsafe_code)]
 
 pub mod blocking;
 pub mod closed_loop;
 pub mod discretise;
+pub mod law;
 pub mod margin;
 pub mod pid;
+pub mod plant;
 mod polynomial;
 pub mod preset;
+mod riccati;
 pub mod state_space;
 pub mod step_info;
 pub mod stepper;
@@ -41,9 +48,12 @@ pub mod transfer;
 pub use blocking::largest_stable_blocking_round_trip_s;
 pub use closed_loop::{largest_stable_round_trip_s, loop_delay_ticks, step_response};
 pub use discretise::{InvalidDiscretisation, Method, discretise};
+pub use law::{Estimator, InvalidLaw, Law, Smith, StateFeedback, Transfer, Weights};
 pub use margin::{InvalidDeadTime, Margins, margins};
 pub use nalgebra::Complex;
 pub use pid::{AntiWindup, Gains, InvalidPid, Pid, Saturation};
+pub use plant::{Plant, SampledPlant};
+pub use riccati::NoSolution;
 pub use state_space::{InvalidStateSpace, StateSpace};
 pub use step_info::{InvalidResponse, StepInfo, StepSettings, sampled_step_info, step_info};
 pub use stepper::Stepper;

@@ -6,7 +6,8 @@
 
 use thiserror::Error;
 
-use crate::timebase::Continuous;
+use crate::polynomial::{product, sum};
+use crate::timebase::{Continuous, Discrete};
 use crate::transfer::{InvalidTransferFunction, TransferFunction};
 
 /// Gains of the parallel form.
@@ -55,6 +56,28 @@ impl Gains {
             (true, true) => (vec![kp + kd * n, kp * n + ki, ki * n], vec![1.0, n, 0.0]),
         };
         TransferFunction::try_new(num, den, Continuous)
+    }
+
+    /// The law as it runs every `h_s`, from the error to the command, inside its limits: each term
+    /// by backward Euler, without poles for those that are absent.
+    ///
+    /// # Errors
+    /// [`InvalidTransferFunction`] when h or a gain is not finite and positive.
+    pub fn sampled(&self, h_s: f64) -> Result<TransferFunction<Discrete>, InvalidTransferFunction> {
+        let timebase = Discrete::try_new(h_s).map_err(|_| InvalidTransferFunction::Timebases)?;
+        let (mut num, mut den) = (vec![self.kp], vec![1.0]);
+        let mut add = |part_num: &[f64], part_den: &[f64]| {
+            num = sum(&product(&num, part_den), &product(part_num, &den));
+            den = product(&den, part_den);
+        };
+        if self.ki != 0.0 {
+            add(&[self.ki * h_s, 0.0], &[1.0, -1.0]);
+        }
+        if self.kd != 0.0 {
+            let lag_s = self.filter_rad_s.recip();
+            add(&[self.kd, -self.kd], &[lag_s + h_s, -lag_s]);
+        }
+        TransferFunction::try_new(num, den, timebase)
     }
 }
 
@@ -187,6 +210,12 @@ impl Pid {
             self.output = output;
         }
         self.output
+    }
+
+    /// Its gains.
+    #[must_use]
+    pub fn gains(&self) -> Gains {
+        self.gains
     }
 
     /// The last command, 0 before the first.

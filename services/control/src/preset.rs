@@ -1,7 +1,9 @@
 //! The plant and the controller of the paper (S. L. Remy, "Web Standards as Standard Pieces in
 //! Robotics").
 
+use crate::discretise::Method;
 use crate::pid::{Gains, Pid};
+use crate::plant::Plant;
 use crate::timebase::Continuous;
 use crate::transfer::TransferFunction;
 
@@ -25,6 +27,12 @@ pub fn motor() -> TransferFunction {
         Continuous,
     )
     .expect("the paper's constants are finite and the motor is proper")
+}
+
+/// The paper's plant as it is sampled: without dead time, by backward Euler.
+#[must_use]
+pub fn paper_plant() -> Plant {
+    Plant::new(&motor(), Method::BackwardEuler)
 }
 
 /// The gains of the paper's controller, (a0 s + a1)/s.

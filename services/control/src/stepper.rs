@@ -17,12 +17,21 @@ pub struct Stepper {
     d: f64,
     state: Vec<f64>,
     next: Vec<f64>,
+    /// Inputs that have not come through the dead time yet, the oldest at `oldest`.
+    waiting: Vec<f64>,
+    oldest: usize,
 }
 
 impl Stepper {
     /// `system` at rest.
     #[must_use]
     pub fn new(system: &StateSpace<Discrete>) -> Self {
+        Self::delayed(system, 0)
+    }
+
+    /// `system` at rest, behind a dead time of so many ticks.
+    #[must_use]
+    pub fn delayed(system: &StateSpace<Discrete>, delay_ticks: usize) -> Self {
         let n = system.order();
         let mut rows = Vec::with_capacity(n * (n + 1));
         for row in 0..n {
@@ -36,12 +45,36 @@ impl Stepper {
             d: system.d(),
             state: vec![0.0; n],
             next: vec![0.0; n],
+            waiting: vec![0.0; delay_ticks],
+            oldest: 0,
         }
     }
 
     /// One tick with input `u`: the output of the same tick.
     #[inline]
     pub fn step(&mut self, u: f64) -> f64 {
+        let ticks = self.waiting.len();
+        let u = match self.waiting.get_mut(self.oldest) {
+            None => u,
+            Some(place) => {
+                self.oldest = (self.oldest + 1) % ticks;
+                // The newest takes the place that the oldest leaves.
+                std::mem::replace(place, u)
+            }
+        };
+        // Two states, which most plants have, without a loop: the same sums.
+        if let ([x0, x1], [c0, c1], [a00, a01, b0, a10, a11, b1], [next0, next1]) = (
+            self.state.as_slice(),
+            self.c.as_slice(),
+            self.rows.as_slice(),
+            self.next.as_mut_slice(),
+        ) {
+            let y = 0.0 + c0 * x0 + c1 * x1 + self.d * u;
+            *next0 = 0.0 + a00 * x0 + a01 * x1 + b0 * u;
+            *next1 = 0.0 + a10 * x0 + a11 * x1 + b1 * u;
+            std::mem::swap(&mut self.state, &mut self.next);
+            return y;
+        }
         let y = dot(&self.c, &self.state) + self.d * u;
         let n = self.state.len();
         for (next, row) in self.next.iter_mut().zip(self.rows.chunks_exact(n + 1)) {
@@ -54,11 +87,24 @@ impl Stepper {
     /// Back to rest.
     pub fn reset(&mut self) {
         self.state.fill(0.0);
+        self.waiting.fill(0.0);
+    }
+
+    /// Whether every state is a finite number.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.state.iter().all(|x| x.is_finite())
+    }
+
+    /// Takes the last step back, of a system without dead time: once, and only right after it.
+    pub(crate) fn undo(&mut self) {
+        std::mem::swap(&mut self.state, &mut self.next);
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
+/// From left to right and from 0, so that other languages get the same bits.
+#[inline]
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |sum, (x, y)| sum + x * y)
 }
 
 #[cfg(test)]
@@ -77,5 +123,19 @@ mod tests {
         assert_eq!([1.0, 1.0, -2.0].map(|u| stepper.step(u)), [0.5, 1.0, 0.0]);
         stepper.reset();
         assert_eq!(stepper.step(1.0), 0.5);
+    }
+
+    #[test]
+    fn a_dead_time_shows_the_same_output_that_many_ticks_later() {
+        let lag = TransferFunction::try_new([1.0], [1.0, 2.0], Continuous).expect("valid");
+        let sampled =
+            discretise(&StateSpace::from(&lag), Method::ZeroOrderHold, 0.1).expect("regular");
+        let inputs = [1.0, -0.5, 2.0, 0.0, 0.0, 3.0, 1.0];
+        let mut at_once = Stepper::new(&sampled);
+        let mut later = Stepper::delayed(&sampled, 3);
+        let prompt: Vec<f64> = inputs.iter().map(|u| at_once.step(*u)).collect();
+        let delayed: Vec<f64> = inputs.iter().map(|u| later.step(*u)).collect();
+        assert_eq!(delayed[..3], [0.0; 3]);
+        assert_eq!(delayed[3..], prompt[..4]);
     }
 }

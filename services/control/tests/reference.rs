@@ -3,7 +3,7 @@
 
 use std::num::NonZeroUsize;
 
-use control::preset::{motor, paper_gains, paper_pi};
+use control::preset::{self, motor, paper_gains, paper_pi};
 use control::{
     Continuous, Discrete, Margins, Method, StateSpace, StepInfo, StepSettings, TransferFunction,
     discretise, largest_stable_round_trip_s, margins, step_info, step_response,
@@ -224,6 +224,9 @@ fn the_paper_s_loop_runs_as_its_closed_transfer_function_does() {
             .and_then(|plant| plant.series(&controller.transfer_function()?))
             .expect("finite and sampled alike");
         let length = (3.0 / case.h_s).round() as usize;
+        let plant = preset::paper_plant()
+            .sampled((case.h_s * 1e9).round() as u64)
+            .expect("regular");
         let y = match NonZeroUsize::new(case.ticks) {
             Some(delay) => step_response(&plant, paper_pi(), 1.0, delay, length),
             None => {

@@ -8,10 +8,10 @@
 
 use std::{error::Error, path::Path, sync::mpsc, thread, time::Duration};
 
-use control::{Method, StateSpace, StepSettings, Stepper, discretise, preset, step_info};
+use control::{StepSettings, preset, step_info};
 use controller::drive_until;
 use endpoint::{
-    ControllerSettings, Late, MessageRow, Mode, PlantSettings, Preset, SampleTime, TickRow,
+    ControllerSettings, Hold, Late, MessageRow, Mode, PlantSettings, Preset, SampleTime, TickRow,
     Transport,
 };
 
@@ -37,9 +37,10 @@ fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn
         settings: PlantSettings {
             h,
             late: Late::Apply,
+            hold: Hold::Last,
         },
-        model: preset::motor(),
-        method: Method::BackwardEuler,
+        plant: preset::paper_plant(),
+        law: None,
         out: folder.path().to_owned(),
         fifo: true,
     };
@@ -59,7 +60,7 @@ fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn
             transport,
             ..Preset::PaperPython.settings(Mode::Closed, h)
         },
-        law: preset::paper_pi(),
+        law: preset::paper_pi().into(),
         start_ns: None,
         duration_ns: seconds * 1_000_000_000,
         connections: 1,
@@ -103,8 +104,7 @@ fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn
 
 /// The loop in which each command acts within the tick of its measurement.
 fn bare(h: SampleTime, ticks: usize) -> Result<Vec<f64>, Box<dyn Error>> {
-    let model = StateSpace::from(&preset::motor());
-    let mut motor = Stepper::new(&discretise(&model, Method::BackwardEuler, h.seconds())?);
+    let mut motor = preset::paper_plant().sampled(h.ns())?.stepper();
     let mut law = preset::paper_pi();
     let mut y = 0.0;
     let step = |_| {

@@ -2,7 +2,7 @@
 
 use std::{io, path::PathBuf};
 
-use control::Pid;
+use control::Law;
 use endpoint::{ControllerSettings, Counts, InvalidSettings};
 use journal::{JournalError, Written};
 use pace::Scheduling;
@@ -16,7 +16,7 @@ pub struct Config {
     /// How it sends.
     pub settings: ControllerSettings,
     /// The control law at rest, such as `control::preset::paper_pi()`.
-    pub law: Pid,
+    pub law: Law,
     /// The first deadline on the run's clock; soon, if not given.
     pub start_ns: Option<u64>,
     /// Deadlines end this long after the first.

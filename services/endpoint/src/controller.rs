@@ -8,7 +8,7 @@
 
 use std::collections::VecDeque;
 
-use control::Pid;
+use control::Law;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -83,7 +83,7 @@ pub enum InvalidSettings {
 #[derive(Clone, Debug)]
 pub struct ControllerEnd {
     settings: ControllerSettings,
-    pid: Pid,
+    law: Law,
     /// The newest output known, and the plant's tick that it belongs to.
     y: f64,
     y_tick: u64,
@@ -107,7 +107,7 @@ impl ControllerEnd {
     /// [`InvalidSettings`] if the reference is not finite or the timeout is 0.
     pub fn try_new(
         settings: ControllerSettings,
-        pid: Pid,
+        law: impl Into<Law>,
         y: f64,
         start_ns: u64,
         stop_ns: u64,
@@ -120,7 +120,7 @@ impl ControllerEnd {
         }
         Ok(Self {
             settings,
-            pid,
+            law: law.into(),
             y,
             y_tick: 0,
             last_send_ns: None,
@@ -254,7 +254,7 @@ impl ControllerEnd {
                     (Integrate::Elapsed, Some(last_ns)) => seconds(now_ns.saturating_sub(last_ns)),
                     _ => h.seconds(),
                 };
-                self.pid.update(e, dt_s)
+                self.law.update(r, self.y, dt_s)
             }
         };
         row.t_send_ns = Some(now_ns);

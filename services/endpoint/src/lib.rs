@@ -15,6 +15,7 @@
 #![forbid(unsafe_code)]
 
 pub mod controller;
+pub mod hold;
 pub mod message;
 pub mod page;
 pub mod plant;
@@ -23,8 +24,10 @@ pub mod query;
 pub mod row;
 pub mod sample_time;
 pub mod setting;
+pub mod span;
 
 pub use controller::{ControllerEnd, Counts, InvalidSettings, Loss, Step};
+pub use hold::Hold;
 pub use message::{Acknowledgement, Answer, Command, Observation, State};
 pub use page::{PageSettings, Sender, Thread, Timer};
 pub use plant::{Inbox, Input, Output, PlantEnd, Process};

@@ -8,6 +8,7 @@
 use control::Stepper;
 
 use crate::{
+    hold::Hold,
     message::{Acknowledgement, Answer, Command, Observation, State},
     row::{ArrivalOutcome, ArrivalRow, TickRow},
     setting::{Late, Mode, PlantSettings},
@@ -20,6 +21,8 @@ pub struct Input {
     pub u: f64,
     /// The command that set it.
     pub seq: Option<u64>,
+    /// When it was set; 0 before the first command.
+    pub t_ns: u64,
 }
 
 /// What the outside can see of the process: its latest tick.
@@ -78,7 +81,11 @@ impl Inbox {
             (Mode::Open, _) => ArrivalOutcome::Acknowledged,
             (Mode::Closed, Late::Drop) if overtaken => ArrivalOutcome::Stale,
             (Mode::Closed, _) => {
-                self.input = Input { u, seq: Some(seq) };
+                self.input = Input {
+                    u,
+                    seq: Some(seq),
+                    t_ns: now_ns,
+                };
                 self.newest = Some(seq);
                 ArrivalOutcome::Applied
             }
@@ -127,6 +134,7 @@ impl Inbox {
 pub struct Process {
     stepper: Stepper,
     h_ns: u64,
+    hold: Hold,
     next_k: u64,
     next_due_ns: u64,
     output: Output,
@@ -140,6 +148,7 @@ impl Process {
         Self {
             stepper,
             h_ns: settings.h.ns(),
+            hold: settings.hold,
             next_k: 0,
             next_due_ns: start_ns,
             output: Output::default(),
@@ -157,6 +166,14 @@ impl Process {
     #[inline]
     pub fn tick(&mut self, input: Input, now_ns: u64) -> TickRow {
         let k = self.next_k;
+        let input = match self.hold {
+            Hold::Last => input,
+            // By when the tick is due: a tick that is caught up is stepped as one in time.
+            Hold::For { ns } => match self.next_due_ns.saturating_sub(input.t_ns) > ns {
+                true => Input::default(),
+                false => input,
+            },
+        };
         let y = self.stepper.step(input.u);
         self.output = Output { tick: k, y };
         let row = TickRow {

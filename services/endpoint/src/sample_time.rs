@@ -4,6 +4,8 @@ use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
 
+use crate::span::{span_ns, span_text};
+
 /// The sample time h of plant and controller.
 ///
 /// Deadlines are start + k h in integers, so they do not drift, however long
@@ -11,14 +13,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct SampleTime(u64);
-
-/// Units, longest name first so that `ms` is not read as `s`.
-const UNITS: [(&str, u64); 4] = [
-    ("ns", 1),
-    ("us", 1_000),
-    ("ms", 1_000_000),
-    ("s", 1_000_000_000),
-];
 
 impl SampleTime {
     /// The shortest sample time: a tick costs about a microsecond of a core, so
@@ -85,45 +79,16 @@ impl FromStr for SampleTime {
     type Err = InvalidSampleTime;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let not_a_time = || InvalidSampleTime::NotATime {
+        let ns = span_ns(text).ok_or_else(|| InvalidSampleTime::NotATime {
             text: text.to_owned(),
-        };
-        let (number, unit_ns) = UNITS
-            .iter()
-            .find_map(|(unit, ns)| text.strip_suffix(unit).map(|number| (number, *ns)))
-            .ok_or_else(not_a_time)?;
-        let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
-        let is_digits = |digits: &str| digits.bytes().all(|byte| byte.is_ascii_digit());
-        if whole.is_empty() || !is_digits(whole) || !is_digits(fraction) {
-            return Err(not_a_time());
-        }
-        // Decimal digits by hand: 0.3 ms has to be 300000 ns, not a rounding of it.
-        let mut ns = whole
-            .parse::<u64>()
-            .ok()
-            .and_then(|whole| whole.checked_mul(unit_ns))
-            .ok_or_else(not_a_time)?;
-        let mut place_ns = unit_ns;
-        for digit in fraction.bytes().map(|byte| u64::from(byte - b'0')) {
-            if digit != 0 && !place_ns.is_multiple_of(10) {
-                return Err(not_a_time());
-            }
-            place_ns /= 10;
-            ns = ns.checked_add(digit * place_ns).ok_or_else(not_a_time)?;
-        }
+        })?;
         Self::try_new(ns)
     }
 }
 
 impl fmt::Display for SampleTime {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // The largest unit that divides it: 3ms, not 3000us.
-        let (unit, unit_ns) = UNITS
-            .iter()
-            .rev()
-            .find(|(_, unit_ns)| self.0.is_multiple_of(*unit_ns))
-            .unwrap_or(&UNITS[0]);
-        write!(f, "{}{unit}", self.0 / unit_ns)
+        f.write_str(&span_text(self.0))
     }
 }
 

@@ -8,7 +8,7 @@ use std::{fmt, num::NonZeroU16, str::FromStr};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-use crate::SampleTime;
+use crate::{Hold, SampleTime};
 
 /// A word that none of a setting's choices has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -275,6 +275,9 @@ pub struct PlantSettings {
     pub h: SampleTime,
     /// What becomes of a command that a newer one has overtaken.
     pub late: Late,
+    /// How long a command is held when no other comes.
+    #[serde(default, skip_serializing_if = "Hold::is_last")]
+    pub hold: Hold,
 }
 
 #[cfg(test)]

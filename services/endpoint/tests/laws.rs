@@ -1,9 +1,9 @@
 //! Laws that both ends keep, whatever the network does.
 
-use control::{Method, StateSpace, Stepper, discretise, preset};
+use control::preset;
 use endpoint::{
     Acknowledgement, Answer, ArrivalOutcome, Command, Connection, ControllerEnd,
-    ControllerSettings, Integrate, Late, Loss, MessageOutcome, MessageRow, Mode, Outstanding,
+    ControllerSettings, Hold, Integrate, Late, Loss, MessageOutcome, MessageRow, Mode, Outstanding,
     PlantEnd, PlantSettings, Preset, SampleTime, Schedule, State, Step, Transport,
 };
 use proptest::prelude::*;
@@ -16,9 +16,18 @@ fn h() -> SampleTime {
 }
 
 fn plant(late: Late) -> PlantEnd {
-    let model = StateSpace::from(&preset::motor());
-    let sampled = discretise(&model, Method::BackwardEuler, h().seconds()).expect("a stable model");
-    PlantEnd::new(&PlantSettings { h: h(), late }, Stepper::new(&sampled), 0)
+    let plant = preset::paper_plant()
+        .sampled(h().ns())
+        .expect("a stable model");
+    PlantEnd::new(
+        &PlantSettings {
+            h: h(),
+            late,
+            hold: Hold::Last,
+        },
+        plant.stepper(),
+        0,
+    )
 }
 
 fn controller(settings: ControllerSettings, duration_ns: u64) -> ControllerEnd {
@@ -339,4 +348,49 @@ fn settings_that_make_no_controller_are_refused() {
         assert!(ControllerEnd::try_new(bad, preset::paper_pi(), 0.0, 0, 1).is_err());
     }
     assert_eq!(good.outstanding, Outstanding::Unlimited);
+}
+
+#[test]
+fn a_plant_that_is_to_let_go_of_a_command_does_when_none_has_come_for_so_long() {
+    let own = preset::paper_plant()
+        .sampled(h().ns())
+        .expect("a stable model");
+    let settings = PlantSettings {
+        h: h(),
+        late: Late::Apply,
+        hold: Hold::For { ns: 10 * MS },
+    };
+    let mut plant = PlantEnd::new(&settings, own.stepper(), 0);
+    let command = |seq| Command {
+        seq,
+        t_send_ns: 0,
+        u: 2.0,
+    };
+    let mut inputs = Vec::new();
+    for k in 0..12 {
+        if k == 1 || k == 7 {
+            plant.command(Mode::Closed, &command(k), k * 3 * MS - MS);
+        }
+        // A tick that is caught up late is stepped as one in time.
+        let row = plant.tick(k * 3 * MS + 100 * MS);
+        inputs.push((row.u, row.seq));
+    }
+    let held = |seq| (2.0, Some(seq));
+    let none = (0.0, None);
+    // Set at 2 ms: held at 3, 6, 9 and 12 ms; set at 20 ms: at 21, 24, 27 and 30 ms.
+    let expected = [
+        none,
+        held(1),
+        held(1),
+        held(1),
+        held(1),
+        none,
+        none,
+        held(7),
+        held(7),
+        held(7),
+        held(7),
+        none,
+    ];
+    assert_eq!(inputs, expected);
 }

@@ -11,10 +11,10 @@
 
 use std::path::Path;
 
-use control::{Method, StateSpace, Stepper, discretise, preset};
+use control::preset;
 use endpoint::{
-    Answer, Command, ControllerEnd, ControllerSettings, Integrate, Late, Loss, Mode, Outstanding,
-    PlantEnd, PlantSettings, Preset, SampleTime, Schedule, Step,
+    Answer, Command, ControllerEnd, ControllerSettings, Hold, Integrate, Late, Loss, Mode,
+    Outstanding, PlantEnd, PlantSettings, Preset, SampleTime, Schedule, Step,
 };
 use serde_json::{Value, json};
 
@@ -46,11 +46,14 @@ enum Happens {
 }
 
 fn plant_case(name: &str, late: Late, script: &[Happens]) -> Value {
-    let model = StateSpace::from(&preset::motor());
-    let sampled = discretise(&model, Method::BackwardEuler, h().seconds()).expect("regular");
-    let settings = PlantSettings { h: h(), late };
+    let plant = preset::paper_plant().sampled(h().ns()).expect("regular");
+    let settings = PlantSettings {
+        h: h(),
+        late,
+        hold: Hold::Last,
+    };
     let start_ns = 100 * MS;
-    let mut plant = PlantEnd::new(&settings, Stepper::new(&sampled), start_ns);
+    let mut plant = PlantEnd::new(&settings, plant.stepper(), start_ns);
     let steps: Vec<Value> = script
         .iter()
         .map(|happens| match happens {

@@ -12,8 +12,8 @@ use std::{
     time::Duration,
 };
 
-use control::{Method, preset};
-use endpoint::{Late, PlantSettings, TickRow};
+use control::preset;
+use endpoint::{Hold, Late, PlantSettings, TickRow};
 use plant::{Config, Report, serve_until};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -22,6 +22,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let settings = PlantSettings {
         h: next("1ms").parse()?,
         late: Late::Apply,
+        hold: Hold::Last,
     };
     let seconds: u64 = next("10").parse()?;
     let busy: usize = next("0").parse()?;
@@ -30,8 +31,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let config = Config {
         listen: "127.0.0.1:0".parse()?,
         settings,
-        model: preset::motor(),
-        method: Method::BackwardEuler,
+        plant: preset::paper_plant(),
+        law: None,
         out: folder.path().to_owned(),
         fifo: true,
     };

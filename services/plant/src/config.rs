@@ -2,7 +2,7 @@
 
 use std::{io, net::SocketAddr, path::PathBuf};
 
-use control::{InvalidDiscretisation, Method, TransferFunction};
+use control::{InvalidDiscretisation, Plant};
 use endpoint::PlantSettings;
 use journal::{JournalError, Written};
 use pace::Scheduling;
@@ -13,12 +13,12 @@ use serde::{Deserialize, Serialize};
 pub struct Config {
     /// Where it listens; port 0 takes a free one, which [`Ready`] names.
     pub listen: SocketAddr,
-    /// Sample time, and what becomes of late commands.
+    /// Sample time, what becomes of late commands, and how long a command is held.
     pub settings: PlantSettings,
-    /// The continuous model, such as `control::preset::motor()`.
-    pub model: TransferFunction,
-    /// How the model is sampled; the paper: backward Euler.
-    pub method: Method,
+    /// The plant, such as `control::preset::paper_plant()`.
+    pub plant: Plant,
+    /// The law that a page is to follow, as `system` writes it; the paper's, if none is given.
+    pub law: Option<serde_json::Value>,
     /// The folder of `ticks.csv` and `arrivals.csv`, and of each page's
     /// `messages.csv` and `page.json`; made if need be.
     pub out: PathBuf,

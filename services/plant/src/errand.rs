@@ -70,10 +70,13 @@ struct Claim {
 
 /// What a claim gets.
 #[derive(Serialize)]
-struct Grant {
+struct Grant<'a> {
     session: String,
     h_ns: u64,
     late: endpoint::Late,
+    /// Not there: the paper's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    law: Option<&'a serde_json::Value>,
 }
 
 /// Runs an errand to its response.
@@ -111,11 +114,12 @@ async fn claim(body: Incoming, desk: &Rc<RefCell<Desk>>) -> Result<Response<Byte
         return Err(problem.into());
     }
     task::spawn_local(watch(number, Rc::clone(desk)));
-    let settings = desk.borrow().settings;
+    let desk = desk.borrow();
     Ok(as_json(&Grant {
         session,
-        h_ns: settings.h.ns(),
-        late: settings.late,
+        h_ns: desk.settings.h.ns(),
+        late: desk.settings.late,
+        law: desk.law.as_ref(),
     }))
 }
 

@@ -110,11 +110,13 @@ fn session() -> Value {
         &json!({"client": {"type": "string", "maxLength": 200, "description": "what the page calls itself"}}),
     );
     let h = json!({"type": "integer", "format": "int64", "description": "the plant's sample time in nanoseconds"});
-    let grant = object(&json!({
+    let mut grant = object(&json!({
         "session": {"type": "string", "pattern": TOKEN, "description": "the token"},
         "h_ns": h,
         "late": {"type": "string", "enum": ["apply", "drop"], "description": "what becomes of a command that was overtaken"},
+        "law": {"type": "object", "description": "the control law to follow; the paper's PI, if there is none"},
     }));
+    grant["required"] = json!(["session", "h_ns", "late"]);
     let count = |what: &str| json!({"type": "integer", "format": "int64", "description": what});
     let mut status = object(&json!({
         "state": {"type": "string", "enum": ["free", "held", "ended"]},

@@ -49,8 +49,10 @@ const SESSION: &str = "webloop-session";
 /// Where requests are dealt with: the plant's state as the HTTP thread owns it.
 pub(crate) struct Desk {
     pub(crate) settings: PlantSettings,
+    /// What a page that is granted a session is to follow.
+    pub(crate) law: Option<serde_json::Value>,
     pub(crate) inbox: Inbox,
-    pub(crate) input: Publisher<3>,
+    pub(crate) input: Publisher<4>,
     pub(crate) output: Reader<2>,
     pub(crate) rows: Recorder<ArrivalRow>,
     pub(crate) refused: u64,

@@ -9,7 +9,6 @@ use std::{
     task::Poll,
 };
 
-use control::{StateSpace, Stepper, discretise};
 use endpoint::{ArrivalRow, Inbox, Input, Process, TickRow};
 use journal::Journal;
 use pace::now_ns;
@@ -52,8 +51,7 @@ pub fn serve_until(
     ready: impl FnOnce(Ready),
 ) -> Result<Report, ServeError> {
     let settings = &config.settings;
-    let model = StateSpace::from(&config.model);
-    let sampled = discretise(&model, config.method, settings.h.seconds())?;
+    let sampled = config.plant.sampled(settings.h.ns())?;
 
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
@@ -80,7 +78,7 @@ pub fn serve_until(
     let (output_publisher, output_reader) = latest([0; 2]);
     let start_ns = now_ns() + START_AHEAD_NS;
     let mut ticker = Ticker {
-        process: Process::new(settings, Stepper::new(&sampled), start_ns),
+        process: Process::new(settings, sampled.stepper(), start_ns),
         h_ns: settings.h.ns(),
         input: input_reader,
         output: output_publisher,
@@ -93,6 +91,7 @@ pub fn serve_until(
 
     let desk = Rc::new(RefCell::new(Desk {
         settings: *settings,
+        law: config.law.clone(),
         inbox: Inbox::new(settings.late),
         input: input_publisher,
         output: output_reader,

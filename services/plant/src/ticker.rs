@@ -28,18 +28,20 @@ const FIFO_PRIORITY: u8 = 50;
 const NAP_NS: u64 = 50_000_000;
 
 /// An input as the threads share it.
-pub(crate) fn input_words(input: Input) -> [u64; 3] {
+pub(crate) fn input_words(input: Input) -> [u64; 4] {
     [
         input.u.to_bits(),
         input.seq.unwrap_or_default(),
         u64::from(input.seq.is_some()),
+        input.t_ns,
     ]
 }
 
-fn input([u, seq, any]: [u64; 3]) -> Input {
+fn input([u, seq, any, t_ns]: [u64; 4]) -> Input {
     Input {
         u: f64::from_bits(u),
         seq: (any != 0).then_some(seq),
+        t_ns,
     }
 }
 
@@ -59,7 +61,7 @@ pub(crate) fn output([tick, y]: [u64; 2]) -> Output {
 pub(crate) struct Ticker {
     pub(crate) process: Process,
     pub(crate) h_ns: u64,
-    pub(crate) input: Reader<3>,
+    pub(crate) input: Reader<4>,
     pub(crate) output: Publisher<2>,
     pub(crate) rows: Recorder<TickRow>,
     pub(crate) fifo: bool,

@@ -17,13 +17,14 @@ macro_rules! package {
 }
 
 /// Where each file is in the archive, and its content.
-const FILES: [(&str, &str); 22] = package![
+const FILES: [(&str, &str); 27] = package![
     "__init__.py",
     "__main__.py",
     "argument.py",
     "drive.py",
     "end.py",
     "exchange.py",
+    "feedback.py",
     "frame.py",
     "grant.py",
     "http_exchange.py",
@@ -32,11 +33,15 @@ const FILES: [(&str, &str); 22] = package![
     "law.py",
     "main.py",
     "message.py",
+    "model.py",
+    "pid.py",
     "query.py",
     "report.py",
     "row.py",
     "setting.py",
+    "smith.py",
     "span.py",
+    "transfer.py",
     "websocket.py",
     "websocket_exchange.py",
     "worker.py",

@@ -13,8 +13,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use control::{Method, preset};
-use endpoint::{Counts, Late, MessageOutcome, MessageRow, PlantSettings, SampleTime, TickRow};
+use control::preset;
+use endpoint::{
+    Counts, Hold, Late, MessageOutcome, MessageRow, PlantSettings, SampleTime, TickRow,
+};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use tokio::sync::oneshot;
@@ -84,9 +86,10 @@ fn with_plant<T>(out: &Path, client: impl FnOnce(SocketAddr) -> T) -> (T, plant:
         settings: PlantSettings {
             h: SampleTime::try_new(3 * MS).expect("3 ms"),
             late: Late::Apply,
+            hold: Hold::Last,
         },
-        model: preset::motor(),
-        method: Method::BackwardEuler,
+        plant: preset::paper_plant(),
+        law: None,
         out: out.to_owned(),
         fifo: true,
     };

@@ -2,7 +2,9 @@
 
 import contextlib
 import io
+import json
 import unittest
+from math import inf
 
 from webloop_controller import argument
 from webloop_controller.setting import UNLIMITED
@@ -44,6 +46,7 @@ class Arguments(unittest.TestCase):
         self.assertEqual((config.transport, config.connection), ("http", "keep"))
         self.assertEqual((config.timeout_ns, config.duration_ns), (5 * 10**9, 6 * 10**9))
         self.assertEqual((config.start_ns, config.out), (None, "serve"))
+        self.assertEqual(config.law.gains, (0.1701, 0.378, 0.0, inf))
 
     def test_every_option_can_be_given(self):
         line = (
@@ -59,6 +62,8 @@ class Arguments(unittest.TestCase):
         self.assertEqual((config.transport, config.connection), ("http", "new"))
         self.assertEqual((config.timeout_ns, config.duration_ns), (300_000_000, 6 * 10**9))
         self.assertEqual((config.start_ns, config.out), (2**64 - 1, "a/b"))
+        words = json.dumps({"law": "pid", "kp": 2, "ki": 1, "kd": 0, "filter_rad_s": None, "limits": None})
+        self.assertEqual(argument.read(["--law", words]).law.gains, (2.0, 1.0, 0.0, inf))
 
     def test_wrong_usage_ends_with_2_and_says_what_is_wrong_and_what_to_do(self):
         for line, what, remedy in [
@@ -71,6 +76,8 @@ class Arguments(unittest.TestCase):
             ("--transport carrier", "transport `carrier`", "choose http or websocket"),
             ("--outstanding 0", "outstanding `0`", "from 1 to 8192"),
             ("--r nan", "`nan`", "like 1 or -0.5"),
+            ("--law pi", "`pi` is no JSON", "write it like"),
+            ('--law {"law":"pi"}', "`law`: `\"pi\"`", "one of pid, transfer"),
             ("--timeout 0s", "`0s`", "like 5s"),
             ("--start-ns -1", "--start-ns", "--help"),
             ("--start-ns soon", "`soon`", "CLOCK_MONOTONIC"),

@@ -1,7 +1,7 @@
 """The command line: what can be typed, read into a checked `Config`.
 
-The options are those of `webloop serve controller`, and `--transport`. Wrong
-usage ends the program with 2 and a sentence.
+The options are those of `webloop serve controller`, `--transport` and `--law`.
+Wrong usage ends the program with 2 and a sentence.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import sys
 from typing import Callable, List, NoReturn, Optional, Sequence, Tuple, TypeVar
 
 from webloop_controller import setting
+from webloop_controller.law import paper_pi, parse_law
 from webloop_controller.query import MAX_COUNT
 from webloop_controller.setting import Config, Settings
 from webloop_controller.span import parse_sample_time, parse_span
@@ -52,6 +53,7 @@ def read(arguments: Sequence[str]) -> Config:
             integrate=given.integrate,
             late=given.late,
         ),
+        law=paper_pi() if given.law is None else given.law,
         plant=given.plant,
         transport=given.transport,
         connection=given.connection,
@@ -149,6 +151,7 @@ def _parser() -> _Parser:
     option("h", parse_sample_time, "3ms", "sample time", "TIME")
     choice("mode", setting.MODES, "closed", "whether the answers steer the plant")
     option("r", setting.parse_reference, "1", "reference", "NUMBER")
+    option("law", parse_law, None, "the control law; the paper's PI, if not given", "JSON")
     option("duration", parse_span, "6s", "how long to send", "TIME")
     option(
         "outstanding",

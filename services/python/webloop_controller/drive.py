@@ -22,7 +22,6 @@ from webloop_controller.exchange import Ended, Exchange, ExchangeError, NoAnswer
 from webloop_controller.http_exchange import HttpExchange
 from webloop_controller.inbox import Inbox
 from webloop_controller.journal import Journal
-from webloop_controller.law import paper_pi
 from webloop_controller.message import Observation
 from webloop_controller.report import Report
 from webloop_controller.row import ANSWERED, COLUMNS, FAILED, MessageRow
@@ -82,7 +81,7 @@ def drive(config: Config, ended: Inbox) -> Report:
         start_ns = monotonic_ns() + START_AHEAD_NS
     stop_ns = start_ns + config.duration_ns
     run = _Run(
-        ControllerEnd(config.settings, paper_pi(), y, start_ns, stop_ns),
+        ControllerEnd(config.settings, config.law, y, start_ns, stop_ns),
         exchange,
         journal,
         ended,

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Dict, NamedTuple, Optional, Union
 
-from webloop_controller.law import PI
+from webloop_controller.law import Law
 from webloop_controller.message import Answer, Command
 from webloop_controller.row import ANSWERED, TIMEOUT, MessageRow
 from webloop_controller.setting import Settings
@@ -74,7 +74,7 @@ class ControllerEnd:
     """
 
     def __init__(
-        self, settings: Settings, law: PI, y: float, start_ns: int, stop_ns: int
+        self, settings: Settings, law: Law, y: float, start_ns: int, stop_ns: int
     ) -> None:
         self.settings = settings
         self.law = law
@@ -174,13 +174,13 @@ class ControllerEnd:
             # The plant does not apply it; the reference is as good as any.
             u = settings.r
         else:
-            e = settings.r - self._y
-            row.y = self._y
-            row.e = e
+            y = self._y
+            row.y = y
+            row.e = settings.r - y
             dt_s = settings.h_ns / 1e9
             if settings.integrate == "elapsed" and self._last_send_ns is not None:
                 dt_s = max(now_ns - self._last_send_ns, 0) / 1e9
-            u = self.law.update(e, dt_s)
+            u = self.law.update(settings.r, y, dt_s)
         row.t_send_ns = now_ns
         row.u = u
         self._last_send_ns = now_ns

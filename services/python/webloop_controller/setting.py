@@ -9,6 +9,8 @@ from __future__ import annotations
 from math import isfinite
 from typing import NamedTuple, Optional, Tuple
 
+from webloop_controller.law import Law
+
 MODES = ("open", "closed")
 """open: the plant only acknowledges. closed: it applies u and answers with its state."""
 
@@ -78,6 +80,8 @@ class Config(NamedTuple):
 
     settings: Settings
     """When it sends, and what."""
+    law: Law
+    """What makes u of r and y; at rest, and for one run."""
     plant: Tuple[str, int]
     """The plant's address and port."""
     transport: str

@@ -1,7 +1,7 @@
 use std::num::NonZeroUsize;
 
-use control::preset::{BARE_SETTLING_3MS_S, motor, paper_pi};
-use control::{Method, StateSpace, discretise, step_response};
+use control::preset::{BARE_SETTLING_3MS_S, paper_pi, paper_plant};
+use control::step_response;
 
 use super::*;
 
@@ -9,8 +9,7 @@ const H_S: f64 = 0.003;
 
 /// The paper's loop at 333 Hz with a constant delay of so many ticks, for eight seconds.
 fn paper(ticks: usize) -> Vec<f64> {
-    let plant =
-        discretise(&StateSpace::from(&motor()), Method::BackwardEuler, H_S).expect("regular");
+    let plant = paper_plant().sampled(3_000_000).expect("regular");
     let delay = NonZeroUsize::new(ticks).expect("not 0");
     step_response(&plant, paper_pi(), 1.0, delay, (8.0 / H_S) as usize)
 }

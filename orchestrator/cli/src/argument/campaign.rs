@@ -283,12 +283,15 @@ pub(crate) struct Margin {
         default_value = "1ms,3ms,10ms"
     )]
     pub(crate) h: Vec<SampleTime>,
-    /// Proportional gain; the paper's, if not given
-    #[arg(long, default_value_t = control::preset::PAPER_A0, allow_negative_numbers = true)]
-    pub(crate) kp: f64,
-    /// Integral gain, 1/s; the paper's, if not given
-    #[arg(long, default_value_t = control::preset::PAPER_A1, allow_negative_numbers = true)]
-    pub(crate) ki: f64,
+    /// What is controlled, and by what law: a built-in system, or the path of a system file
+    #[arg(long, default_value = "motor", value_name = "NAME")]
+    pub(crate) system: String,
+    /// Another proportional gain than the system's
+    #[arg(long, allow_negative_numbers = true)]
+    pub(crate) kp: Option<f64>,
+    /// Another integral gain, 1/s
+    #[arg(long, allow_negative_numbers = true)]
+    pub(crate) ki: Option<f64>,
     /// Topologies, or profile files, whose chance to stay inside is wanted; all built-in ones, if not given
     #[arg(long, value_name = "NAME")]
     pub(crate) topology: Vec<String>,

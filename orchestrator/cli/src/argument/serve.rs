@@ -10,8 +10,8 @@ use agent::AgentName;
 use browser::Engine;
 use clap::{Args, Subcommand};
 use endpoint::{
-    Connection, Integrate, Late, Mode, Outstanding, SampleTime, Schedule, Sender, Thread, Timer,
-    Transport,
+    Connection, Hold, Integrate, Late, Mode, Outstanding, SampleTime, Schedule, Sender, Thread,
+    Timer, Transport,
 };
 use jiff::SignedDuration;
 
@@ -52,6 +52,12 @@ pub(crate) struct ServePlant {
     /// Commands that a newer one has overtaken: apply or drop
     #[arg(long, default_value = "apply")]
     pub(crate) late: Late,
+    /// How long a command is held when no other comes: last, or a time, and then 0
+    #[arg(long, default_value = "last", value_name = "TIME")]
+    pub(crate) hold: Hold,
+    /// What is controlled: a built-in system, or the path of a system file
+    #[arg(long, default_value = "motor")]
+    pub(crate) system: String,
     /// Where ticks.csv, arrivals.csv and plant.json go
     #[arg(long, value_name = "DIR", default_value = "serve")]
     pub(crate) out: PathBuf,
@@ -68,9 +74,9 @@ pub(crate) struct ServeController {
     /// open or closed
     #[arg(long, default_value = "closed")]
     pub(crate) mode: Mode,
-    /// Reference
-    #[arg(long, default_value_t = 1.0, value_parser = reference, allow_negative_numbers = true)]
-    pub(crate) r: f64,
+    /// Reference; the system's, if not given
+    #[arg(long, value_parser = reference, allow_negative_numbers = true)]
+    pub(crate) r: Option<f64>,
     /// How long to send
     #[arg(long, default_value = "6s", value_name = "TIME")]
     pub(crate) duration: SignedDuration,
@@ -95,6 +101,9 @@ pub(crate) struct ServeController {
     /// After this a request is given up
     #[arg(long, default_value = "5s", value_name = "TIME")]
     pub(crate) timeout: SignedDuration,
+    /// By what law: a built-in system, or the path of a system file. A page has the plant's
+    #[arg(long, default_value = "motor")]
+    pub(crate) system: String,
     /// When to send the first message, in ns of CLOCK_MONOTONIC; soon, if not given
     #[arg(long, value_name = "T")]
     pub(crate) start_ns: Option<u64>,

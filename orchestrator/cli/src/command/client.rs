@@ -11,14 +11,20 @@ use anyhow::anyhow;
 use endpoint::PageSettings;
 
 use crate::argument::{ServeBrowser, ServeController};
-use crate::command::serve::{leave, ns, say_ready, settings};
+use crate::command::serve::{at, leave, ns, say_ready, settings};
 use crate::exit::{Exit, Failure, Outcome};
+use crate::source;
 
 /// Becomes the interpreter that runs the controller in Python.
 pub(crate) fn python(argument: &ServeController) -> Outcome {
+    let system = source::system(&argument.system)?;
     // Checked here, so that mistakes are told in the same words.
-    settings(argument)?;
-    python::run(words(argument)).map_or_else(
+    let settings = settings(argument, &system)?;
+    let law = match system.is_paper() {
+        true => None,
+        false => Some(serde_json::to_string(&at(&system, argument.h)?.design)?),
+    };
+    python::run(words(argument, settings.r, law)).map_or_else(
         |problem| match problem {
             python::Error::Unsupported { .. } => Err(Failure::unsupported(problem)),
             other => Err(other.into()),
@@ -28,12 +34,12 @@ pub(crate) fn python(argument: &ServeController) -> Outcome {
 }
 
 /// The options as the controller in Python has them.
-fn words(argument: &ServeController) -> Vec<String> {
+fn words(argument: &ServeController, r: f64, law: Option<String>) -> Vec<String> {
     let ServeController {
         plant,
         h,
         mode,
-        r,
+        r: _,
         duration,
         outstanding,
         transport,
@@ -42,6 +48,7 @@ fn words(argument: &ServeController) -> Vec<String> {
         integrate,
         late,
         timeout,
+        system: _,
         start_ns,
         out,
     } = argument;
@@ -60,6 +67,7 @@ fn words(argument: &ServeController) -> Vec<String> {
         format!("--timeout={}ns", timeout.as_nanos()),
         format!("--out={}", out.display()),
     ];
+    words.extend(law.map(|law| format!("--law={law}")));
     words.extend(start_ns.map(|start_ns| format!("--start-ns={start_ns}")));
     words
 }
@@ -67,10 +75,11 @@ fn words(argument: &ServeController) -> Vec<String> {
 /// Starts a real browser at the plant's page, and watches it to its end.
 pub(crate) fn browser(argument: &ServeBrowser) -> Outcome {
     let controller = &argument.controller;
+    let system = source::system(&controller.system)?;
     let config = ::browser::Config {
         engine: argument.engine,
         plant: controller.plant,
-        settings: settings(controller)?,
+        settings: settings(controller, &system)?,
         page: PageSettings {
             thread: argument.thread,
             sender: argument.sender,

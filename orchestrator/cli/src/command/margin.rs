@@ -2,16 +2,17 @@
 
 use std::io::Write;
 
+use ::system::System;
 use analysis::layout::{Column, align, digits, number, text};
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use control::{
-    Discrete, Gains, Margins, Method, StateSpace, TransferFunction, discretise,
-    largest_stable_blocking_round_trip_s, largest_stable_round_trip_s, margins, preset,
+    Margins, largest_stable_blocking_round_trip_s, largest_stable_round_trip_s, margins,
 };
 use endpoint::SampleTime;
 use link::{Pings, Profile, share_within};
 
 use crate::argument::Margin;
+use crate::command::serve::at;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::source;
 
@@ -38,13 +39,12 @@ struct Loop {
 
 /// Prints the margins, and the chances of each link.
 pub(crate) fn run(argument: &Margin) -> Outcome {
-    let gains = Gains::pi(argument.kp, argument.ki);
+    let system = asked(argument)?;
     let loops = argument
         .h
         .iter()
-        .map(|h| look(*h, &gains))
-        .collect::<anyhow::Result<Vec<_>>>()
-        .map_err(Failure::usage)?;
+        .map(|h| look(*h, &system))
+        .collect::<Result<Vec<_>, _>>()?;
     let names: Vec<&str> = match argument.topology.as_slice() {
         [] => Profile::BUILTIN.to_vec(),
         asked => asked.iter().map(String::as_str).collect(),
@@ -56,14 +56,24 @@ pub(crate) fn run(argument: &Margin) -> Outcome {
     let mut out = std::io::stdout();
     writeln!(
         out,
-        "The paper's motor with a PI controller, kp = {}, ki = {}/s\n\n{}\n{}\n{}",
-        argument.kp,
-        argument.ki,
+        "{}\n\n{}\n{}\n{}",
+        title(&system, argument),
         of_loops(&loops),
         of_links(&loops, &names, &profiles),
         LEGEND
     )?;
     Ok(Exit::Fine)
+}
+
+/// Which loop it is, in a line.
+fn title(system: &System, argument: &Margin) -> String {
+    let mut title = format!("{}: {}", system.name(), system.about());
+    for (name, gain) in [("kp", argument.kp), ("ki", argument.ki)] {
+        if let Some(gain) = gain {
+            title += &format!(", {name} = {gain}");
+        }
+    }
+    title
 }
 
 const LEGEND: &str = "\
@@ -73,29 +83,34 @@ request: a client that waits for each answer, whose commands a longer round trip
 Within: of the time, how much a link's round trip is no longer than that and nothing is lost. A link
 that leaves it for moments need not make the loop unstable; one that stays outside does.";
 
-fn look(h: SampleTime, gains: &Gains) -> anyhow::Result<Loop> {
-    let unfit = || format!("there is no loop with these gains at h = {h}");
-    let plant = sampled(&preset::motor(), h).with_context(unfit)?;
-    let law = gains.transfer_function().with_context(unfit)?;
-    let law = sampled(&law, h)?.transfer_function().with_context(unfit)?;
-    let system = plant
+fn look(h: SampleTime, system: &System) -> Result<Loop, Failure> {
+    let own = at(system, h)?;
+    let whole = own
+        .plant
         .transfer_function()
-        .and_then(|motor| motor.series(&law))
-        .with_context(unfit)?;
+        .and_then(|plant| plant.series(&own.law.transfer_function(h.seconds())?))
+        .with_context(|| format!("{} has no margins at h = {h}", system.name()))
+        .map_err(Failure::usage)?;
+    let margins = margins(&whole, OWN_TICKS * h.seconds())
+        .with_context(|| format!("{} has no margins at h = {h}", system.name()))
+        .map_err(Failure::usage)?;
     Ok(Loop {
         h,
-        margins: margins(&system, OWN_TICKS * h.seconds())?,
-        unlimited_s: largest_stable_round_trip_s(&system),
-        one_s: largest_stable_blocking_round_trip_s(&plant, gains),
+        margins,
+        unlimited_s: largest_stable_round_trip_s(&whole),
+        one_s: largest_stable_blocking_round_trip_s(&own.plant, &own.law),
     })
 }
 
-fn sampled(system: &TransferFunction, h: SampleTime) -> anyhow::Result<StateSpace<Discrete>> {
-    Ok(discretise(
-        &StateSpace::from(system),
-        Method::BackwardEuler,
-        h.seconds(),
-    )?)
+/// The system that is asked for, with the gains that are.
+fn asked(argument: &Margin) -> Result<System, Failure> {
+    let system = source::system(&argument.system)?;
+    system.with_gains(argument.kp, argument.ki).ok_or_else(|| {
+        Failure::usage(anyhow!(
+            "the law of {} has no finite kp and ki to replace; leave --kp and --ki out",
+            system.name()
+        ))
+    })
 }
 
 fn of_loops(loops: &[Loop]) -> String {

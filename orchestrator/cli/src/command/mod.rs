@@ -20,3 +20,5 @@ pub(crate) mod run;
 pub(crate) mod run_cell;
 pub(crate) mod serve;
 pub(crate) mod show;
+pub(crate) mod sweep;
+pub(crate) mod system;

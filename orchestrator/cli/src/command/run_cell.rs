@@ -1,10 +1,9 @@
 //! `webloop run-cell`: cells of a plan, for `run`, for containers and for job arrays; idempotent.
 
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::{Context, anyhow};
-use backend::{Player, Timings};
+use anyhow::anyhow;
+use backend::Player;
 use plan::{Cell, Plan, Verdict};
 
 use crate::argument::{Backend, RunCell};
@@ -20,7 +19,9 @@ pub(crate) fn run(argument: &RunCell) -> Outcome {
         // First of all: a user namespace can only be entered while there is one thread.
         Backend::Netns => backend::Backend::Netns(shaper::become_root()),
         Backend::Attach => backend::Backend::Attach(attach::agents()?),
-        Backend::Sim => backend::Backend::Sim(Box::new(timings(argument.timing.as_deref())?)),
+        Backend::Sim => {
+            backend::Backend::Sim(Box::new(source::timings(argument.timing.as_deref())?))
+        }
         Backend::Compose => {
             return Err(Failure::usage(anyhow!(
                 "run-cell runs no containers; use `webloop run --backend compose --only ..`"
@@ -95,19 +96,6 @@ fn run_one(
         )
         .into()),
     }
-}
-
-/// How long programs take, by this file or as built in.
-fn timings(file: Option<&Path>) -> Result<Timings, Failure> {
-    let Some(file) = file else {
-        return Ok(Timings::built_in()?);
-    };
-    let text = std::fs::read_to_string(file)
-        .with_context(|| format!("cannot read {}", file.display()))
-        .map_err(Failure::usage)?;
-    Timings::read(&text)
-        .with_context(|| format!("{} holds no timings", file.display()))
-        .map_err(Failure::usage)
 }
 
 fn index_of_the_job() -> Result<usize, Failure> {

@@ -5,25 +5,34 @@
 use std::io::Write;
 use std::path::Path;
 
+use ::system::{Loop, System};
 use anyhow::anyhow;
-use control::{Method, preset};
-use endpoint::{ControllerSettings, PlantSettings};
+use endpoint::{ControllerSettings, PlantSettings, SampleTime};
 use jiff::SignedDuration;
 use serde::Serialize;
 
 use crate::argument::{ServeController, ServePlant};
 use crate::exit::{Exit, Failure, Outcome};
+use crate::source;
 
-/// Runs the paper's plant until SIGTERM or SIGINT.
+/// Runs a plant until SIGTERM or SIGINT.
 pub(crate) fn plant(argument: &ServePlant) -> Outcome {
+    let system = source::system(&argument.system)?;
+    let own = at(&system, argument.h)?;
+    // The paper's is what a page follows if it is told nothing.
+    let law = match system.is_paper() {
+        true => None,
+        false => Some(serde_json::to_value(&own.design)?),
+    };
     let config = ::plant::Config {
         listen: argument.listen,
         settings: PlantSettings {
             h: argument.h,
             late: argument.late,
+            hold: argument.hold,
         },
-        model: preset::motor(),
-        method: Method::BackwardEuler,
+        plant: system.plant().clone(),
+        law,
         out: argument.out.clone(),
         fifo: true,
     };
@@ -31,12 +40,13 @@ pub(crate) fn plant(argument: &ServePlant) -> Outcome {
     leave(&argument.out, "plant", &report)
 }
 
-/// Runs the paper's controller for its duration.
+/// Runs a controller for its duration.
 pub(crate) fn controller(argument: &ServeController) -> Outcome {
+    let system = source::system(&argument.system)?;
     let config = ::controller::Config {
         plant: format!("http://{}", argument.plant),
-        settings: settings(argument)?,
-        law: preset::paper_pi(),
+        settings: settings(argument, &system)?,
+        law: at(&system, argument.h)?.law,
         start_ns: argument.start_ns,
         duration_ns: ns("duration", argument.duration)?,
         connections: 1,
@@ -54,11 +64,14 @@ pub(crate) fn controller(argument: &ServeController) -> Outcome {
 }
 
 /// How a client sends, whichever it is.
-pub(crate) fn settings(argument: &ServeController) -> Result<ControllerSettings, Failure> {
+pub(crate) fn settings(
+    argument: &ServeController,
+    system: &System,
+) -> Result<ControllerSettings, Failure> {
     let settings = ControllerSettings {
         mode: argument.mode,
         h: argument.h,
-        r: argument.r,
+        r: argument.r.unwrap_or(system.r()),
         outstanding: argument.outstanding,
         transport: argument.transport,
         connection: argument.connection,
@@ -75,6 +88,16 @@ pub(crate) fn settings(argument: &ServeController) -> Result<ControllerSettings,
         ))),
         None => Ok(settings),
     }
+}
+
+/// A system at a sample time.
+pub(crate) fn at(system: &System, h: SampleTime) -> Result<Loop, Failure> {
+    system.at(h).map_err(|problem| {
+        Failure::usage(anyhow!(
+            "the system {} does not go with h = {h}: {problem}",
+            system.name()
+        ))
+    })
 }
 
 /// For whoever waits: a line that begins with `ready`. That nobody reads it is no error.

@@ -4,8 +4,10 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
+use ::system::System;
 use analysis::{CellFacts, LoopVerdict, Metrics};
 use backend::Manifest;
+use endpoint::MessageRow;
 use plan::{Client, Verdict};
 
 use crate::ending::{await_rows, kill};
@@ -51,6 +53,57 @@ pub(crate) fn every_client_closes_the_loop_over_a_link() -> Result<(), String> {
         }
     }
     panic!("{TRIES} times not every client's loop settled");
+}
+
+/// The pendulum falls under the paper's law; what each client sent is what its own law says of the
+/// outputs that it had, worked out again from its rows.
+pub(crate) fn every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit() -> Result<(), String>
+{
+    let folder = tempfile::tempdir().unwrap();
+    let experiment = Experiment::new(folder.path(), &["arima"], "10ms", "3s");
+    let cells = "[[cells]]\ntopology = [\"arima\"]\nsystem = [\"pendulum\"]\n\
+                 client = [\"native\", \"python\", \"chromium\", \"firefox\"]\n\
+                 mode = \"closed\"\nh = [\"10ms\"]\nduration = \"3s\"\n";
+    fs::write(&experiment.file, format!("name = \"test\"\n{cells}")).unwrap();
+    let output = experiment.complete();
+    let system = System::read(System::built_in("pendulum").unwrap()).unwrap();
+    let mut lacking = Vec::new();
+    for cell in experiment.cells() {
+        let manifest = manifest(&cell);
+        let (client, reasons) = (manifest.cell.client, manifest.reasons.join("; "));
+        if manifest.verdict == Verdict::Unsupported {
+            assert_eq!(code(&output), Some(3), "{}", said(&output));
+            lacking.push(format!("{client}: {reasons}"));
+            continue;
+        }
+        assert_eq!(manifest.verdict, Verdict::Complete, "{client}: {reasons}");
+        let mut rows = Vec::new();
+        let file = cell.join("messages.csv");
+        analysis::rows::read(&file, MessageRow::COLUMNS, |row: &MessageRow| {
+            rows.push(*row);
+        })
+        .unwrap();
+        rows.sort_by_key(|row| row.seq);
+        let h = manifest.cell.settings.h;
+        let mut law = system.at(h).unwrap().law;
+        let mut sent = 0;
+        for row in &rows {
+            if let (Some(y), Some(u)) = (row.y, row.u) {
+                assert_eq!(
+                    law.update(system.r(), y, h.seconds()),
+                    u,
+                    "{client}: {row:?}"
+                );
+                sent += 1;
+            }
+        }
+        println!("  {client}: {sent} commands are the law's");
+        assert!(sent >= SENT_AT_LEAST, "{client}: {sent} of {DUE}");
+    }
+    match lacking.is_empty() {
+        true => Ok(()),
+        false => Err(lacking.join("\n")),
+    }
 }
 
 /// Over the link a page needs several messages under way, as the others have.

@@ -43,6 +43,10 @@ const TESTS: &[Test] = &[
         clients::every_client_closes_the_loop_over_a_link,
     ),
     (
+        "every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit",
+        clients::every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit,
+    ),
+    (
         "a_browser_that_fails_is_told_by_the_name_of_its_failure",
         clients::a_browser_that_fails_is_told_by_the_name_of_its_failure,
     ),

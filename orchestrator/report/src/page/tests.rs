@@ -123,6 +123,7 @@ fn figure(runs: Vec<String>) -> Figure {
                 title: "arima".to_owned(),
                 x: axis("time/s"),
                 y: axis("y"),
+                map: None,
                 series: vec![Series {
                     name: "</script>".to_owned(),
                     mark: Mark::Line,

@@ -22,10 +22,10 @@ pub(super) fn is_zoomable(figure: &Figure) -> bool {
     figure.chart.panels.iter().any(is_panel_zoomable)
 }
 
-/// Whether there are points to zoom into: bars say what they say as they are.
+/// Whether there are points to zoom into: bars and maps say what they say as they are.
 pub(super) fn is_panel_zoomable(panel: &Panel) -> bool {
     let traces = || panel.series.iter().filter(|series| is_trace(series));
-    traces().any(|series| !series.points.is_empty())
+    panel.map.is_none() && traces().any(|series| !series.points.is_empty())
 }
 
 fn is_trace(series: &Series) -> bool {
@@ -306,6 +306,7 @@ mod tests {
             title: String::new(),
             x: axis(Scale::Linear),
             y: axis(Scale::Log),
+            map: None,
             series: vec![series],
             guides: Vec::new(),
             empty: String::new(),

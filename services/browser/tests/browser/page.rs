@@ -1,5 +1,6 @@
-//! The page's own tests, run by real browsers: its state machine against the
-//! vectors of the crate `endpoint`. What is tested is in the JavaScript beside.
+//! The page's own tests, run by real browsers: its state machine and its laws
+//! against the vectors of the crates `endpoint` and `system`. What is tested is in
+//! the JavaScript beside.
 
 use std::{
     fs,
@@ -18,7 +19,7 @@ use serde_json::Value;
 const FOLDERS: [&str; 3] = ["page", "tests", "../endpoint/tests/vectors"];
 
 #[test]
-fn the_page_is_the_state_machine_that_the_vectors_tell_of() {
+fn the_page_is_the_state_machine_and_the_laws_that_the_vectors_tell_of() {
     let _alone = alone();
     for engine in engines() {
         let scratch = scratch();

@@ -15,9 +15,9 @@ use std::{
     time::Duration,
 };
 
-use control::{Method, preset};
+use control::preset;
 use controller::{Config, DriveError, Report, drive_until};
-use endpoint::{ControllerSettings, Late, MessageRow, PlantSettings, SampleTime};
+use endpoint::{ControllerSettings, Hold, Late, MessageRow, PlantSettings, SampleTime};
 use tokio::sync::oneshot;
 
 const MS: u64 = 1_000_000;
@@ -40,9 +40,10 @@ fn with_plant<T>(
         settings: PlantSettings {
             h,
             late: Late::Apply,
+            hold: Hold::Last,
         },
-        model: preset::motor(),
-        method: Method::BackwardEuler,
+        plant: preset::paper_plant(),
+        law: None,
         out: out.to_owned(),
         fifo: true,
     };
@@ -80,7 +81,7 @@ fn config(
     Config {
         plant: format!("http://{address}"),
         settings,
-        law: preset::paper_pi(),
+        law: preset::paper_pi().into(),
         start_ns: None,
         duration_ns: duration_ms * MS,
         connections: 2,

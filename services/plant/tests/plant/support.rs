@@ -10,8 +10,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-use control::{Method, preset};
-use endpoint::{Late, Observation, PlantSettings, SampleTime};
+use control::preset;
+use endpoint::{Hold, Late, Observation, PlantSettings, SampleTime};
 use plant::{Config, Ready, Report, ServeError, serve_until};
 use tokio::sync::oneshot;
 
@@ -21,9 +21,10 @@ pub(crate) fn config(out: &Path) -> Config {
         settings: PlantSettings {
             h: SampleTime::try_new(3_000_000).expect("3 ms"),
             late: Late::Apply,
+            hold: Hold::Last,
         },
-        model: preset::motor(),
-        method: Method::BackwardEuler,
+        plant: preset::paper_plant(),
+        law: None,
         out: out.to_owned(),
         fifo: false,
     }

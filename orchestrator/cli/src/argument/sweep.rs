@@ -1,0 +1,49 @@
+//! A loop over a grid of conditions and settings.
+
+// The comments on arguments are their help, printed as they stand.
+#![allow(clippy::doc_markdown)]
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::Progress;
+
+#[derive(Debug, Args)]
+pub(crate) struct Sweep {
+    /// margin, delay-gain, loss-jitter, waiting, or the path of a sweep; without it they are listed
+    pub(crate) sweep: Option<String>,
+    /// One value of an axis in place of all of them, such as kp=0.17 (repeatable)
+    #[arg(long, value_name = "AXIS=VALUE", value_parser = fixed)]
+    pub(crate) fix: Vec<(sweep::Axis, String)>,
+    /// The seed; equal seeds give equal links
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// How long programs take: a file that `calibrate` wrote; else the built-in
+    #[arg(long, value_name = "FILE")]
+    pub(crate) timing: Option<PathBuf>,
+    /// Runs at a time, instead of one for each core
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) jobs: Option<u16>,
+    /// Print the axes, and run nothing
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+    /// Results folder; a folder with the same sweep is continued
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// How progress is shown
+    #[arg(long, value_enum, default_value_t = Progress::Auto, value_name = "HOW")]
+    pub(crate) progress: Progress,
+}
+
+/// An axis and what it is fixed to.
+fn fixed(text: &str) -> Result<(sweep::Axis, String), String> {
+    let (axis, value) = text
+        .split_once('=')
+        .ok_or_else(|| "write an axis and its value, such as kp=0.17".to_owned())?;
+    let axis = axis
+        .trim()
+        .parse()
+        .map_err(|error: sweep::UnknownAxis| error.to_string())?;
+    Ok((axis, value.trim().to_owned()))
+}

@@ -1,0 +1,31 @@
+//! Systems by themselves: listed, shown, checked.
+
+// The comments on arguments are their help, printed as they stand.
+#![allow(clippy::doc_markdown)]
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum SystemCommand {
+    /// List the systems that webloop brings
+    List,
+    /// Print a system's TOML, to start your own from
+    Show(SystemShow),
+    /// Check system files
+    Lint(SystemLint),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SystemShow {
+    /// A built-in system, or the path of a system file
+    pub(crate) system: String,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SystemLint {
+    /// System files
+    #[arg(required = true)]
+    pub(crate) files: Vec<PathBuf>,
+}

@@ -1,0 +1,50 @@
+//! `webloop system list|show|lint`: plants with their laws, to choose from and to check.
+
+use std::io::Write;
+
+use ::system::System;
+use anyhow::anyhow;
+
+use crate::argument::{SystemLint, SystemShow};
+use crate::exit::{Exit, Failure, Outcome};
+use crate::{diagnostic, source};
+
+/// Lists what the binary carries.
+pub(crate) fn list() -> Outcome {
+    let mut out = std::io::stdout();
+    for name in System::built_in_names() {
+        let system = source::system(name)?;
+        writeln!(out, "{name:<18} {}", system.about())?;
+    }
+    Ok(Exit::Fine)
+}
+
+/// Prints a system's text, once it is found valid.
+pub(crate) fn show(show: &SystemShow) -> Outcome {
+    source::system(&show.system)?;
+    let text = source::system_text(&show.system).map_err(|problem| anyhow!(problem))?;
+    write!(std::io::stdout(), "{text}")?;
+    Ok(Exit::Fine)
+}
+
+/// Checks system files.
+pub(crate) fn lint(lint: &SystemLint) -> Outcome {
+    let mut unfit = 0;
+    for file in &lint.files {
+        let origin = file.display().to_string();
+        let text =
+            source::system_text(&origin).map_err(|problem| Failure::usage(anyhow!(problem)))?;
+        match System::read(&text) {
+            Ok(system) => writeln!(std::io::stdout(), "{origin}: {} can be run", system.name())?,
+            Err(fault) => {
+                diagnostic::fault(&text, &origin, &fault);
+                unfit += 1;
+            }
+        }
+    }
+    match unfit {
+        0 => Ok(Exit::Fine),
+        1 => Err(Failure::usage(anyhow!("one system cannot be run"))),
+        n => Err(Failure::usage(anyhow!("{n} systems cannot be run"))),
+    }
+}

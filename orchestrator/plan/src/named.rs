@@ -1,0 +1,121 @@
+//! What an experiment names: topologies and systems, looked up, checked, and kept in the plan.
+
+use std::collections::BTreeMap;
+
+use endpoint::SampleTime;
+use system::System;
+use toml::Spanned;
+
+use crate::experiment::Block;
+use crate::matrix::Reader;
+use crate::{Library, Misfit, ProfileText};
+
+impl Reader<'_> {
+    /// Looks a topology's profile up, checks it, and keeps its source under its own name.
+    pub(crate) fn topology(
+        &self,
+        asked: &Spanned<String>,
+        profiles: &mut BTreeMap<String, ProfileText>,
+        library: &mut impl Library,
+    ) -> Result<String, Misfit> {
+        let text = library.profile(asked.get_ref()).map_err(|problem| {
+            let remedy = format!(
+                "use one of {}, or the path of a profile file",
+                link::Profile::BUILTIN.join(", ")
+            );
+            self.misfit(asked, problem, &remedy)
+        })?;
+        let parsed = text.profile(asked.get_ref()).map_err(|findings| {
+            let problem = findings
+                .iter()
+                .map(|f| match f.field.as_str() {
+                    "" => format!("  line {}: {}", f.line, f.message),
+                    field => format!("  line {}, {field}: {}", f.line, f.message),
+                })
+                .collect::<Vec<_>>()
+                .join("\n");
+            let remedy = format!(
+                "`webloop link lint {}` shows each in its place",
+                asked.get_ref()
+            );
+            self.misfit(
+                asked,
+                format!("the profile cannot be played:\n{problem}"),
+                &remedy,
+            )
+        })?;
+        let name = parsed.name().to_owned();
+        match profiles.insert(name.clone(), text.clone()) {
+            Some(before) if before != text => Err(self.misfit(
+                asked,
+                format!("two different profiles are both named `{name}`"),
+                "give one of them another `name`",
+            )),
+            _ => Ok(name),
+        }
+    }
+
+    /// Looks a system up, checks it with every h of the block, and keeps its text under its name.
+    pub(crate) fn system(
+        &self,
+        asked: &Spanned<String>,
+        block: &Block,
+        systems: &mut BTreeMap<String, String>,
+        library: &mut impl Library,
+    ) -> Result<System, Misfit> {
+        let text = library.system(asked.get_ref()).map_err(|problem| {
+            let names: Vec<&str> = System::built_in_names().collect();
+            let remedy = format!(
+                "use one of {}, or the path of a system file",
+                names.join(", ")
+            );
+            self.misfit(asked, problem, &remedy)
+        })?;
+        let system = System::read(&text).map_err(|fault| {
+            let remedy = format!(
+                "`webloop system lint {}` shows it in its place",
+                asked.get_ref()
+            );
+            self.misfit(asked, format!("it is no system: line {fault}"), &remedy)
+        })?;
+        for h in &block.h {
+            let value: SampleTime = self.word(h)?;
+            if let Err(unfit) = system.at(value) {
+                let problem = format!("{} does not go with h = {value}: {unfit}", system.name());
+                return Err(self.misfit(asked, problem, "use another h, or another system"));
+            }
+        }
+        if let Some(integrate) = &block.integrate
+            && integrate.get_ref() != "h"
+            && !system.takes_elapsed()
+        {
+            return Err(self.misfit(
+                integrate,
+                format!(
+                    "the law of {} advances by h, whatever has passed",
+                    system.name()
+                ),
+                "leave `integrate` out",
+            ));
+        }
+        let name = system.name().to_owned();
+        if name == System::PAPER {
+            return match System::built_in(System::PAPER) == Some(text.as_str()) {
+                true => Ok(system),
+                false => Err(self.misfit(
+                    asked,
+                    format!("`{name}` is the paper's system, and no other can have its name"),
+                    "give yours another `name`",
+                )),
+            };
+        }
+        match systems.insert(name.clone(), text.clone()) {
+            Some(before) if before != text => Err(self.misfit(
+                asked,
+                format!("two different systems are both named `{name}`"),
+                "give one of them another `name`",
+            )),
+            _ => Ok(system),
+        }
+    }
+}

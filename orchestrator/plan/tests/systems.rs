@@ -1,0 +1,105 @@
+//! Systems in experiments: a dimension of the matrix, checked where it stands.
+#![allow(clippy::unwrap_used)]
+
+use endpoint::Hold;
+use plan::{Instead, Library, Misfit, Plan, ProfileText};
+use system::System;
+
+/// The built-in profiles and systems, and one that is somebody's own.
+struct Shelf(&'static str);
+
+impl Library for Shelf {
+    fn profile(&mut self, asked: &str) -> Result<ProfileText, String> {
+        Ok(ProfileText {
+            source: link::Profile::builtin(asked).unwrap().to_owned(),
+            ..ProfileText::default()
+        })
+    }
+
+    fn system(&mut self, asked: &str) -> Result<String, String> {
+        match asked {
+            "mine.toml" => Ok(self.0.to_owned()),
+            name => System::built_in(name)
+                .map(str::to_owned)
+                .ok_or_else(|| format!("there is no system `{name}`")),
+        }
+    }
+}
+
+const MINE: &str = "name = \"mine\"\nr = 2.0\n[plant]\nnum = [1.0]\nden = [1.0, 1.0]\ndead_time = \"20ms\"\nsampling = \"tustin\"\n[controller]\nlaw = \"transfer\"\nnum = [1.0]\nden = [1.0, 0.0]\n";
+
+fn resolve(words: &str, mine: &'static str) -> Result<Plan, Misfit> {
+    let source = format!(
+        "name = \"mine\"\n[[cells]]\ntopology = [\"arima\"]\nclient = [\"native\"]\nmode = \"closed\"\n\
+         h = [\"10ms\"]\nduration = \"1s\"\n{words}"
+    );
+    Plan::resolve(&source, "mine.toml", &Instead::default(), Shelf(mine))
+}
+
+#[test]
+fn systems_are_a_dimension_and_the_paper_s_is_meant_where_none_is_named() {
+    let plan = resolve("system = [\"motor\", \"pendulum\", \"mine.toml\"]", MINE).unwrap();
+    let names: Vec<&str> = plan.cells.iter().map(|cell| cell.system.as_str()).collect();
+    assert_eq!(names, ["motor", "pendulum", "mine"]);
+    let references: Vec<f64> = plan.cells.iter().map(|cell| cell.settings.r).collect();
+    assert_eq!(references, [1.0, 0.1, 2.0]);
+    assert_eq!(
+        plan.systems.keys().collect::<Vec<_>>(),
+        ["mine", "pendulum"]
+    );
+    for cell in &plan.cells {
+        assert_eq!(plan.system(cell).unwrap().name(), cell.system);
+    }
+    assert!(
+        plan.cells[1]
+            .id
+            .starts_with("arima-pendulum-native-closed-100hz-r01-")
+    );
+
+    // Cells of the paper's system are what they were before there were others.
+    let alone = resolve("", MINE).unwrap();
+    assert_eq!(alone.cells[0].id, plan.cells[0].id);
+    assert!(!alone.to_json().contains("system"));
+    assert_eq!(Plan::from_json(&plan.to_json()).unwrap(), plan);
+}
+
+#[test]
+fn a_plant_may_let_go_of_a_command() {
+    let plan = resolve("hold = \"50ms\"", MINE).unwrap();
+    assert_eq!(plan.cells[0].hold, Hold::For { ns: 50_000_000 });
+    let problem = resolve("hold = \"soon\"", MINE).unwrap_err().problem;
+    assert!(problem.starts_with("hold `soon` is neither"), "{problem}");
+}
+
+#[test]
+fn what_cannot_be_run_is_told_where_it_stands() {
+    let told = |words, mine| resolve(words, mine).unwrap_err().problem;
+    assert_eq!(
+        told("system = [\"moter\"]", MINE),
+        "there is no system `moter`"
+    );
+    let broken = told("system = [\"mine.toml\"]", "name = 3");
+    assert!(broken.starts_with("it is no system: line 1:8:"), "{broken}");
+    let paper = told(
+        "system = [\"mine.toml\"]",
+        "name = \"motor\"\n[plant]\nnum = [1.0]\nden = [1.0, 1.0]\n[controller]\nlaw = \"pid\"\nkp = 1.0\n",
+    );
+    assert!(
+        paper.starts_with("`motor` is the paper's system"),
+        "{paper}"
+    );
+    let elapsed = told("system = [\"pendulum\"]\nintegrate = \"elapsed\"", MINE);
+    assert!(
+        elapsed.starts_with("the law of pendulum advances by h"),
+        "{elapsed}"
+    );
+    let source = "name = \"mine\"\n[[cells]]\ntopology = [\"arima\"]\nclient = [\"native\"]\nmode = \"closed\"\n\
+                  h = [\"3ms\"]\nduration = \"1s\"\nsystem = [\"mine.toml\"]";
+    let unfit = Plan::resolve(source, "mine.toml", &Instead::default(), Shelf(MINE)).unwrap_err();
+    assert!(
+        unfit.problem.starts_with("mine does not go with h = 3ms"),
+        "{}",
+        unfit.problem
+    );
+    assert_eq!(unfit.line, 8);
+}

@@ -1,0 +1,139 @@
+//! All messages on one connection, as a WebSocket carries them: what is lost holds up what follows.
+//!
+//! Packets that are sent after a lost one tell of it, so it is sent again about a round trip later
+//! and not when a timer ends (RACK, RFC 8985): as soon as the next packet is acknowledged and a
+//! quarter of the shortest round trip has passed beyond its own. Where a client waits for each answer there is
+//! no next packet, and the timer remains. What is left out: that a connection starts slowly, with
+//! ten packets under way, which over a long link makes the first round trips of it longer; and that
+//! messages which wait for that go out together.
+
+use std::collections::VecDeque;
+
+use link::Way;
+
+use crate::connection::Id;
+
+/// Linux's least retransmission timeout beyond the round trip (`TCP_RTO_MIN`).
+const VARIATION_MIN_NS: u64 = 200_000_000;
+
+/// One connection's two ways.
+#[derive(Debug)]
+pub(crate) struct Stream {
+    up: Line,
+    down: Line,
+    /// From one packet to the next; none where the client waits for each answer.
+    pause_ns: Option<u64>,
+}
+
+/// One way: what has been sent and not yet read, in the order of sending.
+#[derive(Debug, Default)]
+struct Line {
+    waiting: VecDeque<Waiting>,
+    /// How long the latest packet took: what RACK goes by.
+    delay_ns: u64,
+    /// How long the quickest took.
+    least_ns: Option<u64>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Waiting {
+    id: Id,
+    has_arrived: bool,
+}
+
+impl Stream {
+    /// A connection that a packet enters every `pause_ns`, or only once the last was answered.
+    pub(crate) fn new(pause_ns: Option<u64>) -> Self {
+        Self {
+            up: Line::default(),
+            down: Line::default(),
+            pause_ns,
+        }
+    }
+
+    /// A message enters one way, for the first time or again; its packet gets through in this time,
+    /// if it does. Out of line, since most runs have no stream.
+    #[cold]
+    pub(crate) fn sends(&mut self, way: Way, id: Id, is_first: bool, delay_ns: Option<u64>) {
+        let line = self.line(way);
+        if is_first {
+            line.waiting.push_back(Waiting {
+                id,
+                has_arrived: false,
+            });
+        }
+        let Some(delay_ns) = delay_ns else {
+            return;
+        };
+        line.delay_ns = delay_ns;
+        line.least_ns = Some(line.least_ns.map_or(delay_ns, |least| least.min(delay_ns)));
+    }
+
+    /// A message has arrived.
+    pub(crate) fn arrives(&mut self, way: Way, id: Id) {
+        let waiting = self.line(way).waiting.iter_mut();
+        if let Some(place) = waiting.into_iter().find(|place| place.id == id) {
+            place.has_arrived = true;
+        }
+    }
+
+    /// The next message that can be read: none while one before it is missing.
+    pub(crate) fn reads(&mut self, way: Way) -> Option<Id> {
+        let line = self.line(way);
+        match line.waiting.front() {
+            Some(first) if first.has_arrived => line.waiting.pop_front().map(|first| first.id),
+            _ => None,
+        }
+    }
+
+    /// How long after a packet was sent and lost it is sent again.
+    pub(crate) fn pause_ns(&self) -> u64 {
+        let rtt_ns = self.up.delay_ns + self.down.delay_ns;
+        let least_ns = self.up.least_ns.unwrap_or(0) + self.down.least_ns.unwrap_or(0);
+        let by_timer_ns = rtt_ns + VARIATION_MIN_NS;
+        match self.pause_ns {
+            Some(pause_ns) => (rtt_ns + pause_ns.max(least_ns / 4)).min(by_timer_ns),
+            None => by_timer_ns,
+        }
+    }
+
+    fn line(&mut self, way: Way) -> &mut Line {
+        match way {
+            Way::Up => &mut self.up,
+            Way::Down => &mut self.down,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_are_read_in_the_order_in_which_they_were_sent() {
+        let mut stream = Stream::new(Some(1));
+        for id in [7, 8, 9] {
+            stream.sends(Way::Up, id, true, None);
+        }
+        let read = |stream: &mut Stream, id| {
+            stream.arrives(Way::Up, id);
+            std::iter::from_fn(|| stream.reads(Way::Up)).collect::<Vec<_>>()
+        };
+        assert!(read(&mut stream, 8).is_empty());
+        assert!(read(&mut stream, 9).is_empty());
+        assert_eq!(read(&mut stream, 7), [7, 8, 9]);
+    }
+
+    #[test]
+    fn who_sends_on_learns_of_a_loss_before_any_timer_ends() {
+        let crossed = |pause_ns| {
+            let mut stream = Stream::new(pause_ns);
+            stream.sends(Way::Up, 1, true, Some(30_000_000));
+            stream.sends(Way::Down, 1, true, Some(10_000_000));
+            stream.pause_ns()
+        };
+        assert_eq!(crossed(Some(1_000_000)), 50_000_000);
+        assert_eq!(crossed(Some(100_000_000)), 140_000_000);
+        assert_eq!(crossed(None), 240_000_000);
+    }
+}

@@ -1,0 +1,117 @@
+//! Where points are run, one after another: what they can share is kept from one to the next.
+
+use std::sync::Arc;
+
+use endpoint::{ControllerSettings, Hold, Mode, Preset};
+use link::Profile;
+use sim::{Setup, Timing};
+
+use crate::made::Made;
+use crate::outcome::Outcome;
+use crate::point::{Between, NoLoop, Point};
+use crate::row::Row;
+use crate::sweep::{Run, Sweep};
+use crate::trace::Trace;
+
+const MS: u64 = 1_000_000;
+/// Where a run lies in time is where `webloop run --backend sim` has it: the controller begins
+/// 1.3 s after the link's epoch, and the plant's ticks count from half a second before that epoch.
+const EPOCH_NS: u64 = 1_000 * MS;
+const START_NS: u64 = EPOCH_NS + 1_300 * MS;
+const PLANT_NS: u64 = EPOCH_NS - 500 * MS;
+
+/// A point that cannot be run.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("point {number} cannot be run: {problem}")]
+pub struct Unfit {
+    /// Its number.
+    pub number: usize,
+    /// Why.
+    pub problem: String,
+}
+
+/// Runs points. One for each thread.
+#[derive(Debug, Default)]
+pub struct Bench {
+    trace: Trace,
+    /// The newest made link: points over one link follow each other.
+    made: Option<(Made, Arc<Profile>)>,
+}
+
+impl Bench {
+    /// Runs a point once; `timing` is that of its client.
+    ///
+    /// # Errors
+    /// [`Unfit`] where its link, its loop or its settings are none that can be run.
+    pub fn run(
+        &mut self,
+        sweep: &Sweep,
+        run: Run,
+        point: &Point,
+        timing: &Timing,
+    ) -> Result<Row, Unfit> {
+        let outcome = self
+            .outcome(sweep, run, point, timing)
+            .map_err(|problem| Unfit {
+                number: run.point,
+                problem,
+            })?;
+        Ok(Row { run, outcome })
+    }
+
+    fn outcome(
+        &mut self,
+        sweep: &Sweep,
+        run: Run,
+        point: &Point,
+        timing: &Timing,
+    ) -> Result<Outcome, String> {
+        let profile = self.profile(&point.between)?;
+        let design = point
+            .design()
+            .map_err(|problem: NoLoop| problem.to_string())?;
+        let settings = ControllerSettings {
+            outstanding: point.outstanding,
+            r: point.system.r(),
+            ..Preset::PaperPython.settings(Mode::Closed, point.h)
+        };
+        let (seed, h_ns) = (sweep.link_seed(point, run.repeat), point.h.ns());
+        // The plant rests until the first command, so of its ticks before it only the phase counts.
+        let first_ns = PLANT_NS + sim::phase_ns(seed, h_ns);
+        let idle_ns = START_NS.saturating_sub(first_ns) / h_ns * h_ns;
+        let setup = Setup {
+            profile: &profile,
+            seed,
+            settings,
+            timer_floor_ns: 0,
+            plant: design.plant.stepper(),
+            hold: Hold::Last,
+            law: design.law,
+            timing,
+            epoch_ns: EPOCH_NS,
+            plant_start_ns: first_ns + idle_ns,
+            start_ns: START_NS,
+            duration_ns: sweep.duration_ns,
+            // Until the last command is taken.
+            after_ns: h_ns,
+        };
+        self.trace.begin(point.h.seconds(), settings.r, sweep.rho);
+        let outcome = sim::run(&setup, &mut self.trace).map_err(|problem| problem.to_string())?;
+        Ok(self.trace.outcome(outcome.counts))
+    }
+
+    fn profile(&mut self, between: &Between) -> Result<Arc<Profile>, String> {
+        let made = match between {
+            Between::Named(profile) => return Ok(Arc::clone(profile)),
+            Between::Made(made) => made,
+        };
+        match &self.made {
+            Some((before, profile)) if before == made => Ok(Arc::clone(profile)),
+            _ => {
+                let profile = Arc::new(made.profile()?);
+                self.made = Some((*made, Arc::clone(&profile)));
+                Ok(profile)
+            }
+        }
+    }
+}

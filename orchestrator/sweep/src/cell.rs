@@ -1,0 +1,140 @@
+//! A point's runs taken together: how many were stable, and the medians of their figures.
+
+use crate::row::Row;
+use crate::sweep::Sweep;
+
+/// What is mapped and compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Measure {
+    /// Into 2 % of the reference for good, ms.
+    Settling,
+    /// Beyond the reference, % of it.
+    Overshoot,
+    /// Integral of the absolute error.
+    Iae,
+    /// Integral of e² + rho u².
+    Cost,
+}
+
+impl Measure {
+    /// All of them.
+    pub const ALL: [Measure; 4] = [
+        Measure::Settling,
+        Measure::Overshoot,
+        Measure::Iae,
+        Measure::Cost,
+    ];
+
+    /// Its name in a file's.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Measure::Settling => "settling",
+            Measure::Overshoot => "overshoot",
+            Measure::Iae => "iae",
+            Measure::Cost => "cost",
+        }
+    }
+
+    /// Its name with its unit.
+    #[must_use]
+    pub fn label(self) -> &'static str {
+        match self {
+            Measure::Settling => "settling/ms",
+            Measure::Overshoot => "overshoot/%",
+            Measure::Iae => "integral of |e|/s",
+            Measure::Cost => "integral of e² + rho u²/s",
+        }
+    }
+}
+
+/// The runs of a point. A figure is the median of all its runs, where one that is unstable, or has
+/// none, counts as worse than any: infinite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cell {
+    /// How many there are.
+    pub runs: u32,
+    /// How many of them were stable.
+    pub stable: u32,
+    medians: [f64; Measure::ALL.len()],
+}
+
+impl Cell {
+    /// All of a sweep's points in order; of those without a row `runs` is 0.
+    #[must_use]
+    pub fn all(sweep: &Sweep, rows: &[Row]) -> Vec<Cell> {
+        let mut of_point = vec![Vec::new(); sweep.grid.points()];
+        for row in rows {
+            if let Some(rows) = of_point.get_mut(row.run.point) {
+                rows.push(*row);
+            }
+        }
+        of_point.iter().map(|rows| Cell::of(rows)).collect()
+    }
+
+    /// Of one point's rows.
+    #[must_use]
+    pub fn of(rows: &[Row]) -> Cell {
+        let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        let medians = Measure::ALL.map(|measure| {
+            let values = rows.iter().map(|row| {
+                let outcome = &row.outcome;
+                let figure = match measure {
+                    Measure::Settling => outcome.settling_ms,
+                    Measure::Overshoot => outcome.overshoot_pct,
+                    Measure::Iae => outcome.iae_s,
+                    Measure::Cost => outcome.cost_s,
+                };
+                figure.filter(|_| outcome.stable).unwrap_or(f64::INFINITY)
+            });
+            median(values.collect())
+        });
+        Cell {
+            runs: count(rows.len()),
+            stable: count(rows.iter().filter(|row| row.outcome.stable).count()),
+            medians,
+        }
+    }
+
+    /// A figure; infinite where half of its runs or more have none.
+    #[must_use]
+    pub fn figure(&self, measure: Measure) -> f64 {
+        let [settling, overshoot, iae, cost] = self.medians;
+        match measure {
+            Measure::Settling => settling,
+            Measure::Overshoot => overshoot,
+            Measure::Iae => iae,
+            Measure::Cost => cost,
+        }
+    }
+
+    /// Whether more than half of its runs were stable.
+    #[must_use]
+    pub fn is_stable(&self) -> bool {
+        2 * self.stable > self.runs
+    }
+}
+
+/// The median; infinite of no values. Of two in the middle the mean.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let at = |rank: usize| values.get(rank).copied().unwrap_or(f64::INFINITY);
+    match values.len() {
+        0 => f64::INFINITY,
+        n => f64::midpoint(at((n - 1) / 2), at(n / 2)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_has_no_figure_is_worse_than_any() {
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(vec![1.0, 2.0]), 1.5);
+        assert_eq!(median(vec![1.0, f64::INFINITY]), f64::INFINITY);
+        assert_eq!(median(vec![1.0, 2.0, f64::INFINITY]), 2.0);
+        assert_eq!(median(Vec::new()), f64::INFINITY);
+    }
+}

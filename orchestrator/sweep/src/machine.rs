@@ -1,0 +1,41 @@
+//! Whose timings the two ends have: a client's, as they were measured, or none at all.
+
+use std::fmt;
+use std::str::FromStr;
+
+use plan::Client;
+
+/// What the programs of both ends take over a message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Machine {
+    /// No time: what remains are deadlines, ticks and the link.
+    Ideal,
+    /// What this client takes.
+    Of(Client),
+}
+
+/// A word that is neither `ideal` nor a client's.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("client `{0}` is unknown; choose ideal, native, python, chromium or firefox")]
+pub struct UnknownMachine(String);
+
+impl FromStr for Machine {
+    type Err = UnknownMachine;
+
+    fn from_str(word: &str) -> Result<Self, UnknownMachine> {
+        if word == "ideal" {
+            return Ok(Machine::Ideal);
+        }
+        let client = word.parse().map_err(|_| UnknownMachine(word.to_owned()))?;
+        Ok(Machine::Of(client))
+    }
+}
+
+impl fmt::Display for Machine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Machine::Ideal => f.pad("ideal"),
+            Machine::Of(client) => client.fmt(f),
+        }
+    }
+}

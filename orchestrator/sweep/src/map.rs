@@ -1,0 +1,254 @@
+//! Figures of a sweep: a map where two axes are long, lines where they are short.
+//!
+//! What is drawn along which axis is decided from the axes alone, in `layout`; how, in
+//! `tiles` and `lines`. What is left over is told apart by panels.
+
+mod layout;
+mod lines;
+mod tiles;
+
+use chart::{Axis as Scaled, Chart, Panel, Scale};
+
+use crate::axis::Axis;
+use crate::cell::{Cell, Measure};
+use crate::grid::Dimension;
+use crate::margin::{Border, Limit};
+use crate::sweep::Sweep;
+
+use layout::{Form, Layout};
+
+/// The most panels of one figure.
+const PANELS_MAX: usize = 12;
+/// What a panel says that has nothing to show.
+const NOTHING: &str = "nothing settled";
+/// What the line of analysis is called.
+const LIMIT: &str = "longest stable round trip, computed";
+
+/// The figures of a sweep: one for each measure, and none where nothing is varied.
+#[must_use]
+pub fn maps(sweep: &Sweep, cells: &[Cell], borders: &[Border]) -> Vec<Chart> {
+    let subject = Subject {
+        sweep,
+        dimensions: sweep.grid.dimensions(),
+        cells,
+        borders,
+    };
+    let Some(layout) = Layout::of(&subject.dimensions) else {
+        return Vec::new();
+    };
+    Measure::ALL
+        .map(|measure| subject.chart(&layout, measure))
+        .into()
+}
+
+/// What is drawn, and all that a drawing needs of it.
+struct Subject<'a> {
+    sweep: &'a Sweep,
+    dimensions: Vec<Dimension<'a>>,
+    cells: &'a [Cell],
+    borders: &'a [Border],
+}
+
+impl Subject<'_> {
+    fn chart(&self, layout: &Layout, measure: Measure) -> Chart {
+        let places = self.panels(layout);
+        let drawn = places.len().min(PANELS_MAX);
+        let mut panels: Vec<Panel> = places
+            .iter()
+            .take(drawn)
+            .enumerate()
+            .map(|(number, place)| {
+                let mut panel = match layout.form {
+                    Form::Tiles => tiles::panel(self, layout, place, measure),
+                    Form::Lines => lines::panel(self, layout, place, measure),
+                };
+                if drawn > 1 {
+                    panel.letter = letter(number);
+                }
+                panel.title = self.heading(layout, place);
+                panel
+            })
+            .collect();
+        if layout.form == Form::Lines {
+            lines::level(&mut panels);
+        }
+        Chart {
+            name: measure.word().to_owned(),
+            title: self.title(measure),
+            about: self.about(measure),
+            source: self.source(layout, measure, places.len(), drawn),
+            columns: drawn.clamp(1, 2),
+            panels,
+        }
+    }
+
+    /// The place of each panel, with the first level of what is drawn in it.
+    fn panels(&self, layout: &Layout) -> Vec<Vec<usize>> {
+        let mut places = vec![vec![0; self.dimensions.len()]];
+        for at in &layout.panels {
+            let levels = self.dimensions[*at].levels.len();
+            let with = |place: &Vec<usize>, level| {
+                let mut place = place.clone();
+                place[*at] = level;
+                place
+            };
+            places = places
+                .iter()
+                .flat_map(|place| (0..levels).map(move |level| with(place, level)))
+                .collect();
+        }
+        places
+    }
+
+    /// What a panel has that the others have not.
+    fn heading(&self, layout: &Layout, place: &[usize]) -> String {
+        let words = layout.panels.iter().map(|at| {
+            let dimension = &self.dimensions[*at];
+            dimension.axis.title(&dimension.levels[place[*at]].text)
+        });
+        words.collect::<Vec<_>>().join(", ")
+    }
+
+    fn title(&self, measure: Measure) -> String {
+        let what = match measure {
+            Measure::Settling => "Settling of the unit step",
+            Measure::Overshoot => "Overshoot of the unit step",
+            Measure::Iae => "Absolute error of the unit step, integrated",
+            Measure::Cost => "Quadratic cost of the unit step",
+        };
+        format!("{what}: sweep {}", self.sweep.name)
+    }
+
+    /// The text alternative.
+    fn about(&self, measure: Measure) -> String {
+        let stable = self.cells.iter().filter(|cell| cell.is_stable()).count();
+        let figures = self.cells.iter().map(|cell| cell.figure(measure));
+        let finite = figures.filter(|figure| figure.is_finite());
+        let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+            (low.min(x), high.max(x))
+        });
+        let mut about = format!("Of {} points {stable} are stable.", self.cells.len(),);
+        if low <= high {
+            let word = |x| analysis::layout::digits(Some(x));
+            about += &format!(
+                " {} goes from {} to {}.",
+                measure.label(),
+                word(low),
+                word(high)
+            );
+        }
+        about
+    }
+
+    /// What was held still, and how it was run.
+    fn source(&self, layout: &Layout, measure: Measure, panels: usize, drawn: usize) -> String {
+        let still = self
+            .dimensions
+            .iter()
+            .filter(|dimension| dimension.levels.len() == 1)
+            .filter(|dimension| !is_idle(dimension))
+            .map(|dimension| dimension.axis.title(&dimension.levels[0].text));
+        let repeats = match self.sweep.repeats {
+            1 => String::new(),
+            repeats => format!("medians of {repeats} runs; "),
+        };
+        let mut source = format!(
+            "{repeats}virtual time, {} s a run, seed {}; {}",
+            self.sweep.duration_ns as f64 / 1e9,
+            self.sweep.seed,
+            still.collect::<Vec<_>>().join(", ")
+        );
+        if measure == Measure::Cost {
+            source += &format!(", rho = {}", self.sweep.rho);
+        }
+        let is_missing = |cell: &Cell| cell.figure(measure).is_infinite();
+        if layout.form == Form::Lines && self.cells.iter().any(is_missing) {
+            source += match measure {
+                Measure::Settling => "; no line where half of the runs did not settle",
+                _ => "; no line where half of the runs were unstable",
+            };
+        }
+        if drawn < panels {
+            let axes = layout
+                .panels
+                .iter()
+                .map(|at| self.dimensions[*at].axis.word());
+            source += &format!(
+                "; the first {drawn} of {panels} panels: --fix {}=... chooses others",
+                axes.collect::<Vec<_>>().join("=... or ")
+            );
+        }
+        source
+    }
+
+    /// The point where the panel's place has these levels along x and the other axis.
+    fn cell(&self, layout: &Layout, place: &[usize], x: usize, other: usize) -> Option<&Cell> {
+        let mut there = place.to_vec();
+        there[layout.x] = x;
+        if let Some(at) = layout.other {
+            there[at] = other;
+        }
+        self.cells.get(self.sweep.grid.number(&there))
+    }
+
+    /// What analysis says where round trips lie along x; `None` elsewhere.
+    fn limit(&self, layout: &Layout, place: &[usize], other: usize) -> Option<Limit> {
+        let mut there = place.to_vec();
+        if let Some(at) = layout.other {
+            there[at] = other;
+        }
+        let is_there = |border: &&Border| {
+            let same = border.place.iter().zip(&there).enumerate();
+            same.filter(|(at, _)| *at != layout.x)
+                .all(|(_, (a, b))| a == b)
+        };
+        (self.dimensions[layout.x].axis == Axis::Rtt)
+            .then(|| self.borders.iter().find(is_there))
+            .flatten()
+            .map(|border| border.limit)
+    }
+}
+
+/// Whether an axis says nothing as it is: no jitter, no loss, no limit to the rate.
+fn is_idle(dimension: &Dimension<'_>) -> bool {
+    let level = dimension.levels.first().map_or("", |level| &level.text);
+    matches!(
+        (dimension.axis, level),
+        (Axis::Jitter | Axis::Loss, "0") | (Axis::Rate, "none")
+    )
+}
+
+/// By which powers a measure is laid out: what differs by factors by factors, shares evenly.
+fn scale(measure: Measure) -> Scale {
+    match measure {
+        Measure::Overshoot => Scale::Linear,
+        Measure::Settling | Measure::Iae | Measure::Cost => Scale::Log,
+    }
+}
+
+fn scaled(label: &str, scale: Scale) -> Scaled {
+    Scaled {
+        label: label.to_owned(),
+        scale,
+        range: None,
+    }
+}
+
+fn empty_panel(x: Scaled, y: Scaled) -> Panel {
+    Panel {
+        letter: String::new(),
+        title: String::new(),
+        x,
+        y,
+        map: None,
+        series: Vec::new(),
+        guides: Vec::new(),
+        empty: NOTHING.to_owned(),
+    }
+}
+
+/// a, b, c, ...
+fn letter(number: usize) -> String {
+    let letters = 'a'..='z';
+    letters.skip(number).take(1).collect()
+}

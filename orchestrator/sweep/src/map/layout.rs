@@ -1,0 +1,74 @@
+//! Which axis lies along x, which along y or in lines, and which in panels.
+
+use crate::axis::Axis;
+use crate::grid::Dimension;
+
+/// From so many levels on an axis is long.
+const LONG: usize = 6;
+/// Which axes go where, by their positions among the dimensions.
+pub(super) struct Layout {
+    pub(super) form: Form,
+    /// Along the horizontal axis.
+    pub(super) x: usize,
+    /// Along the vertical axis of a map, or told apart by lines.
+    pub(super) other: Option<usize>,
+    /// Told apart by panels.
+    pub(super) panels: Vec<usize>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    Tiles,
+    Lines,
+}
+
+impl Layout {
+    /// `None` where nothing is varied.
+    pub(super) fn of(dimensions: &[Dimension<'_>]) -> Option<Layout> {
+        let varied: Vec<usize> = (0..dimensions.len())
+            .filter(|at| dimensions[*at].levels.len() > 1)
+            .collect();
+        let size = |at: &usize| dimensions[*at].levels.len();
+        let without = |gone: &[usize]| -> Vec<usize> {
+            let others = varied.iter().filter(|at| !gone.contains(at));
+            others.copied().collect()
+        };
+        let mut long: Vec<usize> = varied.clone();
+        long.retain(|at| size(at) >= LONG && is_numeric(&dimensions[*at]));
+        // The longest first; of equals the first.
+        long.sort_by_key(|at| std::cmp::Reverse(size(at)));
+        if let [one, two, ..] = long[..] {
+            // A round trip lies along x, with its limit across it.
+            let is_rtt = |at: usize| dimensions[at].axis == Axis::Rtt;
+            let (x, y) = match is_rtt(two) || !is_rtt(one) && two < one {
+                true => (two, one),
+                false => (one, two),
+            };
+            return Some(Layout {
+                form: Form::Tiles,
+                x,
+                other: Some(y),
+                panels: without(&[x, y]),
+            });
+        }
+        let ordered = varied
+            .iter()
+            .filter(|at| dimensions[**at].axis.is_ordered());
+        let x = *ordered.max_by_key(|at| size(at)).or(varied.first())?;
+        let rest = without(&[x]);
+        // Names are told apart by lines, and else what changes fastest is.
+        let named = rest.iter().find(|at| !dimensions[**at].axis.is_ordered());
+        let other = named.or(rest.last()).copied();
+        Some(Layout {
+            form: Form::Lines,
+            x,
+            other,
+            panels: without(&[Some(x), other].into_iter().flatten().collect::<Vec<_>>()),
+        })
+    }
+}
+
+/// Whether each of its levels is a number.
+pub(super) fn is_numeric(dimension: &Dimension<'_>) -> bool {
+    dimension.levels.iter().all(|level| level.number.is_some())
+}

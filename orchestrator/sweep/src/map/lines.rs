@@ -1,0 +1,89 @@
+//! A line for each level of one axis along another.
+
+use analysis::layout::digits;
+use chart::{Along, Guide, GuideAt, Map, Mark, Panel, Role, Scale, Series};
+
+use super::layout::{Layout, is_numeric};
+use super::{Subject, empty_panel, scale, scaled};
+use crate::cell::Measure;
+use crate::margin::Limit;
+
+/// With more lines their computed limits would be more than the eye tells apart; each is in
+/// `margins.csv`.
+const LIMITS_MAX: usize = 3;
+
+pub(super) fn panel(
+    subject: &Subject<'_>,
+    layout: &Layout,
+    place: &[usize],
+    measure: Measure,
+) -> Panel {
+    let x = &subject.dimensions[layout.x];
+    let lines = layout.other.map(|at| &subject.dimensions[at]);
+    let mut panel = empty_panel(
+        scaled(x.axis.label(), Scale::Linear),
+        scaled(measure.label(), scale(measure)),
+    );
+    if !is_numeric(x) {
+        // A map of names alone: they stand where numbers would.
+        panel.map = Some(Map {
+            value: scaled("", Scale::Linear),
+            x: Along::Names(x.levels.iter().map(|level| level.text.clone()).collect()),
+            y: Along::Numbers(Vec::new()),
+            tiles: Vec::new(),
+        });
+        panel.x.range = Some((-0.5, x.levels.len() as f64 - 0.5));
+    }
+    let count = lines.map_or(1, |dimension| dimension.levels.len());
+    for line in 0..count {
+        let name = lines.map_or_else(String::new, |dimension| {
+            dimension.axis.title(&dimension.levels[line].text)
+        });
+        let points = (0..x.levels.len()).filter_map(|at| {
+            let figure = subject.cell(layout, place, at, line)?.figure(measure);
+            let along = match is_numeric(x) {
+                true => x.levels[at].number?,
+                false => at as f64,
+            };
+            figure.is_finite().then_some((along, figure))
+        });
+        panel.series.push(Series {
+            name: name.clone(),
+            mark: Mark::Line,
+            role: Role::Nth(u8::try_from(line).unwrap_or(u8::MAX)),
+            points: points.collect(),
+            band: Vec::new(),
+        });
+        if let Some(Limit::Until(ms)) = subject.limit(layout, place, line)
+            && ms.is_finite()
+            && count <= LIMITS_MAX
+        {
+            panel.guides.push(Guide {
+                name: format!("{name}: computed limit, {} ms", digits(Some(ms))),
+                at: GuideAt::X(ms),
+            });
+        }
+    }
+    panel
+}
+
+/// Gives all panels one vertical axis, so that their lines can be compared by eye.
+pub(super) fn level(panels: &mut [Panel]) {
+    let points = panels.iter().flat_map(|panel| &panel.series);
+    let ys = points.flat_map(|series| &series.points).map(|(_, y)| *y);
+    let (low, high) = ys.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
+        (low.min(y), high.max(y))
+    });
+    if low >= high {
+        return;
+    }
+    for panel in panels {
+        panel.y.range = Some(match panel.y.scale {
+            Scale::Log => (low / ROOM, high * ROOM),
+            Scale::Linear => (low.min(0.0), high * ROOM),
+        });
+    }
+}
+
+/// Beyond the lines.
+const ROOM: f64 = 1.1;

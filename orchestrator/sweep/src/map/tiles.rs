@@ -1,0 +1,92 @@
+//! A tile for each point, and the analytic limit as a line across them.
+
+use chart::{Along, Map, Mark, Panel, Role, Scale, Series, Tile};
+
+use super::{LIMIT, Layout, Subject, empty_panel, scale, scaled};
+use crate::cell::{Cell, Measure};
+use crate::grid::Dimension;
+use crate::margin::Limit;
+
+pub(super) fn panel(
+    subject: &Subject<'_>,
+    layout: &Layout,
+    place: &[usize],
+    measure: Measure,
+) -> Panel {
+    let x = &subject.dimensions[layout.x];
+    let y = &subject.dimensions[layout.other.unwrap_or(layout.x)];
+    let (columns, rows) = (rising(x), rising(y));
+    let tiles = rows.iter().flat_map(|(_, row)| {
+        columns.iter().map(move |(_, column)| {
+            let cell = subject.cell(layout, place, *column, *row);
+            cell.map_or(Tile::None, |cell| tile(subject, cell, measure))
+        })
+    });
+    let numbers = |levels: &[(f64, usize)]| levels.iter().map(|(number, _)| *number).collect();
+    let mut panel = empty_panel(
+        scaled(x.axis.label(), spacing(&columns)),
+        scaled(y.axis.label(), spacing(&rows)),
+    );
+    panel.map = Some(Map {
+        value: scaled(measure.label(), scale(measure)),
+        x: Along::Numbers(numbers(&columns)),
+        y: Along::Numbers(numbers(&rows)),
+        tiles: tiles.collect(),
+    });
+    let points: Vec<(f64, f64)> = rows
+        .iter()
+        .filter_map(|(number, row)| match subject.limit(layout, place, *row)? {
+            Limit::Until(ms) if ms.is_finite() => Some((ms, *number)),
+            Limit::Unknown | Limit::None | Limit::Until(_) => None,
+        })
+        .collect();
+    if !points.is_empty() {
+        panel.series.push(Series {
+            name: LIMIT.to_owned(),
+            mark: Mark::Line,
+            role: Role::Native,
+            points,
+            band: Vec::new(),
+        });
+    }
+    panel
+}
+
+/// What is stable but has not settled by the end counts as if it settled then: it takes as long at
+/// least.
+fn tile(subject: &Subject<'_>, cell: &Cell, measure: Measure) -> Tile {
+    let figure = cell.figure(measure);
+    match cell.is_stable() {
+        _ if cell.runs == 0 => Tile::None,
+        false => Tile::Unstable,
+        true if figure.is_finite() => Tile::Value(figure),
+        true if measure == Measure::Settling => Tile::Value(subject.sweep.duration_ns as f64 / 1e6),
+        true => Tile::None,
+    }
+}
+
+/// The levels by number, with their places.
+fn rising(dimension: &Dimension<'_>) -> Vec<(f64, usize)> {
+    let levels = dimension.levels.iter().enumerate();
+    let mut numbers: Vec<(f64, usize)> = levels
+        .filter_map(|(at, level)| Some((level.number?, at)))
+        .collect();
+    numbers.sort_by(|a, b| a.0.total_cmp(&b.0));
+    numbers
+}
+
+/// By powers of ten where the levels are, and evenly in any other case.
+fn spacing(levels: &[(f64, usize)]) -> Scale {
+    let (Some((first, _)), Some((second, _)), Some((last, _))) =
+        (levels.first(), levels.get(1), levels.last())
+    else {
+        return Scale::Linear;
+    };
+    // A geometric row grows by more in its last step than in its first: by a tenth of the whole
+    // range the two are told apart.
+    let share = (second - first) / (last - first) * (levels.len() - 1) as f64;
+    match *first > 0.0 && share < 0.9 {
+        true => Scale::Log,
+        false => Scale::Linear,
+    }
+}

@@ -1,0 +1,142 @@
+//! The longest constant round trip with which a loop is stable: as `control` works it out, and as
+//! the sweep found it.
+
+use std::collections::BTreeMap;
+
+use control::{largest_stable_blocking_round_trip_s, largest_stable_round_trip_s};
+use endpoint::Outstanding;
+
+use crate::axis::Axis;
+use crate::cell::Cell;
+use crate::point::{Between, Point};
+use crate::sweep::Sweep;
+
+const MS_PER_S: f64 = 1e3;
+
+/// What analysis says of a point's loop, whatever its own link is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Limit {
+    /// It says nothing: a few requests under way are neither one nor as many as it takes.
+    Unknown,
+    /// Not even the shortest is stable.
+    None,
+    /// Up to this, ms, every shorter one included; infinite where all are.
+    Until(f64),
+}
+
+/// Where a sweep's loops turn unstable along its round trips, all else being equal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Border {
+    /// The place of the point with the shortest round trip.
+    pub place: Vec<usize>,
+    /// By analysis.
+    pub limit: Limit,
+    /// The longest round trip that all runs survived, as they did every shorter one, ms.
+    pub found_ms: Option<f64>,
+    /// The shortest that one of them did not, ms; none where all did.
+    pub lost_ms: Option<f64>,
+    /// Whether every round trip is the same, so that analysis speaks of this very link.
+    pub is_constant: bool,
+    /// One sample, ms: what the two may differ by.
+    pub h_ms: f64,
+}
+
+impl Border {
+    /// How far analysis is outside of what the sweep leaves open, ms; `None` where there is nothing
+    /// to compare.
+    #[must_use]
+    pub fn off_ms(&self) -> Option<f64> {
+        let limit_ms = match self.limit {
+            Limit::Unknown => return None,
+            Limit::None => -self.h_ms,
+            Limit::Until(ms) => ms,
+        };
+        let below = self.found_ms.map_or(0.0, |found| found - limit_ms);
+        let above = self.lost_ms.map_or(0.0, |lost| limit_ms - lost);
+        self.is_constant.then_some(below.max(above).max(0.0))
+    }
+
+    /// Whether the two are within one sample of each other.
+    #[must_use]
+    pub fn agrees(&self) -> Option<bool> {
+        // A sum of numbers in ms that were rounded once each.
+        const ROUNDING_MS: f64 = 1e-6;
+        self.off_ms()
+            .map(|off_ms| off_ms <= self.h_ms + ROUNDING_MS)
+    }
+}
+
+/// What analysis says of a point's loop.
+#[must_use]
+pub fn limit(point: &Point) -> Limit {
+    let found = match point.outstanding {
+        Outstanding::Unlimited => unlimited_s(point),
+        Outstanding::ONE => point
+            .design()
+            .ok()
+            .and_then(|design| largest_stable_blocking_round_trip_s(&design.plant, &design.law)),
+        Outstanding::Limited(_) => return Limit::Unknown,
+    };
+    found.map_or(Limit::None, |s| Limit::Until(s * MS_PER_S))
+}
+
+/// With as many requests under way as it takes.
+fn unlimited_s(point: &Point) -> Option<f64> {
+    let design = point.design().ok()?;
+    let law = design.law.transfer_function(point.h.seconds()).ok()?;
+    let plant = design.plant.transfer_function().ok()?;
+    largest_stable_round_trip_s(&plant.series(&law).ok()?)
+}
+
+/// The borders of a sweep that has several round trips; of any other there are none.
+#[must_use]
+pub fn borders(sweep: &Sweep, cells: &[Cell]) -> Vec<Border> {
+    let dimensions = sweep.grid.dimensions();
+    let rtt = dimensions.iter().position(|d| d.axis == Axis::Rtt);
+    let Some(rtt) = rtt.filter(|at| dimensions[*at].levels.len() > 1) else {
+        return Vec::new();
+    };
+    let mut rtts: Vec<(f64, usize)> = dimensions[rtt]
+        .levels
+        .iter()
+        .enumerate()
+        .filter_map(|(at, level)| Some((level.number?, at)))
+        .collect();
+    rtts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // What analysis says does not depend on the link, and takes longer than a run.
+    let mut known: BTreeMap<Vec<usize>, Limit> = BTreeMap::new();
+    let first = rtts.first().map_or(0, |(_, at)| *at);
+    let points = (0..sweep.grid.points()).map(|number| sweep.grid.place(number));
+    points
+        .filter(|place| place[rtt] == first)
+        .map(|place| {
+            let point = sweep.grid.point(sweep.grid.number(&place));
+            let of_loop: Vec<usize> = dimensions
+                .iter()
+                .zip(&place)
+                .filter(|(d, _)| d.axis >= Axis::System)
+                .map(|(_, at)| *at)
+                .collect();
+            let limit = *known.entry(of_loop).or_insert_with(|| limit(&point));
+            let mut border = Border {
+                limit,
+                found_ms: None,
+                lost_ms: None,
+                is_constant: matches!(&point.between, Between::Made(made) if made.is_constant()),
+                h_ms: point.h.seconds() * MS_PER_S,
+                place: place.clone(),
+            };
+            for (rtt_ms, at) in &rtts {
+                let mut there = place.clone();
+                there[rtt] = *at;
+                let cell = cells.get(sweep.grid.number(&there));
+                if cell.is_none_or(|cell| cell.stable < cell.runs) {
+                    border.lost_ms = Some(*rtt_ms);
+                    break;
+                }
+                border.found_ms = Some(*rtt_ms);
+            }
+            border
+        })
+        .collect()
+}

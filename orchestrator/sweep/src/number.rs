@@ -1,0 +1,40 @@
+//! Numbers as rows have them.
+
+/// Nine significant digits and no noise behind them: rows stay short, and what is read back and
+/// written again is the same text.
+pub(crate) fn brief(number: f64) -> String {
+    let rounded: f64 = format!("{number:.8e}").parse().unwrap_or(number);
+    // Debug, unlike Display, writes a power of ten where the digits would not end.
+    let text = format!("{rounded:?}");
+    text.strip_suffix(".0").unwrap_or(&text).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn numbers_are_as_short_as_they_can_be() {
+        for (number, text) in [
+            (0.0, "0"),
+            (3.0, "3"),
+            (0.1 + 0.2, "0.3"),
+            (1.0 / 3.0, "0.333333333"),
+            (1.5e300, "1.5e300"),
+            (-2.25e-9, "-2.25e-9"),
+        ] {
+            assert_eq!(brief(number), text);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read_and_written_alike(number in any::<f64>()) {
+            prop_assume!(number.is_finite());
+            let text = brief(number);
+            let read: f64 = text.parse().expect("a number");
+            prop_assert_eq!(brief(read), text);
+        }
+    }
+}

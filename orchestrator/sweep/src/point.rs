@@ -1,0 +1,89 @@
+//! A point of the grid: one loop over one link, and which plant and law that loop is made of.
+
+use std::sync::Arc;
+
+use endpoint::{Outstanding, SampleTime};
+use link::Profile;
+use system::{Loop, System, Unfit};
+
+use crate::machine::Machine;
+use crate::made::Made;
+
+/// What lies between the two ends.
+#[derive(Debug, Clone)]
+pub enum Between {
+    /// A whole link.
+    Named(Arc<Profile>),
+    /// One made of numbers.
+    Made(Made),
+}
+
+impl Between {
+    /// By what its seeds are derived.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Between::Named(profile) => profile.name(),
+            Between::Made(_) => Made::NAME,
+        }
+    }
+}
+
+/// One combination of the axes' levels.
+#[derive(Debug, Clone)]
+pub struct Point {
+    /// The link.
+    pub between: Between,
+    /// Whose timings.
+    pub client: Machine,
+    /// What is controlled, and by what law.
+    pub system: Arc<System>,
+    /// Sample time of plant and controller.
+    pub h: SampleTime,
+    /// Requests that may be under way.
+    pub outstanding: Outstanding,
+    /// Another proportional gain than the system's.
+    pub kp: Option<f64>,
+    /// Another integral gain, 1/s.
+    pub ki: Option<f64>,
+}
+
+/// Gains, or a sample time, that make no loop.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NoLoop {
+    /// The law has no such gains.
+    #[error("the law of {system} has no kp and ki to be given others")]
+    Gains {
+        /// Its system.
+        system: String,
+    },
+    /// The system does not go with h.
+    #[error("{system} does not go with h = {h}: {problem}")]
+    Unfit {
+        /// The system.
+        system: String,
+        /// The sample time.
+        h: SampleTime,
+        /// Why.
+        problem: Unfit,
+    },
+}
+
+impl Point {
+    /// The point's plant and law: its system's, with the point's gains where it has some.
+    ///
+    /// # Errors
+    /// [`NoLoop`] where its gains or its h make none.
+    pub fn design(&self) -> Result<Loop, NoLoop> {
+        let name = || self.system.name().to_owned();
+        let system = self
+            .system
+            .with_gains(self.kp, self.ki)
+            .ok_or_else(|| NoLoop::Gains { system: name() })?;
+        system.at(self.h).map_err(|problem| NoLoop::Unfit {
+            system: name(),
+            h: self.h,
+            problem,
+        })
+    }
+}

@@ -1,0 +1,330 @@
+//! From a sweep's TOML to a [`Sweep`], every value checked and every error placed.
+//!
+//! Reading files is left to the caller, who hands in the texts and a way to look up profiles. How an
+//! axis's values become its levels is in `level`.
+
+mod level;
+
+use std::sync::Arc;
+
+use control::preset;
+use endpoint::{Outstanding, SampleTime};
+use link::{duration_ns, rate_bps, share};
+use plan::{Library, Misfit};
+use system::System;
+use toml::Spanned;
+
+use crate::axis::Axis;
+use crate::file::SweepFile;
+use crate::given::{Given, Word};
+use crate::grid::{Grid, Level, Levels, Links};
+use crate::machine::Machine;
+use crate::made::Made;
+use crate::point::Point;
+use crate::sweep::{Instead, Sweep};
+
+use level::{duration_ns_of, number, parsed, said, text};
+
+/// The most runs of a sweep: a day of two cores.
+const RUNS_MAX: usize = 10_000_000;
+/// The least and the most samples of a response: enough for quarters to be compared, and no more
+/// than fit into memory once a core.
+const SAMPLES: std::ops::RangeInclusive<u64> = 40..=20_000_000;
+/// How long a made link's jitter stays as it is, if nothing is said: in diego-vpn's own range.
+const HOLD: &str = "50ms";
+
+/// Looks up texts by name or path, or says why it cannot.
+type Texts<'a> = &'a mut dyn Library;
+
+impl Sweep {
+    /// Resolves a sweep's TOML.
+    ///
+    /// `origin` names the text in errors, `instead` replaces what it says.
+    ///
+    /// # Errors
+    /// [`Misfit`], with line and column, for everything that is not a sweep that can run.
+    pub fn resolve(
+        source: &str,
+        origin: &str,
+        instead: &Instead,
+        mut library: impl Library,
+    ) -> Result<Sweep, Misfit> {
+        let mut file: SweepFile = toml::from_str(source).map_err(|error| {
+            let span = error.span().unwrap_or(0..0);
+            let remedy = "see the sweeps in orchestrator/sweeps for examples";
+            Misfit::new(source, origin, span, error.message(), remedy)
+        })?;
+        for (axis, word) in &instead.fixed {
+            let axes = file.axes.get_mut();
+            let span = axes.get(*axis).map_or(0..0, Spanned::span);
+            let given = Given::One(Word::Text(word.clone()));
+            axes.set(*axis, Spanned::new(span, given));
+        }
+        let reader = Reader {
+            source,
+            origin,
+            file: &file,
+        };
+        let sweep = Sweep {
+            name: reader.name()?,
+            about: file.about.clone(),
+            duration_ns: reader.positive(&file.duration)?,
+            repeats: reader.repeats()?,
+            seed: instead.seed.unwrap_or(file.seed),
+            rho: reader.rho()?,
+            grid: reader.grid(&mut library)?,
+        };
+        reader.size(&sweep)?;
+        Ok(sweep)
+    }
+}
+
+/// The text being read, for the places of errors.
+struct Reader<'a> {
+    source: &'a str,
+    origin: &'a str,
+    file: &'a SweepFile,
+}
+
+impl Reader<'_> {
+    fn misfit<T>(&self, at: &Spanned<T>, problem: impl Into<String>, remedy: &str) -> Misfit {
+        Misfit::new(self.source, self.origin, at.span(), problem, remedy)
+    }
+
+    /// A name that can stand in a folder's name.
+    fn name(&self) -> Result<String, Misfit> {
+        let name = &self.file.name;
+        let text = name.get_ref();
+        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+        match !text.is_empty() && text.len() <= 40 && text.chars().all(plain) {
+            true => Ok(text.clone()),
+            false => Err(self.misfit(
+                name,
+                format!("`{text}` cannot name a results folder"),
+                "use up to 40 of a-z, 0-9 and -",
+            )),
+        }
+    }
+
+    fn repeats(&self) -> Result<u32, Misfit> {
+        match *self.file.repeats.get_ref() {
+            0 => Err(self.misfit(
+                &self.file.repeats,
+                "`repeats` is 0, so nothing would be run",
+                "give 1 or more",
+            )),
+            repeats => Ok(repeats),
+        }
+    }
+
+    fn rho(&self) -> Result<f64, Misfit> {
+        let rho = *self.file.rho.get_ref();
+        match rho.is_finite() && rho >= 0.0 {
+            true => Ok(rho),
+            false => Err(self.misfit(
+                &self.file.rho,
+                format!("`rho` is {rho}, and no cost"),
+                "give 0, or how much a squared command costs beside a squared error",
+            )),
+        }
+    }
+
+    /// A time that is not 0.
+    fn positive(&self, text: &Spanned<String>) -> Result<u64, Misfit> {
+        let remedy = "write it with its unit, like 10s, 500ms or 2.5s";
+        let ns = duration_ns(text.get_ref())
+            .map_err(|why| self.misfit(text, why.to_string(), remedy))?;
+        match ns >= 1.0 {
+            true => Ok(ns as u64),
+            false => Err(self.misfit(text, "a time of 0 is none", remedy)),
+        }
+    }
+
+    fn grid(&self, library: Texts<'_>) -> Result<Grid, Misfit> {
+        let links = self.links(library)?;
+        // Over a real link the question is what `run` would see, and over a made one what the
+        // delay does.
+        let client = match &links {
+            Links::Named(_) => "native",
+            Links::Made { .. } => "ideal",
+        };
+        let system = self.systems(library)?;
+        // With one system its own gains can be told in numbers.
+        let is_paper = matches!(system.values(), [only] if only.is_paper());
+        let grid = Grid {
+            client: self.words(Axis::Client, Some(client), |word| {
+                let machine: Machine = parsed(word)?;
+                Ok((machine, said(machine)))
+            })?,
+            h: self.numbers(Axis::H, Some("3ms"), duration_ns_of, |ns| {
+                let h = SampleTime::try_new(ns as u64).map_err(|why| why.to_string())?;
+                Ok((h, number(h.ns() as f64 / 1e6)))
+            })?,
+            outstanding: self.words(Axis::Outstanding, Some("unlimited"), |word| {
+                let outstanding: Outstanding = parsed(word)?;
+                let level = Level {
+                    number: word.parse().ok(),
+                    ..said(outstanding)
+                };
+                Ok((outstanding, level))
+            })?,
+            kp: self.gains(Axis::Kp, is_paper.then_some(preset::PAPER_A0))?,
+            ki: self.gains(Axis::Ki, is_paper.then_some(preset::PAPER_A1))?,
+            system,
+            links,
+        };
+        self.check(&grid)?;
+        Ok(grid)
+    }
+
+    /// Whole links, or links made of numbers, and not both.
+    fn links(&self, library: Texts<'_>) -> Result<Links, Misfit> {
+        let axes = self.file.axes.get_ref();
+        let made = Axis::ALL
+            .into_iter()
+            .filter(|axis| axis.makes_a_link())
+            .find_map(|axis| axes.get(axis).map(|given| (axis, given)));
+        match (axes.get(Axis::Topology), made) {
+            (Some(_), Some((axis, given))) => Err(self.misfit(
+                given,
+                format!("the link is given twice: `topology` names it, and `{axis}` makes one"),
+                "leave out `topology`, or all of rtt, jitter, loss and rate",
+            )),
+            (Some(_), None) => self.topologies(library).map(Links::Named),
+            (None, None) => Err(self.misfit(
+                &self.file.axes,
+                "the sweep has no link",
+                "add `rtt`, such as rtt = \"50ms\", or `topology`, such as topology = [\"couva\"]",
+            )),
+            (None, Some(_)) => self.made(),
+        }
+    }
+
+    fn topologies(&self, library: Texts<'_>) -> Result<Levels<Arc<link::Profile>>, Misfit> {
+        self.words(Axis::Topology, None, |asked| {
+            let text = library.profile(asked)?;
+            let parsed = text.profile(asked).map_err(|findings| {
+                let problems = findings.iter().map(|finding| finding.message.as_str());
+                format!(
+                    "the profile `{asked}` cannot be played: {}; `webloop link lint {asked}` shows where",
+                    problems.collect::<Vec<_>>().join("; ")
+                )
+            })?;
+            let level = said(parsed.name());
+            Ok((Arc::new(parsed), level))
+        })
+    }
+
+    fn systems(&self, library: Texts<'_>) -> Result<Levels<Arc<System>>, Misfit> {
+        self.words(Axis::System, Some(System::PAPER), |asked| {
+            let system = System::read(&library.system(asked)?)
+                .map_err(|fault| format!("`{asked}` is no system: line {fault}"))?;
+            let level = said(system.name());
+            Ok((Arc::new(system), level))
+        })
+    }
+
+    fn made(&self) -> Result<Links, Misfit> {
+        let time = |ns: f64| Ok((ns.round() as u64, number(ns.round() / 1e6)));
+        let hold_ns = match &self.file.hold {
+            Some(hold) => self.positive(hold)?,
+            None => duration_ns(HOLD).map_or(1, |ns| ns as u64),
+        };
+        Ok(Links::Made {
+            rtt_ns: self.numbers(Axis::Rtt, Some("0ms"), duration_ns_of, time)?,
+            jitter_ns: self.numbers(Axis::Jitter, Some("0ms"), duration_ns_of, time)?,
+            loss: self.numbers(
+                Axis::Loss,
+                Some("0%"),
+                |word| share(text(word)?).map_err(|why| why.to_string()),
+                |loss| Ok((loss, number(loss * 100.0))),
+            )?,
+            rate_bps: self.numbers(
+                Axis::Rate,
+                Some("none"),
+                |word| match text(word)? {
+                    "none" => Ok(f64::INFINITY),
+                    rate => rate_bps(rate)
+                        .map(|bps| bps as f64)
+                        .map_err(|why| why.to_string()),
+                },
+                |bps| match bps.is_infinite() {
+                    true => Ok((None, said("none"))),
+                    false => Ok((Some(bps as u64), number(bps.round()))),
+                },
+            )?,
+            hold_ns,
+        })
+    }
+
+    /// What only shows in numbers taken together: made links that cannot be played, loops that are
+    /// none, responses with too few samples.
+    fn check(&self, grid: &Grid) -> Result<(), Misfit> {
+        let duration_ns = self.positive(&self.file.duration)?;
+        for h in grid.h.values() {
+            let samples = duration_ns / h.ns();
+            if !SAMPLES.contains(&samples) {
+                return Err(self.misfit(
+                    &self.file.duration,
+                    format!("a run would have {samples} samples at h = {h}"),
+                    &format!(
+                        "give a duration and an h that make {} to {}",
+                        SAMPLES.start(),
+                        SAMPLES.end()
+                    ),
+                ));
+            }
+        }
+        if let Links::Made {
+            rtt_ns,
+            jitter_ns,
+            loss,
+            rate_bps,
+            hold_ns,
+        } = &grid.links
+        {
+            let most = |values: &[u64]| values.iter().copied().max().unwrap_or(0);
+            let worst = Made {
+                rtt_ns: most(rtt_ns.values()),
+                jitter_ns: most(jitter_ns.values()),
+                loss: loss.values().iter().copied().fold(0.0, f64::max),
+                // The slowest.
+                rate_bps: rate_bps.values().iter().copied().flatten().min(),
+                hold_ns: *hold_ns,
+            };
+            worst.profile().map_err(|problem| {
+                self.misfit(
+                    &self.file.axes,
+                    format!("the worst of its links cannot be played: {problem}"),
+                    "the longest round trip, the most jitter and loss, and the slowest rate make it",
+                )
+            })?;
+        }
+        for (h, system) in grid.h.values().iter().flat_map(|h| {
+            let systems = grid.system.values().iter();
+            systems.map(move |system| (h, system))
+        }) {
+            let point = Point {
+                h: *h,
+                system: Arc::clone(system),
+                ..grid.point(0)
+            };
+            point
+                .design()
+                .map_err(|problem| self.misfit(&self.file.axes, problem.to_string(), ""))?;
+        }
+        Ok(())
+    }
+
+    fn size(&self, sweep: &Sweep) -> Result<(), Misfit> {
+        let runs = sweep.grid.points().saturating_mul(sweep.repeats as usize);
+        match runs <= RUNS_MAX {
+            true => Ok(()),
+            false => Err(self.misfit(
+                &self.file.axes,
+                format!("the sweep has {runs} runs, more than {RUNS_MAX}"),
+                "take fewer steps or repeats, or --fix an axis",
+            )),
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! From what a file gives for an axis to its levels: words, numbers, and steps between two.
+
+use std::collections::BTreeSet;
+
+use link::duration_ns;
+use plan::Misfit;
+use toml::Spanned;
+
+use super::Reader;
+use crate::axis::Axis;
+use crate::given::{Given, Word};
+use crate::grid::{Level, Levels};
+use crate::number::brief;
+
+/// The most levels of one axis: more than a figure has points.
+const LEVELS_MAX: u32 = 10_000;
+
+impl Reader<'_> {
+    /// The levels of a gain; where nothing is given, `otherwise`, or each system's own.
+    pub(super) fn gains(
+        &self,
+        axis: Axis,
+        otherwise: Option<f64>,
+    ) -> Result<Levels<Option<f64>>, Misfit> {
+        if self.file.axes.get_ref().get(axis).is_none() && otherwise.is_none() {
+            return Ok(Levels::new((None, said("own")), []));
+        }
+        self.numbers(
+            axis,
+            Some(&otherwise.unwrap_or_default().to_string()),
+            |word| match word {
+                Word::Number(number) => Ok(*number),
+                Word::Text(text) => text
+                    .parse()
+                    .map_err(|_| format!("`{text}` is not a number")),
+            },
+            |gain: f64| match gain.is_finite() {
+                true => Ok((Some(gain), number(gain))),
+                false => Err(format!("a gain of {gain} is none")),
+            },
+        )
+    }
+
+    /// The levels of an axis that has words; `otherwise` is the only one where nothing is given.
+    pub(super) fn words<T: Clone>(
+        &self,
+        axis: Axis,
+        otherwise: Option<&str>,
+        mut read: impl FnMut(&str) -> Result<(T, Level), String>,
+    ) -> Result<Levels<T>, Misfit> {
+        let given = self.given(axis, otherwise);
+        if let Given::Range(range) = given.get_ref() {
+            return Err(self.misfit(
+                &range.from,
+                format!("`{axis}` has words, and there are no steps between two"),
+                "write a list",
+            ));
+        }
+        let mut levels = Vec::new();
+        for word in listed(&given) {
+            // A number is a word here: outstanding = 1.
+            let text = match word.get_ref() {
+                Word::Text(text) => text.clone(),
+                Word::Number(number) => brief(*number),
+            };
+            let level = read(&text).map_err(|problem| self.split(&word, &problem))?;
+            levels.push((word, level));
+        }
+        self.levels(axis, &given, levels)
+    }
+
+    /// The levels of an axis that has numbers: `read` takes one from its word, `make` makes a level
+    /// of it.
+    pub(super) fn numbers<T: Clone>(
+        &self,
+        axis: Axis,
+        otherwise: Option<&str>,
+        read: impl Fn(&Word) -> Result<f64, String>,
+        make: impl Fn(f64) -> Result<(T, Level), String>,
+    ) -> Result<Levels<T>, Misfit> {
+        let given = self.given(axis, otherwise);
+        let number = |word: &Spanned<Word>| {
+            read(word.get_ref()).map_err(|problem| self.split(word, &problem))
+        };
+        let mut found = Vec::new();
+        match given.get_ref() {
+            Given::Range(range) => {
+                let (from, to) = (number(&range.from)?, number(&range.to)?);
+                if !(from.is_finite() && to.is_finite()) {
+                    let problem = "there are no steps to what is no number";
+                    return Err(self.misfit(&range.from, problem, "give numbers, or a list"));
+                }
+                let steps = *range.steps.get_ref();
+                if !(2..=LEVELS_MAX).contains(&steps) {
+                    return Err(self.misfit(
+                        &range.steps,
+                        format!("`steps` is {steps}; from and to are two of them"),
+                        &format!("give 2 to {LEVELS_MAX}"),
+                    ));
+                }
+                let is_log = match &range.scale {
+                    None => false,
+                    Some(scale) => match scale.get_ref().as_str() {
+                        "linear" => false,
+                        "log" => true,
+                        other => {
+                            let problem = format!("`{other}` is no scale");
+                            return Err(self.misfit(scale, problem, "choose linear or log"));
+                        }
+                    },
+                };
+                if is_log && !(from > 0.0 && to > 0.0) {
+                    let problem = "a logarithmic scale has no zero, and nothing below it";
+                    return Err(self.misfit(&range.from, problem, "begin above zero"));
+                }
+                for step in 0..steps {
+                    let part = f64::from(step) / f64::from(steps - 1);
+                    let value = match is_log {
+                        true => from * (to / from).powf(part),
+                        false => from + (to - from) * part,
+                    };
+                    found.push((range.from.clone(), tidy(value)));
+                }
+            }
+            Given::One(_) | Given::Many(_) => {
+                for word in listed(&given) {
+                    let value = number(&word)?;
+                    found.push((word, value));
+                }
+            }
+        }
+        let mut levels = Vec::new();
+        for (word, value) in found {
+            let level = make(value).map_err(|problem| self.split(&word, &problem))?;
+            levels.push((word, level));
+        }
+        self.levels(axis, &given, levels)
+    }
+
+    /// What the file gives for an axis.
+    fn given(&self, axis: Axis, otherwise: Option<&str>) -> Spanned<Given> {
+        let given = self.file.axes.get_ref().get(axis).cloned();
+        given.unwrap_or_else(|| {
+            let word = Word::Text(otherwise.unwrap_or_default().to_owned());
+            Spanned::new(0..0, Given::One(word))
+        })
+    }
+
+    /// At least one level, and none twice.
+    fn levels<T: Clone>(
+        &self,
+        axis: Axis,
+        given: &Spanned<Given>,
+        levels: Vec<(Spanned<Word>, (T, Level))>,
+    ) -> Result<Levels<T>, Misfit> {
+        let mut seen = BTreeSet::new();
+        for (word, (_, level)) in &levels {
+            if !seen.insert(level.text.clone()) {
+                let problem = format!("`{axis}` has {} twice", level.text);
+                return Err(self.misfit(word, problem, "leave one out"));
+            }
+        }
+        let mut levels = levels.into_iter().map(|(_, level)| level);
+        match levels.next() {
+            Some(first) => Ok(Levels::new(first, levels)),
+            None => Err(self.misfit(
+                given,
+                format!("`{axis}` has no value"),
+                "give one, or leave the key out",
+            )),
+        }
+    }
+
+    /// A type's own error, whose remedy stands behind a semicolon.
+    fn split<T>(&self, at: &Spanned<T>, problem: &str) -> Misfit {
+        let (problem, remedy) = problem.split_once("; ").unwrap_or((problem, ""));
+        self.misfit(at, problem, remedy)
+    }
+}
+
+/// The words of an axis that is given by words.
+fn listed(given: &Spanned<Given>) -> Vec<Spanned<Word>> {
+    match given.get_ref() {
+        Given::One(word) => vec![Spanned::new(given.span(), word.clone())],
+        Given::Many(words) => words.clone(),
+        Given::Range(_) => Vec::new(),
+    }
+}
+
+pub(super) fn text(word: &Word) -> Result<&str, String> {
+    match word {
+        Word::Text(text) => Ok(text),
+        Word::Number(number) => Err(format!(
+            "{number} has no unit; write it as a text, like \"3ms\", \"1%\" or \"1mbit\""
+        )),
+    }
+}
+
+pub(super) fn duration_ns_of(word: &Word) -> Result<f64, String> {
+    duration_ns(text(word)?).map_err(|why| why.to_string())
+}
+
+pub(super) fn parsed<T: std::str::FromStr<Err: std::fmt::Display>>(
+    word: &str,
+) -> Result<T, String> {
+    word.parse().map_err(|why: T::Err| why.to_string())
+}
+
+pub(super) fn said(word: impl std::fmt::Display) -> Level {
+    Level {
+        text: word.to_string(),
+        number: None,
+    }
+}
+
+pub(super) fn number(number: f64) -> Level {
+    let text = brief(number);
+    Level {
+        number: text.parse().ok(),
+        text,
+    }
+}
+
+/// A step without the noise of its arithmetic: 0.15 and not 0.15000000000000002.
+fn tidy(number: f64) -> f64 {
+    brief(number).parse().unwrap_or(number)
+}

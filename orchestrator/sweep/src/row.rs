@@ -1,0 +1,111 @@
+//! A run as a line of `points.csv`: its number, its axes' levels, what it came to.
+
+use crate::number::brief;
+use crate::outcome::Outcome;
+use crate::sweep::{Run, Sweep};
+
+/// One run and what it came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// Which run.
+    pub run: Run,
+    /// What it came to.
+    pub outcome: Outcome,
+}
+
+impl Sweep {
+    /// The header of its rows.
+    #[must_use]
+    pub fn header(&self) -> String {
+        let mut columns = vec!["point", "repeat", "seed"];
+        let dimensions = self.grid.dimensions();
+        columns.extend(dimensions.iter().map(|dimension| dimension.axis.column()));
+        columns.extend(Outcome::COLUMNS);
+        columns.join(",")
+    }
+
+    /// A row as a line, without its end. No entry needs quotes: names are plain, and the rest are
+    /// numbers.
+    #[must_use]
+    pub fn line(&self, row: &Row) -> String {
+        let mut line = self.key(row.run);
+        line += match row.outcome.stable {
+            true => ",yes",
+            false => ",no",
+        };
+        for figure in row.outcome.figures() {
+            line.push(',');
+            line += &figure.map_or_else(String::new, brief);
+        }
+        line
+    }
+
+    /// Reads a line; what was written is read as the same, to nine digits.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn read(&self, line: &str) -> Result<Row, String> {
+        let mut fields = line.split(',');
+        let mut field = || fields.next().ok_or("it has too few fields");
+        let whole = |text: &str| {
+            text.parse::<usize>()
+                .map_err(|_| format!("`{text}` is no number of a run"))
+        };
+        let point = whole(field()?)?;
+        let repeat = whole(field()?)?;
+        if point >= self.grid.points() || !(1..=self.repeats as usize).contains(&repeat) {
+            return Err(format!("the sweep has no run {repeat} of a point {point}"));
+        }
+        let run = Run {
+            point,
+            repeat: u32::try_from(repeat).unwrap_or(u32::MAX),
+        };
+        let key = self.key(run);
+        if !line
+            .strip_prefix(&key)
+            .is_some_and(|rest| rest.starts_with(','))
+        {
+            return Err(format!(
+                "point {point} is another: its row begins with {key}"
+            ));
+        }
+        for _ in 2..key.split(',').count() {
+            field()?;
+        }
+        let stable = match field()? {
+            "yes" => true,
+            "no" => false,
+            other => return Err(format!("`stable` is `{other}`, neither yes nor no")),
+        };
+        let mut figures = [None; 10];
+        for figure in &mut figures {
+            *figure = match field()? {
+                "" => None,
+                text => Some(
+                    text.parse()
+                        .map_err(|_| format!("`{text}` is not a number"))?,
+                ),
+            };
+        }
+        match fields.next() {
+            None => Ok(Row {
+                run,
+                outcome: Outcome::of(stable, figures),
+            }),
+            Some(_) => Err("it has too many fields".to_owned()),
+        }
+    }
+
+    /// What a run's line begins with.
+    fn key(&self, run: Run) -> String {
+        let point = self.grid.point(run.point);
+        let seed = self.link_seed(&point, run.repeat);
+        let mut key = format!("{},{},{seed}", run.point, run.repeat);
+        let place = self.grid.place(run.point);
+        for (dimension, at) in self.grid.dimensions().iter().zip(place) {
+            key.push(',');
+            key += dimension.levels.get(at).map_or("", |level| &level.text);
+        }
+        key
+    }
+}

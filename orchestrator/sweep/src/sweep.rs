@@ -1,0 +1,84 @@
+//! A sweep: its grid, how each point is run, and which link each run meets.
+
+use sha2::{Digest, Sha256};
+
+use crate::axis::Axis;
+use crate::grid::Grid;
+use crate::point::Point;
+
+/// Everything that a sweep is.
+#[derive(Debug, Clone)]
+pub struct Sweep {
+    /// Short name.
+    pub name: String,
+    /// Its question.
+    pub about: String,
+    /// How long the controller sends, virtual time.
+    pub duration_ns: u64,
+    /// How often each point is run.
+    pub repeats: u32,
+    /// The seed that all others are derived from.
+    pub seed: u64,
+    /// What a squared command costs beside a squared error.
+    pub rho: f64,
+    /// The points.
+    pub grid: Grid,
+}
+
+/// What the caller asks for in place of what a file says.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Instead {
+    /// The seed.
+    pub seed: Option<u64>,
+    /// The one value of an axis.
+    pub fixed: Vec<(Axis, String)>,
+}
+
+/// One run of a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Run {
+    /// The point's number.
+    pub point: usize,
+    /// Which time, from 1.
+    pub repeat: u32,
+}
+
+impl Sweep {
+    /// How many runs it has.
+    #[must_use]
+    pub fn runs(&self) -> usize {
+        self.grid.points().saturating_mul(self.repeats as usize)
+    }
+
+    /// The run with this number: the repeats of a point follow each other.
+    #[must_use]
+    pub fn run(&self, number: usize) -> Run {
+        let repeats = self.repeats as usize;
+        Run {
+            point: number / repeats,
+            // Less than `repeats`, which is a u32.
+            repeat: u32::try_from(number % repeats).unwrap_or(u32::MAX - 1) + 1,
+        }
+    }
+
+    /// A run's number.
+    #[must_use]
+    pub fn number(&self, run: Run) -> usize {
+        run.point * self.repeats as usize + run.repeat as usize - 1
+    }
+
+    /// The seed of a point's link, derived as `webloop run` derives it: by the link's name and the
+    /// repeat, and nothing else. So points can be compared in pairs, and a point over a whole link
+    /// is the cell of a run.
+    #[must_use]
+    pub fn link_seed(&self, point: &Point, repeat: u32) -> u64 {
+        plan::link_seed(self.seed, point.between.name(), repeat)
+    }
+}
+
+/// A text's SHA-256, in hex: two texts with the same are the same.
+#[must_use]
+pub fn checksum(text: &str) -> String {
+    let digest = Sha256::digest(text.as_bytes());
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,109 @@
+//! A run as it goes by: what its figures are worked out from, in memory that is used again.
+
+use control::{StepSettings, sampled_step_info};
+use endpoint::{MessageRow, TickRow};
+use sim::Record;
+
+use crate::outcome::Outcome;
+use crate::stability::{growth, is_stable};
+
+const NS_PER_MS: f64 = 1e6;
+
+/// Records what a step response's figures need.
+///
+/// A response begins with the tick that took the first command and ends with the one that took the
+/// last, as `analysis` has it: afterwards the loop is open.
+#[derive(Debug, Default)]
+pub(crate) struct Trace {
+    h_s: f64,
+    r: f64,
+    rho: f64,
+    y: Vec<f64>,
+    command: Option<u64>,
+    /// Integrals so far, and as they were when the newest command was taken.
+    sums: Sums,
+    length: usize,
+    sums_there: Sums,
+    rtt_ns: Vec<u64>,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    iae: f64,
+    cost: f64,
+}
+
+impl Trace {
+    /// Forgets what was; what comes is a response to `r` sampled at `h_s`.
+    pub(crate) fn begin(&mut self, h_s: f64, r: f64, rho: f64) {
+        let (mut y, mut rtt_ns) = (
+            std::mem::take(&mut self.y),
+            std::mem::take(&mut self.rtt_ns),
+        );
+        y.clear();
+        rtt_ns.clear();
+        *self = Trace {
+            h_s,
+            r,
+            rho,
+            y,
+            rtt_ns,
+            ..Trace::default()
+        };
+    }
+
+    /// The figures of what was recorded.
+    pub(crate) fn outcome(&mut self, counts: endpoint::Counts) -> Outcome {
+        let y = &self.y[..self.length];
+        let to_r = StepSettings {
+            final_value: Some(self.r),
+            ..StepSettings::default()
+        };
+        let info = sampled_step_info(self.h_s * 1e3, y, &to_r).ok();
+        let figure = |x: Option<f64>| x.filter(|x| x.is_finite());
+        let there = |x: f64| figure((!y.is_empty()).then_some(x));
+        self.rtt_ns.sort_unstable();
+        let rtt_ns = &self.rtt_ns;
+        let rtt_ms = |share: f64| {
+            let last = rtt_ns.len().checked_sub(1)?;
+            let at = (share * last as f64).round() as usize;
+            rtt_ns.get(at).map(|ns| *ns as f64 / NS_PER_MS)
+        };
+        Outcome {
+            stable: is_stable(y, self.r),
+            growth: figure(growth(y, self.r)),
+            settling_ms: figure(info.map(|info| info.settling_time)),
+            rise_ms: figure(info.map(|info| info.rise_time)),
+            overshoot_pct: figure(info.map(|info| info.overshoot)),
+            iae_s: there(self.sums_there.iae),
+            cost_s: there(self.sums_there.cost),
+            sent_pct: figure(Some(100.0 * counts.sent as f64 / counts.due as f64)),
+            rtt_median_ms: rtt_ms(0.5),
+            rtt_p95_ms: rtt_ms(0.95),
+            rtt_max_ms: rtt_ms(1.0),
+        }
+    }
+}
+
+impl Record for Trace {
+    fn tick(&mut self, row: &TickRow) {
+        if row.seq.is_none() {
+            return;
+        }
+        let e = self.r - row.y;
+        self.y.push(row.y);
+        self.sums.iae += e.abs() * self.h_s;
+        self.sums.cost += (e * e + self.rho * row.u * row.u) * self.h_s;
+        if row.seq != self.command {
+            self.command = row.seq;
+            self.length = self.y.len();
+            self.sums_there = self.sums;
+        }
+    }
+
+    fn message(&mut self, row: &MessageRow) {
+        if let (Some(send_ns), Some(receive_ns)) = (row.t_send_ns, row.t_receive_ns) {
+            self.rtt_ns.push(receive_ns.saturating_sub(send_ns));
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Control laws that run: from a reference and the newest output to a command, once a message.
+//!
+//! - [`Pid`]: PI and PID, in `pid`;
+//! - [`Transfer`]: any transfer function of the error, in `law::transfer`;
+//! - [`Smith`]: a PID that looks past a known dead time, in `law::smith`;
+//! - [`StateFeedback`]: gains on the states that a Kalman filter makes out, in `law::feedback`.
+//!
+//! But for [`Pid`], which is told how long ago the last update was, a law advances by the h that it
+//! was sampled with, one step a message. What is not finite changes nothing and repeats the last
+//! command, in all of them. Laws in Python and JavaScript give the same bits: they are held against
+//! vectors. Choosing gains for somebody is left out, but for the two that follow from weights.
+
+mod feedback;
+mod smith;
+mod transfer;
+
+use thiserror::Error;
+
+pub use feedback::{Estimator, StateFeedback, Weights};
+pub use smith::Smith;
+pub use transfer::Transfer;
+
+use crate::pid::{InvalidPid, Pid, Saturation};
+use crate::riccati::NoSolution;
+use crate::state_space::StateSpace;
+use crate::timebase::Discrete;
+use crate::transfer::{InvalidTransferFunction, TransferFunction};
+
+/// A control law with its state, at rest when new.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Law {
+    /// PI or PID of the error.
+    Pid(Pid),
+    /// A transfer function of the error.
+    Transfer(Transfer),
+    /// A Smith predictor.
+    Smith(Smith),
+    /// State feedback with a Kalman filter.
+    StateFeedback(StateFeedback),
+}
+
+/// Numbers that make no law.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum InvalidLaw {
+    /// Gains or limits.
+    #[error(transparent)]
+    Pid(#[from] InvalidPid),
+    /// Weights or noise.
+    #[error(transparent)]
+    Riccati(#[from] NoSolution),
+    /// A list has another length than the model has states.
+    #[error("{list} has {given} numbers; it needs {needed}, {why}")]
+    Length {
+        /// `gains` or `observer`.
+        list: &'static str,
+        /// How many there are.
+        given: usize,
+        /// How many there must be.
+        needed: usize,
+        /// What they belong to.
+        why: &'static str,
+    },
+    /// A number is not finite.
+    #[error("{field} has an entry that is not finite")]
+    NotFinite {
+        /// The field's name.
+        field: &'static str,
+    },
+    /// No constant input holds the output at a reference.
+    #[error(
+        "no constant command holds this plant's output at a reference: its gain at rest is 0; \
+         control another output"
+    )]
+    NoRest,
+}
+
+impl Law {
+    /// One update for the reference `r` with the newest output `y`, `dt_s` seconds after the last
+    /// update: the command u.
+    #[inline]
+    pub fn update(&mut self, r: f64, y: f64, dt_s: f64) -> f64 {
+        match self {
+            Self::Pid(pid) => pid.update(r - y, dt_s),
+            Self::Transfer(law) => law.update(r, y),
+            Self::Smith(law) => law.update(r, y, dt_s),
+            Self::StateFeedback(law) => law.update(r, y),
+        }
+    }
+
+    /// The law from y to u with r = 0, inside its limits, one step every `h_s`.
+    ///
+    /// # Errors
+    /// [`InvalidTransferFunction`] when a number overflows.
+    pub fn state_space(&self, h_s: f64) -> Result<StateSpace<Discrete>, InvalidTransferFunction> {
+        Ok(match self {
+            Self::Pid(pid) => StateSpace::from(&negated(&pid.gains().sampled(h_s)?)?),
+            Self::Transfer(law) => law.state_space(),
+            Self::Smith(law) => law.state_space(h_s)?,
+            Self::StateFeedback(law) => law.state_space(),
+        })
+    }
+
+    /// The law from -y to u, as the loop with negative feedback has it.
+    ///
+    /// # Errors
+    /// [`InvalidTransferFunction`] when a coefficient overflows.
+    pub fn transfer_function(
+        &self,
+        h_s: f64,
+    ) -> Result<TransferFunction<Discrete>, InvalidTransferFunction> {
+        match self {
+            Self::Pid(pid) => pid.gains().sampled(h_s),
+            Self::Transfer(law) => negated(&law.state_space().transfer_function()?),
+            Self::Smith(law) => law.transfer_function(h_s),
+            Self::StateFeedback(law) => negated(&law.state_space().transfer_function()?),
+        }
+    }
+}
+
+impl From<Pid> for Law {
+    fn from(pid: Pid) -> Self {
+        Self::Pid(pid)
+    }
+}
+
+fn negated(
+    g: &TransferFunction<Discrete>,
+) -> Result<TransferFunction<Discrete>, InvalidTransferFunction> {
+    let num: Vec<f64> = g.num().iter().map(|x| -x).collect();
+    TransferFunction::try_new(num, g.den(), g.timebase())
+}
+
+/// A command within its limits, where it has some.
+#[inline]
+fn limited(u: f64, limits: Option<&Saturation>) -> f64 {
+    limits.map_or(u, |limits| u.clamp(limits.min, limits.max))
+}
+
+/// Refuses limits that leave no room; what the integral does is a PID's own.
+fn check_limits(limits: Option<&Saturation>) -> Result<(), InvalidPid> {
+    let Some(&Saturation { min, max, .. }) = limits else {
+        return Ok(());
+    };
+    match min.is_nan() || max.is_nan() || min >= max {
+        true => Err(InvalidPid::EmptyRange { min, max }),
+        false => Ok(()),
+    }
+}

@@ -1,0 +1,259 @@
+//! State feedback on what a Kalman filter makes out of a late output.
+//!
+//! The output that a controller has at an update is some ticks old (see
+//! [`crate::closed_loop::loop_delay_ticks`]). So the filter's model is the plant followed by a line
+//! of its last outputs: it corrects all of them by the oldest, and the gains act on the plant's
+//! state as it is now. An update corrects, acts, and predicts, in this order (R. E. Kalman, 1960).
+//! There is no integral: a load that the model does not know leaves an offset.
+
+use nalgebra::{DMatrix, DVector, RowDVector};
+
+use super::{InvalidLaw, check_limits, limited};
+use crate::pid::Saturation;
+use crate::riccati;
+use crate::state_space::StateSpace;
+use crate::stepper::dot;
+use crate::timebase::Discrete;
+
+/// What an optimal regulator weighs: the least sum of output y² + input u².
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weights {
+    /// The weight of y².
+    pub output: f64,
+    /// The weight of u², more than zero.
+    pub input: f64,
+}
+
+/// What a Kalman filter reckons with, as standard deviations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimator {
+    /// Of a white disturbance at the plant's input.
+    pub disturbance: f64,
+    /// Of white noise on the output, more than zero.
+    pub noise: f64,
+}
+
+/// u = reference r - gains x, with x by the filter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StateFeedback {
+    model: StateSpace<Discrete>,
+    /// One row per state: its row of A, then its entry of B.
+    rows: Vec<f64>,
+    c: Vec<f64>,
+    gains: Vec<f64>,
+    observer: Vec<f64>,
+    reference: f64,
+    limits: Option<Saturation>,
+    /// The states, then the line of outputs, the newest first.
+    state: Vec<f64>,
+    next: Vec<f64>,
+    output: f64,
+}
+
+impl Weights {
+    /// The gains of the optimal regulator: as many as states.
+    ///
+    /// # Errors
+    /// [`InvalidLaw::Riccati`] where there is none.
+    pub fn gains(&self, model: &StateSpace<Discrete>) -> Result<Vec<f64>, InvalidLaw> {
+        let b = column(model.b());
+        let q = model.c().transpose() * model.c() * self.output;
+        let x = riccati::solve(model.a(), &b, &q, self.input)?;
+        let scale = self.input + (b.transpose() * &x * &b)[0];
+        Ok((b.transpose() * &x * model.a() / scale)
+            .iter()
+            .copied()
+            .collect())
+    }
+}
+
+impl Estimator {
+    /// The steady filter's gains, for an output that is `delay` ticks old, at least one: for the
+    /// states, then for the line of outputs.
+    ///
+    /// # Errors
+    /// [`InvalidLaw::Riccati`] where there is none.
+    pub fn observer(
+        &self,
+        model: &StateSpace<Discrete>,
+        delay: usize,
+    ) -> Result<Vec<f64>, InvalidLaw> {
+        let (n, tau) = (model.order(), delay.max(1));
+        let a = with_line(model, tau);
+        let mut b = DMatrix::zeros(n + tau, 1);
+        b.view_mut((0, 0), (n, 1)).copy_from(model.b());
+        b[n] = model.d();
+        let c = last_of(n + tau);
+        let q = &b * b.transpose() * self.disturbance.powi(2);
+        let r = self.noise.powi(2);
+        let p = riccati::solve(&a.transpose(), &c.transpose(), &q, r)?;
+        let scale = (&c * &p * c.transpose())[0] + r;
+        Ok((p * c.transpose() / scale).iter().copied().collect())
+    }
+}
+
+impl StateFeedback {
+    /// A law at rest: `gains` for the model's n states, `observer` for them and the line behind
+    /// them. `None` leaves the command unlimited.
+    ///
+    /// The reference comes in so that a plant as modelled rests at it.
+    ///
+    /// # Errors
+    /// [`InvalidLaw`] when lengths do not fit, a number is not finite, the limits leave no room, or
+    /// no constant command holds the output anywhere.
+    pub fn try_new(
+        model: StateSpace<Discrete>,
+        gains: Vec<f64>,
+        observer: Vec<f64>,
+        limits: Option<Saturation>,
+    ) -> Result<Self, InvalidLaw> {
+        check_limits(limits.as_ref())?;
+        let n = model.order();
+        if gains.len() != n {
+            return Err(InvalidLaw::Length {
+                list: "gains",
+                given: gains.len(),
+                needed: n,
+                why: "one for each state of the sampled model",
+            });
+        }
+        if observer.len() <= n {
+            return Err(InvalidLaw::Length {
+                list: "observer",
+                given: observer.len(),
+                needed: n + 1,
+                why: "or more: one for each state, and one for each tick that the output is old",
+            });
+        }
+        for (field, list) in [("gains", &gains), ("observer", &observer)] {
+            if !list.iter().all(|x| x.is_finite()) {
+                return Err(InvalidLaw::NotFinite { field });
+            }
+        }
+        let reference = reference(&model, &gains).ok_or(InvalidLaw::NoRest)?;
+        let mut rows = Vec::with_capacity(n * (n + 1));
+        for row in 0..n {
+            rows.extend(model.a().row(row).iter());
+            rows.push(model.b()[row]);
+        }
+        Ok(Self {
+            rows,
+            c: model.c().iter().copied().collect(),
+            state: vec![0.0; observer.len()],
+            next: vec![0.0; observer.len()],
+            model,
+            gains,
+            observer,
+            reference,
+            limits,
+            output: 0.0,
+        })
+    }
+
+    /// The factor of the reference.
+    #[must_use]
+    pub fn reference(&self) -> f64 {
+        self.reference
+    }
+
+    pub(super) fn update(&mut self, r: f64, y: f64) -> f64 {
+        if !(r.is_finite() && y.is_finite()) {
+            return self.output;
+        }
+        let n = self.gains.len();
+        let Some(&expected) = self.state.last() else {
+            return self.output;
+        };
+        let innovation = y - expected;
+        for ((next, state), gain) in self.next.iter_mut().zip(&self.state).zip(&self.observer) {
+            *next = state + gain * innovation;
+        }
+        // Corrected, in `next`; predicted, back in `state`.
+        let (x, line) = self.next.split_at(n);
+        let wanted = self.reference * r - dot(&self.gains, x);
+        let u = limited(wanted, self.limits.as_ref());
+        let o = dot(&self.c, x) + self.model.d() * u;
+        let rows = self.rows.chunks_exact(n + 1);
+        let predicted = rows.map(|row| dot(&row[..n], x) + row[n] * u);
+        let is_finite = u.is_finite()
+            && o.is_finite()
+            && line.iter().all(|x| x.is_finite())
+            && predicted.clone().all(f64::is_finite);
+        if !is_finite {
+            return self.output;
+        }
+        for (state, x) in self.state.iter_mut().zip(predicted) {
+            *state = x;
+        }
+        self.state[n] = o;
+        let last = line.len() - 1;
+        self.state[n + 1..].copy_from_slice(&line[..last]);
+        self.output = u;
+        u
+    }
+
+    /// From y to u with r = 0: with L the observer, the corrected state is (I - L C) s + L y, and
+    /// the next one (A - B K) times it.
+    pub(super) fn state_space(&self) -> StateSpace<Discrete> {
+        let (n, all) = (self.gains.len(), self.observer.len());
+        let mut b = DMatrix::zeros(all, 1);
+        b.view_mut((0, 0), (n, 1)).copy_from(self.model.b());
+        b[n] = self.model.d();
+        let mut k = RowDVector::zeros(all);
+        k.columns_mut(0, n).copy_from_slice(&self.gains);
+        let l = DVector::from_column_slice(&self.observer);
+        let corrected = DMatrix::identity(all, all) - &l * last_of(all);
+        let next = with_line(&self.model, all - n) - b * &k;
+        let at_once = -(&k * &l)[0];
+        StateSpace::try_new(
+            &next * &corrected,
+            next * l,
+            -k * corrected,
+            at_once,
+            self.model.timebase(),
+        )
+        .expect("finite parts in shapes that fit")
+    }
+}
+
+/// u at rest and the states there, for an output of 1: the factor of the reference is u + K x.
+fn reference(model: &StateSpace<Discrete>, gains: &[f64]) -> Option<f64> {
+    let n = model.order();
+    let mut rest = DMatrix::zeros(n + 1, n + 1);
+    rest.view_mut((0, 0), (n, n))
+        .copy_from(&(model.a() - DMatrix::identity(n, n)));
+    rest.view_mut((0, n), (n, 1)).copy_from(model.b());
+    rest.view_mut((n, 0), (1, n)).copy_from(model.c());
+    rest[(n, n)] = model.d();
+    let mut wanted = DVector::zeros(n + 1);
+    wanted[n] = 1.0;
+    let found = rest.lu().solve(&wanted)?;
+    let factor = gains
+        .iter()
+        .zip(found.iter())
+        .fold(found[n], |sum, (k, x)| sum + k * x);
+    factor.is_finite().then_some(factor)
+}
+
+/// A of the model with a line of `tau` outputs behind it: the first is the output of this tick.
+fn with_line(model: &StateSpace<Discrete>, tau: usize) -> DMatrix<f64> {
+    let n = model.order();
+    let mut a = DMatrix::zeros(n + tau, n + tau);
+    a.view_mut((0, 0), (n, n)).copy_from(model.a());
+    a.view_mut((n, 0), (1, n)).copy_from(model.c());
+    for i in 1..tau {
+        a[(n + i, n + i - 1)] = 1.0;
+    }
+    a
+}
+
+/// The row that picks the last of `n` states.
+fn last_of(n: usize) -> DMatrix<f64> {
+    let mut c = DMatrix::zeros(1, n);
+    c[n - 1] = 1.0;
+    c
+}
+
+fn column(b: &DVector<f64>) -> DMatrix<f64> {
+    DMatrix::from_column_slice(b.len(), 1, b.as_slice())
+}

@@ -1,0 +1,147 @@
+//! A Smith predictor: a PID that controls a model without dead time, and learns from the plant only
+//! what the model did not know.
+//!
+//! O. J. M. Smith, "Closer control of loops with dead time" (1957). The dead time that it looks past
+//! is the plant's own and the round trip that is expected of the network. Where the real one differs,
+//! it learns late what it could have known; with a plant that is unstable by itself it is unstable.
+
+use std::collections::VecDeque;
+
+use nalgebra::{DMatrix, DVector, RowDVector};
+
+use crate::closed_loop::loop_delay_ticks;
+use crate::pid::Pid;
+use crate::plant::SampledPlant;
+use crate::polynomial::{product, sum};
+use crate::state_space::StateSpace;
+use crate::stepper::Stepper;
+use crate::timebase::Discrete;
+use crate::transfer::{InvalidTransferFunction, TransferFunction};
+
+/// A PID around a model, with the model's outputs of the dead time that it looks past.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Smith {
+    pid: Pid,
+    model: StateSpace<Discrete>,
+    stepper: Stepper,
+    /// What the model has last shown.
+    fresh: f64,
+    /// What it showed before, the oldest first: the output that the plant should show now.
+    line: VecDeque<f64>,
+    output: f64,
+}
+
+impl Smith {
+    /// `pid` at rest, with the plant for a model and so many ticks from a model's output to the
+    /// plant's own, as the controller sees it.
+    #[must_use]
+    pub fn new(pid: Pid, model: StateSpace<Discrete>, ticks: usize) -> Self {
+        Self {
+            pid,
+            stepper: Stepper::new(&model),
+            model,
+            fresh: 0.0,
+            line: VecDeque::from(vec![0.0; ticks]),
+            output: 0.0,
+        }
+    }
+
+    /// How many ticks a model without dead time is ahead of what the controller sees of `plant`,
+    /// when messages take a round trip of `rtt_ns`: the dead time, and the way around the loop less
+    /// the tick that the model itself is behind.
+    #[must_use]
+    pub fn ticks(plant: &SampledPlant, rtt_ns: u64, h_ns: u64) -> usize {
+        plant.delay_ticks + loop_delay_ticks(rtt_ns, h_ns).get() - 1
+    }
+
+    #[inline]
+    pub(super) fn update(&mut self, r: f64, y: f64, dt_s: f64) -> f64 {
+        if !(r.is_finite() && y.is_finite()) {
+            return self.output;
+        }
+        let old = self.line.front().copied().unwrap_or(self.fresh);
+        let e = r - y - (self.fresh - old);
+        let u = self.pid.update(e, dt_s);
+        let fresh = self.stepper.step(u);
+        if fresh.is_finite() && self.stepper.is_finite() {
+            if self.line.pop_front().is_some() {
+                self.line.push_back(self.fresh);
+            }
+            self.fresh = fresh;
+        } else {
+            self.stepper.undo();
+        }
+        self.output = u;
+        u
+    }
+
+    /// With C the PID, M the model and t ticks: u = C e, e = -y - (1 - z^-t) z^-1 M u, so C / (1 + C
+    /// M z^-1 (1 - z^-t)).
+    pub(super) fn transfer_function(
+        &self,
+        h_s: f64,
+    ) -> Result<TransferFunction<Discrete>, InvalidTransferFunction> {
+        let c = self.pid.gains().sampled(h_s)?;
+        let m = self.model.transfer_function()?;
+        let t = self.line.len();
+        // z^(t + 1), and z^t - 1.
+        let mut later = vec![0.0; t + 2];
+        later[0] = 1.0;
+        let mut difference = vec![0.0; t + 1];
+        difference[0] = 1.0;
+        difference[t] -= 1.0;
+        let inner = product(&product(c.den(), m.den()), &later);
+        let outer = product(&product(c.num(), m.num()), &difference);
+        TransferFunction::try_new(
+            product(&product(c.num(), m.den()), &later),
+            sum(&inner, &outer),
+            c.timebase(),
+        )
+    }
+
+    /// From y to u with r = 0. The states are the PID's, the model's, `fresh`, and the line.
+    pub(super) fn state_space(
+        &self,
+        h_s: f64,
+    ) -> Result<StateSpace<Discrete>, InvalidTransferFunction> {
+        let pid = StateSpace::from(&self.pid.gains().sampled(h_s)?);
+        let (p, m, t) = (pid.order(), self.model.order(), self.line.len());
+        let n = p + m + 1 + t;
+        let (fresh, line) = (p + m, p + m + 1);
+        // e = -y - fresh + old, where old is the line's first, or fresh itself.
+        let mut error = RowDVector::zeros(n);
+        if t > 0 {
+            error[fresh] = -1.0;
+            error[line] = 1.0;
+        }
+        // u = Cp xp + Dp e.
+        let mut command = &error * pid.d();
+        let mut own = command.columns_mut(0, p);
+        own += pid.c();
+        let at_once = -pid.d();
+
+        let mut a = DMatrix::zeros(n, n);
+        let mut b = DVector::zeros(n);
+        a.view_mut((0, 0), (p, p)).copy_from(pid.a());
+        let mut of_pid = a.rows_mut(0, p);
+        of_pid += pid.b() * &error;
+        b.rows_mut(0, p).copy_from(&-pid.b());
+
+        a.view_mut((p, p), (m, m)).copy_from(self.model.a());
+        let mut of_model = a.rows_mut(p, m);
+        of_model += self.model.b() * &command;
+        b.rows_mut(p, m).copy_from(&(self.model.b() * at_once));
+
+        a.view_mut((fresh, p), (1, m)).copy_from(self.model.c());
+        let mut of_fresh = a.rows_mut(fresh, 1);
+        of_fresh += &command * self.model.d();
+        b[fresh] = self.model.d() * at_once;
+
+        for i in 0..t {
+            let from = if i + 1 < t { line + i + 1 } else { fresh };
+            a[(line + i, from)] = 1.0;
+        }
+        Ok(StateSpace::try_new(a, b, command, at_once, pid.timebase())
+            .expect("finite parts in shapes that fit"))
+    }
+}

@@ -1,0 +1,61 @@
+//! A law given as a transfer function: the error in, the command out.
+
+use super::{InvalidLaw, check_limits, limited};
+use crate::pid::Saturation;
+use crate::state_space::StateSpace;
+use crate::stepper::Stepper;
+use crate::timebase::Discrete;
+
+/// A sampled system whose input is the error and whose output the command.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transfer {
+    system: StateSpace<Discrete>,
+    limits: Option<Saturation>,
+    stepper: Stepper,
+    output: f64,
+}
+
+impl Transfer {
+    /// The law that `system` is, at rest. `None` leaves the command unlimited.
+    ///
+    /// # Errors
+    /// [`InvalidLaw::Pid`] when the limits leave no room.
+    pub fn try_new(
+        system: StateSpace<Discrete>,
+        limits: Option<Saturation>,
+    ) -> Result<Self, InvalidLaw> {
+        check_limits(limits.as_ref())?;
+        Ok(Self {
+            stepper: Stepper::new(&system),
+            system,
+            limits,
+            output: 0.0,
+        })
+    }
+
+    pub(super) fn update(&mut self, r: f64, y: f64) -> f64 {
+        if !(r.is_finite() && y.is_finite()) {
+            return self.output;
+        }
+        let u = limited(self.stepper.step(r - y), self.limits.as_ref());
+        if u.is_finite() && self.stepper.is_finite() {
+            self.output = u;
+        } else {
+            self.stepper.undo();
+        }
+        self.output
+    }
+
+    /// From y to u with r = 0.
+    pub(super) fn state_space(&self) -> StateSpace<Discrete> {
+        let system = &self.system;
+        StateSpace::try_new(
+            system.a().clone(),
+            -system.b(),
+            system.c().clone(),
+            -system.d(),
+            system.timebase(),
+        )
+        .expect("a valid system with another sign")
+    }
+}

@@ -1,0 +1,98 @@
+//! How long the plant holds a command when no other comes: for ever, or for a time and then 0.
+//!
+//! Holding the last is what the paper's plant does, and a plant that nobody controls any more goes
+//! on with it. One whose input goes to 0 after a time is what a watchdog makes of it.
+
+use std::{fmt, str::FromStr};
+
+use serde::{Deserialize, Serialize};
+
+use crate::span::{span_ns, span_text};
+
+/// What the plant's input is while no command comes. Written `last`, or as a time: `100ms`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum Hold {
+    /// The last command, for ever.
+    #[default]
+    Last,
+    /// The last command for a time, then 0.
+    For {
+        /// How long, from the command's arrival; more than 0.
+        ns: u64,
+    },
+}
+
+/// A word that is no holding.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "hold `{text}` is neither `last` nor a time above zero with its unit, like 100ms, after which \
+     the plant's input is 0"
+)]
+pub struct InvalidHold {
+    /// What was asked.
+    text: String,
+}
+
+impl Hold {
+    /// Whether it is what plants do if nobody says otherwise.
+    #[must_use]
+    pub fn is_last(&self) -> bool {
+        *self == Self::Last
+    }
+}
+
+impl FromStr for Hold {
+    type Err = InvalidHold;
+
+    fn from_str(text: &str) -> Result<Self, InvalidHold> {
+        if text == "last" {
+            return Ok(Self::Last);
+        }
+        match span_ns(text) {
+            Some(ns) if ns > 0 => Ok(Self::For { ns }),
+            _ => Err(InvalidHold {
+                text: text.to_owned(),
+            }),
+        }
+    }
+}
+
+impl fmt::Display for Hold {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Last => f.pad("last"),
+            Self::For { ns } => f.pad(&span_text(*ns)),
+        }
+    }
+}
+
+impl TryFrom<String> for Hold {
+    type Error = InvalidHold;
+
+    fn try_from(text: String) -> Result<Self, InvalidHold> {
+        text.parse()
+    }
+}
+
+impl From<Hold> for String {
+    fn from(hold: Hold) -> Self {
+        hold.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_read_as_it_is_written() {
+        for text in ["last", "100ms", "2500us", "1s"] {
+            let hold: Hold = text.parse().expect(text);
+            assert_eq!(hold.to_string(), text);
+        }
+        for text in ["", "0ms", "100", "never", "-1s"] {
+            assert!(text.parse::<Hold>().is_err(), "{text}");
+        }
+    }
+}

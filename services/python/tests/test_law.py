@@ -1,0 +1,164 @@
+"""The control laws against the vectors of the reference, and what is no law."""
+
+import json
+import pathlib
+import unittest
+
+from webloop_controller.law import MAX_TICKS, InvalidLaw, paper_pi, parse_law
+from webloop_controller.pid import Gains, Pid
+
+VECTORS = pathlib.Path(__file__).resolve().parents[2] / "endpoint/tests/vectors/laws.json"
+
+PID = {"kp": 2.0, "ki": 1.0, "kd": 0.0, "filter_rad_s": None, "limits": None}
+MODEL = {"a": [[0.5, 0.0], [1.0, 0.25]], "b": [1.0, 0.0], "c": [0.0, 1.0], "d": 0.0}
+LIMITS = {"min": -1.0, "max": None, "anti_windup": "off", "gain_per_s": None}
+PULLED = {**LIMITS, "anti_windup": "back-calculation", "gain_per_s": 99.0}
+
+LAWS = {
+    "pid": {"law": "pid", **PID},
+    "transfer": {"law": "transfer", "model": MODEL, "limits": LIMITS},
+    "smith": {"law": "smith", "pid": PID, "model": MODEL, "ticks": 2},
+    "state-feedback": {
+        "law": "state-feedback",
+        "model": MODEL,
+        "gains": [0.5, 0.25],
+        "observer": [0.25, 0.125, 0.5],
+        "reference": 1.5,
+        "limits": None,
+    },
+}
+
+
+def with_field(law, path, value):
+    """A law with another value at a path of names and indices."""
+    changed = json.loads(json.dumps(law))
+    at = changed
+    for name in path[:-1]:
+        at = at[name]
+    at[path[-1]] = value
+    return changed
+
+
+def without_field(law, name):
+    """A law that lacks a field."""
+    return {key: value for key, value in law.items() if key != name}
+
+
+class Vectors(unittest.TestCase):
+    def test_every_law_does_what_the_vectors_say_to_the_last_bit(self):
+        if not VECTORS.exists():
+            self.skipTest(f"there is no {VECTORS.name} yet; the crate system's tests write it")
+        cases = json.loads(VECTORS.read_text(encoding="utf-8"))["cases"]
+        self.assertEqual({case["law"]["law"] for case in cases}, set(LAWS))
+        for case in cases:
+            with self.subTest(case=case["case"]):
+                law = parse_law(json.dumps(case["law"]))
+                for number, step in enumerate(case["steps"]):
+                    # What JSON has no number for is a word.
+                    r, y, dt_s = (float(step[name]) for name in ("r", "y", "dt_s"))
+                    self.assertEqual(law.update(r, y, dt_s).hex(), step["u"].hex(), number)
+
+
+class Update(unittest.TestCase):
+    def test_what_is_not_a_number_leaves_the_integrator_and_repeats_the_last_command(self):
+        law = Pid(Gains(2.0, 1.0))
+        before = law.update(1.0, 0.0, 0.5)
+        self.assertEqual(before, 2.5)
+        nan, inf = float("nan"), float("inf")
+        for r, dt_s in [(nan, 0.5), (inf, 0.5), (1.0, 0.0), (1.0, -1.0), (1.0, nan), (1e300, 1e300)]:
+            self.assertEqual(law.update(r, 0.0, dt_s), before)
+        self.assertEqual(law.update(1.0, 0.0, 0.5), 3.0)
+
+    def test_every_law_holds_its_command_where_an_output_is_not_a_number(self):
+        for name, words in LAWS.items():
+            law, untouched = parse_law(json.dumps(words)), parse_law(json.dumps(words))
+            self.assertEqual(law.update(1.0, float("nan"), 0.003), 0.0, name)
+            for step in range(5):
+                y = 0.125 * step
+                u = untouched.update(1.0, y, 0.003)
+                self.assertEqual(law.update(1.0, y, 0.003), u, name)
+                for broken in ("nan", "inf", "-inf"):
+                    self.assertEqual(law.update(1.0, float(broken), 0.003), u, name)
+                    self.assertEqual(law.update(float(broken), y, 0.003), u, name)
+
+    def test_the_paper_s_pi_is_one_of_them(self):
+        words = {"law": "pid", **PID, "kp": 0.1701, "ki": 0.378}
+        # The rest of an update, without limits that are ever met.
+        wide = {**words, "limits": {**LIMITS, "min": -1e9}}
+        laws = [paper_pi(), parse_law(json.dumps(words)), parse_law(json.dumps(wide))]
+        for step in range(1000):
+            commands = {law.update(1.0, step / 700.0, 0.003).hex() for law in laws}
+            self.assertEqual(len(commands), 1, step)
+
+    def test_a_smith_predictor_with_the_model_of_the_plant_sees_no_round_trip(self):
+        # Once the round trip is over, y is what the model said then, and the
+        # PID's error is that of a loop without a link.
+        words = {**LAWS["smith"], "ticks": 3}
+        law, direct = parse_law(json.dumps(words)), Pid(Gains(2.0, 1.0))
+        model = parse_law(json.dumps({**LAWS["transfer"], "limits": None}))
+        y, line = 0.0, [0.0] * 3
+        for _ in range(20):
+            u = law.update(1.0, line[0], 0.01)
+            self.assertAlmostEqual(u, direct.update(1.0, y, 0.01))
+            line = line[1:] + [y]
+            y = model.update(u, 0.0, 0.01)
+
+
+class Refusals(unittest.TestCase):
+    def test_what_is_no_law_is_refused_with_the_field_and_what_to_give(self):
+        pid, transfer, smith, feedback = LAWS.values()
+        for law, names in [
+            (7, "one of pid, transfer, smith, state-feedback"),
+            ([pid], "`law`: `null`"),
+            ({}, "`law`: `null`"),
+            ({**pid, "law": "bang-bang"}, "`law`: `\"bang-bang\"`"),
+            ({**pid, "law": ["pid"]}, "`law`"),
+            ({**pid, "gain": 1.0}, "`gain` is unknown"),
+            *[(without_field(pid, name), f"`{name}` is missing") for name in PID],
+            ({**pid, "kp": "1"}, "`kp`: `\"1\"`"),
+            ({**pid, "kp": True}, "`kp`: `true`"),
+            ({**pid, "ki": float("nan")}, "`ki`: `NaN`"),
+            ({**pid, "ki": 10**400}, "`ki`: `1000"),
+            ({**pid, "kd": None}, "`kd`: `null`"),
+            ({**pid, "filter_rad_s": 0.0}, "`filter_rad_s`: `0.0`"),
+            ({**pid, "limits": []}, "`limits`: `[]`"),
+            ({**pid, "limits": {}}, "`limits.min` is missing"),
+            ({**pid, "limits": {**LIMITS, "max": -1.0}}, "from -1.0 to -1.0 is empty"),
+            ({**pid, "limits": {**LIMITS, "anti_windup": "on"}}, "off or conditional or back-"),
+            ({**pid, "limits": {**LIMITS, "gain_per_s": 1.0}}, "null where anti_windup is off"),
+            ({**pid, "limits": {**PULLED, "gain_per_s": None}}, "`limits.gain_per_s`: `null`"),
+            ({**pid, "limits": {**PULLED, "gain_per_s": -1}}, "`limits.gain_per_s`: `-1`"),
+            ({**transfer, "limits": PULLED}, "`limits.anti_windup`"),
+            ({**transfer, "model": None}, "`model`: `null`"),
+            (without_field(transfer, "model"), "`model` is missing"),
+            (with_field(transfer, ["model", "a"], 1), "`model.a`: `1`"),
+            (with_field(transfer, ["model", "a", 0], [1.0]), "`model.a[0]` has 1 numbers; give 2"),
+            (with_field(transfer, ["model", "a", 1, 1], None), "`model.a[1][1]`: `null`"),
+            (with_field(transfer, ["model", "b"], [1.0]), "`model.b` has 1 numbers; give 2"),
+            (with_field(transfer, ["model", "c"], []), "`model.c` has 0 numbers; give 2"),
+            (with_field(transfer, ["model", "d"], []), "`model.d`: `[]`"),
+            (with_field(transfer, ["model", "e"], 0), "`model.e` is unknown"),
+            ({**smith, "pid": pid}, "`pid.law` is unknown"),
+            (with_field(smith, ["pid", "kp"], None), "`pid.kp`: `null`"),
+            ({**smith, "ticks": -1}, "`ticks`: `-1`"),
+            ({**smith, "ticks": 0.5}, "`ticks`: `0.5`"),
+            ({**smith, "ticks": True}, "`ticks`: `true`"),
+            ({**smith, "ticks": MAX_TICKS + 1}, f"from 0 to {MAX_TICKS}"),
+            ({**feedback, "gains": [1.0]}, "`gains` has 1 numbers; give 2"),
+            ({**feedback, "observer": [1.0, 1.0]}, "`observer` has 2 numbers; give 2"),
+            ({**feedback, "reference": {}}, "`reference`: `{}`"),
+        ]:
+            with self.assertRaises(InvalidLaw, msg=law) as refused:
+                parse_law(json.dumps(law))
+            self.assertIn(names, str(refused.exception))
+
+    def test_what_is_no_json_is_refused_with_an_example(self):
+        for text in ["", "pid", "{", "'{}'", "[" * 100_000]:
+            with self.assertRaises(InvalidLaw, msg=text[:9]) as refused:
+                parse_law(text)
+            self.assertIn('write it like {"law":"pid"', str(refused.exception))
+            self.assertNotIn("\n", str(refused.exception))
+
+
+if __name__ == "__main__":
+    unittest.main()

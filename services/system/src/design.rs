@@ -1,0 +1,128 @@
+//! A law in numbers, as clients in other languages are told it: one JSON object.
+//!
+//! What a client does with them is in `control::law`, sum by sum; vectors hold all clients to it.
+
+use control::{AntiWindup, Discrete, Gains, Saturation, StateSpace};
+use serde::Serialize;
+
+/// A law for one sample time.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "law", rename_all = "kebab-case")]
+pub enum Design {
+    /// PI or PID of the error.
+    Pid(PidNumbers),
+    /// A sampled system of the error.
+    Transfer {
+        /// The system.
+        model: Model,
+        /// The actuator's.
+        limits: Option<Limits>,
+    },
+    /// A PID around a model without its dead time.
+    Smith {
+        /// The PID.
+        pid: PidNumbers,
+        /// The plant, sampled, without its dead time.
+        model: Model,
+        /// How many ticks the model is ahead.
+        ticks: usize,
+    },
+    /// State feedback with a Kalman filter.
+    StateFeedback {
+        /// The plant, sampled, without its dead time.
+        model: Model,
+        /// One for each state.
+        gains: Vec<f64>,
+        /// One for each state, then one for each tick that the output is old.
+        observer: Vec<f64>,
+        /// The factor of the reference.
+        reference: f64,
+        /// The actuator's.
+        limits: Option<Limits>,
+    },
+}
+
+/// A PID's gains.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PidNumbers {
+    /// Proportional gain.
+    pub kp: f64,
+    /// Integral gain, 1/s.
+    pub ki: f64,
+    /// Derivative gain, s.
+    pub kd: f64,
+    /// The derivative's filter, rad/s; none: a plain difference.
+    pub filter_rad_s: Option<f64>,
+    /// The actuator's.
+    pub limits: Option<Limits>,
+}
+
+/// Limits of the command.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Limits {
+    /// The smallest; none on that side.
+    pub min: Option<f64>,
+    /// The largest; none on that side.
+    pub max: Option<f64>,
+    /// `off`, `conditional` or `back-calculation`.
+    pub anti_windup: &'static str,
+    /// The tracking gain of back-calculation, 1/s.
+    pub gain_per_s: Option<f64>,
+}
+
+/// next x = a x + b u, y = c x + d u.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Model {
+    /// Rows.
+    pub a: Vec<Vec<f64>>,
+    /// One for each state.
+    pub b: Vec<f64>,
+    /// One for each state.
+    pub c: Vec<f64>,
+    /// The feed-through.
+    pub d: f64,
+}
+
+impl PidNumbers {
+    pub(crate) fn new(gains: &Gains, limits: Option<&Saturation>) -> Self {
+        Self {
+            kp: gains.kp,
+            ki: gains.ki,
+            kd: gains.kd,
+            filter_rad_s: finite(gains.filter_rad_s),
+            limits: limits.map(Limits::from),
+        }
+    }
+}
+
+impl From<&Saturation> for Limits {
+    fn from(limits: &Saturation) -> Self {
+        let (anti_windup, gain_per_s) = match limits.anti_windup {
+            AntiWindup::Off => ("off", None),
+            AntiWindup::Conditional => ("conditional", None),
+            AntiWindup::BackCalculation { gain_per_s } => ("back-calculation", Some(gain_per_s)),
+        };
+        Self {
+            min: finite(limits.min),
+            max: finite(limits.max),
+            anti_windup,
+            gain_per_s,
+        }
+    }
+}
+
+impl From<&StateSpace<Discrete>> for Model {
+    fn from(system: &StateSpace<Discrete>) -> Self {
+        let rows = system.a().row_iter();
+        Self {
+            a: rows.map(|row| row.iter().copied().collect()).collect(),
+            b: system.b().iter().copied().collect(),
+            c: system.c().iter().copied().collect(),
+            d: system.d(),
+        }
+    }
+}
+
+fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}

@@ -1,0 +1,116 @@
+//! A system as its TOML says it: typed text, not yet checked against anything.
+//!
+//! Values keep their place in the text, so that a fault can point at them.
+
+use serde::Deserialize;
+use toml::Spanned;
+
+type Number = Option<Spanned<f64>>;
+type Numbers = Option<Spanned<Vec<f64>>>;
+
+/// A whole file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SystemFile {
+    /// Its name: what experiments and results call it.
+    pub(crate) name: Spanned<String>,
+    /// A sentence on what it is.
+    #[serde(default)]
+    pub(crate) about: String,
+    /// The reference; 1 if not given.
+    pub(crate) r: Number,
+    /// What is controlled.
+    pub(crate) plant: Spanned<PlantFile>,
+    /// By what.
+    pub(crate) controller: Spanned<ControllerFile>,
+}
+
+/// `[plant]`: a gain with zeros and poles, or num and den, or four matrices.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PlantFile {
+    /// Of (s - zero).. / (s - pole)..
+    pub(crate) gain: Number,
+    /// Real zeros, rad/s; none if not given.
+    pub(crate) zeros: Numbers,
+    /// Real poles, rad/s.
+    pub(crate) poles: Numbers,
+    /// Coefficients of the numerator, highest power first.
+    pub(crate) num: Numbers,
+    /// Coefficients of the denominator, highest power first.
+    pub(crate) den: Numbers,
+    /// x' = a x + b u, y = c x + d u: a list of rows.
+    pub(crate) a: Option<Spanned<Vec<Vec<f64>>>>,
+    /// A number for each state.
+    pub(crate) b: Numbers,
+    /// A number for each state.
+    pub(crate) c: Numbers,
+    /// A number; 0 if not given.
+    pub(crate) d: Number,
+    /// From the input to its first effect, such as `"25ms"`.
+    pub(crate) dead_time: Option<Spanned<String>>,
+    /// `zero-order-hold` if not given, `backward-euler` or `tustin`.
+    pub(crate) sampling: Option<Spanned<String>>,
+}
+
+/// `[controller]`: a law, and the numbers that it needs.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ControllerFile {
+    /// `pid`, `transfer`, `smith` or `state-feedback`.
+    pub(crate) law: Spanned<String>,
+    /// pid, smith: proportional gain.
+    pub(crate) kp: Number,
+    /// pid, smith: integral gain, 1/s; 0 if not given.
+    pub(crate) ki: Number,
+    /// pid, smith: derivative gain, s; 0 if not given.
+    pub(crate) kd: Number,
+    /// pid, smith: the derivative's filter, rad/s; none if not given.
+    pub(crate) filter: Number,
+    /// transfer: coefficients of the numerator, highest power first.
+    pub(crate) num: Numbers,
+    /// transfer: coefficients of the denominator, highest power first.
+    pub(crate) den: Numbers,
+    /// transfer: as the plant's; `tustin` if not given.
+    pub(crate) sampling: Option<Spanned<String>>,
+    /// smith, state-feedback: the round trip that is reckoned with; `"0ms"` if not given.
+    pub(crate) round_trip: Option<Spanned<String>>,
+    /// state-feedback: a gain for each state, instead of weights.
+    pub(crate) gains: Numbers,
+    /// state-feedback: what the optimal regulator weighs.
+    pub(crate) weights: Option<Spanned<WeightsFile>>,
+    /// state-feedback: what the Kalman filter reckons with.
+    pub(crate) noise: Option<Spanned<NoiseFile>>,
+    /// The actuator's.
+    pub(crate) limits: Option<Spanned<LimitsFile>>,
+}
+
+/// `[controller.weights]`: the least sum of output y² + input u².
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct WeightsFile {
+    pub(crate) output: Spanned<f64>,
+    pub(crate) input: Spanned<f64>,
+}
+
+/// `[controller.noise]`: standard deviations, at the plant's input and output.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct NoiseFile {
+    pub(crate) disturbance: Spanned<f64>,
+    pub(crate) measurement: Spanned<f64>,
+}
+
+/// `[controller.limits]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LimitsFile {
+    /// The smallest command; none if not given.
+    pub(crate) min: Number,
+    /// The largest command; none if not given.
+    pub(crate) max: Number,
+    /// pid, smith: `off`, `conditional` (if not given) or `back-calculation`.
+    pub(crate) anti_windup: Option<Spanned<String>>,
+    /// With back-calculation: the tracking gain, 1/s.
+    pub(crate) gain: Number,
+}

@@ -1,0 +1,273 @@
+//! The law of a system's text, and what it is at a sample time.
+
+use control::{
+    Estimator, Gains, InvalidLaw, Law, Method, Pid, SampledPlant, Saturation, Smith, StateFeedback,
+    StateSpace, Transfer, Weights, discretise, loop_delay_ticks,
+};
+use toml::Spanned;
+
+use crate::design::{Design, Limits, Model, PidNumbers};
+use crate::fault::{Fault, Source};
+use crate::file::ControllerFile;
+use crate::limits;
+use crate::plant::{method, ratio};
+use crate::system::Unfit;
+
+/// A law before anybody knows the sample time.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Recipe {
+    Pid {
+        gains: Gains,
+        limits: Option<Saturation>,
+    },
+    Transfer {
+        model: StateSpace,
+        method: Method,
+        limits: Option<Saturation>,
+    },
+    Smith {
+        gains: Gains,
+        limits: Option<Saturation>,
+        rtt_ns: u64,
+    },
+    StateFeedback {
+        by: Choice,
+        estimator: Estimator,
+        limits: Option<Saturation>,
+        rtt_ns: u64,
+    },
+}
+
+/// Who has chosen the gains of a state feedback.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Choice {
+    Gains(Vec<f64>),
+    Weights(Weights),
+}
+
+/// The words of each law beside `law` and `limits`.
+const WORDS: [(&str, &[&str]); 4] = [
+    ("pid", &["kp", "ki", "kd", "filter"]),
+    ("transfer", &["num", "den", "sampling"]),
+    ("smith", &["kp", "ki", "kd", "filter", "round_trip"]),
+    (
+        "state-feedback",
+        &["gains", "weights", "noise", "round_trip"],
+    ),
+];
+
+impl Recipe {
+    pub(crate) fn read(source: Source, asked: &Spanned<ControllerFile>) -> Result<Self, Fault> {
+        let file = asked.get_ref();
+        let law = file.law.get_ref().as_str();
+        let Some((_, words)) = WORDS.iter().find(|(name, _)| *name == law) else {
+            let remedy = format!("choose {}", WORDS.map(|(name, _)| name).join(", "));
+            return Err(source.fault(&file.law, format!("law `{law}` is unknown"), remedy));
+        };
+        if let Some(stray) = given(file).into_iter().find(|word| !words.contains(word)) {
+            return Err(source.fault(
+                &file.law,
+                format!("`{stray}` says nothing to a law `{law}`"),
+                format!("leave it out; {law} takes {} and limits", words.join(", ")),
+            ));
+        }
+        let limits = file
+            .limits
+            .as_ref()
+            .map(|limits| limits::read(source, limits, law));
+        let limits = limits.transpose()?;
+        let rtt_ns = match &file.round_trip {
+            Some(text) => source.span_ns("round_trip", text)?,
+            None => 0,
+        };
+        match law {
+            "pid" => Ok(Self::Pid {
+                gains: read_gains(source, asked, limits)?,
+                limits,
+            }),
+            "smith" => Ok(Self::Smith {
+                gains: read_gains(source, asked, limits)?,
+                limits,
+                rtt_ns,
+            }),
+            "transfer" => {
+                let (Some(num), Some(den)) = (&file.num, &file.den) else {
+                    let remedy = "give the coefficients of both, highest power first";
+                    return Err(source.fault(asked, "the law has not both num and den", remedy));
+                };
+                Ok(Self::Transfer {
+                    model: StateSpace::from(&ratio(source, num, den)?),
+                    method: match &file.sampling {
+                        Some(word) => method(source, word)?,
+                        None => Method::Tustin,
+                    },
+                    limits,
+                })
+            }
+            _ => read_feedback(source, asked, limits, rtt_ns),
+        }
+    }
+
+    /// The same law with other gains, where it has these.
+    pub(crate) fn with_gains(&self, kp: Option<f64>, ki: Option<f64>) -> Option<Self> {
+        let mut recipe = self.clone();
+        let (Self::Pid { gains, .. } | Self::Smith { gains, .. }) = &mut recipe else {
+            return (kp.is_none() && ki.is_none()).then_some(recipe);
+        };
+        gains.kp = kp.unwrap_or(gains.kp);
+        gains.ki = ki.unwrap_or(gains.ki);
+        (gains.kp.is_finite() && gains.ki.is_finite()).then_some(recipe)
+    }
+
+    /// Whether it can integrate the time that has passed: others advance by h.
+    pub(crate) fn takes_elapsed(&self) -> bool {
+        matches!(self, Self::Pid { .. })
+    }
+
+    /// The law at a sample time, and its numbers.
+    pub(crate) fn at(&self, plant: &SampledPlant, h_ns: u64) -> Result<(Law, Design), Unfit> {
+        let model = &plant.system;
+        Ok(match self {
+            Self::Pid { gains, limits } => (
+                Pid::try_new(*gains, *limits)
+                    .map_err(InvalidLaw::from)?
+                    .into(),
+                Design::Pid(PidNumbers::new(gains, limits.as_ref())),
+            ),
+            Self::Transfer {
+                model,
+                method,
+                limits,
+            } => {
+                let sampled = discretise(model, *method, plant.h_s())?;
+                let design = Design::Transfer {
+                    model: Model::from(&sampled),
+                    limits: limits.as_ref().map(Limits::from),
+                };
+                (Law::Transfer(Transfer::try_new(sampled, *limits)?), design)
+            }
+            Self::Smith {
+                gains,
+                limits,
+                rtt_ns,
+            } => {
+                let ticks = Smith::ticks(plant, *rtt_ns, h_ns);
+                let pid = Pid::try_new(*gains, *limits).map_err(InvalidLaw::from)?;
+                let design = Design::Smith {
+                    pid: PidNumbers::new(gains, limits.as_ref()),
+                    model: Model::from(model),
+                    ticks,
+                };
+                (Law::Smith(Smith::new(pid, model.clone(), ticks)), design)
+            }
+            Self::StateFeedback {
+                by,
+                estimator,
+                limits,
+                rtt_ns,
+            } => {
+                let gains = match by {
+                    Choice::Gains(gains) => gains.clone(),
+                    Choice::Weights(weights) => weights.gains(model)?,
+                };
+                let delay = loop_delay_ticks(*rtt_ns, h_ns).get() + plant.delay_ticks;
+                let observer = estimator.observer(model, delay)?;
+                let law = StateFeedback::try_new(
+                    model.clone(),
+                    gains.clone(),
+                    observer.clone(),
+                    *limits,
+                )?;
+                let design = Design::StateFeedback {
+                    model: Model::from(model),
+                    gains,
+                    observer,
+                    reference: law.reference(),
+                    limits: limits.as_ref().map(Limits::from),
+                };
+                (Law::StateFeedback(law), design)
+            }
+        })
+    }
+}
+
+/// The words beside `law` and `limits` that are there.
+fn given(file: &ControllerFile) -> Vec<&'static str> {
+    let all = [
+        ("kp", file.kp.is_some()),
+        ("ki", file.ki.is_some()),
+        ("kd", file.kd.is_some()),
+        ("filter", file.filter.is_some()),
+        ("num", file.num.is_some()),
+        ("den", file.den.is_some()),
+        ("sampling", file.sampling.is_some()),
+        ("round_trip", file.round_trip.is_some()),
+        ("gains", file.gains.is_some()),
+        ("weights", file.weights.is_some()),
+        ("noise", file.noise.is_some()),
+    ];
+    let there = all.into_iter().filter(|(_, is_there)| *is_there);
+    there.map(|(word, _)| word).collect()
+}
+
+fn read_gains(
+    source: Source,
+    asked: &Spanned<ControllerFile>,
+    limits: Option<Saturation>,
+) -> Result<Gains, Fault> {
+    let file = asked.get_ref();
+    let Some(kp) = &file.kp else {
+        let remedy = "give kp, and ki and kd where there are some";
+        return Err(source.fault(asked, "the law has no kp", remedy));
+    };
+    let number = |field, value: &Option<Spanned<f64>>, none| match value {
+        Some(value) => source.finite(field, value),
+        None => Ok(none),
+    };
+    let gains = Gains {
+        kp: source.finite("kp", kp)?,
+        ki: number("ki", &file.ki, 0.0)?,
+        kd: number("kd", &file.kd, 0.0)?,
+        filter_rad_s: match &file.filter {
+            Some(filter) => source.positive("filter", filter)?,
+            None => f64::INFINITY,
+        },
+    };
+    match Pid::try_new(gains, limits) {
+        Ok(_) => Ok(gains),
+        Err(problem) => Err(source.fault(asked, problem.to_string(), "choose others")),
+    }
+}
+
+fn read_feedback(
+    source: Source,
+    asked: &Spanned<ControllerFile>,
+    limits: Option<Saturation>,
+    rtt_ns: u64,
+) -> Result<Recipe, Fault> {
+    let file = asked.get_ref();
+    let by = match (&file.gains, &file.weights) {
+        (Some(gains), None) => Choice::Gains(gains.get_ref().clone()),
+        (None, Some(weights)) => Choice::Weights(Weights {
+            output: source.positive("weights.output", &weights.get_ref().output)?,
+            input: source.positive("weights.input", &weights.get_ref().input)?,
+        }),
+        _ => {
+            let remedy = "give gains, one for each state, or weights = { output = .., input = .. }";
+            return Err(source.fault(asked, "the law needs either gains or weights", remedy));
+        }
+    };
+    let Some(noise) = &file.noise else {
+        let remedy = "give noise = { disturbance = .., measurement = .. }, as standard deviations";
+        return Err(source.fault(asked, "the law's filter knows no noise", remedy));
+    };
+    Ok(Recipe::StateFeedback {
+        by,
+        estimator: Estimator {
+            disturbance: source.positive("noise.disturbance", &noise.get_ref().disturbance)?,
+            noise: source.positive("noise.measurement", &noise.get_ref().measurement)?,
+        },
+        limits,
+        rtt_ns,
+    })
+}

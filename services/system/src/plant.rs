@@ -1,0 +1,145 @@
+//! The plant of a system's text.
+
+use control::{Continuous, Method, Plant, StateSpace, TransferFunction};
+use nalgebra::{DMatrix, DVector, RowDVector};
+use toml::Spanned;
+
+use crate::fault::{Fault, Source};
+use crate::file::PlantFile;
+
+/// More states than this are no plant's; fewer would do.
+const MOST_STATES: usize = 20;
+
+const FORMS: &str =
+    "describe it in one way: gain, zeros and poles; or num and den; or a, b, c and d";
+
+pub(crate) fn plant(source: Source, asked: &Spanned<PlantFile>) -> Result<Plant, Fault> {
+    let file = asked.get_ref();
+    let by_poles = file.gain.is_some() || file.zeros.is_some() || file.poles.is_some();
+    let by_ratio = file.num.is_some() || file.den.is_some();
+    let by_matrices = file.a.is_some() || file.b.is_some() || file.c.is_some() || file.d.is_some();
+    let model = match (by_poles, by_ratio, by_matrices) {
+        (true, false, false) => from_poles(source, asked)?,
+        (false, true, false) => {
+            let (Some(num), Some(den)) = (&file.num, &file.den) else {
+                return Err(source.fault(asked, "the plant has only one of num and den", FORMS));
+            };
+            StateSpace::from(&ratio(source, num, den)?)
+        }
+        (false, false, true) => from_matrices(source, asked)?,
+        (false, false, false) => return Err(source.fault(asked, "the plant has no model", FORMS)),
+        _ => return Err(source.fault(asked, "the plant has two models", FORMS)),
+    };
+    if model.order() > MOST_STATES {
+        let problem = format!("the plant has {} states", model.order());
+        let remedy =
+            format!("describe it with at most {MOST_STATES}; a dead time has a key of its own");
+        return Err(source.fault(asked, problem, remedy));
+    }
+    Ok(Plant {
+        model,
+        dead_time_ns: match &file.dead_time {
+            Some(text) => source.span_ns("dead_time", text)?,
+            None => 0,
+        },
+        method: match &file.sampling {
+            Some(word) => method(source, word)?,
+            None => Method::ZeroOrderHold,
+        },
+    })
+}
+
+pub(crate) fn method(source: Source, word: &Spanned<String>) -> Result<Method, Fault> {
+    match word.get_ref().as_str() {
+        "zero-order-hold" => Ok(Method::ZeroOrderHold),
+        "backward-euler" => Ok(Method::BackwardEuler),
+        "tustin" => Ok(Method::Tustin),
+        other => Err(source.fault(
+            word,
+            format!("sampling `{other}` is unknown"),
+            "choose zero-order-hold, backward-euler or tustin",
+        )),
+    }
+}
+
+/// num/den, highest power first.
+pub(crate) fn ratio(
+    source: Source,
+    num: &Spanned<Vec<f64>>,
+    den: &Spanned<Vec<f64>>,
+) -> Result<TransferFunction, Fault> {
+    TransferFunction::try_new(num.get_ref().clone(), den.get_ref().clone(), Continuous).map_err(
+        |problem| {
+            let text = problem.to_string();
+            let at = if text.starts_with("den") { den } else { num };
+            source.fault(at, text, "give the coefficients, highest power first")
+        },
+    )
+}
+
+fn from_poles(source: Source, asked: &Spanned<PlantFile>) -> Result<StateSpace, Fault> {
+    let file = asked.get_ref();
+    let (Some(gain), Some(poles)) = (&file.gain, &file.poles) else {
+        let remedy = "give gain and poles, such as gain = 2.0 and poles = [-1.0, -5.0]";
+        return Err(source.fault(asked, "the plant has only one of gain and poles", remedy));
+    };
+    let gain_value = source.finite("gain", gain)?;
+    let zeros = file.zeros.as_ref().map_or(&[][..], |zeros| zeros.get_ref());
+    let num: Vec<f64> = from_roots(zeros).iter().map(|x| gain_value * x).collect();
+    TransferFunction::try_new(num, from_roots(poles.get_ref()), Continuous)
+        .map(|model| StateSpace::from(&model))
+        .map_err(|problem| {
+            source.fault(
+                poles,
+                problem.to_string(),
+                "give finite numbers, and no fewer poles than zeros",
+            )
+        })
+}
+
+/// (s - root) (s - root) .., highest power first.
+fn from_roots(roots: &[f64]) -> Vec<f64> {
+    let mut polynomial = vec![1.0];
+    for root in roots {
+        let mut next = polynomial.clone();
+        next.push(0.0);
+        for (i, x) in polynomial.iter().enumerate() {
+            next[i + 1] -= root * x;
+        }
+        polynomial = next;
+    }
+    polynomial
+}
+
+fn from_matrices(source: Source, asked: &Spanned<PlantFile>) -> Result<StateSpace, Fault> {
+    let file = asked.get_ref();
+    let (Some(a), Some(b), Some(c)) = (&file.a, &file.b, &file.c) else {
+        let remedy = "give a as a list of rows, and b and c as lists of as many numbers; d is 0 if not given";
+        return Err(source.fault(asked, "the plant has not all of a, b and c", remedy));
+    };
+    let rows = a.get_ref();
+    let n = rows.len();
+    if let Some(row) = rows.iter().find(|row| row.len() != n) {
+        let problem = format!("a has {n} rows, and one of them {} numbers", row.len());
+        return Err(source.fault(
+            a,
+            problem,
+            "give as many numbers in a row as there are rows",
+        ));
+    }
+    let d = match &file.d {
+        Some(d) => source.finite("d", d)?,
+        None => 0.0,
+    };
+    StateSpace::try_new(
+        DMatrix::from_row_iterator(n, n, rows.iter().flatten().copied()),
+        DVector::from_column_slice(b.get_ref()),
+        RowDVector::from_row_slice(c.get_ref()),
+        d,
+        Continuous,
+    )
+    .map_err(|problem| {
+        let remedy = "give finite numbers, and as many in b and c as a has rows";
+        source.fault(a, problem.to_string(), remedy)
+    })
+}

@@ -1,0 +1,183 @@
+//! A system, read and found valid, and what it is at a sample time.
+
+use control::{InvalidDiscretisation, InvalidLaw, Law, Plant, SampledPlant};
+use endpoint::SampleTime;
+
+use crate::design::Design;
+use crate::fault::{Fault, Source};
+use crate::file::SystemFile;
+use crate::law::Recipe;
+use crate::plant;
+
+/// A plant, its law, and its reference.
+#[derive(Debug, Clone, PartialEq)]
+pub struct System {
+    name: String,
+    about: String,
+    r: f64,
+    plant: Plant,
+    recipe: Recipe,
+    text: String,
+}
+
+/// A system at a sample time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loop {
+    /// What the plant's end steps.
+    pub plant: SampledPlant,
+    /// What the controller's end runs, at rest.
+    pub law: Law,
+    /// The law in numbers, for clients in other languages.
+    pub design: Design,
+}
+
+/// Why a system cannot be run at a sample time.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Unfit {
+    /// The plant or the law cannot be sampled.
+    #[error(transparent)]
+    Sampling(#[from] InvalidDiscretisation),
+    /// The law does not come out.
+    #[error(transparent)]
+    Law(#[from] InvalidLaw),
+}
+
+macro_rules! built_in {
+    ($($name:literal),+ $(,)?) => {
+        [$(($name, include_str!(concat!("../systems/", $name, ".toml")))),+]
+    };
+}
+
+/// What the binary carries, by name; the first is the paper's.
+const BUILT_IN: [(&str, &str); 7] = built_in![
+    "motor",
+    "lag",
+    "lag-smith",
+    "double-integrator",
+    "pendulum",
+    "puma-joint",
+    "quadrotor",
+];
+
+impl System {
+    /// The paper's system: what is meant where none is named.
+    pub const PAPER: &str = "motor";
+
+    /// The names of those that the binary carries, the paper's first.
+    pub fn built_in_names() -> impl Iterator<Item = &'static str> {
+        BUILT_IN.iter().map(|(name, _)| *name)
+    }
+
+    /// The text of one that the binary carries.
+    #[must_use]
+    pub fn built_in(name: &str) -> Option<&'static str> {
+        let found = BUILT_IN.iter().find(|(own, _)| *own == name);
+        found.map(|(_, text)| *text)
+    }
+
+    /// The paper's motor under the paper's PI.
+    ///
+    /// # Panics
+    /// Never, as a test shows.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self::read(BUILT_IN[0].1).expect("built in")
+    }
+
+    /// Reads a system's TOML.
+    ///
+    /// # Errors
+    /// [`Fault`], with line and column, for what is no system.
+    pub fn read(text: &str) -> Result<Self, Fault> {
+        let file: SystemFile = toml::from_str(text).map_err(|error| {
+            Fault::new(
+                text,
+                error.span().unwrap_or(0..0),
+                error.message(),
+                "see `webloop system show motor` for an example",
+            )
+        })?;
+        let source = Source(text);
+        let name = file.name.get_ref();
+        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+        if name.is_empty() || name.len() > 40 || !name.chars().all(plain) {
+            return Err(source.fault(
+                &file.name,
+                format!("`{name}` cannot name a system"),
+                "use up to 40 of a-z, 0-9 and -",
+            ));
+        }
+        Ok(Self {
+            r: match &file.r {
+                Some(r) => source.finite("r", r)?,
+                None => 1.0,
+            },
+            plant: plant::plant(source, &file.plant)?,
+            recipe: Recipe::read(source, &file.controller)?,
+            about: file.about,
+            name: name.clone(),
+            text: text.to_owned(),
+        })
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The text that it was read from.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// A sentence on what it is; may be empty.
+    #[must_use]
+    pub fn about(&self) -> &str {
+        &self.about
+    }
+
+    /// The reference that its output is to reach.
+    #[must_use]
+    pub fn r(&self) -> f64 {
+        self.r
+    }
+
+    /// The plant, continuous.
+    #[must_use]
+    pub fn plant(&self) -> &Plant {
+        &self.plant
+    }
+
+    /// Whether it is the paper's: no other may have its name.
+    #[must_use]
+    pub fn is_paper(&self) -> bool {
+        self.name == Self::PAPER
+    }
+
+    /// Whether its law can integrate the time that has really passed.
+    #[must_use]
+    pub fn takes_elapsed(&self) -> bool {
+        self.recipe.takes_elapsed()
+    }
+
+    /// The same with other gains; `None` where its law has no such gains, or they are not finite.
+    #[must_use]
+    pub fn with_gains(&self, kp: Option<f64>, ki: Option<f64>) -> Option<Self> {
+        Some(Self {
+            recipe: self.recipe.with_gains(kp, ki)?,
+            ..self.clone()
+        })
+    }
+
+    /// The system at a sample time.
+    ///
+    /// # Errors
+    /// [`Unfit`] where it cannot be sampled with this h, or its law does not come out.
+    pub fn at(&self, h: SampleTime) -> Result<Loop, Unfit> {
+        let plant = self.plant.sampled(h.ns())?;
+        let (law, design) = self.recipe.at(&plant, h.ns())?;
+        Ok(Loop { plant, law, design })
+    }
+}
