@@ -8,8 +8,8 @@ use std::time::Duration;
 use link::Profile;
 use shaper::{
     Baseline, CONTROLLER_INTERFACE, Certificate, Echo, LinkRow, Namespace, PLANT_ADDRESS,
-    PLANT_INTERFACE, PacketPort, PlayerConfig, PlayerReport, ProbePlan, Result, certify, join,
-    now_ns, play, probe,
+    PLANT_INTERFACE, PacketPort, PlayerConfig, PlayerReport, ProbePlan, certify, join, now_ns,
+    play, probe,
 };
 
 pub(crate) const MS: u64 = 1_000_000;
@@ -38,7 +38,15 @@ pub(crate) struct Cell {
     seed: u64,
     pub(crate) epoch_ns: u64,
     stop: Arc<AtomicBool>,
-    player: JoinHandle<Result<(PlayerReport, Vec<LinkRow>)>>,
+    player: JoinHandle<shaper::Result<(PlayerReport, Vec<LinkRow>)>>,
+}
+
+/// What was measured over a link, and the judgement.
+pub(crate) struct Proof {
+    pub(crate) certificate: Certificate,
+    pub(crate) echoes: Vec<Echo>,
+    pub(crate) baseline: Baseline,
+    pub(crate) epoch_ns: u64,
 }
 
 /// Echoes to the plant every `interval_ns` from link time `start_ns` on.
@@ -59,9 +67,18 @@ pub(crate) fn series(
     }
 }
 
+/// Whether echoes over the empty link were sent while it was still empty.
+pub(crate) fn in_time(echoes: &[Echo], epoch_ns: u64) -> Result<(), String> {
+    if echoes.iter().all(|echo| echo.t_send_ns < epoch_ns) {
+        Ok(())
+    } else {
+        Err("the machine was too busy to measure the empty link in time".into())
+    }
+}
+
 impl Cell {
     /// Link time 0 is `empty_ns` from now, during which the empty link plays.
-    pub(crate) fn start(profile: &Profile, seed: u64, empty_ns: u64) -> Result<Self> {
+    pub(crate) fn start(profile: &Profile, seed: u64, empty_ns: u64) -> shaper::Result<Self> {
         let (controller, plant, middle) = (Namespace::new()?, Namespace::new()?, Namespace::new()?);
         join(&controller, &plant, &middle)?;
         let (at_controller, at_plant) = middle.run(|| {
@@ -104,18 +121,29 @@ impl Cell {
         probe(&plan, &self.controller, &self.plant).expect("probing works")
     }
 
-    /// What the empty link costs, measured before the epoch.
-    pub(crate) fn baseline(&self) -> Baseline {
-        let echoes = self.probe(-900 * MS.cast_signed(), 4 * MS, 200, 1);
-        assert!(
-            echoes.iter().all(|echo| echo.t_send_ns < self.epoch_ns),
-            "the machine was too busy to measure the empty link in time"
+    /// Probes the empty link, then the link, every `interval_ns`, and ends the player.
+    pub(crate) fn prove(self, name: &str, interval_ns: u64, count: u32) -> Result<Proof, String> {
+        let empty = self.probe(-900 * MS.cast_signed(), 4 * MS, 200, 1);
+        if let Err(busy) = in_time(&empty, self.epoch_ns) {
+            self.finish();
+            return Err(busy);
+        }
+        let baseline = Baseline::of(&empty).expect("the empty link answers");
+        let echoes = self.probe(100 * MS.cast_signed(), interval_ns, count, 2);
+        let (profile, seed, epoch_ns) = (self.profile.clone(), self.seed, self.epoch_ns);
+        let report = self.finish();
+        let certificate = certify(&echoes, &profile, seed, epoch_ns, baseline);
+        print(name, &certificate);
+        println!(
+            "  {:?}, lateness up {:?}",
+            report.scheduling, report.up.lateness
         );
-        Baseline::of(&echoes).expect("the empty link answers")
-    }
-
-    pub(crate) fn certify(&self, echoes: &[Echo], baseline: Baseline) -> Certificate {
-        certify(echoes, &self.profile, self.seed, self.epoch_ns, baseline)
+        Ok(Proof {
+            certificate,
+            echoes,
+            baseline,
+            epoch_ns,
+        })
     }
 
     /// Sleeps until so long after link time 0.

@@ -10,10 +10,11 @@ use std::time::{Duration, Instant};
 use link::Way;
 use rustix::thread::{CapabilitySet, capabilities, set_capabilities};
 use shaper::{
-    Authority, CONTROLLER_ADDRESS, Error, Namespace, PLANT_ADDRESS, TunPort, UdpPort, Verdict,
-    WayConfig, become_root, play_way,
+    Authority, CONTROLLER_ADDRESS, Error, Namespace, PLANT_ADDRESS, TunPort, UdpPort, WayConfig,
+    become_root, play_way,
 };
 
+use crate::attempt::{held, holds};
 use crate::cell::{MS, SECOND, builtin, constant};
 use crate::lifetime::ROLE_FLAG;
 use crate::traffic::{one_stall, within};
@@ -30,9 +31,10 @@ pub(crate) fn each_link_holds_over_a_tunnel_too() {
         ("diego-vpn", builtin("diego-vpn"), 5 * MS, 600),
         ("couva", builtin("couva"), 10 * MS, 1000),
     ] {
-        let tunnel = Tunnel::start(&profile, SECOND).unwrap();
-        let certificate = tunnel.prove(name, interval_ns, count);
-        assert_eq!(certificate.verdict, Verdict::Holds, "{name}");
+        holds(name, || {
+            let tunnel = Tunnel::start(&profile, SECOND).unwrap();
+            held(&tunnel.prove(name, interval_ns, count)?)
+        });
     }
 }
 
@@ -283,9 +285,10 @@ pub(crate) fn play_without_capabilities() -> ExitCode {
     if !possible() {
         return ExitCode::SUCCESS;
     }
-    let tunnel = Tunnel::start(&constant("5ms"), SECOND).unwrap();
-    let certificate = tunnel.prove("in a user namespace", 5 * MS, 200);
-    assert_eq!(certificate.verdict, Verdict::Holds);
+    holds("a tunnel in a user namespace", || {
+        let tunnel = Tunnel::start(&constant("5ms"), SECOND).unwrap();
+        held(&tunnel.prove("in a user namespace", 5 * MS, 200)?)
+    });
     ExitCode::SUCCESS
 }
 

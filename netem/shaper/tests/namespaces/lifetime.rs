@@ -11,9 +11,10 @@ use std::process::{Command, ExitCode, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use shaper::{Authority, Error, Verdict, become_root};
+use shaper::{Authority, Error, become_root};
 
-use crate::cell::{Cell, MS, SECOND, constant, print};
+use crate::attempt::{held, holds};
+use crate::cell::{Cell, MS, SECOND, constant};
 use crate::crossing;
 
 /// Precedes the role that this program is to play.
@@ -46,13 +47,10 @@ fn play_unprivileged() -> ExitCode {
         }
         Err(error) => panic!("{error}"),
     }
-    let cell = Cell::start(&constant("5ms"), 1, SECOND).unwrap();
-    let baseline = cell.baseline();
-    let echoes = cell.probe(0, 5 * MS, 200, 2);
-    let certificate = cell.certify(&echoes, baseline);
-    print("as nobody", &certificate);
-    println!("  {:?}", cell.finish().scheduling);
-    assert_eq!(certificate.verdict, Verdict::Holds);
+    holds("a link as nobody", || {
+        let cell = Cell::start(&constant("5ms"), 1, SECOND).unwrap();
+        held(&cell.prove("as nobody", 5 * MS, 200)?.certificate)
+    });
     ExitCode::SUCCESS
 }
 

@@ -5,6 +5,7 @@
 //! beside each other. It takes part of a test's name as argument, as the harness does.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
+mod attempt;
 mod cell;
 mod crossing;
 mod exactness;

@@ -9,16 +9,16 @@ use std::thread::{self, JoinHandle};
 
 use link::{Profile, Way};
 use shaper::{
-    Asker, Baseline, Certificate, Echo, Error, LinkRow, Namespace, PlayerReport, Result, Sighting,
+    Asker, Baseline, Certificate, Echo, Error, LinkRow, Namespace, PlayerReport, Sighting,
     TUNNEL_PORT, TunPort, UdpPort, WayConfig, WayPlayed, Witness, certify, connect, merge, now_ns,
     play_way,
 };
 
-use crate::cell::{MS, print, series};
+use crate::cell::{MS, in_time, print, series};
 
 pub(crate) const SEED: u64 = 7;
 
-type Player = JoinHandle<Result<(WayPlayed, Vec<LinkRow>)>>;
+type Player = JoinHandle<shaper::Result<(WayPlayed, Vec<LinkRow>)>>;
 
 /// Two ends, their players, and a witness beside the plant.
 pub(crate) struct Tunnel {
@@ -30,18 +30,18 @@ pub(crate) struct Tunnel {
     epoch_ns: u64,
     stop: Arc<AtomicBool>,
     players: [Player; 2],
-    witness: JoinHandle<Result<Vec<Sighting>>>,
+    witness: JoinHandle<shaper::Result<Vec<Sighting>>>,
 }
 
 impl Tunnel {
     /// Link time 0 is `empty_ns` from now, during which the empty link plays.
-    pub(crate) fn start(profile: &Profile, empty_ns: u64) -> Result<Self> {
+    pub(crate) fn start(profile: &Profile, empty_ns: u64) -> shaper::Result<Self> {
         let (controller, plant) = (Namespace::new()?, Namespace::new()?);
         let [at_controller, at_plant] =
             connect(&controller, &plant)?.map(|address| SocketAddrV4::new(address, TUNNEL_PORT));
         let epoch_ns = now_ns() + empty_ns;
         let stop = Arc::new(AtomicBool::new(false));
-        let play = |end: &Namespace, way, local, peer| -> Result<Player> {
+        let play = |end: &Namespace, way, local, peer| -> shaper::Result<Player> {
             let config = end.run(|| {
                 Ok(WayConfig {
                     profile: profile.clone(),
@@ -121,12 +121,17 @@ impl Tunnel {
     }
 
     /// Probes the empty link, then the link, each in two halves.
-    pub(crate) fn prove(self, name: &str, interval_ns: u64, count: u32) -> Certificate {
+    pub(crate) fn prove(
+        self,
+        name: &str,
+        interval_ns: u64,
+        count: u32,
+    ) -> Result<Certificate, String> {
         let empty = self.ask(-900 * MS.cast_signed(), 4 * MS, 200, 1);
-        assert!(
-            empty.iter().all(|echo| echo.t_send_ns < self.epoch_ns),
-            "the machine was too busy to measure the empty link in time"
-        );
+        if let Err(busy) = in_time(&empty, self.epoch_ns) {
+            self.finish();
+            return Err(busy);
+        }
         let echoes = self.ask(100 * MS.cast_signed(), interval_ns, count, 2);
         let (profile, epoch_ns) = (self.profile.clone(), self.epoch_ns);
         let (up, down, sightings) = self.finish();
@@ -146,7 +151,7 @@ impl Tunnel {
             up.carried.lateness.mean_us,
             up.carried.lateness.p99_us,
         );
-        certificate
+        Ok(certificate)
     }
 }
 

@@ -7,10 +7,7 @@ use plan::Verdict;
 
 use crate::docker::docker;
 use crate::testbed::Testbed;
-use crate::webloop::{code, manifest, said};
-
-/// A busy machine makes a run `invalid`, which it has to say; it is asked so often.
-const TRIES: usize = 3;
+use crate::webloop::{TRIES, code, manifest, said};
 
 pub(crate) fn each_client_runs_in_a_container_through_a_shaped_link() -> Result<(), String> {
     let mut lacking = Vec::new();

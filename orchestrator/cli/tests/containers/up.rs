@@ -8,7 +8,7 @@ use serde_json::json;
 
 use crate::docker::{inspect, processes};
 use crate::testbed::{SERVICES, Testbed};
-use crate::webloop::{code, command, said};
+use crate::webloop::{TRIES, code, command, said};
 
 /// Somebody who owns nothing else.
 const SOMEBODY: u32 = 1234;
@@ -18,9 +18,6 @@ const NOBODY: u32 = 1000;
 
 /// `NET_ADMIN` and `NET_RAW`, as bits of a set of capabilities.
 const SHAPING: u64 = 1 << 12 | 1 << 13;
-
-/// A busy machine makes a run `invalid`, which it has to say; it is asked so often.
-const TRIES: usize = 3;
 
 pub(crate) fn up_ends_by_itself_with_results_of_their_folders_owner() -> Result<(), String> {
     for _ in 0..TRIES {

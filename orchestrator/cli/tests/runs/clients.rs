@@ -1,7 +1,7 @@
 //! The same loop by every client that this machine has, and browsers that fail.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use ::system::System;
@@ -11,7 +11,7 @@ use endpoint::MessageRow;
 use plan::{Client, Verdict};
 
 use crate::ending::{await_rows, kill};
-use crate::webloop::{Experiment, code, column, command, manifest, said};
+use crate::webloop::{Experiment, TRIES, code, column, command, manifest, said};
 
 /// Of a run of 3 s with h = 10 ms.
 const DUE: u64 = 300;
@@ -20,36 +20,20 @@ const DUE: u64 = 300;
 /// One that drifts or stands still sends less; a machine with other work costs a browser some.
 const SENT_AT_LEAST: u64 = DUE / 3;
 
-/// A busy machine may hold a browser up in the middle of its loop, which then does not settle in
-/// time; it is asked so often.
-const TRIES: usize = 3;
-
 pub(crate) fn every_client_closes_the_loop_over_a_link() -> Result<(), String> {
     for _ in 0..TRIES {
         let folder = tempfile::tempdir().unwrap();
         let experiment = of_all_clients(folder.path());
-        let output = experiment.complete();
-        let mut lacking = Vec::new();
+        let (cells, lack) = complete(&experiment);
         let mut disturbed = false;
-        for cell in experiment.cells() {
-            let manifest = manifest(&cell);
-            let (client, reasons) = (manifest.cell.client, manifest.reasons.join("; "));
-            if manifest.verdict == Verdict::Unsupported {
-                assert_eq!(code(&output), Some(3), "{}", said(&output));
-                lacking.push(format!("{client}: {reasons}"));
-                continue;
-            }
-            assert_eq!(manifest.verdict, Verdict::Complete, "{client}: {reasons}");
+        for (cell, manifest) in cells {
             disturbed |= !it_was_closed(&manifest, &cell);
-            if client.is_browser() {
+            if manifest.cell.client.is_browser() {
                 the_page_is_honest(&manifest);
             }
         }
         if !disturbed {
-            return match lacking.is_empty() {
-                true => Ok(()),
-                false => Err(lacking.join("\n")),
-            };
+            return lack;
         }
     }
     panic!("{TRIES} times not every client's loop settled");
@@ -65,18 +49,10 @@ pub(crate) fn every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit() 
                  client = [\"native\", \"python\", \"chromium\", \"firefox\"]\n\
                  mode = \"closed\"\nh = [\"10ms\"]\nduration = \"3s\"\n";
     fs::write(&experiment.file, format!("name = \"test\"\n{cells}")).unwrap();
-    let output = experiment.complete();
+    let (cells, lack) = complete(&experiment);
     let system = System::read(System::built_in("pendulum").unwrap()).unwrap();
-    let mut lacking = Vec::new();
-    for cell in experiment.cells() {
-        let manifest = manifest(&cell);
-        let (client, reasons) = (manifest.cell.client, manifest.reasons.join("; "));
-        if manifest.verdict == Verdict::Unsupported {
-            assert_eq!(code(&output), Some(3), "{}", said(&output));
-            lacking.push(format!("{client}: {reasons}"));
-            continue;
-        }
-        assert_eq!(manifest.verdict, Verdict::Complete, "{client}: {reasons}");
+    for (cell, manifest) in cells {
+        let client = manifest.cell.client;
         let mut rows = Vec::new();
         let file = cell.join("messages.csv");
         analysis::rows::read(&file, MessageRow::COLUMNS, |row: &MessageRow| {
@@ -100,9 +76,32 @@ pub(crate) fn every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit() 
         println!("  {client}: {sent} commands are the law's");
         assert!(sent >= SENT_AT_LEAST, "{client}: {sent} of {DUE}");
     }
-    match lacking.is_empty() {
-        true => Ok(()),
-        false => Err(lacking.join("\n")),
+    lack
+}
+
+/// Runs an experiment: the cells of the clients that are here, each complete, and which clients this
+/// machine lacks.
+fn complete(experiment: &Experiment) -> (Vec<(PathBuf, Manifest)>, Result<(), String>) {
+    let output = experiment.complete();
+    let (mut cells, mut lacking) = (Vec::new(), Vec::new());
+    for cell in experiment.cells() {
+        let manifest = manifest(&cell);
+        let (client, reasons) = (manifest.cell.client, manifest.reasons.join("; "));
+        if manifest.verdict == Verdict::Unsupported {
+            assert_eq!(code(&output), Some(3), "{}", said(&output));
+            lacking.push(format!("{client}: {reasons}"));
+            continue;
+        }
+        assert_eq!(manifest.verdict, Verdict::Complete, "{client}: {reasons}");
+        cells.push((cell, manifest));
+    }
+    (cells, nothing_lacks(&lacking))
+}
+
+fn nothing_lacks(lacking: &[String]) -> Result<(), String> {
+    match lacking {
+        [] => Ok(()),
+        _ => Err(lacking.join("\n")),
     }
 }
 
@@ -201,10 +200,7 @@ pub(crate) fn a_killed_run_takes_its_browser_with_it() -> Result<(), String> {
             killed.gone_after.as_secs_f64()
         );
     }
-    match lacking.is_empty() {
-        true => Ok(()),
-        false => Err(lacking.join("\n")),
-    }
+    nothing_lacks(&lacking)
 }
 
 pub(crate) fn a_browser_that_fails_is_told_by_the_name_of_its_failure() -> Result<(), String> {
