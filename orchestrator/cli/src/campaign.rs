@@ -1,32 +1,19 @@
-//! A campaign's results folder: its plan, its lock, and the cells in it.
+//! A campaign's results folder: its plan, and the cells in it.
 
-use std::ffi::OsString;
-use std::fs::{self, File};
-use std::io::{ErrorKind, Write};
+use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use plan::Plan;
-use rustix::fs::{FlockOperation, flock};
 
-use crate::attach;
 use crate::exit::Failure;
-
-/// Where results go when no folder is given.
-const RESULTS: &str = "results";
-
-/// The file whose lock says that a folder is in use.
-const LOCK: &str = ".lock";
+use crate::folder::{self, Folder, RESULTS};
 
 /// The file that says what a folder is for.
 const PLAN: &str = "plan.json";
 
-/// A results folder that this process, and no other, writes to.
-pub(crate) struct Campaign {
-    folder: PathBuf,
-    /// Held, not read: the lock goes when the file is closed, however this process ends.
-    _lock: File,
-}
+/// A folder with a plan.
+pub(crate) struct Campaign(Folder);
 
 impl Campaign {
     /// Opens the folder for a plan: a new one, or one with the same plan to be continued.
@@ -42,56 +29,19 @@ impl Campaign {
     ///
     /// # Errors
     /// As [`open`](Campaign::open).
-    pub(crate) fn open_text(plan: &str, folder: &Path) -> Result<Campaign, Failure> {
-        let cannot = || {
-            format!(
-                "cannot write the results folder {}; {}",
-                folder.display(),
-                remedy()
-            )
-        };
-        fs::create_dir_all(folder)
-            .with_context(cannot)
-            .map_err(Failure::usage)?;
-        let file = folder.join(PLAN);
-        // Asked first of all: a folder of somebody else's is left as it was.
-        if is_of_others(folder).map_err(Failure::usage)? {
-            return Err(Failure::usage(anyhow!(
-                "{} has files in it and no plan.json; give --out a new or empty folder",
-                folder.display()
-            )));
-        }
-        let lock = File::create(folder.join(LOCK))
-            .with_context(cannot)
-            .map_err(Failure::usage)?;
-        flock(&lock, FlockOperation::NonBlockingLockExclusive).map_err(|_| {
-            Failure::usage(anyhow!(
-                "{} is in use by another run; choose another folder with --out",
-                folder.display()
-            ))
-        })?;
-        match fs::read_to_string(&file) {
-            Ok(text) if text == plan => {}
-            Ok(_) => {
+    pub(crate) fn open_text(plan: &str, path: &Path) -> Result<Campaign, Failure> {
+        let folder = Folder::open(path, PLAN).map_err(Failure::usage)?;
+        match folder.identity().map_err(Failure::usage)? {
+            Some(text) if text == plan => {}
+            Some(_) => {
                 return Err(Failure::usage(anyhow!(
                     "{} holds the results of another plan; choose another folder with --out",
-                    folder.display()
+                    path.display()
                 )));
             }
-            Err(problem) if problem.kind() == ErrorKind::NotFound => {
-                backend::write_whole(&file, plan.as_bytes()).map_err(Failure::usage)?;
-            }
-            Err(problem) => {
-                return Err(Failure::usage(anyhow!(
-                    "cannot read {}: {problem}; choose another folder with --out",
-                    file.display()
-                )));
-            }
+            None => folder.identify(plan).map_err(Failure::usage)?,
         }
-        Ok(Campaign {
-            folder: folder.to_owned(),
-            _lock: lock,
-        })
+        Ok(Campaign(folder))
     }
 
     /// The newest folder that was begun for this plan and got its name from the time.
@@ -121,51 +71,21 @@ impl Campaign {
 
     /// The folder.
     pub(crate) fn folder(&self) -> &Path {
-        &self.folder
+        self.0.path()
     }
 
     /// Its plan's file.
     pub(crate) fn plan_file(&self) -> PathBuf {
-        self.folder.join(PLAN)
+        self.0.identity_file()
     }
 
     /// Leaves a derived file, which can be deleted and made again.
     pub(crate) fn leave(&self, name: &str, content: &[u8]) -> anyhow::Result<()> {
-        let path = self.folder.join(name);
-        File::create(&path)
-            .and_then(|mut file| file.write_all(content))
-            .with_context(|| {
-                format!(
-                    "cannot write {}; free space and give the same command again",
-                    path.display()
-                )
-            })
+        self.0.leave(name, content)
     }
 }
 
-/// What to do about a folder that cannot be written. In webloop's containers it is a mount, and
-/// who writes there is a setting.
-fn remedy() -> &'static str {
-    if attach::is_contained() {
-        "give RESULTS another folder, or OWNER somebody who may write there"
-    } else {
-        "choose another with --out"
-    }
-}
-
-/// Whether there is no plan in it, but more than a run leaves that is killed in its first moment.
-fn is_of_others(folder: &Path) -> anyhow::Result<bool> {
-    let names: Vec<_> = fs::read_dir(folder)
-        .with_context(|| format!("cannot read {}", folder.display()))?
-        .flatten()
-        .map(|entry| entry.file_name())
-        .collect();
-    let first_moment = |name: &OsString| name == LOCK || name == "plan.partial";
-    Ok(!names.iter().any(|name| name == PLAN) && !names.iter().all(first_moment))
-}
-
-/// A folder that tells when, what and which seed: `results/smoke-20261121-041503-s1`.
+/// A folder for a plan that is given none.
 pub(crate) fn fresh(plan: &Plan) -> PathBuf {
-    let now = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S");
-    Path::new(RESULTS).join(format!("{}-{now}-s{}", plan.experiment, plan.seed))
+    folder::fresh(&plan.experiment, plan.seed)
 }

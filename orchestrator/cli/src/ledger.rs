@@ -1,21 +1,19 @@
-//! A sweep's results folder: what it is of, its lock, and the rows that are done.
+//! A sweep's results folder: what it is of, and the rows that are done.
 //!
 //! Rows are added at the end of `points.csv` in the order in which they come. When all are there
 //! they are put in the order of their numbers, so that the file does not tell how it was made.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, anyhow};
-use rustix::fs::{FlockOperation, flock};
 use serde_json::{Map, Value};
 use sweep::{Row, Sweep};
 
 use crate::exit::Failure;
+use crate::folder::Folder;
 
-/// The file whose lock says that a folder is in use.
-const LOCK: &str = ".lock";
 /// What the folder is of.
 const MANIFEST: &str = "manifest.json";
 /// The rows.
@@ -24,12 +22,10 @@ const POINTS: &str = "points.csv";
 /// A folder that this process, and no other, writes to.
 pub(crate) struct Ledger<'a> {
     sweep: &'a Sweep,
-    folder: PathBuf,
+    folder: Folder,
     file: File,
     /// The rows that are there, in the order of the file.
     rows: Vec<Row>,
-    /// Held, not read: the lock goes when the file is closed, however this process ends.
-    _lock: File,
 }
 
 impl<'a> Ledger<'a> {
@@ -41,65 +37,44 @@ impl<'a> Ledger<'a> {
     pub(crate) fn open(
         sweep: &'a Sweep,
         identity: &Map<String, Value>,
-        folder: &Path,
+        path: &Path,
     ) -> Result<Ledger<'a>, Failure> {
-        Ledger::try_open(sweep, identity, folder).map_err(Failure::usage)
+        Ledger::try_open(sweep, identity, path).map_err(Failure::usage)
     }
 
     fn try_open(
         sweep: &'a Sweep,
         identity: &Map<String, Value>,
-        folder: &Path,
+        path: &Path,
     ) -> anyhow::Result<Ledger<'a>> {
-        let named = folder.display();
-        let cannot =
-            || format!("cannot write the results folder {named}; choose another with --out");
-        fs::create_dir_all(folder).with_context(cannot)?;
-        if is_of_others(folder).with_context(cannot)? {
-            return Err(anyhow!(
-                "{named} has files in it and is no sweep's; give --out a new or empty folder"
-            ));
+        let folder = Folder::open(path, MANIFEST)?;
+        match folder.identity()? {
+            Some(text) => check(&text, identity, path)?,
+            None => folder.identify(&json(identity))?,
         }
-        let lock = File::create(folder.join(LOCK)).with_context(cannot)?;
-        flock(&lock, FlockOperation::NonBlockingLockExclusive).map_err(|_| {
-            anyhow!("{named} is in use by another run; choose another folder with --out")
-        })?;
-        let manifest = folder.join(MANIFEST);
-        match fs::read_to_string(&manifest) {
-            Ok(text) => check(&text, identity, folder)?,
-            Err(problem) if problem.kind() == ErrorKind::NotFound => {
-                backend::write_whole(&manifest, json(identity).as_bytes())?;
-            }
-            Err(problem) => {
-                return Err(anyhow!(
-                    "cannot read {}: {problem}; choose another folder with --out",
-                    manifest.display()
-                ));
-            }
-        }
-        let path = folder.join(POINTS);
+        let path = folder.path().join(POINTS);
         let (rows, whole) = read(sweep, &path)?;
         let mut file = OpenOptions::new()
             .create(true)
             .append(true)
             .open(&path)
-            .with_context(cannot)?;
+            .with_context(|| folder.full(POINTS))?;
         match whole {
             // A killed run's last row may be torn; appending behind it would spoil the next.
-            Some(bytes) => file.set_len(bytes).with_context(cannot)?,
-            None => writeln!(file, "{}", sweep.header()).with_context(cannot)?,
+            Some(bytes) => file.set_len(bytes),
+            None => writeln!(file, "{}", sweep.header()),
         }
+        .with_context(|| folder.full(POINTS))?;
         Ok(Ledger {
             sweep,
-            folder: folder.to_owned(),
+            folder,
             file,
             rows,
-            _lock: lock,
         })
     }
 
     /// The folder.
-    pub(crate) fn folder(&self) -> &Path {
+    pub(crate) fn folder(&self) -> &Folder {
         &self.folder
     }
 
@@ -130,7 +105,7 @@ impl<'a> Ledger<'a> {
         }
         self.file
             .write_all(text.as_bytes())
-            .with_context(|| self.full(POINTS))?;
+            .with_context(|| self.folder.full(POINTS))?;
         self.rows.extend_from_slice(rows);
         Ok(())
     }
@@ -147,25 +122,8 @@ impl<'a> Ledger<'a> {
             text += &line;
             text.push('\n');
         }
-        backend::write_whole(&self.folder.join(POINTS), text.as_bytes())?;
+        backend::write_whole(&self.folder.path().join(POINTS), text.as_bytes())?;
         Ok(())
-    }
-
-    /// Leaves a file that can be deleted and made again; its folders are made.
-    pub(crate) fn leave(&self, name: &str, content: &[u8]) -> anyhow::Result<()> {
-        let path = self.folder.join(name);
-        path.parent()
-            .map_or(Ok(()), fs::create_dir_all)
-            .and_then(|()| fs::write(&path, content))
-            .with_context(|| self.full(name))
-    }
-
-    fn full(&self, name: &str) -> String {
-        format!(
-            "cannot write {}; free space and give the same command again with --out {}",
-            self.folder.join(name).display(),
-            self.folder.display()
-        )
     }
 }
 
@@ -238,18 +196,4 @@ fn check(text: &str, identity: &Map<String, Value>, folder: &Path) -> anyhow::Re
 pub(crate) fn json(manifest: &Map<String, Value>) -> String {
     // Plain data of strings and finite numbers: serialising it cannot fail.
     serde_json::to_string_pretty(manifest).unwrap_or_default() + "\n"
-}
-
-/// Whether there is no manifest in it, but more than a sweep leaves that is killed in its first
-/// moment.
-fn is_of_others(folder: &Path) -> std::io::Result<bool> {
-    let mut others = false;
-    for entry in fs::read_dir(folder)? {
-        let name = entry?.file_name();
-        if name == MANIFEST {
-            return Ok(false);
-        }
-        others |= name != LOCK && name != "manifest.partial";
-    }
-    Ok(others)
 }

@@ -11,6 +11,7 @@ mod containers;
 mod crew;
 mod diagnostic;
 mod exit;
+mod folder;
 mod jobs;
 mod ledger;
 mod logging;

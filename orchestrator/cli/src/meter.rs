@@ -1,15 +1,11 @@
 //! How far a sweep is: a bar on a terminal, a line for each tenth elsewhere.
 
-use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget};
 
 use crate::argument::Progress as How;
-use crate::progress::people;
-
-/// Drawn so often a second.
-const DRAWN_HZ: u8 = 5;
+use crate::progress::{BAR, DRAWN_HZ, people, style};
 
 /// The progress of one sweep.
 pub(crate) struct Meter {
@@ -23,22 +19,14 @@ pub(crate) struct Meter {
 impl Meter {
     /// For so many runs.
     pub(crate) fn start(how: How, total: usize) -> Meter {
-        let tty = match how {
-            How::Auto => std::io::stderr().is_terminal() && std::env::var_os("CI").is_none(),
-            How::Tty => true,
-            How::Plain | How::Quiet => false,
-        };
-        let bar = (tty && total > 0).then(|| {
+        let bar = (how.draws() && total > 0).then(|| {
             let target = ProgressDrawTarget::stderr_with_hz(DRAWN_HZ);
             let bar = ProgressBar::with_draw_target(Some(total as u64), target);
-            // A template that is in the program is one.
-            if let Ok(style) = ProgressStyle::with_template("{bar:30.cyan/dim} {msg}") {
-                bar.set_style(style);
-            }
+            bar.set_style(style(BAR));
             bar
         });
         Meter {
-            lines: !tty && how != How::Quiet,
+            lines: !how.draws() && how != How::Quiet,
             bar,
             total,
             done: 0,

@@ -1,7 +1,6 @@
 //! How far a campaign is: one bar and a line for each cell under way on a terminal, one line for
 //! each finished cell elsewhere.
 
-use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
@@ -11,8 +10,12 @@ use plan::{Cell, Verdict};
 use crate::argument::Progress as How;
 use crate::queue::together;
 
-/// How often the bars are drawn: often enough to be seen moving, too rarely to cost time.
-const DRAW: Duration = Duration::from_millis(200);
+/// How often a second bars are drawn: often enough to be seen moving, too rarely to cost time.
+pub(crate) const DRAWN_HZ: u8 = 5;
+const DRAW: Duration = Duration::from_millis(1_000 / DRAWN_HZ as u64);
+
+/// What a bar looks like.
+pub(crate) const BAR: &str = "{bar:30.cyan/dim} {msg}";
 
 /// Before that much has been done, what was expected is a better guess than what it took.
 const SETTLED: Duration = Duration::from_secs(60);
@@ -56,21 +59,17 @@ impl Progress {
     /// For these cells, at this pace.
     pub(crate) fn start(how: How, cells: &[&Cell], pace: Pace) -> Progress {
         let (total, expected) = (cells.len(), expected(cells, pace));
-        let tty = match how {
-            How::Auto => std::io::stderr().is_terminal() && std::env::var_os("CI").is_none(),
-            How::Tty => true,
-            How::Plain | How::Quiet => false,
-        };
-        let bars = tty.then(|| {
-            let all = MultiProgress::with_draw_target(ProgressDrawTarget::stderr_with_hz(5));
+        let bars = how.draws().then(|| {
+            let target = ProgressDrawTarget::stderr_with_hz(DRAWN_HZ);
+            let all = MultiProgress::with_draw_target(target);
             let bar = all.add(ProgressBar::new(ms(expected)));
-            bar.set_style(style("{bar:30.cyan/dim} {msg}"));
+            bar.set_style(style(BAR));
             bar.set_message(standing(0, total, expected));
             bar.tick();
             (all, bar)
         });
         Progress {
-            lines: !tty && how != How::Quiet,
+            lines: !how.draws() && how != How::Quiet,
             bars,
             total,
             done: 0.into(),
@@ -208,6 +207,7 @@ fn words(cell: &Cell) -> String {
     )
 }
 
-fn style(template: &str) -> ProgressStyle {
+/// The look by a template.
+pub(crate) fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).expect("the templates are constants, and tested by use")
 }

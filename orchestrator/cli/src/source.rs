@@ -55,6 +55,24 @@ pub(crate) fn profile_text(asked: &str) -> Result<ProfileText, String> {
     })
 }
 
+/// The text of an experiment or a sweep, by built-in name or by path.
+fn named(kind: &str, built_in: &[(&str, &str)], asked: &str) -> Result<String, Failure> {
+    if let Some((_, text)) = built_in.iter().find(|(name, _)| *name == asked) {
+        return Ok((*text).to_owned());
+    }
+    fs::read_to_string(asked).map_err(|problem| {
+        Failure::usage(if looks_like_a_path(asked) {
+            anyhow!("the {kind} file `{asked}` cannot be read: {problem}")
+        } else {
+            let names: Vec<&str> = built_in.iter().map(|(name, _)| *name).collect();
+            anyhow!(
+                "there is no {kind} `{asked}`; use one of {}, or the path of a file",
+                names.join(", ")
+            )
+        })
+    })
+}
+
 /// A name that was surely meant as a file's.
 fn looks_like_a_path(asked: &str) -> bool {
     asked.contains('/') || Path::new(asked).extension().is_some()
@@ -105,23 +123,7 @@ fn experiment(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
     if let Some(client) = &instead.client {
         client.parse::<plan::Client>().map_err(Failure::usage)?;
     }
-    let builtin = EXPERIMENTS
-        .iter()
-        .find(|(name, _)| *name == asked)
-        .map(|(_, source)| (*source).to_owned());
-    let source = match builtin {
-        Some(source) => source,
-        None => fs::read_to_string(asked).map_err(|problem| {
-            Failure::usage(if looks_like_a_path(asked) {
-                anyhow!("the experiment file `{asked}` cannot be read: {problem}")
-            } else {
-                anyhow!(
-                    "there is no experiment `{asked}`; use one of {}, or the path of an experiment file",
-                    names()
-                )
-            })
-        })?,
-    };
+    let source = named("experiment", EXPERIMENTS, asked)?;
     Plan::resolve(&source, asked, instead, Disk).map_err(|misfit| {
         diagnostic::misfit(&source, &misfit);
         Failure::usage(anyhow!("{asked} cannot be run"))
@@ -130,24 +132,7 @@ fn experiment(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
 
 /// A sweep by name or path, with its text.
 pub(crate) fn sweep(asked: &str, instead: &sweep::Instead) -> Result<(String, Sweep), Failure> {
-    let builtin = SWEEPS
-        .iter()
-        .find(|(name, _)| *name == asked)
-        .map(|(_, source)| (*source).to_owned());
-    let source = match builtin {
-        Some(source) => source,
-        None => fs::read_to_string(asked).map_err(|problem| {
-            Failure::usage(if looks_like_a_path(asked) {
-                anyhow!("the sweep file `{asked}` cannot be read: {problem}")
-            } else {
-                let names: Vec<&str> = SWEEPS.iter().map(|(name, _)| *name).collect();
-                anyhow!(
-                    "there is no sweep `{asked}`; use one of {}, or the path of a sweep file",
-                    names.join(", ")
-                )
-            })
-        })?,
-    };
+    let source = named("sweep", SWEEPS, asked)?;
     match Sweep::resolve(&source, asked, instead, Disk) {
         Ok(sweep) => Ok((source, sweep)),
         Err(misfit) => {
@@ -256,12 +241,4 @@ pub(crate) fn plan(path: &Path) -> Result<Plan, Failure> {
     Plan::from_json(&text).map_err(|problem| {
         Failure::usage(anyhow!("cannot use the plan {}: {problem}", path.display()))
     })
-}
-
-fn names() -> String {
-    EXPERIMENTS
-        .iter()
-        .map(|(name, _)| *name)
-        .collect::<Vec<_>>()
-        .join(", ")
 }

@@ -3,6 +3,7 @@
 // The comments on arguments are their help, printed as they stand.
 #![allow(clippy::doc_markdown)]
 
+use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -135,6 +136,17 @@ pub(crate) enum Progress {
     Plain,
     /// Nothing but the table
     Quiet,
+}
+
+impl Progress {
+    /// Whether bars are drawn. A CI's log is no terminal, whatever it says.
+    pub(crate) fn draws(self) -> bool {
+        match self {
+            Progress::Auto => std::io::stderr().is_terminal() && std::env::var_os("CI").is_none(),
+            Progress::Tty => true,
+            Progress::Plain | Progress::Quiet => false,
+        }
+    }
 }
 
 #[derive(Debug, Args)]

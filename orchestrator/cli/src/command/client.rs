@@ -11,7 +11,7 @@ use anyhow::anyhow;
 use endpoint::PageSettings;
 
 use crate::argument::{ServeBrowser, ServeController};
-use crate::command::serve::{at, leave, ns, say_ready, settings};
+use crate::command::serve::{leave, ns, say_ready, settings, told};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::source;
 
@@ -20,11 +20,8 @@ pub(crate) fn python(argument: &ServeController) -> Outcome {
     let system = source::system(&argument.system)?;
     // Checked here, so that mistakes are told in the same words.
     let settings = settings(argument, &system)?;
-    let law = match system.is_paper() {
-        true => None,
-        false => Some(serde_json::to_string(&at(&system, argument.h)?.design)?),
-    };
-    python::run(words(argument, settings.r, law)).map_or_else(
+    let law = told(&system, argument.h)?.map(|law| serde_json::to_string(&law));
+    python::run(words(argument, settings.r, law.transpose()?)).map_or_else(
         |problem| match problem {
             python::Error::Unsupported { .. } => Err(Failure::unsupported(problem)),
             other => Err(other.into()),

@@ -85,19 +85,17 @@ that leaves it for moments need not make the loop unstable; one that stays outsi
 
 fn look(h: SampleTime, system: &System) -> Result<Loop, Failure> {
     let own = at(system, h)?;
-    let whole = own
-        .plant
-        .transfer_function()
-        .and_then(|plant| plant.series(&own.law.transfer_function(h.seconds())?))
+    let open = own
+        .open()
         .with_context(|| format!("{} has no margins at h = {h}", system.name()))
         .map_err(Failure::usage)?;
-    let margins = margins(&whole, OWN_TICKS * h.seconds())
+    let margins = margins(&open, OWN_TICKS * h.seconds())
         .with_context(|| format!("{} has no margins at h = {h}", system.name()))
         .map_err(Failure::usage)?;
     Ok(Loop {
         h,
         margins,
-        unlimited_s: largest_stable_round_trip_s(&whole),
+        unlimited_s: largest_stable_round_trip_s(&open),
         one_s: largest_stable_blocking_round_trip_s(&own.plant, &own.law),
     })
 }

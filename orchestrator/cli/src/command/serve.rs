@@ -5,7 +5,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use ::system::{Loop, System};
+use ::system::{Design, Loop, System};
 use anyhow::anyhow;
 use endpoint::{ControllerSettings, PlantSettings, SampleTime};
 use jiff::SignedDuration;
@@ -18,12 +18,7 @@ use crate::source;
 /// Runs a plant until SIGTERM or SIGINT.
 pub(crate) fn plant(argument: &ServePlant) -> Outcome {
     let system = source::system(&argument.system)?;
-    let own = at(&system, argument.h)?;
-    // The paper's is what a page follows if it is told nothing.
-    let law = match system.is_paper() {
-        true => None,
-        false => Some(serde_json::to_value(&own.design)?),
-    };
+    let law = told(&system, argument.h)?.map(serde_json::to_value);
     let config = ::plant::Config {
         listen: argument.listen,
         settings: PlantSettings {
@@ -32,7 +27,7 @@ pub(crate) fn plant(argument: &ServePlant) -> Outcome {
             hold: argument.hold,
         },
         plant: system.plant().clone(),
-        law,
+        law: law.transpose()?,
         out: argument.out.clone(),
         fifo: true,
     };
@@ -92,12 +87,14 @@ pub(crate) fn settings(
 
 /// A system at a sample time.
 pub(crate) fn at(system: &System, h: SampleTime) -> Result<Loop, Failure> {
-    system.at(h).map_err(|problem| {
-        Failure::usage(anyhow!(
-            "the system {} does not go with h = {h}: {problem}",
-            system.name()
-        ))
-    })
+    system.at(h).map_err(Failure::usage)
+}
+
+/// The law that a client in another language has to be told: the paper's is what it follows by
+/// itself.
+pub(crate) fn told(system: &System, h: SampleTime) -> Result<Option<Design>, Failure> {
+    let design = at(system, h)?.design;
+    Ok((!system.is_paper()).then_some(design))
 }
 
 /// For whoever waits: a line that begins with `ready`. That nobody reads it is no error.

@@ -4,7 +4,6 @@
 //! `crew`.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use backend::Timings;
@@ -13,12 +12,11 @@ use sweep::{Border, Cell, Instead, Limit, SWEEPS, checksum};
 
 use crate::argument::{Progress as How, Sweep};
 use crate::exit::{Exit, Outcome};
+use crate::folder::Folder;
 use crate::ledger::{self, Ledger};
 use crate::meter::Meter;
-use crate::{crew, source, stop};
+use crate::{crew, folder, source, stop};
 
-/// Where results go when no folder is given.
-const RESULTS: &str = "results";
 /// Version of the manifest's format.
 const VERSION: u32 = 1;
 
@@ -37,9 +35,10 @@ pub(crate) fn run(argument: &Sweep) -> Outcome {
     }
     let timings = source::timings(argument.timing.as_deref())?;
     let identity = identity(&sweep, &text, &timings, &instead)?;
-    let folder = argument.out.clone().unwrap_or_else(|| fresh(&sweep));
-    let mut ledger = Ledger::open(&sweep, &identity, &folder)?;
-    describe(&ledger, &sweep, &text, &timings)?;
+    let fresh = || folder::fresh(&format!("sweep-{}", sweep.name), sweep.seed);
+    let path = argument.out.clone().unwrap_or_else(fresh);
+    let mut ledger = Ledger::open(&sweep, &identity, &path)?;
+    describe(ledger.folder(), &sweep, &text, &timings)?;
 
     let stop = stop::told_to_end()?;
     let pending = ledger.pending();
@@ -53,7 +52,7 @@ pub(crate) fn run(argument: &Sweep) -> Outcome {
                 0 => runs(pending.len()),
                 others => format!("{} ({others} others are there)", runs(pending.len())),
             },
-            folder.display()
+            path.display()
         );
     }
     let mut meter = Meter::start(argument.progress, pending.len());
@@ -70,7 +69,7 @@ pub(crate) fn run(argument: &Sweep) -> Outcome {
             "webloop: interrupted; {} of {} are kept, and the same command with --out {} goes on",
             ledger.rows().len(),
             runs(sweep.runs()),
-            folder.display()
+            path.display()
         );
         return Ok(Exit::Interrupted);
     }
@@ -82,23 +81,24 @@ pub(crate) fn run(argument: &Sweep) -> Outcome {
     let cells = Cell::all(&sweep, ledger.rows());
     let borders = sweep::borders(&sweep, &cells);
     let summary = sweep::summary(&sweep, &cells, &borders);
+    let folder = ledger.folder();
     let mut out = std::io::stdout();
     write!(out, "{summary}")?;
-    ledger.leave("findings.txt", summary.as_bytes())?;
+    folder.leave("findings.txt", summary.as_bytes())?;
     if !borders.is_empty() {
-        ledger.leave("margins.csv", margins(&sweep, &borders).as_bytes())?;
+        folder.leave("margins.csv", margins(&sweep, &borders).as_bytes())?;
     }
     let maps = sweep::maps(&sweep, &cells, &borders);
     for map in &maps {
         let name = |ending: &str| format!("maps/{}.{ending}", map.name);
-        ledger.leave(&name("svg"), map.to_svg().as_bytes())?;
-        ledger.leave(&name("pdf"), &map.to_pdf())?;
-        ledger.leave(&name("csv"), map.to_csv().as_bytes())?;
+        folder.leave(&name("svg"), map.to_svg().as_bytes())?;
+        folder.leave(&name("pdf"), &map.to_pdf())?;
+        folder.leave(&name("csv"), map.to_csv().as_bytes())?;
     }
-    complete(&ledger, identity, &sweep)?;
-    writeln!(out, "\nResults: {}", folder.display())?;
+    complete(ledger.folder(), identity, &sweep)?;
+    writeln!(out, "\nResults: {}", path.display())?;
     if let Some(map) = maps.first() {
-        let file = folder.join(format!("maps/{}.svg", map.name));
+        let file = path.join(format!("maps/{}.svg", map.name));
         writeln!(out, "A map to open: {}", file.display())?;
     }
     Ok(Exit::Fine)
@@ -200,38 +200,36 @@ fn identity(
 
 /// Leaves what the sweep is of, so that its folder needs nothing else.
 fn describe(
-    ledger: &Ledger<'_>,
+    folder: &Folder,
     sweep: &sweep::Sweep,
     text: &str,
     timings: &Timings,
 ) -> anyhow::Result<()> {
-    ledger.leave("sweep.toml", text.as_bytes())?;
+    folder.leave("sweep.toml", text.as_bytes())?;
     if sweep.grid.takes_time() {
-        ledger.leave("timings.toml", timings.to_toml().as_bytes())?;
+        folder.leave("timings.toml", timings.to_toml().as_bytes())?;
     }
     for profile in sweep.grid.profiles() {
         let name = format!("profiles/{}.toml", profile.name());
-        ledger.leave(&name, profile.source().as_bytes())?;
+        folder.leave(&name, profile.source().as_bytes())?;
     }
     for system in sweep.grid.systems() {
         let name = format!("systems/{}.toml", system.name());
-        ledger.leave(&name, system.text().as_bytes())?;
+        folder.leave(&name, system.text().as_bytes())?;
     }
     Ok(())
 }
 
 /// Says in the manifest that all is there.
 fn complete(
-    ledger: &Ledger<'_>,
+    folder: &Folder,
     mut manifest: Map<String, Value>,
     sweep: &sweep::Sweep,
 ) -> anyhow::Result<()> {
-    let rows = std::fs::read_to_string(ledger.folder().join("points.csv"))?;
+    let rows = std::fs::read_to_string(folder.path().join("points.csv"))?;
     manifest.insert("runs".to_owned(), json!(sweep.runs()));
     manifest.insert("points_sha256".to_owned(), json!(checksum(&rows)));
-    let path = ledger.folder().join("manifest.json");
-    backend::write_whole(&path, ledger::json(&manifest).as_bytes())?;
-    Ok(())
+    folder.identify(&ledger::json(&manifest))
 }
 
 /// The borders as CSV: a row for each combination of the other axes.
@@ -261,12 +259,6 @@ fn margins(sweep: &sweep::Sweep, borders: &[Border]) -> String {
         csv.push('\n');
     }
     csv
-}
-
-/// A folder that tells when, what and which seed: `results/sweep-margin-20261121-041503-s1`.
-fn fresh(sweep: &sweep::Sweep) -> PathBuf {
-    let now = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S");
-    Path::new(RESULTS).join(format!("sweep-{}-{now}-s{}", sweep.name, sweep.seed))
 }
 
 /// Processors that this process may use.
