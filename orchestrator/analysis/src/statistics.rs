@@ -56,6 +56,21 @@ pub struct Spread {
     pub sd_ms: f64,
 }
 
+/// The middle of some values, which may be infinite; `None` of none, and where it lies between two
+/// opposite infinities.
+#[must_use]
+pub fn median(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let last = sorted.len().checked_sub(1)?;
+    let (low, high) = (sorted[last / 2], sorted[last.div_ceil(2)]);
+    let middle = match low == high {
+        true => low,
+        false => f64::midpoint(low, high),
+    };
+    (!middle.is_nan()).then_some(middle)
+}
+
 /// The least-squares line through points, in one pass.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Line {

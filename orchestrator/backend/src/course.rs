@@ -40,7 +40,7 @@ pub(crate) fn run(
 ) -> Result<Seen, RunError> {
     let given = &cell.settings;
     let epoch_ns = now_ns() + site.lead_ns(client::start_time(cell.client));
-    let start_ns = epoch_ns + schedule::START_AT_NS;
+    let start_ns = epoch_ns + plan::START_AT_NS;
     let mut link = match profile.is_loopback() {
         true => None,
         false => Some(site.start(

@@ -78,7 +78,7 @@ pub fn run_cell(
     let folder = cell_folder(campaign, cell);
     make_room(&folder)?;
     let profile = write_profile(plan, cell, &folder);
-    let system = write_system(plan, cell, &folder);
+    let system = plan.system(cell).map_err(RunError::Link);
     let described = describe(backend);
     let outcome = profile.and_then(|(text, profile)| {
         let file = folder.join(PROFILE_FILE);
@@ -86,13 +86,14 @@ pub fn run_cell(
         let seen = match backend {
             Backend::Netns(authority) => {
                 authority.as_ref()?;
-                let site = Netns::new(&profile, player, &file, system.file.as_deref(), &folder)?;
+                let own = write_system(&system, &folder)?;
+                let site = Netns::new(&profile, player, &file, own.as_deref(), &folder)?;
                 course::run(&site, cell, &profile, stop)?
             }
             Backend::Attach(agents) => {
                 let texts = Texts {
                     profile: text,
-                    system: plan.system_text(cell),
+                    system: system.own_text(),
                 };
                 let site = Attach::new(agents, cell, texts, &profile, player, &folder)?;
                 let seen = course::run(&site, cell, &profile, stop);
@@ -102,7 +103,7 @@ pub fn run_cell(
             }
             Backend::Sim(timings) => {
                 let timing = timings.of(cell);
-                simulated::run(cell, &system.system, &profile, timing, &folder)?
+                simulated::run(cell, &system, &profile, timing, &folder)?
             }
         };
         let proof = Proof {
@@ -237,23 +238,14 @@ fn write_profile<'a>(
     Ok((text, profile))
 }
 
-/// A cell's system, and the file of its text where it is not the paper's.
-struct Written {
-    system: System,
-    file: Option<PathBuf>,
-}
-
-/// Leaves the system's text where the two ends will read it.
-fn write_system(plan: &Plan, cell: &Cell, folder: &Path) -> Result<Written, RunError> {
-    let system = plan.system(cell).map_err(RunError::Link)?;
-    let file = plan.system_text(cell).map(|text| {
-        let path = folder.join(SYSTEM_FILE);
-        folder::write_whole(&path, text.as_bytes()).map(|()| path)
-    });
-    Ok(Written {
-        system,
-        file: file.transpose()?,
-    })
+/// Leaves the system's text where the two ends will read it, unless they have it already.
+fn write_system(system: &System, folder: &Path) -> Result<Option<PathBuf>, RunError> {
+    let Some(text) = system.own_text() else {
+        return Ok(None);
+    };
+    let path = folder.join(SYSTEM_FILE);
+    folder::write_whole(&path, text.as_bytes())?;
+    Ok(Some(path))
 }
 
 /// What a manifest says of a back-end.

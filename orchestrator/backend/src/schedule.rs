@@ -10,7 +10,7 @@
 
 use std::time::Duration;
 
-use plan::{Client, Phase};
+use plan::{Client, Phase, START_AT_NS};
 
 use crate::client;
 
@@ -31,9 +31,6 @@ pub(crate) fn allowance_ns(first_step: Duration) -> u64 {
 pub(crate) fn ns(duration: Duration) -> u64 {
     u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }
-
-/// Link time of the controller's first message.
-pub(crate) const START_AT_NS: u64 = 1_300 * MS;
 
 /// A series of echoes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

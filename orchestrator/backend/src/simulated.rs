@@ -11,19 +11,15 @@ use link::{Profile, Way};
 use plan::{Cell, Phase};
 use serde_json::{Value, json};
 use shaper::{Echo, Timeline};
-use sim::{Record, Setup, Timing};
+use sim::{EPOCH_NS, Record, Setup, Timing};
 use system::System;
 
 use crate::course::Seen;
 use crate::schedule::{self, Series};
 use crate::{RunError, folder};
 
-/// From virtual time 0 to the link's epoch.
-const EPOCH_NS: u64 = schedule::LEAD_NS;
 /// How long the plant goes on after the last message, as in a real run.
 const AFTER_NS: u64 = 1_200_000_000;
-/// The plant is there so long before the epoch.
-const PLANT_AHEAD_NS: u64 = 500_000_000;
 
 /// Simulates a cell, and leaves its rows and reports in `folder`.
 pub(crate) fn run(
@@ -34,13 +30,10 @@ pub(crate) fn run(
     folder: &Path,
 ) -> Result<Seen, RunError> {
     let h = cell.settings.h;
-    let own = system.at(h).map_err(|problem| {
-        RunError::Link(format!(
-            "the system {} does not go with h = {h}: {problem}",
-            system.name()
-        ))
-    })?;
-    let start_ns = EPOCH_NS + schedule::START_AT_NS;
+    let own = system
+        .at(h)
+        .map_err(|unfit| RunError::Link(unfit.to_string()))?;
+    let start_ns = EPOCH_NS + plan::START_AT_NS;
     let setup = Setup {
         profile,
         seed: cell.link_seed,
@@ -51,7 +44,7 @@ pub(crate) fn run(
         law: own.law,
         timing,
         epoch_ns: EPOCH_NS,
-        plant_start_ns: EPOCH_NS - PLANT_AHEAD_NS + sim::phase_ns(cell.link_seed, h.ns()),
+        plant_start_ns: sim::plant_start_ns(cell.link_seed, h.ns()),
         start_ns,
         duration_ns: cell.duration_ns,
         after_ns: AFTER_NS,

@@ -9,6 +9,10 @@ use system::System;
 use crate::client::Client;
 use crate::seed::fingerprint;
 
+/// Link time of a client's first message, whoever runs the cell: so every client meets the same bad
+/// second.
+pub const START_AT_NS: u64 = 1_300_000_000;
+
 /// One run to be made: resolved, valid, independent of every other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

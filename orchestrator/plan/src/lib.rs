@@ -29,7 +29,7 @@ mod setup;
 mod shard;
 mod verdict;
 
-pub use cell::Cell;
+pub use cell::{Cell, START_AT_NS};
 pub use client::{Client, UnknownClient};
 pub use echo::{Phase, ProbeRow};
 pub use instead::Instead;

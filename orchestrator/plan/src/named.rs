@@ -81,8 +81,8 @@ impl Reader<'_> {
         for h in &block.h {
             let value: SampleTime = self.word(h)?;
             if let Err(unfit) = system.at(value) {
-                let problem = format!("{} does not go with h = {value}: {unfit}", system.name());
-                return Err(self.misfit(asked, problem, "use another h, or another system"));
+                let remedy = "use another h, or another system";
+                return Err(self.misfit(asked, unfit.to_string(), remedy));
             }
         }
         if let Some(integrate) = &block.integrate

@@ -69,12 +69,6 @@ impl Plan {
         self.cells.iter().find(|cell| cell.index == index)
     }
 
-    /// The text of a cell's system, where it is not the paper's.
-    #[must_use]
-    pub fn system_text(&self, cell: &Cell) -> Option<&str> {
-        self.systems.get(&cell.system).map(String::as_str)
-    }
-
     /// A cell's system.
     ///
     /// # Errors
@@ -84,7 +78,8 @@ impl Plan {
             return Ok(System::paper());
         }
         let text = self
-            .system_text(cell)
+            .systems
+            .get(&cell.system)
             .ok_or_else(|| format!("the plan has no system `{}`", cell.system))?;
         System::read(text)
             .map_err(|fault| format!("the plan's system `{}`, line {fault}", cell.system))

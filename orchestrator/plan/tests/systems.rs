@@ -97,7 +97,9 @@ fn what_cannot_be_run_is_told_where_it_stands() {
                   h = [\"3ms\"]\nduration = \"1s\"\nsystem = [\"mine.toml\"]";
     let unfit = Plan::resolve(source, "mine.toml", &Instead::default(), Shelf(MINE)).unwrap_err();
     assert!(
-        unfit.problem.starts_with("mine does not go with h = 3ms"),
+        unfit
+            .problem
+            .starts_with("the system mine does not go with h = 3ms"),
         "{}",
         unfit.problem
     );

@@ -8,12 +8,13 @@
 mod part;
 
 use analysis::layout::{align, digits, number, text};
+use analysis::statistics::median;
 use analysis::{Campaign, Summary};
 use serde::Serialize;
 
 pub use part::Parts;
 
-use crate::compare::{Kind, Lone, Measure, median, pair};
+use crate::compare::{Kind, Lone, Measure, pair};
 
 /// A figure that is held against the other's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

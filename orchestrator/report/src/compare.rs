@@ -14,6 +14,7 @@ mod pairing;
 mod text;
 
 use analysis::pairs::{holm, least_probability, sign_test, signed_rank_test, worth_making};
+use analysis::statistics::median;
 use analysis::{Campaign, LoopVerdict};
 use plan::Verdict;
 use serde::Serialize;
@@ -281,20 +282,6 @@ fn changed_loops(paired: &Paired<'_>) -> Vec<ChangedLoop> {
         }
     }
     changed
-}
-
-/// The middle of some values, which may be infinite; `None` of none, and where it lies between two
-/// opposite infinities.
-pub(crate) fn median(values: &[f64]) -> Option<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let last = sorted.len().checked_sub(1)?;
-    let (low, high) = (sorted[last / 2], sorted[last.div_ceil(2)]);
-    let middle = match low == high {
-        true => low,
-        false => f64::midpoint(low, high),
-    };
-    (!middle.is_nan()).then_some(middle)
 }
 
 #[cfg(test)]

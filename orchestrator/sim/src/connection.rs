@@ -79,8 +79,7 @@ impl Connections {
 
     /// A place for a message on a connection that all share, which is open.
     pub(crate) fn place(&mut self, now_ns: u64) -> Id {
-        let id = self.begin(u64::MAX, now_ns);
-        self.opened -= 1;
+        let id = self.add(u64::MAX, now_ns);
         self.all[id as usize].fresh = false;
         id
     }
@@ -94,6 +93,10 @@ impl Connections {
     /// Begins to open one.
     pub(crate) fn begin(&mut self, opened_for: u64, now_ns: u64) -> Id {
         self.opened += 1;
+        self.add(opened_for, now_ns)
+    }
+
+    fn add(&mut self, opened_for: u64, now_ns: u64) -> Id {
         let connection = Connection {
             command: Command {
                 seq: opened_for,

@@ -30,6 +30,6 @@ mod wire;
 
 pub use course::run;
 pub use record::Record;
-pub use setup::{Outcome, Setup, Unfit, phase_ns};
+pub use setup::{EPOCH_NS, Outcome, Setup, Unfit, plant_start_ns};
 pub use spread::{InvalidSpread, Spread};
 pub use timing::Timing;

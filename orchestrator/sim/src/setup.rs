@@ -62,12 +62,18 @@ pub enum Unfit {
     Settings(#[from] InvalidSettings),
 }
 
-/// Where within a period the plant's ticks lie: the ends start independently, so any place is as
-/// likely as any other, and a seed has one.
+/// From virtual time 0 to link time 0.
+pub const EPOCH_NS: u64 = 1_000_000_000;
+
+/// The plant is there so long before link time 0.
+const PLANT_AHEAD_NS: u64 = 500_000_000;
+
+/// The plant's first tick. Where it lies within a period follows from the seed: the ends start
+/// independently, so any place is as likely as any other.
 #[must_use]
-pub fn phase_ns(seed: u64, h_ns: u64) -> u64 {
+pub fn plant_start_ns(seed: u64, h_ns: u64) -> u64 {
     use rand_core::{Rng, SeedableRng};
     // Another stream than the run's own draws.
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(!seed);
-    random.next_u64() % h_ns.max(1)
+    EPOCH_NS - PLANT_AHEAD_NS + random.next_u64() % h_ns.max(1)
 }

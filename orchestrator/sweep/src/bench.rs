@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use endpoint::{ControllerSettings, Hold, Mode, Preset};
 use link::Profile;
-use sim::{Setup, Timing};
+use sim::{EPOCH_NS, Setup, Timing};
 
 use crate::made::Made;
 use crate::outcome::Outcome;
@@ -13,12 +13,8 @@ use crate::row::Row;
 use crate::sweep::{Run, Sweep};
 use crate::trace::Trace;
 
-const MS: u64 = 1_000_000;
-/// Where a run lies in time is where `webloop run --backend sim` has it: the controller begins
-/// 1.3 s after the link's epoch, and the plant's ticks count from half a second before that epoch.
-const EPOCH_NS: u64 = 1_000 * MS;
-const START_NS: u64 = EPOCH_NS + 1_300 * MS;
-const PLANT_NS: u64 = EPOCH_NS - 500 * MS;
+/// When the controller begins, as with `webloop run --backend sim`.
+const START_NS: u64 = EPOCH_NS + plan::START_AT_NS;
 
 /// A point that cannot be run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -77,7 +73,7 @@ impl Bench {
         };
         let (seed, h_ns) = (sweep.link_seed(point, run.repeat), point.h.ns());
         // The plant rests until the first command, so of its ticks before it only the phase counts.
-        let first_ns = PLANT_NS + sim::phase_ns(seed, h_ns);
+        let first_ns = sim::plant_start_ns(seed, h_ns);
         let idle_ns = START_NS.saturating_sub(first_ns) / h_ns * h_ns;
         let setup = Setup {
             profile: &profile,

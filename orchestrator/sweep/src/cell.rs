@@ -1,5 +1,7 @@
 //! A point's runs taken together: how many were stable, and the medians of their figures.
 
+use analysis::statistics::median;
+
 use crate::row::Row;
 use crate::sweep::Sweep;
 
@@ -87,7 +89,7 @@ impl Cell {
                 };
                 figure.filter(|_| outcome.stable).unwrap_or(f64::INFINITY)
             });
-            median(values.collect())
+            middle(&values.collect::<Vec<f64>>())
         });
         Cell {
             runs: count(rows.len()),
@@ -115,14 +117,9 @@ impl Cell {
     }
 }
 
-/// The median; infinite of no values. Of two in the middle the mean.
-pub(crate) fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let at = |rank: usize| values.get(rank).copied().unwrap_or(f64::INFINITY);
-    match values.len() {
-        0 => f64::INFINITY,
-        n => f64::midpoint(at((n - 1) / 2), at(n / 2)),
-    }
+/// The median; infinite of no values.
+pub(crate) fn middle(values: &[f64]) -> f64 {
+    median(values).unwrap_or(f64::INFINITY)
 }
 
 #[cfg(test)]
@@ -131,10 +128,10 @@ mod tests {
 
     #[test]
     fn what_has_no_figure_is_worse_than_any() {
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(vec![1.0, 2.0]), 1.5);
-        assert_eq!(median(vec![1.0, f64::INFINITY]), f64::INFINITY);
-        assert_eq!(median(vec![1.0, 2.0, f64::INFINITY]), 2.0);
-        assert_eq!(median(Vec::new()), f64::INFINITY);
+        assert_eq!(middle(&[3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(middle(&[1.0, 2.0]), 1.5);
+        assert_eq!(middle(&[1.0, f64::INFINITY]), f64::INFINITY);
+        assert_eq!(middle(&[1.0, 2.0, f64::INFINITY]), 2.0);
+        assert_eq!(middle(&[]), f64::INFINITY);
     }
 }

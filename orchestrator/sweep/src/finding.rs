@@ -10,7 +10,7 @@ use std::fmt;
 use analysis::layout::digits;
 
 use crate::axis::Axis;
-use crate::cell::{Cell, Measure, median};
+use crate::cell::{Cell, Measure, middle};
 use crate::grid::Dimension;
 use crate::sweep::Sweep;
 
@@ -117,7 +117,7 @@ impl Settling {
         }
         let medians = values
             .into_iter()
-            .map(|row| row.into_iter().map(median).collect())
+            .map(|row| row.iter().map(|values| middle(values)).collect())
             .collect();
         Settling(medians)
     }

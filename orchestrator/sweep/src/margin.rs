@@ -82,10 +82,7 @@ pub fn limit(point: &Point) -> Limit {
 
 /// With as many requests under way as it takes.
 fn unlimited_s(point: &Point) -> Option<f64> {
-    let design = point.design().ok()?;
-    let law = design.law.transfer_function(point.h.seconds()).ok()?;
-    let plant = design.plant.transfer_function().ok()?;
-    largest_stable_round_trip_s(&plant.series(&law).ok()?)
+    largest_stable_round_trip_s(&point.design().ok()?.open().ok()?)
 }
 
 /// The borders of a sweep that has several round trips; of any other there are none.

@@ -58,15 +58,8 @@ pub enum NoLoop {
         system: String,
     },
     /// The system does not go with h.
-    #[error("{system} does not go with h = {h}: {problem}")]
-    Unfit {
-        /// The system.
-        system: String,
-        /// The sample time.
-        h: SampleTime,
-        /// Why.
-        problem: Unfit,
-    },
+    #[error(transparent)]
+    Unfit(#[from] Unfit),
 }
 
 impl Point {
@@ -75,15 +68,10 @@ impl Point {
     /// # Errors
     /// [`NoLoop`] where its gains or its h make none.
     pub fn design(&self) -> Result<Loop, NoLoop> {
-        let name = || self.system.name().to_owned();
-        let system = self
-            .system
-            .with_gains(self.kp, self.ki)
-            .ok_or_else(|| NoLoop::Gains { system: name() })?;
-        system.at(self.h).map_err(|problem| NoLoop::Unfit {
-            system: name(),
-            h: self.h,
-            problem,
-        })
+        let system = self.system.with_gains(self.kp, self.ki);
+        let system = system.ok_or_else(|| NoLoop::Gains {
+            system: self.system.name().to_owned(),
+        })?;
+        Ok(system.at(self.h)?)
     }
 }

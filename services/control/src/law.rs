@@ -135,14 +135,3 @@ fn negated(
 fn limited(u: f64, limits: Option<&Saturation>) -> f64 {
     limits.map_or(u, |limits| u.clamp(limits.min, limits.max))
 }
-
-/// Refuses limits that leave no room; what the integral does is a PID's own.
-fn check_limits(limits: Option<&Saturation>) -> Result<(), InvalidPid> {
-    let Some(&Saturation { min, max, .. }) = limits else {
-        return Ok(());
-    };
-    match min.is_nan() || max.is_nan() || min >= max {
-        true => Err(InvalidPid::EmptyRange { min, max }),
-        false => Ok(()),
-    }
-}

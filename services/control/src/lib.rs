@@ -57,5 +57,5 @@ pub use riccati::NoSolution;
 pub use state_space::{InvalidStateSpace, StateSpace};
 pub use step_info::{InvalidResponse, StepInfo, StepSettings, sampled_step_info, step_info};
 pub use stepper::Stepper;
-pub use timebase::{Continuous, Discrete, InvalidSampleTime, Timebase};
+pub use timebase::{Continuous, Discrete, InvalidSampleTime, Timebase, seconds};
 pub use transfer::{InvalidTransferFunction, TransferFunction};

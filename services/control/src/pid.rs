@@ -92,6 +92,17 @@ pub struct Saturation {
     pub anti_windup: AntiWindup,
 }
 
+impl Saturation {
+    /// Refuses limits that leave no room.
+    pub(crate) fn check(&self) -> Result<(), InvalidPid> {
+        let Self { min, max, .. } = *self;
+        match min.is_nan() || max.is_nan() || min >= max {
+            true => Err(InvalidPid::EmptyRange { min, max }),
+            false => Ok(()),
+        }
+    }
+}
+
 /// What the integral does while the command is limited.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AntiWindup {
@@ -167,16 +178,9 @@ impl Pid {
             }
         }
         positive("filter_rad_s", gains.filter_rad_s)?;
-        if let Some(Saturation {
-            min,
-            max,
-            anti_windup,
-        }) = saturation
-        {
-            if min.is_nan() || max.is_nan() || min >= max {
-                return Err(InvalidPid::EmptyRange { min, max });
-            }
-            if let AntiWindup::BackCalculation { gain_per_s } = anti_windup {
+        if let Some(limits) = saturation {
+            limits.check()?;
+            if let AntiWindup::BackCalculation { gain_per_s } = limits.anti_windup {
                 if !gain_per_s.is_finite() {
                     return Err(InvalidPid::NotFinite {
                         field: "gain_per_s",

@@ -9,7 +9,7 @@ use crate::discretise::{InvalidDiscretisation, Method, discretise, held};
 use crate::polynomial::product;
 use crate::state_space::{InvalidStateSpace, StateSpace};
 use crate::stepper::Stepper;
-use crate::timebase::Discrete;
+use crate::timebase::{Discrete, seconds};
 use crate::transfer::{InvalidTransferFunction, TransferFunction};
 
 /// A continuous plant.
@@ -141,11 +141,6 @@ impl SampledPlant {
     pub fn h_s(&self) -> f64 {
         self.system.timebase().h_s()
     }
-}
-
-fn seconds(ns: u64) -> f64 {
-    // A quotient of two exact numbers: 3 ms is exactly the f64 nearest 0.003.
-    ns as f64 / 1e9
 }
 
 #[cfg(test)]

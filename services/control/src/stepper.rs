@@ -11,7 +11,7 @@ use crate::timebase::Discrete;
 /// before it gets here.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stepper {
-    /// One row per state: its row of A, then its entry of B.
+    /// See [`rows`].
     rows: Vec<f64>,
     c: Vec<f64>,
     d: f64,
@@ -33,15 +33,9 @@ impl Stepper {
     #[must_use]
     pub fn delayed(system: &StateSpace<Discrete>, delay_ticks: usize) -> Self {
         let n = system.order();
-        let mut rows = Vec::with_capacity(n * (n + 1));
-        for row in 0..n {
-            rows.extend(system.a().row(row).iter());
-            rows.push(system.b()[row]);
-        }
-        let c = system.c().iter().copied().collect();
         Self {
-            rows,
-            c,
+            rows: rows(system),
+            c: system.c().iter().copied().collect(),
             d: system.d(),
             state: vec![0.0; n],
             next: vec![0.0; n],
@@ -99,6 +93,17 @@ impl Stepper {
     pub(crate) fn undo(&mut self) {
         std::mem::swap(&mut self.state, &mut self.next);
     }
+}
+
+/// One row per state: its row of A, then its entry of B.
+pub(crate) fn rows(system: &StateSpace<Discrete>) -> Vec<f64> {
+    let n = system.order();
+    let mut rows = Vec::with_capacity(n * (n + 1));
+    for row in 0..n {
+        rows.extend(system.a().row(row).iter());
+        rows.push(system.b()[row]);
+    }
+    rows
 }
 
 /// From left to right and from 0, so that other languages get the same bits.

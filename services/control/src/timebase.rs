@@ -59,6 +59,13 @@ impl Discrete {
     }
 }
 
+/// A span of nanoseconds in seconds.
+#[must_use]
+pub fn seconds(ns: u64) -> f64 {
+    // A quotient of two exact numbers: 3 ms is exactly the f64 nearest 0.003.
+    ns as f64 / 1e9
+}
+
 /// A pole nearer to 1 than this is an integrator: rounding of the coefficients moves it by about
 /// this much.
 const INTEGRATOR: f64 = 1e-9;

@@ -8,13 +8,12 @@
 
 use std::collections::VecDeque;
 
-use control::Law;
+use control::{Law, seconds};
 use serde::{Deserialize, Serialize};
 
 use crate::{
     message::{Answer, Command},
     row::{MessageOutcome, MessageRow},
-    sample_time::seconds,
     setting::{ControllerSettings, Integrate, Late, Mode, Outstanding, Schedule},
 };
 

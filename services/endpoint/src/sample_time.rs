@@ -42,15 +42,8 @@ impl SampleTime {
     /// h in seconds, for the control law.
     #[must_use]
     pub fn seconds(self) -> f64 {
-        seconds(self.0)
+        control::seconds(self.0)
     }
-}
-
-/// A span of nanoseconds in seconds.
-#[must_use]
-pub(crate) fn seconds(ns: u64) -> f64 {
-    // A quotient of two exact numbers: 3 ms is exactly the f64 nearest 0.003.
-    ns as f64 / 1e9
 }
 
 /// Why a sample time was refused.

@@ -11,7 +11,7 @@ use crate::fault::{Fault, Source};
 use crate::file::ControllerFile;
 use crate::limits;
 use crate::plant::{method, ratio};
-use crate::system::Unfit;
+use crate::system::Obstacle;
 
 /// A law before anybody knows the sample time.
 #[derive(Debug, Clone, PartialEq)]
@@ -125,7 +125,7 @@ impl Recipe {
     }
 
     /// The law at a sample time, and its numbers.
-    pub(crate) fn at(&self, plant: &SampledPlant, h_ns: u64) -> Result<(Law, Design), Unfit> {
+    pub(crate) fn at(&self, plant: &SampledPlant, h_ns: u64) -> Result<(Law, Design), Obstacle> {
         let model = &plant.system;
         Ok(match self {
             Self::Pid { gains, limits } => (

@@ -1,6 +1,9 @@
 //! A system, read and found valid, and what it is at a sample time.
 
-use control::{InvalidDiscretisation, InvalidLaw, Law, Plant, SampledPlant};
+use control::{
+    Discrete, InvalidDiscretisation, InvalidLaw, InvalidTransferFunction, Law, Plant, SampledPlant,
+    TransferFunction,
+};
 use endpoint::SampleTime;
 
 use crate::design::Design;
@@ -31,9 +34,21 @@ pub struct Loop {
     pub design: Design,
 }
 
-/// Why a system cannot be run at a sample time.
+/// A system that cannot be run at a sample time.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Unfit {
+#[error("the system {system} does not go with h = {h}: {obstacle}")]
+pub struct Unfit {
+    /// Its name.
+    pub system: String,
+    /// The sample time.
+    pub h: SampleTime,
+    /// Why not.
+    pub obstacle: Obstacle,
+}
+
+/// What keeps a system from a sample time.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Obstacle {
     /// The plant or the law cannot be sampled.
     #[error(transparent)]
     Sampling(#[from] InvalidDiscretisation),
@@ -132,6 +147,12 @@ impl System {
         &self.text
     }
 
+    /// The text, where it is not the paper's, which whoever runs an end has already.
+    #[must_use]
+    pub fn own_text(&self) -> Option<&str> {
+        (!self.is_paper()).then_some(self.text.as_str())
+    }
+
     /// A sentence on what it is; may be empty.
     #[must_use]
     pub fn about(&self) -> &str {
@@ -176,8 +197,28 @@ impl System {
     /// # Errors
     /// [`Unfit`] where it cannot be sampled with this h, or its law does not come out.
     pub fn at(&self, h: SampleTime) -> Result<Loop, Unfit> {
+        self.sampled(h).map_err(|obstacle| Unfit {
+            system: self.name.clone(),
+            h,
+            obstacle,
+        })
+    }
+
+    fn sampled(&self, h: SampleTime) -> Result<Loop, Obstacle> {
         let plant = self.plant.sampled(h.ns())?;
         let (law, design) = self.recipe.at(&plant, h.ns())?;
         Ok(Loop { plant, law, design })
+    }
+}
+
+impl Loop {
+    /// The loop cut open: the plant and behind it the law, from an error to the next command's
+    /// effect, without a network.
+    ///
+    /// # Errors
+    /// [`InvalidTransferFunction`] where a coefficient overflows.
+    pub fn open(&self) -> Result<TransferFunction<Discrete>, InvalidTransferFunction> {
+        let law = self.law.transfer_function(self.plant.h_s())?;
+        self.plant.transfer_function()?.series(&law)
     }
 }

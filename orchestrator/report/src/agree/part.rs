@@ -5,10 +5,9 @@
 
 use analysis::Run;
 use analysis::rows::read;
+use analysis::statistics::median;
 use endpoint::MessageRow;
 use serde::Serialize;
-
-use crate::compare::median;
 
 /// How much longer A's messages take than B's over each part, ms: the same quantile of each run,
 /// the median over runs.

@@ -8,11 +8,11 @@
 
 use nalgebra::{DMatrix, DVector, RowDVector};
 
-use super::{InvalidLaw, check_limits, limited};
+use super::{InvalidLaw, limited};
 use crate::pid::Saturation;
 use crate::riccati;
 use crate::state_space::StateSpace;
-use crate::stepper::dot;
+use crate::stepper::{dot, rows};
 use crate::timebase::Discrete;
 
 /// What an optimal regulator weighs: the least sum of output y² + input u².
@@ -37,7 +37,7 @@ pub struct Estimator {
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateFeedback {
     model: StateSpace<Discrete>,
-    /// One row per state: its row of A, then its entry of B.
+    /// See [`rows`].
     rows: Vec<f64>,
     c: Vec<f64>,
     gains: Vec<f64>,
@@ -79,10 +79,7 @@ impl Estimator {
         delay: usize,
     ) -> Result<Vec<f64>, InvalidLaw> {
         let (n, tau) = (model.order(), delay.max(1));
-        let a = with_line(model, tau);
-        let mut b = DMatrix::zeros(n + tau, 1);
-        b.view_mut((0, 0), (n, 1)).copy_from(model.b());
-        b[n] = model.d();
+        let (a, b) = with_line(model, tau);
         let c = last_of(n + tau);
         let q = &b * b.transpose() * self.disturbance.powi(2);
         let r = self.noise.powi(2);
@@ -107,7 +104,7 @@ impl StateFeedback {
         observer: Vec<f64>,
         limits: Option<Saturation>,
     ) -> Result<Self, InvalidLaw> {
-        check_limits(limits.as_ref())?;
+        limits.as_ref().map_or(Ok(()), Saturation::check)?;
         let n = model.order();
         if gains.len() != n {
             return Err(InvalidLaw::Length {
@@ -131,13 +128,8 @@ impl StateFeedback {
             }
         }
         let reference = reference(&model, &gains).ok_or(InvalidLaw::NoRest)?;
-        let mut rows = Vec::with_capacity(n * (n + 1));
-        for row in 0..n {
-            rows.extend(model.a().row(row).iter());
-            rows.push(model.b()[row]);
-        }
         Ok(Self {
-            rows,
+            rows: rows(&model),
             c: model.c().iter().copied().collect(),
             state: vec![0.0; observer.len()],
             next: vec![0.0; observer.len()],
@@ -196,14 +188,12 @@ impl StateFeedback {
     /// the next one (A - B K) times it.
     pub(super) fn state_space(&self) -> StateSpace<Discrete> {
         let (n, all) = (self.gains.len(), self.observer.len());
-        let mut b = DMatrix::zeros(all, 1);
-        b.view_mut((0, 0), (n, 1)).copy_from(self.model.b());
-        b[n] = self.model.d();
+        let (a, b) = with_line(&self.model, all - n);
         let mut k = RowDVector::zeros(all);
         k.columns_mut(0, n).copy_from_slice(&self.gains);
         let l = DVector::from_column_slice(&self.observer);
         let corrected = DMatrix::identity(all, all) - &l * last_of(all);
-        let next = with_line(&self.model, all - n) - b * &k;
+        let next = a - b * &k;
         let at_once = -(&k * &l)[0];
         StateSpace::try_new(
             &next * &corrected,
@@ -235,8 +225,9 @@ fn reference(model: &StateSpace<Discrete>, gains: &[f64]) -> Option<f64> {
     factor.is_finite().then_some(factor)
 }
 
-/// A of the model with a line of `tau` outputs behind it: the first is the output of this tick.
-fn with_line(model: &StateSpace<Discrete>, tau: usize) -> DMatrix<f64> {
+/// A and B of the model with a line of `tau` outputs behind it: the first is the output of this
+/// tick.
+fn with_line(model: &StateSpace<Discrete>, tau: usize) -> (DMatrix<f64>, DMatrix<f64>) {
     let n = model.order();
     let mut a = DMatrix::zeros(n + tau, n + tau);
     a.view_mut((0, 0), (n, n)).copy_from(model.a());
@@ -244,7 +235,10 @@ fn with_line(model: &StateSpace<Discrete>, tau: usize) -> DMatrix<f64> {
     for i in 1..tau {
         a[(n + i, n + i - 1)] = 1.0;
     }
-    a
+    let mut b = DMatrix::zeros(n + tau, 1);
+    b.view_mut((0, 0), (n, 1)).copy_from(model.b());
+    b[n] = model.d();
+    (a, b)
 }
 
 /// The row that picks the last of `n` states.

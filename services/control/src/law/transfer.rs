@@ -1,6 +1,6 @@
 //! A law given as a transfer function: the error in, the command out.
 
-use super::{InvalidLaw, check_limits, limited};
+use super::{InvalidLaw, limited};
 use crate::pid::Saturation;
 use crate::state_space::StateSpace;
 use crate::stepper::Stepper;
@@ -24,7 +24,7 @@ impl Transfer {
         system: StateSpace<Discrete>,
         limits: Option<Saturation>,
     ) -> Result<Self, InvalidLaw> {
-        check_limits(limits.as_ref())?;
+        limits.as_ref().map_or(Ok(()), Saturation::check)?;
         Ok(Self {
             stepper: Stepper::new(&system),
             system,
