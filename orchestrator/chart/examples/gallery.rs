@@ -1,10 +1,14 @@
 //! Draws charts of every kind into a folder, to be looked at:
 //! `cargo run -p webloop-chart --example gallery -- FOLDER`.
 
+mod noise;
+
 use std::io;
 use std::path::PathBuf;
 
 use chart::{Axis, Chart, Guide, GuideAt, Mark, Panel, Role, Scale, Series};
+
+use noise::noise;
 
 fn main() -> io::Result<()> {
     let Some(folder) = std::env::args_os().nth(1).map(PathBuf::from) else {
@@ -43,17 +47,6 @@ fn guide(name: &str, at: GuideAt) -> Guide {
         name: name.to_owned(),
         at,
     }
-}
-
-/// Numbers that look like chance, the same each time.
-fn noise(seed: u64) -> impl Iterator<Item = f64> {
-    let mut state = seed;
-    std::iter::repeat_with(move || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    })
 }
 
 /// Lines with bands, and guides close to each other.

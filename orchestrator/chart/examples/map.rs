@@ -1,11 +1,15 @@
 //! Draws maps of made-up loops into a folder, to be looked at:
 //! `cargo run -p webloop-chart --example map -- FOLDER`.
 
+mod noise;
+
 use std::f64::consts::FRAC_PI_2;
 use std::io;
 use std::path::PathBuf;
 
 use chart::{Along, Axis, Chart, Guide, GuideAt, Map, Mark, Panel, Role, Scale, Series, Tile};
+
+use noise::noise;
 
 fn main() -> io::Result<()> {
     let Some(folder) = std::env::args_os().nth(1).map(PathBuf::from) else {
@@ -49,17 +53,6 @@ fn settling(kp: f64, delay_s: f64, chance: f64) -> Tile {
     }
     let settling_s = 3.9 / kp * (1.0 - 0.5 * used) / (1.0 - used).max(0.02).powf(0.8);
     Tile::Value(settling_s * (0.95 + 0.1 * chance))
-}
-
-/// Numbers that look like chance, the same each time.
-fn noise(seed: u64) -> impl Iterator<Item = f64> {
-    let mut state = seed;
-    std::iter::repeat_with(move || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    })
 }
 
 /// Two panels that share one scale, with the analytic margin over each.

@@ -13,6 +13,12 @@ use crate::limits;
 use crate::plant::{method, ratio};
 use crate::system::Obstacle;
 
+/// A predictor keeps a number a tick; Python and the page keep as many.
+const SMITH_TICKS: usize = 1_000_000;
+
+/// A filter's gains cost the cube of them: with these, seconds.
+const FILTER_TICKS: usize = 300;
+
 /// A law before anybody knows the sample time.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Recipe {
@@ -151,7 +157,7 @@ impl Recipe {
                 limits,
                 rtt_ns,
             } => {
-                let ticks = Smith::ticks(plant, *rtt_ns, h_ns);
+                let ticks = within("smith", Smith::ticks(plant, *rtt_ns, h_ns), SMITH_TICKS)?;
                 let pid = Pid::try_new(*gains, *limits).map_err(InvalidLaw::from)?;
                 let design = Design::Smith {
                     pid: PidNumbers::new(gains, limits.as_ref()),
@@ -171,6 +177,7 @@ impl Recipe {
                     Choice::Weights(weights) => weights.gains(model)?,
                 };
                 let delay = loop_delay_ticks(*rtt_ns, h_ns).get() + plant.delay_ticks;
+                let delay = within("state-feedback", delay, FILTER_TICKS)?;
                 let observer = estimator.observer(model, delay)?;
                 let law = StateFeedback::try_new(
                     model.clone(),
@@ -188,6 +195,14 @@ impl Recipe {
                 (Law::StateFeedback(law), design)
             }
         })
+    }
+}
+
+/// As many as a law can look past.
+fn within(law: &'static str, ticks: usize, most: usize) -> Result<usize, Obstacle> {
+    match ticks <= most {
+        true => Ok(ticks),
+        false => Err(Obstacle::Ticks { law, ticks, most }),
     }
 }
 

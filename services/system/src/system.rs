@@ -55,6 +55,16 @@ pub enum Obstacle {
     /// The law does not come out.
     #[error(transparent)]
     Law(#[from] InvalidLaw),
+    /// Dead time and round trip are more ticks than a law can look past.
+    #[error("a law `{law}` would have to look past {ticks} ticks, and can at most past {most}")]
+    Ticks {
+        /// Which law.
+        law: &'static str,
+        /// As many as dead time and round trip are.
+        ticks: usize,
+        /// As many as it can.
+        most: usize,
+    },
 }
 
 macro_rules! built_in {

@@ -171,6 +171,37 @@ fn a_system_may_not_fit_every_sample_time() {
 }
 
 #[test]
+fn a_law_looks_past_so_many_ticks_and_no_more() {
+    for (name, rtt, at, told) in [
+        (
+            "lag-smith",
+            "60s",
+            "10us",
+            "past 6020000 ticks, and can at most past 1000000",
+        ),
+        (
+            "pendulum",
+            "1s",
+            "1ms",
+            "past 1001 ticks, and can at most past 300",
+        ),
+    ] {
+        let text: String = System::built_in(name)
+            .expect("built in")
+            .lines()
+            .filter(|line| !line.starts_with("round_trip"))
+            .map(|line| match line {
+                "[controller]" => format!("{line}\nround_trip = \"{rtt}\"\n"),
+                line => format!("{line}\n"),
+            })
+            .collect();
+        let system = System::read(&text).expect("a system");
+        let unfit = system.at(h(at)).expect_err("too many").to_string();
+        assert!(unfit.ends_with(told), "{unfit}");
+    }
+}
+
+#[test]
 fn gains_can_be_replaced_where_there_are_some() {
     let louder = System::paper()
         .with_gains(Some(0.3), None)
