@@ -79,6 +79,14 @@ impl Law {
     /// update: the command u.
     #[inline]
     pub fn update(&mut self, r: f64, y: f64, dt_s: f64) -> f64 {
+        // Asked by itself: a jump to one of four costs more than the paper's law does.
+        if let Self::Pid(pid) = self {
+            return pid.update(r - y, dt_s);
+        }
+        self.update_other(r, y, dt_s)
+    }
+
+    fn update_other(&mut self, r: f64, y: f64, dt_s: f64) -> f64 {
         match self {
             Self::Pid(pid) => pid.update(r - y, dt_s),
             Self::Transfer(law) => law.update(r, y),

@@ -240,6 +240,7 @@ impl Pid {
         self.output = 0.0;
     }
 
+    #[inline]
     fn advanced(&self, e: f64, dt_s: f64) -> (Memory, f64) {
         let Gains { kp, ki, kd, .. } = self.gains;
         let derivative = if kd == 0.0 {

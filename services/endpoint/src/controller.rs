@@ -82,6 +82,8 @@ pub enum InvalidSettings {
 #[derive(Clone, Debug)]
 pub struct ControllerEnd {
     settings: ControllerSettings,
+    /// h in seconds: divided once, since a division is what a law's arithmetic costs.
+    h_s: f64,
     law: Law,
     /// The newest output known, and the plant's tick that it belongs to.
     y: f64,
@@ -119,6 +121,7 @@ impl ControllerEnd {
         }
         Ok(Self {
             settings,
+            h_s: settings.h.seconds(),
             law: law.into(),
             y,
             y_tick: 0,
@@ -235,11 +238,7 @@ impl ControllerEnd {
     #[inline]
     fn send(&mut self, seq: u64, due_ns: u64, now_ns: u64) -> Command {
         let ControllerSettings {
-            mode,
-            r,
-            h,
-            integrate,
-            ..
+            mode, r, integrate, ..
         } = self.settings;
         let mut row = self.row(seq, due_ns);
         let u = match mode {
@@ -251,7 +250,7 @@ impl ControllerEnd {
                 row.e = Some(e);
                 let dt_s = match (integrate, self.last_send_ns) {
                     (Integrate::Elapsed, Some(last_ns)) => seconds(now_ns.saturating_sub(last_ns)),
-                    _ => h.seconds(),
+                    _ => self.h_s,
                 };
                 self.law.update(r, self.y, dt_s)
             }
@@ -270,11 +269,14 @@ impl ControllerEnd {
     /// Takes a message off those under way.
     #[inline]
     fn end(&mut self, seq: u64, now_ns: u64) -> Option<MessageRow> {
-        let index = self
-            .under_way
-            .binary_search_by_key(&seq, |row| row.seq)
-            .ok()?;
-        let row = self.under_way.remove(index)?;
+        // Mostly it is the oldest.
+        let row = match self.under_way.front()?.seq == seq {
+            true => self.under_way.pop_front(),
+            false => {
+                let found = self.under_way.binary_search_by_key(&seq, |row| row.seq);
+                self.under_way.remove(found.ok()?)
+            }
+        }?;
         // Only a relative schedule with one outstanding waits for this.
         let h_ns = self.settings.h.ns();
         self.next_due_ns.get_or_insert(now_ns.saturating_add(h_ns));
