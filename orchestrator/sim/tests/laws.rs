@@ -194,8 +194,9 @@ fn it_survives_as_long_a_constant_round_trip_as_the_margin_says() {
             .and_then(|motor| motor.series(&law.transfer_function(h_s)?))
             .expect("finite and with the same h");
         let unlimited_s = largest_stable_round_trip_s(&whole).expect("stable without a network");
-        let one_s =
-            largest_stable_blocking_round_trip_s(&plant, &law).expect("stable without a network");
+        let one_s = largest_stable_blocking_round_trip_s(&plant, &law)
+            .expect("few states")
+            .expect("stable without a network");
         for (outstanding, limit_s) in [
             (Outstanding::Unlimited, unlimited_s),
             (Outstanding::ONE, one_s),

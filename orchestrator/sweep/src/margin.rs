@@ -16,7 +16,8 @@ const MS_PER_S: f64 = 1e3;
 /// What analysis says of a point's loop, whatever its own link is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
-    /// It says nothing: a few requests under way are neither one nor as many as it takes.
+    /// It says nothing: a few requests under way are neither one nor as many as it takes, or the
+    /// loop looks back over too many ticks.
     Unknown,
     /// Not even the shortest is stable.
     None,
@@ -69,20 +70,19 @@ impl Border {
 /// What analysis says of a point's loop.
 #[must_use]
 pub fn limit(point: &Point) -> Limit {
-    let found = match point.outstanding {
-        Outstanding::Unlimited => unlimited_s(point),
-        Outstanding::ONE => point
-            .design()
-            .ok()
-            .and_then(|design| largest_stable_blocking_round_trip_s(&design.plant, &design.law)),
-        Outstanding::Limited(_) => return Limit::Unknown,
+    let Ok(own) = point.design() else {
+        return Limit::Unknown;
     };
-    found.map_or(Limit::None, |s| Limit::Until(s * MS_PER_S))
-}
-
-/// With as many requests under way as it takes.
-fn unlimited_s(point: &Point) -> Option<f64> {
-    largest_stable_round_trip_s(&point.design().ok()?.open().ok()?)
+    let told = match point.outstanding {
+        Outstanding::Unlimited => own.open().ok().map(|own| largest_stable_round_trip_s(&own)),
+        Outstanding::ONE => largest_stable_blocking_round_trip_s(&own.plant, &own.law).ok(),
+        Outstanding::Limited(_) => None,
+    };
+    match told {
+        None => Limit::Unknown,
+        Some(None) => Limit::None,
+        Some(Some(s)) => Limit::Until(s * MS_PER_S),
+    }
 }
 
 /// The borders of a sweep that has several round trips; of any other there are none.

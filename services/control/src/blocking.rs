@@ -7,9 +7,11 @@
 //! Delays that vary are left to the ends that run the loop.
 
 use nalgebra::DMatrix;
+use thiserror::Error;
 
 use crate::law::Law;
 use crate::plant::SampledPlant;
+use crate::transfer::InvalidTransferFunction;
 
 /// A plant that has forgotten its state to this share has forgotten it: what is held longer
 /// changes nothing more.
@@ -19,11 +21,29 @@ const LONGEST_TICKS: usize = 1_000_000;
 /// With more states than this the poles of every round trip take too long.
 const MOST_STATES: usize = 60;
 
+/// Why nothing can be said of a loop with one request at a time.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum Untold {
+    /// Too many states, as a dead time of hundreds of samples has.
+    #[error(
+        "plant and law have {states} states; the poles of every round trip are worked out for at \
+         most {most}"
+    )]
+    States {
+        /// Of both together.
+        states: usize,
+        /// For so many they are.
+        most: usize,
+    },
+    /// The law's numbers overflow.
+    #[error(transparent)]
+    Law(#[from] InvalidTransferFunction),
+}
+
 /// The longest constant round trip, in seconds, with which a loop with one request at a time is
 /// stable, every shorter one included: a multiple of h.
 ///
-/// Infinite where no round trip makes it unstable; `None` where not even the shortest is stable, or
-/// plant and law have too many states to tell (a dead time of hundreds of samples).
+/// Infinite where no round trip makes it unstable; `None` where not even the shortest is stable.
 ///
 /// With y read at a command's arrival, before it acts, n ticks to the next, and the law s' = F s + G
 /// y, u = H s + E y,
@@ -32,13 +52,23 @@ const MOST_STATES: usize = 60;
 /// x' = Aⁿ x + (Aⁿ⁻¹ + .. + 1) B u        y' = C (Aⁿ⁻¹ x + (Aⁿ⁻² + .. + 1) B u) + D u
 /// s' = F s + G y                         u' = H s + E y
 /// ```
-#[must_use]
-pub fn largest_stable_blocking_round_trip_s(plant: &SampledPlant, law: &Law) -> Option<f64> {
+///
+/// # Errors
+/// [`Untold`] where they are too many states, or too great numbers, to tell.
+pub fn largest_stable_blocking_round_trip_s(
+    plant: &SampledPlant,
+    law: &Law,
+) -> Result<Option<f64>, Untold> {
     let h_s = plant.h_s();
-    let law = law.state_space(h_s).ok()?;
-    if plant.system.order() + plant.delay_ticks + law.order() > MOST_STATES {
-        return None;
+    let of_plant = plant.system.order().saturating_add(plant.delay_ticks);
+    let states = of_plant.saturating_add(law.order());
+    if states > MOST_STATES {
+        return Err(Untold::States {
+            states,
+            most: MOST_STATES,
+        });
     }
+    let law = law.state_space(h_s)?;
     let plant = plant.state_space();
     let (order, of_law) = (plant.order(), law.order());
     // Aⁿ⁻¹ and (Aⁿ⁻² + .. + 1) B, from n = 1 on.
@@ -64,14 +94,14 @@ pub fn largest_stable_blocking_round_trip_s(plant: &SampledPlant, law: &Law) -> 
         step[(u, y)] = law.d();
         let poles = step.complex_eigenvalues();
         if poles.iter().any(|pole| pole.norm() >= 1.0) {
-            return (ticks > 1).then(|| (ticks - 1) as f64 * h_s);
+            return Ok((ticks > 1).then(|| (ticks - 1) as f64 * h_s));
         }
         if next_power.norm() < FORGOTTEN {
-            return Some(f64::INFINITY);
+            return Ok(Some(f64::INFINITY));
         }
         (power, held) = (next_power, next_held);
     }
-    Some(f64::INFINITY)
+    Ok(Some(f64::INFINITY))
 }
 
 #[cfg(test)]
@@ -82,7 +112,23 @@ mod tests {
 
     fn longest_s(h_ns: u64, law: Pid) -> Option<f64> {
         let plant = paper_plant().sampled(h_ns).expect("stable");
-        largest_stable_blocking_round_trip_s(&plant, &law.into())
+        largest_stable_blocking_round_trip_s(&plant, &law.into()).expect("few states")
+    }
+
+    #[test]
+    fn a_dead_time_of_many_samples_is_left_untold_before_anything_is_worked_out() {
+        let mut plant = paper_plant().sampled(1_000_000).expect("stable");
+        for delay_ticks in [100, 1_000_000_000] {
+            plant.delay_ticks = delay_ticks;
+            let untold = largest_stable_blocking_round_trip_s(&plant, &paper_pi().into());
+            assert_eq!(
+                untold,
+                Err(Untold::States {
+                    states: delay_ticks + 3,
+                    most: MOST_STATES
+                })
+            );
+        }
     }
 
     #[test]

@@ -61,11 +61,11 @@ pub fn step_response(
 /// series, both with h.
 ///
 /// Infinite when no delay can make the loop unstable. `None` when not even the shortest round trip
-/// (two ticks) can be shown to be stable, or the gain at the Nyquist frequency is one or more,
-/// where every further tick turns stability over.
+/// (two ticks) can be shown to be stable.
 ///
 /// Jury's test decides the two ticks; the delay margin from there is exact, as stability can only
-/// be lost where the delayed loop passes through -1.
+/// be lost where the delayed loop passes through -1. Where the gain at the Nyquist frequency is one
+/// or more, each further tick turns the response's sign there, and so no two in a row are stable.
 #[must_use]
 pub fn largest_stable_round_trip_s(system: &TransferFunction<Discrete>) -> Option<f64> {
     const SHORTEST_TICKS: usize = 2;
@@ -74,8 +74,11 @@ pub fn largest_stable_round_trip_s(system: &TransferFunction<Discrete>) -> Optio
         .timebase()
         .nyquist_rad_s()
         .map(|nyquist| system.frequency_response(nyquist).norm());
-    if !is_stable_with_delay(system, SHORTEST_TICKS) || at_nyquist.is_none_or(|gain| gain >= 1.0) {
+    if !is_stable_with_delay(system, SHORTEST_TICKS) {
         return None;
+    }
+    if at_nyquist.is_none_or(|gain| gain >= 1.0) {
+        return Some((SHORTEST_TICKS as f64 - 1.0) * h_s);
     }
     let margin = margins(system, SHORTEST_TICKS as f64 * h_s).ok()?.delay_s;
     // A further delay of exactly the margin leaves a pole on the circle, so that tick does not
@@ -161,5 +164,14 @@ mod tests {
         assert_eq!(largest_stable_round_trip_s(&quiet), Some(f64::INFINITY));
         let loud = TransferFunction::try_new([2.0], [1.0, -0.9], h).expect("valid");
         assert_eq!(largest_stable_round_trip_s(&loud), None);
+    }
+
+    #[test]
+    fn a_loop_that_rings_at_the_nyquist_frequency_survives_the_shortest_round_trip_alone() {
+        let h = Discrete::try_new(0.01).expect("positive");
+        let ringing = TransferFunction::try_new([-0.15], [1.0, 0.9], h).expect("valid");
+        assert!(is_stable_with_delay(&ringing, 2));
+        assert!(!is_stable_with_delay(&ringing, 3));
+        assert_eq!(largest_stable_round_trip_s(&ringing), Some(0.01));
     }
 }

@@ -95,6 +95,17 @@ impl Law {
         }
     }
 
+    /// How many numbers its state has.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        match self {
+            Self::Pid(pid) => pid.gains().order(),
+            Self::Transfer(law) => law.state_space().order(),
+            Self::Smith(law) => law.order(),
+            Self::StateFeedback(law) => law.order(),
+        }
+    }
+
     /// The law from y to u with r = 0, inside its limits, one step every `h_s`.
     ///
     /// # Errors

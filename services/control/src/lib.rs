@@ -45,7 +45,7 @@ pub mod stepper;
 pub mod timebase;
 pub mod transfer;
 
-pub use blocking::largest_stable_blocking_round_trip_s;
+pub use blocking::{Untold, largest_stable_blocking_round_trip_s};
 pub use closed_loop::{largest_stable_round_trip_s, loop_delay_ticks, step_response};
 pub use discretise::{InvalidDiscretisation, Method, discretise};
 pub use law::{Estimator, InvalidLaw, Law, Smith, StateFeedback, Transfer, Weights};

@@ -58,6 +58,11 @@ impl Gains {
         TransferFunction::try_new(num, den, Continuous)
     }
 
+    /// How many poles it has: one for each of integral and derivative that is there.
+    pub(crate) fn order(&self) -> usize {
+        usize::from(self.ki != 0.0) + usize::from(self.kd != 0.0)
+    }
+
     /// The law as it runs every `h_s`, from the error to the command, inside its limits: each term
     /// by backward Euler, without poles for those that are absent.
     ///

@@ -67,6 +67,32 @@ pub enum Obstacle {
     },
 }
 
+/// Stability is asked of all coefficients against all: with these, seconds.
+const PLANT_TICKS: usize = 50_000;
+/// Margins are looked for around a law's poles, each of which has to be found.
+const LAW_ORDER: usize = 1_000;
+
+/// A loop that cannot be written down as one transfer function.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NotOpened {
+    /// Numbers overflow.
+    #[error(transparent)]
+    Overflow(#[from] InvalidTransferFunction),
+    /// It would have too many coefficients.
+    #[error(
+        "its {what} looks back over {order} ticks, and margins are worked out for at most {most}; \
+         use a longer h"
+    )]
+    Order {
+        /// The plant or the law.
+        what: &'static str,
+        /// So many.
+        order: usize,
+        /// For so many they are.
+        most: usize,
+    },
+}
+
 macro_rules! built_in {
     ($($name:literal),+ $(,)?) => {
         [$(($name, include_str!(concat!("../systems/", $name, ".toml")))),+]
@@ -226,9 +252,17 @@ impl Loop {
     /// effect, without a network.
     ///
     /// # Errors
-    /// [`InvalidTransferFunction`] where a coefficient overflows.
-    pub fn open(&self) -> Result<TransferFunction<Discrete>, InvalidTransferFunction> {
+    /// [`NotOpened`] where a coefficient overflows, or there are too many of them to be of use.
+    pub fn open(&self) -> Result<TransferFunction<Discrete>, NotOpened> {
+        for (what, order, most) in [
+            ("plant", self.plant.delay_ticks, PLANT_TICKS),
+            ("law", self.law.order(), LAW_ORDER),
+        ] {
+            if order > most {
+                return Err(NotOpened::Order { what, order, most });
+            }
+        }
         let law = self.law.transfer_function(self.plant.h_s())?;
-        self.plant.transfer_function()?.series(&law)
+        Ok(self.plant.transfer_function()?.series(&law)?)
     }
 }

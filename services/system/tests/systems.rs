@@ -171,6 +171,37 @@ fn a_system_may_not_fit_every_sample_time() {
 }
 
 #[test]
+fn a_law_has_as_many_states_as_it_says() {
+    for name in System::built_in_names() {
+        let h = h("10ms");
+        let own = built_in(name).at(h).expect(name);
+        let states = own.law.state_space(h.seconds()).expect("finite").order();
+        assert_eq!(own.law.order(), states, "{name}");
+    }
+}
+
+#[test]
+fn a_loop_that_looks_back_too_far_is_not_opened() {
+    let own = built_in("lag-smith").at(h("100us")).expect("sampled");
+    let problem = own.open().expect_err("too many").to_string();
+    assert!(
+        problem.starts_with("its law looks back over 2203 ticks"),
+        "{problem}"
+    );
+    let slow = System::built_in("lag")
+        .expect("built in")
+        .replace("\"200ms\"", "\"60s\"");
+    let own = System::read(&slow).expect("a system").at(h("1ms"));
+    let problem = own.expect("sampled").open().expect_err("too many");
+    assert!(
+        problem
+            .to_string()
+            .starts_with("its plant looks back over 60000 ticks"),
+        "{problem}"
+    );
+}
+
+#[test]
 fn a_law_looks_past_so_many_ticks_and_no_more() {
     for (name, rtt, at, told) in [
         (

@@ -6,7 +6,7 @@ use ::system::System;
 use analysis::layout::{Column, align, digits, number, text};
 use anyhow::{Context, anyhow};
 use control::{
-    Margins, largest_stable_blocking_round_trip_s, largest_stable_round_trip_s, margins,
+    Margins, Untold, largest_stable_blocking_round_trip_s, largest_stable_round_trip_s, margins,
 };
 use endpoint::SampleTime;
 use link::{Pings, Profile, share_within};
@@ -34,7 +34,8 @@ struct Loop {
     /// The longest constant round trip with which it is stable, s: with any number of requests
     /// under way, and with one.
     unlimited_s: Option<f64>,
-    one_s: Option<f64>,
+    /// Not told of a loop with too many states.
+    one_s: Result<Option<f64>, Untold>,
 }
 
 /// Prints the margins, and the chances of each link.
@@ -79,7 +80,8 @@ fn title(system: &System, argument: &Margin) -> String {
 const LEGEND: &str = "\
 Margins: of the loop without a network, which takes two ticks by itself; `-` where it is unstable.
 Longest round trip: a constant one with which the loop is still stable, every shorter one too. One
-request: a client that waits for each answer, whose commands a longer round trip makes rarer too.
+request: a client that waits for each answer, whose commands a longer round trip makes rarer too;
+unknown with a dead time of many samples.
 Within: of the time, how much a link's round trip is no longer than that and nothing is lost. A link
 that leaves it for moments need not make the loop unstable; one that stays outside does.";
 
@@ -130,7 +132,9 @@ fn of_loops(loops: &[Loop]) -> String {
                 figure(stable(of.margins.phase_deg)),
                 figure(stable(of.margins.delay_s * 1e3)),
                 longest(of.unlimited_s),
-                longest(of.one_s),
+                of.one_s
+                    .as_ref()
+                    .map_or_else(|_| UNTOLD.to_owned(), |s| longest(*s)),
             ]
         })
         .collect();
@@ -160,12 +164,15 @@ fn of_links(loops: &[Loop], names: &[&str], profiles: &[Profile]) -> String {
                 (*name).to_owned(),
                 of.h.to_string(),
                 within(of.unlimited_s),
-                within(of.one_s),
+                within(of.one_s.clone().ok().flatten()),
             ]);
         }
     }
     align(&COLUMNS, &rows)
 }
+
+/// What has a value that is not worked out.
+const UNTOLD: &str = "unknown";
 
 fn longest(s: Option<f64>) -> String {
     match s {

@@ -148,6 +148,11 @@ impl StateFeedback {
         self.reference
     }
 
+    /// The plant's states and the line of outputs.
+    pub(super) fn order(&self) -> usize {
+        self.observer.len()
+    }
+
     pub(super) fn update(&mut self, r: f64, y: f64) -> f64 {
         if !(r.is_finite() && y.is_finite()) {
             return self.output;

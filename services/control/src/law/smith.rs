@@ -99,6 +99,11 @@ impl Smith {
         )
     }
 
+    /// The states of the PID and the model, `fresh`, and the line.
+    pub(super) fn order(&self) -> usize {
+        self.pid.gains().order() + self.model.order() + 1 + self.line.len()
+    }
+
     /// From y to u with r = 0. The states are the PID's, the model's, `fresh`, and the line.
     pub(super) fn state_space(
         &self,
