@@ -83,10 +83,10 @@ pub fn run_cell(
     let outcome = profile.and_then(|(text, profile)| {
         let file = folder.join(PROFILE_FILE);
         let system = system?;
+        let own = write_system(&system, &folder)?;
         let seen = match backend {
             Backend::Netns(authority) => {
                 authority.as_ref()?;
-                let own = write_system(&system, &folder)?;
                 let site = Netns::new(&profile, player, &file, own.as_deref(), &folder)?;
                 course::run(&site, cell, &profile, stop)?
             }

@@ -68,6 +68,32 @@ fn a_seed_gives_the_same_rows_whatever_is_around_it_and_another_seed_others() {
     assert_ne!(rows(&place.path().join("other")), first);
 }
 
+/// As in every back-end: whoever has a cell's folder can tell which loop it was.
+#[test]
+fn a_cell_keeps_the_text_of_its_system() {
+    let place = tempfile::tempdir().unwrap();
+    let (experiment, out) = (place.path().join("mine.toml"), place.path().join("out"));
+    let text = EXPERIMENT.replace("client = [\"native\", \"python\"]", "client = [\"native\"]");
+    fs::write(&experiment, text + "system = [\"motor\", \"lag\"]\n").unwrap();
+    let paths = [&experiment, &out].map(|path| path.to_str().unwrap());
+    let ran = webloop(
+        &["run", paths[0], "--backend", "sim", "--out", paths[1]],
+        &[],
+    );
+    assert_eq!(ran.status.code(), Some(0));
+    let lag = ::system::System::built_in("lag").unwrap();
+    let mut kept = 0;
+    for cell in fs::read_dir(out.join("cells")).unwrap() {
+        let own = cell.unwrap().path().join("system.toml");
+        // The paper's is what there is where nothing is said.
+        if let Ok(text) = fs::read_to_string(&own) {
+            assert_eq!(text, lag, "{}", own.display());
+            kept += 1;
+        }
+    }
+    assert_eq!(kept, 3 * 2);
+}
+
 #[test]
 fn its_folder_is_like_any_other_and_agrees_with_itself() {
     let place = tempfile::tempdir().unwrap();
