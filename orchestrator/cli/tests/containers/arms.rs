@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use analysis::statistics::Quantiles;
+use analysis::statistics::{Quantiles, median};
 use analysis::{CellFacts, Metrics};
 use backend::Manifest;
 use plan::{Phase, ProbeRow, Verdict};
@@ -257,16 +257,13 @@ fn agree(
 /// common one by one, so it is the middle one of their differences.
 fn off(own: &[Measured], reference: &[Measured], of: fn(&Measured) -> f64) -> (f64, f64) {
     let pairs = std::iter::zip(own, reference);
-    (
-        middle(pairs.map(|(own, reference)| of(own) - of(reference))),
-        middle(reference.iter().map(of)),
-    )
-}
-
-fn middle(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
+    let differences: Vec<f64> = pairs
+        .map(|(own, reference)| of(own) - of(reference))
+        .collect();
+    let usual: Vec<f64> = reference.iter().map(of).collect();
+    // Where neither loop settled there is no difference, and nothing agrees.
+    let middle = |values: &[f64]| median(values).unwrap_or(f64::NAN);
+    (middle(&differences), middle(&usual))
 }
 
 fn in_namespaces(experiment: &Experiment) -> Result<Command, String> {
