@@ -40,12 +40,16 @@ impl Bottleneck {
             return None;
         }
         let start_ns = self.sent_ns.back().copied().unwrap_or(t_ns);
-        // Rounded up, so that the rate is an upper bound over any window.
-        let rate_bps = u128::from(rate_at(start_ns)).max(1);
-        let takes_ns = (u128::from(bytes) * 8 * NS_PER_S).div_ceil(rate_bps);
-        let sent_ns = start_ns.saturating_add(u64::try_from(takes_ns).unwrap_or(u64::MAX));
+        let sent_ns = start_ns.saturating_add(Self::takes_ns(bytes, rate_at(start_ns)));
         self.sent_ns.push_back(sent_ns);
         Some(sent_ns)
+    }
+
+    /// How long sending `bytes` takes at `rate_bps`. Rounded up, so that the rate is an upper bound
+    /// over any window.
+    pub(crate) fn takes_ns(bytes: u32, rate_bps: u64) -> u64 {
+        let takes_ns = (u128::from(bytes) * 8 * NS_PER_S).div_ceil(u128::from(rate_bps).max(1));
+        u64::try_from(takes_ns).unwrap_or(u64::MAX)
     }
 }
 

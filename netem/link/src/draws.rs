@@ -52,6 +52,23 @@ impl Draws {
     }
 }
 
+/// Where in its interval echo `seq` of a series leaves: uniform on it, by the link's seed and the series'
+/// number, so that nothing that keeps a period can pass between echoes.
+#[must_use]
+pub fn within_ns(seed: u64, series: u16, seq: u32, interval_ns: u64) -> u64 {
+    let draw = mix(seed ^ (u64::from(series) << 32 | u64::from(seq)));
+    // The upper half of the product: below the interval.
+    ((u128::from(draw) * u128::from(interval_ns)) >> 64) as u64
+}
+
+/// A number's bits, mixed: the last step of splitmix64 (Steele, Lea and Flood, 2014).
+fn mix(number: u64) -> u64 {
+    let mut z = number.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -8,10 +8,11 @@
 //! - what a profile says: `file` (keys), `resolve` (checks), `profile` (values),
 //!   `finding` (what is wrong), `unit` (quantities)
 //! - what is played: `path` (one direction: `bottleneck`, `loss`, `spells`,
-//!   `wire`), `link` (both), on `law` (distributions) and `draws` (randomness)
+//!   `wire`), `link` (both), `timeline` (a run's: the empty link first), on `law`
+//!   (distributions) and `draws` (randomness); `load`: a queue afterwards
 //! - what tc is told: `setting` (one state of netem), `staircase` (the changes in
 //!   time), `script` (both as text)
-//! - what is foretold: `prediction` (figures), `describe` (words)
+//! - what is foretold: `prediction` (figures), `stall` (when), `describe` (words)
 #![forbid(unsafe_code)]
 
 mod bottleneck;
@@ -21,6 +22,7 @@ mod file;
 mod finding;
 mod law;
 mod link;
+mod load;
 mod loss;
 mod path;
 mod prediction;
@@ -31,20 +33,26 @@ mod setting;
 mod special;
 mod spells;
 mod staircase;
+mod stall;
+mod timeline;
 mod trace;
 mod unit;
 mod way;
 mod wire;
 
 pub use describe::describe;
+pub use draws::within_ns;
 pub use file::schema;
 pub use finding::{Finding, Severity};
 pub use link::Link;
-pub use path::{Cause, Fate, Path, State};
-pub use prediction::{Band, Pings, Prediction, Rtt, ping, predict, share_within};
+pub use load::{Load, PacketRow};
+pub use path::{Cause, Fate, Passage, Path, State};
+pub use prediction::{Band, Pings, Prediction, Rtt, Typical, ping, predict, share_within, typical};
 pub use profile::{Asked, Profile};
 pub use script::script;
 pub use setting::{HANDLE, Pace, Setting, Verb};
 pub use staircase::{Change, READING_NS, STEP_NS, Staircase};
+pub use stall::Stall;
+pub use timeline::Timeline;
 pub use unit::{InvalidQuantity, duration_ns, rate_bps, share};
 pub use way::Way;

@@ -7,9 +7,10 @@
 
 use crate::bottleneck::Bottleneck;
 use crate::draws::Draws;
+use crate::load::Load;
 use crate::loss::LossProcess;
 use crate::profile::{Delay, PathLaw, Rate};
-use crate::spells::Spells;
+use crate::spells::{Spell, Spells};
 use crate::way::Way;
 use crate::wire::Wire;
 
@@ -46,6 +47,17 @@ pub struct State {
     pub lost: bool,
     /// Rate limit in bit/s, where there is one.
     pub rate_bps: Option<u64>,
+}
+
+/// What a packet that enters at an instant meets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Passage {
+    /// Its delay, in ns: the wait in the queue and the sending included, as far as they are known.
+    pub delay_ns: u64,
+    /// Whether it is lost, or finds the queue full.
+    pub lost: bool,
+    /// Whether there is a queue of which nothing is known: it may delay the packet more, or drop it.
+    pub queued: bool,
 }
 
 /// One direction of a link, playing: a seeded function of link time, and the
@@ -120,6 +132,46 @@ impl Path {
             lost: self.lost(t_ns),
             rate_bps: rate_at(&self.law, t_ns),
         }
+    }
+
+    /// What a packet of `bytes` meets that enters at link time `t_ns`, when `load` is what else
+    /// entered. Without that, where there is a rate limit, it is the least that the delay can be.
+    ///
+    /// Asks may come in any order, as those of [`Path::state_at`].
+    pub fn passage(&mut self, t_ns: u64, bytes: u32, load: Option<&Load>) -> Passage {
+        let Some(rate_bps) = rate_at(&self.law, t_ns) else {
+            let State { delay_ns, lost, .. } = self.state_at(t_ns);
+            return Passage {
+                delay_ns,
+                lost,
+                queued: false,
+            };
+        };
+        let law = &self.law;
+        let sent_ns = match load {
+            None => Some(t_ns.saturating_add(Bottleneck::takes_ns(bytes, rate_bps))),
+            Some(load) => load.sent_ns(t_ns, bytes, |t_ns| rate_at(law, t_ns).unwrap_or(u64::MAX)),
+        };
+        let state = self.state_at(sent_ns.unwrap_or(t_ns));
+        Passage {
+            delay_ns: (sent_ns.unwrap_or(t_ns) - t_ns).saturating_add(state.delay_ns),
+            lost: state.lost || sent_ns.is_none(),
+            queued: load.is_none(),
+        }
+    }
+
+    /// The queue's history, where there is a rate limit: of packets that entered at `(t_ns, bytes)`,
+    /// in order.
+    #[must_use]
+    pub fn load(&self, packets: impl IntoIterator<Item = (u64, u32)>) -> Option<Load> {
+        let rate = self.law.rate.as_ref()?;
+        let rate_at = |t_ns| rate_at(&self.law, t_ns).unwrap_or(u64::MAX);
+        Some(Load::new(rate.limit(), rate_at, packets))
+    }
+
+    /// The first stall that ends after link time `t_ns`; none where the way never stalls.
+    pub(crate) fn stall_after(&mut self, t_ns: u64) -> Option<Spell> {
+        self.gate.as_mut()?.after(t_ns)
     }
 
     /// Forgets what lies too far back, and brings `t_ns` into what is kept.

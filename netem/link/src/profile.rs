@@ -186,6 +186,10 @@ impl Profile {
     /// Names of the built-in profiles, in the paper's order.
     pub const BUILTIN: &[&str] = &["arima", "buccoo", "couva", "diego-lan", "diego-vpn"];
 
+    /// Names of the built-in profiles that are readings of one of those: what the paper's text allows and
+    /// does not state.
+    pub const READINGS: &[&str] = &["diego-vpn-free"];
+
     /// The TOML source of a built-in profile.
     #[must_use]
     pub fn builtin(name: &str) -> Option<&'static str> {
@@ -195,6 +199,7 @@ impl Profile {
             "couva" => Some(include_str!("../../profiles/couva.toml")),
             "diego-lan" => Some(include_str!("../../profiles/diego-lan.toml")),
             "diego-vpn" => Some(include_str!("../../profiles/diego-vpn.toml")),
+            "diego-vpn-free" => Some(include_str!("../../profiles/diego-vpn-free.toml")),
             _ => None,
         }
     }
@@ -218,6 +223,38 @@ impl Profile {
     #[must_use]
     pub fn is_loopback(&self) -> bool {
         self.loopback
+    }
+
+    /// Whether either direction has a rate limit, and with it a queue.
+    #[must_use]
+    pub fn has_rate(&self) -> bool {
+        [Way::Up, Way::Down]
+            .iter()
+            .any(|way| self.law(*way).rate.is_some())
+    }
+
+    /// The mean time from one event to the next of the rarest kind that either direction has: a
+    /// stall, a lossy spell, a new level of the delay. `None` where nothing comes and goes.
+    #[must_use]
+    pub fn rarest_event_ns(&self) -> Option<u64> {
+        let of_way = |way| {
+            let PathLaw {
+                delay, stall, loss, ..
+            } = self.law(way);
+            let level_ns = match delay {
+                Delay::Held(level) => Some(level.hold_ns),
+                Delay::Constant { .. } | Delay::Trace(_) => None,
+            };
+            let spell_ns = match loss {
+                Loss::GilbertElliott {
+                    good_ns, bad_ns, ..
+                } => Some(good_ns + bad_ns),
+                Loss::Never | Loss::Random { .. } | Loss::Trace { .. } => None,
+            };
+            let stall_ns = stall.as_ref().map(|stall| stall.every_ns);
+            level_ns.max(spell_ns).max(stall_ns)
+        };
+        of_way(Way::Up).max(of_way(Way::Down))
     }
 
     /// The profile's name.
@@ -249,5 +286,23 @@ impl Profile {
             Way::Up => &self.up,
             Way::Down => &self.down,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rarest_event_is_a_stall_or_a_level() {
+        let rarest_ms = |name| {
+            let text = Profile::builtin(name).expect("built in");
+            let profile = Profile::parse(text, name).expect("valid");
+            profile.rarest_event_ns().map(|ns| ns / 1_000_000)
+        };
+        assert_eq!(rarest_ms("arima"), None);
+        assert_eq!(rarest_ms("buccoo"), Some(10));
+        assert_eq!(rarest_ms("couva"), Some(8_600));
+        assert_eq!(rarest_ms("diego-vpn"), Some(100));
     }
 }

@@ -15,7 +15,7 @@ const WARM_PERIODS: f64 = 10.0;
 /// One spell: from `start_ns` up to but not including `end_ns`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Spell {
-    start_ns: u64,
+    pub(crate) start_ns: u64,
     pub(crate) end_ns: u64,
 }
 
@@ -50,23 +50,43 @@ impl Spells {
     /// The end of the spell that holds link time `t_ns`, if one does.
     pub(crate) fn end_at(&mut self, t_ns: u64) -> Option<u64> {
         let t_ns = t_ns.saturating_add(self.warm_ns);
-        while self.known_ns <= t_ns {
-            let gap_ns = self.draw(|spells| &spells.gap);
-            let length_ns = self.draw(|spells| &spells.length);
-            let start_ns = self.known_ns.saturating_add(gap_ns);
-            let end_ns = start_ns.saturating_add(length_ns);
-            // Even a spell and a gap of no length take the process forward.
-            self.known_ns = end_ns.max(self.known_ns.saturating_add(1));
-            if end_ns > self.warm_ns {
-                self.kept.push_back(Spell { start_ns, end_ns });
-            }
-            if self.known_ns == u64::MAX {
-                break;
-            }
+        while self.known_ns <= t_ns && self.known_ns < u64::MAX {
+            self.generate();
         }
         let next = self.kept.partition_point(|spell| spell.end_ns <= t_ns);
         let spell = self.kept.get(next).filter(|spell| spell.start_ns <= t_ns)?;
         Some(spell.end_ns - self.warm_ns)
+    }
+
+    /// The first spell that ends after link time `t_ns`, in link time, as far as it lies after 0.
+    pub(crate) fn after(&mut self, t_ns: u64) -> Option<Spell> {
+        let t_ns = t_ns.saturating_add(self.warm_ns);
+        loop {
+            let next = self.kept.partition_point(|spell| spell.end_ns <= t_ns);
+            if let Some(spell) = self.kept.get(next) {
+                return Some(Spell {
+                    start_ns: spell.start_ns.saturating_sub(self.warm_ns),
+                    end_ns: spell.end_ns - self.warm_ns,
+                });
+            }
+            if self.known_ns == u64::MAX {
+                return None;
+            }
+            self.generate();
+        }
+    }
+
+    /// Takes the process one gap and one spell further.
+    fn generate(&mut self) {
+        let gap_ns = self.draw(|spells| &spells.gap);
+        let length_ns = self.draw(|spells| &spells.length);
+        let start_ns = self.known_ns.saturating_add(gap_ns);
+        let end_ns = start_ns.saturating_add(length_ns);
+        // Even a spell and a gap of no length take the process forward.
+        self.known_ns = end_ns.max(self.known_ns.saturating_add(1));
+        if end_ns > self.warm_ns {
+            self.kept.push_back(Spell { start_ns, end_ns });
+        }
     }
 
     /// Drops what ended before link time `t_ns`.

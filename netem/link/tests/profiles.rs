@@ -14,7 +14,7 @@ fn read(source: &str, name: &str) -> Profile {
 
 #[test]
 fn every_profile_is_valid_without_a_warning_and_called_as_its_file() {
-    for name in Profile::BUILTIN {
+    for name in Profile::BUILTIN.iter().chain(Profile::READINGS) {
         let profile = read(Profile::builtin(name).unwrap(), name);
         assert_eq!(profile.name(), *name);
         assert_eq!(profile.is_loopback(), *name == "arima");
@@ -43,7 +43,7 @@ fn the_committed_schema_is_current() {
 
 #[test]
 fn links_are_described_in_plain_words() {
-    for name in Profile::BUILTIN {
+    for name in Profile::BUILTIN.iter().chain(Profile::READINGS) {
         let profile = read(Profile::builtin(name).unwrap(), name);
         insta::assert_snapshot!(*name, describe(&profile));
     }

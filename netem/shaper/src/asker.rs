@@ -66,8 +66,7 @@ impl Asker {
         /// Room for a probe of usual length; a longer one makes it grow.
         const CAPACITY: u32 = 1 << 16;
         let start_ns = plan.start_ns.max(now_ns());
-        let due_ns =
-            |seq: u32| start_ns.saturating_add(u64::from(seq).saturating_mul(plan.interval_ns));
+        let due_ns = |seq: u32| plan.due_ns(start_ns, seq);
         let end_ns = due_ns(plan.count.saturating_sub(1)).saturating_add(plan.grace_ns);
         let target = SocketAddrV4::new(plan.target, 0);
         let mut echoes = Vec::with_capacity(plan.count.min(CAPACITY) as usize);

@@ -3,15 +3,14 @@
 //!
 //! Pure. The limits that the [verdict](crate::Verdict) rests on are in a file of their own.
 
-use link::Profile;
+use link::{Profile, Timeline};
 use serde::{Deserialize, Serialize};
 
 use crate::fate::{Fates, fates};
 use crate::prediction::{Baseline, Edge, excesses_ms, predict_within};
 use crate::probe::Echo;
 use crate::statistics::{RttStatistics, median, ms, quantile, spread_ms};
-use crate::timeline::Timeline;
-use crate::verdict::{Evidence, Verdict, is_astray};
+use crate::verdict::{Evidence, Verdict, are_too_many, is_astray, is_quicker, most_quicker};
 
 /// How far residuals lie from zero on one way or over the round trip: measured minus
 /// predicted minus baseline, ms. The quantiles are of absolute values.
@@ -72,12 +71,27 @@ pub struct Certificate {
     pub residuals: Residuals,
     /// The share of answered echoes whose round trip is astray.
     pub astray: f64,
+    /// Answered echoes that were quicker than the link lets them, on a way.
+    #[serde(default)]
+    pub quicker: usize,
+    /// How many of them there may be, before another link is the only explanation.
+    #[serde(default)]
+    pub most_quicker: usize,
     /// Echoes whose fate was not the predicted one.
     pub fates: Fates,
     /// Round trips as the link was to make them, at the instants of these echoes.
     pub predicted: RttStatistics,
     /// Round trips as they were, baseline included.
     pub measured: RttStatistics,
+}
+
+impl Certificate {
+    /// Whether something speaks against the link that no machine does by standing still: echoes that
+    /// were quicker than it, or that it was to lose. A machine makes echoes late, and may lose them.
+    #[must_use]
+    pub fn is_another(&self) -> bool {
+        self.quicker > self.most_quicker || are_too_many(self.fates.came_though_lost, self.sent)
+    }
 }
 
 /// Holds echoes against the link of `profile` and `seed` whose time 0 is `epoch_ns`, played in
@@ -133,6 +147,10 @@ pub fn certify_within(
         .filter(|&(miss, (_, due_ms))| is_astray(*miss, *due_ms))
         .count() as f64
         / misses.len().max(1) as f64;
+    let quicker = answered
+        .iter()
+        .filter(|([up, down, _], _)| is_quicker(*up) || is_quicker(*down))
+        .count();
     let (fates, doubtful) = fates(echoes, &predictions);
     let predicted_ms: Vec<f64> = predictions
         .iter()
@@ -148,6 +166,9 @@ pub fn certify_within(
         sent: echoes.len(),
         answered: misses.len(),
         exact,
+        quicker,
+        most_quicker: most_quicker(echoes.len(), edge),
+        baseline,
         median_ms: median(misses),
         spread_ms: spread_ms(&predicted_ms),
         astray,
@@ -166,6 +187,8 @@ pub fn certify_within(
             rtt: way(2),
         },
         astray,
+        quicker,
+        most_quicker: most_quicker(echoes.len(), edge),
         fates,
         predicted: RttStatistics::of(echoes.len(), &predicted_ms),
         measured: RttStatistics::of(echoes.len(), &measured_ms),

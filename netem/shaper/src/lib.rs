@@ -1,7 +1,7 @@
 //! Plays a link on real packets, and proves that it did.
 //!
 //! - Where: [`Namespace`]s without names, [joined](join) by veth pairs through a middle one.
-//! - What plays: [`play`] forwards between two [`Port`]s as the [`Timeline`] of a profile and
+//! - What plays: [`play`] forwards between two [`Port`]s as the [`Timeline`](link::Timeline) of a profile and
 //!   a seed says; a [`Record`] keeps its rows. Where the ends share no interface, a player
 //!   beside each [plays its way](play_way), and the two are joined by a tunnel.
 //! - Or by tc: a [`TcPlayer`] plays one way by a netem that it changes in time.
@@ -41,12 +41,12 @@ mod tc;
 mod tc_batch;
 mod tc_command;
 mod tc_report;
-mod timeline;
 mod tun;
 mod tunnel;
 mod udp;
 mod verdict;
 mod veth;
+mod watch;
 mod witness;
 
 pub use asker::Asker;
@@ -64,14 +64,13 @@ pub use port::{Arrival, FRAME_MAX, PacketPort, Port, PortCounters};
 pub use prediction::{Baseline, Edge, Expected, Prediction, predict, predict_within};
 pub use probe::{Echo, ProbePlan, Prober, probe};
 pub use record::Record;
-pub use report::{LinkRow, PlayerReport, WayReport};
+pub use report::{LinkRow, Pause, PlayerReport, WayReport};
 pub use route::device_towards;
 pub use scheduling::Scheduling;
 pub use statistics::RttStatistics;
 pub use tc::{TcConfig, TcPlayer};
 pub use tc_command::tc_available;
 pub use tc_report::{TcReport, TcRow};
-pub use timeline::Timeline;
 pub use tun::TunPort;
 pub use tunnel::{WayConfig, play_way};
 pub use udp::{TUNNEL_PORT, UdpPort};

@@ -42,7 +42,7 @@ pub fn prefill_neighbour(device: &str, peer: Ipv4Addr) -> Result<()> {
         if asked.elapsed() > PATIENCE {
             let source = io::Error::new(
                 io::ErrorKind::TimedOut,
-                "nobody has answered; is the other end up, and on the same network?",
+                "no answer came; is the other end up, and on the same network?",
             );
             return Err(Error::Failed {
                 action: action(),

@@ -4,11 +4,11 @@ use link::Way;
 use serde::{Deserialize, Serialize};
 
 use crate::lateness::Lateness;
-use crate::report::{PlayerReport, WayReport};
+use crate::report::{Pause, PlayerReport, WayReport};
 use crate::scheduling::Scheduling;
 
 /// What a player did that shapes one way, beside one of the ends.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct WayPlayed {
     /// The way that it shapes.
     pub way: Way,
@@ -20,6 +20,9 @@ pub struct WayPlayed {
     pub started_ns: u64,
     /// When it ended, monotonic.
     pub ended_ns: u64,
+    /// When it was held up for 5 ms or more; the first hundred.
+    #[serde(default)]
+    pub pauses: Vec<Pause>,
     /// What it did on that way.
     pub shaped: WayReport,
     /// What came the other way, from the player beside the other end.
@@ -89,6 +92,7 @@ impl PlayerReport {
             // There is a link while both play.
             started_ns: up.started_ns.max(down.started_ns),
             ended_ns: up.ended_ns.min(down.ended_ns),
+            pauses: [&up.pauses[..], &down.pauses[..]].concat(),
             up: way(up, down),
             down: way(down, up),
         })
@@ -126,6 +130,7 @@ mod tests {
             epoch_ns: 7,
             started_ns,
             ended_ns: started_ns + 100,
+            pauses: Vec::new(),
             shaped: report(way, sent, 2),
             carried: report(carried_way, came, 3).into(),
         }
@@ -136,7 +141,7 @@ mod tests {
         let up = played(Way::Up, 1_000, Scheduling::Fifo);
         let down = played(Way::Down, 1_010, Scheduling::Other);
         let link = PlayerReport::of_ways(&up, &down).expect("a link");
-        assert_eq!(PlayerReport::of_ways(&down, &up), Some(link));
+        assert_eq!(PlayerReport::of_ways(&down, &up), Some(link.clone()));
         assert_eq!((link.started_ns, link.ended_ns), (1_010, 1_100));
         assert_eq!(link.scheduling, Scheduling::Other);
         assert_eq!((link.up.packets, link.down.packets), (10, 20));
@@ -151,7 +156,7 @@ mod tests {
         assert_eq!(PlayerReport::of_ways(&up, &up), None);
         let of_another = WayPlayed {
             epoch_ns: 8,
-            ..down
+            ..down.clone()
         };
         assert_eq!(PlayerReport::of_ways(&up, &of_another), None);
     }

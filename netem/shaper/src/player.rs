@@ -8,17 +8,18 @@
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use link::{Profile, Way};
+use link::{PacketRow, Profile, Timeline, Way};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
 
 use crate::clock::{SECOND_NS, now_ns, timespec};
 use crate::error::{Doing, Result};
 use crate::port::Port;
+use crate::record::Record;
 use crate::relay::Relay;
-use crate::report::{LinkRow, PlayerReport, Tally, WayReport};
+use crate::report::{LinkRow, Pause, PlayerReport, Tally, WayReport};
 use crate::scheduling::{Scheduling, prefer_this_thread};
-use crate::timeline::Timeline;
+use crate::watch::Watch;
 
 /// Ahead of the ends, at 45: a network does not get slower because they are busy, as they are
 /// when a stall ends and lets go of thousands of packets. Below a plant's tick, at 50, which is
@@ -50,6 +51,8 @@ pub struct PlayerConfig<P> {
     pub controller: P,
     /// Where the plant's packets come in and the controller's go out.
     pub plant: P,
+    /// Where each packet that enters is written down, if it is.
+    pub packets: Option<Record<PacketRow>>,
 }
 
 /// Plays until `stop` is set, on the calling thread, for which it asks real-time scheduling.
@@ -69,7 +72,11 @@ pub fn play<P: Port>(
 ) -> Result<PlayerReport> {
     let timeline = Timeline::new(&config.profile, config.seed, config.epoch_ns);
     let (mut controller, mut plant) = (config.controller, config.plant);
-    let mut player = Player::new(Relay::new(timeline), [&mut controller, &mut plant]);
+    let mut player = Player::new(
+        Relay::new(timeline),
+        [&mut controller, &mut plant],
+        config.packets,
+    );
     let played = player.run(stop, &mut on_second)?;
     let [up, down] = player.into_reports();
     Ok(PlayerReport {
@@ -77,6 +84,7 @@ pub fn play<P: Port>(
         epoch_ns: config.epoch_ns,
         started_ns: played.started_ns,
         ended_ns: played.ended_ns,
+        pauses: played.pauses,
         up,
         down,
     })
@@ -88,6 +96,10 @@ pub(crate) struct Player<'p> {
     relay: Relay,
     ports: [&'p mut dyn Port; 2],
     tallies: [Tally; 2],
+    watch: Watch,
+    packets: Option<Record<PacketRow>>,
+    /// Those of this second.
+    entered: Vec<PacketRow>,
 }
 
 /// How a play went, whatever it played.
@@ -95,16 +107,24 @@ pub(crate) struct Played {
     pub(crate) scheduling: Scheduling,
     pub(crate) started_ns: u64,
     pub(crate) ended_ns: u64,
+    pub(crate) pauses: Vec<Pause>,
 }
 
 const WAYS: [Way; 2] = [Way::Up, Way::Down];
 
 impl<'p> Player<'p> {
-    pub(crate) fn new(relay: Relay, ports: [&'p mut dyn Port; 2]) -> Self {
+    pub(crate) fn new(
+        relay: Relay,
+        ports: [&'p mut dyn Port; 2],
+        packets: Option<Record<PacketRow>>,
+    ) -> Self {
         Self {
             relay,
             ports,
             tallies: WAYS.map(Tally::new),
+            watch: Watch::new(now_ns()),
+            entered: room(packets.is_some()),
+            packets,
         }
     }
 
@@ -121,22 +141,28 @@ impl<'p> Player<'p> {
         };
         let started_ns = now_ns();
         let mut row_due_ns = started_ns + SECOND_NS;
+        self.watch = Watch::new(started_ns);
         while !stop.load(Ordering::Relaxed) {
             self.take_arrivals()?;
             self.send_departures();
             let now = now_ns();
             if now >= row_due_ns {
                 on_second(self.rows(now)?);
+                self.hand_over();
                 row_due_ns += SECOND_NS;
             }
+            self.watch.beat(now);
             self.wait(now, guard_ns)?;
         }
         let ended_ns = now_ns();
         on_second(self.rows(ended_ns)?);
+        self.hand_over();
+        self.packets.take().map_or(Ok(()), Record::finish)?;
         Ok(Played {
             scheduling,
             started_ns,
             ended_ns,
+            pauses: std::mem::take(&mut self.watch.pauses),
         })
     }
 
@@ -154,8 +180,10 @@ impl<'p> Player<'p> {
                     .doing(receiving(way))?
                 {
                     Some(arrival) => {
+                        self.watch.on_arrival(arrival.stamp_ns);
                         let dropped = self.relay.enter(way, &arrival, frame);
                         self.tallies[way as usize].entered(arrival.ip_bytes, dropped);
+                        self.note(way, arrival.ip_bytes);
                     }
                     None => {
                         self.relay.recycle(frame);
@@ -174,7 +202,9 @@ impl<'p> Player<'p> {
             if let Err(error) = &sent {
                 tracing::debug!(%error, way = ?departure.way, "a packet could not be sent");
             }
-            let late_ns = now_ns().saturating_sub(departure.at_ns);
+            let now = now_ns();
+            self.watch.beat(now);
+            let late_ns = now.saturating_sub(departure.at_ns);
             self.tallies[way].left(late_ns, sent.is_ok());
             self.relay.finish(departure);
         }
@@ -189,8 +219,26 @@ impl<'p> Player<'p> {
         Ok([up.row(now), down.row(now)])
     }
 
+    /// Writes down a packet that has entered, where that is asked for.
+    fn note(&mut self, way: Way, bytes: u32) {
+        if self.packets.is_some() && !self.relay.is_carried(way) {
+            self.entered.push(PacketRow {
+                t_ns: self.relay.entered_ns(way),
+                way,
+                bytes,
+            });
+        }
+    }
+
+    /// Hands this second's packets to the thread that writes.
+    fn hand_over(&mut self) {
+        if let Some(packets) = &mut self.packets {
+            packets.add_all(std::mem::replace(&mut self.entered, room(true)));
+        }
+    }
+
     /// Sleeps until a packet comes or the next departure is near; not at all if it is.
-    fn wait(&self, now: u64, guard_ns: u64) -> Result<()> {
+    fn wait(&mut self, now: u64, guard_ns: u64) -> Result<()> {
         let wake_ns = self
             .relay
             .next_ns()
@@ -203,13 +251,21 @@ impl<'p> Player<'p> {
             .ports
             .each_ref()
             .map(|port| PollFd::from_borrowed_fd(port.as_fd(), PollFlags::IN));
-        let timeout = timespec((wake_ns - now).min(LONGEST_SLEEP_NS));
+        let sleep_ns = (wake_ns - now).min(LONGEST_SLEEP_NS);
+        let timeout = timespec(sleep_ns);
+        self.watch.rest_until(now + sleep_ns);
         match poll(&mut ports, Some(&timeout)) {
             // A signal is a reason to look at `stop`.
             Ok(_) | Err(Errno::INTR) => Ok(()),
             Err(error) => Err(io::Error::from(error)).doing("wait for packets"),
         }
     }
+}
+
+/// Room for a second's packets, where they are written down: so that none is made on the way.
+fn room(is_needed: bool) -> Vec<PacketRow> {
+    const PACKETS_PER_S: usize = 8192;
+    Vec::with_capacity(if is_needed { PACKETS_PER_S } else { 0 })
 }
 
 fn receiving(way: Way) -> String {

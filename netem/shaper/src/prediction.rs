@@ -1,16 +1,16 @@
 //! What each echo of a probe should have met: the timeline of the same profile and seed,
 //! asked at the instants at which the echo entered it.
 //!
-//! Pure. Only the part of a link that depends on other traffic, the queue in front of a rate
-//! limit, cannot be predicted so; the prediction is then the least that the delay can be.
+//! Pure. The part of a link that depends on other traffic, the queue in front of a rate limit, is
+//! predicted where the player recorded what entered; else the prediction is the least that the
+//! delay can be.
 
-use link::{State, Way};
+use link::{Timeline, Way};
 use serde::{Deserialize, Serialize};
 
 use crate::icmp::PACKET_BYTES;
 use crate::probe::Echo;
 use crate::statistics::{median, ms};
-use crate::timeline::Timeline;
 
 /// How far the instant at which a packet meets the link's state may lie from the instant that
 /// is known of it. A packet that comes this close to a change of the state may have met it as
@@ -71,26 +71,26 @@ pub struct Expected {
     pub lost: bool,
     /// Whether a change of that is near, so that either fate is as predicted.
     pub either_fate: bool,
-    /// Whether there is a rate limit, whose queue may delay it more or drop it.
+    /// Whether there is a queue of which nothing is known: it may delay it more, or drop it.
     pub queued: bool,
 }
 
 impl Expected {
     fn at(timeline: &mut Timeline, way: Way, t_ns: u64, edge: Edge) -> Self {
-        let now = timeline.state_at(way, t_ns);
+        let now = timeline.passage(way, t_ns, PACKET_BYTES);
         let mut expected = Self {
-            delay_ns: least_delay_ns(&now),
+            delay_ns: now.delay_ns,
             delays_beside_ns: Vec::new(),
             lost: now.lost,
             either_fate: false,
-            queued: now.rate_bps.is_some(),
+            queued: now.queued,
         };
         let mut falls = false;
         let before = (1..=edge.before_ns / LOOK_NS).map(|look| t_ns.saturating_sub(look * LOOK_NS));
         let after = (1..=edge.after_ns / LOOK_NS).map(|look| t_ns.saturating_add(look * LOOK_NS));
         for beside_ns in before.chain(after) {
-            let beside = timeline.state_at(way, beside_ns);
-            let delay_ns = least_delay_ns(&beside);
+            let beside = timeline.passage(way, beside_ns, PACKET_BYTES);
+            let delay_ns = beside.delay_ns;
             // Where packets wait in order for something, their delay falls by a second each
             // second. That is no step.
             match delay_ns.abs_diff(expected.delay_ns) {
@@ -101,7 +101,7 @@ impl Expected {
                 _ => falls = true,
             }
             expected.either_fate |= beside.lost != now.lost;
-            expected.queued |= beside.rate_bps.is_some();
+            expected.queued |= beside.queued;
         }
         if falls && edge.fall_ns > 0 {
             let due_ns = expected.delay_ns;
@@ -122,14 +122,6 @@ impl Expected {
         let beside = self.delays_beside_ns.iter().map(excess_ms);
         beside.fold(excess_ms(&self.delay_ns), nearer)
     }
-}
-
-/// The delay of an echo in this state, if nothing else is in the queue.
-fn least_delay_ns(state: &State) -> u64 {
-    let transmission_ns = state.rate_bps.map_or(0, |rate_bps| {
-        u64::from(PACKET_BYTES) * 8 * 1_000_000_000 / rate_bps.max(1)
-    });
-    state.delay_ns + transmission_ns
 }
 
 /// What an echo should have met on both ways.

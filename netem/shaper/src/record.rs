@@ -9,13 +9,13 @@ use serde::Serialize;
 
 use crate::error::{Doing, Result};
 
-/// Rows that may wait for the disk before rows are missed: both ways of some four minutes.
+/// Seconds that may wait for the disk before rows are missed.
 const WAITING: usize = 512;
 
 /// A thread that writes a player's rows `R`, each second's as it comes.
 #[derive(Debug)]
 pub struct Record<R> {
-    rows: SyncSender<R>,
+    rows: SyncSender<Vec<R>>,
     missed: u64,
     writer: JoinHandle<io::Result<()>>,
 }
@@ -41,10 +41,14 @@ impl<R: Serialize + Send + 'static> Record<R> {
 
     /// Hands over the rows of a second, one for each way that is played, without waiting.
     pub fn add<const WAYS: usize>(&mut self, rows: [R; WAYS]) {
-        for row in rows {
-            if self.rows.try_send(row).is_err() {
-                self.missed += 1;
-            }
+        self.add_all(rows.into());
+    }
+
+    /// Hands over any number of rows, without waiting.
+    pub fn add_all(&mut self, rows: Vec<R>) {
+        let count = rows.len() as u64;
+        if count > 0 && self.rows.try_send(rows).is_err() {
+            self.missed += count;
         }
     }
 
@@ -68,10 +72,12 @@ impl<R: Serialize + Send + 'static> Record<R> {
     }
 }
 
-fn write(sink: impl Write, rows: &Receiver<impl Serialize>) -> io::Result<()> {
+fn write(sink: impl Write, rows: &Receiver<Vec<impl Serialize>>) -> io::Result<()> {
     let mut csv = csv::Writer::from_writer(sink);
-    for row in rows {
-        csv.serialize(row)?;
+    for second in rows {
+        for row in second {
+            csv.serialize(row)?;
+        }
         // A row that is a second old shall be on the disk.
         csv.flush()?;
     }

@@ -5,10 +5,9 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use link::{Cause, Fate, Way};
+use link::{Cause, Fate, Timeline, Way};
 
 use crate::port::{Arrival, FRAME_MAX};
-use crate::timeline::Timeline;
 
 /// Packets that the pool has room for from the beginning: two ways at 1 kHz with an answer
 /// to each message, through a stall of two seconds. Longer stalls make it grow.
@@ -129,6 +128,16 @@ impl Relay {
                 Some(cause)
             }
         }
+    }
+
+    /// When the latest packet of a way entered.
+    pub(crate) fn entered_ns(&self, way: Way) -> u64 {
+        self.entered_ns[way as usize]
+    }
+
+    /// Whether a way is another player's to shape.
+    pub(crate) fn is_carried(&self, way: Way) -> bool {
+        self.carried == Some(way)
     }
 
     /// When the next packet is due.

@@ -64,8 +64,17 @@ pub struct WayReport {
     pub lateness: Lateness,
 }
 
+/// A time that the player was kept from its processor, or stopped, though it had something to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub struct Pause {
+    /// When it ended, monotonic.
+    pub t_ns: u64,
+    /// How long it was.
+    pub ns: u64,
+}
+
 /// What the player did.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct PlayerReport {
     /// What the kernel granted the player's thread.
     pub scheduling: Scheduling,
@@ -75,6 +84,9 @@ pub struct PlayerReport {
     pub started_ns: u64,
     /// When it ended, monotonic.
     pub ended_ns: u64,
+    /// When it was held up for 5 ms or more; the first hundred.
+    #[serde(default)]
+    pub pauses: Vec<Pause>,
     /// From controller to plant.
     pub up: WayReport,
     /// From plant to controller.

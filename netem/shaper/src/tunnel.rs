@@ -17,15 +17,15 @@
 
 use std::sync::atomic::AtomicBool;
 
-use link::{Profile, Way};
+use link::{PacketRow, Profile, Timeline, Way};
 
 use crate::error::Result;
 use crate::played::WayPlayed;
 use crate::player::Player;
 use crate::port::Port;
+use crate::record::Record;
 use crate::relay::Relay;
 use crate::report::LinkRow;
-use crate::timeline::Timeline;
 use crate::tun::TunPort;
 use crate::udp::UdpPort;
 
@@ -43,6 +43,8 @@ pub struct WayConfig {
     pub end: TunPort,
     /// The way to the other end's player.
     pub tunnel: UdpPort,
+    /// Where each packet that enters the way is written down, if it is.
+    pub packets: Option<Record<PacketRow>>,
 }
 
 /// Plays as [`play`](crate::play) does, on the calling thread and until `stop` is set, but
@@ -67,7 +69,7 @@ pub fn play_way(
         Way::Up => [&mut end, &mut tunnel],
         Way::Down => [&mut tunnel, &mut end],
     };
-    let mut player = Player::new(relay, ports);
+    let mut player = Player::new(relay, ports, config.packets);
     let played = player.run(stop, &mut |rows| on_second([rows[shaped as usize]]))?;
     let reports = player.into_reports();
     Ok(WayPlayed {
@@ -76,6 +78,7 @@ pub fn play_way(
         epoch_ns: config.epoch_ns,
         started_ns: played.started_ns,
         ended_ns: played.ended_ns,
+        pauses: played.pauses,
         shaped: reports[shaped as usize],
         carried: reports[carried as usize].into(),
     })

@@ -7,6 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::fate::{Doubtful, Fates};
+use crate::prediction::{Baseline, Edge};
 
 /// Fewer answers than these can neither prove nor refute a tail of one in fifty.
 pub const ANSWERS_NEEDED: usize = 20;
@@ -41,6 +42,39 @@ pub(crate) fn is_astray(miss_ms: f64, predicted_ms: f64) -> bool {
     miss_ms > ASTRAY_MS + ASTRAY_SHARE * predicted_ms
 }
 
+/// An echo is quicker than the link only by more than this: the edges of its states are known to less.
+const QUICKER_MS: f64 = 0.5;
+
+/// Whether a way that took so much longer than predicted, less if negative, was quicker than the link.
+pub(crate) fn is_quicker(residual_ms: f64) -> bool {
+    residual_ms < -QUICKER_MS
+}
+
+/// At most one echo in so many may be quicker than the link, or have come though it was to be lost,
+/// and one on top, before another link is the only explanation.
+const ECHOES_PER_IMPOSSIBLE: usize = 100;
+
+/// Whether so many impossible echoes are more than a little error of a clock.
+pub(crate) fn are_too_many(impossible: usize, sent: usize) -> bool {
+    impossible > 1 + sent / ECHOES_PER_IMPOSSIBLE
+}
+
+/// How many echoes may be quicker than the link. Where it is played in changes, those that come later
+/// than the edge says let an older state act for longer: on a quiet machine one in a hundred, and an echo
+/// crosses two ways; in an emulated kernel on one core, where this was one to five echoes in a hundred,
+/// more. Around a link go all of them, and by another seed's half.
+pub(crate) fn most_quicker(sent: usize, edge: Edge) -> usize {
+    let share = match edge.before_ns {
+        0 => 1,
+        _ => 10,
+    };
+    1 + share * sent / ECHOES_PER_IMPOSSIBLE
+}
+
+/// What the empty link costs each way, at most: an interrupt, a wake and a copy or two on a machine
+/// that is slow. More is a delay that somebody else adds, and would be taken off what is measured.
+const BASELINE_LIMIT_MS: f64 = 1.5;
+
 /// At most this share of the echoes may be astray. A link whose stalls come at other times
 /// leads more of them astray than that.
 const ASTRAY_LIMIT: f64 = 0.02;
@@ -73,6 +107,12 @@ pub(crate) struct Evidence {
     pub(crate) answered: usize,
     /// Whether delays could be predicted, and not only their least values.
     pub(crate) exact: bool,
+    /// Answered echoes that were quicker than the link.
+    pub(crate) quicker: usize,
+    /// How many of them there may be.
+    pub(crate) most_quicker: usize,
+    /// What the empty link costs.
+    pub(crate) baseline: Baseline,
     /// Median distance of a round trip from its prediction.
     pub(crate) median_ms: f64,
     /// Median distance of the predictions from their own median.
@@ -88,6 +128,18 @@ pub(crate) struct Evidence {
 impl Evidence {
     pub(crate) fn judge(&self) -> Verdict {
         let mut reasons = Vec::new();
+        let cost_ms = self.baseline.up_ms.max(self.baseline.down_ms);
+        if cost_ms > BASELINE_LIMIT_MS {
+            reasons.push(format!(
+                "the empty link costs {cost_ms:.3} ms on a way (limit {BASELINE_LIMIT_MS} ms): something delays all packets"
+            ));
+        }
+        if self.quicker > self.most_quicker {
+            reasons.push(format!(
+                "{} of {} echoes were quicker than the link lets them, by more than {QUICKER_MS} ms (at most {} may)",
+                self.quicker, self.sent, self.most_quicker
+            ));
+        }
         let wrong_fates = self.sent / ECHOES_PER_WRONG_FATE;
         if self.fates.came_though_lost > wrong_fates {
             reasons.push(format!(

@@ -2,9 +2,9 @@
 //! No socket, no clock.
 #![allow(clippy::unwrap_used)]
 
-use link::{Change, Profile, Staircase, Way};
+use link::{Change, Profile, Staircase, Timeline, Way};
 use proptest::prelude::*;
-use shaper::{Baseline, Certificate, Echo, Edge, Timeline, Verdict, certify, certify_within};
+use shaper::{Baseline, Certificate, Echo, Edge, Verdict, certify, certify_within};
 
 const MS: u64 = 1_000_000;
 const SECOND: u64 = 1_000 * MS;
@@ -242,6 +242,60 @@ fn behind_a_rate_limit_only_earliness_is_judged() {
         "{:?}",
         early.verdict
     );
+}
+
+/// Where it is known what entered, the queue is too: echoes between bursts of other packets are judged
+/// one by one, and those through another rate are found out.
+#[test]
+fn behind_a_rate_limit_the_queue_is_known_where_it_is_known_what_entered() {
+    let narrow = |rate: &str| {
+        profile(&format!(
+            "[both]\nrate = \"{rate}\"\n[both.delay]\nbase = \"5ms\"\n"
+        ))
+    };
+    // Every 10 ms an echo, and before every third one a burst that takes 8 ms at 1 Mbit/s.
+    let mut packets = Vec::new();
+    for seq in 0..200 {
+        let t_ns = EPOCH_NS + seq * 10 * MS;
+        if seq % 3 == 0 {
+            packets.push((t_ns, 1_000));
+        }
+        packets.push((t_ns + 100_000, 84));
+    }
+    let through = |rate: &str| {
+        let mut link = Timeline::new(&narrow(rate), 1, EPOCH_NS);
+        let mut echoes = Vec::new();
+        for &(t_ns, bytes) in &packets {
+            let link::Fate::Deliver { at_ns } = link.transmit(Way::Up, t_ns, bytes) else {
+                panic!("the queue has room");
+            };
+            if bytes == 84 {
+                echoes.push(Echo {
+                    seq: echoes.len() as u32,
+                    t_send_ns: t_ns,
+                    t_reach_ns: Some(at_ns),
+                    t_back_ns: Some(at_ns + 5_672_000),
+                });
+            }
+        }
+        echoes
+    };
+    let judge = |echoes: &[Echo]| {
+        let back = echoes
+            .iter()
+            .filter_map(|echo| Some((echo.t_reach_ns?, 84)));
+        let timeline = Timeline::new(&narrow("1mbit"), 1, EPOCH_NS)
+            .with_load(Way::Up, packets.iter().copied())
+            .with_load(Way::Down, back);
+        certify_within(echoes, timeline, Baseline::default(), Edge::USER)
+    };
+    let right = judge(&through("1mbit"));
+    assert!(right.exact);
+    assert_eq!(right.verdict, Verdict::Holds);
+    assert!(right.residuals.rtt.max_ms < 0.001, "{:?}", right.residuals);
+    assert!(right.measured.max_ms > 15.0, "{:?}", right.measured);
+    let other = judge(&through("700kbit"));
+    assert!(broken(&other, "from"), "{:?}", other.verdict);
 }
 
 /// Echoes as tc would let them cross: by the setting in force, which comes late by up to half

@@ -38,7 +38,18 @@ const PAGE: [&str; 5] = ["engine", "thread", "sender", "timer", "timer-floor"];
 
 /// Each role, as `webloop serve` calls it, with its settings, as its options are called.
 const ROLES: [(&str, &[&[&str]]); 7] = [
-    ("plant", &[&["listen", "h", "late", "hold", "system"]]),
+    (
+        "plant",
+        &[&[
+            "listen",
+            "h",
+            "late",
+            "hold",
+            "tick-noise",
+            "noise-seed",
+            "system",
+        ]],
+    ),
     ("controller", &[&CLIENT]),
     ("python", &[&CLIENT]),
     ("browser", &[&CLIENT, &PAGE]),
@@ -55,12 +66,19 @@ const ROLES: [(&str, &[&[&str]]); 7] = [
             "start-ns",
             "interval-ns",
             "count",
+            "seed",
             "grace-ns",
             "id",
         ]],
     ),
     ("hear", &[]),
 ];
+
+/// Whether a role is looked at from outside while it runs. Plant, native controller and players write
+/// down themselves when they were held up, and a slow machine has no time for more than it needs.
+pub(crate) fn is_watched(role: &str) -> bool {
+    matches!(role, "python" | "browser")
+}
 
 /// The arguments of `webloop serve ROLE` for a role that works in `folder`.
 pub(crate) fn arguments(

@@ -40,7 +40,9 @@ pub enum Error {
     #[error(transparent)]
     Name(#[from] BadName),
     /// An agent's address is none.
-    #[error("{agent}: `{authority}` is no address of an agent; write it like plant.control:7070")]
+    #[error(
+        "{agent}: `{authority}` is not the address of an agent; write it like plant.control:7070"
+    )]
     Authority {
         /// Which agent.
         agent: String,

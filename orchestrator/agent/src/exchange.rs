@@ -113,7 +113,9 @@ impl Exchange {
     pub(crate) fn read<T: DeserializeOwned>(&self, body: &Bytes) -> Result<T, Error> {
         serde_json::from_slice(body).map_err(|problem| {
             let text = excerpt(body);
-            self.odd(&format!("`{text}` is no answer of an agent ({problem})"))
+            self.odd(&format!(
+                "`{text}` is not an answer of an agent ({problem})"
+            ))
         })
     }
 

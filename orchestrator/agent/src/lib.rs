@@ -1,6 +1,7 @@
 //! Starts webloop's roles as processes: on this machine, or for an orchestrator over HTTP.
 //!
 //! * [`Role`] and [`spawn`]: a role as a child that cannot outlive who started it.
+//!   [`Seen`] is what it looked like from outside: stopped, running, waiting for a processor.
 //! * [`serve`]: the agent, an HTTP server that starts roles, says how they are and hands out
 //!   their files. Whoever claims it first is its only master; without a master it ends.
 //! * [`Remote`]: the orchestrator's side of one agent; [`RemoteRun`] is a run there, and
@@ -15,6 +16,8 @@ mod config;
 mod error;
 mod exchange;
 mod follower;
+mod look;
+mod lookout;
 mod name;
 mod refusal;
 mod remote;
@@ -32,6 +35,8 @@ mod wire;
 pub use config::{Config, Ended};
 pub use error::Error;
 pub use follower::Follower;
+pub use look::{Strain, busy_ns, own_strain, stolen_ns};
+pub use lookout::Seen;
 pub use name::{AgentName, BadName, Name};
 pub use remote::{Remote, RemoteRun, health};
 pub use role::{Launch, Role, last_words};

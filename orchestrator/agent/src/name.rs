@@ -97,7 +97,7 @@ pub enum BadName {
     Agent,
     /// It could lead out of a folder, or is none at all.
     #[error(
-        "`{0}` is no plain name; use 1 to 128 bytes without a slash, not beginning with a point"
+        "`{0}` is not a plain name; use 1 to 128 bytes without a slash, and no dot at the beginning"
     )]
     Plain(String),
 }

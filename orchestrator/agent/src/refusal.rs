@@ -14,13 +14,13 @@ pub(crate) enum Refusal {
     Path(String),
     #[error("{0} is not served here; use {1}")]
     Method(Method, &'static str),
-    #[error("`{0}` is no query of this; use none, or from=N for a file")]
+    #[error("`{0}` is not a query that this path takes; leave it out, or use from=N for a file")]
     Query(String),
     #[error(
         "the token is missing or wrong; send `Authorization: Bearer TOKEN` with the one that claimed this agent"
     )]
     Token,
-    #[error("this agent belongs to nobody yet; claim it first")]
+    #[error("this agent has not been claimed yet; claim it first")]
     Unclaimed,
     #[error(
         "this agent belongs to another orchestrator; end that one, or start the agent again with {} set",
@@ -41,7 +41,7 @@ pub(crate) enum Refusal {
     Instance(Name),
     #[error("there was a role `{0}` in this run already; choose another name")]
     Taken(Name),
-    #[error("`{0}` is no role of an agent; there are {1}")]
+    #[error("`{0}` is not a role of an agent; the roles are {1}")]
     Role(String, String),
     #[error("setting `{0}` is refused: {1}")]
     Setting(String, String),

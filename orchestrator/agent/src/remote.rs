@@ -13,7 +13,7 @@ use reqwest::Method;
 use crate::exchange::{Exchange, Part};
 use crate::role::{READY_WITHIN, STOP_WITHIN};
 use crate::wire::{FILE_BYTES, StartRole, Started};
-use crate::{AgentName, Error, Follower, Health, Kind, Name, RoleState, Token};
+use crate::{AgentName, Error, Follower, Health, Kind, Name, RoleState, Seen, Token};
 
 /// How long the agent may take for what it does at once: a busy machine needs some ms.
 const PROMPT: Duration = Duration::from_secs(5);
@@ -209,6 +209,17 @@ impl RemoteRun {
     /// [`Error`] when the agent does not say.
     pub fn state(&self, instance: &str) -> Result<RoleState, Error> {
         self.about_role(Method::GET, instance, PROMPT)
+    }
+
+    /// What a role has looked like from outside since it was started, also when it has ended.
+    ///
+    /// # Errors
+    /// [`Error`] when the agent does not say.
+    pub fn seen(&self, instance: &str) -> Result<Seen, Error> {
+        let instance: Name = instance.parse()?;
+        let path = ["run", self.id.as_str(), "role", instance.as_str(), "seen"];
+        let body = self.exchange().ask(Method::GET, &path, PROMPT)?;
+        self.exchange().read(&body)
     }
 
     /// Ends a role by SIGTERM, after 5 s by SIGKILL; how it ended.

@@ -22,13 +22,15 @@ pub(crate) enum Resource {
     File(Name, Name),
     /// A role of a run, by the name it was started under.
     Role(Name, Name),
+    /// What a role of a run has looked like.
+    Seen(Name, Name),
 }
 
 impl Resource {
     /// What can be done with it, as the header `Allow` says it.
     pub(crate) fn methods(&self) -> &'static str {
         match self {
-            Resource::Files(_) => "GET",
+            Resource::Files(_) | Resource::Seen(..) => "GET",
             Resource::End => "POST",
             Resource::Run(_) => "PUT, DELETE",
             Resource::File(..) => "GET, PUT",
@@ -67,6 +69,7 @@ impl FromStr for Resource {
             ["run", id, "files"] => Ok(Resource::Files(name(id)?)),
             ["run", id, "file", file] => Ok(Resource::File(name(id)?, name(file)?)),
             ["run", id, "role", role] => Ok(Resource::Role(name(id)?, name(role)?)),
+            ["run", id, "role", role, "seen"] => Ok(Resource::Seen(name(id)?, name(role)?)),
             _ => Err(Refusal::Path(excerpt(path))),
         }
     }

@@ -12,6 +12,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
+use crate::lookout::{Lookout, Seen};
 use crate::{Error, Token, spawn};
 
 /// How long a role may take from its start to `ready`: a busy two-core machine needs some 50 ms
@@ -41,6 +42,8 @@ pub struct Launch<'a> {
     pub args: &'a [String],
     /// Where its log goes.
     pub folder: &'a Path,
+    /// Whether it is looked at from outside while it runs.
+    pub is_watched: bool,
 }
 
 /// A started role. Dropping it ends the process: of a run that is given up, too, the rows are kept.
@@ -49,6 +52,7 @@ pub struct Role {
     name: String,
     child: Child,
     ready: mpsc::Receiver<String>,
+    lookout: Option<Lookout>,
 }
 
 impl Role {
@@ -71,6 +75,7 @@ impl Role {
             name,
             args,
             folder,
+            is_watched: true,
         };
         Role::launch(&launch, namespace)
     }
@@ -109,6 +114,7 @@ impl Role {
         }
         Ok(Role {
             name: name.to_owned(),
+            lookout: launch.is_watched.then(|| Lookout::start(child.id())),
             child,
             ready,
         })
@@ -168,6 +174,13 @@ impl Role {
         self.child
             .try_wait()
             .map_err(|problem| Error::role(&self.name, problem.to_string()))
+    }
+
+    /// What its process, and those beneath it, have looked like from outside since it was started;
+    /// nothing, where it is not watched.
+    #[must_use]
+    pub fn seen(&self) -> Seen {
+        self.lookout.as_ref().map(Lookout::seen).unwrap_or_default()
     }
 
     /// Asks the role to end by SIGTERM, waits, and insists by SIGKILL after 5 s.

@@ -31,7 +31,7 @@ const BODY_WITHIN: Duration = Duration::from_secs(10);
 type Answer = Response<Full<Bytes>>;
 
 /// The agent as its requests see it. It belongs to one thread.
-pub(crate) struct Desk {
+pub(crate) struct Handler {
     config: Config,
     /// Where the runs' folders are.
     scratch: PathBuf,
@@ -46,9 +46,9 @@ pub(crate) struct Desk {
     ended: Cell<bool>,
 }
 
-impl Desk {
-    pub(crate) fn new(config: &Config, scratch: PathBuf) -> Desk {
-        Desk {
+impl Handler {
+    pub(crate) fn new(config: &Config, scratch: PathBuf) -> Handler {
+        Handler {
             claim: RefCell::new(Claim::new(config, Instant::now())),
             config: config.clone(),
             scratch,
@@ -181,6 +181,9 @@ impl Desk {
             }
             (Resource::Role(id, instance), "GET") => {
                 Ok(json(StatusCode::OK, &self.run(&id)?.state(&instance)?))
+            }
+            (Resource::Seen(id, instance), "GET") => {
+                Ok(json(StatusCode::OK, &self.run(&id)?.seen(&instance)?))
             }
             (Resource::Role(id, instance), "DELETE") => {
                 let state = self.run(&id)?.stop(&instance, STOP_WITHIN).await?;

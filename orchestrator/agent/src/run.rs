@@ -13,10 +13,11 @@ use std::time::Duration;
 
 use tokio::time::{Instant, sleep};
 
+use crate::catalogue;
 use crate::refusal::Refusal;
 use crate::role::{Launch, POLL, READY_WITHIN, exit_code, last_words};
 use crate::wire::{Kind, RoleState};
-use crate::{Error, Name, Role};
+use crate::{Error, Name, Role, Seen};
 
 /// A role of the run; several requests may wait for it.
 type Shared = Rc<RefCell<Role>>;
@@ -57,6 +58,7 @@ impl Run {
             name: instance.as_str(),
             args,
             folder: &self.folder,
+            is_watched: catalogue::is_watched(role),
         };
         let started = Role::launch(&launch, None::<&File>);
         let shared = Rc::new(RefCell::new(started.map_err(|error| {
@@ -88,6 +90,11 @@ impl Run {
     pub(crate) fn state(&self, instance: &Name) -> Result<RoleState, Refusal> {
         let shared = self.role(instance)?;
         Ok(self.state_of(instance, &shared))
+    }
+
+    /// What a role has looked like from outside.
+    pub(crate) fn seen(&self, instance: &Name) -> Result<Seen, Refusal> {
+        Ok(self.role(instance)?.borrow().seen())
     }
 
     /// Ends a role, by SIGTERM and after `within` by SIGKILL; how it ended.

@@ -13,7 +13,7 @@ use hyper_util::server::graceful::GracefulShutdown;
 use tokio::task::LocalSet;
 use tokio::time::{Instant, sleep_until, timeout};
 
-use crate::route::Desk;
+use crate::route::Handler;
 use crate::{Config, Ended, Error, server, shelf};
 
 /// How long the roles of an agent that ends may take to write their rows. With the connections'
@@ -53,7 +53,7 @@ pub fn serve(config: &Config, ready: impl FnOnce(SocketAddr)) -> Result<Ended, E
     // Its own folder, so that what it wipes is never somebody else's.
     let scratch = scratch(config);
     shelf::make_empty(&scratch).map_err(|source| Error::write(&scratch, source))?;
-    let desk = Rc::new(Desk::new(config, scratch.clone()));
+    let handler = Rc::new(Handler::new(config, scratch.clone()));
     let tasks = LocalSet::new();
     let ended = tasks.block_on(&runtime, async {
         let open = GracefulShutdown::new();
@@ -67,11 +67,11 @@ pub fn serve(config: &Config, ready: impl FnOnce(SocketAddr)) -> Result<Ended, E
         ready(address);
         let ended = tokio::select! {
             result = stop => result.map(|()| Ended::Signalled),
-            () = desk.ending.notified() => Ok(Ended::Asked),
-            ended = left_alone(&desk) => Ok(ended),
-            never = server::accept(&listener, &desk, &open) => match never {},
+            () = handler.ending.notified() => Ok(Ended::Asked),
+            ended = left_alone(&handler) => Ok(ended),
+            never = server::accept(&listener, &handler, &open) => match never {},
         };
-        desk.close(ROLES_WITHIN).await;
+        handler.close(ROLES_WITHIN).await;
         // Whoever still waits for an answer gets it now; an idle connection just closes.
         let _ = timeout(ANSWERS_WITHIN, open.shutdown()).await;
         ended
@@ -92,15 +92,15 @@ fn scratch(config: &Config) -> PathBuf {
 
 /// Done when the agent has waited for its orchestrator for too long. It wakes for that alone,
 /// not for each request.
-async fn left_alone(desk: &Desk) -> Ended {
+async fn left_alone(handler: &Handler) -> Ended {
     loop {
-        let ends = desk.claim().ends(Instant::now());
+        let ends = handler.claim().ends(Instant::now());
         if Instant::now() >= ends {
-            return desk.claim().ended();
+            return handler.claim().ended();
         }
         tokio::select! {
             () = sleep_until(ends) => {}
-            () = desk.claimed.notified() => {}
+            () = handler.claimed.notified() => {}
         }
     }
 }

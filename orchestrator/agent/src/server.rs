@@ -21,7 +21,7 @@ use tokio::net::{TcpListener, TcpSocket};
 use tokio::sync::Semaphore;
 use tokio::task;
 
-use crate::route::Desk;
+use crate::route::Handler;
 
 /// How long a connection may wait for a head, and so also idle between two requests. Clients
 /// keep idle connections for less, else a request can meet the close of its connection.
@@ -55,7 +55,7 @@ pub(crate) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
 /// Accepts for ever; `open` can close the connections in good order.
 pub(crate) async fn accept(
     listener: &TcpListener,
-    desk: &Rc<Desk>,
+    handler: &Rc<Handler>,
     open: &GracefulShutdown,
 ) -> Infallible {
     let free = Arc::new(Semaphore::new(CONNECTIONS));
@@ -75,8 +75,8 @@ pub(crate) async fn accept(
         // Answers are small: waiting for more to send would add a delayed acknowledgement. If it
         // is refused, the connection is broken, and serving it will say so.
         let _ = stream.set_nodelay(true);
-        let desk = Rc::clone(desk);
-        let service = service_fn(move |request| answer(Rc::clone(&desk), request));
+        let handler = Rc::clone(handler);
+        let service = service_fn(move |request| answer(Rc::clone(&handler), request));
         let connection = http1::Builder::new()
             .timer(TokioTimer::new())
             .header_read_timeout(HEAD_WITHIN)
@@ -95,10 +95,10 @@ pub(crate) async fn accept(
 /// The answer, worked out to its end also where the asking side goes away meanwhile: a run that
 /// is being ended must not stay half ended.
 async fn answer(
-    desk: Rc<Desk>,
+    handler: Rc<Handler>,
     request: Request<Incoming>,
 ) -> Result<Response<Full<Bytes>>, Infallible> {
-    let answered = task::spawn_local(async move { desk.answer(request).await }).await;
+    let answered = task::spawn_local(async move { handler.answer(request).await }).await;
     Ok(answered.unwrap_or_else(|_| {
         let mut response = Response::new(Full::default());
         *response.status_mut() = StatusCode::INTERNAL_SERVER_ERROR;

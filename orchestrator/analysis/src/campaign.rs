@@ -1,18 +1,20 @@
 //! A results folder as it was left: its plan, and of each cell the manifest and what its rows say.
 //!
-//! A folder is read wherever it came from: a copy, a merge, a part. A cell that cannot be read is
-//! one with a problem, and the others are read all the same. Nothing is written.
+//! A folder is read wherever it came from: a copy, a merge, a part. A cell that is damaged has
+//! no metrics, and the others are read all the same. Nothing is written.
 
-use std::fs::{self, File};
+use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use plan::{Cell, FileFact, Manifest, Plan, Verdict};
+use link::Profile;
+use plan::{Cell, Manifest, Plan, ProfileText, Verdict};
 use thiserror::Error;
 
 use crate::metrics::{CellFacts, Metrics};
 use crate::parallel;
-use crate::summary::Summary;
+use crate::summary::{LinkFacts, Summary};
+use crate::whole::{self, Damage, ROWS, Vouched};
 
 /// The file that says what a results folder is for.
 pub const PLAN: &str = "plan.json";
@@ -58,16 +60,16 @@ pub struct Run {
     pub folder: PathBuf,
     /// What the run says of itself; `None` where it has not been run.
     pub manifest: Option<Manifest>,
-    /// What its rows say; `None` where there are none, or they cannot be read.
+    /// What its rows say; `None` where there are none, or the folder is damaged.
     pub metrics: Option<Metrics>,
     /// All of it in a row.
     pub summary: Summary,
-    /// What kept the manifest or the rows from being read: file, line and remedy.
-    pub problem: Option<String>,
+    /// Every file that is not what it has to be; empty of a folder that is whole.
+    pub damage: Vec<Damage>,
 }
 
 impl Run {
-    /// Whether it ran to its end over a link that held, and its rows can be read: what figures and
+    /// Whether it ran to its end over a link that held, and its folder is whole: what figures and
     /// claims are made of.
     #[must_use]
     pub fn is_complete(&self) -> bool {
@@ -82,20 +84,27 @@ impl Run {
 }
 
 impl Campaign {
-    /// Reads a folder with everything in it.
+    /// Reads a folder with everything in it, and holds all of it against its manifests.
     ///
     /// # Errors
     /// [`CampaignError`] where it is no results folder. What is wrong with one cell is that cell's
-    /// [`problem`](Run::problem).
+    /// [`damage`](Run::damage).
     pub fn read(folder: &Path) -> Result<Campaign, CampaignError> {
         let path = folder.join(PLAN);
-        let text = fs::read_to_string(&path).map_err(|source| CampaignError::File {
+        let text = file::text(&path, file::PLAN_BYTES).map_err(|source| CampaignError::File {
             path: path.clone(),
             source,
         })?;
         let plan =
             Plan::from_json(&text).map_err(|problem| CampaignError::Plan { path, problem })?;
-        let runs = parallel::each(&plan.cells, |cell| run(folder, &plan, cell));
+        let links = Links::of(&plan);
+        let manifests = parallel::each(&plan.cells, |cell| manifest(folder, cell));
+        let mut known = manifests.iter().filter_map(|of| of.as_ref().ok()?.as_ref());
+        let backend = known.next().map(|first| first.backend.as_str());
+        let cells: Vec<_> = plan.cells.iter().zip(&manifests).collect();
+        let runs = parallel::each(&cells, |(cell, manifest)| {
+            Run::of(folder, &plan, cell, manifest, backend, links.facts(cell))
+        });
         Ok(Campaign {
             folder: folder.to_owned(),
             plan,
@@ -107,100 +116,138 @@ impl Campaign {
     pub fn absent(&self) -> impl Iterator<Item = &Run> {
         self.runs
             .iter()
-            .filter(|run| run.manifest.is_none() && run.problem.is_none())
+            .filter(|run| run.manifest.is_none() && run.damage.is_empty())
     }
 
-    /// Every file that is not what its manifest says: changed, cut short or gone.
+    /// Every file that is not what it has to be: changed, cut short, gone, or of another run.
     #[must_use]
     pub fn damage(&self) -> Vec<Damage> {
-        let damage = |run: &Run| {
-            let manifest = run.manifest.as_ref();
-            manifest.map_or_else(Vec::new, |manifest| Damage::of(&run.folder, manifest))
-        };
-        parallel::each(&self.runs, damage).concat()
+        let damage = self.runs.iter().flat_map(|run| &run.damage);
+        damage.cloned().collect()
     }
-}
 
-/// A file that is not what its manifest says.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Damage {
-    /// The file.
-    pub path: PathBuf,
-    /// What is wrong with it.
-    pub problem: String,
-}
-
-impl Damage {
-    /// What is damaged in a cell's folder, of the files that its manifest names.
+    /// Whether its runs are in virtual time.
     #[must_use]
-    pub fn of(folder: &Path, manifest: &Manifest) -> Vec<Damage> {
-        let judge = |(name, asked): (&String, &FileFact)| {
-            let path = folder.join(name);
-            let problem = match File::open(&path).and_then(FileFact::of) {
-                Ok(found) if found == *asked => return None,
-                Ok(found) if found.bytes == asked.bytes => {
-                    "its checksum is not the manifest's: a byte was changed".to_owned()
-                }
-                Ok(found) => format!(
-                    "it has {} bytes, and the manifest says {}",
-                    found.bytes, asked.bytes
-                ),
-                Err(problem) if problem.kind() == ErrorKind::NotFound => "it is gone".to_owned(),
-                Err(problem) => problem.to_string(),
-            };
-            Some(Damage { path, problem })
+    pub fn is_simulated(&self) -> bool {
+        let mut runs = self.runs.iter();
+        runs.any(|run| run.summary.is_simulated())
+    }
+}
+
+impl Run {
+    /// Reads a cell's run in a campaign's folder, if there is one. What its link is like over a long time
+    /// is not played for it alone.
+    #[must_use]
+    pub fn read(campaign: &Path, plan: &Plan, cell: &Cell) -> Run {
+        let manifest = manifest(campaign, cell);
+        Run::of(campaign, plan, cell, &manifest, None, LinkFacts::default())
+    }
+
+    /// As [`read`](Run::read), of a manifest that has been read; `backend` is what the folder's other
+    /// runs were made by.
+    fn of(
+        campaign: &Path,
+        plan: &Plan,
+        cell: &Cell,
+        manifest: &Result<Option<Manifest>, Damage>,
+        backend: Option<&str>,
+        link: LinkFacts,
+    ) -> Run {
+        let folder = campaign.join(cell.folder());
+        let (manifest, mut damage) = match manifest {
+            Ok(manifest) => (manifest.clone(), Vec::new()),
+            Err(damage) => (None, vec![damage.clone()]),
         };
-        manifest.files.iter().filter_map(judge).collect()
+        let mut metrics = None;
+        if let Some(manifest) = &manifest {
+            let mut faults = whole::faults(manifest, plan, cell);
+            if let Some(other) = backend.filter(|other| *other != manifest.backend) {
+                faults.push(format!(
+                    "it was run by {}, and the folder's first run by {other}; runs of two back-ends \
+                     are two campaigns",
+                    manifest.backend
+                ));
+            }
+            let path = folder.join(Manifest::FILE);
+            damage.extend(faults.into_iter().map(|problem| Damage {
+                path: path.clone(),
+                problem,
+            }));
+            let read = read(&folder, cell, manifest);
+            metrics = read.map_err(|found| damage.extend(found)).ok().flatten();
+        }
+        // What is not whole is not believed in part.
+        let metrics = metrics.filter(|_| damage.is_empty());
+        let summary = Summary::new(cell, manifest.as_ref(), link, metrics.as_ref());
+        Run {
+            cell: cell.clone(),
+            folder,
+            manifest,
+            metrics,
+            summary,
+            damage,
+        }
     }
 }
 
-fn run(campaign: &Path, plan: &Plan, cell: &Cell) -> Run {
+/// The profiles of a plan, each played once for what it is like over a long time.
+struct Links(BTreeMap<String, (Profile, LinkFacts)>);
+
+impl Links {
+    fn of(plan: &Plan) -> Links {
+        let profiles: Vec<(&String, &ProfileText)> = plan.profiles.iter().collect();
+        let links = parallel::each(&profiles, |(name, text)| {
+            let profile = text.profile(name).ok()?;
+            let facts = LinkFacts::of(&profile);
+            Some(((*name).clone(), (profile, facts)))
+        });
+        Links(links.into_iter().flatten().collect())
+    }
+
+    fn facts(&self, cell: &Cell) -> LinkFacts {
+        let link = self.0.get(&cell.topology);
+        link.map_or_else(LinkFacts::default, |(profile, facts)| {
+            facts.in_run(profile, cell)
+        })
+    }
+}
+
+/// The metrics of a run that left rows, each file held against the manifest on the way.
+fn read(folder: &Path, cell: &Cell, manifest: &Manifest) -> Result<Option<Metrics>, Vec<Damage>> {
+    let has_rows = whole::has_rows(manifest.verdict);
+    let is_read = |name: &str| has_rows && ROWS.contains(&name);
+    let mut damage = Damage::among(folder, manifest, |name| !is_read(name));
+    if has_rows && ROWS.iter().all(|name| manifest.files.contains_key(*name)) {
+        let vouched = Vouched::of(folder, manifest);
+        match Metrics::read_whole(folder, &CellFacts::from(cell), &vouched) {
+            Ok(metrics) if damage.is_empty() => return Ok(Some(metrics)),
+            Ok(_) => {}
+            Err(faults) => damage.extend(faults.into_iter().map(Damage::from)),
+        }
+    }
+    match damage.is_empty() {
+        true => Ok(None),
+        false => Err(damage),
+    }
+}
+
+/// The manifest in a cell's folder, if there is one.
+fn manifest(campaign: &Path, cell: &Cell) -> Result<Option<Manifest>, Damage> {
     let folder = campaign.join(cell.folder());
-    let (manifest, mut problem) = match manifest(&folder) {
-        Ok(manifest) => (manifest, None),
-        Err(problem) => (None, Some(problem)),
-    };
-    let verdict = manifest.as_ref().map(|manifest| manifest.verdict);
-    let metrics = match verdict.is_some_and(has_rows) {
-        true => Metrics::read(&folder, &CellFacts::from(cell))
-            .map_err(|error| problem = Some(error.to_string()))
-            .ok(),
-        false => None,
-    };
-    let summary = Summary::new(cell, verdict, asked_ms(plan, cell), metrics.as_ref());
-    Run {
-        cell: cell.clone(),
-        folder,
-        manifest,
-        metrics,
-        summary,
-        problem,
+    for path in [folder.parent().unwrap_or(&folder), &folder] {
+        file::check_folder(path).map_err(|problem| Damage {
+            path: path.to_owned(),
+            problem: problem.to_string(),
+        })?;
     }
-}
-
-fn manifest(folder: &Path) -> Result<Option<Manifest>, String> {
     let path = folder.join(Manifest::FILE);
-    match fs::read_to_string(&path) {
-        Ok(text) => Manifest::from_json(&text)
-            .map(Some)
-            .map_err(|problem| format!("{}: {problem}", path.display())),
+    let damage = |problem| Damage {
+        path: path.clone(),
+        problem,
+    };
+    match file::text(&path, file::MANIFEST_BYTES) {
+        Ok(text) => Manifest::from_json(&text).map(Some).map_err(damage),
         Err(problem) if problem.kind() == ErrorKind::NotFound => Ok(None),
-        Err(problem) => Err(format!("{}: {problem}", path.display())),
+        Err(problem) => Err(damage(problem.to_string())),
     }
-}
-
-/// The mean round trip that the cell's profile asks for; `None` on loopback, of which nothing is
-/// asked.
-fn asked_ms(plan: &Plan, cell: &Cell) -> Option<f64> {
-    plan.profiles
-        .get(&cell.topology)
-        .and_then(|text| text.profile(&cell.topology).ok())
-        .filter(|profile| !profile.is_loopback())
-        .and_then(|profile| profile.asked())
-        .map(|asked| asked.rtt_avg_ms)
-}
-
-/// Whether a run that ended so left its rows: one that did not come to its end may have none at all.
-fn has_rows(verdict: Verdict) -> bool {
-    matches!(verdict, Verdict::Complete | Verdict::Invalid)
 }

@@ -8,6 +8,7 @@
 //! - [`response`]: the step response of a closed loop, and the verdict on it;
 //! - [`trace`]: what a figure shows of one run, row by row;
 //! - [`metrics`]: all of a cell's folder; [`campaign`]: all cells of a results folder;
+//! - `whole`: whether a folder is what its manifest says; `order`: whether its rows are all there;
 //! - [`summary`] and [`table`]: a cell in a row, for programs and for people; [`repeats`]: the
 //!   medians of cells that were repeated;
 //! - [`statistics`]: moments, quantiles and a line, each in one pass; [`pairs`]: tests on paired
@@ -22,8 +23,10 @@ pub mod campaign;
 pub mod interval;
 pub mod lateness;
 pub mod layout;
+mod links;
 pub mod message;
 pub mod metrics;
+mod order;
 pub mod pairs;
 mod parallel;
 pub mod plain;
@@ -36,9 +39,11 @@ pub mod summary;
 pub mod table;
 pub mod tick;
 pub mod trace;
+mod whole;
 
-pub use campaign::{Campaign, CampaignError, Damage, Run};
+pub use campaign::{Campaign, CampaignError, Run};
 pub use metrics::{CellFacts, Metrics};
 pub use response::{LoopVerdict, Response};
 pub use rows::ReadError;
-pub use summary::Summary;
+pub use summary::{LinkFacts, Summary};
+pub use whole::Damage;

@@ -1,5 +1,6 @@
 //! Everything that is measured in a cell's folder.
 
+use std::io::ErrorKind;
 use std::path::Path;
 
 use endpoint::{ArrivalRow, MessageRow, Mode, TickRow};
@@ -7,10 +8,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::arrival::{ArrivalCount, Arrivals};
 use crate::message::{MessageCount, Messages};
+use crate::order::{ArrivalOrder, MessageOrder, ProbeOrder, TickOrder};
+use crate::plain::Row;
 use crate::probe::{ProbeCount, Probes};
 use crate::response::{Response, ResponseTrace};
-use crate::rows::{ReadError, read};
+use crate::rows::{Content, ReadError, read, read_whole};
 use crate::tick::{TickCount, Ticks};
+use crate::whole::Vouched;
 use plan::ProbeRow;
 
 /// What has to be known of a cell to read its rows.
@@ -52,62 +56,170 @@ pub struct Metrics {
 }
 
 impl Metrics {
-    /// Reads `ticks.csv`, `arrivals.csv`, `messages.csv` and `probes.csv` of a folder, each once.
+    /// Reads `ticks.csv`, `arrivals.csv`, `messages.csv` and `probes.csv` of a folder, each once, as
+    /// they are: nobody vouches for them, as for what a killed run left.
     ///
     /// # Errors
     /// [`ReadError`] when one of the first three is missing, or one of the four holds something
     /// other than its rows.
     pub fn read(folder: &Path, facts: &CellFacts) -> Result<Metrics, ReadError> {
-        let mut torn_lines = 0;
+        Reader {
+            folder,
+            vouched: None,
+            torn_lines: 0,
+            faults: Vec::new(),
+        }
+        .metrics(facts)
+        .map_err(|mut faults| faults.swap_remove(0))
+    }
 
+    /// Reads the same four, which have to be what is vouched for, and whole.
+    ///
+    /// # Errors
+    /// Of each of the four the first thing that is wrong with it.
+    pub(crate) fn read_whole(
+        folder: &Path,
+        facts: &CellFacts,
+        vouched: &Vouched<'_>,
+    ) -> Result<Metrics, Vec<ReadError>> {
+        Reader {
+            folder,
+            vouched: Some(vouched),
+            torn_lines: 0,
+            faults: Vec::new(),
+        }
+        .metrics(facts)
+    }
+}
+
+/// The four files under way.
+struct Reader<'a> {
+    folder: &'a Path,
+    /// What they are held against; as they are, if nothing.
+    vouched: Option<&'a Vouched<'a>>,
+    torn_lines: u64,
+    /// What was wrong so far; never empty where a file could not be read.
+    faults: Vec<ReadError>,
+}
+
+impl Reader<'_> {
+    fn metrics(mut self, facts: &CellFacts) -> Result<Metrics, Vec<ReadError>> {
         let mut ticks = TickCount::new(facts.h_ns);
         let mut response = ResponseTrace::new(facts.h_ns, facts.r);
         let closed = facts.mode == Mode::Closed;
-        torn_lines += u64::from(read(
-            &folder.join("ticks.csv"),
-            TickRow::COLUMNS,
-            |row: &TickRow| {
-                ticks.push(row);
-                if closed {
-                    response.push(row);
-                }
-            },
-        )?);
+        let mut order = TickOrder::new(facts.h_ns);
+        let take = |row: &TickRow| {
+            ticks.push(row);
+            if closed {
+                response.push(row);
+            }
+        };
+        let rows = self.rows("ticks.csv", TickRow::COLUMNS, |row| order.check(row), take);
+        self.judge("ticks.csv", rows, Ok);
         // Before the next file is read: only one file's values are kept at a time.
         let (ticks, response) = (ticks.finish(), response.finish());
 
-        let mut arrivals = ArrivalCount::new(facts.h_ns);
-        let path = folder.join("arrivals.csv");
-        torn_lines += u64::from(read(&path, ArrivalRow::COLUMNS, |row| arrivals.push(row))?);
+        let (mut arrivals, mut order) = (ArrivalCount::new(facts.h_ns), ArrivalOrder::default());
+        let take = |row: &ArrivalRow| arrivals.push(row);
+        let rows = self.rows(
+            "arrivals.csv",
+            ArrivalRow::COLUMNS,
+            |row| order.check(row),
+            take,
+        );
+        self.judge("arrivals.csv", rows, Ok);
         let arrivals = arrivals.finish();
 
-        let mut messages = MessageCount::default();
-        let path = folder.join("messages.csv");
-        torn_lines += u64::from(read(&path, MessageRow::COLUMNS, |row| messages.push(row))?);
+        let (mut messages, mut order) = (MessageCount::default(), MessageOrder::default());
+        let take = |row: &MessageRow| messages.push(row);
+        let rows = self.rows(
+            "messages.csv",
+            MessageRow::COLUMNS,
+            |row| order.check(row),
+            take,
+        );
+        self.judge("messages.csv", rows, |rows| order.end().map(|()| rows));
         let messages = messages.finish();
 
-        let mut probes = ProbeCount::default();
-        let path = folder.join("probes.csv");
-        let probes = match read(&path, ProbeRow::COLUMNS, |row| probes.push(row)) {
-            Ok(torn) => {
-                torn_lines += u64::from(torn);
-                Some(probes.finish())
-            }
+        let (mut probes, mut order) = (ProbeCount::default(), ProbeOrder::default());
+        let take = |row: &ProbeRow| probes.push(row);
+        let rows = self.rows(
+            "probes.csv",
+            ProbeRow::COLUMNS,
+            |row| order.check(row),
+            take,
+        );
+        let probes = match rows {
             Err(ReadError::File { source, .. })
-                if source.kind() == std::io::ErrorKind::NotFound =>
+                if self.vouched.is_none() && source.kind() == ErrorKind::NotFound =>
             {
                 None
             }
-            Err(error) => return Err(error),
+            rows => {
+                self.judge("probes.csv", rows, |_| Ok(order.through));
+                Some(probes.finish())
+            }
         };
 
-        Ok(Metrics {
-            probes,
-            messages,
-            arrivals,
-            ticks,
-            response,
-            torn_lines,
+        match self.faults.is_empty() {
+            true => Ok(Metrics {
+                probes,
+                messages,
+                arrivals,
+                ticks,
+                response,
+                torn_lines: self.torn_lines,
+            }),
+            false => Err(self.faults),
+        }
+    }
+
+    /// Hands the rows of a file to `take`, once `check` has no objection.
+    fn rows<R: Row>(
+        &self,
+        name: &str,
+        columns: &[&str],
+        mut check: impl FnMut(&R) -> Result<(), String>,
+        mut take: impl FnMut(&R),
+    ) -> Result<Content, ReadError> {
+        let path = self.folder.join(name);
+        let Some(vouched) = self.vouched else {
+            return read(&path, columns, take).map(|torn| Content { rows: 0, torn });
+        };
+        let Some(fact) = vouched.files.get(name) else {
+            let problem = "its manifest does not list it".to_owned();
+            return Err(ReadError::Damaged { path, problem });
+        };
+        read_whole(&path, columns, fact, |row| {
+            if !vouched.has_gaps {
+                check(row)?;
+            }
+            take(row);
+            Ok(())
         })
+    }
+
+    /// Keeps what is wrong with a file of which that has been read. `end` says what is wrong with its
+    /// rows as a whole, or which number of them is to be counted.
+    fn judge(
+        &mut self,
+        name: &str,
+        read: Result<Content, ReadError>,
+        end: impl FnOnce(u64) -> Result<u64, String>,
+    ) {
+        let path = self.folder.join(name);
+        match read {
+            Err(fault) => self.faults.push(fault),
+            Ok(Content { rows, torn }) => {
+                self.torn_lines += u64::from(torn);
+                let Some(vouched) = self.vouched else { return };
+                let counted = match vouched.has_gaps {
+                    true => Ok(()),
+                    false => end(rows).and_then(|count| vouched.count(name, count)),
+                };
+                let damaged = |problem| ReadError::Damaged { path, problem };
+                self.faults.extend(counted.map_err(damaged).err());
+            }
+        }
     }
 }

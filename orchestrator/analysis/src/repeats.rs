@@ -3,11 +3,13 @@
 //! A median of twenty forgives the run whose step met a stall; its quartiles show how far runs of
 //! the same kind lie apart. A run that did not settle counts as one that settles later than any.
 
-use plan::Verdict;
+use endpoint::Mode;
+use plan::{Client, Verdict};
 
 use crate::layout::{Column, Shown, align, digits, number, text};
 use crate::response::LoopVerdict;
 use crate::summary::Summary;
+use crate::table::head;
 
 const COLUMNS: [Column; 14] = [
     text("topology"),
@@ -28,7 +30,8 @@ const COLUMNS: [Column; 14] = [
 
 const LEGEND: &str = "Medians over complete runs of closed loops, with the quartiles of settling.";
 const FIRST_LEGEND: &str = "times first: against the first topology at the same rate";
-const CLIENT_LEGEND: &str = "against that client on the same topology at the same rate.";
+const CLIENT_LEGEND: &str =
+    "against that client with the same system on the same topology at the same rate.";
 
 /// The runs that differ only in their repeat.
 struct Group<'a> {
@@ -44,13 +47,13 @@ impl Group<'_> {
 
     /// The same client at the same rate, on whatever topology.
     fn is_set_up_like(&self, row: &Summary) -> bool {
-        let kind = |row: &Summary| (row.client.clone(), row.setup.clone(), row.h_ns);
+        let kind = |row: &Summary| (row.client, row.setup.clone(), row.h_ns);
         kind(self.first) == kind(row)
     }
 
-    /// Another client at the same rate on the same topology, in whatever setup.
+    /// Another client with the same system at the same rate on the same topology, in whatever setup.
     fn is_beside(&self, row: &Summary) -> bool {
-        let place = |row: &Summary| (row.topology.clone(), row.h_ns);
+        let place = |row: &Summary| (row.topology.clone(), row.system.clone(), row.h_ns);
         place(self.first) == place(row)
     }
 
@@ -76,11 +79,12 @@ impl Group<'_> {
     }
 }
 
-/// The medians of every group, or nothing where no cell was repeated.
+/// The medians of every group, or nothing where no cell was repeated: over the complete runs, and over
+/// those that were disturbed too where `with_disturbed` says so.
 #[must_use]
-pub fn render(rows: &[Summary]) -> Option<String> {
+pub fn render(rows: &[Summary], with_disturbed: bool) -> Option<String> {
     let mut groups: Vec<Group> = Vec::new();
-    for row in rows.iter().filter(|row| row.mode == "closed") {
+    for row in rows.iter().filter(|row| row.mode == Mode::Closed) {
         let at = groups
             .iter()
             .position(|group| group.is_like(row))
@@ -93,7 +97,8 @@ pub fn render(rows: &[Summary]) -> Option<String> {
                 groups.len() - 1
             });
         groups[at].runs += 1;
-        if row.verdict == Some(Verdict::Complete) {
+        let is_disturbed = row.verdict == Some(Verdict::Disturbed);
+        if row.verdict == Some(Verdict::Complete) || with_disturbed && is_disturbed {
             groups[at].complete.push(row);
         }
     }
@@ -101,17 +106,17 @@ pub fn render(rows: &[Summary]) -> Option<String> {
     if groups.is_empty() {
         return None;
     }
-    let differ = |word: fn(&Summary) -> &str| {
+    let differ = |is_other: fn(&Summary, &Summary) -> bool| {
         groups
             .iter()
-            .any(|group| word(group.first) != word(groups[0].first))
+            .any(|group| is_other(group.first, groups[0].first))
     };
-    let clients = differ(|row| &row.client);
-    let has = |client: &str| clients && groups.iter().any(|group| group.first.client == client);
+    let clients = differ(|one, other| one.client != other.client);
+    let has = |client| clients && groups.iter().any(|group| group.first.client == client);
     let against = Against {
-        first: differ(|row| &row.topology),
-        native: has("native"),
-        python: has("python"),
+        first: differ(|one, other| one.topology != other.topology),
+        native: has(Client::Native),
+        python: has(Client::Python),
     };
     let lines: Vec<Vec<String>> = groups
         .iter()
@@ -119,7 +124,7 @@ pub fn render(rows: &[Summary]) -> Option<String> {
         .collect();
     let mut legend = format!("{LEGEND}\n");
     if against.first {
-        let setup = match clients || differ(|row| &row.setup) {
+        let setup = match clients || differ(|one, other| one.setup != other.setup) {
             true => ", with the same client and setup.",
             false => ".",
         };
@@ -131,7 +136,11 @@ pub fn render(rows: &[Summary]) -> Option<String> {
         (false, true) => legend += &format!("times python: {CLIENT_LEGEND}\n"),
         (false, false) => {}
     }
-    Some(align(&COLUMNS, &lines) + "\n" + &legend)
+    Some(format!(
+        "{}{}\n{legend}",
+        head(rows),
+        align(&COLUMNS, &lines)
+    ))
 }
 
 /// What there is to compare settling with.
@@ -154,7 +163,7 @@ fn line(group: &Group, groups: &[Group], against: &Against) -> Vec<String> {
         let own_ms = group.settling_ms(0.5);
         digits(own_ms.zip(reference_ms).map(|(own, of)| own / of))
     };
-    let client = |shown: bool, client: &str| {
+    let client = |shown: bool, client: Client| {
         times(shown, &|other| {
             other.first.client == client && other.is_beside(group.first)
         })
@@ -166,7 +175,7 @@ fn line(group: &Group, groups: &[Group], against: &Against) -> Vec<String> {
         .count();
     vec![
         group.first.topology.clone(),
-        group.first.client.clone(),
+        group.first.client.to_string(),
         group.first.setup.clone(),
         group.first.rate.clone(),
         format!("{}/{}", group.complete.len(), group.runs),
@@ -175,8 +184,8 @@ fn line(group: &Group, groups: &[Group], against: &Against) -> Vec<String> {
         digits(group.settling_ms(0.25)),
         digits(group.settling_ms(0.75)),
         times(against.first, &|other| other.is_set_up_like(group.first)),
-        client(against.native, "native"),
-        client(against.python, "python"),
+        client(against.native, Client::Native),
+        client(against.python, Client::Python),
         digits(group.quantile(0.5, |row| row.rise_ms)),
         digits(group.quantile(0.5, |row| row.overshoot_pct)),
     ]
@@ -189,8 +198,8 @@ mod tests {
     fn run(topology: &str, repeat: u32, settling_ms: Option<f64>) -> Summary {
         Summary {
             topology: topology.to_owned(),
-            client: "native".to_owned(),
-            mode: "closed".to_owned(),
+            client: Client::Native,
+            mode: Mode::Closed,
             rate: "333 Hz".to_owned(),
             repeat,
             verdict: Some(Verdict::Complete),
@@ -221,42 +230,81 @@ mod tests {
         ];
         // arima: the middle of 300, 310, 320. couva: of 310, 330 and never; the invalid run does
         // not count. 330 / 310 = 1.06.
-        insta::assert_snapshot!(render(&rows).expect("there are repeats"));
+        insta::assert_snapshot!(render(&rows, false).expect("there are repeats"));
     }
 
     #[test]
     fn clients_stand_against_native_and_python_on_their_own_topology() {
-        let twice = |client: &str, setup: &str, topology: &str, settling_ms: f64| {
+        let twice = |client: Client, setup: &str, topology: &str, settling_ms: f64| {
             [1, 2].map(|repeat| Summary {
-                client: client.to_owned(),
+                client,
                 setup: setup.to_owned(),
                 ..run(topology, repeat, Some(settling_ms))
             })
         };
         let rows = [
-            twice("native", "paper-python", "arima", 300.0),
-            twice("native", "blocking", "arima", 301.0),
-            twice("native", "paper-python", "diego-vpn", 1200.0),
-            twice("python", "paper-python", "arima", 320.0),
-            twice("python", "paper-python", "diego-vpn", 1280.0),
-            twice("firefox", "paper-2011", "arima", 3200.0),
+            twice(Client::Native, "paper-python", "arima", 300.0),
+            twice(Client::Native, "blocking", "arima", 301.0),
+            twice(Client::Native, "paper-python", "diego-vpn", 1200.0),
+            twice(Client::Python, "paper-python", "arima", 320.0),
+            twice(Client::Python, "paper-python", "diego-vpn", 1280.0),
+            twice(Client::Firefox, "paper-2011", "arima", 3200.0),
             twice(
-                "firefox",
+                Client::Firefox,
                 "worker, fetch, channel, outstanding 6",
                 "arima",
                 330.0,
             ),
             // Native has not been here: there is nothing to hold it against.
-            twice("firefox", "worker", "couva", 640.0),
+            twice(Client::Firefox, "worker", "couva", 640.0),
         ]
         .concat();
-        insta::assert_snapshot!(render(&rows).expect("there are repeats"));
+        insta::assert_snapshot!(render(&rows, false).expect("there are repeats"));
+    }
+
+    #[test]
+    fn a_system_s_settling_is_held_against_its_own_alone() {
+        let twice = |client: Client, system: &str, settling_ms: f64| {
+            [1, 2].map(|repeat| Summary {
+                client,
+                system: system.to_owned(),
+                setup: format!("paper-python, system {system}"),
+                ..run("arima", repeat, Some(settling_ms))
+            })
+        };
+        let rows = [
+            twice(Client::Native, "motor", 100.0),
+            twice(Client::Native, "lag", 400.0),
+            twice(Client::Firefox, "lag", 800.0),
+        ]
+        .concat();
+        let table = render(&rows, false).expect("there are repeats");
+        let lag = table.lines().find(|line| line.contains("firefox"));
+        assert!(lag.is_some_and(|line| line.contains(" 2.00 ")), "{table}");
+    }
+
+    #[test]
+    fn a_disturbed_run_is_in_the_medians_where_that_is_asked_for() {
+        let rows = [
+            run("arima", 1, Some(300.0)),
+            run("arima", 2, Some(320.0)),
+            Summary {
+                verdict: Some(Verdict::Disturbed),
+                ..run("arima", 3, Some(900.0))
+            },
+        ];
+        let table = |with_disturbed| render(&rows, with_disturbed).expect("there are repeats");
+        assert!(table(false).contains("2/3") && !table(false).contains("320  "));
+        assert!(table(true).contains("3/3") && table(true).contains(" 320 "));
     }
 
     #[test]
     fn without_repeats_there_are_no_medians() {
         assert_eq!(
-            render(&[run("arima", 1, Some(300.0)), run("couva", 1, Some(330.0))]),
+            render(
+                &[run("arima", 1, Some(300.0)), run("couva", 1, Some(330.0))],
+                false
+            ),
             None
         );
     }

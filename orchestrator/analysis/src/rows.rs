@@ -2,15 +2,21 @@
 //!
 //! A line that a killed writer left without its end is dropped and counted, even when what is left
 //! of it looks whole: a number may have lost its last digits. Anything else that is not a row is
-//! an error with its file and line.
+//! an error with its file and line. A line has an end within 64 KiB, whatever is in the file: a row is
+//! a few hundred bytes, and one that never ends would fill the memory.
+//!
+//! [`read`] takes a file as it is. [`read_whole`] takes one that a manifest vouches for, and holds it
+//! against that while it reads: every byte is looked at once.
 //!
 //! Lines in the form that webloop writes are read as [`crate::plain`] does. From the first that is
 //! in another on, a file is left to the csv crate and serde: they decide what is a row.
 
+use std::cell::Cell;
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufRead, BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+use plan::{FileFact, Tally};
 use serde::de::DeserializeOwned;
 use thiserror::Error;
 
@@ -18,6 +24,9 @@ use crate::plain::Row;
 
 /// How much of a file is asked for at a time.
 const BUFFER: usize = 1 << 17;
+
+/// The longest line, with its end; far more than a row.
+const LINE_MAX: usize = 1 << 16;
 
 /// Why a file of rows could not be read.
 #[derive(Debug, Error)]
@@ -52,6 +61,49 @@ pub enum ReadError {
         /// What is wrong with it.
         problem: String,
     },
+    /// The file is not what its manifest says.
+    #[error("{path}: {problem}")]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
+}
+
+impl ReadError {
+    /// The file, and what is wrong with it.
+    pub(crate) fn parts(self) -> (PathBuf, String) {
+        match self {
+            ReadError::File { path, source } if source.kind() == ErrorKind::NotFound => {
+                (path, "it is gone".to_owned())
+            }
+            ReadError::File { path, source } => (path, source.to_string()),
+            ReadError::Columns {
+                path,
+                found,
+                expected,
+            } => (
+                path,
+                format!("it has the columns {found}, and its rows have {expected}"),
+            ),
+            ReadError::Row {
+                path,
+                line,
+                problem,
+            } => (path, format!("line {line}: {problem}")),
+            ReadError::Damaged { path, problem } => (path, problem),
+        }
+    }
+}
+
+/// What was in a file of rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Content {
+    /// Its whole rows.
+    pub rows: u64,
+    /// Whether its last line was torn.
+    pub torn: bool,
 }
 
 /// Hands every whole row of the file to `each`, in order, and says whether the last line was torn.
@@ -65,43 +117,187 @@ pub fn read<R: Row>(
     columns: &[&str],
     mut each: impl FnMut(&R),
 ) -> Result<bool, ReadError> {
-    let fail = |source| ReadError::File {
-        path: path.to_owned(),
-        source,
+    let mut file = Rows::open(path)?;
+    let each = |row: &R| {
+        each(row);
+        Ok(())
     };
-    let mut file = File::open(path).map_err(fail)?;
-    let (whole, torn) = whole_lines(&mut file).map_err(fail)?;
-    if whole == 0 {
-        return Ok(torn);
+    match file.whole {
+        0 => Ok(file.torn),
+        _ => file.each(columns, each).map(|content| content.torn),
     }
-    let mut source = BufReader::with_capacity(BUFFER, file.take(whole));
-    let (mut header, mut line) = (Vec::new(), Vec::new());
-    source.read_until(b'\n', &mut header).map_err(fail)?;
-    let mut before = 0;
-    if header.strip_suffix(b"\n") == Some(columns.join(",").as_bytes()) {
-        loop {
-            line.clear();
-            if source.read_until(b'\n', &mut line).map_err(fail)? == 0 {
-                return Ok(torn);
-            }
-            match line.strip_suffix(b"\n").and_then(R::plain) {
-                Some(row) => each(&row),
-                None => break,
-            }
-            before += 1;
-        }
-    }
-    let rest = header.chain(line.as_slice()).chain(source);
-    by_serde(rest, columns, &mut each).map_err(|stop| stop.at(path, before))?;
-    Ok(torn)
 }
 
-/// Hands the rows after the header to `each`, whatever form of CSV they are in.
+/// As [`read`], of a file that has to be what a manifest says, with rows to which `each` has no
+/// objection: what it says is an error with the row's line.
+///
+/// # Errors
+/// [`ReadError`]; the first objection before a checksum that is not the manifest's.
+pub fn read_whole<R: Row>(
+    path: &Path,
+    columns: &[&str],
+    asked: &FileFact,
+    each: impl FnMut(&R) -> Result<(), String>,
+) -> Result<Content, ReadError> {
+    let damaged = |problem| ReadError::Damaged {
+        path: path.to_owned(),
+        problem,
+    };
+    let mut file = Rows::open(path)?;
+    if file.length != asked.bytes {
+        return Err(damaged(other_length(file.length, asked)));
+    }
+    if file.whole == 0 {
+        return Err(damaged("it has not even a header".to_owned()));
+    }
+    file.tally = Some(Tally::default());
+    let content = file.each(columns, each)?;
+    // What is behind the last whole line counts too.
+    io::copy(&mut file, &mut io::sink()).map_err(|source| ReadError::File {
+        path: path.to_owned(),
+        source,
+    })?;
+    match file.tally.map(Tally::fact).as_ref() == Some(asked) {
+        true => Ok(content),
+        false => Err(damaged(OTHER_BYTES.to_owned())),
+    }
+}
+
+/// What is said of a file that is as long as it should be.
+pub(crate) const OTHER_BYTES: &str = "its checksum is not the manifest's: a byte was changed";
+
+/// What is said of a file that is not.
+pub(crate) fn other_length(bytes: u64, asked: &FileFact) -> String {
+    format!(
+        "it has {bytes} bytes, and the manifest says {}",
+        asked.bytes
+    )
+}
+
+/// A file of rows, and how much of it there is. It reads as the file, whose bytes it sums up.
+struct Rows<'a> {
+    path: &'a Path,
+    file: io::Take<File>,
+    /// Its length.
+    length: u64,
+    /// Its length up to the last line end.
+    whole: u64,
+    /// Whether anything follows that.
+    torn: bool,
+    /// The sum of what was read, where it is wanted.
+    tally: Option<Tally>,
+}
+
+impl Read for Rows<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.file.read(buffer)?;
+        if let Some(tally) = &mut self.tally {
+            tally.push(&buffer[..n]);
+        }
+        Ok(n)
+    }
+}
+
+impl<'a> Rows<'a> {
+    fn open(path: &'a Path) -> Result<Self, ReadError> {
+        let open = || {
+            let mut file = file::open(path)?;
+            let (length, whole) = whole_lines(&mut file)?;
+            Ok(Self {
+                path,
+                // The file may be growing: what comes after its length is not looked at.
+                file: file.take(length),
+                length,
+                whole,
+                torn: whole < length,
+                tally: None,
+            })
+        };
+        open().map_err(|source| ReadError::File {
+            path: path.to_owned(),
+            source,
+        })
+    }
+
+    /// Hands the whole rows to `each`, whose objection ends it.
+    fn each<R: Row>(
+        &mut self,
+        columns: &[&str],
+        mut each: impl FnMut(&R) -> Result<(), String>,
+    ) -> Result<Content, ReadError> {
+        let (path, torn) = (self.path, self.torn);
+        let fail = |source| ReadError::File {
+            path: path.to_owned(),
+            source,
+        };
+        let refuse = |line, problem| ReadError::Row {
+            path: path.to_owned(),
+            line,
+            problem,
+        };
+        let whole = self.whole;
+        let mut source = BufReader::with_capacity(BUFFER, self.take(whole));
+        let (mut header, mut line) = (Vec::new(), Vec::new());
+        let next = |source: &mut BufReader<_>, line: &mut Vec<u8>, number| {
+            let most = LINE_MAX as u64 + 1;
+            let length = source.take(most).read_until(b'\n', line).map_err(fail)?;
+            match length > LINE_MAX {
+                true => Err(refuse(number, TOO_LONG.to_owned())),
+                false => Ok(length),
+            }
+        };
+        next(&mut source, &mut header, 1)?;
+        let mut rows = 0;
+        if header.strip_suffix(b"\n") == Some(columns.join(",").as_bytes()) {
+            loop {
+                line.clear();
+                if next(&mut source, &mut line, rows + 2)? == 0 {
+                    return Ok(Content { rows, torn });
+                }
+                match line.strip_suffix(b"\n").and_then(R::plain) {
+                    Some(row) => each(&row).map_err(|problem| refuse(rows + 2, problem))?,
+                    None => break,
+                }
+                rows += 1;
+            }
+        }
+        let rest = header.chain(line.as_slice()).chain(source);
+        let others = by_serde(rest, columns, &mut each).map_err(|stop| stop.at(path, rows))?;
+        Ok(Content {
+            rows: rows + others,
+            torn,
+        })
+    }
+}
+
+const TOO_LONG: &str = "it is longer than 64 KiB, and a row is a few hundred bytes";
+
+/// A text of which so much may be read before `left` is filled up again.
+struct Bounded<'a, T> {
+    text: T,
+    left: &'a Cell<usize>,
+}
+
+impl<T: Read> Read for Bounded<'_, T> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let most = buffer.len().min(self.left.get());
+        if most == 0 && !buffer.is_empty() {
+            return Err(io::Error::new(ErrorKind::InvalidData, TOO_LONG));
+        }
+        let n = self.text.read(&mut buffer[..most])?;
+        self.left.set(self.left.get() - n);
+        Ok(n)
+    }
+}
+
+/// Hands the rows after the header to `each`, whatever form of CSV they are in; how many there were.
 fn by_serde<R: DeserializeOwned>(
     text: impl Read,
     columns: &[&str],
-    mut each: impl FnMut(&R),
-) -> Result<(), Stop> {
+    mut each: impl FnMut(&R) -> Result<(), String>,
+) -> Result<u64, Stop> {
+    let left = Cell::new(LINE_MAX);
+    let text = Bounded { text, left: &left };
     let mut reader = csv::Reader::from_reader(text);
     let header = reader.headers()?.clone();
     if header.iter().ne(columns.iter().copied()) {
@@ -111,10 +307,25 @@ fn by_serde<R: DeserializeOwned>(
         });
     }
     let mut record = csv::StringRecord::new();
-    while reader.read_record(&mut record)? {
-        each(&record.deserialize(Some(&header))?);
+    let mut rows = 0;
+    loop {
+        left.set(LINE_MAX);
+        let line = reader.position().line();
+        match reader.read_record(&mut record) {
+            Ok(true) => {}
+            Ok(false) => return Ok(rows),
+            Err(error) if error.is_io_error() && left.get() == 0 => {
+                return Err(Stop::Row {
+                    line,
+                    problem: TOO_LONG.to_owned(),
+                });
+            }
+            Err(error) => return Err(error.into()),
+        }
+        let line = record.position().map_or(line, csv::Position::line);
+        each(&record.deserialize(Some(&header))?).map_err(|problem| Stop::Row { line, problem })?;
+        rows += 1;
     }
-    Ok(())
 }
 
 /// Why [`by_serde`] came to no end.
@@ -124,6 +335,8 @@ enum Stop {
     Csv(#[from] csv::Error),
     #[error("{found} where {expected} should be")]
     Columns { found: String, expected: String },
+    #[error("line {line}: {problem}")]
+    Row { line: u64, problem: String },
 }
 
 impl Stop {
@@ -135,6 +348,11 @@ impl Stop {
                 path,
                 found,
                 expected,
+            },
+            Stop::Row { line, problem } => ReadError::Row {
+                path,
+                line: before + line,
+                problem,
             },
             Stop::Csv(error) => match error.position().map(csv::Position::line) {
                 Some(line) => ReadError::Row {
@@ -169,25 +387,24 @@ fn problem(error: &csv::Error) -> String {
     }
 }
 
-/// The length of the file up to its last line end, and whether anything follows it. The file is
-/// left at its start.
-fn whole_lines(file: &mut File) -> io::Result<(u64, bool)> {
-    /// Far more than a row.
-    const TAIL: u64 = 1 << 16;
+/// The length of the file, and that up to its last line end. The file is left at its start.
+fn whole_lines(file: &mut File) -> io::Result<(u64, u64)> {
     let length = file.seek(SeekFrom::End(0))?;
-    let from = length.saturating_sub(TAIL);
+    let from = length.saturating_sub(LINE_MAX as u64);
     file.seek(SeekFrom::Start(from))?;
     let mut tail = Vec::new();
-    // The file may be growing: what comes after its length is not looked at.
     Read::by_ref(file)
         .take(length - from)
         .read_to_end(&mut tail)?;
     file.rewind()?;
-    let whole = tail
-        .iter()
-        .rposition(|byte| *byte == b'\n')
-        .map_or(0, |at| from + at as u64 + 1);
-    Ok((whole, whole < length))
+    match tail.iter().rposition(|byte| *byte == b'\n') {
+        Some(at) => Ok((length, from + at as u64 + 1)),
+        None if from == 0 => Ok((length, 0)),
+        None => Err(io::Error::new(
+            ErrorKind::InvalidData,
+            format!("its last line: {TOO_LONG}"),
+        )),
+    }
 }
 
 #[cfg(test)]
@@ -243,6 +460,74 @@ mod tests {
             message.contains("a,b") && message.contains("k,t_due_ns"),
             "{message}"
         );
+    }
+
+    #[test]
+    fn a_line_without_an_end_is_refused_wherever_it_stands_and_in_little_memory() {
+        let long = "7".repeat(LINE_MAX);
+        let row = "0,10,11,0,0,\n";
+        let quoted = format!("\"{long}");
+        for (text, words) in [
+            (format!("{long}\n"), "line 1"),
+            (format!("{HEADER}{row}{long}\n"), "line 3"),
+            (
+                format!("{HEADER}{row}\"1\",20,21,0,0,\n{long}\n{row}"),
+                "line 4",
+            ),
+            (format!("{HEADER}{row}{quoted}\n{row}"), "line 3"),
+            (format!("{HEADER}{row}{long}"), "last line"),
+        ] {
+            let message = read_text(&text).expect_err(words).to_string();
+            assert!(message.contains(words), "{words}: {message}");
+            assert!(message.contains("64 KiB"), "{message}");
+        }
+    }
+
+    /// Reads a text that is vouched for as if it were `asked`, with rows of an even k only.
+    fn read_vouched(text: &str, asked: &str) -> Result<Content, String> {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("ticks.csv");
+        std::fs::write(&path, text).expect("a writable folder");
+        let asked = FileFact::of(asked.as_bytes()).expect("in memory");
+        let even = |row: &TickRow| match row.k % 2 {
+            0 => Ok(()),
+            _ => Err(format!("k is {}", row.k)),
+        };
+        read_whole(&path, TickRow::COLUMNS, &asked, even)
+            .map_err(|error| error.to_string().replace(&path.display().to_string(), "it"))
+    }
+
+    #[test]
+    fn a_file_is_held_against_its_manifest_while_it_is_read() {
+        let text = format!("{HEADER}0,10,11,0,0,\n2,20,21,0,0,\n");
+        let whole = |rows, torn| Ok(Content { rows, torn });
+        assert_eq!(read_vouched(&text, &text), whole(2, false));
+        // In any form of CSV, and with what is behind the last line.
+        let quoted = text.replace("2,20", "\"2\",20");
+        assert_eq!(read_vouched(&quoted, &quoted), whole(2, false));
+        let torn = format!("{text}4,3");
+        assert_eq!(read_vouched(&torn, &torn), whole(2, true));
+
+        let said = |text: &str, asked: &str| read_vouched(text, asked).expect_err("damaged");
+        for changed in [
+            text.replace("21", "22"),
+            torn.replace("4,3", "4,4"),
+            quoted.replace("21", "22"),
+        ] {
+            let asked = [&text, &torn, &quoted]
+                .into_iter()
+                .find(|one| one.len() == changed.len())
+                .expect("as long");
+            assert!(said(&changed, asked).contains("checksum"), "{changed}");
+        }
+        assert!(said(&text, &torn).contains("bytes, and the manifest says"));
+        assert!(said("", "").contains("not even a header"));
+        for odd in [
+            text.replace("2,20", "3,20"),
+            quoted.replace("\"2\"", "\"3\""),
+        ] {
+            assert!(said(&odd, &odd).starts_with("it, line 3: k is 3"), "{odd}");
+        }
     }
 
     #[test]

@@ -1,11 +1,53 @@
 //! A cell in one row: `summary.csv`, and what the table shows.
 
-use plan::{Cell, Verdict};
+use endpoint::{Mode, Transport};
+use link::{Profile, Typical};
+use plan::{Cell, Client, Disturbance, Manifest, START_AT_NS, Verdict};
 use serde::{Deserialize, Serialize};
 
 use crate::metrics::Metrics;
 use crate::response::LoopVerdict;
 use crate::statistics::{ms, share};
+use crate::whole::VIRTUAL;
+
+/// What is known of a cell's link without a run; all `None` on loopback.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct LinkFacts {
+    /// The mean round trip that the profile asks for.
+    pub rtt_avg_ms: Option<f64>,
+    /// What round trips take over a long time.
+    pub typical: Option<Typical>,
+    /// Share of a long time in which it is stalled; `None` where it never is.
+    pub stalled: Option<f64>,
+    /// Share of the run, likewise.
+    pub stalled_in_run: Option<f64>,
+}
+
+impl LinkFacts {
+    /// Of the profile; in no run yet.
+    #[must_use]
+    pub fn of(profile: &Profile) -> LinkFacts {
+        if profile.is_loopback() {
+            return LinkFacts::default();
+        }
+        LinkFacts {
+            rtt_avg_ms: profile.asked().map(|asked| asked.rtt_avg_ms),
+            typical: link::typical(profile),
+            stalled: profile.stalled_by_law(),
+            stalled_in_run: None,
+        }
+    }
+
+    /// The same, and what the link is like while the cell is measured.
+    #[must_use]
+    pub fn in_run(self, profile: &Profile, cell: &Cell) -> LinkFacts {
+        let end_ns = START_AT_NS.saturating_add(cell.duration_ns);
+        LinkFacts {
+            stalled_in_run: profile.stalled(cell.link_seed, START_AT_NS, end_ns),
+            ..self
+        }
+    }
+}
 
 /// One cell of a campaign. Units end the names, shares are from 0 to 1, and an empty field does not
 /// apply or was not measured.
@@ -15,32 +57,55 @@ pub struct Summary {
     pub cell: String,
     /// Its topology.
     pub topology: String,
+    /// Its system, which no column names: its setup does, where it is not the paper's.
+    #[serde(skip)]
+    pub system: String,
     /// Its client.
-    pub client: String,
+    pub client: Client,
     /// The client's preset, and what the experiment laid over it.
     pub setup: String,
     /// `http` or `websocket`.
-    pub transport: String,
+    pub transport: Transport,
     /// The least delay that the page gave its timers; empty where the client is no page.
     pub timer_floor_ms: Option<f64>,
     /// `open` or `closed`.
-    pub mode: String,
+    pub mode: Mode,
     /// Its rate in people's words, such as `333 Hz`.
     pub rate: String,
     /// The sample time, ns.
     pub h_ns: u64,
     /// Which repeat it is, from 1.
     pub repeat: u32,
+    /// How it was run: `sim` is in virtual time; empty if it has not been run.
+    pub backend: Option<String>,
     /// How the run ended; empty if it has not been run.
     pub verdict: Option<Verdict>,
+    /// What was done to the run that nobody asked for, the worst first; empty if nothing was.
+    pub disturbed: Option<String>,
     /// What became of the loop, in closed loop.
     pub loop_verdict: Option<LoopVerdict>,
-    /// The profile's mean round trip over a long time.
+    /// The profile's mean round trip over a long time, as it says itself.
     pub rtt_asked_ms: Option<f64>,
+    /// The profile's median round trip over a long time.
+    pub rtt_asked_p50_ms: Option<f64>,
+    /// Its 90th percentile.
+    pub rtt_asked_p90_ms: Option<f64>,
     /// The mean that the link had at the instants of the echoes.
     pub rtt_due_ms: Option<f64>,
+    /// Their median.
+    pub rtt_due_p50_ms: Option<f64>,
+    /// Their 90th percentile.
+    pub rtt_due_p90_ms: Option<f64>,
     /// The mean that the echoes measured at those instants.
     pub rtt_measured_ms: Option<f64>,
+    /// Their median.
+    pub rtt_measured_p50_ms: Option<f64>,
+    /// Their 90th percentile.
+    pub rtt_measured_p90_ms: Option<f64>,
+    /// Share of a long time in which the link is stalled; empty where it never is.
+    pub stalled_asked: Option<f64>,
+    /// Share of the run in which it was, from the first message that was due on.
+    pub stalled_due: Option<f64>,
     /// Echoes sent.
     pub probes: Option<u64>,
     /// Echoes lost.
@@ -125,28 +190,35 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Of a cell, how its run ended, the profile's mean round trip (`None` on loopback), and what
-    /// was measured.
+    /// Of a cell, what its run says of itself, what its link is like over a long time and in the run, and
+    /// what was measured.
     #[must_use]
     pub fn new(
         cell: &Cell,
-        verdict: Option<Verdict>,
-        rtt_asked_ms: Option<f64>,
+        manifest: Option<&Manifest>,
+        asked: LinkFacts,
         metrics: Option<&Metrics>,
     ) -> Self {
         let known = Self {
             cell: cell.id.clone(),
             topology: cell.topology.clone(),
-            client: cell.client.to_string(),
+            system: cell.system.clone(),
+            client: cell.client,
             setup: cell.setup(),
-            transport: cell.settings.transport.to_string(),
+            transport: cell.settings.transport,
             timer_floor_ms: cell.page.map(|page| ms(page.floor_ns)),
-            mode: cell.settings.mode.to_string(),
+            mode: cell.settings.mode,
             rate: cell.rate(),
             h_ns: cell.settings.h.ns(),
             repeat: cell.repeat,
-            verdict,
-            rtt_asked_ms,
+            backend: manifest.map(|manifest| manifest.backend.clone()),
+            verdict: manifest.map(|manifest| manifest.verdict),
+            disturbed: manifest.and_then(disturbed),
+            rtt_asked_ms: asked.rtt_avg_ms,
+            rtt_asked_p50_ms: asked.typical.map(|typical| typical.p50_ms),
+            rtt_asked_p90_ms: asked.typical.map(|typical| typical.p90_ms),
+            stalled_asked: asked.stalled,
+            stalled_due: asked.stalled_in_run,
             messages_due: cell.due(),
             ..Self::default()
         };
@@ -165,7 +237,11 @@ impl Summary {
         Self {
             loop_verdict: response.map(|r| r.verdict),
             rtt_due_ms: probes.and_then(|p| p.due_rtt).map(|rtt| rtt.avg_ms),
+            rtt_due_p50_ms: probes.and_then(|p| p.due_quantiles.p50_ms),
+            rtt_due_p90_ms: probes.and_then(|p| p.due_quantiles.p90_ms),
             rtt_measured_ms: probes.and_then(|p| p.rtt).map(|rtt| rtt.avg_ms),
+            rtt_measured_p50_ms: probes.and_then(|p| p.rtt_quantiles.p50_ms),
+            rtt_measured_p90_ms: probes.and_then(|p| p.rtt_quantiles.p90_ms),
             probes: probes.map(|p| p.count),
             probes_lost: probes.map(|p| p.lost),
             messages_sent: Some(messages.sent),
@@ -209,6 +285,12 @@ impl Summary {
         }
     }
 
+    /// Whether it was run in virtual time.
+    #[must_use]
+    pub fn is_simulated(&self) -> bool {
+        self.backend.as_deref() == Some(VIRTUAL)
+    }
+
     /// `summary.csv` as text: the header, and one row per cell.
     #[must_use]
     pub fn to_csv(rows: &[Summary]) -> String {
@@ -223,4 +305,14 @@ impl Summary {
             .and_then(|bytes| String::from_utf8(bytes).ok())
             .unwrap_or_default()
     }
+}
+
+/// What was done to a run, in the few words that a table has room for.
+fn disturbed(manifest: &Manifest) -> Option<String> {
+    let of_length = |one: &&Disturbance| one.longest_ms as u64;
+    let worst = manifest.disturbances.iter().max_by_key(of_length)?;
+    Some(match manifest.disturbances.len() {
+        1 => worst.to_string(),
+        all => format!("{worst}, {} more", all - 1),
+    })
 }

@@ -1,22 +1,21 @@
-//! The table that ends `webloop run`: a line per cell, aligned, in about a hundred columns.
+//! The table that ends `webloop run`: a line per cell, aligned, and under it the links.
 //!
-//! Columns that say nothing of these cells are left out.
+//! Columns that say nothing of these cells are left out. What the links were like is in `links`.
 
+use endpoint::Mode;
 use plan::Verdict;
 
 use crate::layout::{Column, Shown, align, digits, number, text, whole};
+use crate::links;
 use crate::summary::Summary;
 
-const RTT_LEGEND: &str =
-    "RTT: the profile's mean, the link's at the instants of the echoes, and what they measured.";
-const PROBED_LEGEND: &str = "RTT: what the echoes measured.";
 const ZERO_LEGEND: &str = "zero: arrivals in the same ms as the one before.";
 const STEP_LEGEND: &str = "rise: 10 to 90 %. settling: into 2 %.";
 const DRIFT_LEGEND: &str = "\
 missed: due and not sent. slope: how much later messages arrive with each second of their schedule.
 lag: how late the last one was.";
 
-const COLUMNS: [Column; 18] = [
+const COLUMNS: [Column; 16] = [
     text("topology"),
     text("client").shown(Shown::IfDiffers),
     text("setup").shown(Shown::IfDiffers),
@@ -24,9 +23,6 @@ const COLUMNS: [Column; 18] = [
     number("", "rate"),
     number("", "#").shown(Shown::IfFilled),
     text("verdict"),
-    number("RTT/ms", "asked").shown(Shown::IfFilled),
-    number("RTT/ms", "due").shown(Shown::IfFilled),
-    number("RTT/ms", "probed"),
     number("messages", "sent"),
     number("messages", "missed"),
     number("zero", "%"),
@@ -35,6 +31,7 @@ const COLUMNS: [Column; 18] = [
     number("overshoot", "%").shown(Shown::IfFilled),
     number("slope", "ms/s").shown(Shown::IfFilled),
     number("lag", "s").shown(Shown::IfFilled),
+    text("disturbed"),
 ];
 
 /// What the cells of a table have in common, by which columns are left out.
@@ -42,7 +39,7 @@ struct Kind {
     repeated: bool,
     /// Only open loops: they have no step, and what there is to see is their drift.
     open: bool,
-    /// Clients or setups are compared: the link is the same for all, and its columns make room.
+    /// Clients or setups are compared.
     clients: bool,
     /// The two modes are compared.
     modes: bool,
@@ -50,13 +47,14 @@ struct Kind {
 
 impl Kind {
     fn of(rows: &[Summary]) -> Self {
-        let differ =
-            |word: fn(&Summary) -> &str| rows.iter().any(|row| word(row) != word(&rows[0]));
+        let differ = |is_other: fn(&Summary, &Summary) -> bool| {
+            rows.iter().any(|row| is_other(row, &rows[0]))
+        };
         Self {
             repeated: rows.iter().any(|row| row.repeat > 1),
-            open: !rows.is_empty() && rows.iter().all(|row| row.mode == "open"),
-            clients: differ(|row| &row.client) || differ(|row| &row.setup),
-            modes: differ(|row| &row.mode),
+            open: !rows.is_empty() && rows.iter().all(|row| row.mode == Mode::Open),
+            clients: differ(|one, other| one.client != other.client || one.setup != other.setup),
+            modes: differ(|one, other| one.mode != other.mode),
         }
     }
 
@@ -65,10 +63,9 @@ impl Kind {
             true => DRIFT_LEGEND,
             false => STEP_LEGEND,
         };
-        match self.clients {
-            true => format!("{PROBED_LEGEND} {ZERO_LEGEND}\n{rest}\n"),
-            false if self.open => format!("{RTT_LEGEND}\n{ZERO_LEGEND}\n{rest}\n"),
-            false => format!("{RTT_LEGEND}\n{ZERO_LEGEND} {rest}\n"),
+        match self.open {
+            true => format!("{ZERO_LEGEND}\n{rest}\n"),
+            false => format!("{ZERO_LEGEND} {rest}\n"),
         }
     }
 }
@@ -78,7 +75,24 @@ impl Kind {
 pub fn render(rows: &[Summary]) -> String {
     let kind = Kind::of(rows);
     let cells: Vec<Vec<String>> = rows.iter().map(|row| line(row, &kind)).collect();
-    align(&COLUMNS, &cells) + "\n" + &kind.legend()
+    let table = format!(
+        "{}{}\n{}",
+        head(rows),
+        align(&COLUMNS, &cells),
+        kind.legend()
+    );
+    match links::render(rows) {
+        links if links.is_empty() => table,
+        links => table + "\n" + &links,
+    }
+}
+
+/// What stands over a table of runs that were none.
+pub(crate) fn head(rows: &[Summary]) -> &'static str {
+    match rows.iter().any(Summary::is_simulated) {
+        true => "All of it is simulated, in virtual time.\n\n",
+        false => "",
+    }
 }
 
 fn line(row: &Summary, kind: &Kind) -> Vec<String> {
@@ -88,15 +102,12 @@ fn line(row: &Summary, kind: &Kind) -> Vec<String> {
     let drift = |figure: Option<f64>| when(kind.open, digits(figure));
     vec![
         row.topology.clone(),
-        row.client.clone(),
+        row.client.to_string(),
         row.setup.clone(),
-        when(kind.modes || !kind.clients, row.mode.clone()),
+        when(kind.modes || !kind.clients, row.mode.to_string()),
         row.rate.clone(),
         when(kind.repeated, row.repeat.to_string()),
         verdict(row),
-        when(!kind.clients, digits(row.rtt_asked_ms)),
-        when(!kind.clients, digits(row.rtt_due_ms)),
-        digits(row.rtt_measured_ms),
         whole(row.messages_sent),
         whole(row.messages_missed),
         percent(row.zero_1ms),
@@ -105,6 +116,7 @@ fn line(row: &Summary, kind: &Kind) -> Vec<String> {
         step(row.overshoot_pct),
         drift(row.schedule_slope.map(|slope| 1e3 * slope)),
         drift(row.schedule_lag_s),
+        row.disturbed.clone().unwrap_or_default(),
     ]
 }
 
@@ -119,14 +131,15 @@ fn verdict(row: &Summary) -> String {
 
 #[cfg(test)]
 mod tests {
+    use plan::Client;
+
     use super::*;
     use crate::response::LoopVerdict;
 
-    fn cell(topology: &str, mode: &str, rate: &str) -> Summary {
+    fn cell(topology: &str, mode: Mode, rate: &str) -> Summary {
         Summary {
             topology: topology.to_owned(),
-            client: "native".to_owned(),
-            mode: mode.to_owned(),
+            mode,
             rate: rate.to_owned(),
             repeat: 1,
             verdict: Some(Verdict::Complete),
@@ -135,10 +148,14 @@ mod tests {
     }
 
     fn measured(topology: &str, rtt: [f64; 3], figures: Option<[f64; 3]>) -> Summary {
-        let mode = if figures.is_some() { "closed" } else { "open" };
+        let mode = match figures {
+            Some(_) => Mode::Closed,
+            None => Mode::Open,
+        };
         Summary {
-            rtt_asked_ms: (rtt[0] > 0.0).then_some(rtt[0]),
-            rtt_due_ms: (rtt[1] > 0.0).then_some(rtt[1]),
+            rtt_asked_p50_ms: (rtt[0] > 0.0).then_some(rtt[0]),
+            rtt_due_p50_ms: (rtt[1] > 0.0).then_some(rtt[1]),
+            rtt_measured_p50_ms: Some(rtt[2]),
             rtt_measured_ms: Some(rtt[2]),
             messages_sent: Some(2666),
             messages_missed: Some(0),
@@ -185,11 +202,11 @@ mod tests {
             },
             Summary {
                 verdict: Some(Verdict::Unsupported),
-                ..cell("diego-lan", "closed", "1 kHz")
+                ..cell("diego-lan", Mode::Closed, "1 kHz")
             },
             Summary {
                 verdict: None,
-                ..cell("diego-lan", "open", "3.3 Hz")
+                ..cell("diego-lan", Mode::Open, "3.3 Hz")
             },
         ];
         let table = render(&rows);
@@ -202,8 +219,8 @@ mod tests {
 
     #[test]
     fn where_only_open_loops_are_compared_by_client_the_table_is_of_their_drift() {
-        let cell = |client: &str, setup: &str, sent: u64, slope: f64| Summary {
-            client: client.to_owned(),
+        let cell = |client: Client, setup: &str, sent: u64, slope: f64| Summary {
+            client,
             setup: setup.to_owned(),
             messages_due: 6000,
             messages_sent: Some(sent),
@@ -212,19 +229,19 @@ mod tests {
             schedule_slope: Some(slope),
             schedule_lag_s: Some(60.0 * slope),
             rtt_measured_ms: Some(0.0312),
-            ..cell("arima", "open", "100 Hz")
+            ..cell("arima", Mode::Open, "100 Hz")
         };
         insta::assert_snapshot!(render(&[
-            cell("python", "paper-python", 6000, 0.000_000_12),
-            cell("firefox", "paper-2011", 5497, 0.0911),
-            cell("firefox", "worker", 5998, -0.000_002),
+            cell(Client::Python, "paper-python", 6000, 0.000_000_12),
+            cell(Client::Firefox, "paper-2011", 5497, 0.0911),
+            cell(Client::Firefox, "worker", 5998, -0.000_002),
         ]));
     }
 
     #[test]
     fn where_only_closed_loops_are_compared_by_client_the_table_stays_on_a_terminal() {
-        let cell = |client: &str, setup: &str| Summary {
-            client: client.to_owned(),
+        let cell = |client: Client, setup: &str| Summary {
+            client,
             setup: setup.to_owned(),
             repeat: 20,
             ..measured(
@@ -234,8 +251,8 @@ mod tests {
             )
         };
         let table = render(&[
-            cell("native", "paper-python"),
-            cell("chromium", "paper-2011"),
+            cell(Client::Native, "paper-python"),
+            cell(Client::Chromium, "paper-2011"),
         ]);
         assert!(
             table.lines().all(|line| line.len() <= 120),
@@ -246,17 +263,27 @@ mod tests {
     }
 
     #[test]
+    fn what_is_simulated_says_so_over_its_table_and_what_was_run_does_not() {
+        let of = |backend: &str| Summary {
+            backend: Some(backend.to_owned()),
+            ..measured("buccoo", [3.4, 3.4, 3.4], Some([114.0, 318.0, 5.6]))
+        };
+        assert!(render(&[of("sim")]).starts_with("All of it is simulated"));
+        assert!(!render(&[of("netns")]).contains("simulated"));
+    }
+
+    #[test]
     fn nothing_has_been_run_and_the_table_is_empty() {
-        assert_eq!(render(&[]).lines().count(), 5);
+        assert_eq!(render(&[]).lines().count(), 4);
     }
 
     #[test]
     fn repeats_have_a_column_where_there_are_any() {
-        assert!(!render(&[cell("arima", "open", "100 Hz")]).contains('#'));
+        assert!(!render(&[cell("arima", Mode::Open, "100 Hz")]).contains('#'));
         assert!(
             render(&[Summary {
                 repeat: 2,
-                ..cell("arima", "open", "100 Hz")
+                ..cell("arima", Mode::Open, "100 Hz")
             }])
             .contains('#')
         );

@@ -26,7 +26,7 @@ fn outcome<R: Row + Debug>(text: &[u8], columns: &[&str]) -> Outcome {
     let error = end.err().map(|error| match error {
         ReadError::Row { line, problem, .. } => (line, problem),
         ReadError::Columns { .. } => (1, "columns".to_owned()),
-        ReadError::File { source, .. } => panic!("a readable file: {source}"),
+        ReadError::File { .. } | ReadError::Damaged { .. } => panic!("a readable file: {error}"),
     });
     (rows, error)
 }

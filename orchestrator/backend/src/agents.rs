@@ -67,7 +67,7 @@ fn checked(name: &str, address: String) -> Result<String, String> {
     match address.rsplit_once(':') {
         Some((host, port)) if !host.is_empty() && u16::from_str(port).is_ok() => Ok(address),
         _ => Err(format!(
-            "`{address}` is no address for the agent `{name}`; write HOST:PORT"
+            "`{address}` is not an address for the agent `{name}`; write HOST:PORT"
         )),
     }
 }

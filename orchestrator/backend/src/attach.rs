@@ -15,7 +15,7 @@ use plan::{Cell, Client, ProfileText};
 use serde::Deserialize;
 use shaper::{Echo, ProbePlan};
 
-use crate::distant::Distant;
+use crate::remote_part::RemotePart;
 use crate::site::{Part, Running, Settings, Site};
 use crate::{Agents, Player, RunError, client, schedule, sighting};
 
@@ -43,6 +43,8 @@ pub(crate) struct Attach {
     plant_link: RemoteRun,
     controller_link: RemoteRun,
     loopback: bool,
+    /// Whether the players write down what enters.
+    has_rate: bool,
     /// Whether the ends have a system of their own to read.
     has_system: bool,
     player: Player,
@@ -83,6 +85,7 @@ impl Attach {
             plant_link: begin(plant_link)?,
             controller_link: begin(controller_link)?,
             loopback: profile.is_loopback(),
+            has_rate: profile.has_rate(),
             has_system: texts.system.is_some(),
             player,
             start_time: Duration::ZERO,
@@ -135,8 +138,12 @@ impl Attach {
                 .follow(&[&PLANT[..], at_plant].concat(), folder)?,
         ];
         if !self.loopback {
-            let up = ["link-up.csv", "link-up.json", "link-up.log"];
-            let down = ["link-down.csv", "link-down.json", "link-down.log"];
+            let mut up = vec!["link-up.csv", "link-up.json", "link-up.log"];
+            let mut down = vec!["link-down.csv", "link-down.json", "link-down.log"];
+            if self.has_rate {
+                up.push("packets-up.csv");
+                down.push("packets-down.csv");
+            }
             followers.push(self.controller_link.follow(&up, folder)?);
             followers.push(self.plant_link.follow(&down, folder)?);
         }
@@ -164,7 +171,7 @@ impl Attach {
     fn start_link(
         &self,
         settings: &[(&'static str, String)],
-    ) -> Result<Vec<Distant<'_>>, RunError> {
+    ) -> Result<Vec<RemotePart<'_>>, RunError> {
         let start = |run, way: Way, player: Player| {
             let instance = match way {
                 Way::Up => "link-up",
@@ -174,7 +181,7 @@ impl Attach {
             settings.push(("profile", PROFILE.to_owned()));
             settings.push(("way", way.to_string()));
             settings.push(("player", player.to_string()));
-            Distant::start(run, instance, "link", &settings)
+            RemotePart::start(run, instance, "link", &settings)
         };
         let (up, said) = start(&self.controller_link, Way::Up, self.player)?;
         let playing: Playing = serde_json::from_str(&said).map_err(|problem| {
@@ -206,7 +213,7 @@ impl Site for Attach {
             Part::Plant => (self.beside_plant(), "plant"),
             Part::Controller => (&self.controller, "controller"),
         };
-        let (part, _) = Distant::start(run, name, role, &settings)?;
+        let (part, _) = RemotePart::start(run, name, role, &settings)?;
         Ok(Box::new(part))
     }
 

@@ -19,7 +19,7 @@ pub(crate) fn role(client: Client) -> &'static str {
 }
 
 /// What the role is told to control the plant at `plant`, first at `start_ns`.
-pub(crate) fn told(cell: &Cell, plant: SocketAddr, start_ns: u64) -> Settings {
+pub(crate) fn role_settings(cell: &Cell, plant: SocketAddr, start_ns: u64) -> Settings {
     let given = &cell.settings;
     let mut told = settings(&[
         ("plant", &plant),

@@ -1,22 +1,27 @@
 //! The course of a run, the same at every site: what is started when, and what is waited for.
 //!
-//! It only runs. What the echoes say of the link is in `evidence`; whether the loop survived is
-//! read from the rows later, by others.
+//! It only runs, and asks what the parts looked like meanwhile. What the echoes and the rows say of the
+//! link is in `evidence`; whether the loop survived is read from the rows later, by others.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use judge::{Pulse, Watched};
 use link::Profile;
 use plan::{Cell, Phase};
-use shaper::{Echo, now_ns};
+use shaper::Echo;
 
-use crate::proof::Proof;
+use crate::link_check::{LinkCheck, NOTHING_ENTERED};
+use crate::pulse::Pulses;
 use crate::site::{Part, Running, Site, settings};
 use crate::{RunError, client, schedule};
 
-/// How often the parts are looked at.
+/// How often it is asked whether the parts have ended.
 const POLL: Duration = Duration::from_millis(10);
+
+/// How often it is asked who had the processors.
+const SHARES_EVERY_NS: u64 = 250_000_000;
 
 /// What was seen of the link in a run.
 #[derive(Debug)]
@@ -27,6 +32,10 @@ pub(crate) struct Seen {
     pub(crate) start_ns: u64,
     /// The echoes, those on the empty link first.
     pub(crate) echoes: [(Phase, Vec<Echo>); 4],
+    /// What the processors said meanwhile; none in virtual time.
+    pub(crate) pulse: Option<Pulse>,
+    /// What was seen of the parts while the controller ran, by their names.
+    pub(crate) watched: Vec<(String, Watched)>,
 }
 
 /// Runs a cell at `site`.
@@ -39,7 +48,7 @@ pub(crate) fn run(
     stop: &AtomicBool,
 ) -> Result<Seen, RunError> {
     let given = &cell.settings;
-    let epoch_ns = now_ns() + site.lead_ns(client::start_time(cell.client));
+    let epoch_ns = site.now_ns() + site.lead_ns(client::start_time(cell.client));
     let start_ns = epoch_ns + plan::START_AT_NS;
     let mut link = match profile.is_loopback() {
         true => None,
@@ -50,48 +59,55 @@ pub(crate) fn run(
         )?),
     };
     let plant_socket = site.plant_socket();
-    let mut plant = site.start(
-        Part::Plant,
-        "plant",
-        settings(&[
-            ("listen", &plant_socket),
-            ("h", &given.h),
-            ("late", &given.late),
-            ("hold", &cell.hold),
-        ]),
-    )?;
+    let mut told = settings(&[
+        ("listen", &plant_socket),
+        ("h", &given.h),
+        ("late", &given.late),
+        ("hold", &cell.hold),
+    ]);
+    if let Some(law) = &cell.tick_noise {
+        told.extend(settings(&[
+            ("tick-noise", law),
+            ("noise-seed", &cell.link_seed),
+        ]));
+    }
+    let mut plant = site.start(Part::Plant, "plant", told)?;
     let mut controller = site.start(
         Part::Controller,
         client::role(cell.client),
-        client::told(cell, plant_socket, start_ns),
+        client::role_settings(cell, plant_socket, start_ns),
     )?;
 
-    let proof = Proof {
+    let link_check = LinkCheck {
         target: site.plant_address(),
         profile,
         seed: cell.link_seed,
         epoch_ns,
+        entered: &NOTHING_ENTERED,
     };
-    let send = |series, stop: &AtomicBool| site.echoes(&proof.plan(series), stop);
-    let empty = send(schedule::empty(now_ns()), stop)?;
-    if now_ns() >= epoch_ns {
+    let send = |series, stop: &AtomicBool| site.echoes(&link_check.plan(series), stop);
+    let empty = send(schedule::empty(site.now_ns()), stop)?;
+    if site.now_ns() >= epoch_ns {
         return Err(RunError::Link(
             "this machine was too busy to measure the empty link before the run".into(),
         ));
     }
+    let pulses = Pulses::start();
+    let mut shares = Shares::new(start_ns, start_ns + cell.duration_ns);
     let abandon = AtomicBool::new(false);
     let echoes = thread::scope(|scope| {
         let before = scope.spawn(|| send(schedule::before(epoch_ns), &abandon));
         let during = scope.spawn(|| send(schedule::during(start_ns, cell.duration_ns), &abandon));
         let ended = await_controller(
+            site,
             controller.as_mut(),
             plant.as_mut(),
             link.as_deref_mut(),
             cell,
-            start_ns,
+            &mut shares,
             stop,
         );
-        let after = ended.and_then(|()| send(schedule::after(now_ns()), stop));
+        let after = ended.and_then(|()| send(schedule::after(site.now_ns()), stop));
         // A terminal's Ctrl-C ends the controller too, as if it had ended by itself.
         if after.is_err() || stop.load(Ordering::Relaxed) {
             abandon.store(true, Ordering::Relaxed);
@@ -106,6 +122,13 @@ pub(crate) fn run(
             (Phase::After, after),
         ])
     })?;
+    let pulse = pulses.finish();
+    let parts = [
+        ("plant", Some(&*plant)),
+        ("controller", Some(&*controller)),
+        ("player", link.as_deref()),
+    ];
+    let watched = shares.watched(parts)?;
     controller.stop()?;
     plant.stop()?;
     link.map_or(Ok(()), Running::stop)?;
@@ -113,22 +136,25 @@ pub(crate) fn run(
         epoch_ns,
         start_ns,
         echoes,
+        pulse: Some(pulse),
+        watched,
     })
 }
 
 /// Waits for the controller's own end, watching that the others live.
 fn await_controller(
+    site: &dyn Site,
     controller: &mut dyn Running,
     plant: &mut dyn Running,
     mut link: Option<&mut (dyn Running + '_)>,
     cell: &Cell,
-    start_ns: u64,
+    shares: &mut Shares,
     stop: &AtomicBool,
 ) -> Result<(), RunError> {
-    let deadline_ns = start_ns
-        + cell.duration_ns
-        + cell.settings.timeout_ns
-        + u64::try_from(client::grace(cell.client).as_nanos()).unwrap_or(u64::MAX);
+    let deadline_ns = shares
+        .to_ns
+        .saturating_add(cell.settings.timeout_ns)
+        .saturating_add(schedule::ns(client::grace(cell.client)));
     while !controller.ended()? {
         if stop.load(Ordering::Relaxed) {
             controller.terminate();
@@ -139,15 +165,94 @@ fn await_controller(
                 "the plant or the link ended before the controller".into(),
             ));
         }
-        if now_ns() > deadline_ns {
+        if site.now_ns() > deadline_ns {
             return Err(RunError::role(
                 "controller",
                 "did not end after its duration and time-out",
             ));
         }
-        thread::sleep(POLL);
+        shares.take(site.now_ns());
+        site.sleep(POLL);
     }
     Ok(())
+}
+
+/// Who had the processors while the controller ran.
+struct Shares {
+    from_ns: u64,
+    to_ns: u64,
+    /// When it was asked first and last, how long all processors had been busy, and this process and
+    /// those beneath it.
+    taken: Option<[[u64; 3]; 2]>,
+}
+
+impl Shares {
+    fn new(from_ns: u64, to_ns: u64) -> Shares {
+        Shares {
+            from_ns,
+            to_ns,
+            taken: None,
+        }
+    }
+
+    fn take(&mut self, now: u64) {
+        let last_ns = self.taken.map(|[_, [last_ns, ..]]| last_ns);
+        let is_due = last_ns.is_none_or(|last_ns| now >= last_ns + SHARES_EVERY_NS);
+        if (self.from_ns..self.to_ns).contains(&now) && is_due {
+            let taken = [now, agent::busy_ns(), agent::own_strain().ran_ns];
+            let [first, _] = self.taken.unwrap_or([taken; 2]);
+            self.taken = Some([first, taken]);
+        }
+    }
+
+    /// What was seen of each part meanwhile. Of a controller beneath this process, which may be a
+    /// browser, also what it waited while others had the processors: elsewhere they cannot be told from
+    /// the other parts of the run.
+    fn watched(
+        &self,
+        parts: [(&str, Option<&dyn Running>); 3],
+    ) -> Result<Vec<(String, Watched)>, RunError> {
+        let mut found = Vec::new();
+        for (name, part) in parts {
+            let seen = part.map(Running::seen).transpose()?.unwrap_or_default();
+            let mut stops = seen.stops_within(self.from_ns, self.to_ns).peekable();
+            let mut watched = Watched {
+                looks: seen.looks_within(self.from_ns, self.to_ns),
+                stopped_at_ns: stops.peek().copied().unwrap_or_default(),
+                stopped: stops.count() as u64,
+                ..Watched::default()
+            };
+            if name == "controller"
+                && part.is_some_and(Running::is_beneath)
+                && let Some(strain) = seen.strain_within(self.from_ns, self.to_ns)
+            {
+                watched.ran_ms = strain.ran_ns as f64 * 1e-6;
+                watched.waited_ms = strain.waited_ns as f64 * 1e-6;
+                watched.others = self.others();
+            }
+            found.push((name.to_owned(), watched));
+        }
+        Ok(found)
+    }
+
+    /// Share of all processors' time that went to what is not beneath this process; 0 where it was not
+    /// asked.
+    fn others(&self) -> f64 {
+        let Some(
+            [
+                [first_ns, busy_first, own_first],
+                [last_ns, busy_last, own_last],
+            ],
+        ) = self.taken
+        else {
+            return 0.0;
+        };
+        let processors = thread::available_parallelism().map_or(1, usize::from) as f64;
+        let all_ns = last_ns.saturating_sub(first_ns) as f64 * processors;
+        let own_ns = own_last.saturating_sub(own_first) as f64;
+        let others_ns = busy_last.saturating_sub(busy_first) as f64 - own_ns;
+        (others_ns / all_ns.max(1.0)).max(0.0)
+    }
 }
 
 fn joined<T>(thread: thread::ScopedJoinHandle<'_, Result<T, RunError>>) -> Result<T, RunError> {
@@ -155,3 +260,6 @@ fn joined<T>(thread: thread::ScopedJoinHandle<'_, Result<T, RunError>>) -> Resul
         .join()
         .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,14 +1,19 @@
-//! What the echoes of a run say of its link, for the manifest and for `probes.csv`.
+//! What the echoes and the rows of a run say of its link, its ends and its machine, for the manifest;
+//! and the echoes' own rows, `probes.csv`.
 
+use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::Path;
 
-use plan::Phase;
+use judge::{Allowance, Judgement, Records, Watched};
+use plan::{Cell, Phase};
 use serde_json::Value;
-use shaper::{Echo, Edge};
+use shaper::Echo;
 
-use crate::RunError;
 use crate::course::Seen;
-use crate::proof::Proof;
+use crate::link_check::LinkCheck;
+use crate::record::{self, Rows};
+use crate::{RunError, report};
 
 /// What a run has shown, for its manifest.
 #[derive(Debug, Default)]
@@ -16,36 +21,100 @@ pub(crate) struct Evidence {
     pub(crate) epoch_ns: u64,
     pub(crate) start_ns: u64,
     pub(crate) certificate: Option<Value>,
-    /// Why the run is not to be trusted; empty if it is.
+    pub(crate) messages: Option<Value>,
+    pub(crate) pulse: Option<Value>,
+    pub(crate) watched: Option<Value>,
+    pub(crate) judgement: Judgement,
+    /// Why the run is not to be trusted by its echoes and files; empty if it is.
     pub(crate) doubts: Vec<String>,
+    /// Whether one of the doubts cannot come of a machine that stood still.
+    pub(crate) is_other: bool,
 }
 
-/// Judges the link by its echoes, and the run by the link.
-pub(crate) fn judge(proof: &Proof, seen: &Seen, edge: Edge) -> Evidence {
+/// Judges the link by its echoes and messages, and the run by all that it left in `folder`.
+pub(crate) fn judge(
+    link_check: &LinkCheck,
+    cell: &Cell,
+    seen: &Seen,
+    folder: &Path,
+) -> Result<Evidence, RunError> {
     let phases = &seen.echoes;
     let mut evidence = Evidence {
         epoch_ns: seen.epoch_ns,
         start_ns: seen.start_ns,
+        pulse: seen
+            .pulse
+            .as_ref()
+            .and_then(|pulse| serde_json::to_value(pulse).ok()),
+        watched: watched(&seen.watched),
         ..Evidence::default()
     };
-    let Some(baseline) = proof.baseline(&phases[0].1) else {
+    let Some(baseline) = link_check.baseline(&phases[0].1) else {
         evidence
             .doubts
             .push("no echo came through the empty link".into());
-        return evidence;
+        return Ok(evidence);
     };
-    let echoes = in_order(&phases[1..]);
-    if let Some(certificate) = proof.certificate(&echoes, baseline, edge) {
-        if let shaper::Verdict::Broken(reasons) = &certificate.verdict {
-            evidence.doubts.extend(reasons.iter().cloned());
-        }
-        evidence.certificate = serde_json::to_value(certificate).ok();
-    } else if echoes.iter().all(|echo| echo.t_back_ns.is_none()) {
-        evidence
-            .doubts
-            .push("no echo came back over loopback".into());
+    let edge = report::edge(folder);
+    let echoes = link_check.heard(in_order(&phases[1..]));
+    let certificate = link_check.certificate(&echoes, baseline, edge);
+    if let shaper::Verdict::Broken(reasons) = &certificate.verdict {
+        evidence.doubts.extend(reasons.iter().cloned());
     }
-    evidence
+    evidence.is_other = certificate.is_another();
+    evidence.certificate = serde_json::to_value(certificate).ok();
+    let rows = Rows::read(folder)?;
+    let settings = &cell.settings;
+    let terms = judge::Terms {
+        timeline: link_check.timeline(),
+        run_ns: run_ns(seen, cell),
+        before_ns: edge.before_ns,
+        fall_ns: edge.fall_ns,
+        baseline_ms: [baseline.up_ms, baseline.down_ms],
+        allowance: Allowance::of(cell.client),
+        has_rate: link_check.profile.has_rate(),
+        opens_always: judge::opens_always(settings),
+        shares_one: judge::shares_one(settings),
+    };
+    let messages = judge::message::hold(&rows.messages, &rows.arrivals, &terms);
+    let link = report::of_link(folder);
+    let (pauses, player_real_time) = record::pauses(link.as_ref());
+    let records = Records {
+        settings,
+        from_ns: seen.start_ns,
+        to_ns: seen.start_ns + cell.duration_ns,
+        ticks: &rows.ticks,
+        tick_noise: cell.noise(),
+        plant_real_time: record::is_real_time(folder, "plant", "ticker"),
+        controller_real_time: record::is_real_time(folder, "controller", "controller"),
+        messages: &rows.messages,
+        pauses: &pauses,
+        player_real_time,
+        pulse: seen.pulse.as_ref(),
+        watched: &seen.watched,
+    };
+    evidence.judgement = judge::judge(&records, &messages, &terms);
+    evidence.messages = serde_json::to_value(messages).ok();
+    Ok(evidence)
+}
+
+/// From well before the first deadline to when no message can be under way any more.
+fn run_ns(seen: &Seen, cell: &Cell) -> Range<u64> {
+    const SPARE_NS: u64 = 10_000_000_000;
+    let end_ns = seen
+        .start_ns
+        .saturating_add(cell.duration_ns)
+        .saturating_add(cell.settings.timeout_ns)
+        .saturating_add(SPARE_NS);
+    seen.start_ns.saturating_sub(SPARE_NS)..end_ns
+}
+
+/// What was seen of each part, by its name; nothing in virtual time.
+fn watched(parts: &[(String, Watched)]) -> Option<Value> {
+    let seen: BTreeMap<_, _> = parts.iter().map(|(part, seen)| (part, seen)).collect();
+    (!seen.is_empty())
+        .then(|| serde_json::to_value(seen).ok())
+        .flatten()
 }
 
 /// The echoes of several series as one, in order of sending.
@@ -60,14 +129,14 @@ fn in_order(phases: &[(Phase, Vec<Echo>)]) -> Vec<Echo> {
 
 /// Leaves every echo, beside what the link had for it, in the file `path`.
 pub(crate) fn write_rows(
-    proof: &Proof,
+    link_check: &LinkCheck,
     phases: &[(Phase, Vec<Echo>)],
     path: &Path,
 ) -> Result<(), RunError> {
     let fail = |problem: csv::Error| RunError::write(path, std::io::Error::other(problem));
     let mut csv = csv::Writer::from_path(path).map_err(fail)?;
     for (phase, echoes) in phases {
-        for row in proof.rows(*phase, echoes) {
+        for row in link_check.rows(*phase, echoes) {
             csv.serialize(row).map_err(fail)?;
         }
     }

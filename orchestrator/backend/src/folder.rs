@@ -1,11 +1,11 @@
 //! A cell's folder: files that appear whole or not at all, and checksums of what is in it.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
-use plan::FileFact;
+use plan::{FileFact, Manifest, Verdict};
 
 use crate::RunError;
 
@@ -14,34 +14,29 @@ use crate::RunError;
 /// # Errors
 /// [`RunError::Write`] with the file's name.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), RunError> {
-    let partial = path.with_extension("partial");
-    let write = || -> io::Result<()> {
-        let mut file = File::create(&partial)?;
-        file.write_all(content)?;
-        file.sync_all()?;
-        fs::rename(&partial, path)?;
-        // The rename itself is only safe once its folder is.
-        path.parent()
-            .map_or(Ok(()), |folder| File::open(folder)?.sync_all())
-    };
-    write().map_err(|problem| {
-        let _ = fs::remove_file(&partial);
-        RunError::write(path, problem)
-    })
+    file::write_durably(path, content).map_err(|problem| RunError::write(path, problem))
 }
 
-/// Moves a cell's folder aside, if there is one, to the first free `ID.unfinished-N` beside it: what
-/// is in it is never overwritten.
+/// Moves a cell's folder aside, if there is one, to the first free `ID.unfinished-N` beside it, or
+/// `ID.disturbed-N` of a run that was disturbed: what is in it is never overwritten.
 ///
 /// # Errors
 /// When it cannot be renamed.
 pub fn move_aside(folder: &Path) -> io::Result<()> {
-    if !folder.exists() {
+    // A link that leads nowhere is something too.
+    let is_there = |path: &Path| fs::symlink_metadata(path).is_ok();
+    if !is_there(folder) {
         return Ok(());
     }
     // Not `with_extension`: an id may have a point in it, as in `3.3hz`.
-    let beside = |n: u32| PathBuf::from(format!("{}.unfinished-{n}", folder.display()));
-    let aside = (1..).map(beside).find(|aside| !aside.exists());
+    let manifest = file::text(&folder.join(Manifest::FILE), file::MANIFEST_BYTES).ok();
+    let verdict = manifest.and_then(|text| Some(Manifest::from_json(&text).ok()?.verdict));
+    let word = match verdict {
+        Some(Verdict::Disturbed) => "disturbed",
+        _ => "unfinished",
+    };
+    let beside = |n: u32| PathBuf::from(format!("{}.{word}-{n}", folder.display()));
+    let aside = (1..).map(beside).find(|aside| !is_there(aside));
     aside.map_or(Ok(()), |aside| fs::rename(folder, aside))
 }
 
@@ -55,7 +50,7 @@ pub(crate) fn inventory(folder: &Path, except: &str) -> io::Result<BTreeMap<Stri
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();
         if name != except && entry.file_type()?.is_file() {
-            files.insert(name, FileFact::of(File::open(entry.path())?)?);
+            files.insert(name, FileFact::of(file::open(&entry.path())?)?);
         }
     }
     Ok(files)

@@ -4,9 +4,10 @@
 //! - `course`: what is started when and waited for, the same everywhere; `schedule` has the times.
 //! - `client`: a cell's client as a role.
 //! - `site`: where the parts live. `netns` has a [`Lab`] of namespaces and the roles as processes
-//!   in them; `attach` has [`Agents`] that start them elsewhere, as `distant` parts, and echoes
+//!   in them; `attach` has [`Agents`] that start them elsewhere, as `remote_part` parts, and echoes
 //!   with two halves (`sighting`).
-//! - `proof`, `evidence`: the link's echoes and certificate; [`probe()`] is that alone.
+//! - `link_check`, `evidence`: the link's echoes and certificate; [`probe()`] is that alone.
+//! - `pulse`, `record`: what a machine that stood still says, and the rows by which a run is judged.
 //! - `folder`, `report`, [`machine()`]: what a manifest says about files, roles and machine.
 //! - [`ability`]: what this machine can do.
 
@@ -15,16 +16,18 @@ mod agents;
 mod attach;
 mod client;
 mod course;
-mod distant;
 mod error;
 mod evidence;
 mod folder;
 mod lab;
+mod link_check;
 mod machine;
 mod netns;
 mod player;
 mod probe;
-mod proof;
+mod pulse;
+mod record;
+mod remote_part;
 mod report;
 mod run;
 mod schedule;
@@ -45,6 +48,6 @@ pub use machine::machine;
 pub use plan::Manifest;
 pub use player::Player;
 pub use probe::{Probed, probe};
-pub use run::{Backend, cell_folder, manifest, run_cell};
-pub use schedule::overhead_ns;
+pub use run::{Attempt, Backend, cell_folder, manifest, run_cell};
+pub use schedule::{AFTER_EPOCH_NS, lead_ns, overhead_ns, stagger_ns};
 pub use timings::{InvalidTimings, Rates, Timings};

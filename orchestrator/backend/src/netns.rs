@@ -7,9 +7,9 @@ use std::process::Command;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use agent::{Launch, Role, last_words};
+use agent::{Launch, Role, Seen, last_words};
 use link::{Profile, Way};
-use shaper::{Echo, Namespace, ProbePlan, Prober};
+use shaper::{Echo, Namespace, ProbePlan, Prober, now_ns};
 
 use crate::site::{Part, Running, Settings, Site};
 use crate::{Lab, Player, RunError, schedule};
@@ -25,6 +25,8 @@ pub(crate) struct Netns {
     program: PathBuf,
     /// How long starting it takes on this machine.
     start_time: Duration,
+    /// The link's epoch is no earlier.
+    not_before_ns: u64,
 }
 
 impl Netns {
@@ -54,8 +56,14 @@ impl Netns {
             system_file: system_file.map(Path::to_path_buf),
             folder: folder.to_path_buf(),
             start_time: start_time(&program),
+            not_before_ns: 0,
             program,
         })
+    }
+
+    /// The link's epoch is then or later, ns on the monotonic clock.
+    pub(crate) fn wait_until(&mut self, not_before_ns: u64) {
+        self.not_before_ns = not_before_ns;
     }
 
     /// A player for each way, at the interface in the middle through which its packets leave.
@@ -90,6 +98,7 @@ impl Netns {
             name,
             args: &words,
             folder: &self.folder,
+            is_watched: true,
         };
         let mut role = Role::launch(&launch, self.namespace(part))?;
         match role.wait_ready() {
@@ -120,7 +129,9 @@ fn start_time(program: &Path) -> Duration {
 
 impl Site for Netns {
     fn lead_ns(&self, start_time: Duration) -> u64 {
-        schedule::LEAD_NS + schedule::allowance_ns(self.start_time) + schedule::ns(start_time)
+        let own_ns =
+            schedule::LEAD_NS + schedule::allowance_ns(self.start_time) + schedule::ns(start_time);
+        own_ns.max(self.not_before_ns.saturating_sub(now_ns()))
     }
 
     fn start<'a>(
@@ -160,6 +171,14 @@ impl Site for Netns {
 impl Running for Role {
     fn ended(&mut self) -> Result<bool, RunError> {
         Ok(Role::ended(self)?)
+    }
+
+    fn seen(&self) -> Result<Seen, RunError> {
+        Ok(Role::seen(self))
+    }
+
+    fn is_beneath(&self) -> bool {
+        true
     }
 
     fn terminate(&mut self) {

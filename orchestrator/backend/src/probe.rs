@@ -11,7 +11,7 @@ use shaper::{
     now_ns, play,
 };
 
-use crate::proof::Proof;
+use crate::link_check::{LinkCheck, NOTHING_ENTERED};
 use crate::schedule::{self, Series};
 use crate::{Lab, Player, RunError};
 
@@ -48,11 +48,12 @@ pub fn probe(
         seed,
         epoch_ns,
     };
-    let proof = Proof {
+    let link_check = LinkCheck {
         target: lab.plant_address(),
         profile,
         seed,
         epoch_ns,
+        entered: &NOTHING_ENTERED,
     };
     let done = AtomicBool::new(false);
     thread::scope(|scope| {
@@ -82,14 +83,14 @@ pub fn probe(
                 let _ = in_force.recv();
             }
             let mut prober = Prober::open(lab.controller(), lab.plant())?;
-            let empty = prober.run(&proof.plan(schedule::empty(now_ns())), stop, |_| {})?;
+            let empty = prober.run(&link_check.plan(schedule::empty(now_ns())), stop, |_| {})?;
             let series = Series {
                 phase: Phase::During,
                 start_ns: epoch_ns,
                 interval_ns,
                 count,
             };
-            let echoes = prober.run(&proof.plan(series), stop, on_answer)?;
+            let echoes = prober.run(&link_check.plan(series), stop, on_answer)?;
             Ok::<_, RunError>((empty, echoes))
         })();
         done.store(true, Ordering::Relaxed);
@@ -101,10 +102,11 @@ pub fn probe(
             edge = edge.or(played?);
         }
         let (empty, echoes) = probed?;
-        let baseline = proof
+        let baseline = link_check
             .baseline(&empty)
             .ok_or_else(|| RunError::Link("no echo came through the empty link".into()))?;
-        let certificate = proof.certificate(&echoes, baseline, edge);
+        let certificate =
+            (!profile.is_loopback()).then(|| link_check.certificate(&echoes, baseline, edge));
         Ok(Probed {
             echoes,
             baseline,
@@ -139,6 +141,7 @@ impl Piece<'_> {
                 epoch_ns,
                 controller: PacketPort::open(controller)?,
                 plant: PacketPort::open(plant)?,
+                packets: None,
             };
             let _ = ready.send(());
             return play(config, done, |_| {}).map(|_| Edge::USER);

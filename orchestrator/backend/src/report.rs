@@ -14,7 +14,7 @@ pub(crate) fn of_role(folder: &Path, name: &str) -> Option<Value> {
 }
 
 /// How a page failed, by its own word; a browser's process alone does not tell.
-pub(crate) fn trouble_of_page(client: Client, page: Option<&Value>) -> Option<String> {
+pub(crate) fn page_failure(client: Client, page: Option<&Value>) -> Option<String> {
     if !client.is_browser() {
         return None;
     }

@@ -16,9 +16,9 @@ use system::System;
 use crate::attach::{Attach, Texts};
 use crate::course;
 use crate::evidence::{self, Evidence};
+use crate::link_check::LinkCheck;
 use crate::netns::Netns;
-use crate::proof::Proof;
-use crate::{Agents, Manifest, Player, RunError, Timings, folder, report, simulated};
+use crate::{Agents, Manifest, Player, RunError, Timings, folder, record, report, simulated};
 
 /// The file in which a cell's folder keeps its link's profile.
 const PROFILE_FILE: &str = "profile.toml";
@@ -37,7 +37,7 @@ pub fn cell_folder(campaign: &Path, cell: &Cell) -> PathBuf {
 /// When there is one that cannot be read; names the file.
 pub fn manifest(campaign: &Path, cell: &Cell) -> Result<Option<Manifest>, String> {
     let path = cell_folder(campaign, cell).join(Manifest::FILE);
-    match fs::read_to_string(&path) {
+    match file::text(&path, file::MANIFEST_BYTES) {
         Ok(text) => Manifest::from_json(&text)
             .map(Some)
             .map_err(|problem| format!("{}: {problem}", path.display())),
@@ -49,17 +49,31 @@ pub fn manifest(campaign: &Path, cell: &Cell) -> Result<Option<Manifest>, String
 /// Where a cell is run, and what that needs.
 #[derive(Debug)]
 pub enum Backend {
-    /// In namespaces on this machine, with what [`shaper::become_root`] gave.
-    Netns(shaper::Result<Authority>),
+    /// In namespaces on this machine.
+    Netns {
+        /// What [`shaper::become_root`] gave.
+        authority: shaper::Result<Authority>,
+        /// The link's epoch is no earlier, ns on the monotonic clock: who runs beside is not up before.
+        not_before_ns: u64,
+    },
     /// By agents that run already, as in containers.
     Attach(Agents),
     /// In virtual time, with what a machine's programs take.
     Sim(Box<Timings>),
 }
 
+/// A try at a cell.
+#[derive(Debug, Clone, Default)]
+pub struct Attempt {
+    /// The time of day, for people.
+    pub started: String,
+    /// What became of the tries before this one.
+    pub earlier: Vec<String>,
+}
+
 /// Runs a cell and writes its manifest, whatever the verdict.
 ///
-/// `started` is the time of day, for people. What an earlier try left in the folder is moved
+/// What an earlier try left in the folder is moved
 /// aside, never overwritten.
 ///
 /// # Errors
@@ -71,12 +85,12 @@ pub fn run_cell(
     campaign: &Path,
     backend: &Backend,
     player: Player,
-    started: String,
+    attempt: Attempt,
     stop: &AtomicBool,
 ) -> Result<Manifest, RunError> {
     let clock = Instant::now();
     let folder = cell_folder(campaign, cell);
-    make_room(&folder)?;
+    make_room(campaign, &folder)?;
     let profile = write_profile(plan, cell, &folder);
     let system = plan.system(cell).map_err(RunError::Link);
     let described = describe(backend);
@@ -85,9 +99,13 @@ pub fn run_cell(
         let system = system?;
         let own = write_system(&system, &folder)?;
         let seen = match backend {
-            Backend::Netns(authority) => {
+            Backend::Netns {
+                authority,
+                not_before_ns,
+            } => {
                 authority.as_ref()?;
-                let site = Netns::new(&profile, player, &file, own.as_deref(), &folder)?;
+                let mut site = Netns::new(&profile, player, &file, own.as_deref(), &folder)?;
+                site.wait_until(*not_before_ns);
                 course::run(&site, cell, &profile, stop)?
             }
             Backend::Attach(agents) => {
@@ -106,14 +124,15 @@ pub fn run_cell(
                 simulated::run(cell, &system, &profile, timing, &folder)?
             }
         };
-        let proof = Proof {
+        let link_check = LinkCheck {
             target: Ipv4Addr::LOCALHOST,
             profile: &profile,
             seed: cell.link_seed,
             epoch_ns: seen.epoch_ns,
+            entered: &record::entered(&folder)?,
         };
-        evidence::write_rows(&proof, &seen.echoes, &folder.join("probes.csv"))?;
-        Ok(evidence::judge(&proof, &seen, report::edge(&folder)))
+        evidence::write_rows(&link_check, &seen.echoes, &folder.join("probes.csv"))?;
+        evidence::judge(&link_check, cell, &seen, &folder)
     });
     // A terminal's Ctrl-C reaches the roles too, which then end as if by themselves.
     let outcome = match stop.load(Ordering::Relaxed) {
@@ -124,8 +143,8 @@ pub fn run_cell(
     let trouble = match backend {
         // In virtual time there is no browser that could have any.
         Backend::Sim(_) => None,
-        Backend::Netns(_) | Backend::Attach(_) => {
-            report::trouble_of_page(cell.client, page.as_ref())
+        Backend::Netns { .. } | Backend::Attach(_) => {
+            report::page_failure(cell.client, page.as_ref())
         }
     };
     let outcome = outcome.and_then(|evidence| match trouble {
@@ -143,6 +162,8 @@ pub fn run_cell(
         version: Manifest::VERSION,
         verdict,
         reasons,
+        disturbances: evidence.judgement.disturbances,
+        earlier: attempt.earlier,
         experiment: plan.experiment.clone(),
         campaign_seed: plan.seed,
         cell: cell.clone(),
@@ -153,11 +174,14 @@ pub fn run_cell(
         webloop: env!("CARGO_PKG_VERSION").to_owned(),
         machine: crate::machine(),
         authority: described.authority,
-        started,
+        started: attempt.started,
         wall_s: (clock.elapsed().as_secs_f64() * 1e3).round() / 1e3,
         epoch_ns: evidence.epoch_ns,
         start_ns: evidence.start_ns,
         certificate: evidence.certificate,
+        messages: evidence.messages,
+        pulse: evidence.pulse,
+        watched: evidence.watched,
         plant,
         controller,
         page,
@@ -190,26 +214,34 @@ fn judge(
             (Verdict::Failed, reasons, Evidence::default())
         }
         Ok(mut evidence) => {
+            let lost_rows = report::lost_rows(reports);
+            evidence.is_other |= lost_rows.is_some();
             evidence
                 .doubts
                 .extend(report::lost_by_the_player(reports[2].as_ref()));
-            evidence.doubts.extend(report::lost_rows(reports));
-            let reasons = std::mem::take(&mut evidence.doubts);
-            let verdict = if reasons.is_empty() {
-                Verdict::Complete
-            } else {
-                Verdict::Invalid
-            };
+            evidence.doubts.extend(lost_rows);
+            let judgement = &evidence.judgement;
+            let verdict = judgement.verdict(&evidence.doubts, evidence.is_other);
+            // The cause first, and then what came of it.
+            let causes = judgement.disturbances.iter().map(|one| one.words.clone());
+            let faults = judgement.faults.iter().cloned();
+            let doubts = std::mem::take(&mut evidence.doubts);
+            let reasons = causes.chain(faults).chain(doubts).collect();
             (verdict, reasons, evidence)
         }
     }
 }
 
 /// Makes the cell's folder; what a try without an end left there is moved aside.
-fn make_room(folder: &Path) -> Result<(), RunError> {
+fn make_room(campaign: &Path, folder: &Path) -> Result<(), RunError> {
     let fail = |problem| RunError::write(folder, problem);
+    let below = folder.strip_prefix(campaign).unwrap_or(folder);
+    fs::create_dir_all(campaign).map_err(fail)?;
+    // Looked at before anything in there is renamed: a link may lead to somebody else's.
+    file::make_folder(campaign, below.parent().unwrap_or(below)).map_err(fail)?;
     folder::move_aside(folder).map_err(fail)?;
-    fs::create_dir_all(folder).map_err(fail)
+    file::make_folder(campaign, below).map_err(fail)?;
+    Ok(())
 }
 
 /// Leaves the profile's text, and its traces, where the player will read them.
@@ -257,7 +289,7 @@ struct Described {
 
 fn describe(backend: &Backend) -> Described {
     match backend {
-        Backend::Netns(authority) => Described {
+        Backend::Netns { authority, .. } => Described {
             name: "netns".to_owned(),
             authority: match authority {
                 Ok(Authority::Privileged) => "privileged".to_owned(),

@@ -10,7 +10,8 @@
 
 use std::time::Duration;
 
-use plan::{Client, Phase, START_AT_NS};
+pub(crate) use plan::series::{Series, after, before, during, empty};
+use plan::{Client, START_AT_NS};
 
 use crate::client;
 
@@ -32,63 +33,25 @@ pub(crate) fn ns(duration: Duration) -> u64 {
     u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }
 
-/// A series of echoes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Series {
-    /// What the rows call it.
-    pub(crate) phase: Phase,
-    /// When the first leaves, monotonic.
-    pub(crate) start_ns: u64,
-    /// From one to the next.
-    pub(crate) interval_ns: u64,
-    /// How many.
-    pub(crate) count: u32,
+/// What a run takes beyond the client's own duration from the link's epoch on, typically: for the time
+/// that is left.
+pub const AFTER_EPOCH_NS: u64 = START_AT_NS + 1_700 * MS;
+
+/// From a cell's start to its link's epoch, on this machine, typically.
+#[must_use]
+pub fn lead_ns(client: Client) -> u64 {
+    LEAD_NS + ns(client::start_time(client))
 }
 
-/// The empty link's own cost: a median of sixty.
-pub(crate) fn empty(now_ns: u64) -> Series {
-    Series {
-        phase: Phase::Empty,
-        start_ns: now_ns,
-        interval_ns: 5 * MS,
-        count: 60,
-    }
-}
-
-/// Whether the link is the one asked for, before the loop is on it: one second.
-pub(crate) fn before(epoch_ns: u64) -> Series {
-    Series {
-        phase: Phase::Before,
-        start_ns: epoch_ns + 100 * MS,
-        interval_ns: 20 * MS,
-        count: 50,
-    }
-}
-
-/// Whether it stays so while the loop is on it: ten echoes a second, few beside its messages.
-pub(crate) fn during(start_ns: u64, duration_ns: u64) -> Series {
-    let interval_ns = 100 * MS;
-    let count = u32::try_from(duration_ns / interval_ns).unwrap_or(u32::MAX);
-    Series {
-        phase: Phase::During,
-        start_ns,
-        interval_ns,
-        count,
-    }
-}
-
-/// Whether it still is so afterwards: one second.
-pub(crate) fn after(now_ns: u64) -> Series {
-    Series {
-        phase: Phase::After,
-        start_ns: now_ns,
-        interval_ns: 20 * MS,
-        count: 50,
-    }
+/// From a cell's start to the next one's of its batch. Nobody is measured meanwhile, so they may
+/// overlap: half of what a client needs between two busy cores, and what the other parts need.
+#[must_use]
+pub fn stagger_ns(client: Client) -> u64 {
+    300 * MS + ns(client::start_time(client)) / 2
 }
 
 /// What a run takes beyond the client's own duration, typically: for the time that is left.
 #[must_use]
 pub fn overhead_ns(client: Client) -> u64 {
-    LEAD_NS + ns(client::start_time(client)) + START_AT_NS + 1_700 * MS
+    lead_ns(client) + AFTER_EPOCH_NS
 }

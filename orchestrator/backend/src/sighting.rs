@@ -35,6 +35,7 @@ pub(crate) fn ask(
             ("start-ns", &plan.start_ns),
             ("interval-ns", &plan.interval_ns),
             ("count", &plan.count),
+            ("seed", &plan.seed.unwrap_or_default()),
             ("grace-ns", &plan.grace_ns),
             ("id", &plan.id),
         ]),

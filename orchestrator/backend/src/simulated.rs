@@ -7,16 +7,15 @@ use std::fs::File;
 use std::path::Path;
 
 use endpoint::{ArrivalRow, MessageRow, Thread, TickRow, Timer};
-use link::{Profile, Way};
+use link::{PacketRow, Profile, Way};
 use plan::{Cell, Phase};
 use serde_json::{Value, json};
-use shaper::{Echo, Timeline};
-use sim::{EPOCH_NS, Record, Setup, Timing};
+use shaper::Echo;
+use sim::{EPOCH_NS, Pool, Record, Series, Setup, Start, Timing};
 use system::System;
 
 use crate::course::Seen;
-use crate::schedule::{self, Series};
-use crate::{RunError, folder};
+use crate::{RunError, folder, schedule};
 
 /// How long the plant goes on after the last message, as in a real run.
 const AFTER_NS: u64 = 1_200_000_000;
@@ -34,6 +33,21 @@ pub(crate) fn run(
         .at(h)
         .map_err(|unfit| RunError::Link(unfit.to_string()))?;
     let start_ns = EPOCH_NS + plan::START_AT_NS;
+    // When the last series begins is not known yet.
+    let planned = [
+        schedule::empty(0),
+        schedule::before(EPOCH_NS),
+        schedule::during(start_ns, cell.duration_ns),
+        schedule::after(0),
+    ];
+    let echoes = planned.map(|series| Series {
+        start: match series.phase {
+            Phase::After => Start::AfterLast,
+            _ => Start::At(series.start_ns),
+        },
+        interval_ns: series.interval_ns,
+        count: series.count,
+    });
     let setup = Setup {
         profile,
         seed: cell.link_seed,
@@ -41,7 +55,14 @@ pub(crate) fn run(
         timer_floor_ns: timer_floor_ns(cell, timing),
         plant: own.plant.stepper(),
         hold: cell.hold,
+        tick_noise: cell.noise(),
         law: own.law,
+        pool: match cell.client.keeps_own_connections() {
+            true => Pool::Own,
+            false => Pool::Shared,
+        },
+        message_bytes: cell.client.message_bytes(cell.settings.transport),
+        echoes: &echoes,
         timing,
         epoch_ns: EPOCH_NS,
         plant_start_ns: sim::plant_start_ns(cell.link_seed, h.ns()),
@@ -49,34 +70,33 @@ pub(crate) fn run(
         duration_ns: cell.duration_ns,
         after_ns: AFTER_NS,
     };
-    let mut files = Files::create(folder)?;
+    let mut files = Files::create(folder, profile.has_rate())?;
     let outcome = sim::run(&setup, &mut files)
         .map_err(|problem| RunError::Unsupported(problem.to_string()))?;
-    files.finish(folder)?;
+    let ([ticks, arrivals, messages], echoes) = files.finish(folder)?;
+    let written = |rows: u64| json!({ "rows": rows, "overflow": 0 });
+    let plant = json!({ "tick_rows": written(ticks), "arrival_rows": written(arrivals) });
+    write_report(folder, "plant.json", &plant)?;
     write_report(folder, "link.json", &json!({ "player": "model" }))?;
     let controller = json!({
         "counts": outcome.counts,
+        "rows": written(messages),
         "connections": outcome.connections,
         "resent": outcome.resent,
         "timing": timing,
     });
     write_report(folder, "controller.json", &controller)?;
-    let mut echoes = Echoes {
-        link: (!profile.is_loopback()).then(|| Timeline::new(profile, cell.link_seed, EPOCH_NS)),
-        player_ns: u64::from(timing.player_ns),
-    };
+    let mut phases = planned.iter().map(|series| series.phase);
     Ok(Seen {
         epoch_ns: EPOCH_NS,
         start_ns,
-        echoes: [
-            (Phase::Empty, echoes.series(schedule::empty(0))),
-            (Phase::Before, echoes.series(schedule::before(EPOCH_NS))),
-            (
-                Phase::During,
-                echoes.series(schedule::during(start_ns, cell.duration_ns)),
-            ),
-            (Phase::After, echoes.series(schedule::after(outcome.end_ns))),
-        ],
+        echoes: echoes.map(|mut echoes| {
+            // They have ended in another order than they were sent in.
+            echoes.sort_unstable_by_key(|echo| echo.seq);
+            (phases.next().unwrap_or(Phase::After), echoes)
+        }),
+        pulse: None,
+        watched: Vec::new(),
     })
 }
 
@@ -95,20 +115,29 @@ fn write_report(folder: &Path, name: &str, report: &Value) -> Result<(), RunErro
     folder::write_whole(&folder.join(name), text.as_bytes())
 }
 
-/// The three files of rows.
+/// The files of rows, and the echoes of each series.
 struct Files {
     ticks: csv::Writer<File>,
     arrivals: csv::Writer<File>,
     messages: csv::Writer<File>,
+    /// Only where there is a rate limit.
+    packets: Option<csv::Writer<File>>,
+    echoes: [Vec<Echo>; 4],
+    /// How many of each.
+    rows: [u64; 3],
     problem: Option<csv::Error>,
 }
 
 impl Files {
-    fn create(folder: &Path) -> Result<Files, RunError> {
+    fn create(folder: &Path, has_rate: bool) -> Result<Files, RunError> {
+        let packets = || create(&folder.join("packets.csv"), PacketRow::COLUMNS);
         Ok(Files {
             ticks: create(&folder.join("ticks.csv"), TickRow::COLUMNS)?,
             arrivals: create(&folder.join("arrivals.csv"), ArrivalRow::COLUMNS)?,
             messages: create(&folder.join("messages.csv"), MessageRow::COLUMNS)?,
+            packets: has_rate.then(packets).transpose()?,
+            echoes: Default::default(),
+            rows: [0; 3],
             problem: None,
         })
     }
@@ -120,31 +149,53 @@ impl Files {
         }
     }
 
-    fn finish(mut self, folder: &Path) -> Result<(), RunError> {
+    /// Ends the files; how many rows are in each, and the echoes of each series.
+    fn finish(mut self, folder: &Path) -> Result<([u64; 3], [Vec<Echo>; 4]), RunError> {
         if let Some(problem) = self.problem {
             return Err(RunError::write(folder, std::io::Error::other(problem)));
         }
         [&mut self.ticks, &mut self.arrivals, &mut self.messages]
             .into_iter()
+            .chain(&mut self.packets)
             .try_for_each(csv::Writer::flush)
-            .map_err(|problem| RunError::write(folder, problem))
+            .map_err(|problem| RunError::write(folder, problem))?;
+        Ok((self.rows, self.echoes))
     }
 }
 
 impl Record for Files {
     fn tick(&mut self, row: &TickRow) {
+        self.rows[0] += 1;
         let written = self.ticks.serialize(row);
         self.note(written);
     }
 
     fn arrival(&mut self, row: &ArrivalRow) {
+        self.rows[1] += 1;
         let written = self.arrivals.serialize(row);
         self.note(written);
     }
 
     fn message(&mut self, row: &MessageRow) {
+        self.rows[2] += 1;
         let written = self.messages.serialize(row);
         self.note(written);
+    }
+
+    fn echo(&mut self, series: usize, echo: &sim::Echo) {
+        self.echoes[series].push(Echo {
+            seq: echo.seq,
+            t_send_ns: echo.t_send_ns,
+            t_reach_ns: echo.t_reach_ns,
+            t_back_ns: echo.t_back_ns,
+        });
+    }
+
+    fn packet(&mut self, way: Way, t_ns: u64, bytes: u32) {
+        if let Some(packets) = &mut self.packets {
+            let written = packets.serialize(PacketRow { t_ns, way, bytes });
+            self.note(written);
+        }
     }
 }
 
@@ -159,39 +210,4 @@ fn create(path: &Path, columns: &[&str]) -> Result<csv::Writer<File>, RunError> 
     csv.write_record(columns)
         .map_err(|problem| fail(std::io::Error::other(problem)))?;
     Ok(csv)
-}
-
-/// Echoes through the link, beside the messages.
-struct Echoes {
-    /// None on loopback.
-    link: Option<Timeline>,
-    player_ns: u64,
-}
-
-impl Echoes {
-    fn series(&mut self, series: Series) -> Vec<Echo> {
-        (0..series.count)
-            .map(|seq| self.echo(seq, series.start_ns + u64::from(seq) * series.interval_ns))
-            .collect()
-    }
-
-    fn echo(&mut self, seq: u32, t_send_ns: u64) -> Echo {
-        let t_reach_ns = self.crossed(Way::Up, t_send_ns);
-        let t_back_ns = t_reach_ns.and_then(|t_ns| self.crossed(Way::Down, t_ns));
-        Echo {
-            seq,
-            t_send_ns,
-            t_reach_ns,
-            t_back_ns,
-        }
-    }
-
-    /// When what enters at `t_ns` comes out; `None` if it is lost.
-    fn crossed(&mut self, way: Way, t_ns: u64) -> Option<u64> {
-        let Some(link) = &mut self.link else {
-            return Some(t_ns);
-        };
-        let state = link.state_at(way, t_ns);
-        (!state.lost).then(|| t_ns + state.delay_ns + self.player_ns)
-    }
 }

@@ -8,6 +8,7 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+use agent::Seen;
 use shaper::{Echo, ProbePlan};
 
 use crate::RunError;
@@ -65,6 +66,16 @@ pub(crate) trait Site: Sync {
     /// When they cannot be sent; not when they are lost.
     fn echoes(&self, plan: &ProbePlan, stop: &AtomicBool) -> Result<Vec<Echo>, RunError>;
 
+    /// The clock of all that a run records: `CLOCK_MONOTONIC`, unless the site is made up.
+    fn now_ns(&self) -> u64 {
+        shaper::now_ns()
+    }
+
+    /// Waits.
+    fn sleep(&self, duration: Duration) {
+        std::thread::sleep(duration);
+    }
+
     /// Where the plant listens.
     fn plant_socket(&self) -> SocketAddr {
         SocketAddr::from((self.plant_address(), PLANT_PORT))
@@ -79,6 +90,15 @@ pub(crate) trait Running {
     /// # Errors
     /// How it ended, if not well.
     fn ended(&mut self) -> Result<bool, RunError>;
+
+    /// What it has looked like from outside since it was started.
+    ///
+    /// # Errors
+    /// When who started it does not say.
+    fn seen(&self) -> Result<Seen, RunError>;
+
+    /// Whether it runs beneath this process.
+    fn is_beneath(&self) -> bool;
 
     /// Asks it to end, and does not wait.
     fn terminate(&mut self);
@@ -99,6 +119,17 @@ impl<R: Running> Running for Vec<R> {
             }
         }
         Ok(false)
+    }
+
+    /// Of the one that was stopped most.
+    fn seen(&self) -> Result<Seen, RunError> {
+        let all: Vec<Seen> = self.iter().map(R::seen).collect::<Result<_, _>>()?;
+        let most = all.into_iter().max_by_key(|seen| seen.stops_ns.len());
+        Ok(most.unwrap_or_default())
+    }
+
+    fn is_beneath(&self) -> bool {
+        self.iter().all(R::is_beneath)
     }
 
     fn terminate(&mut self) {

@@ -1,5 +1,9 @@
 //! Draws charts of every kind into a folder, to be looked at:
 //! `cargo run -p webloop-chart --example gallery -- FOLDER`.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "it writes what the crate hands out"
+)]
 
 mod noise;
 

@@ -1,5 +1,9 @@
 //! Draws maps of made-up loops into a folder, to be looked at:
 //! `cargo run -p webloop-chart --example map -- FOLDER`.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "it writes what the crate hands out"
+)]
 
 mod noise;
 

@@ -4,7 +4,7 @@
 //! cells, the first, the lowest, the highest and the last stay, so the ink stays where it was. Of
 //! dots in one cell the first stays. Numbers that cannot be drawn go, and leave a gap in a line.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use crate::chart::{Mark, Series};
 use crate::layout;
@@ -106,7 +106,7 @@ fn by_column(points: &[Point], wide: f64) -> Vec<Point> {
 }
 
 fn by_cell(points: &[Point], wide: f64, high: f64) -> Vec<Point> {
-    let mut taken = HashSet::new();
+    let mut taken = BTreeSet::new();
     points
         .iter()
         .filter(|point| taken.insert(((point.at.0 * wide) as i64, (point.at.1 * high) as i64)))

@@ -2,6 +2,10 @@
 //!
 //! After a change that is meant: `WEBLOOP_WRITE_GOLDEN=1 cargo test -p webloop-chart --test golden`,
 //! then look at `tests/golden/*.svg` again.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "it reads and writes the committed figures"
+)]
 
 use std::path::Path;
 

@@ -47,7 +47,7 @@ fn rates(campaign: &Campaign, client: Client, thread: Option<Thread>) -> Result<
     let mut bursts = Bursts::default();
     let mut player = Vec::new();
     for run in runs {
-        if !is_loopback(run) {
+        if !campaign.plan.is_loopback(&run.cell.topology) {
             bursts.read(run)?;
             player.extend(player_ns(run));
         } else if run.cell.settings.connection == Connection::New {
@@ -76,6 +76,7 @@ fn rates(campaign: &Campaign, client: Client, thread: Option<Thread>) -> Result<
         serve_ns,
         clamp_ns,
         player_ns,
+        hz: Timing::IDEAL.hz,
     };
     let rates: BTreeMap<SampleTime, Timing> = kept
         .iter_mut()
@@ -88,10 +89,6 @@ fn rates(campaign: &Campaign, client: Client, thread: Option<Thread>) -> Result<
             campaign.folder.display()
         )
     })
-}
-
-fn is_loopback(run: &Run) -> bool {
-    run.summary.rtt_asked_ms.is_none()
 }
 
 /// Half of what an echo took beyond the empty link's own delay.

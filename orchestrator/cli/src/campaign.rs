@@ -41,6 +41,8 @@ impl Campaign {
             }
             None => folder.identify(plan).map_err(Failure::usage)?,
         }
+        // Cells are written there, and not where a link leads.
+        file::check_folder(&path.join("cells")).map_err(Failure::usage)?;
         Ok(Campaign(folder))
     }
 
@@ -57,7 +59,9 @@ impl Campaign {
             .flatten()
             .filter(|entry| entry.file_name().to_string_lossy().starts_with(&start))
             .map(|entry| entry.path())
-            .filter(|folder| fs::read_to_string(folder.join(PLAN)).is_ok_and(|own| own == text))
+            .filter(|folder| {
+                file::text(&folder.join(PLAN), file::PLAN_BYTES).is_ok_and(|own| own == text)
+            })
             .collect();
         // The names end with the time.
         folders.sort();

@@ -15,25 +15,25 @@ use plan::{Cell, Client, Verdict};
 
 use crate::campaign::Campaign;
 use crate::exit::{Exit, Failure};
-use crate::jobs::{Ground, word};
+use crate::jobs::{Conditions, word};
 use crate::progress::{CellBar, Progress};
 
 /// How often manifests, the containers, and whether to stop are looked at.
 const POLL: Duration = Duration::from_millis(200);
 
 /// What containers need, found before anything is made.
-pub(crate) struct Docks {
+pub(crate) struct ComposeRunner {
     engine: Engine,
     file: ComposeFile,
     /// Whether the images are built first, as far as they are not up to date.
     build: bool,
 }
 
-impl Docks {
+impl ComposeRunner {
     /// Looks for engine, Compose and webloop's compose file; the images are to be built if
     /// `build`, or else used as they are.
-    pub(crate) fn find(build: bool) -> Result<Docks, Failure> {
-        Ok(Docks {
+    pub(crate) fn find(build: bool) -> Result<ComposeRunner, Failure> {
+        Ok(ComposeRunner {
             engine: Engine::check().map_err(failure)?,
             file: ComposeFile::find(None).map_err(failure)?,
             build,
@@ -47,7 +47,7 @@ impl Docks {
         self,
         cells: &[&Cell],
         campaign: &Campaign,
-        ground: &Ground<'_>,
+        conditions: &Conditions<'_>,
         stop: &AtomicBool,
         progress: &Progress,
     ) -> Result<(), Failure> {
@@ -58,7 +58,7 @@ impl Docks {
                 .filter(|cell| cell.client == client)
                 .collect();
             if !cells.is_empty() && !stop.load(Ordering::Relaxed) {
-                self.run_client(client, &cells, campaign, ground, stop, progress)?;
+                self.run_client(client, &cells, campaign, conditions, stop, progress)?;
             }
         }
         Ok(())
@@ -69,7 +69,7 @@ impl Docks {
         client: Client,
         cells: &[&Cell],
         campaign: &Campaign,
-        ground: &Ground<'_>,
+        conditions: &Conditions<'_>,
         stop: &AtomicBool,
         progress: &Progress,
     ) -> Result<(), Failure> {
@@ -86,12 +86,13 @@ impl Docks {
         } else {
             project.has_images().map_err(failure)?;
         }
-        let mut watch = Watch::new(cells, campaign)?;
+        let mut watch = Watch::new(cells, campaign, conditions.tries)?;
         let indices = watch.indices();
         if indices.is_empty() {
             return Ok(());
         }
-        let options = ["--player", &word(&ground.player)];
+        let tries = conditions.tries.to_string();
+        let options = ["--player", &word(&conditions.player), "--tries", &tries];
         let mut running = project.run_cells(&indices, &options).map_err(failure)?;
         let ended = watch.until_ended(&mut running, progress, stop);
         drop(running);
@@ -108,12 +109,13 @@ impl Docks {
 /// Cells that are waited for.
 struct Watch<'a> {
     campaign: &'a Campaign,
+    tries: u8,
     /// With what an earlier try left.
     pending: Vec<(&'a Cell, Option<Manifest>)>,
 }
 
 impl<'a> Watch<'a> {
-    fn new(cells: &[&'a Cell], campaign: &'a Campaign) -> anyhow::Result<Watch<'a>> {
+    fn new(cells: &[&'a Cell], campaign: &'a Campaign, tries: u8) -> anyhow::Result<Watch<'a>> {
         let mut pending = Vec::new();
         for cell in cells {
             let before = manifest(campaign, cell)?;
@@ -124,7 +126,11 @@ impl<'a> Watch<'a> {
                 pending.push((*cell, before));
             }
         }
-        Ok(Watch { campaign, pending })
+        Ok(Watch {
+            campaign,
+            tries,
+            pending,
+        })
     }
 
     fn indices(&self) -> Vec<usize> {
@@ -165,6 +171,12 @@ impl<'a> Watch<'a> {
         }
     }
 
+    /// Whether a run that was disturbed is about to be made again.
+    fn is_asked_again(&self, manifest: &Manifest) -> bool {
+        manifest.verdict == Verdict::Disturbed
+            && manifest.earlier.len() + 1 < usize::from(self.tries)
+    }
+
     /// The first cell, if its manifest has come.
     fn next(&mut self) -> anyhow::Result<Option<(&'a Cell, Manifest)>> {
         let Some((cell, before)) = self.pending.first() else {
@@ -172,7 +184,10 @@ impl<'a> Watch<'a> {
         };
         let cell = *cell;
         match manifest(self.campaign, cell)? {
-            Some(now) if before.as_ref().is_none_or(|old| old.started != now.started) => {
+            Some(now)
+                if before.as_ref().is_none_or(|old| old.started != now.started)
+                    && !self.is_asked_again(&now) =>
+            {
                 self.pending.remove(0);
                 Ok(Some((cell, now)))
             }

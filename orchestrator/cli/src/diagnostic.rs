@@ -6,7 +6,7 @@ use std::ops::Range;
 use ::system::Fault;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use link::{Finding, Severity};
-use plan::Misfit;
+use plan::InvalidFile;
 
 /// Draws every finding in a profile's source.
 pub(crate) fn findings(source: &str, findings: &[Finding]) {
@@ -29,14 +29,14 @@ pub(crate) fn findings(source: &str, findings: &[Finding]) {
 }
 
 /// Draws what is wrong with an experiment.
-pub(crate) fn misfit(source: &str, misfit: &Misfit) {
+pub(crate) fn invalid(source: &str, invalid: &InvalidFile) {
     draw(
         source,
-        &misfit.origin,
+        &invalid.origin,
         Severity::Error,
-        &misfit.problem,
-        &misfit.span,
-        &misfit.remedy,
+        &invalid.problem,
+        &invalid.span,
+        &invalid.remedy,
     );
 }
 

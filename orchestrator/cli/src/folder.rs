@@ -1,6 +1,6 @@
 //! A results folder that this process, and no other, writes to: what tells whose it is, and its lock.
 //!
-//! What a campaign has in it is in `campaign`, what a sweep has in `ledger`.
+//! What a campaign has in it is in `campaign`, what a sweep has in `sweep_folder`.
 
 use std::fs::{self, File};
 use std::io::ErrorKind;
@@ -41,7 +41,10 @@ impl Folder {
                 "{named} has files in it and no {identity}; give --out a new or empty folder"
             ));
         }
-        let lock = File::create(path.join(LOCK)).with_context(cannot)?;
+        let lock = path.join(LOCK);
+        let lock = file::open_or_create(&lock)
+            .with_context(|| format!("cannot lock {}", lock.display()))
+            .with_context(cannot)?;
         flock(&lock, FlockOperation::NonBlockingLockExclusive).map_err(|_| {
             anyhow!("{named} is in use by another run; choose another folder with --out")
         })?;
@@ -58,7 +61,7 @@ impl Folder {
     /// When it cannot be read.
     pub(crate) fn identity(&self) -> anyhow::Result<Option<String>> {
         let file = self.identity_file();
-        match fs::read_to_string(&file) {
+        match file::text(&file, file::PLAN_BYTES) {
             Ok(text) => Ok(Some(text)),
             Err(problem) if problem.kind() == ErrorKind::NotFound => Ok(None),
             Err(problem) => Err(anyhow!(
@@ -88,10 +91,9 @@ impl Folder {
 
     /// Leaves a file that can be deleted and made again; its folders are made.
     pub(crate) fn leave(&self, name: &str, content: &[u8]) -> anyhow::Result<()> {
-        let path = self.path.join(name);
-        path.parent()
-            .map_or(Ok(()), fs::create_dir_all)
-            .and_then(|()| fs::write(&path, content))
+        let below = Path::new(name).parent().unwrap_or(Path::new(""));
+        file::make_folder(&self.path, below)
+            .and_then(|_| file::write(&self.path.join(name), content))
             .with_context(|| self.full(name))
     }
 

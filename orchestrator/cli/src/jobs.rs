@@ -11,22 +11,24 @@ use agent::Token;
 use anyhow::{Context, anyhow};
 use backend::Agents;
 use clap::ValueEnum;
-use plan::{Cell, Verdict};
+use plan::Verdict;
 
 use crate::argument::{Backend, Player};
 use crate::campaign::Campaign;
 use crate::progress::Progress;
-use crate::queue::Queue;
+use crate::queue::{Queue, Turn};
 
 /// How often a cell's process, and whether to stop, is looked at.
 const POLL: Duration = Duration::from_millis(20);
 
 /// Where the cells are run, and by what.
-pub(crate) struct Ground<'a> {
+pub(crate) struct Conditions<'a> {
     pub(crate) backend: Backend,
     pub(crate) player: Player,
     /// The agents, for the back-end that has them.
     pub(crate) agents: Option<&'a Agents>,
+    /// How often a cell is run at most, while it is disturbed.
+    pub(crate) tries: u8,
     /// What a machine's programs take, for virtual time.
     pub(crate) timing: Option<&'a Path>,
 }
@@ -37,7 +39,7 @@ pub(crate) struct Ground<'a> {
 pub(crate) fn run(
     queue: &Queue<'_>,
     campaign: &Campaign,
-    ground: &Ground<'_>,
+    conditions: &Conditions<'_>,
     stop: &AtomicBool,
     progress: &Progress,
 ) -> anyhow::Result<()> {
@@ -45,9 +47,9 @@ pub(crate) fn run(
         let workers: Vec<_> = (0..queue.workers())
             .map(|_| {
                 scope.spawn(|| {
-                    while let Some(cell) = queue.next(stop) {
-                        let outcome = run_one(cell, campaign, ground, stop, progress);
-                        queue.end(cell);
+                    while let Some(turn) = queue.next(stop) {
+                        let outcome = run_one(&turn, campaign, conditions, stop, progress);
+                        queue.end();
                         outcome?;
                     }
                     Ok(())
@@ -64,12 +66,18 @@ pub(crate) fn run(
 
 /// Runs one cell in a process of its own: `webloop run-cell`; tells it to end once `stop` is set.
 fn run_one(
-    cell: &Cell,
+    turn: &Turn<'_>,
     campaign: &Campaign,
-    ground: &Ground<'_>,
+    conditions: &Conditions<'_>,
     stop: &AtomicBool,
     progress: &Progress,
 ) -> anyhow::Result<()> {
+    let cell = turn.cell;
+    // A cell that begins again would begin beside others that are measured.
+    let tries = match turn.together {
+        1 => conditions.tries,
+        _ => 1,
+    };
     let bar = progress.begin(cell);
     let mut command =
         Command::new(std::env::current_exe().context("cannot find this program's own file")?);
@@ -81,17 +89,20 @@ fn run_one(
         .arg(cell.index.to_string())
         .arg("--out")
         .arg(campaign.folder())
-        .args(["--backend", &word(&ground.backend)])
-        .args(["--player", &word(&ground.player)])
+        .args(["--backend", &word(&conditions.backend)])
+        .args(["--player", &word(&conditions.player)])
+        .args(["--tries", &tries.to_string()])
+        .args(["--together", &turn.together.to_string()])
+        .args(["--not-before-ns", &turn.not_before_ns.to_string()])
         .args(
-            ground
+            conditions
                 .timing
                 .map(|file| [OsStr::new("--timing"), file.as_os_str()])
                 .into_iter()
                 .flatten(),
         )
         .envs(
-            ground
+            conditions
                 .agents
                 .map(|agents| (Token::VARIABLE, agents.token.reveal())),
         )

@@ -8,15 +8,13 @@ mod calibration;
 mod campaign;
 mod command;
 mod containers;
-mod crew;
 mod diagnostic;
+mod earlier;
 mod exit;
 mod folder;
 mod jobs;
-mod ledger;
 mod logging;
 mod merge;
-mod meter;
 mod owner;
 mod progress;
 mod queue;
@@ -24,6 +22,9 @@ mod results;
 mod series;
 mod source;
 mod stop;
+mod sweep_folder;
+mod sweep_progress;
+mod threads;
 
 use argument::{Argument, Command, LinkCommand, ServeCommand, SystemCommand};
 

@@ -5,12 +5,12 @@
 //! that it has not finished, are not taken along.
 
 use std::cmp::Reverse;
-use std::fs::{self, File};
-use std::io::ErrorKind;
+use std::fs::{self, OpenOptions};
+use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-use analysis::Damage;
 use analysis::campaign::PLAN;
+use analysis::{Damage, Run};
 use anyhow::{Context, anyhow};
 use plan::{Cell, Manifest, Plan, Verdict};
 
@@ -56,7 +56,7 @@ impl Sources {
             let found = Source::of(folder).map_err(Failure::usage)?;
             if found.is_empty() {
                 return Err(Failure::usage(anyhow!(
-                    "{} is no results folder, and has none in it: there is no {PLAN}",
+                    "{} is not a results folder and contains none: {PLAN} is missing",
                     folder.display()
                 )));
             }
@@ -94,20 +94,22 @@ impl Sources {
         for cell in &self.plan.cells {
             let mut candidates = self.candidates(cell, out, &mut merged.damage);
             no_conflict(&candidates).map_err(Failure::usage)?;
-            candidates.retain(|candidate| {
-                let damage = candidate.damage();
-                let is_whole = damage.is_empty();
-                merged.damage.extend(damage);
+            candidates.retain_mut(|candidate| {
+                let is_whole = candidate.damage.is_empty();
+                merged.damage.append(&mut candidate.damage);
                 is_whole
             });
             candidates.sort_by_key(Candidate::rank);
             best.extend(candidates.into_iter().next().map(|best| (cell, best)));
         }
+        one_backend(&best).map_err(Failure::usage)?;
         for (cell, candidate) in best {
             match candidate.is_own {
                 true => merged.kept += 1,
                 false => {
-                    candidate.copy_to(&out.join(cell.folder()))?;
+                    let folder = cell.folder();
+                    file::make_folder(out, folder.parent().unwrap_or(&folder))?;
+                    candidate.copy_to(&out.join(folder))?;
                     merged.copied += 1;
                 }
             }
@@ -121,9 +123,9 @@ impl Sources {
         let others = self.folders.iter().map(|folder| (folder.as_path(), false));
         own.chain(others)
             .filter_map(|(campaign, is_own)| {
-                let folder = campaign.join(cell.folder());
-                Candidate::read(folder, cell, is_own).unwrap_or_else(|problem| {
-                    damage.push(problem);
+                let run = Run::read(campaign, &self.plan, cell);
+                Candidate::of(run, is_own).unwrap_or_else(|problems| {
+                    damage.extend(problems);
                     None
                 })
             })
@@ -153,7 +155,7 @@ impl Source {
     /// A results folder; `None` of one without a plan.
     fn read(folder: &Path) -> anyhow::Result<Option<Source>> {
         let path = folder.join(PLAN);
-        match fs::read_to_string(&path) {
+        match file::text(&path, file::PLAN_BYTES) {
             Ok(text) => Ok(Some(Source {
                 folder: folder.to_owned(),
                 text,
@@ -192,51 +194,37 @@ struct Candidate {
     /// The manifest's text, byte by byte.
     text: String,
     manifest: Manifest,
+    /// Why it is not taken.
+    damage: Vec<Damage>,
     /// Whether it lies in the merged folder already.
     is_own: bool,
 }
 
 impl Candidate {
-    /// The run in a cell's folder; `None` where it has no manifest, which comes last.
-    fn read(folder: PathBuf, cell: &Cell, is_own: bool) -> Result<Option<Candidate>, Damage> {
-        let path = folder.join(Manifest::FILE);
-        let text = match fs::read_to_string(&path) {
-            Ok(text) => text,
-            Err(problem) if problem.kind() == ErrorKind::NotFound => return Ok(None),
-            Err(problem) => {
-                let problem = problem.to_string();
-                return Err(Damage { path, problem });
-            }
-        };
-        let judged = Manifest::from_json(&text).and_then(|manifest| {
-            if manifest.cell != *cell {
-                return Err("it is of another cell than the plan's of this name".to_owned());
-            }
-            let is_plain = |name: &str| {
-                Path::new(name).file_name().is_some_and(|own| own == name) && name != Manifest::FILE
+    /// A run; `None` where it has no manifest, which comes last.
+    fn of(run: Run, is_own: bool) -> Result<Option<Candidate>, Vec<Damage>> {
+        let Some(manifest) = run.manifest else {
+            return match run.damage.is_empty() {
+                true => Ok(None),
+                false => Err(run.damage),
             };
-            match manifest.files.keys().find(|name| !is_plain(name)) {
-                Some(name) => Err(format!("`{name}` is not the name of a file beside it")),
-                None => Ok(manifest),
-            }
-        });
-        match judged {
-            Ok(manifest) => Ok(Some(Candidate {
-                folder,
-                text,
-                manifest,
-                is_own,
-            })),
-            Err(problem) => Err(Damage { path, problem }),
-        }
+        };
+        let path = run.folder.join(Manifest::FILE);
+        let text = file::text(&path, file::MANIFEST_BYTES).map_err(|problem| {
+            let problem = problem.to_string();
+            vec![Damage { path, problem }]
+        })?;
+        Ok(Some(Candidate {
+            folder: run.folder,
+            text,
+            manifest,
+            damage: run.damage,
+            is_own,
+        }))
     }
 
     fn is_complete(&self) -> bool {
         self.manifest.verdict == Verdict::Complete
-    }
-
-    fn damage(&self) -> Vec<Damage> {
-        Damage::of(&self.folder, &self.manifest)
     }
 
     /// The least is taken: complete before all, then what has most to look at, of equals the latest
@@ -245,9 +233,10 @@ impl Candidate {
     fn rank(&self) -> impl Ord + use<> {
         let kind = match self.manifest.verdict {
             Verdict::Complete => 0,
-            Verdict::Invalid => 1,
-            Verdict::Failed => 2,
-            Verdict::Unsupported => 3,
+            Verdict::Disturbed => 1,
+            Verdict::Invalid => 2,
+            Verdict::Failed => 3,
+            Verdict::Unsupported => 4,
         };
         let started = Reverse(self.manifest.started.clone());
         (kind, started, self.text.clone(), !self.is_own)
@@ -265,25 +254,49 @@ impl Candidate {
         let mut partial = target.as_os_str().to_owned();
         partial.push(".partial");
         let partial = PathBuf::from(partial);
-        if partial.exists() {
+        if fs::symlink_metadata(&partial).is_ok() {
             fs::remove_dir_all(&partial).with_context(cannot)?;
         }
-        fs::create_dir_all(&partial).with_context(cannot)?;
-        for name in self.manifest.files.keys() {
-            let copy = partial.join(name);
-            fs::copy(self.folder.join(name), &copy).with_context(cannot)?;
-            File::open(&copy)
-                .and_then(|copy| copy.sync_all())
-                .with_context(cannot)?;
+        fs::create_dir(&partial).with_context(cannot)?;
+        for (name, fact) in &self.manifest.files {
+            copy(&self.folder.join(name), &partial.join(name), fact.bytes).with_context(cannot)?;
         }
         backend::write_whole(&partial.join(Manifest::FILE), self.text.as_bytes())
             .with_context(cannot)?;
         if let Some(damage) = Damage::of(&partial, &self.manifest).first() {
-            return Err(anyhow!("{}: {}", damage.path.display(), damage.problem))
-                .with_context(cannot);
+            return Err(anyhow!("{damage}")).with_context(cannot);
         }
         backend::move_aside(target).with_context(cannot)?;
         fs::rename(&partial, target).with_context(cannot)
+    }
+}
+
+/// Copies a file of so many bytes, in whole or not at all.
+fn copy(from: &Path, to: &Path, bytes: u64) -> io::Result<()> {
+    let mut copy = OpenOptions::new().write(true).create_new(true).open(to)?;
+    // What is longer is not what was looked at: its checksum tells.
+    io::copy(&mut file::open(from)?.take(bytes), &mut copy)?;
+    copy.sync_all()
+}
+
+/// Runs of two back-ends are two campaigns, whatever their plan.
+fn one_backend(best: &[(&Cell, Candidate)]) -> anyhow::Result<()> {
+    let Some(((_, first), others)) = best.split_first() else {
+        return Ok(());
+    };
+    let backend = |candidate: &Candidate| candidate.manifest.backend.clone();
+    match others
+        .iter()
+        .find(|(_, other)| backend(other) != backend(first))
+    {
+        None => Ok(()),
+        Some((_, other)) => Err(anyhow!(
+            "{} was run by {}, and {} by {}; collect folders of one back-end only. Nothing was copied",
+            first.folder.display(),
+            backend(first),
+            other.folder.display(),
+            backend(other)
+        )),
     }
 }
 

@@ -1,6 +1,7 @@
 //! How far a campaign is: one bar and a line for each cell under way on a terminal, one line for
 //! each finished cell elsewhere.
 
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
@@ -8,7 +9,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use plan::{Cell, Verdict};
 
 use crate::argument::Progress as How;
-use crate::queue::together;
+use crate::queue::{batch_time, batches};
 
 /// How often a second bars are drawn: often enough to be seen moving, too rarely to cost time.
 pub(crate) const DRAWN_HZ: u8 = 5;
@@ -48,9 +49,10 @@ pub(crate) struct Progress {
     lines: bool,
     total: usize,
     done: AtomicUsize,
-    pace: Pace,
     began: Instant,
     expected: Duration,
+    /// What each cell adds to that, by its index.
+    shares: BTreeMap<usize, Duration>,
     /// What was expected for the cells that have ended.
     done_ms: AtomicU64,
 }
@@ -58,7 +60,8 @@ pub(crate) struct Progress {
 impl Progress {
     /// For these cells, at this pace.
     pub(crate) fn start(how: How, cells: &[&Cell], pace: Pace) -> Progress {
-        let (total, expected) = (cells.len(), expected(cells, pace));
+        let (total, shares) = (cells.len(), shares(cells, pace));
+        let expected = shares.values().sum();
         let bars = how.draws().then(|| {
             let target = ProgressDrawTarget::stderr_with_hz(DRAWN_HZ);
             let all = MultiProgress::with_draw_target(target);
@@ -73,9 +76,9 @@ impl Progress {
             bars,
             total,
             done: 0.into(),
-            pace,
             began: Instant::now(),
             expected,
+            shares,
             done_ms: 0.into(),
         }
     }
@@ -103,7 +106,7 @@ impl Progress {
     /// A cell has ended like this.
     pub(crate) fn end(&self, cell: &Cell, verdict: Verdict, reason: &str) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        let share_ms = ms(share(cell, self.pace));
+        let share_ms = self.shares.get(&cell.index).copied().map_or(0, ms);
         let done_ms = self.done_ms.fetch_add(share_ms, Ordering::Relaxed) + share_ms;
         let left = self.left(Duration::from_millis(done_ms));
         let mut line = format!(
@@ -165,21 +168,29 @@ pub(crate) fn cell_time(cell: &Cell) -> Duration {
     Duration::from_nanos(cell.duration_ns + backend::overhead_ns(cell.client))
 }
 
-/// What a cell adds to a campaign's time, with others beside it.
-fn share(cell: &Cell, pace: Pace) -> Duration {
-    let time = match pace.is_virtual {
-        true => {
+/// What each of these cells adds to a campaign's time at this pace: its part of its batch's.
+fn shares(cells: &[&Cell], pace: Pace) -> BTreeMap<usize, Duration> {
+    let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+    if pace.is_virtual {
+        let jobs = u32::from(pace.jobs.unwrap_or(1).max(1));
+        let share = |cell: &&Cell| {
             let messages = u32::try_from(cell.due()).unwrap_or(u32::MAX);
-            VIRTUAL_CELL + VIRTUAL_MESSAGE.saturating_mul(messages)
-        }
-        false => cell_time(cell),
-    };
-    time / u32::from(together(cell, pace.jobs))
+            let time = VIRTUAL_CELL + VIRTUAL_MESSAGE.saturating_mul(messages);
+            (cell.index, time / jobs)
+        };
+        return cells.iter().map(share).collect();
+    }
+    let batches = batches(cells, pace.jobs);
+    let shares = batches.iter().flat_map(|batch| {
+        let share = batch_time(batch) / count(batch.len());
+        batch.iter().map(move |cell| (cell.index, share))
+    });
+    shares.collect()
 }
 
 /// How long these cells take at this pace.
 pub(crate) fn expected(cells: &[&Cell], pace: Pace) -> Duration {
-    cells.iter().map(|cell| share(cell, pace)).sum()
+    shares(cells, pace).values().sum()
 }
 
 fn ms(time: Duration) -> u64 {

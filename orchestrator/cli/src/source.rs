@@ -124,8 +124,8 @@ fn experiment(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
         client.parse::<plan::Client>().map_err(Failure::usage)?;
     }
     let source = named("experiment", EXPERIMENTS, asked)?;
-    Plan::resolve(&source, asked, instead, Disk).map_err(|misfit| {
-        diagnostic::misfit(&source, &misfit);
+    Plan::resolve(&source, asked, instead, Disk).map_err(|invalid| {
+        diagnostic::invalid(&source, &invalid);
         Failure::usage(anyhow!("{asked} cannot be run"))
     })
 }
@@ -135,8 +135,8 @@ pub(crate) fn sweep(asked: &str, instead: &sweep::Instead) -> Result<(String, Sw
     let source = named("sweep", SWEEPS, asked)?;
     match Sweep::resolve(&source, asked, instead, Disk) {
         Ok(sweep) => Ok((source, sweep)),
-        Err(misfit) => {
-            diagnostic::misfit(&source, &misfit);
+        Err(invalid) => {
+            diagnostic::invalid(&source, &invalid);
             Err(Failure::usage(anyhow!("{asked} cannot be run")))
         }
     }
@@ -196,7 +196,7 @@ pub(crate) fn system(asked: &str) -> Result<System, Failure> {
     })?;
     System::read(&text).map_err(|fault| {
         diagnostic::fault(&text, asked, &fault);
-        Failure::usage(anyhow!("{asked} is no system that can be run"))
+        Failure::usage(anyhow!("{asked} is not a valid system"))
     })
 }
 
@@ -230,7 +230,7 @@ pub(crate) fn plan_of(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
 
 /// A plan file.
 pub(crate) fn plan(path: &Path) -> Result<Plan, Failure> {
-    let text = fs::read_to_string(path)
+    let text = file::given_text(path, file::PLAN_BYTES)
         .with_context(|| {
             format!(
                 "cannot read the plan {}, which `webloop run` leaves in its results folder",

@@ -300,7 +300,7 @@ fn an_address_in_use_and_a_bad_token_are_said_in_one_line() {
         (
             again("no-such-host.invalid:7070", ""),
             2,
-            "is no address to listen on",
+            "is not an address to listen on",
         ),
     ] {
         let said = String::from_utf8_lossy(&output.stderr).into_owned();

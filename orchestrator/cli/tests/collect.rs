@@ -15,7 +15,15 @@ const RAN: &str = concat!(
     "/tests/cmd/input/ran/cells/arima-native-open-10hz-r01-000001"
 );
 
-const ROWS: [&str; 3] = ["ticks.csv", "arrivals.csv", "messages.csv"];
+/// What such a run leaves beside its link's profile.
+const FILES: [&str; 6] = [
+    "ticks.csv",
+    "arrivals.csv",
+    "messages.csv",
+    "probes.csv",
+    "plant.json",
+    "controller.json",
+];
 
 /// An experiment of four cells.
 fn plan(seed: u64) -> Plan {
@@ -55,7 +63,7 @@ impl Place {
         fs::create_dir_all(&folder).unwrap();
         fs::write(folder.join("plan.json"), plan.to_json()).unwrap();
         for (index, verdict, second) in runs {
-            leave(&folder, plan.cell(*index).unwrap(), *verdict, *second);
+            leave(plan, &folder, plan.cell(*index).unwrap(), *verdict, *second);
         }
         folder
     }
@@ -74,18 +82,22 @@ impl Place {
 }
 
 /// A run as a back-end leaves it.
-fn leave(campaign: &Path, cell: &Cell, verdict: Verdict, second: u32) {
+fn leave(plan: &Plan, campaign: &Path, cell: &Cell, verdict: Verdict, second: u32) {
     let folder = campaign.join(cell.folder());
     fs::create_dir_all(&folder).unwrap();
     let ran = Path::new(RAN);
-    for name in ROWS {
+    for name in FILES {
         fs::copy(ran.join(name), folder.join(name)).unwrap();
     }
     fs::write(folder.join("plant.log"), format!("second {second}\n")).unwrap();
+    let profile = &plan.profiles[&cell.topology].source;
+    fs::write(folder.join("profile.toml"), profile).unwrap();
     let text = fs::read_to_string(ran.join(Manifest::FILE)).unwrap();
-    let names = ROWS.iter().chain(&["plant.log"]);
+    let names = FILES.iter().chain(&["plant.log", "profile.toml"]);
     let manifest = Manifest {
         verdict,
+        experiment: plan.experiment.clone(),
+        campaign_seed: plan.seed,
         cell: cell.clone(),
         started: format!("2026-01-01T00:00:{second:02}Z"),
         files: names

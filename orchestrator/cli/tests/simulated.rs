@@ -44,6 +44,7 @@ fn rows(folder: &Path) -> BTreeMap<String, Vec<u8>> {
             let name = path.strip_prefix(folder).unwrap().display().to_string();
             rows.insert(name, fs::read(&path).unwrap());
         }
+        assert!(!cell.join("packets.csv").exists(), "there is no rate limit");
     }
     rows
 }
@@ -66,6 +67,49 @@ fn a_seed_gives_the_same_rows_whatever_is_around_it_and_another_seed_others() {
     let other = run(place.path(), "other", &["--seed", "2"], &[]);
     assert_eq!(other.status.code(), Some(0));
     assert_ne!(rows(&place.path().join("other")), first);
+}
+
+/// At 64 kbit/s an echo takes 10.5 ms each way by itself, and waits for the messages before it.
+#[test]
+fn a_link_with_a_rate_limit_holds_its_certificate_and_keeps_its_packets() {
+    let place = tempfile::tempdir().unwrap();
+    let topologies = ["64kbit", "1mbit", "10mbit"].map(|rate| {
+        let path = place.path().join(format!("r{rate}.toml"));
+        let text = format!(
+            "name = \"r{rate}\"\nabout = \"x\"\n[both]\nrate = \"{rate}\"\ndelay = {{ base = \"2ms\" }}\n"
+        );
+        fs::write(&path, text).unwrap();
+        format!("{path:?}")
+    });
+    let experiment = place.path().join("rates.toml");
+    let text = EXPERIMENT
+        .replace(
+            "\"arima\", \"couva\", \"diego-vpn\"",
+            &topologies.join(", "),
+        )
+        .replace("\"3ms\"", "\"100ms\", \"3ms\"");
+    fs::write(&experiment, text).unwrap();
+    let out = place.path().join("out");
+    let paths = [&experiment, &out].map(|path| path.to_str().unwrap());
+    let ran = webloop(
+        &["run", paths[0], "--backend", "sim", "--out", paths[1]],
+        &[],
+    );
+    let said = String::from_utf8_lossy(&ran.stderr).into_owned();
+    assert_eq!(ran.status.code(), Some(0), "{said}");
+    let mut cells = 0;
+    for cell in fs::read_dir(out.join("cells")).unwrap() {
+        let packets = fs::read_to_string(cell.unwrap().path().join("packets.csv")).unwrap();
+        let mut lines = packets.lines();
+        assert_eq!(lines.next(), Some("t_ns,way,bytes"));
+        // The first is the first echo after link time 0, which is 1 s: it leaves within its 20 ms.
+        let first: Vec<&str> = lines.next().unwrap().split(',').collect();
+        let t_ns: u64 = first[0].parse().unwrap();
+        assert!((1_100_000_000..1_120_000_000).contains(&t_ns), "{t_ns}");
+        assert_eq!(first[1..], ["up", "84"]);
+        cells += 1;
+    }
+    assert_eq!(cells, 3 * 2 * 2 * 2);
 }
 
 /// As in every back-end: whoever has a cell's folder can tell which loop it was.

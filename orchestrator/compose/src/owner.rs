@@ -65,7 +65,7 @@ impl fmt::Display for Owner {
 
 /// A label that names no process.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no owner; one looks like host:1234:567890")]
+#[error("`{0}` is not an owner; write it like host:1234:567890")]
 pub struct NoOwner(String);
 
 impl FromStr for Owner {

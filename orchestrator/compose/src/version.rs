@@ -29,7 +29,7 @@ impl fmt::Display for Version {
 
 /// A text that is no version.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no version of Compose; one looks like 2.26.1")]
+#[error("`{0}` is not a version of Compose; write it like 2.26.1")]
 pub struct NoVersion(String);
 
 impl FromStr for Version {

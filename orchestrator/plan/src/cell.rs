@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use endpoint::{ControllerSettings, Hold, PageSettings, Preset, SampleTime};
+use endpoint::{ControllerSettings, Hold, NoiseLaw, PageSettings, Preset, SampleTime, TickNoise};
 use serde::{Deserialize, Serialize};
 use system::System;
 
@@ -42,11 +42,16 @@ pub struct Cell {
     /// How long the plant holds a command when no other comes.
     #[serde(default, skip_serializing_if = "Hold::is_last")]
     pub hold: Hold,
+    /// How late the plant ticks by its own machine, drawn by the link's seed; absent, it is as punctual as it
+    /// can be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tick_noise: Option<NoiseLaw>,
     /// How the page goes about it, where the client is a browser.
     #[serde(default)]
     pub page: Option<PageSettings>,
-    /// How many cells may run at a time while this one does; 1 is alone. What it measures does not
-    /// depend on it, or the experiment would not say so: its id does not tell.
+    /// How many cells may run together with this one, itself among them; 1 is alone. What it measures
+    /// does not depend on it, or the experiment would not say so: its id does not tell. In a manifest, how
+    /// many did.
     #[serde(default = "alone", skip_serializing_if = "is_alone")]
     pub together: u16,
 }
@@ -128,6 +133,13 @@ impl Cell {
             ..other.clone()
         };
         alike == *self
+    }
+
+    /// The extra time of the plant's ticks, drawn by the link's seed; none of a plant that is punctual.
+    #[must_use]
+    pub fn noise(&self) -> Option<TickNoise> {
+        let seed = self.link_seed;
+        self.tick_noise.map(|law| TickNoise { law, seed })
     }
 
     /// Its folder inside its campaign's.

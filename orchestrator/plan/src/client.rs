@@ -3,14 +3,15 @@
 use std::fmt;
 use std::str::FromStr;
 
-use endpoint::Preset;
+use endpoint::{Preset, Transport};
 use serde::{Deserialize, Serialize};
 
 /// A program that can be the controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Client {
     /// webloop's own, in Rust.
+    #[default]
     Native,
     /// The paper's, in Python.
     Python,
@@ -33,6 +34,26 @@ impl Client {
     #[must_use]
     pub fn is_browser(self) -> bool {
         matches!(self, Client::Chromium | Client::Firefox)
+    }
+
+    /// Whether a message that finds no connection idle waits for the one that is opened for it, and
+    /// not for whichever is free first: each worker of the Python client keeps its own.
+    #[must_use]
+    pub fn keeps_own_connections(self) -> bool {
+        self == Client::Python
+    }
+
+    /// A message's IP packets, a request up and its answer down, on average: what takes time where
+    /// there is a rate limit. As counted on real links, but for browsers: theirs are reckoned from
+    /// their heads.
+    #[must_use]
+    pub fn message_bytes(self, transport: Transport) -> [u32; 2] {
+        match (transport, self) {
+            (Transport::WebSocket, _) => [112, 139],
+            (Transport::Http, Client::Native) => [166, 288],
+            (Transport::Http, Client::Python) => [179, 287],
+            (Transport::Http, Client::Chromium | Client::Firefox) => [520, 400],
+        }
     }
 
     /// Its settings where an experiment names none: what suits it best.

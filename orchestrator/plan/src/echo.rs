@@ -1,4 +1,5 @@
-//! The row of an echo: what a back-end leaves in `probes.csv` and the analysis reads.
+//! What is known of a link in a run, echo by echo: what a back-end leaves in `probes.csv` and the
+//! analysis reads.
 //!
 //! It lives here because those two do not know each other.
 

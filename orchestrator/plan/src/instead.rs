@@ -1,7 +1,5 @@
 //! What the caller asks for in place of what an experiment says.
 
-use toml::Spanned;
-
 use crate::experiment::Block;
 
 /// Replacements; what is `None` stays as the experiment has it.
@@ -28,9 +26,12 @@ impl Instead {
             (&mut block.topology, &self.topology),
             (&mut block.client, &self.client),
         ] {
-            if let (Some(first), Some(only)) = (list.first(), only) {
-                *list = vec![Spanned::new(first.span(), only.clone())];
+            if let Some(only) = only {
+                list.replace(only);
             }
+        }
+        if let Some(only) = &self.topology {
+            block.stall_met.keep(only);
         }
         block
     }

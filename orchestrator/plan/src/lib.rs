@@ -4,44 +4,52 @@
 //! resolves both, and `named` what they name, from a [`Library`]. [`Plan`] and [`Cell`] are the
 //! result, [`Client`] says who closes a cell's loop, `setup` says how in words, [`Selection`]
 //! chooses cells, [`Job`] is a share of them: a topology's, or a [`Shard`]. `difference` says in
-//! what two plans differ, `seed` derives the links' seeds, [`Manifest`] is what a run says of
+//! what two plans differ, `sound` refuses plans that no experiment comes to, `seed` derives the
+//! links' seeds, [`duration_ns`] reads how long something lasts, [`Manifest`] is what a run says of
 //! itself, [`Verdict`] names how a run can end, [`ProbeRow`] is what back-ends and analysis share of
-//! the link. No clock, file or thread: the cli reads and writes the files.
+//! the link, [`series`] when its echoes are sent. No clock, file or thread: the cli reads and writes
+//! the files.
 #![forbid(unsafe_code)]
 
 mod cell;
 mod client;
 mod difference;
+mod duration;
 mod echo;
 mod experiment;
 mod instead;
+mod invalid;
 mod job;
 mod library;
 mod manifest;
 mod matrix;
-mod misfit;
 mod named;
 #[allow(clippy::module_inception)]
 mod plan;
 mod seed;
 mod selection;
+pub mod series;
 mod setup;
 mod shard;
+mod sound;
+mod stall;
 mod verdict;
 
 pub use cell::{Cell, START_AT_NS};
 pub use client::{Client, UnknownClient};
+pub use duration::{DURATION_REMEDY, duration_ns};
 pub use echo::{Phase, ProbeRow};
 pub use instead::Instead;
+pub use invalid::InvalidFile;
 pub use job::{Job, Part};
 pub use library::Library;
-pub use manifest::{FileFact, Machine, Manifest};
-pub use misfit::Misfit;
+pub use manifest::{FileFact, Machine, Manifest, Tally};
 pub use plan::{Plan, ProfileText};
 pub use seed::link_seed;
 pub use selection::Selection;
 pub use shard::{Shard, UnknownShard};
-pub use verdict::Verdict;
+pub use stall::{RESPONSE_NS, stalling_seed};
+pub use verdict::{Disturbance, Verdict};
 
 /// The experiments that the binary carries, by name: the paper's, parts of it, and the quick
 /// ones.
@@ -52,6 +60,7 @@ pub const EXPERIMENTS: &[(&str, &str)] = &[
     ("gentle", include_str!("../../experiments/gentle.toml")),
     ("drift", include_str!("../../experiments/drift.toml")),
     ("clients", include_str!("../../experiments/clients.toml")),
+    ("readings", include_str!("../../experiments/readings.toml")),
     ("systems", include_str!("../../experiments/systems.toml")),
     (
         "calibrate",

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
-use crate::{Cell, Verdict};
+use crate::sound::is_file_name;
+use crate::{Cell, Disturbance, Verdict};
 
 /// The description of one run, complete enough to judge and to repeat it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -20,6 +21,13 @@ pub struct Manifest {
     pub verdict: Verdict,
     /// Why it is not `complete`; empty if it is.
     pub reasons: Vec<String>,
+    /// What was done to the run that nobody asked for; empty if nothing was.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub disturbances: Vec<Disturbance>,
+    /// What became of the tries before this one: a run that is disturbed is asked again, and the
+    /// folders of those tries lie beside this one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub earlier: Vec<String>,
     /// The experiment's name.
     pub experiment: String,
     /// The campaign's seed.
@@ -52,6 +60,15 @@ pub struct Manifest {
     pub start_ns: u64,
     /// Whether the link was the one asked for; `null` where there was nothing to judge.
     pub certificate: Option<Value>,
+    /// What the loop's own messages said of the link; `null` where the run did not come to its end.
+    #[serde(default)]
+    pub messages: Option<Value>,
+    /// What a thread on each processor that wakes every millisecond saw of the machine.
+    #[serde(default)]
+    pub pulse: Option<Value>,
+    /// What was seen of the run's processes from outside while the controller ran, by their parts.
+    #[serde(default)]
+    pub watched: Option<Value>,
     /// The plant's own report.
     pub plant: Option<Value>,
     /// The controller's own report.
@@ -79,12 +96,27 @@ impl Manifest {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
-    /// Reads a manifest's JSON text.
+    /// Reads a manifest's JSON text. The files that it lists lie beside it.
     ///
     /// # Errors
-    /// A sentence on what is wrong, with line and column.
+    /// A sentence on what is wrong, with line and column, or with the name of a file.
     pub fn from_json(text: &str) -> Result<Manifest, String> {
-        serde_json::from_str(text).map_err(|error| error.to_string())
+        let manifest: Manifest = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        if manifest.version != Manifest::VERSION {
+            return Err(format!(
+                "this manifest has format version {}, and this webloop reads version {}",
+                manifest.version,
+                Manifest::VERSION
+            ));
+        }
+        let is_beside = |name: &str| is_file_name(name) && name != Manifest::FILE;
+        match manifest.files.keys().find(|name| !is_beside(name)) {
+            Some(name) => Err(format!(
+                "`{}` is not the name of a file beside it",
+                name.escape_debug()
+            )),
+            None => Ok(manifest),
+        }
     }
 }
 
@@ -120,21 +152,38 @@ impl FileFact {
     /// # Errors
     /// When it cannot be read to its end.
     pub fn of(mut content: impl Read) -> io::Result<FileFact> {
-        let (mut hasher, mut bytes) = (Sha256::new(), 0);
+        let mut tally = Tally::default();
         let mut buffer = vec![0; 1 << 16];
         loop {
-            let n = content.read(&mut buffer)?;
-            if n == 0 {
-                break;
+            match content.read(&mut buffer)? {
+                0 => return Ok(tally.fact()),
+                n => tally.push(&buffer[..n]),
             }
-            hasher.update(&buffer[..n]);
-            bytes += n as u64;
         }
-        let sha256 = hasher
-            .finalize()
-            .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect();
-        Ok(FileFact { bytes, sha256 })
+    }
+}
+
+/// A file's fact under way, for whoever has its bytes in passing.
+#[derive(Debug, Clone, Default)]
+pub struct Tally {
+    hasher: Sha256,
+    bytes: u64,
+}
+
+impl Tally {
+    /// Takes the next bytes.
+    pub fn push(&mut self, bytes: &[u8]) {
+        self.hasher.update(bytes);
+        self.bytes += bytes.len() as u64;
+    }
+
+    /// The fact about all bytes so far.
+    #[must_use]
+    pub fn fact(self) -> FileFact {
+        let sha256 = self.hasher.finalize();
+        FileFact {
+            bytes: self.bytes,
+            sha256: sha256.iter().map(|byte| format!("{byte:02x}")).collect(),
+        }
     }
 }

@@ -5,25 +5,23 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
 
-use endpoint::{ControllerSettings, Hold, Mode, PageSettings, Preset, SampleTime};
-use jiff::SignedDuration;
-use system::System;
+use endpoint::{ControllerSettings, Hold, Mode, NoiseLaw, PageSettings, Preset, SampleTime};
+use system::{System, is_name};
 use toml::Spanned;
 
 use crate::cell::Cell;
 use crate::client::Client;
-use crate::experiment::{Block, ExperimentFile};
+use crate::duration::{DURATION_REMEDY, duration_ns};
+use crate::experiment::{Block, Combination, ExperimentFile, Word};
 use crate::seed::link_seed;
-use crate::{Instead, Library, Misfit, Plan};
-
-/// The longest run: a week. Beyond it a typing error is likelier than a run.
-const DURATION_MAX: SignedDuration = SignedDuration::from_hours(24 * 7);
+use crate::stall::stalling_seed;
+use crate::{Instead, InvalidFile, Library, Plan};
 
 /// The most cells at a time, as with `--jobs`.
-const TOGETHER_MAX: u16 = 64;
+pub(crate) const TOGETHER_MAX: u16 = 64;
 
 /// The most cells of one plan; the paper's whole matrix has 433.
-const CELLS_MAX: usize = 100_000;
+pub(crate) const CELLS_MAX: usize = 100_000;
 
 impl Plan {
     /// Resolves an experiment's TOML.
@@ -33,16 +31,16 @@ impl Plan {
     /// it cannot.
     ///
     /// # Errors
-    /// [`Misfit`], with line and column, for everything that is not an experiment that can run.
+    /// [`InvalidFile`], with line and column, for everything that is not an experiment that can run.
     pub fn resolve(
         source: &str,
         origin: &str,
         instead: &Instead,
         mut library: impl Library,
-    ) -> Result<Plan, Misfit> {
+    ) -> Result<Plan, InvalidFile> {
         let file: ExperimentFile = toml::from_str(source).map_err(|error| {
             let span = error.span().unwrap_or(0..0);
-            Misfit::new(
+            InvalidFile::new(
                 source,
                 origin,
                 span,
@@ -53,7 +51,7 @@ impl Plan {
         let reader = Reader { source, origin };
         let name = reader.name(&file.name)?;
         if file.cells.is_empty() {
-            return Err(Misfit::new(
+            return Err(InvalidFile::new(
                 source,
                 origin,
                 0..0,
@@ -74,10 +72,11 @@ impl Plan {
             let block = &instead.over(block);
             let topologies = block
                 .topology
+                .words()
                 .iter()
                 .map(|name| reader.topology(name, &mut plan.profiles, &mut library))
                 .collect::<Result<Vec<_>, _>>()?;
-            let systems = match block.system.as_slice() {
+            let systems = match block.system.words() {
                 [] => vec![System::paper()],
                 asked => asked
                     .iter()
@@ -97,6 +96,9 @@ impl Plan {
             cell.index = index;
         }
         reader.no_twins(&plan)?;
+        // What is left are names: of a trace, or of a topology that is too long.
+        plan.check()
+            .map_err(|problem| InvalidFile::new(source, origin, 0..0, problem, ""))?;
         Ok(plan)
     }
 }
@@ -108,21 +110,20 @@ pub(crate) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    pub(crate) fn misfit<T>(
+    pub(crate) fn invalid<T>(
         &self,
         at: &Spanned<T>,
         problem: impl Into<String>,
         remedy: &str,
-    ) -> Misfit {
-        Misfit::new(self.source, self.origin, at.span(), problem, remedy)
+    ) -> InvalidFile {
+        InvalidFile::new(self.source, self.origin, at.span(), problem, remedy)
     }
 
     /// A name that can start a folder's name.
-    fn name(&self, name: &Spanned<String>) -> Result<String, Misfit> {
+    fn name(&self, name: &Spanned<String>) -> Result<String, InvalidFile> {
         let text = name.get_ref();
-        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-        if text.is_empty() || text.len() > 40 || !text.chars().all(plain) {
-            return Err(self.misfit(
+        if !is_name(text) {
+            return Err(self.invalid(
                 name,
                 format!("`{text}` cannot name a results folder"),
                 "use up to 40 of a-z, 0-9 and -",
@@ -138,66 +139,79 @@ impl Reader<'_> {
         topologies: &[String],
         systems: &[System],
         plan: &mut Plan,
-    ) -> Result<(), Misfit> {
-        let mode: Mode = self.word(&block.mode)?;
-        let duration_ns = self.duration(&block.duration)?;
+    ) -> Result<(), InvalidFile> {
         if !(1..=TOGETHER_MAX).contains(block.together.get_ref()) {
-            return Err(self.misfit(
+            return Err(self.invalid(
                 &block.together,
                 format!("`together` is not between 1 and {TOGETHER_MAX}"),
                 "1 runs each of these cells alone",
             ));
         }
-        let preset = block
-            .preset
-            .as_ref()
-            .map(|word| self.word(word))
-            .transpose()?;
-        let clients = block
-            .client
-            .iter()
-            .map(|word| self.word::<Client>(word).map(|client| (word, client)))
-            .collect::<Result<Vec<_>, _>>()?;
-        let rates = block
-            .h
-            .iter()
-            .map(|h| self.word::<SampleTime>(h).map(|value| (h, value)))
-            .collect::<Result<Vec<_>, _>>()?;
-        if block.repeats == 0 || topologies.is_empty() || clients.is_empty() || rates.is_empty() {
-            return Err(self.misfit(
-                &block.mode,
+        let size = block.size();
+        if size == 0 {
+            return Err(self.invalid(
+                &block.mode.place(),
                 "the block of this `mode` describes no cell",
-                "give topology, client and h at least one value, and repeats at least 1",
+                "give topology, client, h, mode and duration at least one value, and repeats at least 1",
             ));
         }
-        let size = [topologies.len(), systems.len(), clients.len(), rates.len()]
-            .iter()
-            .fold(block.repeats as usize, |size, n| size.saturating_mul(*n));
         if plan.cells.len().saturating_add(size) > CELLS_MAX {
-            return Err(self.misfit(
-                &block.mode,
+            return Err(self.invalid(
+                &block.mode.place(),
                 format!("the block of this `mode` brings the plan to more than {CELLS_MAX} cells"),
                 "split the experiment, or lower `repeats`",
             ));
         }
+        let is_unknown = |name: &&Word| !topologies.contains(name.get_ref());
+        if let Some(name) = block.stall_met.words().iter().find(is_unknown) {
+            return Err(self.invalid(
+                name,
+                format!("`{}` is not a topology of this block", name.get_ref()),
+                "name one of them, as it is called in its profile",
+            ));
+        }
+        block
+            .combinations()
+            .iter()
+            .try_for_each(|setting| self.combination(block, setting, topologies, systems, plan))
+    }
+
+    /// Adds one combination of a block's settings to the plan: each client over each topology.
+    fn combination(
+        &self,
+        block: &Block,
+        setting: &Combination,
+        topologies: &[String],
+        systems: &[System],
+        plan: &mut Plan,
+    ) -> Result<(), InvalidFile> {
+        let mut mode = Mode::Closed;
+        self.lay(&setting.mode, &mut mode)?;
+        let mut duration_ns = 0;
+        self.lay_duration(&setting.duration, &mut duration_ns)?;
+        let preset: Option<Preset> = self.given(&setting.preset)?;
+        let clients = self.words::<Client>(block.client.words())?;
+        let rates = self.words::<SampleTime>(block.h.words())?;
         let mut hold = Hold::Last;
-        self.lay(&block.hold, &mut hold)?;
+        self.lay(&setting.hold, &mut hold)?;
+        let tick_noise: Option<NoiseLaw> = self.given(&setting.tick_noise)?;
         for repeat in 1..=block.repeats {
             for (topology, system) in topologies
                 .iter()
                 .flat_map(|topology| systems.iter().map(move |system| (topology, system)))
             {
+                let link_seed = self.link_seed(block, plan, topology, repeat)?;
                 for (named, client) in &clients {
                     let preset = preset.unwrap_or(client.preset());
                     for (place, h) in &rates {
                         if h.ns() > duration_ns {
-                            return Err(self.misfit(
+                            return Err(self.invalid(
                                 place,
                                 format!("h = {h} is longer than the run"),
                                 "lengthen `duration`",
                             ));
                         }
-                        let mut settings = self.settings(block, preset.settings(mode, *h))?;
+                        let mut settings = self.settings(setting, preset.settings(mode, *h))?;
                         settings.r = system.r();
                         let mut cell = Cell {
                             index: 0,
@@ -207,11 +221,12 @@ impl Reader<'_> {
                             client: *client,
                             preset,
                             repeat,
-                            link_seed: link_seed(plan.seed, topology, repeat),
+                            link_seed,
                             duration_ns,
                             settings,
                             hold,
-                            page: self.page(block, *client, preset, &settings, named)?,
+                            tick_noise,
+                            page: self.page(setting, *client, preset, &settings, named)?,
                             together: *block.together.get_ref(),
                         };
                         cell.identify();
@@ -223,12 +238,41 @@ impl Reader<'_> {
         Ok(())
     }
 
+    /// The seed of a repeat's link.
+    fn link_seed(
+        &self,
+        block: &Block,
+        plan: &Plan,
+        topology: &str,
+        repeat: u32,
+    ) -> Result<u64, InvalidFile> {
+        let named = block
+            .stall_met
+            .words()
+            .iter()
+            .find(|name| name.get_ref() == topology);
+        let Some(named) = named else {
+            return Ok(link_seed(plan.seed, topology, repeat));
+        };
+        // Its text was found valid when it was read.
+        let text = plan.profiles.get(topology);
+        text.and_then(|text| text.profile(topology).ok())
+            .and_then(|profile| stalling_seed(plan.seed, &profile, topology, repeat))
+            .ok_or_else(|| {
+                self.invalid(
+                    named,
+                    format!("no link of {topology} was found that stalls while the step responds"),
+                    "leave it out of `stall_met`, or let the profile's stalls be longer or more frequent",
+                )
+            })
+    }
+
     /// The preset's settings with the block's own words laid over them.
     fn settings(
         &self,
-        block: &Block,
+        block: &Combination,
         preset: ControllerSettings,
-    ) -> Result<ControllerSettings, Misfit> {
+    ) -> Result<ControllerSettings, InvalidFile> {
         let mut settings = preset;
         self.lay(&block.outstanding, &mut settings.outstanding)?;
         self.lay(&block.transport, &mut settings.transport)?;
@@ -236,12 +280,10 @@ impl Reader<'_> {
         self.lay(&block.schedule, &mut settings.schedule)?;
         self.lay(&block.integrate, &mut settings.integrate)?;
         self.lay(&block.late, &mut settings.late)?;
-        if let Some(timeout) = &block.timeout {
-            settings.timeout_ns = self.duration(timeout)?;
-        }
-        if let (Some(word), Some(problem)) = (&block.connection, settings.misfit()) {
+        self.lay_duration(&block.timeout, &mut settings.timeout_ns)?;
+        if let (Some(word), Some(problem)) = (&block.connection, settings.conflict()) {
             let (problem, remedy) = problem.split_once("; ").unwrap_or((problem, ""));
-            return Err(self.misfit(word, problem, remedy));
+            return Err(self.invalid(word, problem, remedy));
         }
         Ok(settings)
     }
@@ -249,26 +291,24 @@ impl Reader<'_> {
     /// How the page goes about it, where the client is a browser.
     fn page(
         &self,
-        block: &Block,
+        block: &Combination,
         client: Client,
         preset: Preset,
         settings: &ControllerSettings,
         named: &Spanned<String>,
-    ) -> Result<Option<PageSettings>, Misfit> {
+    ) -> Result<Option<PageSettings>, InvalidFile> {
         let mut page = preset.page();
         self.lay(&block.thread, &mut page.thread)?;
         self.lay(&block.sender, &mut page.sender)?;
         self.lay(&block.timer, &mut page.timer)?;
-        if let Some(floor) = &block.timer_floor {
-            page.floor_ns = self.duration(floor)?;
-        }
+        self.lay_duration(&block.timer_floor, &mut page.floor_ns)?;
         if !client.is_browser() {
             return Ok(None);
         }
-        match page.misfit(settings) {
+        match page.conflict(settings) {
             Some(problem) => {
                 let (problem, remedy) = problem.split_once("; ").unwrap_or((problem, ""));
-                Err(self.misfit(named, format!("in a browser {problem}"), remedy))
+                Err(self.invalid(named, format!("in a browser {problem}"), remedy))
             }
             None => Ok(Some(page)),
         }
@@ -276,51 +316,60 @@ impl Reader<'_> {
 
     fn lay<T: FromStr<Err: std::fmt::Display>>(
         &self,
-        word: &Option<Spanned<String>>,
+        word: &Option<Word>,
         setting: &mut T,
-    ) -> Result<(), Misfit> {
+    ) -> Result<(), InvalidFile> {
         if let Some(word) = word {
             *setting = self.word(word)?;
         }
         Ok(())
     }
 
+    fn lay_duration(&self, word: &Option<Word>, setting_ns: &mut u64) -> Result<(), InvalidFile> {
+        if let Some(word) = word {
+            *setting_ns = self.duration(word)?;
+        }
+        Ok(())
+    }
+
+    fn given<T: FromStr<Err: std::fmt::Display>>(
+        &self,
+        word: &Option<Word>,
+    ) -> Result<Option<T>, InvalidFile> {
+        word.as_ref().map(|word| self.word(word)).transpose()
+    }
+
+    /// Each word with what it says.
+    fn words<'a, T: FromStr<Err: std::fmt::Display>>(
+        &self,
+        words: &'a [Word],
+    ) -> Result<Vec<(&'a Word, T)>, InvalidFile> {
+        words
+            .iter()
+            .map(|word| Ok((word, self.word(word)?)))
+            .collect()
+    }
+
     /// A word that its type knows; the type's own error lists the choices.
     pub(crate) fn word<T: FromStr<Err: std::fmt::Display>>(
         &self,
         word: &Spanned<String>,
-    ) -> Result<T, Misfit> {
+    ) -> Result<T, InvalidFile> {
         word.get_ref()
             .parse()
-            .map_err(|error: T::Err| self.misfit(word, error.to_string(), ""))
+            .map_err(|error: T::Err| self.invalid(word, error.to_string(), ""))
     }
 
-    fn duration(&self, text: &Spanned<String>) -> Result<u64, Misfit> {
-        let remedy = "write it with its unit, like 6s, 500ms or 10m";
-        let duration: SignedDuration = text.get_ref().parse().map_err(|_| {
-            self.misfit(
-                text,
-                format!("`{}` is not a length of time", text.get_ref()),
-                remedy,
-            )
-        })?;
-        if duration <= SignedDuration::ZERO || duration > DURATION_MAX {
-            return Err(self.misfit(
-                text,
-                format!("`{}` is not between 0 and a week", text.get_ref()),
-                remedy,
-            ));
-        }
-        // Between 0 and a week in ns is far inside u64.
-        Ok(u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX))
+    fn duration(&self, text: &Word) -> Result<u64, InvalidFile> {
+        duration_ns(text.get_ref()).map_err(|problem| self.invalid(text, problem, DURATION_REMEDY))
     }
 
     /// Two equal cells would write into one folder.
-    fn no_twins(&self, plan: &Plan) -> Result<(), Misfit> {
+    fn no_twins(&self, plan: &Plan) -> Result<(), InvalidFile> {
         let mut seen = BTreeMap::new();
         for cell in &plan.cells {
             if seen.insert(&cell.id, cell.index).is_some() {
-                return Err(Misfit::new(
+                return Err(InvalidFile::new(
                     self.source,
                     self.origin,
                     0..0,

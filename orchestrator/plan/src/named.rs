@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use endpoint::SampleTime;
+use endpoint::{Integrate, SampleTime};
 use system::System;
 use toml::Spanned;
 
 use crate::experiment::Block;
 use crate::matrix::Reader;
-use crate::{Library, Misfit, ProfileText};
+use crate::{InvalidFile, Library, ProfileText};
 
 impl Reader<'_> {
     /// Looks a topology's profile up, checks it, and keeps its source under its own name.
@@ -17,13 +17,13 @@ impl Reader<'_> {
         asked: &Spanned<String>,
         profiles: &mut BTreeMap<String, ProfileText>,
         library: &mut impl Library,
-    ) -> Result<String, Misfit> {
+    ) -> Result<String, InvalidFile> {
         let text = library.profile(asked.get_ref()).map_err(|problem| {
             let remedy = format!(
                 "use one of {}, or the path of a profile file",
                 link::Profile::BUILTIN.join(", ")
             );
-            self.misfit(asked, problem, &remedy)
+            self.invalid(asked, problem, &remedy)
         })?;
         let parsed = text.profile(asked.get_ref()).map_err(|findings| {
             let problem = findings
@@ -38,7 +38,7 @@ impl Reader<'_> {
                 "`webloop link lint {}` shows each in its place",
                 asked.get_ref()
             );
-            self.misfit(
+            self.invalid(
                 asked,
                 format!("the profile cannot be played:\n{problem}"),
                 &remedy,
@@ -46,7 +46,7 @@ impl Reader<'_> {
         })?;
         let name = parsed.name().to_owned();
         match profiles.insert(name.clone(), text.clone()) {
-            Some(before) if before != text => Err(self.misfit(
+            Some(before) if before != text => Err(self.invalid(
                 asked,
                 format!("two different profiles are both named `{name}`"),
                 "give one of them another `name`",
@@ -62,47 +62,50 @@ impl Reader<'_> {
         block: &Block,
         systems: &mut BTreeMap<String, String>,
         library: &mut impl Library,
-    ) -> Result<System, Misfit> {
+    ) -> Result<System, InvalidFile> {
         let text = library.system(asked.get_ref()).map_err(|problem| {
             let names: Vec<&str> = System::built_in_names().collect();
             let remedy = format!(
                 "use one of {}, or the path of a system file",
                 names.join(", ")
             );
-            self.misfit(asked, problem, &remedy)
+            self.invalid(asked, problem, &remedy)
         })?;
         let system = System::read(&text).map_err(|fault| {
             let remedy = format!(
                 "`webloop system lint {}` shows it in its place",
                 asked.get_ref()
             );
-            self.misfit(asked, format!("it is no system: line {fault}"), &remedy)
+            self.invalid(
+                asked,
+                format!("it is not a valid system: line {fault}"),
+                &remedy,
+            )
         })?;
-        for h in &block.h {
+        for h in block.h.words() {
             let value: SampleTime = self.word(h)?;
             if let Err(unfit) = system.at(value) {
                 let remedy = "use another h, or another system";
-                return Err(self.misfit(asked, unfit.to_string(), remedy));
+                return Err(self.invalid(asked, unfit.to_string(), remedy));
             }
         }
-        if let Some(integrate) = &block.integrate
-            && integrate.get_ref() != "h"
-            && !system.takes_elapsed()
-        {
-            return Err(self.misfit(
-                integrate,
-                format!(
-                    "the law of {} advances by h, whatever has passed",
-                    system.name()
-                ),
-                "leave `integrate` out",
-            ));
+        for word in block.integrate.words() {
+            if self.word::<Integrate>(word)? == Integrate::Elapsed && !system.takes_elapsed() {
+                return Err(self.invalid(
+                    word,
+                    format!(
+                        "the law of {} advances by h, whatever has passed",
+                        system.name()
+                    ),
+                    "leave `elapsed` out",
+                ));
+            }
         }
         let name = system.name().to_owned();
         if name == System::PAPER {
             return match System::built_in(System::PAPER) == Some(text.as_str()) {
                 true => Ok(system),
-                false => Err(self.misfit(
+                false => Err(self.invalid(
                     asked,
                     format!("`{name}` is the paper's system, and no other can have its name"),
                     "give yours another `name`",
@@ -110,7 +113,7 @@ impl Reader<'_> {
             };
         }
         match systems.insert(name.clone(), text.clone()) {
-            Some(before) if before != text => Err(self.misfit(
+            Some(before) if before != text => Err(self.invalid(
                 asked,
                 format!("two different systems are both named `{name}`"),
                 "give one of them another `name`",

@@ -69,6 +69,15 @@ impl Plan {
         self.cells.iter().find(|cell| cell.index == index)
     }
 
+    /// Whether a topology is no link at all, as its profile says; of none that the plan has a valid
+    /// profile of, it is not known to be.
+    #[must_use]
+    pub fn is_loopback(&self, topology: &str) -> bool {
+        let text = self.profiles.get(topology);
+        text.and_then(|text| text.profile(topology).ok())
+            .is_some_and(|profile| profile.is_loopback())
+    }
+
     /// A cell's system.
     ///
     /// # Errors
@@ -92,10 +101,10 @@ impl Plan {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
-    /// Reads a plan's JSON text.
+    /// Reads a plan's JSON text: one that an experiment could have come to.
     ///
     /// # Errors
-    /// A sentence on what is wrong, with line and column.
+    /// A sentence on what is wrong, with line and column, or with the cell.
     pub fn from_json(text: &str) -> Result<Plan, String> {
         let plan: Plan = serde_json::from_str(text).map_err(|error| error.to_string())?;
         if plan.version != Plan::VERSION {
@@ -105,6 +114,7 @@ impl Plan {
                 Plan::VERSION
             ));
         }
+        plan.check()?;
         Ok(plan)
     }
 }

@@ -14,6 +14,11 @@ pub fn link_seed(campaign: u64, topology: &str, repeat: u32) -> u64 {
     first_u64(&format!("link/{campaign}/{topology}/{repeat}"))
 }
 
+/// The link's seed under a further name, for who looks for a link with a property.
+pub(crate) fn link_seed_of(campaign: u64, topology: &str, repeat: u32, name: u32) -> u64 {
+    first_u64(&format!("link/{campaign}/{topology}/{repeat}/{name}"))
+}
+
 /// A short fingerprint of a text: its SHA-256 in hex, cut to `digits`.
 pub(crate) fn fingerprint(text: &str, digits: usize) -> String {
     let mut hex = format!("{:016x}", first_u64(text));

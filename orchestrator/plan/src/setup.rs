@@ -11,6 +11,16 @@ use system::System;
 use crate::Cell;
 
 impl Cell {
+    /// Whether its client is set up as is usual for it, whatever the system.
+    #[must_use]
+    pub fn is_plain(&self) -> bool {
+        let with_the_papers = Cell {
+            system: System::PAPER.to_owned(),
+            ..self.clone()
+        };
+        with_the_papers.setup() == self.client.preset().to_string()
+    }
+
     /// The cell's setup in words; equal words are equal settings but for rate and mode.
     ///
     /// A word that only one setting has stands alone; the others follow their setting's name.
@@ -29,6 +39,8 @@ impl Cell {
             format!("system {}", self.system),
         );
         laid(!self.hold.is_last(), format!("hold {}", self.hold));
+        let noise = self.tick_noise.map(|law| format!("tick noise {law}"));
+        laid(noise.is_some(), noise.unwrap_or_default());
         laid(own.transport != usual.transport, own.transport.to_string());
         if let Some(page) = &self.page {
             let usual = self.preset.page();

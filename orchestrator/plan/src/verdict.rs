@@ -1,4 +1,4 @@
-//! How a run ended: the four words that every manifest, table and exit code use.
+//! How a run ended: the five words that every manifest, table and exit code use.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +11,10 @@ pub enum Verdict {
     Complete,
     /// This machine cannot run it; the reason says what is missing.
     Unsupported,
+    /// It ran over the link that was asked for, but something was done to it that the experiment
+    /// did not ask for: the machine stood still, an end or the player was stopped or starved. Shown
+    /// and marked, and left out of medians.
+    Disturbed,
     /// It ran, but its link was not the one asked for, or rows were lost: not to be plotted.
     Invalid,
     /// It did not run to its end.
@@ -22,8 +26,36 @@ impl std::fmt::Display for Verdict {
         f.pad(match self {
             Verdict::Complete => "complete",
             Verdict::Unsupported => "unsupported",
+            Verdict::Disturbed => "disturbed",
             Verdict::Invalid => "invalid",
             Verdict::Failed => "failed",
         })
+    }
+}
+
+/// Something that was done to a run and that its experiment did not ask for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Disturbance {
+    /// What was held up, in a word or two: `plant`, `player`, `machine`.
+    pub what: String,
+    /// When it began, or was worst: seconds after the controller's first deadline.
+    pub at_s: f64,
+    /// How long the longest one lasted, ms.
+    pub longest_ms: f64,
+    /// All of it in a sentence, with its limit.
+    pub words: String,
+}
+
+impl std::fmt::Display for Disturbance {
+    /// As a table has room for it: `player 298 ms at 2.1 s`.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self {
+            what,
+            at_s,
+            longest_ms,
+            ..
+        } = self;
+        write!(f, "{what} {longest_ms:.0} ms at {at_s:.1} s")
     }
 }

@@ -15,7 +15,7 @@ fn builtin(name: &str) -> Result<ProfileText, String> {
         .ok_or_else(|| format!("there is no topology `{name}`"))
 }
 
-fn resolve(source: &str) -> Result<Plan, plan::Misfit> {
+fn resolve(source: &str) -> Result<Plan, plan::InvalidFile> {
     Plan::resolve(source, "mine.toml", &Instead::default(), builtin)
 }
 
@@ -120,6 +120,29 @@ fn cells_of_one_topology_and_repeat_share_the_link_whatever_their_rate_and_mode(
 fn a_plan_survives_its_json() {
     let plan = resolve(EXPERIMENTS[0].1).unwrap();
     assert_eq!(Plan::from_json(&plan.to_json()).unwrap(), plan);
+}
+
+#[test]
+fn a_link_that_is_to_stall_has_another_seed_and_all_others_keep_theirs() {
+    let smoke = EXPERIMENTS[0].1;
+    let (met, any) = (
+        resolve(smoke).unwrap(),
+        resolve(&smoke.replace("stall_met = [\"couva\"]\n", "")).unwrap(),
+    );
+    assert_eq!(met.cells.len(), any.cells.len());
+    for (met, any) in met.cells.iter().zip(&any.cells) {
+        let same = met.link_seed == any.link_seed && met.id == any.id;
+        assert_eq!(same, met.topology != "couva", "{}", met.id);
+    }
+    let told = |from: &str, to: &str| resolve(&smoke.replace(from, to)).unwrap_err().problem;
+    assert_eq!(
+        told("stall_met = [\"couva\"]", "stall_met = [\"tobago\"]"),
+        "`tobago` is not a topology of this block"
+    );
+    assert_eq!(
+        told("stall_met = [\"couva\"]", "stall_met = [\"buccoo\"]"),
+        "no link of buccoo was found that stalls while the step responds"
+    );
 }
 
 #[test]
@@ -385,4 +408,42 @@ fn the_first_difference_of_two_plans_is_told_and_none_of_equal_ones() {
         told(&|plan| plan.about = "Another question".to_owned()),
     ];
     insta::assert_snapshot!(answers.join("\n"));
+}
+
+#[test]
+fn every_setting_is_one_value_or_a_list_and_every_combination_is_a_cell() {
+    let of = |settings: &str| -> Vec<plan::Cell> {
+        let source = format!("name = \"mine\"\n[[cells]]\n{settings}\n");
+        resolve(&source).unwrap().cells
+    };
+    let needed = "topology = \"arima\"\nclient = \"native\"\nmode = \"closed\"\nh = \"3ms\"\nduration = \"2s\"";
+    let single = of(needed);
+    assert_eq!(single.len(), 1);
+    let lists = "topology = [\"arima\"]\nclient = [\"native\"]\nmode = [\"closed\"]\nh = [\"3ms\"]\nduration = [\"2s\"]";
+    assert_eq!(of(lists), single);
+
+    let many = of(
+        "topology = \"arima\"\nclient = [\"native\", \"python\"]\nmode = [\"open\", \"closed\"]\n\
+         h = [\"3ms\", \"10ms\"]\nduration = \"2s\"\npreset = [\"blocking\", \"socket\"]\n\
+         outstanding = [1, \"8\"]\nrepeats = 3",
+    );
+    assert_eq!(many.len(), 2 * 2 * 2 * 2 * 2 * 3);
+    let ids: BTreeSet<&str> = many.iter().map(|cell| cell.id.as_str()).collect();
+    assert_eq!(ids.len(), many.len());
+    // The first repeat of all of them, then the second.
+    let repeats: Vec<u32> = many.iter().map(|cell| cell.repeat).collect();
+    assert!(repeats.is_sorted());
+
+    let too_many = format!(
+        "{needed}\ntimeout = {:?}\nhold = {:?}",
+        times(400),
+        times(400)
+    );
+    let source = format!("name = \"mine\"\n[[cells]]\n{too_many}\n");
+    let said = resolve(&source).unwrap_err().to_string();
+    assert!(said.contains("more than 100000 cells"), "{said}");
+}
+
+fn times(n: usize) -> Vec<String> {
+    (1..=n).map(|n| format!("{n}ms")).collect()
 }

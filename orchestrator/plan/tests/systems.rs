@@ -1,8 +1,8 @@
 //! Systems in experiments: a dimension of the matrix, checked where it stands.
 #![allow(clippy::unwrap_used)]
 
-use endpoint::Hold;
-use plan::{Instead, Library, Misfit, Plan, ProfileText};
+use endpoint::{Hold, NoiseLaw};
+use plan::{Instead, InvalidFile, Library, Plan, ProfileText};
 use system::System;
 
 /// The built-in profiles and systems, and one that is somebody's own.
@@ -28,7 +28,7 @@ impl Library for Shelf {
 
 const MINE: &str = "name = \"mine\"\nr = 2.0\n[plant]\nnum = [1.0]\nden = [1.0, 1.0]\ndead_time = \"20ms\"\nsampling = \"tustin\"\n[controller]\nlaw = \"transfer\"\nnum = [1.0]\nden = [1.0, 0.0]\n";
 
-fn resolve(words: &str, mine: &'static str) -> Result<Plan, Misfit> {
+fn resolve(words: &str, mine: &'static str) -> Result<Plan, InvalidFile> {
     let source = format!(
         "name = \"mine\"\n[[cells]]\ntopology = [\"arima\"]\nclient = [\"native\"]\nmode = \"closed\"\n\
          h = [\"10ms\"]\nduration = \"1s\"\n{words}"
@@ -72,6 +72,24 @@ fn a_plant_may_let_go_of_a_command() {
 }
 
 #[test]
+fn a_plant_may_be_late_by_its_own_machine() {
+    let noisy = resolve("tick_noise = \"uniform 3ms\"", MINE).unwrap();
+    let law = NoiseLaw::Uniform { max_ns: 3_000_000 };
+    assert_eq!(noisy.cells[0].tick_noise, Some(law));
+    assert!(noisy.cells[0].setup().ends_with(", tick noise uniform 3ms"));
+    assert_eq!(Plan::from_json(&noisy.to_json()).unwrap(), noisy);
+    // Without it a plan is what it was before there was any.
+    let plan = resolve("", MINE).unwrap();
+    assert!(!plan.to_json().contains("tick_noise"));
+    assert_ne!(plan.cells[0].id, noisy.cells[0].id);
+    let problem = resolve("tick_noise = \"3ms\"", MINE).unwrap_err().problem;
+    assert!(
+        problem.starts_with("tick noise `3ms` is no law"),
+        "{problem}"
+    );
+}
+
+#[test]
 fn what_cannot_be_run_is_told_where_it_stands() {
     let told = |words, mine| resolve(words, mine).unwrap_err().problem;
     assert_eq!(
@@ -79,7 +97,10 @@ fn what_cannot_be_run_is_told_where_it_stands() {
         "there is no system `moter`"
     );
     let broken = told("system = [\"mine.toml\"]", "name = 3");
-    assert!(broken.starts_with("it is no system: line 1:8:"), "{broken}");
+    assert!(
+        broken.starts_with("it is not a valid system: line 1:8:"),
+        "{broken}"
+    );
     let paper = told(
         "system = [\"mine.toml\"]",
         "name = \"motor\"\n[plant]\nnum = [1.0]\nden = [1.0, 1.0]\n[controller]\nlaw = \"pid\"\nkp = 1.0\n",

@@ -4,12 +4,17 @@
 //! Other than [`compare`](crate::compare), which asks whether a change is more than chance, this
 //! asks whether two medians are close enough to stand for each other: a difference that is certain
 //! and small is agreement. Runs are paired as there, so both met the same link.
+//!
+//! A link whose law has few draws in a run, such as one that stalls every ten seconds, spreads runs
+//! widely, and where few are slow the median of all lies anywhere between them and the others. There
+//! a figure whose medians part agrees all the same where most pairs do, run by run over equal draws:
+//! what is apart then is the law's spread and no difference.
 
 mod part;
 
 use analysis::layout::{align, digits, number, text};
 use analysis::statistics::median;
-use analysis::{Campaign, Summary};
+use analysis::{Campaign, Run, Summary};
 use serde::Serialize;
 
 pub use part::Parts;
@@ -118,17 +123,24 @@ impl Tolerance {
     }
 }
 
+/// A link's law has few draws in a run that meets its rarest event less often than this on a way:
+/// then the number of times is itself spread by a fifth and more, as counts are.
+const FEW_DRAWS: f64 = 30.0;
+
 /// A figure of a group in both campaigns: medians over the pairs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Held {
     /// Which one.
     pub figure: Figure,
-    /// A's.
+    /// A's; not a number where only B has it.
     pub a: f64,
-    /// B's.
+    /// B's; not a number where only A has it.
     pub b: f64,
     /// Whether A's can stand for B's.
     pub agrees: bool,
+    /// Whether they are apart by the spread of their link's law alone: its draws in a run are few,
+    /// and most pairs agree. That is no difference.
+    pub spread: bool,
     /// The median over pairs of A's share of B's: where runs differ much among each other, as over
     /// a link that stalls in one run and not in the next, it says more than the two medians.
     pub ratio: f64,
@@ -145,7 +157,10 @@ pub struct Group {
     pub kind: Kind,
     /// How many pairs there are.
     pub pairs: usize,
-    /// Each figure that both have.
+    /// How often the link's rarest event comes in a run, on one way, where that is seldom.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub draws: Option<f64>,
+    /// Each figure that either has.
     pub figures: Vec<Held>,
 }
 
@@ -160,6 +175,8 @@ pub struct Agreement {
 
 const LEGEND: &str = "\
 In pairs: the median of A's share of B's, run by run over the same link.
+The law's spread: the link stalls, or changes, so few times in a run that medians differ by which runs
+it met; run by run, over equal draws, most agree. That is no difference, and no failure.
 After a round trip that parts: how much longer A's messages take than B's over each part of their way,
 at the same quantile. late: from the deadline to the sending; up: to the plant; down: back again.
 ";
@@ -171,22 +188,26 @@ impl Agreement {
         let (paired, lone) = pair(a, b);
         let groups = paired
             .iter()
-            .map(|paired| Group {
-                kind: paired.kind.clone(),
-                pairs: paired.runs.len(),
-                figures: Figure::ALL
-                    .into_iter()
-                    .filter_map(|figure| Held::of(figure, &paired.runs))
-                    .collect(),
+            .map(|paired| {
+                let draws = few_draws(a, &paired.runs);
+                Group {
+                    kind: paired.kind.clone(),
+                    pairs: paired.runs.len(),
+                    draws,
+                    figures: Figure::ALL
+                        .into_iter()
+                        .filter_map(|figure| Held::of(figure, &paired.runs, draws.is_some()))
+                        .collect(),
+                }
             })
             .collect();
         Agreement { groups, lone }
     }
 
-    /// Every figure that parts, with its group.
+    /// Every figure that parts, with its group. What is apart by its law's spread does not.
     pub fn partings(&self) -> impl Iterator<Item = (&Group, &Held)> {
         self.groups.iter().flat_map(|group| {
-            let parts = group.figures.iter().filter(|held| !held.agrees);
+            let parts = group.figures.iter().filter(|held| held.parts());
             parts.map(move |held| (group, held))
         })
     }
@@ -235,11 +256,17 @@ impl Agreement {
         }
         let all: usize = self.groups.iter().map(|group| group.figures.len()).sum();
         let parts = self.partings().count();
+        let figures = self.groups.iter().flat_map(|group| &group.figures);
+        let spread = figures.filter(|held| held.spread).count();
+        let apart = match spread {
+            0 => String::new(),
+            _ => format!(" ({spread} of them in pairs, apart by their law's spread)"),
+        };
         out += &format!(
-            "\nOf {all} figures {} agree and {parts} part.\n",
+            "\nOf {all} figures {} agree{apart} and {parts} part.\n",
             all - parts
         );
-        if self.partings().any(|(_, held)| held.parts.is_some()) {
+        if spread + parts > 0 {
             out += LEGEND;
         }
         out
@@ -247,30 +274,67 @@ impl Agreement {
 }
 
 impl Held {
-    fn of(figure: Figure, runs: &[(&analysis::Run, &analysis::Run)]) -> Option<Held> {
+    fn of(figure: Figure, runs: &[(&Run, &Run)], has_few_draws: bool) -> Option<Held> {
+        let figures = |run: &Run| figure.of(&run.summary);
         let both: Vec<(f64, f64)> = runs
             .iter()
-            .filter_map(|(a, b)| Some((figure.of(&a.summary)?, figure.of(&b.summary)?)))
+            .filter_map(|(a, b)| Some((figures(a)?, figures(b)?)))
             .collect();
-        let a = median(&both.iter().map(|(a, _)| *a).collect::<Vec<_>>())?;
-        let b = median(&both.iter().map(|(_, b)| *b).collect::<Vec<_>>())?;
+        let (a, b) = match both.is_empty() {
+            false => (
+                median(&both.iter().map(|(a, _)| *a).collect::<Vec<_>>())?,
+                median(&both.iter().map(|(_, b)| *b).collect::<Vec<_>>())?,
+            ),
+            true => {
+                let of_a: Vec<f64> = runs.iter().filter_map(|(a, _)| figures(a)).collect();
+                let of_b: Vec<f64> = runs.iter().filter_map(|(_, b)| figures(b)).collect();
+                return Held::lone(figure, median(&of_a), median(&of_b));
+            }
+        };
         let ratios: Vec<f64> = both
             .iter()
             .map(|(a, b)| if a == b { 1.0 } else { a / b })
             .collect();
         let ratio = median(&ratios)?;
-        let agrees = figure.tolerance().allows(a, b);
+        let tolerance = figure.tolerance();
+        let agrees = tolerance.allows(a, b);
+        let alike = both
+            .iter()
+            .filter(|(a, b)| tolerance.allows(*a, *b))
+            .count();
+        let spread = !agrees && has_few_draws && 2 * alike > both.len();
         Some(Held {
             figure,
             a,
             b,
             agrees,
+            spread,
             ratio,
-            parts: match (agrees, figure.quantile()) {
+            parts: match (agrees || spread, figure.quantile()) {
                 (false, Some(quantile)) => Parts::of(runs, quantile),
                 _ => None,
             },
         })
+    }
+
+    /// A figure that one campaign has and the other has not; `None` of one that neither has.
+    fn lone(figure: Figure, a: Option<f64>, b: Option<f64>) -> Option<Held> {
+        a.or(b)?;
+        Some(Held {
+            figure,
+            a: a.unwrap_or(f64::NAN),
+            b: b.unwrap_or(f64::NAN),
+            agrees: false,
+            spread: false,
+            ratio: f64::NAN,
+            parts: None,
+        })
+    }
+
+    /// Whether A's cannot stand for B's.
+    #[must_use]
+    pub fn parts(&self) -> bool {
+        !self.agrees && !self.spread
     }
 
     fn words(&self) -> String {
@@ -281,6 +345,17 @@ impl Held {
             off if off.is_finite() => format!("{off:+.0} % "),
             _ => String::new(),
         };
+        if self.spread {
+            let (off, in_pairs) = (share(self.a / self.b), share(self.ratio));
+            return format!("{off}by the law's spread, alike in pairs {in_pairs}")
+                .trim_end()
+                .to_owned();
+        }
+        match (self.a.is_nan(), self.b.is_nan()) {
+            (true, _) => return "OFF: only B has it".to_owned(),
+            (_, true) => return "OFF: only A has it".to_owned(),
+            (false, false) => {}
+        }
         let mut off = share(self.a / self.b) + "OFF";
         if self.ratio.is_finite() {
             off += &format!(", in pairs {}", share(self.ratio).trim_end());
@@ -292,22 +367,21 @@ impl Held {
     }
 }
 
+/// How often the rarest event of the runs' link comes in one of them, where that is seldom.
+fn few_draws(campaign: &Campaign, runs: &[(&Run, &Run)]) -> Option<f64> {
+    let cell = &runs.first()?.0.cell;
+    let text = campaign.plan.profiles.get(&cell.topology)?;
+    let rarest_ns = text.profile(&cell.topology).ok()?.rarest_event_ns()?;
+    let draws = cell.duration_ns as f64 / rarest_ns as f64;
+    (draws < FEW_DRAWS).then_some(draws)
+}
+
 fn value(x: f64) -> String {
-    match x.is_finite() {
-        true => digits(Some(x)),
-        false => "never".to_owned(),
+    match x.is_infinite() {
+        false => digits(Some(x).filter(|x| !x.is_nan())),
+        true => "never".to_owned(),
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_tolerance_is_a_share_or_an_amount_whichever_is_more() {
-        let rtt = Figure::Rtt50.tolerance();
-        assert!(rtt.allows(105.0, 100.0) && !rtt.allows(105.1, 100.0));
-        assert!(rtt.allows(0.35, 0.2) && !rtt.allows(0.45, 0.2));
-        assert!(rtt.allows(f64::INFINITY, f64::INFINITY) && !rtt.allows(1.0, f64::INFINITY));
-    }
-}
+mod tests;

@@ -11,7 +11,8 @@ mod tests;
 
 use analysis::{Campaign, LoopVerdict, Run};
 use endpoint::Mode;
-use plan::Client;
+use plan::{Cell, Client};
+use system::System;
 
 pub use coverage::Coverage;
 
@@ -31,6 +32,8 @@ pub struct Answer {
     pub rows: Vec<Row>,
     /// How the runs of the whole campaign ended, open loops too.
     pub coverage: Coverage,
+    /// Whether they are in virtual time.
+    pub simulated: bool,
 }
 
 /// A client in one setup at one rate.
@@ -40,8 +43,10 @@ pub struct Row {
     pub client: Client,
     /// Its setup in words, as [`plan::Cell::setup`] has it.
     pub setup: String,
-    /// Whether the setup is the client's usual one.
-    pub is_usual: bool,
+    /// The system.
+    pub system: String,
+    /// Whether the setup is the client's usual one but for the system.
+    pub is_plain: bool,
     /// The rate in people's words: `333 Hz`.
     pub rate: String,
     /// The sample time, ns.
@@ -72,7 +77,8 @@ pub struct Standing {
 /// A settling in settlings of a reference at the same rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Times {
-    /// The client of the reference, which is in its usual setup and without a network.
+    /// The client of the reference, which has the same system, is in its usual setup and without a
+    /// network.
     pub of: Client,
     /// How many times its median.
     pub factor: f64,
@@ -108,7 +114,7 @@ impl Answer {
         }
         let reference = topologies
             .iter()
-            .find(|name| is_loopback(campaign, name))
+            .find(|name| campaign.plan.is_loopback(name))
             .cloned();
         let mut rows = rows(&closed, &topologies);
         hold_against(&mut rows, &topologies, reference.as_deref());
@@ -118,6 +124,7 @@ impl Answer {
             reference,
             rows,
             coverage: Coverage::of(campaign),
+            simulated: campaign.is_simulated(),
         }
     }
 
@@ -129,6 +136,14 @@ impl Answer {
                 Some((row, topology.as_str(), standing.as_ref()?))
             })
         })
+    }
+}
+
+impl Row {
+    /// Whether the setup is the client's usual one, with the paper's system.
+    #[must_use]
+    pub fn is_usual(&self) -> bool {
+        self.is_plain && self.system == System::PAPER
     }
 }
 
@@ -167,25 +182,21 @@ impl Standing {
     }
 }
 
-fn is_loopback(campaign: &Campaign, topology: &str) -> bool {
-    let profile = campaign.plan.profiles.get(topology);
-    profile
-        .and_then(|text| text.profile(topology).ok())
-        .is_some_and(|profile| profile.is_loopback())
-}
-
 /// By client, then setup as the plan comes to it, then from the slowest rate to the fastest.
 fn rows(closed: &[&Run], topologies: &[String]) -> Vec<Row> {
-    let mut setups: Vec<(Client, String)> = Vec::new();
+    let mut setups: Vec<(&Cell, String)> = Vec::new();
     for run in closed {
-        let setup = (run.cell.client, run.cell.setup());
-        if !setups.contains(&setup) {
-            setups.push(setup);
+        let (cell, setup) = (&run.cell, run.cell.setup());
+        let is_known =
+            |(known, words): &(&Cell, String)| known.client == cell.client && *words == setup;
+        if !setups.iter().any(is_known) {
+            setups.push((cell, setup));
         }
     }
-    setups.sort_by_key(|(client, _)| *client);
+    setups.sort_by_key(|(cell, _)| cell.client);
     let mut rows = Vec::new();
-    for (client, setup) in setups {
+    for (cell, setup) in setups {
+        let client = cell.client;
         let own: Vec<&Run> = closed
             .iter()
             .filter(|run| run.cell.client == client && run.cell.setup() == setup)
@@ -207,8 +218,9 @@ fn rows(closed: &[&Run], topologies: &[String]) -> Vec<Row> {
             };
             rows.push(Row {
                 client,
-                is_usual: setup == client.preset().to_string(),
                 setup: setup.clone(),
+                system: cell.system.clone(),
+                is_plain: cell.is_plain(),
                 rate,
                 h_ns,
                 standings: topologies.iter().map(at).collect(),
@@ -218,7 +230,8 @@ fn rows(closed: &[&Run], topologies: &[String]) -> Vec<Row> {
     rows
 }
 
-/// Gives each loop its settling in settlings of native's and of Python's without a network.
+/// Gives each loop its settling in settlings of native's and of Python's with the same system and without
+/// a network.
 fn hold_against(rows: &mut [Row], topologies: &[String], reference: Option<&str>) {
     let Some(column) = topologies
         .iter()
@@ -226,13 +239,13 @@ fn hold_against(rows: &mut [Row], topologies: &[String], reference: Option<&str>
     else {
         return;
     };
-    let references: Vec<(Client, u64, f64)> = rows
+    let references: Vec<(Client, String, u64, f64)> = rows
         .iter()
-        .filter(|row| matches!(row.client, Client::Native | Client::Python) && row.is_usual)
+        .filter(|row| matches!(row.client, Client::Native | Client::Python) && row.is_plain)
         .filter_map(|row| {
             let standing = row.standings.get(column)?.as_ref()?;
             let value = standing.settling_ms?.value;
-            (value > 0.0).then_some((row.client, row.h_ns, value))
+            (value > 0.0).then(|| (row.client, row.system.clone(), row.h_ns, value))
         })
         .collect();
     for row in rows {
@@ -243,11 +256,11 @@ fn hold_against(rows: &mut [Row], topologies: &[String], reference: Option<&str>
             };
             standing.times = references
                 .iter()
-                .filter(|(client, h_ns, _)| {
-                    let is_itself = at == column && row.is_usual && row.client == *client;
-                    *h_ns == row.h_ns && !is_itself
+                .filter(|(client, system, h_ns, _)| {
+                    let is_itself = at == column && row.is_plain && row.client == *client;
+                    *system == row.system && *h_ns == row.h_ns && !is_itself
                 })
-                .map(|(client, _, value)| Times {
+                .map(|(client, _, _, value)| Times {
                     of: *client,
                     factor: own.value / value,
                 })

@@ -7,8 +7,8 @@
 //!   `order`: what was overtaken;
 //! - `pace`: Figure 2; `drift`: Figures 3 and 4, by the lines in `slope`; `settling`: Figures 5 and 6;
 //!   `plant`: Figure 7; `interval`: Figures 8 and 9, by the shares in `histogram`; `question`: the
-//!   guess, and what is left open;
-//! - `evidence`: from parts to a finding; `estimate`: numbers with their intervals; `words`: both in a
+//!   guess, and what is left open; `reading`: claims read as the text also allows;
+//! - `rule`: the one rule by which every number is judged; `evidence`: from parts to a finding; `estimate`: numbers with their intervals; `words`: both in a
 //!   sentence; `format`: the files.
 
 mod drift;
@@ -24,6 +24,8 @@ mod ping;
 mod plant;
 mod question;
 mod rare;
+mod reading;
+mod rule;
 mod settling;
 mod slope;
 mod together;
@@ -35,6 +37,7 @@ use serde::{Deserialize, Serialize};
 use crate::group::Estimate;
 
 pub use format::{to_csv, to_json};
+pub use rule::Limits;
 
 /// What came of a claim, from the best to the worst: a part that differs weighs more than one that
 /// cannot be compared, and without the runs there is nothing to say.
@@ -43,8 +46,9 @@ pub use format::{to_csv, to_json};
 pub enum Verdict {
     /// What the runs show is what the paper says, within the limits that are stated.
     Agrees,
-    /// The runs cannot tell, and the reason says why.
-    NotComparable,
+    /// The runs are on both sides of a limit, or too few for an interval, or the paper has no number to
+    /// hold them against.
+    CannotBeTold,
     /// What they show is something else.
     Differs,
     /// The runs that it needs have not been made, or not completely.
@@ -62,6 +66,10 @@ pub struct Finding {
     pub claim: &'static str,
     /// What counts as agreement, in words: `settling 3 to 5 times that on arima`.
     pub check: &'static str,
+    /// The claim that this is a reading of: settings, or a look at the same rows, that the paper's text allows
+    /// and does not state. A reading is no claim and is not counted as one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reading_of: Option<&'static str>,
     /// The worst of the parts that decide. Those come first; what is only shown beside them, such as
     /// a browser that the paper does not name, has a verdict of its own.
     pub verdict: Verdict,
@@ -92,32 +100,28 @@ pub struct Part {
 }
 
 impl Part {
-    /// A number that agrees where it lies within `accepted`.
+    /// A number that is judged by the one rule: see `rule`.
     #[must_use]
     pub fn judged(
         of: impl Into<String>,
         unit: &'static str,
         paper: Option<f64>,
         ours: Option<Estimate>,
-        accepted: (f64, f64),
+        limits: impl Into<Limits>,
     ) -> Part {
-        let verdict = match ours {
-            None => Verdict::NotRun,
-            Some(ours) if (accepted.0..=accepted.1).contains(&ours.value) => Verdict::Agrees,
-            Some(_) => Verdict::Differs,
-        };
+        let limits = limits.into();
         Part {
             of: of.into(),
             unit,
             paper,
             ours,
-            accepted: Some(accepted),
-            verdict,
+            accepted: Some(limits.shown()),
+            verdict: rule::judge(ours, &limits),
         }
     }
 }
 
-/// Every claim, in the order of the paper.
+/// Every claim, in the order of the paper, and after them the readings that there are runs for.
 ///
 /// # Errors
 /// [`ReadError`] where rows that a claim needs cannot be read.
@@ -135,6 +139,7 @@ pub fn all(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
     findings.extend(interval::figure_9(campaign)?);
     findings.push(question::guess(campaign));
     findings.extend(question::future(campaign));
+    findings.extend(reading::all(campaign)?);
     Ok(findings)
 }
 

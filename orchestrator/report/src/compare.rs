@@ -57,6 +57,9 @@ pub struct Side {
     pub cells: usize,
     /// Those of them that are complete.
     pub complete: usize,
+    /// Whether they are in virtual time.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub simulated: bool,
 }
 
 /// Pairs that differ in their repeat only.
@@ -179,12 +182,15 @@ impl Comparison {
 
 impl Side {
     fn of(campaign: &Campaign) -> Side {
-        let complete = |run: &&analysis::Run| run.summary.verdict == Some(Verdict::Complete);
+        let complete = |run: &&analysis::Run| {
+            run.summary.verdict == Some(Verdict::Complete) && run.damage.is_empty()
+        };
         Side {
             experiment: campaign.plan.experiment.clone(),
             seed: campaign.plan.seed,
             cells: campaign.runs.len(),
             complete: campaign.runs.iter().filter(complete).count(),
+            simulated: campaign.is_simulated(),
         }
     }
 }
@@ -285,4 +291,4 @@ fn changed_loops(paired: &Paired<'_>) -> Vec<ChangedLoop> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

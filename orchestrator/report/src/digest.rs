@@ -85,7 +85,7 @@ fn claims(report: &Report<'_>) -> String {
         return String::new();
     }
     let mut counts: BTreeMap<Verdict, usize> = BTreeMap::new();
-    for finding in &report.claims {
+    for finding in report.strict() {
         *counts.entry(finding.verdict).or_default() += 1;
     }
     let counts: Vec<String> = counts
@@ -95,8 +95,7 @@ fn claims(report: &Report<'_>) -> String {
     let head = ["where", "claim", "verdict", "why"].map(str::to_owned);
     let differ = |verdict| verdict != Verdict::Agrees;
     let rows: Vec<Vec<String>> = report
-        .claims
-        .iter()
+        .strict()
         .filter(|finding| differ(finding.verdict))
         .map(|finding| {
             let verdict = outcome::answered(finding.verdict).to_owned();
@@ -105,7 +104,26 @@ fn claims(report: &Report<'_>) -> String {
         })
         .collect();
     let counts = counts.join(", ");
-    heading("The paper's claims") + &format!("{counts}.\n\n") + &table(&head, &rows)
+    heading("The paper's claims")
+        + &format!("{counts}.\n\n")
+        + &table(&head, &rows)
+        + &readings(report)
+}
+
+/// What came of the readings of claims, in a sentence.
+fn readings(report: &Report<'_>) -> String {
+    let readings = report.claims.iter().filter_map(|finding| {
+        let verdict = outcome::answered(finding.verdict);
+        Some(format!("{} {verdict}", finding.reading_of?))
+    });
+    let readings: Vec<String> = readings.collect();
+    match readings.is_empty() {
+        true => String::new(),
+        false => format!(
+            "\nAs the text also allows to read them: {}.\n",
+            text(&readings.join(", "))
+        ),
+    }
 }
 
 /// What kept cells from being complete, each with the cells that it kept.

@@ -14,6 +14,7 @@ use std::path::PathBuf;
 
 use analysis::{Campaign, ReadError};
 use chart::{Axis, Chart, Panel, Scale, Series};
+use plan::Verdict;
 use serde::Serialize;
 
 /// A figure of the paper, and what it looks like here.
@@ -36,7 +37,7 @@ pub struct Figure {
 /// # Errors
 /// [`ReadError`] where rows that a figure needs cannot be read.
 pub fn all(campaign: &Campaign) -> Result<Vec<Figure>, ReadError> {
-    Ok(vec![
+    let mut figures = vec![
         arrivals::figure(campaign)?,
         lateness::slow(campaign)?,
         lateness::fast(campaign)?,
@@ -45,7 +46,44 @@ pub fn all(campaign: &Campaign) -> Result<Vec<Figure>, ReadError> {
         tick::figure(campaign)?,
         interval::near(campaign)?,
         interval::far(campaign)?,
-    ])
+    ];
+    if let Some(words) = disturbed(campaign) {
+        for figure in &mut figures {
+            figure.caption += &format!(" {words}");
+        }
+    }
+    if campaign.is_simulated() {
+        for figure in &mut figures {
+            figure.chart.title += ", simulated";
+            figure.caption = format!("Simulated, in virtual time. {}", figure.caption);
+        }
+    }
+    Ok(figures)
+}
+
+/// Which runs are in no figure since something disturbed them, with what and when.
+fn disturbed(campaign: &Campaign) -> Option<String> {
+    /// Of more than these it is enough to know how many.
+    const NAMED: usize = 3;
+    let marked = campaign
+        .runs
+        .iter()
+        .filter(|run| run.verdict() == Some(Verdict::Disturbed));
+    let marked: Vec<String> = marked
+        .map(|run| {
+            let what = run.summary.disturbed.as_deref().unwrap_or("disturbed");
+            format!("{} ({what})", run.cell.id)
+        })
+        .collect();
+    let more = match marked.len() {
+        0 => return None,
+        all if all > NAMED => format!(" and {} more", all - NAMED),
+        _ => String::new(),
+    };
+    let named = marked[..marked.len().min(NAMED)].join(", ");
+    Some(format!(
+        "Left out, since something disturbed them: {named}{more}."
+    ))
 }
 
 impl Figure {

@@ -69,38 +69,70 @@ impl Asked<'_> {
     }
 }
 
+/// The fewest values that an interval is formed from. The median of the law that six values came from
+/// lies between the least and the greatest of them with 97 % (1 - 2/2^6), of five with 94 %: no two of
+/// five values enclose it with 95 %.
+pub const INTERVAL_MIN: u64 = 6;
+
 /// A figure with the interval that it is known in.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Estimate {
     /// The figure itself: a median over runs, or one run's.
     pub value: f64,
-    /// The interval's lower end; as `value` where nothing is known of it.
+    /// The interval's lower end; as `value` where the figure is exact, and minus infinity where there
+    /// are too few values for an interval.
     pub low: f64,
-    /// The interval's upper end.
+    /// The interval's upper end; infinite where there is no interval, and where it holds runs that never
+    /// came to the figure.
     pub high: f64,
     /// How many runs, or messages, it is over.
     pub n: u64,
 }
 
 impl Estimate {
-    /// The median of some values with its 95 % interval by order statistics (binomial, exact; with
-    /// fewer than six values it is their whole range, which is less than 95 % sure).
+    /// The median of some values with its 95 % interval by order statistics (binomial, exact). Fewer
+    /// than [`INTERVAL_MIN`] values have none.
     ///
     /// `None` of no values, and where the median itself is infinite.
     #[must_use]
     pub fn median(values: &[f64]) -> Option<Estimate> {
+        Estimate::median_or_never(values).filter(|median| median.value.is_finite())
+    }
+
+    /// The median over runs, of which some may never have come to it: infinite where half of them did
+    /// not. `None` of no values.
+    pub(crate) fn median_or_never(values: &[f64]) -> Option<Estimate> {
         let mut sorted = values.to_vec();
         sorted.sort_by(f64::total_cmp);
         let n = sorted.len();
         let middle = n.checked_sub(1)?;
         let value = f64::midpoint(sorted[middle / 2], sorted[middle.div_ceil(2)]);
         let below = ranks_below(n);
-        value.is_finite().then(|| Estimate {
+        Some(Estimate::within(
             value,
-            low: sorted[below],
-            high: sorted[n - 1 - below],
-            n: n as u64,
-        })
+            (sorted[below], sorted[n - 1 - below]),
+            n as u64,
+        ))
+    }
+
+    /// A value with the ends of its interval, or without them where `n` values are too few for one.
+    pub(crate) fn within(value: f64, ends: (f64, f64), n: u64) -> Estimate {
+        let (low, high) = match n < INTERVAL_MIN {
+            true => (f64::NEG_INFINITY, f64::INFINITY),
+            false => ends,
+        };
+        Estimate {
+            value,
+            low,
+            high,
+            n,
+        }
+    }
+
+    /// Whether anything is known of where the figure lies beyond its value.
+    #[must_use]
+    pub fn has_interval(&self) -> bool {
+        self.low > f64::NEG_INFINITY || self.high < f64::INFINITY
     }
 }
 
@@ -128,7 +160,7 @@ mod tests {
     #[test]
     fn the_median_s_interval_is_the_textbooks() {
         // Tables of the sign test: of 20 values the 6th and the 15th, of 10 the 2nd and the 9th, of 6
-        // the extremes; of five there is none, and the extremes are what there is.
+        // the extremes; of five there is none.
         for (n, below) in [(1, 0), (5, 0), (6, 0), (9, 1), (10, 1), (20, 5), (25, 7)] {
             assert_eq!(ranks_below(n), below, "{n}");
         }
@@ -138,10 +170,23 @@ mod tests {
     fn a_run_that_never_settled_settles_later_than_any() {
         let values = [3.0, f64::INFINITY, 1.0];
         let median = Estimate::median(&values).expect("finite");
-        assert_eq!((median.value, median.low, median.n), (3.0, 1.0, 3));
-        assert!(median.high.is_infinite());
+        assert_eq!((median.value, median.n), (3.0, 3));
         assert_eq!(Estimate::median(&[f64::INFINITY]), None);
         assert_eq!(Estimate::median(&[]), None);
         assert_eq!(Estimate::median(&[1.0, 2.0]).expect("two").value, 1.5);
+    }
+
+    #[test]
+    fn five_values_have_no_interval_and_six_have_their_ends() {
+        let values = [5.0, 1.0, 4.0, 2.0, 3.0, 6.0];
+        let five = Estimate::median(&values[..5]).expect("five");
+        assert_eq!((five.value, five.has_interval()), (3.0, false));
+        let six = Estimate::median(&values).expect("six");
+        assert_eq!((six.value, six.low, six.high), (3.5, 1.0, 6.0));
+        // Half of them never came to it: it is later than the least, and nothing more is known.
+        let never = [1.0, 2.0, 3.0].into_iter().chain([f64::INFINITY; 3]);
+        let never = Estimate::median_or_never(&never.collect::<Vec<_>>()).expect("six");
+        assert_eq!((never.value, never.low), (f64::INFINITY, 1.0));
+        assert!(never.has_interval());
     }
 }

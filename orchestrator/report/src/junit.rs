@@ -70,7 +70,7 @@ fn status(report: &Report<'_>, run: &Run) -> TestCaseStatus {
     let Outcome { kind, reason } = Outcome::of(report, run);
     let mut status = match kind {
         Kind::Complete => return TestCaseStatus::success(),
-        Kind::Invalid => TestCaseStatus::non_success(NonSuccessKind::Failure),
+        Kind::Disturbed | Kind::Invalid => TestCaseStatus::non_success(NonSuccessKind::Failure),
         Kind::Failed | Kind::Damaged => TestCaseStatus::non_success(NonSuccessKind::Error),
         Kind::Unsupported | Kind::NotRun => TestCaseStatus::skipped(),
     };
@@ -106,7 +106,7 @@ fn claim(finding: &Finding) -> TestCase {
     let mut status = match finding.verdict {
         Verdict::Agrees => TestCaseStatus::success(),
         Verdict::Differs => TestCaseStatus::non_success(NonSuccessKind::Failure),
-        Verdict::NotRun | Verdict::NotComparable => TestCaseStatus::skipped(),
+        Verdict::NotRun | Verdict::CannotBeTold => TestCaseStatus::skipped(),
     };
     if finding.verdict != Verdict::Agrees {
         let parts: Vec<String> = finding.parts.iter().map(part).collect();
@@ -134,8 +134,11 @@ fn part(part: &Part) -> String {
         unit => format!("{x} {unit}"),
     };
     let ours = part.ours.map_or("not run".to_owned(), |ours| {
-        let (low, high) = (ours.low, ours.high);
-        format!("{} ({low} to {high}, n {})", with_unit(ours.value), ours.n)
+        let interval = match ours.has_interval() {
+            true => format!("{} to {}", ours.low, ours.high),
+            false => "no interval".to_owned(),
+        };
+        format!("{} ({interval}, n {})", with_unit(ours.value), ours.n)
     });
     let paper = part.paper.map_or(String::new(), |paper| {
         format!(", the paper {}", with_unit(paper))

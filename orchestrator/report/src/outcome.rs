@@ -23,6 +23,8 @@ pub struct Outcome {
 pub enum Kind {
     /// It ran to its end, its link held, and its rows are there.
     Complete,
+    /// It ran over its link, and something was done to it that nobody asked for.
+    Disturbed,
     /// It ran, but its link was not the one asked for, or rows were lost.
     Invalid,
     /// It did not run to its end.
@@ -37,8 +39,9 @@ pub enum Kind {
 
 impl Kind {
     /// All of them, in the order in which tables show them.
-    pub const ALL: [Kind; 6] = [
+    pub const ALL: [Kind; 7] = [
         Kind::Complete,
+        Kind::Disturbed,
         Kind::Invalid,
         Kind::Failed,
         Kind::Damaged,
@@ -51,6 +54,7 @@ impl Kind {
     pub fn word(self) -> &'static str {
         match self {
             Kind::Complete => "complete",
+            Kind::Disturbed => "disturbed",
             Kind::Invalid => "invalid",
             Kind::Failed => "failed",
             Kind::Damaged => "damaged",
@@ -64,12 +68,12 @@ impl Outcome {
     /// Of a run of this report's campaign.
     #[must_use]
     pub fn of(report: &Report<'_>, run: &Run) -> Outcome {
-        let problem = run.problem.iter().map(|problem| relative(report, problem));
-        let damage = report.damage.iter().filter_map(|damage| {
-            let name = damage.path.strip_prefix(&run.folder).ok()?;
-            Some(format!("{}: {}", name.display(), damage.problem))
+        let faults = run.damage.iter().map(|damage| {
+            let name = damage.path.strip_prefix(&run.folder);
+            let name = name.unwrap_or(&damage.path).display();
+            relative(report, &format!("{name}: {}", damage.problem))
         });
-        let faults: Vec<String> = problem.chain(damage).collect();
+        let faults: Vec<String> = faults.collect();
         if !faults.is_empty() {
             return Outcome {
                 kind: Kind::Damaged,
@@ -79,6 +83,7 @@ impl Outcome {
         let kind = match run.verdict() {
             None => Kind::NotRun,
             Some(Verdict::Complete) => Kind::Complete,
+            Some(Verdict::Disturbed) => Kind::Disturbed,
             Some(Verdict::Invalid) => Kind::Invalid,
             Some(Verdict::Failed) => Kind::Failed,
             Some(Verdict::Unsupported) => Kind::Unsupported,
@@ -107,7 +112,7 @@ pub fn answered(verdict: claim::Verdict) -> &'static str {
     match verdict {
         claim::Verdict::Agrees => "agrees",
         claim::Verdict::Differs => "differs",
-        claim::Verdict::NotComparable => "not comparable",
+        claim::Verdict::CannotBeTold => "cannot be told",
         claim::Verdict::NotRun => "not run",
     }
 }

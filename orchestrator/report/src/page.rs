@@ -44,7 +44,7 @@ const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 
 /// A part of the page that the contents name.
 struct Section {
     id: &'static str,
-    title: &'static str,
+    title: String,
     body: Markup,
 }
 
@@ -94,7 +94,21 @@ pub fn render(report: &Report<'_>) -> String {
 
 /// What there is to say, in order; a section without anything in it is left out.
 fn sections(report: &Report<'_>) -> Vec<Section> {
-    let section = |id, title, body: Option<Markup>| body.map(|body| Section { id, title, body });
+    let simulated = if report.campaign.is_simulated() {
+        ", simulated"
+    } else {
+        ""
+    };
+    let section = |id, title: &str, body: Option<Markup>| {
+        body.map(|body| {
+            let title = match id {
+                "claims" | "links" | "runs" => format!("{title}{simulated}"),
+                // Tables and figures say so each, and the others have no figures.
+                _ => title.to_owned(),
+            };
+            Section { id, title, body }
+        })
+    };
     [
         section("gaps", "What is missing", gap::render(report)),
         section("claims", "The paper’s claims", board::render(report)),

@@ -18,13 +18,13 @@ use crate::table::{self, Table};
 pub struct Report<'a> {
     /// What it is of.
     pub campaign: &'a Campaign,
-    /// The paper's claims.
+    /// The paper's claims, and readings of them.
     pub claims: Vec<Finding>,
     /// The paper's tables.
     pub tables: Vec<Table>,
     /// The paper's figures.
     pub figures: Vec<Figure>,
-    /// Files that are not what their manifests say.
+    /// Files that are not what they have to be.
     pub damage: Vec<Damage>,
 }
 
@@ -41,6 +41,13 @@ impl<'a> Report<'a> {
             figures: figure::all(campaign)?,
             damage: campaign.damage(),
         })
+    }
+
+    /// The claims themselves, without readings of them.
+    pub fn strict(&self) -> impl Iterator<Item = &Finding> {
+        self.claims
+            .iter()
+            .filter(|finding| finding.reading_of.is_none())
     }
 
     /// Every file of the report: its name, and what is in it.
@@ -65,10 +72,11 @@ impl<'a> Report<'a> {
 /// # Errors
 /// When the folder or a file cannot be written.
 pub fn write(files: &[(PathBuf, Vec<u8>)], folder: &Path) -> io::Result<()> {
+    fs::create_dir_all(folder)?;
     for (name, content) in files {
-        let path = folder.join(name);
-        path.parent().map_or(Ok(()), fs::create_dir_all)?;
-        fs::write(path, content)?;
+        // A report lies in a results folder, in which a name may have been made to lead elsewhere.
+        file::make_folder(folder, name.parent().unwrap_or(Path::new("")))?;
+        file::write(&folder.join(name), content)?;
     }
     Ok(())
 }

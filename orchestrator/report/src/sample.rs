@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
-use analysis::{Campaign, CellFacts, LoopVerdict, Metrics, Run, Summary};
+use analysis::{Campaign, CellFacts, LinkFacts, LoopVerdict, Metrics, Run, Summary};
 use plan::{Cell, FileFact, Instead, Machine, Manifest, Plan, ProfileText, Verdict};
 
 /// What became of a cell.
@@ -46,7 +46,13 @@ fn run(cell: &Cell, outcome: &Outcome) -> Run {
         Outcome::Absent => None,
     };
     let metrics = (verdict == Some(Verdict::Complete)).then(|| no_rows(cell));
-    let mut summary = Summary::new(cell, verdict, None, metrics.as_ref());
+    let manifest = verdict.map(|verdict| manifest(cell, verdict, outcome));
+    let mut summary = Summary::new(
+        cell,
+        manifest.as_ref(),
+        LinkFacts::default(),
+        metrics.as_ref(),
+    );
     match outcome {
         Outcome::Stable(settling_ms) => {
             summary.loop_verdict = Some(LoopVerdict::Stable);
@@ -56,12 +62,12 @@ fn run(cell: &Cell, outcome: &Outcome) -> Run {
         Outcome::Failed(_) | Outcome::Absent => {}
     }
     Run {
-        manifest: verdict.map(|verdict| manifest(cell, verdict, outcome)),
+        manifest,
         cell: cell.clone(),
         folder: PathBuf::from("somewhere").join(cell.folder()),
         metrics,
         summary,
-        problem: None,
+        damage: Vec::new(),
     }
 }
 
@@ -86,6 +92,8 @@ fn manifest(cell: &Cell, verdict: Verdict, outcome: &Outcome) -> Manifest {
             Outcome::Failed(reason) => vec![(*reason).to_owned()],
             _ => Vec::new(),
         },
+        disturbances: Vec::new(),
+        earlier: Vec::new(),
         experiment: "mine".to_owned(),
         campaign_seed: 1,
         cell: cell.clone(),
@@ -107,6 +115,9 @@ fn manifest(cell: &Cell, verdict: Verdict, outcome: &Outcome) -> Manifest {
         wall_s: 4.0,
         epoch_ns: 0,
         start_ns: 0,
+        messages: None,
+        pulse: None,
+        watched: None,
         certificate: None,
         plant: None,
         controller: None,

@@ -55,11 +55,17 @@ pub enum Entry {
 /// # Errors
 /// [`ReadError`] where rows that a table needs cannot be read.
 pub fn all(campaign: &Campaign) -> Result<Vec<Table>, ReadError> {
-    Ok(vec![
+    let mut tables = vec![
         machine::table(campaign),
         ping::table(campaign),
         zero::table(campaign),
-    ])
+    ];
+    if campaign.is_simulated() {
+        for table in &mut tables {
+            table.title += ", simulated";
+        }
+    }
+    Ok(tables)
 }
 
 impl Table {

@@ -12,7 +12,7 @@ use analysis::response::ResponseTrace;
 use control::preset;
 use endpoint::{Hold, Mode, Preset, TickRow};
 use link::Profile;
-use sim::{Record, Setup, Timing, run};
+use sim::{Pool, Record, Setup, Timing, run};
 
 const RUNS: usize = 9;
 const DURATION_S: u64 = 600;
@@ -43,7 +43,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             timer_floor_ns: 0,
             plant: plant.stepper(),
             hold: Hold::Last,
+            tick_noise: None,
             law: preset::paper_pi().into(),
+            pool: Pool::Shared,
+            message_bytes: [166, 288],
+            echoes: &[],
             timing: &Timing::IDEAL,
             epoch_ns: 0,
             plant_start_ns: 0,

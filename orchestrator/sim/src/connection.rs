@@ -1,20 +1,28 @@
 //! The client's HTTP connections: which one takes a message, and when a new one is opened.
 //!
-//! As the pool of the native client does it: a message takes the connection that was used last
-//! and is idle; where none is, one is opened for it, and it goes on whichever is free first. What
-//! is known of a connection's round trip is here, packets are not.
+//! A message takes the connection that was used last and is idle; where none is, one is opened for
+//! it, and by its [`Pool`] it waits for that one, or goes on whichever is free first. What is known
+//! of a connection's round trip is here, packets are not.
 
 use std::collections::VecDeque;
 
 use endpoint::{Answer, Command, Connection as Keeping};
 
-use crate::retransmission::RoundTrip;
+use crate::acknowledgement::{Acknowledged, Acknowledger};
+use crate::retransmission::{RoundTrip, Wheel};
+
+/// Which connection carries a message that found none idle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pool {
+    /// Whichever is free first, as in the native client and in browsers.
+    Shared,
+    /// The one that was opened for it, as where each message has a worker that keeps its own
+    /// connection: the Python client.
+    Own,
+}
 
 /// How long a connection may idle before the client leaves it.
 const IDLE_MAX_NS: u64 = 5_000_000_000;
-/// How long Linux waits at most to acknowledge what nothing is sent back for (`TCP_DELACK_MIN`).
-const ACKNOWLEDGE_NS: u64 = 40_000_000;
-
 /// A connection's number; of one that was closed it is given again.
 pub(crate) type Id = u32;
 
@@ -33,8 +41,16 @@ pub(crate) struct Connection {
     pub(crate) abandoned: bool,
     /// When what is under way, or else idling, began.
     since_ns: u64,
-    /// Whether what is under way was sent more than once.
-    resent: bool,
+    /// How the client acknowledges answers, and when it did, or does, the last.
+    acknowledger: Acknowledger,
+    acknowledged: Acknowledged,
+    /// The number of what is under way on it, or was last: its handshake, or a message.
+    turn: u32,
+    /// Whether that has not come back yet.
+    is_unheard: bool,
+    /// Whether the request under way was lost, and its answer.
+    request_lost: bool,
+    answer_lost: bool,
     client: RoundTrip,
     plant: RoundTrip,
 }
@@ -43,6 +59,7 @@ pub(crate) struct Connection {
 #[derive(Debug)]
 pub(crate) struct Connections {
     keeping: Keeping,
+    pool: Pool,
     all: Vec<Connection>,
     closed: Vec<Id>,
     /// Those that idle, the one used last at the end.
@@ -54,9 +71,10 @@ pub(crate) struct Connections {
 }
 
 impl Connections {
-    pub(crate) fn new(keeping: Keeping) -> Self {
+    pub(crate) fn new(keeping: Keeping, pool: Pool) -> Self {
         Self {
             keeping,
+            pool,
             all: Vec::new(),
             closed: Vec::new(),
             idle: Vec::new(),
@@ -97,7 +115,11 @@ impl Connections {
     }
 
     fn add(&mut self, opened_for: u64, now_ns: u64) -> Id {
+        let place = self.closed.pop();
+        let before = place.map(|id| self.all[id as usize].turn);
         let connection = Connection {
+            turn: before.map_or(0, |turn| turn.wrapping_add(1)),
+            is_unheard: true,
             command: Command {
                 seq: opened_for,
                 t_send_ns: 0,
@@ -108,11 +130,14 @@ impl Connections {
             fresh: true,
             abandoned: false,
             since_ns: now_ns,
-            resent: false,
+            acknowledger: Acknowledger::default(),
+            acknowledged: Acknowledged::default(),
+            request_lost: false,
+            answer_lost: false,
             client: RoundTrip::first(0),
             plant: RoundTrip::first(0),
         };
-        if let Some(id) = self.closed.pop() {
+        if let Some(id) = place {
             self.all[id as usize] = connection;
             return id;
         }
@@ -127,8 +152,9 @@ impl Connections {
     }
 
     /// It is open: the message that it shall carry at once, if one waits.
-    pub(crate) fn is_open(&mut self, id: Id, now_ns: u64) -> Option<Command> {
+    pub(crate) fn on_open(&mut self, id: Id, now_ns: u64) -> Option<Command> {
         let connection = &mut self.all[id as usize];
+        connection.is_unheard = false;
         let rtt_ns = now_ns - connection.since_ns;
         connection.client = RoundTrip::first(rtt_ns);
         connection.plant = RoundTrip::first(rtt_ns);
@@ -136,40 +162,70 @@ impl Connections {
         // Its own message may have gone on another meanwhile, or been given up.
         match self.waiting.iter().position(|command| command.seq == own) {
             Some(place) => self.waiting.remove(place),
-            None => self.is_free(id, now_ns),
+            None => self.on_free(id, now_ns),
         }
     }
 
     /// A message goes out on it.
-    pub(crate) fn sends(&mut self, id: Id, command: Command, now_ns: u64) {
+    pub(crate) fn sends(&mut self, id: Id, command: Command, now_ns: u64, wheel: Wheel) {
         let connection = &mut self.all[id as usize];
         connection.command = command;
-        if !connection.fresh {
-            // What the plant saw: its answer was acknowledged with this, or before.
-            let idle_ns = now_ns.saturating_sub(connection.since_ns);
-            let seen_ns = connection.client.smoothed_ns() + idle_ns.min(ACKNOWLEDGE_NS);
-            connection.plant.seen(seen_ns);
-        }
         connection.since_ns = now_ns;
-        connection.resent = false;
+        connection.turn = connection.turn.wrapping_add(1);
+        connection.is_unheard = true;
+        connection.request_lost = false;
+        connection.answer_lost = false;
+        let rtt_ns = connection.client.smoothed_ns();
+        connection.acknowledged = connection.acknowledger.sends(now_ns, rtt_ns, wheel);
+    }
+
+    /// Its message, or what was sent of it again, gets through at `now_ns`: what the plant sees of
+    /// the round trip, whose last answer was acknowledged with it or before.
+    pub(crate) fn gets_through(&mut self, id: Id, now_ns: u64, wheel: Wheel) {
+        let connection = &mut self.all[id as usize];
+        let waited_ns = match connection.acknowledged {
+            Acknowledged::Never => return,
+            Acknowledged::After(pause_ns) => pause_ns,
+            Acknowledged::WithMessage { answered_ns } => {
+                // Where the acknowledgement was lost with the message, the plant may have sent its
+                // answer again meanwhile, and that was acknowledged at once.
+                let probed_ns = wheel.rings_ns(answered_ns, connection.plant.probe_ns());
+                match probed_ns < now_ns {
+                    true => 0,
+                    false => now_ns - answered_ns,
+                }
+            }
+        };
+        connection
+            .plant
+            .seen(connection.client.smoothed_ns() + waited_ns);
     }
 
     /// Its message was answered: the next that it shall carry at once, if one waits.
-    pub(crate) fn is_answered(&mut self, id: Id, now_ns: u64) -> Option<Command> {
+    pub(crate) fn on_answer(&mut self, id: Id, now_ns: u64, wheel: Wheel) -> Option<Command> {
         let connection = &mut self.all[id as usize];
-        if !connection.resent {
-            connection.client.seen(now_ns - connection.since_ns);
+        let client = &mut connection.client;
+        // Where the answer was lost, the message may have been sent again meanwhile, and that was
+        // acknowledged at once.
+        let probed_ns = || wheel.rings_ns(connection.since_ns, client.probe_ns());
+        let is_probed = connection.answer_lost && probed_ns() + client.smoothed_ns() < now_ns;
+        if !connection.request_lost && !is_probed {
+            client.seen(now_ns - connection.since_ns);
         }
+        connection.acknowledger.receives(now_ns);
         connection.fresh = false;
         if self.keeping == Keeping::New {
             self.close(id);
             return None;
         }
-        self.is_free(id, now_ns)
+        self.on_free(id, now_ns)
     }
 
-    fn is_free(&mut self, id: Id, now_ns: u64) -> Option<Command> {
-        let next = self.waiting.pop_front();
+    fn on_free(&mut self, id: Id, now_ns: u64) -> Option<Command> {
+        let next = match self.pool {
+            Pool::Shared => self.waiting.pop_front(),
+            Pool::Own => None,
+        };
         if next.is_none() {
             self.all[id as usize].since_ns = now_ns;
             self.idle.push(id);
@@ -191,9 +247,34 @@ impl Connections {
         }
     }
 
+    /// Whether the client acknowledges an answer on it at once, with a packet of its own.
+    pub(crate) fn acknowledges_at_once(&self, id: Id) -> bool {
+        !self.all[id as usize].acknowledger.is_interactive()
+    }
+
     /// The plant has answered what is under way on it.
     pub(crate) fn answers(&mut self, id: Id, answer: Answer) {
         self.all[id as usize].answer = Some(answer);
+    }
+
+    /// An answer is with the client's kernel.
+    pub(crate) fn hears(&mut self, id: Id) {
+        self.all[id as usize].is_unheard = false;
+    }
+
+    /// What is under way on it: its number, if it has not come back yet.
+    pub(crate) fn turn(&self, id: Id) -> Option<u32> {
+        let connection = &self.all[id as usize];
+        connection.is_unheard.then_some(connection.turn)
+    }
+
+    /// What an end knows of its round trip.
+    pub(crate) fn round_trip(&self, id: Id, of_plant: bool) -> RoundTrip {
+        let connection = &self.all[id as usize];
+        match of_plant {
+            true => connection.plant,
+            false => connection.client,
+        }
     }
 
     /// A connection.
@@ -201,13 +282,12 @@ impl Connections {
         &self.all[id as usize]
     }
 
-    /// What is under way on it was lost: how long its sender waits for an acknowledgement.
-    pub(crate) fn loses(&mut self, id: Id, by_plant: bool) -> u64 {
+    /// What is under way on it was lost: the answer, or the request.
+    pub(crate) fn loses(&mut self, id: Id, is_answer: bool) {
         let connection = &mut self.all[id as usize];
-        connection.resent = true;
-        match by_plant {
-            true => connection.plant.timeout_ns(),
-            false => connection.client.timeout_ns(),
+        match is_answer {
+            true => connection.answer_lost = true,
+            false => connection.request_lost = true,
         }
     }
 }

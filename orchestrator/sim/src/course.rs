@@ -5,7 +5,9 @@
 //! come in that order, packets before the waking, since a client that wakes takes in first what
 //! is there. What the ends do is in `endpoint`, what the link does in `link`.
 
+mod echoing;
 mod passage;
+mod resending;
 
 use std::collections::VecDeque;
 
@@ -13,12 +15,15 @@ use endpoint::{
     Command, Connection, ControllerEnd, Counts, Mode, Outstanding, PlantEnd, PlantSettings, Step,
     Transport,
 };
+use link::Way;
 use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;
 
 use crate::connection::{Connections, Id};
+use crate::echo::Series;
 use crate::queue::Queue;
 use crate::record::Record;
+use crate::retransmission::Wheel;
 use crate::setup::{Outcome, Setup, Unfit};
 use crate::stream::Stream;
 use crate::timing::Timing;
@@ -64,6 +69,11 @@ struct Course<'a, R> {
     controller: ControllerEnd,
     plant: PlantEnd,
     wire: Wire,
+    wheel: Wheel,
+    message_bytes: [u32; 2],
+    echoes: &'a [Series],
+    /// The link's, which draws when echoes leave.
+    seed: u64,
     connections: Connections,
     /// Where all messages share one connection, those of `connections` are places on it.
     stream: Option<Stream>,
@@ -91,6 +101,7 @@ impl<'a, R: Record> Course<'a, R> {
             h: settings.h,
             late: settings.late,
             hold: setup.hold,
+            tick_noise: setup.tick_noise,
         };
         let stream = (settings.transport == Transport::WebSocket).then(|| {
             let waits = settings.outstanding == Outstanding::ONE;
@@ -111,11 +122,18 @@ impl<'a, R: Record> Course<'a, R> {
                 setup.epoch_ns,
                 setup.timing.player_ns,
             ),
-            connections: Connections::new(match stream {
-                None => settings.connection,
-                // A place is a message's own.
-                Some(_) => Connection::New,
-            }),
+            wheel: Wheel::new(setup.timing.hz, setup.seed),
+            message_bytes: setup.message_bytes,
+            echoes: setup.echoes,
+            seed: setup.seed,
+            connections: Connections::new(
+                match stream {
+                    None => settings.connection,
+                    // A place is a message's own.
+                    Some(_) => Connection::New,
+                },
+                setup.pool,
+            ),
             stream,
             queue: Queue::new(),
             terms: VecDeque::new(),
@@ -141,10 +159,16 @@ impl<'a, R: Record> Course<'a, R> {
     fn run(&mut self) {
         // A client has looked at the plant before, and its connection is there.
         let warm = self.connections.begin(u64::MAX, self.last_end_ns);
-        self.connections.is_open(warm, self.last_end_ns);
+        self.connections.on_open(warm, self.last_end_ns);
+        self.begin_series(false);
         self.wait(0);
+        let mut has_ended = false;
         loop {
-            let tick_ns = self.plant.next_due_ns();
+            if !has_ended && self.is_over() {
+                has_ended = true;
+                self.begin_series(true);
+            }
+            let tick_ns = self.plant.next_tick_ns();
             let packet_ns = self.queue.next_ns();
             let term_ns = self.terms.front().map_or(u64::MAX, |term| term.end_ns);
             let waking_ns = match self.waiting {
@@ -153,7 +177,7 @@ impl<'a, R: Record> Course<'a, R> {
             };
             let first_ns = packet_ns.min(term_ns).min(waking_ns);
             if tick_ns <= first_ns {
-                if self.is_over() && tick_ns > self.last_end_ns.saturating_add(self.after_ns) {
+                if has_ended && tick_ns > self.last_end_ns.saturating_add(self.after_ns) {
                     break;
                 }
                 let row = self.plant.tick(tick_ns);
@@ -169,9 +193,24 @@ impl<'a, R: Record> Course<'a, R> {
                 self.wakes(waking_ns);
             }
         }
+        // The plant is gone; its kernel still answers.
+        while let Some((t_ns, event)) = self.queue.pop() {
+            if matches!(event, Event::EchoDue(_) | Event::EchoReached(_)) {
+                self.happens(t_ns, event);
+            }
+        }
         self.outcome.counts = self.controller.counts();
         self.outcome.connections = self.connections.opened;
         self.outcome.end_ns = self.last_end_ns;
+    }
+
+    /// When a packet that enters the link comes out; `None` if it is lost.
+    fn cross(&mut self, way: Way, now_ns: u64, bytes: u32) -> Option<u64> {
+        if let Some(t_ns) = self.wire.enters_ns(way, now_ns) {
+            self.record.packet(way, t_ns, bytes);
+            return self.wire.cross(way, t_ns, bytes);
+        }
+        self.wire.cross(way, now_ns, bytes)
     }
 
     /// Whether the controller has nothing more to do.
@@ -246,7 +285,7 @@ impl<'a, R: Record> Course<'a, R> {
     }
 
     fn requests(&mut self, id: Id, command: Command, now_ns: u64) {
-        self.connections.sends(id, command, now_ns);
+        self.connections.sends(id, command, now_ns, self.wheel);
         self.transmit(id, Packet::Request, 1, now_ns);
     }
 }

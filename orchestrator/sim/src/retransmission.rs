@@ -1,9 +1,14 @@
-//! When TCP sends a lost packet again: the timers of RFC 6298 and RFC 8985 as Linux has them.
+//! When TCP sends a lost packet again: the timers of RFC 6298 and RFC 8985 as Linux 6.5 to 6.18 has
+//! them, on the wheel that its timers are kept in.
 //!
 //! A message is one packet and alone on its connection, so nothing after it tells of its loss:
 //! only timers do. The first to end is the tail loss probe, which with one packet under way is
-//! due when the retransmission timeout is; it sends the packet again and does not double the
-//! timeout. Each that follows does.
+//! due after two round trips and 200 ms, or with the retransmission timeout if that is earlier; it
+//! sends the packet again and does not double the timeout. Each that follows does
+//! (`tcp_schedule_loss_probe`, `tcp_retransmit_timer`).
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
 
 /// Linux's least retransmission timeout beyond the round trip (`TCP_RTO_MIN`).
 const VARIATION_MIN_NS: u64 = 200_000_000;
@@ -11,6 +16,47 @@ const VARIATION_MIN_NS: u64 = 200_000_000;
 pub(crate) const INITIAL_NS: u64 = 1_000_000_000;
 /// The greatest timeout (`TCP_RTO_MAX`).
 const GREATEST_NS: u64 = 120_000_000_000;
+/// So many times a SYN is sent again before its timeout doubles (`tcp_syn_linear_timeouts`).
+const LINEAR_SYNS: u16 = 4;
+
+/// Linux's timer wheel since 4.8 (`calc_wheel_index` in `kernel/time/timer.c`): timers end with a
+/// tick, a jiffy, that lies beyond their time, and the later the coarser.
+///
+/// A timer of less than 63 jiffies ends with the first tick after its last jiffy; one of less than
+/// 8 * 63 with the first that 8 divides; and so on by eights. A timer is never early. With 250
+/// ticks a second 203 ms become 204 to 208, and 253 ms become 256 to 288.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Wheel {
+    jiffy_ns: u64,
+    /// How long the machine had run at virtual time 0.
+    ahead_ns: u64,
+}
+
+impl Wheel {
+    /// Of a kernel with `hz` ticks a second. Where its ticks lie follows from the seed: nothing that
+    /// a run does is in step with them.
+    pub(crate) fn new(hz: u32, seed: u64) -> Self {
+        let jiffy_ns = (1_000_000_000 / u64::from(hz.max(1))).max(1);
+        // Another stream than the run's own draws and the plant's phase; up for a day at most.
+        let mut random = ChaCha8Rng::seed_from_u64(seed.rotate_left(32) ^ 0x7769_6d65_7273);
+        Self {
+            jiffy_ns,
+            ahead_ns: random.next_u64() % 86_400_000_000_000,
+        }
+    }
+
+    /// When a timer ends that is set at `now_ns` for `pause_ns`.
+    pub(crate) fn rings_ns(self, now_ns: u64, pause_ns: u64) -> u64 {
+        let jiffies = pause_ns.div_ceil(self.jiffy_ns);
+        let expires = (now_ns + self.ahead_ns) / self.jiffy_ns + jiffies;
+        let mut shift = 0;
+        while shift < 24 && jiffies >= 63 << shift {
+            shift += 3;
+        }
+        let rings = ((expires >> shift) + 1) << shift;
+        rings * self.jiffy_ns - self.ahead_ns
+    }
+}
 
 /// One end's estimate of its round trip, in ns: RFC 6298 as Linux has it (`tcp_rtt_estimator`).
 ///
@@ -58,24 +104,34 @@ impl RoundTrip {
         self.smoothed_ns
     }
 
+    /// How long to wait before the tail loss probe.
+    pub(crate) fn probe_ns(&self) -> u64 {
+        (2 * self.smoothed_ns + VARIATION_MIN_NS).min(self.timeout_ns())
+    }
+
     /// How long to wait for an acknowledgement.
     pub(crate) fn timeout_ns(&self) -> u64 {
         (self.smoothed_ns + self.variation_ns).min(GREATEST_NS)
     }
 }
 
-/// How long after the `tries`-th sending of a packet the next comes: once the timeout, once more,
-/// then twice that, and so on.
-pub(crate) fn pause_ns(timeout_ns: u64, tries: u16) -> u64 {
+/// How long after the `tries`-th sending of a packet the next is due: once for a probe, once the
+/// timeout, then twice that, and so on.
+pub(crate) fn pause_ns(round_trip: RoundTrip, tries: u16) -> u64 {
+    let timeout_ns = round_trip.timeout_ns();
+    if tries == 1 {
+        return round_trip.probe_ns();
+    }
     let doublings = tries.saturating_sub(2).min(32);
     timeout_ns
         .saturating_mul(1_u64 << doublings)
         .min(GREATEST_NS)
 }
 
-/// The same for the packets of a handshake, which has no probe.
-pub(crate) fn handshake_pause_ns(tries: u16) -> u64 {
-    let doublings = tries.saturating_sub(1).min(32);
+/// The same for a SYN, or for the answer to one: a handshake has no probe.
+pub(crate) fn handshake_pause_ns(is_syn: bool, tries: u16) -> u64 {
+    let linear = if is_syn { LINEAR_SYNS } else { 0 };
+    let doublings = tries.saturating_sub(1 + linear).min(32);
     INITIAL_NS
         .saturating_mul(1_u64 << doublings)
         .min(GREATEST_NS)
@@ -84,6 +140,7 @@ pub(crate) fn handshake_pause_ns(tries: u16) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn a_steady_round_trip_waits_for_itself_and_200_ms() {
@@ -111,14 +168,69 @@ mod tests {
     #[test]
     fn a_packet_is_sent_again_after_one_two_four_and_eight_timeouts() {
         let mut t_ns = 0;
+        // A round trip of 10 ms: its timeout is 210 ms, and a probe would be due after 220.
+        let round_trip = RoundTrip::first(10_000_000);
         let times: Vec<u64> = (1..=4)
             .map(|tries| {
-                t_ns += pause_ns(200, tries);
-                t_ns
+                t_ns += pause_ns(round_trip, tries);
+                t_ns / 1_000_000
             })
             .collect();
-        assert_eq!(times, [200, 400, 800, 1600]);
-        assert_eq!(handshake_pause_ns(1), INITIAL_NS);
-        assert_eq!(handshake_pause_ns(3), 4 * INITIAL_NS);
+        assert_eq!(times, [210, 420, 840, 1680]);
+    }
+
+    #[test]
+    fn a_probe_does_not_wait_for_a_timeout_that_a_stall_has_made_long() {
+        let mut round_trip = RoundTrip::first(10_000_000);
+        round_trip.seen(1_000_000_000);
+        // Smoothed: 10 - 10 / 8 + 1000 / 8 ms.
+        assert_eq!(round_trip.smoothed_ns(), 133_750_000);
+        assert_eq!(pause_ns(round_trip, 1), 467_500_000);
+        assert_eq!(pause_ns(round_trip, 2), round_trip.timeout_ns());
+        assert!(round_trip.timeout_ns() > 900_000_000);
+    }
+
+    #[test]
+    fn four_syns_more_come_a_second_apart_and_what_answers_them_backs_off_at_once() {
+        let pauses_s =
+            |is_syn| [1, 2, 5, 6, 7].map(|tries| handshake_pause_ns(is_syn, tries) / INITIAL_NS);
+        assert_eq!(pauses_s(true), [1, 1, 1, 2, 4]);
+        assert_eq!(pauses_s(false), [1, 2, 16, 32, 64]);
+    }
+
+    #[test]
+    fn a_timer_ends_with_the_tick_beyond_its_last_jiffy() {
+        let wheel = Wheel {
+            jiffy_ns: 4_000_000,
+            ahead_ns: 0,
+        };
+        let rings_ms = |now_ms: u64, pause_us: u64| {
+            wheel.rings_ns(now_ms * 1_000_000, pause_us * 1_000) / 1_000_000
+        };
+        // 203 ms are 51 jiffies. Set with a tick, or just before the next: the same tick.
+        assert_eq!([rings_ms(400, 203_000), rings_ms(403, 203_000)], [608, 608]);
+        assert_eq!(rings_ms(404, 203_000), 612);
+        // 248.001 ms are 63 jiffies, so by eights: set at 100 and at 101 jiffies it would end with
+        // the ticks 164 and 165, and ends with 168; set at 105 with 176 for 169.
+        assert_eq!([rings_ms(400, 248_000), rings_ms(400, 248_001)], [652, 672]);
+        assert_eq!([rings_ms(404, 248_001), rings_ms(420, 248_001)], [672, 704]);
+        // A second is 250 jiffies, so by eights too: 351 becomes 352.
+        assert_eq!(rings_ms(400, 1_000_000), 1_408);
+        // Three are 750, more than 8 * 63, so by sixty-fours: 851 becomes 896.
+        assert_eq!(rings_ms(400, 3_000_000), 3_584);
+    }
+
+    proptest! {
+        #[test]
+        fn no_timer_is_early_and_none_an_eighth_and_two_ticks_late(
+            hz in prop::sample::select(vec![100_u32, 250, 300, 1000]),
+            seed in any::<u64>(),
+            now_ns in 0_u64..1_000_000_000_000,
+            pause_ns in 1_u64..120_000_000_000,
+        ) {
+            let late_ns = Wheel::new(hz, seed).rings_ns(now_ns, pause_ns) - now_ns - pause_ns;
+            let jiffy_ns = 1_000_000_000 / u64::from(hz);
+            prop_assert!(late_ns <= pause_ns.div_ceil(jiffy_ns) * jiffy_ns / 7 + 2 * jiffy_ns, "{late_ns}");
+        }
     }
 }

@@ -1,9 +1,11 @@
 //! What a simulated run is set up with, and what it comes to.
 
 use control::{Law, Stepper};
-use endpoint::{ControllerSettings, Counts, Hold, InvalidSettings};
+use endpoint::{ControllerSettings, Counts, Hold, InvalidSettings, TickNoise};
 use link::Profile;
 
+use crate::connection::Pool;
+use crate::echo::Series;
 use crate::timing::Timing;
 
 /// A run to be simulated. All times are virtual, in ns.
@@ -21,8 +23,16 @@ pub struct Setup<'a> {
     pub plant: Stepper,
     /// How long the plant holds a command.
     pub hold: Hold,
+    /// How late the plant ticks by its own machine.
+    pub tick_noise: Option<TickNoise>,
     /// The control law at rest.
     pub law: Law,
+    /// How the client's messages come by connections.
+    pub pool: Pool,
+    /// A message's IP packets, up and down: what counts where there is a rate limit.
+    pub message_bytes: [u32; 2],
+    /// Echoes beside the messages.
+    pub echoes: &'a [Series],
     /// How long programs and their kernel take.
     pub timing: &'a Timing,
     /// Link time 0.

@@ -12,6 +12,7 @@ use std::collections::VecDeque;
 use link::Way;
 
 use crate::connection::Id;
+use crate::retransmission::Wheel;
 
 /// Linux's least retransmission timeout beyond the round trip (`TCP_RTO_MIN`).
 const VARIATION_MIN_NS: u64 = 200_000_000;
@@ -86,13 +87,13 @@ impl Stream {
         }
     }
 
-    /// How long after a packet was sent and lost it is sent again.
-    pub(crate) fn pause_ns(&self) -> u64 {
+    /// When a packet is sent again that was sent at `now_ns` and lost.
+    pub(crate) fn again_ns(&self, now_ns: u64, wheel: Wheel) -> u64 {
         let rtt_ns = self.up.delay_ns + self.down.delay_ns;
         let least_ns = self.up.least_ns.unwrap_or(0) + self.down.least_ns.unwrap_or(0);
-        let by_timer_ns = rtt_ns + VARIATION_MIN_NS;
+        let by_timer_ns = wheel.rings_ns(now_ns, rtt_ns + VARIATION_MIN_NS);
         match self.pause_ns {
-            Some(pause_ns) => (rtt_ns + pause_ns.max(least_ns / 4)).min(by_timer_ns),
+            Some(pause_ns) => (now_ns + rtt_ns + pause_ns.max(least_ns / 4)).min(by_timer_ns),
             None => by_timer_ns,
         }
     }
@@ -130,10 +131,15 @@ mod tests {
             let mut stream = Stream::new(pause_ns);
             stream.sends(Way::Up, 1, true, Some(30_000_000));
             stream.sends(Way::Down, 1, true, Some(10_000_000));
-            stream.pause_ns()
+            stream.again_ns(5_000_000, Wheel::new(250, 1)) - 5_000_000
         };
         assert_eq!(crossed(Some(1_000_000)), 50_000_000);
         assert_eq!(crossed(Some(100_000_000)), 140_000_000);
-        assert_eq!(crossed(None), 240_000_000);
+        // 240 ms, and then the next tick.
+        let by_timer_ns = crossed(None);
+        assert!(
+            (240_000_000..=244_000_000).contains(&by_timer_ns),
+            "{by_timer_ns}"
+        );
     }
 }

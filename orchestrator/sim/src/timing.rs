@@ -31,6 +31,16 @@ pub struct Timing {
     pub clamp_ns: u32,
     /// What a player adds to a packet's way through a link, each way.
     pub player_ns: u32,
+    /// Ticks a second of the kernel's timers (`CONFIG_HZ`): what is lost is sent again with one.
+    #[serde(default = "hz")]
+    pub hz: u32,
+}
+
+/// What most kernels have.
+const HZ: u32 = 250;
+
+fn hz() -> u32 {
+    HZ
 }
 
 impl Timing {
@@ -45,5 +55,6 @@ impl Timing {
         serve_ns: 0,
         clamp_ns: 0,
         player_ns: 0,
+        hz: HZ,
     };
 }

@@ -12,9 +12,13 @@ struct Latest {
 /// Both ways of a link, or none between two ends on one machine.
 #[derive(Debug)]
 pub(crate) struct Wire {
-    link: Option<Link>,
+    /// The empty link, which there is until link time 0, and the profile's.
+    links: Option<[Link; 2]>,
+    has_rate: bool,
     epoch_ns: u64,
     player_ns: u64,
+    /// When the latest packet entered that goes up, and down: link time never runs backwards.
+    entered_ns: [u64; 2],
     /// When the latest packet came out that went up, and down, and when it was read.
     latest: [Latest; 2],
 }
@@ -24,25 +28,49 @@ impl Wire {
     /// each way.
     pub(crate) fn new(profile: &Profile, seed: u64, epoch_ns: u64, player_ns: u32) -> Self {
         Self {
-            link: (!profile.is_loopback()).then(|| Link::new(profile, seed)),
+            // The empty link is constant: its seed says nothing.
+            links: (!profile.is_loopback())
+                .then(|| [Link::new(&Profile::empty(), 0), Link::new(profile, seed)]),
+            has_rate: profile.has_rate(),
             epoch_ns,
             player_ns: u64::from(player_ns),
+            entered_ns: [0; 2],
             latest: [Latest::default(); 2],
         }
+    }
+
+    /// Whether there is a rate limit, and packets wait for others.
+    pub(crate) fn has_rate(&self) -> bool {
+        self.has_rate
+    }
+
+    /// When a packet enters that is sent at `t_ns`, if that is known of all of them: where there is
+    /// a rate limit, from link time 0 on.
+    pub(crate) fn enters_ns(&mut self, way: Way, t_ns: u64) -> Option<u64> {
+        if !self.has_rate || t_ns < self.epoch_ns {
+            return None;
+        }
+        let entered_ns = &mut self.entered_ns[way as usize];
+        *entered_ns = t_ns.max(*entered_ns);
+        Some(*entered_ns)
     }
 
     /// When a packet of `bytes` (IP packet length) that enters at `t_ns` comes out; `None` if it
     /// is lost. To be asked in order of entry.
     pub(crate) fn cross(&mut self, way: Way, t_ns: u64, bytes: u32) -> Option<u64> {
-        let Some(link) = &mut self.link else {
+        let Some([empty, link]) = &mut self.links else {
             return Some(t_ns);
+        };
+        let (link, origin_ns) = match t_ns < self.epoch_ns {
+            true => (empty, 0),
+            false => (link, self.epoch_ns),
         };
         let path = match way {
             Way::Up => &mut link.up,
             Way::Down => &mut link.down,
         };
-        match path.transmit(t_ns.saturating_sub(self.epoch_ns), bytes) {
-            Fate::Deliver { at_ns } => Some(at_ns + self.epoch_ns + self.player_ns),
+        match path.transmit(t_ns - origin_ns, bytes) {
+            Fate::Deliver { at_ns } => Some(at_ns + origin_ns + self.player_ns),
             Fate::Drop(_) => None,
         }
     }
@@ -50,10 +78,7 @@ impl Wire {
     /// When a packet is read that comes out at `out_ns` and by itself would take `takes_ns` more:
     /// not before one that came out before it.
     pub(crate) fn read_ns(&mut self, way: Way, out_ns: u64, takes_ns: u64) -> u64 {
-        let latest = match way {
-            Way::Up => &mut self.latest[0],
-            Way::Down => &mut self.latest[1],
-        };
+        let latest = &mut self.latest[way as usize];
         let read_ns = out_ns + takes_ns;
         if out_ns < latest.out_ns {
             // A link may let packets overtake.

@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use endpoint::{ControllerSettings, Hold, Mode, Preset};
 use link::Profile;
-use sim::{EPOCH_NS, Setup, Timing};
+use plan::{Client, series};
+use sim::{EPOCH_NS, Pool, Series, Setup, Start, Timing};
 
+use crate::machine::Machine;
 use crate::made::Made;
 use crate::outcome::Outcome;
 use crate::point::{Between, NoLoop, Point};
@@ -75,6 +77,15 @@ impl Bench {
         // The plant rests until the first command, so of its ticks before it only the phase counts.
         let first_ns = sim::plant_start_ns(seed, h_ns);
         let idle_ns = START_NS.saturating_sub(first_ns) / h_ns * h_ns;
+        // Who takes no time keeps connections as webloop's own client does.
+        let client = match point.client {
+            Machine::Ideal => Client::Native,
+            Machine::Of(client) => client,
+        };
+        let echoes = match &point.between {
+            Between::Named(profile) => echoes(profile, sweep.duration_ns),
+            Between::Made(_) => Vec::new(),
+        };
         let setup = Setup {
             profile: &profile,
             seed,
@@ -82,7 +93,14 @@ impl Bench {
             timer_floor_ns: 0,
             plant: design.plant.stepper(),
             hold: Hold::Last,
+            tick_noise: None,
             law: design.law,
+            pool: match client.keeps_own_connections() {
+                true => Pool::Own,
+                false => Pool::Shared,
+            },
+            message_bytes: client.message_bytes(settings.transport),
+            echoes: &echoes,
             timing,
             epoch_ns: EPOCH_NS,
             plant_start_ns: first_ns + idle_ns,
@@ -110,4 +128,21 @@ impl Bench {
             }
         }
     }
+}
+
+/// The echoes of a run over a whole link, where messages wait for them: behind a rate limit.
+fn echoes(profile: &Profile, duration_ns: u64) -> Vec<Series> {
+    if !profile.has_rate() {
+        return Vec::new();
+    }
+    [
+        series::before(EPOCH_NS),
+        series::during(START_NS, duration_ns),
+    ]
+    .map(|series| Series {
+        start: Start::At(series.start_ns),
+        interval_ns: series.interval_ns,
+        count: series.count,
+    })
+    .into()
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use control::preset;
 use endpoint::{Outstanding, SampleTime};
 use link::{duration_ns, rate_bps, share};
-use plan::{Library, Misfit};
+use plan::{DURATION_REMEDY, InvalidFile, Library};
 use system::System;
 use toml::Spanned;
 
@@ -42,17 +42,17 @@ impl Sweep {
     /// `origin` names the text in errors, `instead` replaces what it says.
     ///
     /// # Errors
-    /// [`Misfit`], with line and column, for everything that is not a sweep that can run.
+    /// [`InvalidFile`], with line and column, for everything that is not a sweep that can run.
     pub fn resolve(
         source: &str,
         origin: &str,
         instead: &Instead,
         mut library: impl Library,
-    ) -> Result<Sweep, Misfit> {
+    ) -> Result<Sweep, InvalidFile> {
         let mut file: SweepFile = toml::from_str(source).map_err(|error| {
             let span = error.span().unwrap_or(0..0);
             let remedy = "see the sweeps in orchestrator/sweeps for examples";
-            Misfit::new(source, origin, span, error.message(), remedy)
+            InvalidFile::new(source, origin, span, error.message(), remedy)
         })?;
         for (axis, word) in &instead.fixed {
             let axes = file.axes.get_mut();
@@ -68,7 +68,7 @@ impl Sweep {
         let sweep = Sweep {
             name: reader.name()?,
             about: file.about.clone(),
-            duration_ns: reader.positive(&file.duration)?,
+            duration_ns: reader.duration(&file.duration)?,
             repeats: reader.repeats()?,
             seed: instead.seed.unwrap_or(file.seed),
             rho: reader.rho()?,
@@ -87,18 +87,17 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn misfit<T>(&self, at: &Spanned<T>, problem: impl Into<String>, remedy: &str) -> Misfit {
-        Misfit::new(self.source, self.origin, at.span(), problem, remedy)
+    fn invalid<T>(&self, at: &Spanned<T>, problem: impl Into<String>, remedy: &str) -> InvalidFile {
+        InvalidFile::new(self.source, self.origin, at.span(), problem, remedy)
     }
 
     /// A name that can stand in a folder's name.
-    fn name(&self) -> Result<String, Misfit> {
+    fn name(&self) -> Result<String, InvalidFile> {
         let name = &self.file.name;
         let text = name.get_ref();
-        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-        match !text.is_empty() && text.len() <= 40 && text.chars().all(plain) {
+        match system::is_name(text) {
             true => Ok(text.clone()),
-            false => Err(self.misfit(
+            false => Err(self.invalid(
                 name,
                 format!("`{text}` cannot name a results folder"),
                 "use up to 40 of a-z, 0-9 and -",
@@ -106,9 +105,9 @@ impl Reader<'_> {
         }
     }
 
-    fn repeats(&self) -> Result<u32, Misfit> {
+    fn repeats(&self) -> Result<u32, InvalidFile> {
         match *self.file.repeats.get_ref() {
-            0 => Err(self.misfit(
+            0 => Err(self.invalid(
                 &self.file.repeats,
                 "`repeats` is 0, so nothing would be run",
                 "give 1 or more",
@@ -117,11 +116,11 @@ impl Reader<'_> {
         }
     }
 
-    fn rho(&self) -> Result<f64, Misfit> {
+    fn rho(&self) -> Result<f64, InvalidFile> {
         let rho = *self.file.rho.get_ref();
         match rho.is_finite() && rho >= 0.0 {
             true => Ok(rho),
-            false => Err(self.misfit(
+            false => Err(self.invalid(
                 &self.file.rho,
                 format!("`rho` is {rho}, and no cost"),
                 "give 0, or how much a squared command costs beside a squared error",
@@ -129,18 +128,12 @@ impl Reader<'_> {
         }
     }
 
-    /// A time that is not 0.
-    fn positive(&self, text: &Spanned<String>) -> Result<u64, Misfit> {
-        let remedy = "write it with its unit, like 10s, 500ms or 2.5s";
-        let ns = duration_ns(text.get_ref())
-            .map_err(|why| self.misfit(text, why.to_string(), remedy))?;
-        match ns >= 1.0 {
-            true => Ok(ns as u64),
-            false => Err(self.misfit(text, "a time of 0 is none", remedy)),
-        }
+    fn duration(&self, text: &Spanned<String>) -> Result<u64, InvalidFile> {
+        plan::duration_ns(text.get_ref())
+            .map_err(|problem| self.invalid(text, problem, DURATION_REMEDY))
     }
 
-    fn grid(&self, library: Texts<'_>) -> Result<Grid, Misfit> {
+    fn grid(&self, library: Texts<'_>) -> Result<Grid, InvalidFile> {
         let links = self.links(library)?;
         // Over a real link the question is what `run` would see, and over a made one what the
         // delay does.
@@ -178,20 +171,20 @@ impl Reader<'_> {
     }
 
     /// Whole links, or links made of numbers, and not both.
-    fn links(&self, library: Texts<'_>) -> Result<Links, Misfit> {
+    fn links(&self, library: Texts<'_>) -> Result<Links, InvalidFile> {
         let axes = self.file.axes.get_ref();
         let made = Axis::ALL
             .into_iter()
             .filter(|axis| axis.makes_a_link())
             .find_map(|axis| axes.get(axis).map(|given| (axis, given)));
         match (axes.get(Axis::Topology), made) {
-            (Some(_), Some((axis, given))) => Err(self.misfit(
+            (Some(_), Some((axis, given))) => Err(self.invalid(
                 given,
                 format!("the link is given twice: `topology` names it, and `{axis}` makes one"),
                 "leave out `topology`, or all of rtt, jitter, loss and rate",
             )),
             (Some(_), None) => self.topologies(library).map(Links::Named),
-            (None, None) => Err(self.misfit(
+            (None, None) => Err(self.invalid(
                 &self.file.axes,
                 "the sweep has no link",
                 "add `rtt`, such as rtt = \"50ms\", or `topology`, such as topology = [\"couva\"]",
@@ -200,7 +193,7 @@ impl Reader<'_> {
         }
     }
 
-    fn topologies(&self, library: Texts<'_>) -> Result<Levels<Arc<link::Profile>>, Misfit> {
+    fn topologies(&self, library: Texts<'_>) -> Result<Levels<Arc<link::Profile>>, InvalidFile> {
         self.words(Axis::Topology, None, |asked| {
             let text = library.profile(asked)?;
             let parsed = text.profile(asked).map_err(|findings| {
@@ -215,19 +208,19 @@ impl Reader<'_> {
         })
     }
 
-    fn systems(&self, library: Texts<'_>) -> Result<Levels<Arc<System>>, Misfit> {
+    fn systems(&self, library: Texts<'_>) -> Result<Levels<Arc<System>>, InvalidFile> {
         self.words(Axis::System, Some(System::PAPER), |asked| {
             let system = System::read(&library.system(asked)?)
-                .map_err(|fault| format!("`{asked}` is no system: line {fault}"))?;
+                .map_err(|fault| format!("`{asked}` is not a valid system: line {fault}"))?;
             let level = said(system.name());
             Ok((Arc::new(system), level))
         })
     }
 
-    fn made(&self) -> Result<Links, Misfit> {
+    fn made(&self) -> Result<Links, InvalidFile> {
         let time = |ns: f64| Ok((ns.round() as u64, number(ns.round() / 1e6)));
         let hold_ns = match &self.file.hold {
-            Some(hold) => self.positive(hold)?,
+            Some(hold) => self.duration(hold)?,
             None => duration_ns(HOLD).map_or(1, |ns| ns as u64),
         };
         Ok(Links::Made {
@@ -259,12 +252,12 @@ impl Reader<'_> {
 
     /// What only shows in numbers taken together: made links that cannot be played, loops that are
     /// none, responses with too few samples.
-    fn check(&self, grid: &Grid) -> Result<(), Misfit> {
-        let duration_ns = self.positive(&self.file.duration)?;
+    fn check(&self, grid: &Grid) -> Result<(), InvalidFile> {
+        let duration_ns = self.duration(&self.file.duration)?;
         for h in grid.h.values() {
             let samples = duration_ns / h.ns();
             if !SAMPLES.contains(&samples) {
-                return Err(self.misfit(
+                return Err(self.invalid(
                     &self.file.duration,
                     format!("a run would have {samples} samples at h = {h}"),
                     &format!(
@@ -293,7 +286,7 @@ impl Reader<'_> {
                 hold_ns: *hold_ns,
             };
             worst.profile().map_err(|problem| {
-                self.misfit(
+                self.invalid(
                     &self.file.axes,
                     format!("the worst of its links cannot be played: {problem}"),
                     "the longest round trip, the most jitter and loss, and the slowest rate make it",
@@ -311,16 +304,16 @@ impl Reader<'_> {
             };
             point
                 .design()
-                .map_err(|problem| self.misfit(&self.file.axes, problem.to_string(), ""))?;
+                .map_err(|problem| self.invalid(&self.file.axes, problem.to_string(), ""))?;
         }
         Ok(())
     }
 
-    fn size(&self, sweep: &Sweep) -> Result<(), Misfit> {
+    fn size(&self, sweep: &Sweep) -> Result<(), InvalidFile> {
         let runs = sweep.grid.points().saturating_mul(sweep.repeats as usize);
         match runs <= RUNS_MAX {
             true => Ok(()),
-            false => Err(self.misfit(
+            false => Err(self.invalid(
                 &self.file.axes,
                 format!("the sweep has {runs} runs, more than {RUNS_MAX}"),
                 "take fewer steps or repeats, or --fix an axis",

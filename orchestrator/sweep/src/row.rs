@@ -49,7 +49,7 @@ impl Sweep {
         let mut field = || fields.next().ok_or("it has too few fields");
         let whole = |text: &str| {
             text.parse::<usize>()
-                .map_err(|_| format!("`{text}` is no number of a run"))
+                .map_err(|_| format!("`{text}` is not the number of a run"))
         };
         let point = whole(field()?)?;
         let repeat = whole(field()?)?;

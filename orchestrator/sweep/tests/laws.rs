@@ -17,7 +17,7 @@ fn profile(name: &str) -> Result<ProfileText, String> {
 
 fn resolve(source: &str) -> Sweep {
     Sweep::resolve(source, "test.toml", &Instead::default(), profile)
-        .unwrap_or_else(|misfit| panic!("{misfit}"))
+        .unwrap_or_else(|invalid| panic!("{invalid}"))
 }
 
 fn run_all(sweep: &Sweep) -> Vec<Row> {

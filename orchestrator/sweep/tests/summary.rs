@@ -15,7 +15,7 @@ fn profile(name: &str) -> Result<ProfileText, String> {
 
 fn run(source: &str) -> (Sweep, Vec<Cell>) {
     let sweep = Sweep::resolve(source, "test.toml", &Instead::default(), profile)
-        .unwrap_or_else(|misfit| panic!("{misfit}"));
+        .unwrap_or_else(|invalid| panic!("{invalid}"));
     let mut bench = Bench::default();
     let rows = (0..sweep.runs()).map(|number| {
         let run = sweep.run(number);

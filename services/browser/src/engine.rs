@@ -155,7 +155,7 @@ pub(crate) fn find(engine: Engine) -> Result<Program, Missing> {
             if !is_program(&path) {
                 let variable = engine.variable();
                 return Err(missing(format!(
-                    "{variable} names {}, which is no program",
+                    "{variable} names {}, which is not a program",
                     path.display()
                 )));
             }

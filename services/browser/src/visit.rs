@@ -34,8 +34,8 @@ pub fn visit_until(
     stop: impl Future<Output = io::Result<()>>,
     ready: impl FnOnce(),
 ) -> Result<Report, VisitError> {
-    let misfit = config.settings.misfit();
-    if let Some(why) = misfit.or_else(|| config.page.misfit(&config.settings)) {
+    let conflict = config.settings.conflict();
+    if let Some(why) = conflict.or_else(|| config.page.conflict(&config.settings)) {
         return Err(VisitError::Settings { why });
     }
     let program = find(config.engine)?;

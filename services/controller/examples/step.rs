@@ -38,6 +38,7 @@ fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn
             h,
             late: Late::Apply,
             hold: Hold::Last,
+            tick_noise: None,
         },
         plant: preset::paper_plant(),
         law: None,

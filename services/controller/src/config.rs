@@ -76,7 +76,7 @@ pub enum DriveError {
     Settings(#[from] InvalidSettings),
     /// No client can follow the settings.
     #[error("{0}")]
-    Misfit(&'static str),
+    Conflict(&'static str),
     /// No answer before the start.
     #[error(
         "no plant answers at {plant} after {waited_s} s: {why}; is it started, and is this its address?"

@@ -43,8 +43,8 @@ pub fn drive_until(
     stop: impl Future<Output = io::Result<()>>,
 ) -> Result<Report, DriveError> {
     let settings = &config.settings;
-    if let Some(why) = settings.misfit() {
-        return Err(DriveError::Misfit(why));
+    if let Some(why) = settings.conflict() {
+        return Err(DriveError::Conflict(why));
     }
     let address = Address::parse(&config.plant)?;
     match settings.transport {

@@ -17,6 +17,7 @@
 pub mod controller;
 pub mod hold;
 pub mod message;
+pub mod noise;
 pub mod page;
 pub mod plant;
 pub mod preset;
@@ -29,6 +30,7 @@ pub mod span;
 pub use controller::{ControllerEnd, Counts, InvalidSettings, Loss, Step};
 pub use hold::Hold;
 pub use message::{Acknowledgement, Answer, Command, Observation, State};
+pub use noise::{InvalidNoise, NoiseLaw, TickNoise};
 pub use page::{PageSettings, Sender, Thread, Timer};
 pub use plant::{Inbox, Input, Output, PlantEnd, Process};
 pub use preset::Preset;

@@ -1,7 +1,7 @@
 //! How a page in a browser goes about its loop: thread, sender, timer.
 //!
 //! A page cannot do everything that its settings could be put together to;
-//! [`PageSettings::misfit`] says what it cannot. The page itself, which says so
+//! [`PageSettings::conflict`] says what it cannot. The page itself, which says so
 //! too, is not here.
 
 use serde::{Deserialize, Serialize};
@@ -63,7 +63,7 @@ pub struct PageSettings {
 impl PageSettings {
     /// Why a page cannot follow these settings; `None` if it can.
     #[must_use]
-    pub fn misfit(&self, settings: &ControllerSettings) -> Option<&'static str> {
+    pub fn conflict(&self, settings: &ControllerSettings) -> Option<&'static str> {
         let blocking = settings.outstanding == Outstanding::ONE;
         let http = settings.transport == Transport::Http;
         let relative = settings.schedule == Schedule::Relative;
@@ -135,8 +135,8 @@ mod tests {
                 "interval",
             ),
         ] {
-            let misfit = page.misfit(&settings).expect(word);
-            assert!(misfit.contains(word), "{misfit}");
+            let conflict = page.conflict(&settings).expect(word);
+            assert!(conflict.contains(word), "{conflict}");
         }
     }
 }

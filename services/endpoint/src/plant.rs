@@ -10,6 +10,7 @@ use control::Stepper;
 use crate::{
     hold::Hold,
     message::{Acknowledgement, Answer, Command, Observation, State},
+    noise::TickNoise,
     row::{ArrivalOutcome, ArrivalRow, TickRow},
     setting::{Late, Mode, PlantSettings},
 };
@@ -135,8 +136,11 @@ pub struct Process {
     stepper: Stepper,
     h_ns: u64,
     hold: Hold,
+    noise: Option<TickNoise>,
     next_k: u64,
     next_due_ns: u64,
+    /// When the latest tick was.
+    last_ns: u64,
     output: Output,
 }
 
@@ -149,8 +153,10 @@ impl Process {
             stepper,
             h_ns: settings.h.ns(),
             hold: settings.hold,
+            noise: settings.tick_noise,
             next_k: 0,
             next_due_ns: start_ns,
+            last_ns: 0,
             output: Output::default(),
         }
     }
@@ -159,6 +165,19 @@ impl Process {
     #[must_use]
     pub fn next_due_ns(&self) -> u64 {
         self.next_due_ns
+    }
+
+    /// When the next tick is to happen: when it is due, or as much later as the plant's machine is said to be
+    /// late. Ticks keep their order, so it is no earlier than the one before.
+    #[must_use]
+    pub fn next_tick_ns(&self) -> u64 {
+        match self.noise {
+            None => self.next_due_ns,
+            Some(noise) => {
+                let extra_ns = noise.extra_ns(self.next_k);
+                self.next_due_ns.saturating_add(extra_ns).max(self.last_ns)
+            }
+        }
     }
 
     /// Does the next tick with `input`; `now_ns` is only recorded. A tick that
@@ -185,6 +204,7 @@ impl Process {
             seq: input.seq,
         };
         self.next_k += 1;
+        self.last_ns = now_ns;
         self.next_due_ns = self.next_due_ns.saturating_add(self.h_ns);
         row
     }
@@ -217,6 +237,12 @@ impl PlantEnd {
     #[must_use]
     pub fn next_due_ns(&self) -> u64 {
         self.process.next_due_ns()
+    }
+
+    /// When the next tick is to happen; see [`Process::next_tick_ns`].
+    #[must_use]
+    pub fn next_tick_ns(&self) -> u64 {
+        self.process.next_tick_ns()
     }
 
     /// Does the next tick with the input held; see [`Process::tick`].

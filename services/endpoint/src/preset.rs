@@ -105,7 +105,7 @@ mod tests {
         let h: SampleTime = "3ms".parse().expect("a sample time");
         for preset in Preset::ALL {
             let settings = preset.settings(Mode::Closed, h);
-            assert_eq!(preset.page().misfit(&settings), None, "{preset}");
+            assert_eq!(preset.page().conflict(&settings), None, "{preset}");
         }
     }
 }

@@ -8,7 +8,7 @@ use std::{fmt, num::NonZeroU16, str::FromStr};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-use crate::{Hold, SampleTime};
+use crate::{Hold, SampleTime, TickNoise};
 
 /// A word that none of a setting's choices has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -128,6 +128,13 @@ choice!(
         WebSocket = "websocket",
     }
 );
+
+impl Default for Mode {
+    /// A loop that is closed, which is what it is about.
+    fn default() -> Self {
+        Self::Closed
+    }
+}
 
 impl Default for Transport {
     /// What there was before there was a choice: plans of then name none.
@@ -260,7 +267,7 @@ pub struct ControllerSettings {
 impl ControllerSettings {
     /// Why no client can follow these settings; `None` if one can.
     #[must_use]
-    pub fn misfit(&self) -> Option<&'static str> {
+    pub fn conflict(&self) -> Option<&'static str> {
         (self.transport == Transport::WebSocket && self.connection == Connection::New).then_some(
             "a websocket is one connection for all messages; use connection keep, or transport http",
         )
@@ -278,6 +285,9 @@ pub struct PlantSettings {
     /// How long a command is held when no other comes.
     #[serde(default, skip_serializing_if = "Hold::is_last")]
     pub hold: Hold,
+    /// How late it ticks by its own machine; `None` is as punctual as it can be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tick_noise: Option<TickNoise>,
 }
 
 #[cfg(test)]

@@ -3,8 +3,9 @@
 use control::preset;
 use endpoint::{
     Acknowledgement, Answer, ArrivalOutcome, Command, Connection, ControllerEnd,
-    ControllerSettings, Hold, Integrate, Late, Loss, MessageOutcome, MessageRow, Mode, Outstanding,
-    PlantEnd, PlantSettings, Preset, SampleTime, Schedule, State, Step, Transport,
+    ControllerSettings, Hold, Integrate, Late, Loss, MessageOutcome, MessageRow, Mode, NoiseLaw,
+    Outstanding, PlantEnd, PlantSettings, Preset, SampleTime, Schedule, State, Step, TickNoise,
+    Transport,
 };
 use proptest::prelude::*;
 
@@ -24,6 +25,7 @@ fn plant(late: Late) -> PlantEnd {
             h: h(),
             late,
             hold: Hold::Last,
+            tick_noise: None,
         },
         plant.stepper(),
         0,
@@ -350,6 +352,34 @@ fn settings_that_make_no_controller_are_refused() {
     assert_eq!(good.outstanding, Outstanding::Unlimited);
 }
 
+proptest! {
+    #[test]
+    fn a_noisy_plant_ticks_in_order_never_early_and_steps_as_often_as_a_punctual_one(
+        seed: u64, max_ms in 1u64..20, ticks in 1u64..300,
+    ) {
+        let law = NoiseLaw::Uniform { max_ns: max_ms * MS };
+        let settings = |tick_noise| PlantSettings {
+            h: h(),
+            late: Late::Apply,
+            hold: Hold::Last,
+            tick_noise,
+        };
+        let own = preset::paper_plant().sampled(h().ns()).expect("a stable model");
+        let mut punctual = PlantEnd::new(&settings(None), own.stepper(), 0);
+        let mut noisy = PlantEnd::new(&settings(Some(TickNoise { law, seed })), own.stepper(), 0);
+        let mut last_ns = 0;
+        for k in 0..ticks {
+            prop_assert_eq!(punctual.next_tick_ns(), punctual.next_due_ns());
+            let at_ns = noisy.next_tick_ns();
+            prop_assert!(at_ns >= last_ns && at_ns >= noisy.next_due_ns());
+            prop_assert!(at_ns <= last_ns.max(k * h().ns() + max_ms * MS));
+            last_ns = at_ns;
+            let (own, other) = (noisy.tick(at_ns), punctual.tick(k * h().ns()));
+            prop_assert_eq!((own.t_tick_ns, own.t_due_ns, own.k), (at_ns, other.t_due_ns, k));
+        }
+    }
+}
+
 #[test]
 fn a_plant_that_is_to_let_go_of_a_command_does_when_none_has_come_for_so_long() {
     let own = preset::paper_plant()
@@ -359,6 +389,7 @@ fn a_plant_that_is_to_let_go_of_a_command_does_when_none_has_come_for_so_long() 
         h: h(),
         late: Late::Apply,
         hold: Hold::For { ns: 10 * MS },
+        tick_noise: None,
     };
     let mut plant = PlantEnd::new(&settings, own.stepper(), 0);
     let command = |seq| Command {

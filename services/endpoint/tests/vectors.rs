@@ -51,6 +51,7 @@ fn plant_case(name: &str, late: Late, script: &[Happens]) -> Value {
         h: h(),
         late,
         hold: Hold::Last,
+        tick_noise: None,
     };
     let start_ns = 100 * MS;
     let mut plant = PlantEnd::new(&settings, plant.stepper(), start_ns);

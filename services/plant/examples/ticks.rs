@@ -23,6 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         h: next("1ms").parse()?,
         late: Late::Apply,
         hold: Hold::Last,
+        tick_noise: None,
     };
     let seconds: u64 = next("10").parse()?;
     let busy: usize = next("0").parse()?;

@@ -9,7 +9,7 @@
 //! * `socket`: commands over a WebSocket.
 //! * `page`: the files of the page that closes the loop in a browser.
 //! * `session`: who is in control, proved by a `token`.
-//! * `errand`: what a page sends with a body; `clerk`: the thread that files it,
+//! * `upload`: what a page sends with a body; `filer`: the thread that files it,
 //!   `chunk` by chunk of `rows`.
 //! * `latest`: how the two threads see each other without waiting.
 //!
@@ -21,10 +21,9 @@
 
 mod answer;
 mod chunk;
-mod clerk;
 mod config;
 mod ending;
-mod errand;
+mod filer;
 mod latest;
 mod openapi;
 mod origin;
@@ -38,6 +37,7 @@ mod session;
 mod socket;
 mod ticker;
 mod token;
+mod upload;
 
 pub use config::{Config, Granted, Ready, Report, ServeError};
 pub use serve::{serve, serve_until};

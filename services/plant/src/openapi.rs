@@ -47,7 +47,7 @@ fn document() -> Value {
     let refusals = [
         (409, "somebody else is in control, or the session is over"),
         (413, "a body, where a command has none"),
-        (500, "the plant's output is no longer finite"),
+        (500, "the plant's output is not finite any more"),
     ];
     let operation = |summary: &str, parameters: Vec<Value>, content: Value| {
         let done = json!({"description": "done", "content": content});

@@ -11,7 +11,7 @@ use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 
 use crate::{
     answer::{TEXT, respond},
-    clerk::Unfiled,
+    filer::FilingError,
     origin::Foreign,
     route::PATHS,
     session::{Denied, InvalidClient},
@@ -54,7 +54,7 @@ pub(crate) enum Refusal {
     #[error(transparent)]
     Denied(#[from] Denied),
     #[error(transparent)]
-    Unfiled(#[from] Unfiled),
+    FilingError(#[from] FilingError),
     #[error("no randomness for a session: {0}; claim again")]
     Randomness(#[from] std::io::Error),
     #[error(
@@ -78,12 +78,14 @@ impl Refusal {
             | Self::Broken
             | Self::Claim(_)
             | Self::Client(_)
-            | Self::Unfiled(Unfiled::Row(_) | Unfiled::Report(_)) => StatusCode::BAD_REQUEST,
+            | Self::FilingError(FilingError::Row(_) | FilingError::Report(_)) => {
+                StatusCode::BAD_REQUEST
+            }
             Self::Foreign(_) => StatusCode::FORBIDDEN,
             Self::Path { .. } => StatusCode::NOT_FOUND,
             Self::Method { .. } => StatusCode::METHOD_NOT_ALLOWED,
             Self::Slow { .. } => StatusCode::REQUEST_TIMEOUT,
-            Self::Denied(_) | Self::Unfiled(Unfiled::Turn(_) | Unfiled::Closed) => {
+            Self::Denied(_) | Self::FilingError(FilingError::Turn(_) | FilingError::Closed) => {
                 StatusCode::CONFLICT
             }
             Self::Body | Self::Long { .. } => StatusCode::PAYLOAD_TOO_LARGE,
@@ -91,9 +93,9 @@ impl Refusal {
             Self::Handshake { .. } => StatusCode::UPGRADE_REQUIRED,
             Self::Diverged { .. }
             | Self::Randomness(_)
-            | Self::Unfiled(Unfiled::Create(_) | Unfiled::Write { .. } | Unfiled::Gone) => {
-                StatusCode::INTERNAL_SERVER_ERROR
-            }
+            | Self::FilingError(
+                FilingError::Create(_) | FilingError::Write { .. } | FilingError::Gone,
+            ) => StatusCode::INTERNAL_SERVER_ERROR,
         }
     }
 

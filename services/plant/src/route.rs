@@ -1,7 +1,7 @@
 //! What each request gets.
 //!
-//! [`Desk::answer`] is a function from the head of a request to what follows: a
-//! response, a body to be read (`errand`) or a conversation (`socket`). It needs
+//! [`Handler::answer`] is a function from the head of a request to what follows: a
+//! response, a body to be read (`upload`) or a conversation (`socket`). It needs
 //! no socket, and a request that it refuses leaves the input as it was.
 
 use endpoint::{
@@ -19,8 +19,7 @@ use tokio::sync::watch;
 
 use crate::{
     answer::{JSON, TEXT, as_json, message, respond},
-    clerk::Clerk,
-    errand::{BODY_BYTES, Errand},
+    filer::Filer,
     latest::{Publisher, Reader},
     openapi, origin, page,
     refusal::Refusal,
@@ -28,6 +27,7 @@ use crate::{
     socket,
     ticker::{input_words, output},
     token::Pass,
+    upload::{BODY_BYTES, Upload},
 };
 
 /// The paths of the API. The page's files are beside them.
@@ -47,7 +47,7 @@ pub(crate) const PATHS: [&str; 9] = [
 const SESSION: &str = "webloop-session";
 
 /// Where requests are dealt with: the plant's state as the HTTP thread owns it.
-pub(crate) struct Desk {
+pub(crate) struct Handler {
     pub(crate) settings: PlantSettings,
     /// What a page that is granted a session is to follow.
     pub(crate) law: Option<serde_json::Value>,
@@ -57,7 +57,7 @@ pub(crate) struct Desk {
     pub(crate) rows: Recorder<ArrivalRow>,
     pub(crate) refused: u64,
     pub(crate) control: Control,
-    pub(crate) clerk: Clerk,
+    pub(crate) filer: Filer,
     /// The latest session that is over, for the sockets of it.
     pub(crate) over: watch::Sender<u64>,
 }
@@ -67,12 +67,12 @@ pub(crate) enum Reply {
     /// This, and no more.
     Done(Response<Bytes>),
     /// What comes of the body.
-    Errand(Errand),
+    Upload(Upload),
     /// This, and then messages.
     Socket(Response<Bytes>, socket::Opening),
 }
 
-impl Desk {
+impl Handler {
     /// What follows a head that arrived at `now_ns`.
     pub(crate) fn answer(&mut self, head: &Parts, has_body: bool, now_ns: u64) -> Reply {
         self.try_answer(head, has_body, now_ns)
@@ -86,9 +86,9 @@ impl Desk {
         let query = check(head)?;
         let path = head.uri.path();
         if head.method == Method::POST
-            && let Some(errand) = self.errand(path, query, &head.headers, now_ns)?
+            && let Some(upload) = self.upload(path, query, &head.headers, now_ns)?
         {
-            return Ok(Reply::Errand(errand));
+            return Ok(Reply::Upload(upload));
         }
         if has_body && (head.method == Method::GET || !PATHS.contains(&path)) {
             return Err(Refusal::Body);
@@ -183,23 +183,23 @@ impl Desk {
     }
 
     /// What a POST asks for, if it is one of ours, before its body is read.
-    fn errand(
+    fn upload(
         &mut self,
         path: &str,
         query: &str,
         headers: &HeaderMap,
         now_ns: u64,
-    ) -> Result<Option<Errand>, Refusal> {
-        let errand = match path {
+    ) -> Result<Option<Upload>, Refusal> {
+        let upload = match path {
             "/session" => {
                 none(query)?;
-                Errand::Claim
+                Upload::Claim
             }
             "/session/rows" => {
                 let chunk = chunk(query)?;
                 let pass = pass(headers);
                 self.control.hear(&pass, now_ns)?;
-                Errand::Rows { chunk, pass }
+                Upload::Rows { chunk, pass }
             }
             "/session/end" => {
                 none(query)?;
@@ -207,11 +207,11 @@ impl Desk {
                 if !self.control.has_ended(&pass) {
                     self.control.hear(&pass, now_ns)?;
                 }
-                Errand::End { pass }
+                Upload::End { pass }
             }
             _ => return Ok(None),
         };
-        let expected = errand.kind();
+        let expected = upload.kind();
         if !is_kind(headers, expected) {
             return Err(Refusal::Kind { expected });
         }
@@ -219,7 +219,7 @@ impl Desk {
         if bytes.is_some_and(|bytes| bytes > BODY_BYTES as u64) {
             return Err(Refusal::Long { limit: BODY_BYTES });
         }
-        Ok(Some(errand))
+        Ok(Some(upload))
     }
 }
 

@@ -33,7 +33,7 @@ enum Problem {
         "field `{field}`: `{value}` is not a finite decimal number; write it like 0.35 or -1e-3"
     )]
     NotFinite { field: &'static str, value: String },
-    #[error("field `outcome`: `{0}` is none of answered, timeout, failed, missed")]
+    #[error("field `outcome`: `{0}` is unknown; choose answered, timeout, failed or missed")]
     Outcome(String),
     #[error("field `{field}` is empty; in this {outcome} row it has a value")]
     Empty {
@@ -234,8 +234,8 @@ mod tests {
             ("1,100,,,,inf,,,,,missed", "`r`: `inf` is not a finite"),
             ("1,100,,,,1e999,,,,,missed", "`r`: `1e999`"),
             ("1,100,,,,\"1\",,,,,missed", "`r`: `\\\"1\\\"`"),
-            ("1,100,,,,1,,,,,Missed", "`outcome`: `Missed` is none of"),
-            ("1,100,,,,1,,,,,", "`outcome`: `` is none of"),
+            ("1,100,,,,1,,,,,Missed", "`outcome`: `Missed` is unknown"),
+            ("1,100,,,,1,,,,,", "`outcome`: `` is unknown"),
             (
                 "1,100,110,,,1,,,,,missed",
                 "`t_send_ns` has a value; in this missed",

@@ -15,10 +15,10 @@ use pace::now_ns;
 use tokio::{sync::watch, task::LocalSet};
 
 use crate::{
-    clerk::Clerk,
     config::{Config, Granted, Ready, Report, ServeError},
+    filer::Filer,
     latest::latest,
-    route::Desk,
+    route::Handler,
     server,
     session::Control,
     ticker::{Running, Ticker, input_words},
@@ -73,7 +73,7 @@ pub fn serve_until(
         Journal::create::<TickRow>(&config.out.join("ticks.csv"), TickRow::COLUMNS)?;
     let (arrival_rows, arrival_journal) =
         Journal::create::<ArrivalRow>(&config.out.join("arrivals.csv"), ArrivalRow::COLUMNS)?;
-    let clerk = Clerk::start(&config.out)?;
+    let filer = Filer::start(&config.out)?;
     let (input_publisher, input_reader) = latest(input_words(Input::default()));
     let (output_publisher, output_reader) = latest([0; 2]);
     let start_ns = now_ns() + START_AHEAD_NS;
@@ -89,7 +89,7 @@ pub fn serve_until(
     let server_scheduling = pace::ask(config.fifo.then_some(FIFO_PRIORITY));
     let open_files = pace::raise_open_files();
 
-    let desk = Rc::new(RefCell::new(Desk {
+    let handler = Rc::new(RefCell::new(Handler {
         settings: *settings,
         law: config.law.clone(),
         inbox: Inbox::new(settings.late),
@@ -98,7 +98,7 @@ pub fn serve_until(
         rows: arrival_rows,
         refused: 0,
         control: Control::new(),
-        clerk,
+        filer,
         over: watch::Sender::new(0),
     }));
     let accepted = RefCell::new(0);
@@ -113,20 +113,20 @@ pub fn serve_until(
         tokio::select! {
             result = stop => result.map_err(ServeError::Start),
             _ = &mut ticker.ended => Err(ServeError::Ticker),
-            never = server::accept(listener, Rc::clone(&desk), &accepted, open_files) => match never {},
+            never = server::accept(listener, Rc::clone(&handler), &accepted, open_files) => match never {},
         }
     });
-    // The connections hold the desk: they end here.
+    // The connections hold the handler: they end here.
     drop(tasks);
     let ticked = Running::stop(ticker).ok_or(ServeError::Ticker)?;
-    let desk = Rc::into_inner(desk)
+    let handler = Rc::into_inner(handler)
         .expect("all connections are gone")
         .into_inner();
 
     // All files are ended before any's error is told.
     let tick_written = tick_journal.finish(ticked.rows);
-    let arrival_written = arrival_journal.finish(desk.rows);
-    let filed = desk.clerk.finish();
+    let arrival_written = arrival_journal.finish(handler.rows);
+    let filed = handler.filer.finish();
     ended?;
     let tick_rows = tick_written?;
     let arrival_rows = arrival_written?;
@@ -138,12 +138,12 @@ pub fn serve_until(
         start_ns,
         ticks: ticked.ticks,
         missed: ticked.missed,
-        arrivals: desk.inbox.arrivals(),
-        refused: desk.refused,
+        arrivals: handler.inbox.arrivals(),
+        refused: handler.refused,
         connections: accepted.into_inner(),
         tick_rows,
         arrival_rows,
-        sessions: desk.control.sessions(),
+        sessions: handler.control.sessions(),
         page_rows: filed.written,
         granted: Granted {
             ticker: ticked.scheduling,

@@ -25,9 +25,8 @@ use tokio::{
 };
 
 use crate::{
-    errand,
-    route::{Desk, Reply},
-    socket,
+    route::{Handler, Reply},
+    socket, upload,
 };
 
 /// How long a connection may wait for a head to be complete, and so also how
@@ -65,10 +64,10 @@ pub(crate) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
 }
 
 /// Accepts for ever, `open_files` being the limit of the process. It runs on
-/// the thread that owns `desk`; dropping it drops all connections.
+/// the thread that owns `handler`; dropping it drops all connections.
 pub(crate) async fn accept(
     listener: TcpListener,
-    desk: Rc<RefCell<Desk>>,
+    handler: Rc<RefCell<Handler>>,
     accepted: &RefCell<u64>,
     open_files: u64,
 ) -> Infallible {
@@ -82,11 +81,11 @@ pub(crate) async fn accept(
         match listener.accept().await {
             Ok((stream, _)) => {
                 *accepted.borrow_mut() += 1;
-                let desk = Rc::clone(&desk);
+                let handler = Rc::clone(&handler);
                 task::spawn_local(async move {
                     // A connection that ends badly is its client's loss; what
                     // the client makes of it is in the client's rows.
-                    if let Err(error) = converse(stream, desk, Rc::new(slot)).await {
+                    if let Err(error) = converse(stream, handler, Rc::new(slot)).await {
                         tracing::debug!(%error, "connection ended");
                     }
                 });
@@ -103,7 +102,7 @@ pub(crate) async fn accept(
 /// socket that comes of it keeps.
 async fn converse(
     stream: TcpStream,
-    desk: Rc<RefCell<Desk>>,
+    handler: Rc<RefCell<Handler>>,
     slot: Rc<OwnedSemaphorePermit>,
 ) -> hyper::Result<()> {
     // Answers are one small segment each: waiting for more to send would add
@@ -113,23 +112,23 @@ async fn converse(
     let service = service_fn(|request: Request<Incoming>| {
         let now_ns = now_ns();
         let (mut head, body) = request.into_parts();
-        let reply = desk
+        let reply = handler
             .borrow_mut()
             .answer(&head, !body.is_end_stream(), now_ns);
         let response = match reply {
             Reply::Done(response) => Next::Response(response),
             // In a task of its own, so that what a page has begun is done to its
             // end even if its connection breaks.
-            Reply::Errand(errand) => Next::Errand(task::spawn_local(errand::run(
-                errand,
+            Reply::Upload(upload) => Next::Upload(task::spawn_local(upload::run(
+                upload,
                 body,
-                Rc::clone(&desk),
+                Rc::clone(&handler),
             ))),
             Reply::Socket(response, opening) => {
                 if let Some(upgrade) = head.extensions.remove::<OnUpgrade>() {
-                    let (desk, slot) = (Rc::clone(&desk), Rc::clone(&slot));
+                    let (handler, slot) = (Rc::clone(&handler), Rc::clone(&slot));
                     task::spawn_local(async move {
-                        socket::serve(upgrade, opening, desk).await;
+                        socket::serve(upgrade, opening, handler).await;
                         drop(slot);
                     });
                 }
@@ -139,7 +138,7 @@ async fn converse(
         async move {
             let response = match response {
                 Next::Response(response) => response,
-                Next::Errand(task) => task.await?,
+                Next::Upload(task) => task.await?,
             };
             Ok::<_, JoinError>(response.map(Full::new))
         }
@@ -156,5 +155,5 @@ async fn converse(
 /// Where a response comes from.
 enum Next {
     Response(Response<Bytes>),
-    Errand(JoinHandle<Response<Bytes>>),
+    Upload(JoinHandle<Response<Bytes>>),
 }

@@ -191,7 +191,7 @@ impl Control {
         if let State::Held(session) | State::Ended(session) = &mut self.state
             && number == self.sessions
         {
-            // Two answers of the clerk may be dealt with in either order.
+            // Two answers of the filer may be dealt with in either order.
             session.rows = session.rows.max(rows);
         }
     }

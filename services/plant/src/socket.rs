@@ -34,7 +34,7 @@ use tokio_tungstenite::{
     },
 };
 
-use crate::{refusal::Refusal, route::Desk, token::Pass};
+use crate::{refusal::Refusal, route::Handler, token::Pass};
 
 /// The longest reason that fits a close frame (RFC 6455, 5.5).
 const REASON_BYTES: usize = 123;
@@ -135,7 +135,7 @@ fn is_key(key: &[u8]) -> bool {
 }
 
 /// Serves a socket to its end.
-pub(crate) async fn serve(upgrade: OnUpgrade, opening: Opening, desk: Rc<RefCell<Desk>>) {
+pub(crate) async fn serve(upgrade: OnUpgrade, opening: Opening, handler: Rc<RefCell<Handler>>) {
     let stream = match upgrade.await {
         Ok(upgraded) => TokioIo::new(upgraded),
         Err(error) => {
@@ -147,31 +147,35 @@ pub(crate) async fn serve(upgrade: OnUpgrade, opening: Opening, desk: Rc<RefCell
         .max_message_size(Some(MAX_BYTES))
         .max_frame_size(Some(MAX_BYTES));
     let mut socket = WebSocketStream::from_raw_socket(stream, Role::Server, Some(config)).await;
-    if let Some(closing) = converse(&mut socket, opening, &desk).await {
+    if let Some(closing) = converse(&mut socket, opening, &handler).await {
         close(socket, closing).await;
     }
 }
 
 /// Answers messages until the end; why we end it, unless the other end did.
-async fn converse(socket: &mut Socket, opening: Opening, desk: &RefCell<Desk>) -> Option<Closing> {
+async fn converse(
+    socket: &mut Socket,
+    opening: Opening,
+    handler: &RefCell<Handler>,
+) -> Option<Closing> {
     let Opening {
         mode,
         pass,
         session,
         mut over,
     } = opening;
-    let is_over = async {
+    let on_end_of = async {
         match session {
             Some(number) => drop(over.wait_for(|over| *over >= number).await),
             None => std::future::pending().await,
         }
     };
-    let mut is_over = std::pin::pin!(is_over);
+    let mut on_end_of = std::pin::pin!(on_end_of);
     loop {
         let message = tokio::select! {
             biased;
             message = timeout(IDLE_TIMEOUT, socket.next()) => message,
-            () = &mut is_over => {
+            () = &mut on_end_of => {
                 return Some(Closing::new(CloseCode::Policy, "the session is over"));
             }
         };
@@ -180,23 +184,23 @@ async fn converse(socket: &mut Socket, opening: Opening, desk: &RefCell<Desk>) -
             Ok(Some(Ok(Message::Text(text)))) => text,
             Ok(Some(Ok(Message::Binary(_)))) => {
                 let reason = "a binary message; a command is text";
-                return Some(Closing::refused(desk, CloseCode::Unsupported, reason));
+                return Some(Closing::refused(handler, CloseCode::Unsupported, reason));
             }
             // Pings are answered by the crate, and so is a close.
             Ok(Some(Ok(_))) => continue,
-            Ok(Some(Err(error))) => return broken(desk, &error),
+            Ok(Some(Err(error))) => return broken(handler, &error),
             Ok(None) => return None,
             Err(_) => {
                 let reason = format!("no message in {} s", IDLE_TIMEOUT.as_secs());
                 return Some(Closing::new(CloseCode::Away, reason));
             }
         };
-        let answer = desk.borrow_mut().command(mode, &text, &pass, now_ns);
+        let answer = handler.borrow_mut().command(mode, &text, &pass, now_ns);
         let answer = match answer {
             Ok(answer) => Message::text(answer.to_string()),
             Err(refusal) => {
                 let code = refusal.close_code();
-                return Some(Closing::refused(desk, code, refusal.to_string()));
+                return Some(Closing::refused(handler, code, refusal.to_string()));
             }
         };
         match timeout(SEND_TIMEOUT, socket.send(answer)).await {
@@ -208,7 +212,7 @@ async fn converse(socket: &mut Socket, opening: Opening, desk: &RefCell<Desk>) -
 }
 
 /// What to say to an end whose messages cannot be read.
-fn broken(desk: &RefCell<Desk>, error: &Error) -> Option<Closing> {
+fn broken(handler: &RefCell<Handler>, error: &Error) -> Option<Closing> {
     let (code, reason) = match error {
         Error::Capacity(CapacityError::MessageTooLong { size, .. }) => (
             CloseCode::Size,
@@ -220,7 +224,7 @@ fn broken(desk: &RefCell<Desk>, error: &Error) -> Option<Closing> {
         Error::Protocol(problem) => (CloseCode::Protocol, problem.to_string()),
         _ => return None,
     };
-    Some(Closing::refused(desk, code, reason))
+    Some(Closing::refused(handler, code, reason))
 }
 
 impl Closing {
@@ -231,8 +235,8 @@ impl Closing {
         Self { code, reason }
     }
 
-    fn refused(desk: &RefCell<Desk>, code: CloseCode, reason: impl Into<String>) -> Self {
-        desk.borrow_mut().refused += 1;
+    fn refused(handler: &RefCell<Handler>, code: CloseCode, reason: impl Into<String>) -> Self {
+        handler.borrow_mut().refused += 1;
         Self::new(code, reason)
     }
 }

@@ -108,8 +108,8 @@ impl Ticker {
         let mut held = Input::default();
         let (mut ticks, mut missed) = (0, 0);
         loop {
-            let due_ns = self.process.next_due_ns();
-            pacer.sleep_until(due_ns.min(now_ns().saturating_add(NAP_NS)));
+            let (due_ns, at_ns) = (self.process.next_due_ns(), self.process.next_tick_ns());
+            pacer.sleep_until(at_ns.min(now_ns().saturating_add(NAP_NS)));
             if stop.load(Ordering::Relaxed) {
                 return Ticked {
                     ticks,
@@ -119,7 +119,7 @@ impl Ticker {
                 };
             }
             let tick_ns = now_ns();
-            if tick_ns < due_ns {
+            if tick_ns < at_ns {
                 continue;
             }
             if let Some(words) = self.input.try_read() {

@@ -84,7 +84,7 @@ pub fn version() -> Result<String, Error> {
     match number(&said) {
         Some(number) if number >= OLDEST => Ok(format!("Python {said}")),
         Some(_) => Err(unsupported(&interpreter, &format!("it is Python {said}"))),
-        None => Err(unsupported(&interpreter, "it is no Python")),
+        None => Err(unsupported(&interpreter, "it is not Python")),
     }
 }
 

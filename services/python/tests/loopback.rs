@@ -87,6 +87,7 @@ fn with_plant<T>(out: &Path, client: impl FnOnce(SocketAddr) -> T) -> (T, plant:
             h: SampleTime::try_new(3 * MS).expect("3 ms"),
             late: Late::Apply,
             hold: Hold::Last,
+            tick_noise: None,
         },
         plant: preset::paper_plant(),
         law: None,

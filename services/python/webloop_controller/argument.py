@@ -76,7 +76,7 @@ def parse_plant(text: str) -> Tuple[str, int]:
             raise ValueError
     except ValueError:
         raise ValueError(
-            f"`{text}` is no address with a port; write it like 10.77.0.2:8080 or [::1]:8080"
+            f"`{text}` is not an address with a port; write it like 10.77.0.2:8080 or [::1]:8080"
         ) from None
     return str(address), int(port)
 

@@ -73,7 +73,7 @@ impl Recipe {
         if let Some(stray) = given(file).into_iter().find(|word| !words.contains(word)) {
             return Err(source.fault(
                 &file.law,
-                format!("`{stray}` says nothing to a law `{law}`"),
+                format!("`{stray}` is not a key of law `{law}`"),
                 format!("leave it out; {law} takes {} and limits", words.join(", ")),
             ));
         }
@@ -128,6 +128,11 @@ impl Recipe {
     /// Whether it can integrate the time that has passed: others advance by h.
     pub(crate) fn takes_elapsed(&self) -> bool {
         matches!(self, Self::Pid { .. })
+    }
+
+    /// Whether it estimates states that nobody measures.
+    pub(crate) fn has_estimator(&self) -> bool {
+        matches!(self, Self::StateFeedback { .. })
     }
 
     /// The law at a sample time, and its numbers.
@@ -274,7 +279,11 @@ fn read_feedback(
     };
     let Some(noise) = &file.noise else {
         let remedy = "give noise = { disturbance = .., measurement = .. }, as standard deviations";
-        return Err(source.fault(asked, "the law's filter knows no noise", remedy));
+        return Err(source.fault(
+            asked,
+            "`noise` is missing: the law's Kalman filter needs it",
+            remedy,
+        ));
     };
     Ok(Recipe::StateFeedback {
         by,

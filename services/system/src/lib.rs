@@ -19,4 +19,4 @@ mod system;
 
 pub use design::{Design, Limits, Model, PidNumbers};
 pub use fault::Fault;
-pub use system::{Loop, NotOpened, Obstacle, System, Unfit};
+pub use system::{Loop, NotOpened, Obstacle, System, Unfit, is_name};

@@ -150,8 +150,7 @@ impl System {
         })?;
         let source = Source(text);
         let name = file.name.get_ref();
-        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-        if name.is_empty() || name.len() > 40 || !name.chars().all(plain) {
+        if !is_name(name) {
             return Err(source.fault(
                 &file.name,
                 format!("`{name}` cannot name a system"),
@@ -219,6 +218,21 @@ impl System {
         self.recipe.takes_elapsed()
     }
 
+    /// Whether its law estimates the plant's states from the output, with a Kalman filter.
+    #[must_use]
+    pub fn has_estimator(&self) -> bool {
+        self.recipe.has_estimator()
+    }
+
+    /// Whether its plant, left alone, runs away: a pole has a positive real part. An integrator has none.
+    #[must_use]
+    pub fn is_unstable(&self) -> bool {
+        // Of a pole at 0 the eigenvalues are as far off as their arithmetic.
+        const NOISE_PER_S: f64 = 1e-6;
+        let poles = self.plant.model.poles();
+        poles.iter().any(|pole| pole.re > NOISE_PER_S)
+    }
+
     /// The same with other gains; `None` where its law has no such gains, or they are not finite.
     #[must_use]
     pub fn with_gains(&self, kp: Option<f64>, ki: Option<f64>) -> Option<Self> {
@@ -245,6 +259,14 @@ impl System {
         let (law, design) = self.recipe.at(&plant, h.ns())?;
         Ok(Loop { plant, law, design })
     }
+}
+
+/// Whether a text can name a system, an experiment or a sweep, and so a results folder: up to 40 of
+/// a-z, 0-9 and -.
+#[must_use]
+pub fn is_name(text: &str) -> bool {
+    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    (1..=40).contains(&text.len()) && text.chars().all(plain)
 }
 
 impl Loop {

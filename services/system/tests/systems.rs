@@ -119,7 +119,7 @@ fn what_is_no_system_is_told_with_its_place() {
         (
             "kp = 1.0",
             "kp = 1.0\nround_trip = \"1ms\"",
-            "6:7: `round_trip` says nothing to a law `pid`",
+            "6:7: `round_trip` is not a key of law `pid`",
         ),
         (
             "kp = 1.0",
@@ -129,7 +129,7 @@ fn what_is_no_system_is_told_with_its_place() {
         (
             "\"pid\"",
             "\"state-feedback\"",
-            "6:7: `kp` says nothing to a law `state-feedback`",
+            "6:7: `kp` is not a key of law `state-feedback`",
         ),
         (
             "den = [1.0, 1.0]",

@@ -48,7 +48,7 @@ pub(super) fn delay(
     let (Some(form), Some(spread)) = (spread?, &at.spread) else {
         for (name, idle) in [("hold", &at.hold), ("min", &at.min), ("max", &at.max)] {
             if let Some(idle) = idle {
-                let message = format!("`{name}` says nothing where no spread is drawn");
+                let message = format!("`{name}` has no effect without a spread");
                 let remedy = "add a spread, or drop this key";
                 findings.error(&key(name), idle.span(), message, remedy);
             }
@@ -58,7 +58,7 @@ pub(super) fn delay(
         });
     };
     let Some(hold_ns) = hold_ns else {
-        let message = "a spread without a hold: nobody knows when it is drawn anew";
+        let message = "a spread needs a `hold`: how long a drawn delay stays";
         let remedy = "add hold, such as hold = \"100ms\"";
         findings.error(&key("hold"), spread.span(), message, remedy);
         return None;

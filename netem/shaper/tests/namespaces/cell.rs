@@ -62,6 +62,7 @@ pub(crate) fn series(
         start_ns: epoch_ns.checked_add_signed(start_ns).expect("after boot"),
         interval_ns,
         count,
+        seed: None,
         grace_ns: 5 * SECOND,
         id,
     }
@@ -89,6 +90,7 @@ impl Cell {
         })?;
         let epoch_ns = now_ns() + empty_ns;
         let config = PlayerConfig {
+            packets: None,
             profile: profile.clone(),
             seed,
             epoch_ns,

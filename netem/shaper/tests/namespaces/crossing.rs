@@ -201,6 +201,7 @@ pub(crate) fn a_second_player_beside_an_end_is_refused() {
 /// Plays until killed, in the namespace that it is started in.
 pub(crate) fn hold() -> ExitCode {
     let config = WayConfig {
+        packets: None,
         profile: constant("5ms"),
         seed: SEED,
         epoch_ns: 0,

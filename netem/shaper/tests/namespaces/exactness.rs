@@ -102,6 +102,7 @@ pub(crate) fn loopback_needs_no_player() {
             start_ns: epoch_ns,
             interval_ns: 2 * MS,
             count: 200,
+            seed: None,
             grace_ns: SECOND,
             id: 3,
         };

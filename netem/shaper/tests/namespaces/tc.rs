@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::thread::{self, JoinHandle};
 
-use link::{Profile, Way};
+use link::{Profile, Timeline, Way};
 use shaper::{
     Baseline, CONTROLLER_INTERFACE, Echo, Error, Namespace, PLANT_INTERFACE, TcConfig, TcPlayer,
-    TcReport, TcRow, Timeline, Verdict, bridge, certify_within, join, now_ns, probe, tc_available,
+    TcReport, TcRow, Verdict, bridge, certify_within, join, now_ns, probe, tc_available,
 };
 
 use crate::attempt::{held, holds};
@@ -100,26 +100,37 @@ pub(crate) fn config(profile: &Profile, way: Way, epoch_ns: u64) -> TcConfig {
 pub(crate) const SEED: u64 = 7;
 
 impl TcCell {
-    /// Link time 0 is `empty_ns` from now, during which the empty link plays. `None` where
-    /// there is no netem.
+    /// Link time 0 is `empty_ns` from now, during which the empty link plays; on a machine where the
+    /// players take more than half of that to start, twice as long and so on. `None` where there is
+    /// no netem.
     pub(crate) fn start(profile: &Profile, empty_ns: u64) -> Option<Self> {
         let [controller, plant, middle] = bridged();
         if !netem(&middle) {
             return None;
         }
         let middle = Arc::new(middle);
-        let epoch_ns = now_ns() + empty_ns;
-        let stop = Arc::new(AtomicBool::new(false));
-        let players =
-            [Way::Up, Way::Down].map(|way| start(&middle, config(profile, way, epoch_ns), &stop));
-        Some(Self {
-            controller,
-            plant,
-            middle,
-            epoch_ns,
-            stop,
-            players,
-        })
+        for lead_ns in [1, 2, 4, 8].map(|times| times * empty_ns) {
+            let epoch_ns = now_ns() + lead_ns;
+            let stop = Arc::new(AtomicBool::new(false));
+            let players = [Way::Up, Way::Down]
+                .map(|way| start(&middle, config(profile, way, epoch_ns), &stop));
+            if now_ns() + empty_ns / 2 < epoch_ns {
+                return Some(Self {
+                    controller,
+                    plant,
+                    middle,
+                    epoch_ns,
+                    stop,
+                    players,
+                });
+            }
+            println!("  too slow to start within {} s", lead_ns / SECOND);
+            stop.store(true, Ordering::Relaxed);
+            for player in players {
+                player.join().unwrap().expect("plays until it is stopped");
+            }
+        }
+        panic!("the players take more than seven times {empty_ns} ns to start");
     }
 
     pub(crate) fn probe(&self, start_ns: i64, interval_ns: u64, count: u32, id: u16) -> Vec<Echo> {

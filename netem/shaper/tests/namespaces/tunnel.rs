@@ -49,6 +49,8 @@ impl Tunnel {
                     epoch_ns,
                     end: TunPort::open(way)?,
                     tunnel: UdpPort::open(local, peer)?,
+
+                    packets: None,
                 })
             })?;
             let stop = Arc::clone(&stop);

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::net::TcpListener;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use agent::{AgentName, Error, Kind, Remote, RoleState, Token};
 
@@ -30,6 +30,17 @@ fn a_run_from_its_beginning_to_its_end() {
         words: String::new(),
     };
     assert_eq!(run.stop("plant").unwrap(), ended);
+    // A plant says itself when it was held up; a client in another language is looked at.
+    assert_eq!(run.seen("plant").unwrap().looks, 0);
+    run.start("python", "python", &settings("ready")).unwrap();
+    let deadline = Instant::now() + SOON;
+    while run.seen("python").unwrap().looks == 0 && Instant::now() < deadline {
+        thread::sleep(Duration::from_millis(10));
+    }
+    assert_eq!(run.stop("python").unwrap(), ended);
+    let seen = run.seen("python").unwrap();
+    assert!(seen.looks > 0 && seen.stops_ns.is_empty(), "{seen:?}");
+    assert!(run.seen("controller").is_err());
     assert_eq!(run.files().unwrap()["my profile.toml"], 10);
     assert_eq!(
         run.file("my profile.toml").unwrap().unwrap(),
@@ -158,7 +169,7 @@ fn someone_else_at_the_address_is_not_taken_for_the_agent() {
     let remote = Remote::open(AgentName::Plant, &address, TOKEN.parse().unwrap()).unwrap();
     let error = remote.wait_healthy(SOON).unwrap_err().to_string();
     assert!(
-        error.contains("`<html>` is no answer of an agent"),
+        error.contains("`<html>` is not an answer of an agent"),
         "{error}"
     );
     assert!(agent::health(&address).is_err());

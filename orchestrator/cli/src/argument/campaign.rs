@@ -5,15 +5,24 @@
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 use clap::{Args, ValueEnum};
 use endpoint::SampleTime;
-use plan::{Selection, Shard};
+use plan::{EXPERIMENTS, Selection, Shard};
+
+/// What an experiment can be: one that the binary carries, or a file.
+static EXPERIMENT: LazyLock<String> = LazyLock::new(|| {
+    let names: Vec<&str> = EXPERIMENTS.iter().map(|(name, _)| *name).collect();
+    format!(
+        "{}, or the path of an experiment or of a plan.json",
+        names.join(", ")
+    )
+});
 
 #[derive(Debug, Args)]
 pub(crate) struct Run {
-    /// smoke, gentle, settling, drift, clients, paper, calibrate, or the path of an experiment or of a plan.json
-    #[arg(default_value = "smoke")]
+    #[arg(default_value = "smoke", help = EXPERIMENT.as_str())]
     pub(crate) experiment: String,
     #[command(flatten)]
     pub(crate) choice: Choice,
@@ -44,6 +53,9 @@ pub(crate) struct Run {
     /// With --backend sim, how long programs take: a file that `calibrate` wrote; else the built-in
     #[arg(long, value_name = "FILE")]
     pub(crate) timing: Option<PathBuf>,
+    /// How often a cell is run at most, while something disturbs it; each try is kept
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..))]
+    pub(crate) tries: u8,
     /// Print the cells and how long they will take, and run nothing
     #[arg(long)]
     pub(crate) dry_run: bool,
@@ -53,7 +65,7 @@ pub(crate) struct Run {
     /// Continue the newest folder in results/ that has this plan
     #[arg(long, conflicts_with = "out")]
     pub(crate) resume: bool,
-    /// Run again only what was run and is not complete; without --out as with --resume
+    /// Run again only what was run and is not complete, or damaged; without --out as with --resume
     #[arg(long)]
     pub(crate) failed: bool,
     /// How progress is shown
@@ -169,6 +181,15 @@ pub(crate) struct RunCell {
     /// With --backend sim, how long programs take: a file that `calibrate` wrote; else the built-in
     #[arg(long, value_name = "FILE")]
     pub(crate) timing: Option<PathBuf>,
+    /// How often a cell is run at most, while something disturbs it; each try is kept
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..))]
+    pub(crate) tries: u8,
+    /// How many cells run together with this one, itself among them: for the manifest
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) together: u16,
+    /// With --backend netns, the link's time begins no earlier, in ns of the monotonic clock: who runs beside is not up before
+    #[arg(long, default_value_t = 0, value_name = "NS")]
+    pub(crate) not_before_ns: u64,
 }
 
 #[derive(Debug, Args)]
@@ -191,6 +212,9 @@ pub(crate) struct Show {
     /// How it is printed
     #[arg(long, value_enum, default_value_t = ShowFormat::Table)]
     pub(crate) format: ShowFormat,
+    /// Runs that were disturbed count in medians too
+    #[arg(long)]
+    pub(crate) with_disturbed: bool,
 }
 
 /// How a results folder is printed.
@@ -208,8 +232,7 @@ pub(crate) enum ShowFormat {
 
 #[derive(Debug, Args)]
 pub(crate) struct Matrix {
-    /// smoke, gentle, settling, drift, clients, paper, calibrate, or the path of an experiment or of a plan.json
-    #[arg(default_value = "smoke")]
+    #[arg(default_value = "smoke", help = EXPERIMENT.as_str())]
     pub(crate) experiment: String,
     #[command(flatten)]
     pub(crate) choice: Choice,
@@ -260,6 +283,9 @@ pub(crate) struct Compare {
     /// Changes of less than this do not matter, in percent
     #[arg(long = "change", value_name = "PERCENT", default_value = "5", value_parser = percent)]
     pub(crate) change_pct: f64,
+    /// Pass although runs are missing or not complete: they are not looked at
+    #[arg(long)]
+    pub(crate) allow_missing: bool,
     /// How the comparison is printed
     #[arg(long, value_enum, default_value_t = CompareFormat::Table)]
     pub(crate) format: CompareFormat,
@@ -271,6 +297,9 @@ pub(crate) struct Agree {
     pub(crate) a: PathBuf,
     /// What it should agree with, such as one over real sockets
     pub(crate) b: PathBuf,
+    /// Pass although runs are missing or not complete: they are not looked at
+    #[arg(long)]
+    pub(crate) allow_missing: bool,
     /// How the agreement is printed
     #[arg(long, value_enum, default_value_t = AgreeFormat::Table)]
     pub(crate) format: AgreeFormat,

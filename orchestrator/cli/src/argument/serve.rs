@@ -10,8 +10,8 @@ use agent::AgentName;
 use browser::Engine;
 use clap::{Args, Subcommand};
 use endpoint::{
-    Connection, Hold, Integrate, Late, Mode, Outstanding, SampleTime, Schedule, Sender, Thread,
-    Timer, Transport,
+    Connection, Hold, Integrate, Late, Mode, NoiseLaw, Outstanding, SampleTime, Schedule, Sender,
+    Thread, Timer, Transport,
 };
 use jiff::SignedDuration;
 
@@ -55,6 +55,12 @@ pub(crate) struct ServePlant {
     /// How long a command is held when no other comes: last, or a time, and then 0
     #[arg(long, default_value = "last", value_name = "TIME")]
     pub(crate) hold: Hold,
+    /// How late ticks are: a law of an extra time for each, like "uniform 3ms" or "normal 1ms"
+    #[arg(long, value_name = "LAW")]
+    pub(crate) tick_noise: Option<NoiseLaw>,
+    /// The seed that extra times are drawn by
+    #[arg(long, default_value_t = 0, value_name = "SEED")]
+    pub(crate) noise_seed: u64,
     /// What is controlled: a built-in system, or the path of a system file
     #[arg(long, default_value = "motor")]
     pub(crate) system: String,
@@ -181,6 +187,9 @@ pub(crate) struct ServeAsk {
     /// From one to the next
     #[arg(long, value_name = "NS")]
     pub(crate) interval_ns: u64,
+    /// Each leaves at an instant of its interval that is drawn by this; without it, at its beginning
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
     /// How many
     #[arg(long, value_name = "N")]
     pub(crate) count: u32,

@@ -4,14 +4,24 @@
 #![allow(clippy::doc_markdown)]
 
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 use clap::Args;
 
 use super::Progress;
 
+/// What a sweep can be: one that the binary carries, or a file.
+static SWEEP: LazyLock<String> = LazyLock::new(|| {
+    let names: Vec<&str> = sweep::SWEEPS.iter().map(|(name, _)| *name).collect();
+    format!(
+        "{}, or the path of a sweep; without it they are listed",
+        names.join(", ")
+    )
+});
+
 #[derive(Debug, Args)]
 pub(crate) struct Sweep {
-    /// margin, delay-gain, loss-jitter, waiting, or the path of a sweep; without it they are listed
+    #[arg(help = SWEEP.as_str())]
     pub(crate) sweep: Option<String>,
     /// One value of an axis in place of all of them, such as kp=0.17 (repeatable)
     #[arg(long, value_name = "AXIS=VALUE", value_parser = fixed)]

@@ -44,7 +44,7 @@ pub(crate) fn health(argument: &ServeHealth) -> Outcome {
 fn address(text: &str) -> Result<SocketAddr, Failure> {
     let refused = |why: &str| {
         Failure::usage(anyhow!(
-            "--listen {text} is no address to listen on: {why}; give this machine's own address or \
+            "--listen {text} is not an address to listen on: {why}; give this machine's own address or \
              name with a port, like 127.0.0.1:7070"
         ))
     };

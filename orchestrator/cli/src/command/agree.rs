@@ -8,6 +8,7 @@ use report::agree::Agreement;
 
 use crate::argument::{Agree, AgreeFormat};
 use crate::exit::{Exit, Failure, Outcome};
+use crate::results::{are_whole, tell_damage};
 
 /// Reads both folders and prints where they agree and part.
 pub(crate) fn run(argument: &Agree) -> Outcome {
@@ -18,23 +19,39 @@ pub(crate) fn run(argument: &Agree) -> Outcome {
     match argument.format {
         AgreeFormat::Table => write!(
             out,
-            "A: {}\nB: {}\n\n{}",
+            "A: {}{}\nB: {}{}\n\n{}",
             argument.a.display(),
+            simulated(&a),
             argument.b.display(),
+            simulated(&b),
             agreement.to_text()
         )?,
         AgreeFormat::Json => write!(out, "{}", agreement.to_json())?,
     }
     // A check that holds nothing against anything must not let everything pass.
     if agreement.groups.is_empty() {
+        tell_damage(&a);
+        tell_damage(&b);
         return Err(Failure::usage(anyhow!(
             "no run of {} has its like in {}; give campaigns of equal seeds that are complete",
             argument.a.display(),
             argument.b.display()
         )));
     }
+    let are_whole = are_whole(
+        [(&a, &argument.a), (&b, &argument.b)],
+        argument.allow_missing,
+    );
     match agreement.partings().next() {
-        Some(_) => Ok(Exit::Failed),
-        None => Ok(Exit::Fine),
+        None if are_whole => Ok(Exit::Fine),
+        _ => Ok(Exit::Failed),
+    }
+}
+
+/// What is said of a folder in virtual time.
+fn simulated(campaign: &Campaign) -> &'static str {
+    match campaign.is_simulated() {
+        true => ", simulated",
+        false => "",
     }
 }

@@ -8,6 +8,7 @@ use plan::Instead;
 
 use crate::argument::{Argument, Calibrate, Command};
 use crate::exit::{Exit, Failure, Outcome};
+use crate::results::believed;
 use crate::{calibration, campaign, source};
 
 use super::run;
@@ -32,6 +33,7 @@ pub(crate) fn run(argument: &Calibrate) -> Outcome {
         }
     };
     let campaign = Campaign::read(&folder).map_err(Failure::usage)?;
+    believed(&campaign)?;
     let timings = calibration::timings(&campaign)?;
     let text = timings.to_toml();
     std::fs::write(&argument.out, text)

@@ -90,7 +90,7 @@ pub(crate) fn browser(argument: &ServeBrowser) -> Outcome {
         leash,
         limits: ::browser::Limits::default(),
     };
-    if let Some(problem) = config.page.misfit(&config.settings) {
+    if let Some(problem) = config.page.conflict(&config.settings) {
         return Err(Failure::usage(anyhow!("{problem}")));
     }
     let report =

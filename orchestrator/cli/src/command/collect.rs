@@ -28,7 +28,7 @@ pub(crate) fn run(argument: &Collect) -> Outcome {
     let read = analysis::Campaign::read(folder)?;
     let results = Results::of(&read, |_| false)?;
     campaign.leave("summary.csv", results.csv().as_bytes())?;
-    campaign.leave("table.txt", results.table().as_bytes())?;
+    campaign.leave("table.txt", results.table(false).as_bytes())?;
 
     let mut out = std::io::stdout().lock();
     let Merged {
@@ -47,6 +47,7 @@ pub(crate) fn run(argument: &Collect) -> Outcome {
     let lists = [
         (None, "Not run"),
         (Some(Verdict::Unsupported), "Unsupported"),
+        (Some(Verdict::Disturbed), "Disturbed"),
         (Some(Verdict::Invalid), "Invalid"),
         (Some(Verdict::Failed), "Failed"),
     ];

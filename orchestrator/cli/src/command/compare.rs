@@ -8,6 +8,7 @@ use report::compare::Comparison;
 
 use crate::argument::{Compare, CompareFormat};
 use crate::exit::{Exit, Failure, Outcome};
+use crate::results::{are_whole, tell_damage};
 
 /// Reads both folders and prints how they compare.
 pub(crate) fn run(argument: &Compare) -> Outcome {
@@ -15,10 +16,13 @@ pub(crate) fn run(argument: &Compare) -> Outcome {
         a,
         b,
         change_pct,
+        allow_missing,
         format,
     } = argument;
     let read = |folder| Campaign::read(folder).map_err(Failure::usage);
-    let comparison = Comparison::of(&read(a)?, &read(b)?, change_pct / 1e2);
+    let both = (read(a)?, read(b)?);
+    let comparison = Comparison::of(&both.0, &both.1, change_pct / 1e2);
+    let paths = (a, b);
     let (a, b) = (a.display().to_string(), b.display().to_string());
     let text = match format {
         CompareFormat::Table => comparison.to_text(&a, &b),
@@ -28,12 +32,15 @@ pub(crate) fn run(argument: &Compare) -> Outcome {
     write!(std::io::stdout(), "{text}")?;
     // A gate that compares nothing must not let everything pass.
     if comparison.groups.is_empty() {
+        tell_damage(&both.0);
+        tell_damage(&both.1);
         return Err(Failure::usage(anyhow!(
             "no run of {a} has its like in {b}; compare campaigns of equal seeds that are complete"
         )));
     }
-    match comparison.is_worse() {
-        true => Ok(Exit::Failed),
-        false => Ok(Exit::Fine),
+    let are_whole = are_whole([(&both.0, paths.0), (&both.1, paths.1)], *allow_missing);
+    match are_whole && !comparison.is_worse() {
+        true => Ok(Exit::Fine),
+        false => Ok(Exit::Failed),
     }
 }

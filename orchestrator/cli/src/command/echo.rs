@@ -20,6 +20,7 @@ pub(crate) fn ask(argument: &ServeAsk) -> Outcome {
         start_ns: argument.start_ns,
         interval_ns: argument.interval_ns,
         count: argument.count,
+        seed: argument.seed,
         grace_ns: argument.grace_ns,
         id: argument.id,
     };

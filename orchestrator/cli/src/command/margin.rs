@@ -8,8 +8,9 @@ use anyhow::{Context, anyhow};
 use control::{
     Margins, Untold, largest_stable_blocking_round_trip_s, largest_stable_round_trip_s, margins,
 };
-use endpoint::SampleTime;
+use endpoint::{SampleTime, Transport};
 use link::{Pings, Profile, share_within};
+use plan::Client;
 
 use crate::argument::Margin;
 use crate::command::serve::at;
@@ -20,6 +21,11 @@ use crate::source;
 const LOOKS: Pings = Pings {
     count: 200_000,
     interval_ns: 10_000_000,
+};
+/// Where a client waits for each answer no message waits for another, whatever the rate limit.
+const APART: Pings = Pings {
+    count: 2_000,
+    interval_ns: 1_000_000_000,
 };
 /// Of a link's realisations any is as good as another.
 const SEED: u64 = 1;
@@ -148,27 +154,41 @@ fn of_links(loops: &[Loop], names: &[&str], profiles: &[Profile]) -> String {
         number("within/%", "unlimited"),
         number("within/%", "one request"),
     ];
+    let bytes = Client::Native.message_bytes(Transport::Http);
     let mut rows = Vec::new();
     for (name, profile) in names.iter().zip(profiles) {
         for of in loops {
-            let within = |limit_s: Option<f64>| {
+            let (alone, together) = match profile.has_rate() {
+                true => (APART, every(of.h)),
+                false => (LOOKS, LOOKS),
+            };
+            let within = |limit_s: Option<f64>, looks: Pings| {
                 let Some(limit_s) = limit_s else {
                     return "-".to_owned();
                 };
                 // An infinite limit becomes the longest time there is.
                 let limit_ns = (limit_s * 1e9).round() as u64;
-                let share = share_within(profile, SEED, LOOKS, limit_ns);
+                let share = share_within(profile, SEED, looks, bytes, limit_ns);
                 format!("{:.1}", share * 100.0)
             };
             rows.push(vec![
                 (*name).to_owned(),
                 of.h.to_string(),
-                within(of.unlimited_s),
-                within(of.one_s.clone().ok().flatten()),
+                within(of.unlimited_s, together),
+                within(of.one_s.clone().ok().flatten(), alone),
             ]);
         }
     }
     align(&COLUMNS, &rows)
+}
+
+/// A message every h, for as long as [`LOOKS`]: they load the queue of a rate limit.
+fn every(h: SampleTime) -> Pings {
+    let span_ns = u64::from(LOOKS.count) * LOOKS.interval_ns;
+    Pings {
+        count: u32::try_from(span_ns / h.ns()).unwrap_or(u32::MAX),
+        interval_ns: h.ns(),
+    }
 }
 
 /// What has a value that is not worked out.

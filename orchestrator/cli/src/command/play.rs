@@ -7,7 +7,7 @@ use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, ToSocketAddrs};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use ::link::{Profile, Way};
+use ::link::{PacketRow, Profile, Way};
 use anyhow::{Context, anyhow};
 use backend::Player;
 use serde::Serialize;
@@ -67,12 +67,14 @@ pub(crate) fn link(argument: &ServeLink) -> Outcome {
 /// Both ways, between two interfaces.
 fn between(argument: &ServeLink, piece: Piece, stop: &AtomicBool) -> Outcome {
     let mut record = record(&argument.out, "link")?;
+    let packets = packets(&argument.out, "packets", &piece.profile)?;
     let config = PlayerConfig {
         profile: piece.profile,
         seed: piece.seed,
         epoch_ns: piece.epoch_ns,
         controller: PacketPort::open(&argument.controller)?,
         plant: PacketPort::open(&argument.plant)?,
+        packets,
     };
     say_ready(&format!("{} to {}", argument.controller, argument.plant));
     let report = shaper::play(config, stop, |rows| record.add(rows))?;
@@ -154,6 +156,7 @@ fn by_user(
 ) -> Outcome {
     let name = format!("link-{way}");
     let mut record = record(&argument.out, &name)?;
+    let packets = packets(&argument.out, &format!("packets-{way}"), &piece.profile)?;
     let socket = |address| SocketAddrV4::new(address, TUNNEL_PORT);
     let config = WayConfig {
         profile: piece.profile,
@@ -161,6 +164,7 @@ fn by_user(
         epoch_ns: piece.epoch_ns,
         end: TunPort::open(way)?,
         tunnel: UdpPort::open(socket(local), socket(peer))?,
+        packets,
     };
     let ends = (shaper::CONTROLLER_ADDRESS, shaper::PLANT_ADDRESS);
     let (own, peer) = match way {
@@ -197,6 +201,18 @@ fn address(host: &str) -> anyhow::Result<Ipv4Addr> {
             SocketAddr::V6(_) => None,
         })
         .ok_or_else(|| anyhow!("the host `{host}` has no IPv4 address"))
+}
+
+/// Where the packets of a link with a rate limit are written down: with them its queue is known.
+fn packets(
+    folder: &Path,
+    name: &str,
+    profile: &Profile,
+) -> anyhow::Result<Option<Record<PacketRow>>> {
+    match profile.has_rate() {
+        true => record(folder, name).map(Some),
+        false => Ok(None),
+    }
 }
 
 fn record<R: Serialize + Send + 'static>(folder: &Path, name: &str) -> anyhow::Result<Record<R>> {

@@ -28,6 +28,8 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
     let own = argument.folder.join("report");
     let out = argument.out.as_deref().unwrap_or(&own);
     let files = report.files();
+    // By its own name it is of this folder, and not where a link leads.
+    file::check_folder(&own).map_err(Failure::usage)?;
     report::write(&files, out)
         .with_context(|| {
             format!(
@@ -36,9 +38,8 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
             )
         })
         .map_err(Failure::usage)?;
-    // What cannot be read is told below; the tables of before stay as they were.
-    let is_readable = campaign.runs.iter().all(|run| run.problem.is_none());
-    if argument.out.is_none() && is_readable {
+    // What is damaged is told below; the tables of before stay as they were.
+    if argument.out.is_none() && report.damage.is_empty() {
         describe(&report, &files, &argument.folder)?;
     }
     let mut stdout = std::io::stdout();
@@ -66,11 +67,12 @@ fn describe(
 ) -> anyhow::Result<()> {
     let leave = |name: &str, text: String| {
         let path = folder.join(name);
-        std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
+        file::write(&path, text.as_bytes())
+            .with_context(|| format!("cannot write {}", path.display()))
     };
     let results = Results::of(report.campaign, |_| false)?;
     leave("summary.csv", results.csv())?;
-    leave("table.txt", results.table())?;
+    leave("table.txt", results.table(false))?;
     // These two look at what is there, and come last.
     leave(package::FILE, package::json(report, files))?;
     leave(provenance::FILE, provenance::json(report, files))
@@ -80,29 +82,21 @@ fn describe(
 fn claims(report: &Report<'_>) -> String {
     let count = |verdict| {
         let of_it = |finding: &&Finding| finding.verdict == verdict;
-        report.claims.iter().filter(of_it).count()
+        report.strict().filter(of_it).count()
     };
     format!(
-        "Of {} claims of the paper {} agree, {} differ, {} are not comparable, {} were not run.",
-        report.claims.len(),
+        "Of {} claims of the paper {} agree, {} differ, {} cannot be told, {} were not run.",
+        report.strict().count(),
         count(Verdict::Agrees),
         count(Verdict::Differs),
-        count(Verdict::NotComparable),
+        count(Verdict::CannotBeTold),
         count(Verdict::NotRun)
     )
 }
 
 /// Why the folder is not whole, a sentence each.
 fn troubles(report: &Report<'_>) -> Vec<String> {
-    let damage = report
-        .damage
-        .iter()
-        .map(|damage| format!("{}: {}", damage.path.display(), damage.problem));
-    let problems = report
-        .campaign
-        .runs
-        .iter()
-        .filter_map(|run| run.problem.clone());
+    let damage = report.damage.iter().map(ToString::to_string);
     let absent: Vec<&str> = report
         .campaign
         .absent()
@@ -116,7 +110,7 @@ fn troubles(report: &Report<'_>) -> Vec<String> {
             shortened(&absent)
         )
     });
-    damage.chain(problems).chain(missing).collect()
+    damage.chain(missing).collect()
 }
 
 /// The first few, and how many more there are.

@@ -2,9 +2,8 @@
 //!
 //! How the cells are run is in `jobs` for this machine and agents, in `containers` for Compose.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
-use std::path::Path;
 use std::sync::atomic::Ordering;
 
 use anyhow::anyhow;
@@ -13,12 +12,13 @@ use plan::{Cell, Instead, Plan, Verdict};
 
 use crate::argument::{Backend, Choice, Progress as How, Run};
 use crate::campaign::Campaign;
-use crate::containers::Docks;
+use crate::containers::ComposeRunner;
+use crate::earlier::Own;
 use crate::exit::{Exit, Failure, Outcome};
-use crate::jobs::{self, Ground};
+use crate::jobs::{self, Conditions};
 use crate::progress::{Pace, Progress, cell_time, expected, people};
 use crate::queue::Queue;
-use crate::results::Results;
+use crate::results::{Results, believed};
 use crate::{attach, source, stop};
 
 /// Resolves the experiment, runs its cells, prints the table.
@@ -61,8 +61,8 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
     if argument.dry_run {
         return dry_run(&chosen, pace);
     }
-    let docks = match argument.backend {
-        Backend::Compose => Some(Docks::find(!argument.no_build)?),
+    let containers = match argument.backend {
+        Backend::Compose => Some(ComposeRunner::find(!argument.no_build)?),
         Backend::Netns | Backend::Attach | Backend::Sim => None,
     };
     let latest = match argument.out.is_none() && (argument.resume || argument.failed) {
@@ -75,7 +75,14 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
     if agents.is_some() {
         stop::give_up_soon_after(&stop)?;
     }
-    let pending = pending(&chosen, campaign.folder(), argument.failed)?;
+    let conditions = Conditions {
+        backend: argument.backend,
+        player: argument.player,
+        agents,
+        tries: argument.tries,
+        timing: argument.timing.as_deref(),
+    };
+    let pending = pending(&chosen, &campaign, &Own::of(&conditions), argument.failed)?;
     if argument.progress != How::Quiet {
         eprintln!(
             "{}: {}, about {}, into {}",
@@ -89,18 +96,15 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
         );
     }
     let progress = Progress::start(argument.progress, &pending, pace);
-    let ground = Ground {
-        backend: argument.backend,
-        player: argument.player,
-        agents,
-        timing: argument.timing.as_deref(),
-    };
-    match docks {
-        Some(docks) => docks.run(&pending, &campaign, &ground, &stop, &progress)?,
+    match containers {
+        Some(containers) => containers.run(&pending, &campaign, &conditions, &stop, &progress)?,
         None => jobs::run(
-            &Queue::new(&pending, jobs),
+            &match argument.backend {
+                Backend::Sim => Queue::unmeasured(&pending, jobs.unwrap_or(1)),
+                _ => Queue::new(&pending, jobs),
+            },
             &campaign,
-            &ground,
+            &conditions,
             &stop,
             &progress,
         )?,
@@ -110,7 +114,7 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
     let asked: BTreeSet<&str> = chosen.iter().map(|cell| cell.id.as_str()).collect();
     let read = analysis::Campaign::read(campaign.folder())?;
     let results = Results::of(&read, |run| asked.contains(run.cell.id.as_str()))?;
-    let table = results.table();
+    let table = results.table(false);
     let mut out = std::io::stdout();
     write!(out, "{table}")?;
     let folder = campaign.folder().display();
@@ -120,7 +124,9 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
     )?;
     let failed = results.rows.iter().filter(|row| {
         asked.contains(row.cell.as_str())
-            && matches!(row.verdict, Some(Verdict::Failed | Verdict::Invalid))
+            && row
+                .verdict
+                .is_some_and(|verdict| !matches!(verdict, Verdict::Complete | Verdict::Unsupported))
     });
     match failed.count() {
         0 => {}
@@ -177,18 +183,46 @@ pub(crate) fn time_ns(cell: &Cell) -> u64 {
 }
 
 /// Those of the cells that are to be run: what is complete is left alone, and of the others only
-/// what was run and `failed`, if that is asked for.
-fn pending<'a>(chosen: &[&'a Cell], folder: &Path, failed: bool) -> anyhow::Result<Vec<&'a Cell>> {
-    let mut pending = Vec::new();
-    for cell in chosen {
-        let before = backend::manifest(folder, cell).map_err(|problem| anyhow!(problem))?;
-        let is_due = match before {
-            Some(manifest) => manifest.verdict != Verdict::Complete || !manifest.cell.is_same(cell),
-            None => !failed,
-        };
-        if is_due {
-            pending.push(*cell);
+/// what was run and `failed`, or is damaged, if that is asked for. What is damaged is moved aside
+/// then.
+///
+/// # Errors
+/// Where the folder's runs are not of this run's kind, exit code 2; where one that would be left alone
+/// is damaged.
+fn pending<'a>(
+    chosen: &[&'a Cell],
+    campaign: &Campaign,
+    own: &Own,
+    failed: bool,
+) -> Result<Vec<&'a Cell>, Failure> {
+    let read = analysis::Campaign::read(campaign.folder())?;
+    for run in &read.runs {
+        if let Some(manifest) = &run.manifest {
+            own.check(&read.plan, manifest, &run.folder)?;
         }
+    }
+    let chosen: BTreeMap<&str, &'a Cell> = chosen.iter().map(|cell| (&*cell.id, *cell)).collect();
+    let (mut pending, mut damaged) = (Vec::new(), Vec::new());
+    for run in &read.runs {
+        let cell = chosen.get(&*run.cell.id).copied();
+        let is_whole = run.damage.is_empty();
+        let is_due = match run.verdict() {
+            Some(Verdict::Complete) => failed && !is_whole,
+            Some(_) => true,
+            None if is_whole => !failed,
+            None => failed,
+        };
+        match cell {
+            Some(cell) if is_due => pending.push(cell),
+            _ if is_whole => {}
+            _ => damaged.push(run),
+        }
+    }
+    if !damaged.is_empty() {
+        believed(&read)?;
+    }
+    for run in read.runs.iter().filter(|run| !run.damage.is_empty()) {
+        backend::move_aside(&run.folder)?;
     }
     Ok(pending)
 }
@@ -226,7 +260,7 @@ pub(crate) fn exit(verdicts: impl Iterator<Item = Option<Verdict>>, interrupted:
     {
         Some(Verdict::Complete) | None => Exit::Fine,
         Some(Verdict::Unsupported) => Exit::Unsupported,
-        Some(Verdict::Invalid | Verdict::Failed) => Exit::Failed,
+        Some(_) => Exit::Failed,
     }
 }
 

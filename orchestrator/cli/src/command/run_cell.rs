@@ -3,10 +3,11 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::anyhow;
-use backend::Player;
+use backend::{Attempt, Player};
 use plan::{Cell, Plan, Verdict};
 
 use crate::argument::{Backend, RunCell};
+use crate::earlier::Own;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::{attach, source, stop};
 
@@ -17,7 +18,10 @@ const INDEX_VARIABLES: [&str; 2] = ["SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX
 pub(crate) fn run(argument: &RunCell) -> Outcome {
     let backend = match argument.backend {
         // First of all: a user namespace can only be entered while there is one thread.
-        Backend::Netns => backend::Backend::Netns(shaper::become_root()),
+        Backend::Netns => backend::Backend::Netns {
+            authority: shaper::become_root(),
+            not_before_ns: argument.not_before_ns,
+        },
         Backend::Attach => backend::Backend::Attach(attach::agents()?),
         Backend::Sim => {
             backend::Backend::Sim(Box::new(source::timings(argument.timing.as_deref())?))
@@ -73,22 +77,54 @@ fn run_one(
     backend: &backend::Backend,
     stop: &AtomicBool,
 ) -> Outcome {
-    let before = backend::manifest(&argument.out, cell).map_err(|problem| anyhow!(problem))?;
-    if before.is_some_and(|manifest| {
-        manifest.verdict == Verdict::Complete && manifest.cell.is_same(cell)
-    }) {
-        return Ok(Exit::Fine);
+    let before = analysis::Run::read(&argument.out, plan, cell);
+    if let Some(manifest) = &before.manifest {
+        let agents = match backend {
+            backend::Backend::Attach(agents) => Some(agents.backend.as_str()),
+            backend::Backend::Netns { .. } | backend::Backend::Sim(_) => None,
+        };
+        let own = Own::new(argument.backend, agents, argument.player);
+        own.check(plan, manifest, &before.folder)?;
     }
-    let started = jiff::Timestamp::now().to_string();
+    match before.verdict() {
+        Some(Verdict::Complete) | None if !before.damage.is_empty() => {
+            let damage = before.damage.iter().map(ToString::to_string);
+            return Err(anyhow!(
+                "{}; restore it, or move the cell's folder away to have it run again",
+                damage.collect::<Vec<_>>().join("; ")
+            )
+            .into());
+        }
+        Some(Verdict::Complete) => return Ok(Exit::Fine),
+        _ => {}
+    }
     let player = Player::from(argument.player);
-    let manifest = backend::run_cell(plan, cell, &argument.out, backend, player, started, stop)?;
-    if stop.load(Ordering::Relaxed) {
-        return Ok(Exit::Interrupted);
-    }
+    // The plan says how many may run together, the manifest how many did.
+    let cell = &Cell {
+        together: argument.together,
+        ..cell.clone()
+    };
+    let mut earlier: Vec<String> = Vec::new();
+    let manifest = loop {
+        let attempt = Attempt {
+            started: jiff::Timestamp::now().to_string(),
+            earlier: earlier.clone(),
+        };
+        let manifest =
+            backend::run_cell(plan, cell, &argument.out, backend, player, attempt, stop)?;
+        if stop.load(Ordering::Relaxed) {
+            return Ok(Exit::Interrupted);
+        }
+        let tries = earlier.len() + 1;
+        if manifest.verdict != Verdict::Disturbed || tries >= usize::from(argument.tries) {
+            break manifest;
+        }
+        earlier.push(manifest.reasons.join("; "));
+    };
     match manifest.verdict {
         Verdict::Complete => Ok(Exit::Fine),
         Verdict::Unsupported => Err(Failure::unsupported(anyhow!(manifest.reasons.join("; ")))),
-        Verdict::Invalid | Verdict::Failed => Err(anyhow!(
+        _ => Err(anyhow!(
             "{} is {}: {}",
             cell.id,
             manifest.verdict,

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use ::system::{Design, Loop, System};
 use anyhow::anyhow;
-use endpoint::{ControllerSettings, PlantSettings, SampleTime};
+use endpoint::{ControllerSettings, PlantSettings, SampleTime, TickNoise};
 use jiff::SignedDuration;
 use serde::Serialize;
 
@@ -25,6 +25,10 @@ pub(crate) fn plant(argument: &ServePlant) -> Outcome {
             h: argument.h,
             late: argument.late,
             hold: argument.hold,
+            tick_noise: argument.tick_noise.map(|law| TickNoise {
+                law,
+                seed: argument.noise_seed,
+            }),
         },
         plant: system.plant().clone(),
         law: law.transpose()?,
@@ -75,7 +79,7 @@ pub(crate) fn settings(
         late: argument.late,
         timeout_ns: ns("timeout", argument.timeout)?,
     };
-    match settings.misfit() {
+    match settings.conflict() {
         Some(why) => Err(Failure::usage(anyhow!(
             "--transport {} with --connection {}: {why}",
             settings.transport,

@@ -15,7 +15,7 @@ pub(crate) fn run(show: &Show) -> Outcome {
     let results = || Results::of(&campaign, |_| false);
     let mut out = std::io::stdout().lock();
     match show.format {
-        ShowFormat::Table => write!(out, "{}", results()?.table())?,
+        ShowFormat::Table => write!(out, "{}", results()?.table(show.with_disturbed))?,
         ShowFormat::Csv => write!(out, "{}", results()?.csv())?,
         ShowFormat::Lateness => series::lateness(&campaign, &mut out)?,
         ShowFormat::Intervals => series::intervals(&campaign, &mut out)?,

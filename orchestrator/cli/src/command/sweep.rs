@@ -1,7 +1,7 @@
 //! `webloop sweep`: a loop over a grid of network conditions and settings, in virtual time.
 //!
-//! What a sweep is and comes to is in the crate `sweep`, its folder in `ledger`, its threads in
-//! `crew`.
+//! What a sweep is and comes to is in the crate `sweep`, its folder in `sweep_folder`, its threads in
+//! `threads`.
 
 use std::io::Write;
 use std::sync::atomic::Ordering;
@@ -13,9 +13,9 @@ use sweep::{Border, Cell, Instead, Limit, SWEEPS, checksum};
 use crate::argument::{Progress as How, Sweep};
 use crate::exit::{Exit, Outcome};
 use crate::folder::Folder;
-use crate::ledger::{self, Ledger};
-use crate::meter::Meter;
-use crate::{crew, folder, source, stop};
+use crate::sweep_folder::{self, SweepFolder};
+use crate::sweep_progress::SweepProgress;
+use crate::{folder, source, stop, threads};
 
 /// Version of the manifest's format.
 const VERSION: u32 = 1;
@@ -37,51 +37,51 @@ pub(crate) fn run(argument: &Sweep) -> Outcome {
     let identity = identity(&sweep, &text, &timings, &instead)?;
     let fresh = || folder::fresh(&format!("sweep-{}", sweep.name), sweep.seed);
     let path = argument.out.clone().unwrap_or_else(fresh);
-    let mut ledger = Ledger::open(&sweep, &identity, &path)?;
-    describe(ledger.folder(), &sweep, &text, &timings)?;
+    let mut sweep_folder = SweepFolder::open(&sweep, &identity, &path)?;
+    describe(sweep_folder.folder(), &sweep, &text, &timings)?;
 
     let stop = stop::told_to_end()?;
-    let pending = ledger.pending();
+    let pending = sweep_folder.pending();
     let threads = argument.jobs.map_or_else(processors, usize::from);
     let told = argument.progress != How::Quiet;
     if told {
         eprintln!(
             "{}: {}, into {}",
             sweep.name,
-            match ledger.rows().len() {
+            match sweep_folder.rows().len() {
                 0 => runs(pending.len()),
                 others => format!("{} ({others} others are there)", runs(pending.len())),
             },
             path.display()
         );
     }
-    let mut meter = Meter::start(argument.progress, pending.len());
-    let ended = crew::run(&sweep, &pending, &timings, threads, &stop, |rows| {
-        ledger.add(rows)?;
-        meter.add(rows.len());
+    let mut sweep_progress = SweepProgress::start(argument.progress, pending.len());
+    let ended = threads::run(&sweep, &pending, &timings, threads, &stop, |rows| {
+        sweep_folder.add(rows)?;
+        sweep_progress.add(rows.len());
         Ok(())
     });
-    let took = meter.finish();
+    let took = sweep_progress.finish();
     ended?;
-    let missing = ledger.pending().len();
+    let missing = sweep_folder.pending().len();
     if missing > 0 && stop.load(Ordering::Relaxed) {
         eprintln!(
             "webloop: interrupted; {} of {} are kept, and the same command with --out {} goes on",
-            ledger.rows().len(),
+            sweep_folder.rows().len(),
             runs(sweep.runs()),
             path.display()
         );
         return Ok(Exit::Interrupted);
     }
-    ledger.settle()?;
+    sweep_folder.settle()?;
     if told && !pending.is_empty() {
         eprintln!("{} took {:.1} s", runs(pending.len()), took.as_secs_f64());
     }
 
-    let cells = Cell::all(&sweep, ledger.rows());
+    let cells = Cell::all(&sweep, sweep_folder.rows());
     let borders = sweep::borders(&sweep, &cells);
     let summary = sweep::summary(&sweep, &cells, &borders);
-    let folder = ledger.folder();
+    let folder = sweep_folder.folder();
     let mut out = std::io::stdout();
     write!(out, "{summary}")?;
     folder.leave("findings.txt", summary.as_bytes())?;
@@ -95,7 +95,7 @@ pub(crate) fn run(argument: &Sweep) -> Outcome {
         folder.leave(&name("pdf"), &map.to_pdf())?;
         folder.leave(&name("csv"), map.to_csv().as_bytes())?;
     }
-    complete(ledger.folder(), identity, &sweep)?;
+    complete(sweep_folder.folder(), identity, &sweep)?;
     writeln!(out, "\nResults: {}", path.display())?;
     if let Some(map) = maps.first() {
         let file = path.join(format!("maps/{}.svg", map.name));
@@ -229,7 +229,7 @@ fn complete(
     let rows = std::fs::read_to_string(folder.path().join("points.csv"))?;
     manifest.insert("runs".to_owned(), json!(sweep.runs()));
     manifest.insert("points_sha256".to_owned(), json!(checksum(&rows)));
-    folder.identify(&ledger::json(&manifest))
+    folder.identify(&sweep_folder::json(&manifest))
 }
 
 /// The borders as CSV: a row for each combination of the other axes.

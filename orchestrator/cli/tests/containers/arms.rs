@@ -10,7 +10,7 @@ use backend::Manifest;
 use plan::{Phase, ProbeRow, Verdict};
 
 use crate::docker::{TOP, docker};
-use crate::webloop::{Experiment, TRIES, code, command, doctor, manifest, said};
+use crate::webloop::{Experiment, TRIES, code, command, doctor, manifest, said, was_busy};
 
 /// In a kernel with netem: an engine, its images and a testbed take two to three minutes on its
 /// one slow core, the cell half a minute.
@@ -147,7 +147,7 @@ fn run(arm: &Arm, experiment: &Experiment) -> Result<Vec<PathBuf>, String> {
                 // Where not even the empty link could be measured in time, there is no run.
                 let failed_busy = reasons.contains("too busy");
                 assert!(
-                    manifest.verdict == Verdict::Invalid || failed_busy,
+                    was_busy(manifest) || failed_busy,
                     "{}: {reasons}",
                     manifest.verdict
                 );

@@ -14,6 +14,7 @@ mod refused;
 // As in the tests of runs in namespaces.
 #[path = "../runs/serial.rs"]
 mod serial;
+mod stopped;
 mod stopping;
 mod testbed;
 mod up;
@@ -42,6 +43,10 @@ const TESTS: &[Test] = &[
     (
         "each_client_runs_in_a_container_through_a_shaped_link",
         clients::each_client_runs_in_a_container_through_a_shaped_link,
+    ),
+    (
+        "a_client_that_is_stopped_in_its_container_is_told_by_that_name",
+        stopped::a_client_that_is_stopped_in_its_container_is_told_by_that_name,
     ),
     (
         "every_service_stops_soon_after_sigterm",

@@ -150,12 +150,13 @@ impl Testbed {
         folders_in(&self.results())
     }
 
-    /// The cells' folders.
+    /// The cells' folders, without those of tries that were disturbed, which lie beside them.
     pub(crate) fn cells(&self) -> Vec<PathBuf> {
         let campaigns = self.campaigns();
         campaigns
             .iter()
             .flat_map(|campaign| folders_in(&campaign.join("cells")))
+            .filter(|cell| !cell.to_string_lossy().contains(".disturbed-"))
             .collect()
     }
 

@@ -29,7 +29,10 @@ pub(crate) fn up_ends_by_itself_with_results_of_their_folders_owner() -> Result<
             no_more_than_it_needs(&testbed.container(service), service, owner);
         }
         let up = up.wait_with_output().unwrap();
-        if said(&up).contains("invalid") {
+        if ["  invalid", "  disturbed: "]
+            .iter()
+            .any(|busy| said(&up).contains(busy))
+        {
             println!("  too busy: {}", said(&up));
             continue;
         }

@@ -12,13 +12,15 @@ pub struct Coverage {
     pub planned: usize,
     /// Those that came to their end over a link that held, with rows that can be read.
     pub complete: usize,
+    /// Those that something was done to.
+    pub disturbed: usize,
     /// Those whose link did not hold, or that lost rows.
     pub invalid: usize,
     /// Those that did not come to their end.
     pub failed: usize,
     /// Those that the machine could not do.
     pub unsupported: usize,
-    /// Those whose manifest or rows cannot be read.
+    /// Those whose folder is damaged.
     pub unreadable: usize,
     /// Those that have not been run here.
     pub absent: usize,
@@ -32,9 +34,10 @@ impl Coverage {
         };
         for run in &campaign.runs {
             let count = match run.verdict() {
-                _ if run.problem.is_some() => &mut coverage.unreadable,
+                _ if !run.damage.is_empty() => &mut coverage.unreadable,
                 None => &mut coverage.absent,
                 Some(Verdict::Complete) => &mut coverage.complete,
+                Some(Verdict::Disturbed) => &mut coverage.disturbed,
                 Some(Verdict::Invalid) => &mut coverage.invalid,
                 Some(Verdict::Failed) => &mut coverage.failed,
                 Some(Verdict::Unsupported) => &mut coverage.unsupported,
@@ -63,6 +66,7 @@ impl Coverage {
         let parts: Vec<String> = [
             some(self.complete, "is complete", "are complete")
                 .or_else(|| Some("none is complete".to_owned())),
+            some(self.disturbed, "was disturbed", "were disturbed"),
             some(self.invalid, "is invalid", "are invalid"),
             some(self.failed, "failed", "failed"),
             some(self.unsupported, "is unsupported", "are unsupported"),

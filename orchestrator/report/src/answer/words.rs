@@ -14,6 +14,8 @@ impl Answer {
     pub fn words(&self) -> Vec<String> {
         [
             Some(self.headline()),
+            self.simulated
+                .then(|| "All of it is simulated, in virtual time.".to_owned()),
             self.exceptions(),
             self.settling(),
             Some(self.coverage.words()),
@@ -181,7 +183,7 @@ impl Answer {
     /// `from Chromium (paper-2011) on arima at 333 Hz`.
     fn named(&self, row: &Row, topology: &str) -> String {
         let same = |other: &&Row| other.client == row.client && other.setup != row.setup;
-        let setup = match self.rows.iter().any(|other| same(&other)) || !row.is_usual {
+        let setup = match self.rows.iter().any(|other| same(&other)) || !row.is_usual() {
             true => format!(" ({})", row.setup),
             false => String::new(),
         };

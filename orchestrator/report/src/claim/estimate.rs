@@ -6,8 +6,9 @@ use crate::group::Estimate;
 const NORMAL_95: f64 = 1.96;
 
 impl Estimate {
-    /// A number that was read off and of which nothing else is known; `n` rows are behind it.
-    pub(crate) fn read(value: f64, n: u64) -> Estimate {
+    /// A number that needs no interval: a count, or what is read off a run of which, and of no other, the
+    /// claim speaks. `n` rows are behind it.
+    pub(crate) fn exact(value: f64, n: u64) -> Estimate {
         Estimate {
             value,
             low: value,
@@ -27,11 +28,22 @@ impl Estimate {
         let middle = (value + z2 / (2.0 * n)) / (1.0 + z2 / n);
         let half =
             NORMAL_95 / (1.0 + z2 / n) * (value * (1.0 - value) / n + z2 / (4.0 * n * n)).sqrt();
+        let ends = (
+            (middle - half).clamp(0.0, value),
+            (middle + half).clamp(value, 1.0),
+        );
+        Some(Estimate::within(value, ends, whole))
+    }
+
+    /// What each of some runs did, from the least to the greatest, with the median between them. A claim
+    /// of what one run did is held against each run: nothing is inferred, so one run is enough.
+    /// `None` of no runs.
+    pub(crate) fn of_each(values: &[f64]) -> Option<Estimate> {
+        let median = Estimate::median(values)?;
         Some(Estimate {
-            value,
-            low: (middle - half).clamp(0.0, value),
-            high: (middle + half).clamp(value, 1.0),
-            n: whole,
+            low: values.iter().copied().fold(f64::INFINITY, f64::min),
+            high: values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            ..median
         })
     }
 
@@ -42,29 +54,24 @@ impl Estimate {
 
     /// A value with the half of its interval.
     pub(crate) fn around(value: f64, half: f64, n: u64) -> Estimate {
-        Estimate {
-            value,
-            low: value - half,
-            high: value + half,
-            n,
-        }
-    }
-
-    /// The median over runs, of which some may never have come to it: infinite where half of them did
-    /// not, which [`Estimate::median`] leaves out. `None` of no runs.
-    pub(crate) fn median_or_never(values: &[f64]) -> Option<Estimate> {
-        let n = values.len() as u64;
-        Estimate::median(values).or_else(|| (n > 0).then(|| Estimate::read(f64::INFINITY, n)))
+        Estimate::within(value, (value - half, value + half), n)
     }
 
     /// This over that, both positive, from the least quotient of their ends to the greatest. At worst
     /// both intervals miss at once: each 95 % sure, the quotient is so by 90 %, and is mostly surer,
     /// as errors that large seldom meet. No randomness, unlike a bootstrap.
+    ///
+    /// Without an interval where either has none.
     pub(crate) fn over(self, that: Estimate) -> Estimate {
+        let value = self.value / that.value;
+        let (low, high) = match self.has_interval() && that.has_interval() {
+            true => (self.low / that.high, self.high / that.low),
+            false => (f64::NEG_INFINITY, f64::INFINITY),
+        };
         Estimate {
-            value: self.value / that.value,
-            low: self.low / that.high,
-            high: self.high / that.low,
+            value,
+            low,
+            high,
             n: self.n.min(that.n),
         }
     }
@@ -86,10 +93,15 @@ mod tests {
     }
 
     #[test]
-    fn a_median_of_runs_of_which_most_never_came_to_it_is_infinite() {
-        let never = Estimate::median_or_never(&[1.0, f64::INFINITY, f64::INFINITY]);
-        assert_eq!(never.map(|never| never.value), Some(f64::INFINITY));
-        assert_eq!(Estimate::median_or_never(&[]), None);
+    fn a_quotient_of_what_has_no_interval_has_none() {
+        let few = Estimate::median(&[1.0, 2.0]).expect("two");
+        let many = Estimate::around(3.0, 1.0, 20);
+        for quotient in [few.over(many), many.over(few)] {
+            assert!(
+                quotient.value > 0.0 && !quotient.has_interval(),
+                "{quotient:?}"
+            );
+        }
     }
 
     proptest! {
@@ -105,7 +117,7 @@ mod tests {
         fn a_quotient_s_interval_holds_the_quotient_of_any_two_inside(
             a in (1.0f64..9.0, 0.0f64..0.9), b in (1.0f64..9.0, 0.0f64..0.9), at in (0.0f64..1.0, 0.0f64..1.0),
         ) {
-            let [over, under] = [a, b].map(|(value, half)| Estimate::around(value, half, 3));
+            let [over, under] = [a, b].map(|(value, half)| Estimate::around(value, half, 6));
             let between = |e: Estimate, t: f64| e.low + t * (e.high - e.low);
             let quotient = between(over, at.0) / between(under, at.1);
             let whole = over.over(under);

@@ -62,6 +62,34 @@ impl<'a> Source<'a> {
         Self::of(campaign, who, topology, Mode::Closed, h_ns)
     }
 
+    /// The step responses of Python at 333 Hz with a plant that is as noisy as it is told to be: of a reading,
+    /// and of no claim.
+    pub(super) fn noisy(campaign: &'a Campaign, topology: &str) -> Self {
+        let is = |run: &&Run| {
+            let cell = &run.cell;
+            cell.topology == topology
+                && cell.client == PYTHON.client
+                && cell.preset == PYTHON.preset
+                && cell.settings.mode == Mode::Closed
+                && cell.settings.h.ns() == crate::paper::H_333_HZ_NS
+                && cell.tick_noise.is_some()
+        };
+        let planned: Vec<&Run> = campaign.runs.iter().filter(is).collect();
+        let law = planned.first().and_then(|run| run.cell.tick_noise);
+        let noise = law.map_or_else(String::new, |law| format!(", tick noise {law}"));
+        Source {
+            group: Group {
+                planned: planned.len(),
+                runs: planned
+                    .into_iter()
+                    .filter(|run| run.is_complete())
+                    .collect(),
+            },
+            h_ns: crate::paper::H_333_HZ_NS,
+            label: format!("python, {topology}, 333 Hz{noise}"),
+        }
+    }
+
     fn of(campaign: &'a Campaign, who: Who, topology: &str, mode: Mode, h_ns: u64) -> Self {
         let asked = Asked {
             topology,
@@ -219,10 +247,19 @@ impl Evidence {
             place: claim.place,
             claim: claim.claim,
             check: claim.check,
+            reading_of: None,
             verdict,
             reason: sentences.join(" "),
             parts: self.deciding.into_iter().chain(self.beside).collect(),
             runs: self.runs,
+        }
+    }
+
+    /// The finding on a reading of a claim.
+    pub(super) fn on_reading(self, claim: Claim, of: &'static str) -> Finding {
+        Finding {
+            reading_of: Some(of),
+            ..self.on(claim)
         }
     }
 
@@ -237,13 +274,13 @@ impl Evidence {
         };
         match verdict {
             Verdict::Agrees => words::all_agree(&self.deciding),
-            Verdict::Differs | Verdict::NotComparable => {
+            Verdict::Differs | Verdict::CannotBeTold => {
                 let agree = match with(Verdict::Agrees).count() {
                     0 => String::new(),
                     n => format!(" Of the {} parts {n} agree.", self.deciding.len()),
                 };
                 let cannot_tell = match verdict {
-                    Verdict::NotComparable => "The runs cannot tell: ",
+                    Verdict::CannotBeTold => "It cannot be told: ",
                     _ => "",
                 };
                 format!("{cannot_tell}{}.{agree}", list(&mut with(verdict)))

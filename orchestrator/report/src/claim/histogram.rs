@@ -4,7 +4,7 @@ use analysis::{ReadError, Run, rows};
 use endpoint::ArrivalRow;
 
 use super::evidence::Source;
-use super::{Part, Verdict};
+use super::{Limits, Part};
 use crate::group::Estimate;
 
 /// An interval is at a multiple of h, or zero, within a tenth of h. Of intervals that fall
@@ -79,56 +79,22 @@ impl<'a> Histogram<'a> {
         &self,
         quantity: &str,
         ours: Option<Estimate>,
-        accepted: (f64, f64),
+        limits: impl Into<Limits>,
     ) -> Part {
-        Part::judged(self.source.name(quantity), "", None, ours, accepted)
+        Part::judged(self.source.name(quantity), "", None, ours, limits)
     }
 
-    /// Whether a share is above another's. Where their intervals meet the runs cannot tell.
-    pub(super) fn above(
+    /// A share that is to be above or below another's, which was measured too.
+    pub(super) fn beside(
         &self,
         quantity: &str,
         ours: Option<Estimate>,
         other: Option<Estimate>,
+        limits: fn(Estimate) -> Limits,
     ) -> Part {
-        let range = |other: Estimate| (other.value, 1.0);
-        self.beside(quantity, ours, other, range, |ours, other| {
-            ours.low > other.high
-        })
-    }
-
-    /// Likewise below.
-    pub(super) fn below(
-        &self,
-        quantity: &str,
-        ours: Option<Estimate>,
-        other: Option<Estimate>,
-    ) -> Part {
-        let range = |other: Estimate| (0.0, other.value);
-        self.beside(quantity, ours, other, range, |ours, other| {
-            ours.high < other.low
-        })
-    }
-
-    fn beside(
-        &self,
-        quantity: &str,
-        ours: Option<Estimate>,
-        other: Option<Estimate>,
-        range: fn(Estimate) -> (f64, f64),
-        clear: fn(Estimate, Estimate) -> bool,
-    ) -> Part {
-        let both = ours.zip(other);
-        let accepted = other.map_or((0.0, 1.0), range);
-        let part = self.part(quantity, both.map(|(ours, _)| ours), accepted);
-        let verdict = match both {
-            None => Verdict::NotRun,
-            Some((ours, other)) if clear(ours, other) => Verdict::Agrees,
-            Some((ours, other)) if ours.low <= other.high && other.low <= ours.high => {
-                Verdict::NotComparable
-            }
-            Some(_) => Verdict::Differs,
-        };
-        Part { verdict, ..part }
+        match other {
+            Some(other) => self.part(quantity, ours, limits(other)),
+            None => self.part(quantity, None, (0.0, 1.0)),
+        }
     }
 }

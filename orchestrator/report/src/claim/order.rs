@@ -47,5 +47,5 @@ fn overtaken(campaign: &Campaign, evidence: &mut Evidence, one: bool) -> Option<
         overtaken += arrivals.map_or(0, |arrivals| arrivals.out_of_order);
         messages += arrivals.map_or(0, |arrivals| arrivals.count);
     }
-    (messages > 0).then(|| Estimate::read(overtaken as f64, messages))
+    (messages > 0).then(|| Estimate::exact(overtaken as f64, messages))
 }

@@ -5,6 +5,7 @@ use link::{Band, Pings, Profile, predict};
 
 use super::echo::{ECHOES_MIN, Series};
 use super::evidence::{Claim, Evidence};
+use super::rule::ANY;
 use super::words::number;
 use super::{Finding, Part, Verdict};
 use crate::group::Estimate;
@@ -84,9 +85,8 @@ fn loopback(evidence: &mut Evidence, series: &Series<'_>, row: &Ping) {
     let ours = series.statistics(0.0);
     let n = u64::from(series.sent);
     let came = series.rtt_ms.len() as u64;
-    let all = (0.0, f64::INFINITY);
     let mean = Estimate::mean(ours.avg_ms, ours.sd_ms, came);
-    let own = |of: &str, unit, paper, ours, accepted| {
+    let own = |of: &str, unit, paper, ours, accepted: (f64, f64)| {
         Part::judged(format!("{of}, arima"), unit, Some(paper), ours, accepted)
     };
     evidence.decide(own(
@@ -96,14 +96,15 @@ fn loopback(evidence: &mut Evidence, series: &Series<'_>, row: &Ping) {
         Some(mean),
         (0.0, LOOPBACK_AVG_MS),
     ));
-    let lost = Estimate::share(n - came.min(n), n);
+    let lost = analysis::statistics::share(n - came.min(n), n);
+    let lost = lost.map(|lost| Estimate::exact(lost, n));
     evidence.decide(own("loss", "", row.loss, lost, (0.0, 0.0)));
     for (of, paper, ours) in [
         ("min", row.min_ms, ours.min_ms),
         ("max", row.max_ms, ours.max_ms),
         ("sd", row.sd_ms, ours.sd_ms),
     ] {
-        evidence.show(own(of, "ms", paper, Some(Estimate::read(ours, came)), all));
+        evidence.show(own(of, "ms", paper, Some(Estimate::exact(ours, came)), ANY));
     }
 }
 
@@ -168,7 +169,8 @@ fn through(evidence: &mut Evidence, series: &Series<'_>, profile: &Profile, row:
     let mut outside = Vec::new();
     for (of, unit, paper, ours, here, there, expected) in columns {
         let name = format!("{of} of {n} echoes, {}", row.topology);
-        let ours = Some(Estimate::read(ours, n));
+        // The band has what chance makes of so many echoes: the number needs no interval of its own.
+        let ours = Some(Estimate::exact(ours, n));
         let slack = if unit == "ms" { series.exact_ms } else { 0.0 };
         let part = Part::judged(
             name,
@@ -236,8 +238,8 @@ pub(super) fn couva(campaign: &Campaign) -> Result<Finding, ReadError> {
             evidence.ask_cell(&series.run.cell.id);
             let n = u64::from(series.sent);
             let max_ms = series.statistics(series.own_ms).max_ms;
-            let median = series.median_ms().map(|ms| Estimate::read(ms, n));
-            let most = Some(Estimate::read(max_ms, n));
+            let median = series.median_ms().map(|ms| Estimate::exact(ms, n));
+            let most = Some(Estimate::exact(max_ms, n));
             let of = "longest echo, couva";
             evidence.decide(Part::judged(
                 of,

@@ -1,11 +1,15 @@
 //! What the paper guesses and what it leaves open.
 
+use std::collections::BTreeSet;
+
 use analysis::Campaign;
 use endpoint::Preset;
 use plan::Client;
+use system::System;
 
 use super::evidence::{Claim, Evidence, FIREFOX, Source, Who};
-use super::{Finding, Part, Verdict, settling};
+use super::rule::ANY;
+use super::{Finding, Limits, Part, Verdict, settling};
 use crate::group::Estimate;
 use crate::paper;
 
@@ -21,13 +25,13 @@ pub(super) fn guess(campaign: &Campaign) -> Finding {
         let ratio = settling::ratio(campaign, &source);
         (source, ratio)
     };
-    let part = |source: &Source<'_>, ours: Option<Estimate>, most: f64| {
+    let part = |source: &Source<'_>, ours: Option<Estimate>, limits: Limits| {
         let of = source.name("settling over that of Python on arima");
-        Part::judged(of, "", None, ours, (0.0, most))
+        Part::judged(of, "", None, ours, limits)
     };
     let (then, then_ratio) = at(FIREFOX.client, FIREFOX.preset);
     evidence.ask(&then);
-    evidence.show(part(&then, then_ratio, f64::INFINITY));
+    evidence.show(part(&then, then_ratio, ANY.into()));
     let python = Source::closed(
         campaign,
         super::evidence::PYTHON,
@@ -38,11 +42,11 @@ pub(super) fn guess(campaign: &Campaign) -> Finding {
     for client in [Client::Firefox, Client::Chromium] {
         let (today, ratio) = at(client, Preset::Today);
         evidence.ask(&today);
-        let most = then_ratio.map_or(0.0, |then| then.low);
-        evidence.decide(part(&today, then_ratio.and(ratio), most));
+        let sooner = then_ratio.map_or(Limits::from(ANY), Limits::below);
+        evidence.decide(part(&today, then_ratio.and(ratio), sooner));
         let (worker, ratio) = at(client, Preset::Worker);
         evidence.ask(&worker);
-        evidence.decide(part(&worker, ratio, AS_PYTHON));
+        evidence.decide(part(&worker, ratio, (0.0, AS_PYTHON).into()));
     }
     evidence.on(Claim {
         id: "guess-browsers",
@@ -59,7 +63,8 @@ pub(super) fn future(campaign: &Campaign) -> Vec<Finding> {
     vec![
         open(
             campaign,
-            "unstable",
+            "cells with an unstable plant",
+            System::is_unstable,
             Claim {
                 id: "future-unstable-plants",
                 place: "Section 5",
@@ -69,7 +74,8 @@ pub(super) fn future(campaign: &Campaign) -> Vec<Finding> {
         ),
         open(
             campaign,
-            "kalman",
+            "cells with an estimator",
+            System::has_estimator,
             Claim {
                 id: "future-kalman",
                 place: "Section 4.3",
@@ -80,19 +86,28 @@ pub(super) fn future(campaign: &Campaign) -> Vec<Finding> {
     ]
 }
 
-/// A cell's setup names whatever is not its preset's own, so a cell that asks has the word in it.
-fn open(campaign: &Campaign, word: &str, claim: Claim) -> Finding {
-    let cells = &campaign.plan.cells;
-    let asks = |cell: &&plan::Cell| cell.setup().contains(word);
-    let asking = cells.iter().filter(asks).count();
+/// A question is asked by the cells whose system is of a kind.
+fn open(campaign: &Campaign, what: &str, is_meant: fn(&System) -> bool, claim: Claim) -> Finding {
+    let plan = &campaign.plan;
+    let cells = &plan.cells;
+    // The paper's own system is in no plan.
+    let systems = plan.systems.iter().filter_map(|(name, text)| {
+        let system = System::read(text).ok()?;
+        is_meant(&system).then_some(name)
+    });
+    let systems: BTreeSet<&String> = systems.collect();
+    let asking = cells
+        .iter()
+        .filter(|cell| systems.contains(&cell.system))
+        .count();
     let mut evidence = Evidence::default();
     evidence.decide(Part {
-        of: format!("cells whose setup says {word}, of {}", cells.len()),
+        of: format!("{what}, of {}", cells.len()),
         unit: "",
         paper: None,
-        ours: Some(Estimate::read(asking as f64, cells.len() as u64)),
+        ours: Some(Estimate::exact(asking as f64, cells.len() as u64)),
         accepted: None,
-        verdict: Verdict::NotComparable,
+        verdict: Verdict::CannotBeTold,
     });
     evidence.note("The paper has no number for it.");
     let mut finding = evidence.on(claim);

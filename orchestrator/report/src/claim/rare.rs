@@ -2,11 +2,20 @@
 
 use analysis::statistics::share;
 
+use crate::group::Estimate;
+
 /// How often something was found in how many.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Count {
     pub(super) found: u64,
     pub(super) of: u64,
+}
+
+impl Count {
+    /// The share as it was counted; `None` of nothing.
+    pub(super) fn share(self) -> Option<Estimate> {
+        share(self.found, self.of).map(|found| Estimate::exact(found, self.of))
+    }
 }
 
 /// The chance at either end that is called too small to be one.

@@ -9,9 +9,9 @@ use endpoint::ArrivalRow;
 
 use super::evidence::{CHROMIUM, Claim, Evidence, FIREFOX, Source, Who};
 use super::rare::{Count, alike};
+use super::rule::COUNT_MIN;
 use super::words::number;
 use super::{Finding, Part, Verdict};
-use crate::group::Estimate;
 use crate::paper::{self, SameTime, TABLE_3};
 
 /// Part of the paper's share that a share may differ by, where it is more than chance.
@@ -40,7 +40,8 @@ pub(super) fn table_3(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
                 place: "Table 3",
                 claim: "At 10 Hz none do on arima and buccoo, and 0.5 % on couva.",
                 check: "the count of neighbours in the same 10 ms and the paper's, of some 6000 \
-                        messages, can have one rate (conditional binomial test, 5 %)",
+                        messages, can have one rate (conditional binomial test, 5 %); where fewer \
+                        than three are to be expected, some cannot be told from none",
             },
         ),
         (
@@ -50,7 +51,8 @@ pub(super) fn table_3(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
                 place: "Table 3",
                 claim: "At 3.3 Hz none do on arima, and one or two of 2000 on buccoo and couva.",
                 check: "the count of neighbours in the same 10 ms and the paper's, of 2000 messages, \
-                        can have one rate (conditional binomial test, 5 %)",
+                        can have one rate (conditional binomial test, 5 %); where fewer than three \
+                        are to be expected, some cannot be told from none",
             },
         ),
     ];
@@ -111,6 +113,16 @@ fn part(
     share: fn(&Arrivals) -> Option<f64>,
 ) -> Part {
     let count = count(source, share);
+    counted(source, row, clock, count)
+}
+
+/// A count beside the paper's share.
+pub(super) fn counted(
+    source: &Source<'_>,
+    row: &SameTime,
+    clock: &str,
+    count: Option<Count>,
+) -> Part {
     let chance = count.map_or((row.share, row.share), |ours| {
         alike(paper_count(row), ours.of)
     });
@@ -118,17 +130,27 @@ fn part(
         chance.0.min(row.share * (1.0 - WITHIN)),
         chance.1.max(row.share * (1.0 + WITHIN)),
     );
-    Part::judged(
+    let part = Part::judged(
         source.name(&format!("share of neighbours in the same {clock}")),
         "",
         Some(row.share),
-        count.and_then(|count| Estimate::share(count.found, count.of)),
+        // The limits have what chance makes of both counts: the number needs no interval of its own.
+        count.and_then(Count::share),
         accepted,
-    )
+    );
+    let expected = count.map(|ours| row.share * ours.of as f64);
+    let is_rare = expected.is_some_and(|n| n > 0.0 && n < COUNT_MIN);
+    match part.verdict {
+        Verdict::Agrees if is_rare => Part {
+            verdict: Verdict::CannotBeTold,
+            ..part
+        },
+        _ => part,
+    }
 }
 
 /// Over all runs of a group.
-fn count(source: &Source<'_>, share: fn(&Arrivals) -> Option<f64>) -> Option<Count> {
+pub(super) fn count(source: &Source<'_>, share: fn(&Arrivals) -> Option<f64>) -> Option<Count> {
     let mut whole = Count { found: 0, of: 0 };
     let metrics = source
         .group

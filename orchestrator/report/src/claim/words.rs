@@ -1,6 +1,6 @@
 //! Numbers and parts as a person reads them.
 
-use super::Part;
+use super::{Part, Verdict, rule};
 use crate::group::Estimate;
 
 /// The most parts that a sentence lists one by one.
@@ -21,19 +21,20 @@ pub(super) fn number(x: f64) -> String {
     }
 }
 
-/// A part with its number, and where it differs with what is accepted:
+/// A part with its number, and where it does not agree with what is accepted:
 /// `settling, python, diego-vpn, 333 Hz: 5.2 (4.8 to 5.6, n = 20; accepted 3 to 5)`.
 pub(super) fn part(part: &Part) -> String {
     let Some(ours) = part.ours else {
         return format!("{}: nothing", part.of);
     };
     let mut about = vec![];
-    if ours.low < ours.high {
+    if ours.has_interval() && ours.low < ours.high {
         about.push(format!("{} to {}", number(ours.low), number(ours.high)));
     }
     about.push(format!("n = {}", ours.n));
-    let outside = |(low, high): &(f64, f64)| !(*low..=*high).contains(&ours.value);
-    if let Some(accepted) = part.accepted.filter(outside) {
+    about.extend(rule::too_few(&ours));
+    let is_open = part.verdict != Verdict::Agrees;
+    if let Some(accepted) = part.accepted.filter(|_| is_open) {
         about.push(format!("accepted {}", range(accepted)));
     }
     format!("{}: {} ({})", part.of, value(part, ours), about.join("; "))

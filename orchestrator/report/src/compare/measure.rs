@@ -1,6 +1,7 @@
 //! What is compared of a pair of runs, how a change of it is counted, and which way is worse.
 
 use analysis::Summary;
+use endpoint::Mode;
 use serde::Serialize;
 
 /// A figure of a run.
@@ -59,8 +60,8 @@ impl Measure {
     /// Its value in a complete run, in its unit; `None` where it does not apply or was not measured.
     #[must_use]
     pub fn of(self, run: &Summary) -> Option<f64> {
-        let closed = |value: Option<f64>| value.filter(|_| run.mode == "closed");
-        let open = |value: Option<f64>| value.filter(|_| run.mode == "open");
+        let closed = |value: Option<f64>| value.filter(|_| run.mode == Mode::Closed);
+        let open = |value: Option<f64>| value.filter(|_| run.mode == Mode::Open);
         match self {
             Measure::Settling => closed(run.settling_ms.or(Some(f64::INFINITY))),
             Measure::Overshoot => closed(run.overshoot_pct),

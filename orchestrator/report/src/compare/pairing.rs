@@ -2,7 +2,8 @@
 
 use analysis::layout::{Column, Shown, number, text};
 use analysis::{Campaign, Run};
-use plan::{Cell, Verdict};
+use endpoint::Mode;
+use plan::{Cell, Client, Verdict};
 use serde::Serialize;
 
 /// What the runs of a group have in common.
@@ -11,11 +12,11 @@ pub struct Kind {
     /// The topology.
     pub topology: String,
     /// The client.
-    pub client: String,
+    pub client: Client,
     /// The client's preset, and what the experiment laid over it.
     pub setup: String,
     /// `open` or `closed`.
-    pub mode: String,
+    pub mode: Mode,
     /// The rate in people's words, such as `333 Hz`.
     pub rate: String,
     /// The sample time, ns.
@@ -35,21 +36,20 @@ impl Kind {
     /// What it has in each of them.
     pub(crate) fn entries(&self) -> [String; 5] {
         [
-            &self.topology,
-            &self.client,
-            &self.setup,
-            &self.mode,
-            &self.rate,
+            self.topology.clone(),
+            self.client.to_string(),
+            self.setup.clone(),
+            self.mode.to_string(),
+            self.rate.clone(),
         ]
-        .map(String::clone)
     }
 
     fn of(cell: &Cell) -> Kind {
         Kind {
             topology: cell.topology.clone(),
-            client: cell.client.to_string(),
+            client: cell.client,
             setup: cell.setup(),
-            mode: cell.settings.mode.to_string(),
+            mode: cell.settings.mode,
             rate: cell.rate(),
             h_ns: cell.settings.h.ns(),
         }
@@ -183,7 +183,7 @@ impl<'a> Members<'a> {
     }
 }
 
-/// Its figures are whole: it ran to its end over a link that held, and its rows could be read.
+/// Its figures are whole: it ran to its end over a link that held, and so is its folder.
 fn is_complete(run: &Run) -> bool {
-    run.summary.verdict == Some(Verdict::Complete) && run.problem.is_none()
+    run.summary.verdict == Some(Verdict::Complete) && run.damage.is_empty()
 }

@@ -1,13 +1,13 @@
 use std::path::PathBuf;
 
-use analysis::{Run, Summary};
+use analysis::{LinkFacts, Run, Summary};
 use plan::{Instead, Plan, ProfileText};
 use proptest::prelude::*;
 
 use super::*;
 
 /// Closed loops over two topologies and one open loop over the first, complete and all alike.
-fn campaign(seed: u64, repeats: u32) -> Campaign {
+pub(crate) fn campaign(seed: u64, repeats: u32) -> Campaign {
     let block = |topologies: &str, mode: &str| {
         format!(
             "[[cells]]\ntopology = [{topologies}]\nclient = [\"native\"]\nmode = \"{mode}\"\n\
@@ -32,7 +32,10 @@ fn campaign(seed: u64, repeats: u32) -> Campaign {
         let closed = cell.settings.mode == endpoint::Mode::Closed;
         // No two repeats are alike, as over a real link.
         let of_repeat = 1.0 + 0.01 * f64::from(cell.repeat % 5);
-        let known = Summary::new(cell, Some(Verdict::Complete), None, None);
+        let known = Summary {
+            verdict: Some(Verdict::Complete),
+            ..Summary::new(cell, None, LinkFacts::default(), None)
+        };
         Run {
             cell: cell.clone(),
             folder: PathBuf::from(&cell.id),
@@ -48,7 +51,7 @@ fn campaign(seed: u64, repeats: u32) -> Campaign {
                 message_rtt_p50_ms: Some(20.0 * of_repeat),
                 ..known
             },
-            problem: None,
+            damage: Vec::new(),
         }
     });
     Campaign {
@@ -59,9 +62,13 @@ fn campaign(seed: u64, repeats: u32) -> Campaign {
 }
 
 /// Changes the runs of a topology and mode.
-fn changed(mut campaign: Campaign, of: [&str; 2], change: impl Fn(u32, &mut Summary)) -> Campaign {
+pub(crate) fn changed(
+    mut campaign: Campaign,
+    of: [&str; 2],
+    change: impl Fn(u32, &mut Summary),
+) -> Campaign {
     for run in &mut campaign.runs {
-        if [&run.summary.topology, &run.summary.mode] == of {
+        if [run.summary.topology.clone(), run.summary.mode.to_string()] == of {
             change(run.cell.repeat, &mut run.summary);
         }
     }

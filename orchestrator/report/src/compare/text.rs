@@ -2,6 +2,8 @@
 
 use analysis::LoopVerdict;
 use analysis::layout::{Column, align, digits, number, text};
+use endpoint::Mode;
+use plan::Client;
 use serde::Serialize;
 
 use super::{Comparison, Group, Kind, LEVEL, Measure, Outcome, Side};
@@ -27,9 +29,9 @@ Too few pairs: one group by itself needs six, and the more groups there are, the
 #[derive(Serialize)]
 struct Row<'a> {
     topology: &'a str,
-    client: &'a str,
+    client: Client,
     setup: &'a str,
-    mode: &'a str,
+    mode: Mode,
     rate: &'a str,
     h_ns: u64,
     measure: Measure,
@@ -88,9 +90,9 @@ impl Comparison {
             for of in &group.measures {
                 let row = Row {
                     topology: &kind.topology,
-                    client: &kind.client,
+                    client: kind.client,
                     setup: &kind.setup,
-                    mode: &kind.mode,
+                    mode: kind.mode,
                     rate: &kind.rate,
                     h_ns: kind.h_ns,
                     measure: of.measure,
@@ -143,8 +145,12 @@ impl Comparison {
 impl Side {
     fn words(&self, name: &str) -> String {
         format!(
-            "{name}, {} of seed {}, {} of {} cells complete",
-            self.experiment, self.seed, self.complete, self.cells
+            "{name}, {} of seed {}, {}{} of {} cells complete",
+            self.experiment,
+            self.seed,
+            if self.simulated { "simulated, " } else { "" },
+            self.complete,
+            self.cells
         )
     }
 }

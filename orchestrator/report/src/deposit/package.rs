@@ -4,7 +4,6 @@
 //! file's folder; checksums of those are in the cells' manifests. A single file has its own here.
 //! Left out is what is no table: manifests, reports of the roles, logs.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use analysis::Run;
@@ -114,7 +113,7 @@ pub fn json(report: &Report<'_>, files: &[(PathBuf, Vec<u8>)]) -> String {
 
 /// `summary.csv`, where it is.
 fn summary(report: &Report<'_>) -> Option<Resource> {
-    let file = File::open(report.campaign.folder.join(SUMMARY)).ok()?;
+    let file = file::open(&report.campaign.folder.join(SUMMARY)).ok()?;
     let fact = FileFact::of(file).ok()?;
     let schema = Schema::of(schema::summary());
     Some(Resource {

@@ -6,7 +6,6 @@
 //! again. Agents are left out: nothing in the folder says who they were.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use analysis::Run;
@@ -160,7 +159,8 @@ fn program_id(version: &str) -> String {
 /// The files in the results folder itself. The package's checksum is not here: the package is
 /// written beside this file, not before it.
 fn of_the_folder(report: &Report<'_>) -> Vec<Entity> {
-    let found = |name: &str| FileFact::of(File::open(report.campaign.folder.join(name)).ok()?).ok();
+    let found =
+        |name: &str| FileFact::of(file::open(&report.campaign.folder.join(name)).ok()?).ok();
     let plan = "The experiment resolved into cells, with every setting, seed and link profile.";
     let mut files = vec![
         file(PLAN, plan, found(PLAN)),
@@ -218,7 +218,10 @@ fn result(run: &Run, manifest: &Manifest) -> Entity {
 /// A run. One whose link did not hold was completed all the same: why it does not count is in its
 /// description, and an error only where it broke off.
 fn action(run: &Run, manifest: &Manifest) -> Entity {
-    let completed = matches!(manifest.verdict, Verdict::Complete | Verdict::Invalid);
+    let completed = matches!(
+        manifest.verdict,
+        Verdict::Complete | Verdict::Disturbed | Verdict::Invalid
+    );
     // Words and not references, as the profile's validator wants them.
     let status = match completed {
         true => "http://schema.org/CompletedActionStatus",

@@ -7,7 +7,7 @@ mod end;
 mod link;
 mod summary;
 
-pub use end::{arrivals, messages, probes, ticks};
+pub use end::{arrivals, messages, packets, probes, ticks};
 pub use link::{link, link_tc};
 pub use summary::summary;
 
@@ -29,7 +29,7 @@ pub struct RowFile {
 }
 
 /// Every kind of file of rows.
-pub const ROW_FILES: [RowFile; 6] = [
+pub const ROW_FILES: [RowFile; 7] = [
     RowFile {
         name: "ticks",
         files: &["ticks.csv"],
@@ -59,6 +59,14 @@ pub const ROW_FILES: [RowFile; 6] = [
         description: "The link's proof: a row for each echo, with the delay that the link had for \
                       it.",
         fields: probes,
+    },
+    RowFile {
+        name: "packets",
+        files: &["packets.csv"],
+        player: None,
+        description: "The queue's history, where a link has a rate limit: a row for each packet \
+                      that entered it.",
+        fields: packets,
     },
     RowFile {
         name: "link",

@@ -48,7 +48,7 @@ pub(super) fn of_claim(verdict: claim::Verdict) -> Markup {
     let tone = match verdict {
         claim::Verdict::Agrees => Tone::Good,
         claim::Verdict::Differs => Tone::Bad,
-        claim::Verdict::NotComparable => Tone::Mixed,
+        claim::Verdict::CannotBeTold => Tone::Mixed,
         claim::Verdict::NotRun => Tone::Quiet,
     };
     badge(tone, claim_word(verdict))
@@ -59,7 +59,7 @@ pub(super) fn claim_word(verdict: claim::Verdict) -> &'static str {
     match verdict {
         claim::Verdict::Agrees => "agrees",
         claim::Verdict::Differs => "differs",
-        claim::Verdict::NotComparable => "not comparable",
+        claim::Verdict::CannotBeTold => "cannot be told",
         claim::Verdict::NotRun => "not run",
     }
 }
@@ -68,7 +68,7 @@ pub(super) fn claim_word(verdict: claim::Verdict) -> &'static str {
 pub(super) fn of_run(verdict: Option<plan::Verdict>) -> Markup {
     let tone = match verdict {
         Some(plan::Verdict::Complete) => Tone::Good,
-        Some(plan::Verdict::Unsupported) => Tone::Mixed,
+        Some(plan::Verdict::Unsupported | plan::Verdict::Disturbed) => Tone::Mixed,
         Some(plan::Verdict::Invalid | plan::Verdict::Failed) => Tone::Bad,
         None => Tone::Quiet,
     };

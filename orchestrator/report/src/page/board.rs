@@ -14,7 +14,7 @@ use crate::report::Report;
 const VERDICTS: [Verdict; 4] = [
     Verdict::Agrees,
     Verdict::Differs,
-    Verdict::NotComparable,
+    Verdict::CannotBeTold,
     Verdict::NotRun,
 ];
 
@@ -23,16 +23,29 @@ pub(super) fn render(report: &Report<'_>) -> Option<Markup> {
     if findings.is_empty() {
         return None;
     }
+    let (strict, readings): (Vec<&Finding>, Vec<&Finding>) = findings
+        .iter()
+        .partition(|finding| finding.reading_of.is_none());
     Some(html! {
-        (filter(findings))
+        (filter(&strict))
         div #board.board {
-            @for finding in findings { (card(report, finding)) }
+            @for finding in strict { (card(report, finding)) }
+        }
+        @if !readings.is_empty() {
+            p {
+                b { "Readings. " }
+                "Claims under settings, or by a look at the same rows, that the paper's text allows and does \
+                 not state. They are not counted above."
+            }
+            div #readings.board {
+                @for finding in readings { (card(report, finding)) }
+            }
         }
     })
 }
 
-fn count(findings: &[Finding], verdict: Verdict) -> usize {
-    let is = |finding: &&Finding| finding.verdict == verdict;
+fn count(findings: &[&Finding], verdict: Verdict) -> usize {
+    let is = |finding: &&&Finding| finding.verdict == verdict;
     findings.iter().filter(is).count()
 }
 
@@ -41,7 +54,7 @@ fn key(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Agrees => "agrees",
         Verdict::Differs => "differs",
-        Verdict::NotComparable => "not-comparable",
+        Verdict::CannotBeTold => "cannot-be-told",
         Verdict::NotRun => "not-run",
     }
 }
@@ -53,14 +66,13 @@ fn said_of(verdict: Verdict, n: usize) -> &'static str {
         (Verdict::Agrees, _) => "agree",
         (Verdict::Differs, 1) => "differs",
         (Verdict::Differs, _) => "differ",
-        (Verdict::NotComparable, 1) => "is not comparable",
-        (Verdict::NotComparable, _) => "are not comparable",
+        (Verdict::CannotBeTold, _) => "cannot be told",
         (Verdict::NotRun, 1) => "was not run",
         (Verdict::NotRun, _) => "were not run",
     }
 }
 
-fn filter(findings: &[Finding]) -> Markup {
+fn filter(findings: &[&Finding]) -> Markup {
     let present: Vec<Verdict> = VERDICTS
         .into_iter()
         .filter(|verdict| count(findings, *verdict) > 0)
@@ -90,7 +102,7 @@ fn card(report: &Report<'_>, finding: &Finding) -> Markup {
     let id = format!("claim-{}", finding.id);
     html! {
         article.claim id=(id) data-verdict=(key(finding.verdict)) aria-labelledby={ (id) "-claim" } {
-            p.place { (finding.place) }
+            p.place { (finding.place) @if let Some(of) = finding.reading_of { ", a reading of " (of) } }
             div {
                 p.verdict { (of_claim(finding.verdict)) }
                 h3 id={ (id) "-claim" } { (finding.claim) }
@@ -191,10 +203,10 @@ fn with_unit(number: &str, unit: &str) -> String {
     }
 }
 
-/// `9.4 to 10.3, n = 7`.
+/// `9.4 to 10.3, n = 7`; without an interval `n = 3`.
 fn interval(estimate: &Estimate) -> String {
     let n = format!("n = {}", estimate.n);
-    match estimate.low == estimate.high {
+    match estimate.low == estimate.high || !estimate.has_interval() {
         true => n,
         false => format!("{} to {}, {n}", end(estimate.low), end(estimate.high)),
     }

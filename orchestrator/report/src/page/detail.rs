@@ -51,6 +51,14 @@ fn made(manifest: &Manifest) -> Markup {
             ("player".to_owned(), manifest.player.clone()),
         ]))
         @if let Some(certificate) = Certificate::of(manifest) { (proof(&certificate)) }
+        @if let Some(messages) = &manifest.messages {
+            h4 { "What its messages say of the link" }
+            (lines(messages))
+        }
+        @if !manifest.earlier.is_empty() {
+            h4 { "Tries before, that were disturbed" }
+            @for reason in &manifest.earlier { p.reason { (reason) } }
+        }
         @if let Some(page) = &manifest.page {
             h4 { "What the page says of itself" }
             (lines(page))

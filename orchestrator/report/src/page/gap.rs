@@ -15,7 +15,7 @@ pub(super) fn render(report: &Report<'_>) -> Option<Markup> {
         .runs
         .iter()
         .filter(|run| {
-            run.problem.is_some() || run.verdict().is_some_and(|each| each != Verdict::Complete)
+            !run.damage.is_empty() || run.verdict().is_some_and(|each| each != Verdict::Complete)
         })
         .collect();
     if report.damage.is_empty() && bad.is_empty() && absent.is_empty() {
@@ -33,8 +33,8 @@ fn damage(report: &Report<'_>) -> Markup {
         div.notice.bad role="note" {
             h3 { "Damaged files" }
             p {
-                "These are not what their manifests say. What is below was worked out of them as \
-                 they are; restore them, or run their cells again."
+                "These are not what they have to be, so nothing below was worked out of their cells; \
+                 restore them, or run their cells again."
             }
             ul {
                 @for damage in &report.damage {
@@ -87,8 +87,10 @@ fn counted(n: usize, one: &str, more: &str) -> String {
 /// Why a run is not complete.
 pub(super) fn reasons(campaign: &Campaign, run: &Run) -> Vec<String> {
     let own = run.manifest.iter().flat_map(|manifest| &manifest.reasons);
-    own.chain(&run.problem)
-        .map(|reason| without_folder(campaign, reason))
+    let damage = run.damage.iter().map(ToString::to_string);
+    own.cloned()
+        .chain(damage)
+        .map(|reason| without_folder(campaign, &reason))
         .collect()
 }
 

@@ -27,7 +27,10 @@ pub(super) fn render(answer: &Answer, plan: &Plan) -> Markup {
 fn table(answer: &Answer) -> Markup {
     html! {
         table.matrix {
-            caption { "Where the loop survives: stable runs of complete ones, and median settling" }
+            caption {
+                "Where the loop survives: stable runs of complete ones, and median settling"
+                @if answer.simulated { ", simulated" }
+            }
             thead {
                 tr {
                     th scope="col" { "client" }
@@ -55,7 +58,7 @@ fn table(answer: &Answer) -> Markup {
 fn client(row: &Row) -> Markup {
     html! {
         (row.client)
-        @if !row.is_usual || row.client.is_browser() { span.setup { (row.setup) } }
+        @if !row.is_usual() || row.client.is_browser() { span.setup { (row.setup) } }
     }
 }
 

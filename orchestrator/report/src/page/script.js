@@ -20,7 +20,7 @@
   show();
 
   // Claims by verdict.
-  const claims = [...document.querySelectorAll(".claim")];
+  const claims = [...document.querySelectorAll("#board .claim")];
   const buttons = [...document.querySelectorAll("[data-show]")];
   for (const button of buttons) {
     button.addEventListener("click", () => {

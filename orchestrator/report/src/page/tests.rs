@@ -54,6 +54,7 @@ fn report(campaign: &Campaign) -> Report<'_> {
         place: "Fig 6a",
         claim: "It settles <later>.",
         check: "8 to 12 times",
+        reading_of: None,
         verdict,
         reason: "It takes 3.31 s.".to_owned(),
         parts: vec![
@@ -73,7 +74,7 @@ fn report(campaign: &Campaign) -> Report<'_> {
         claims: vec![
             finding("one", Verdict::Agrees),
             finding("two", Verdict::Differs),
-            finding("three", Verdict::NotComparable),
+            finding("three", Verdict::CannotBeTold),
             finding("four", Verdict::NotRun),
         ],
         tables: vec![table()],

@@ -68,7 +68,11 @@ pub(crate) fn folder() -> tempfile::TempDir {
     for (second, (cell, verdict)) in plan.cells.iter().zip(verdicts).enumerate() {
         let path = folder.path().join(cell.folder());
         fs::create_dir_all(&path).expect("a writable folder");
-        for (name, text) in FILES {
+        let profile = plan.profiles[&cell.topology].source.as_str();
+        let reports = ["plant.json", "controller.json"].map(|name| (name, "{}"));
+        let files = FILES.into_iter().chain(reports);
+        let files: Vec<_> = files.chain([("profile.toml", profile)]).collect();
+        for (name, text) in &files {
             fs::write(path.join(name), text).expect("a writable folder");
         }
         let fact = |text: &str| FileFact::of(text.as_bytes()).expect("memory");
@@ -80,6 +84,8 @@ pub(crate) fn folder() -> tempfile::TempDir {
                 .then_some(reason)
                 .into_iter()
                 .collect(),
+            disturbances: Vec::new(),
+            earlier: Vec::new(),
             experiment: plan.experiment.clone(),
             campaign_seed: plan.seed,
             cell: cell.clone(),
@@ -101,14 +107,18 @@ pub(crate) fn folder() -> tempfile::TempDir {
             wall_s: 2.5,
             epoch_ns: 0,
             start_ns: 5_000_000_000,
+            messages: None,
+            pulse: None,
+            watched: None,
             certificate: None,
             plant: None,
             controller: None,
             page: None,
             link: None,
-            files: FILES
-                .map(|(name, text)| (name.to_owned(), fact(text)))
-                .into(),
+            files: files
+                .iter()
+                .map(|(name, text)| ((*name).to_owned(), fact(text)))
+                .collect(),
         };
         let json = manifest.to_json();
         fs::write(path.join(Manifest::FILE), json).expect("a writable folder");
@@ -128,6 +138,7 @@ pub(crate) fn finding(id: &'static str, verdict: claim::Verdict, value: f64) -> 
         place: "Fig 6b",
         claim: "a step over the VPN settles later",
         check: "3 to 5 times that on arima",
+        reading_of: None,
         verdict,
         reason: format!("it settles {value} times as late | later"),
         parts: vec![Part::judged(

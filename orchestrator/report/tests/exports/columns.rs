@@ -2,7 +2,7 @@
 
 use analysis::Summary;
 use endpoint::{ArrivalRow, MessageRow, TickRow};
-use link::Way;
+use link::{PacketRow, Way};
 use plan::ProbeRow;
 use report::deposit::field::Field;
 use report::deposit::schema;
@@ -16,6 +16,7 @@ fn the_columns_of_the_schemas_are_those_of_the_rows() {
     assert_eq!(names(schema::arrivals()), ArrivalRow::COLUMNS);
     assert_eq!(names(schema::messages()), MessageRow::COLUMNS);
     assert_eq!(names(schema::probes()), ProbeRow::COLUMNS);
+    assert_eq!(names(schema::packets()), PacketRow::COLUMNS);
     let summary = Summary::to_csv(&[Summary::default()]);
     assert_eq!(names(schema::summary()).join(","), header(&summary));
 }

@@ -96,7 +96,21 @@ impl Lab {
             &rows.messages,
         );
         write(&folder.join("probes.csv"), ProbeRow::COLUMNS, &rows.probes);
-        let names = ["ticks.csv", "arrivals.csv", "messages.csv", "probes.csv"];
+        let profile = &self.plan.profiles[&cell.topology];
+        fs::write(folder.join("profile.toml"), &profile.source).expect("a writable folder");
+        let mut names = vec!["ticks.csv", "arrivals.csv", "messages.csv", "probes.csv"];
+        names.push("profile.toml");
+        let mut reports = vec!["plant.json", "controller.json"];
+        if cell.client.is_browser() {
+            reports.push("page.json");
+        }
+        if !is_loopback(&self.plan, cell) {
+            reports.extend(["link.json", "link.csv"]);
+        }
+        for name in reports {
+            fs::write(folder.join(name), "{}").expect("a writable folder");
+            names.push(name);
+        }
         let fact = |name: &str| {
             let content = fs::File::open(folder.join(name)).expect("just written");
             (name.to_owned(), FileFact::of(content).expect("readable"))
@@ -139,13 +153,18 @@ fn manifest(
         version: Manifest::VERSION,
         verdict,
         reasons: Vec::new(),
+        disturbances: Vec::new(),
+        earlier: Vec::new(),
         experiment: plan.experiment.clone(),
         campaign_seed: plan.seed,
         cell: cell.clone(),
         profile: cell.topology.clone(),
         backend: "netns".to_owned(),
         engine: None,
-        player: "user".to_owned(),
+        player: match is_loopback(plan, cell) {
+            true => "none".to_owned(),
+            false => "user".to_owned(),
+        },
         webloop: "0.1.0".to_owned(),
         machine: Machine {
             kernel: "Linux 6.1.0".to_owned(),
@@ -160,13 +179,22 @@ fn manifest(
         wall_s: cell.duration_ns as f64 / 1e9,
         epoch_ns: START_NS,
         start_ns: START_NS,
-        certificate: None,
+        messages: None,
+        pulse: None,
+        watched: None,
+        certificate: (!is_loopback(plan, cell)).then(|| serde_json::json!({ "verdict": "holds" })),
         plant: None,
         controller: None,
         page: None,
         link: None,
         files,
     }
+}
+
+fn is_loopback(plan: &Plan, cell: &Cell) -> bool {
+    let text = &plan.profiles[&cell.topology];
+    let profile = text.profile(&cell.topology).expect("it was resolved");
+    profile.is_loopback()
 }
 
 /// When everything starts.

@@ -4,18 +4,15 @@
 use endpoint::Loss;
 use link::Way;
 
+use super::echoing::Ping;
 use super::{Course, Waiting};
 use crate::connection::Id;
 use crate::record::Record;
-use crate::retransmission::{handshake_pause_ns, pause_ns};
 
 /// IP packets of a handshake: header, TCP header, options.
 const HANDSHAKE_BYTES: u32 = 60;
-/// A request, and an answer, with their HTTP heads.
-const REQUEST_BYTES: u32 = 260;
-const ANSWER_BYTES: u32 = 240;
-/// Either as a text of a WebSocket.
-const TEXT_BYTES: u32 = 120;
+/// One that only acknowledges.
+const ACKNOWLEDGEMENT_BYTES: u32 = 52;
 
 /// A packet, by what it does; what it carries is its connection's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,25 +34,26 @@ pub(super) enum Event {
     Arrived(Id, Packet),
     /// A lost packet is sent for another time.
     Again(Id, Packet, u16),
+    /// The timer of a packet ends that was not lost, the `tries`-th of this turn of its connection.
+    Unheard(Id, Packet, u16, u32),
+    /// A packet comes out this way that had come before.
+    Twice(Way),
     /// The plant's thread is free for the next request.
     PlantFree,
     /// The client's thread is free for the next answer.
     ClientFree,
+    /// An echo is to be sent.
+    EchoDue(Ping),
+    /// An echo is with the plant's kernel.
+    EchoReached(Ping),
 }
 
 impl<R: Record> Course<'_, R> {
     /// Sends a packet for the `tries`-th time. What is lost is sent again when its sender's timer
-    /// ends; a timer that ends although nothing was lost changes nothing.
+    /// ends; a timer that ends although nothing was lost changes nothing but where there is a queue.
     pub(super) fn transmit(&mut self, id: Id, packet: Packet, tries: u16, now_ns: u64) {
-        let (way, bytes) = match (packet, &self.stream) {
-            (Packet::Syn, _) => (Way::Up, HANDSHAKE_BYTES),
-            (Packet::SynAck, _) => (Way::Down, HANDSHAKE_BYTES),
-            (Packet::Request, None) => (Way::Up, REQUEST_BYTES),
-            (Packet::Answer, None) => (Way::Down, ANSWER_BYTES),
-            (Packet::Request, Some(_)) => (Way::Up, TEXT_BYTES),
-            (Packet::Answer, Some(_)) => (Way::Down, TEXT_BYTES),
-        };
-        let crossed_ns = self.wire.cross(way, now_ns, bytes);
+        let (way, bytes) = self.shape(packet);
+        let crossed_ns = self.cross(way, now_ns, bytes);
         if let Some(stream) = &mut self.stream {
             stream.sends(
                 way,
@@ -65,6 +63,12 @@ impl<R: Record> Course<'_, R> {
             );
         }
         if let Some(out_ns) = crossed_ns {
+            if packet == Packet::Request && self.stream.is_none() {
+                self.connections.gets_through(id, now_ns, self.wheel);
+            }
+            if self.wire.has_rate() && self.stream.is_none() {
+                self.waits_to_hear(id, packet, tries, now_ns);
+            }
             let timing = self.timing;
             let takes_ns = match packet {
                 Packet::Syn | Packet::SynAck => 0,
@@ -80,23 +84,36 @@ impl<R: Record> Course<'_, R> {
             return;
         }
         self.outcome.resent += 1;
-        let pause_ns = match (packet, &self.stream) {
-            (Packet::Syn | Packet::SynAck, _) => handshake_pause_ns(tries),
-            (_, Some(stream)) => stream.pause_ns(),
-            (Packet::Request, None) => pause_ns(self.connections.loses(id, false), tries),
-            (Packet::Answer, None) => pause_ns(self.connections.loses(id, true), tries),
+        let again_ns = match &self.stream {
+            Some(stream) if matches!(packet, Packet::Request | Packet::Answer) => {
+                stream.again_ns(now_ns, self.wheel)
+            }
+            _ => {
+                self.connections.loses(id, packet == Packet::Answer);
+                self.rings_again_ns(id, packet, tries, now_ns)
+            }
         };
-        self.queue.push(
-            now_ns + pause_ns,
-            Event::Again(id, packet, tries.saturating_add(1)),
-        );
+        self.queue
+            .push(again_ns, Event::Again(id, packet, tries.saturating_add(1)));
+    }
+
+    /// Which way a packet goes, and how long it is.
+    pub(super) fn shape(&self, packet: Packet) -> (Way, u32) {
+        let [up_bytes, down_bytes] = self.message_bytes;
+        match packet {
+            Packet::Syn => (Way::Up, HANDSHAKE_BYTES),
+            Packet::SynAck => (Way::Down, HANDSHAKE_BYTES),
+            Packet::Request => (Way::Up, up_bytes),
+            Packet::Answer => (Way::Down, down_bytes),
+        }
     }
 
     pub(super) fn happens(&mut self, now_ns: u64, event: Event) {
         match event {
             Event::Arrived(id, Packet::Syn) => self.transmit(id, Packet::SynAck, 1, now_ns),
             Event::Arrived(id, Packet::SynAck) => {
-                if let Some(command) = self.connections.is_open(id, now_ns) {
+                self.acknowledges(now_ns);
+                if let Some(command) = self.connections.on_open(id, now_ns) {
                     self.carries(id, command, now_ns);
                 }
             }
@@ -110,7 +127,10 @@ impl<R: Record> Course<'_, R> {
                 }
             },
             Event::Arrived(id, Packet::Answer) => match &mut self.stream {
-                None => self.reaches_client(id, now_ns),
+                None => {
+                    self.connections.hears(id);
+                    self.reaches_client(id, now_ns);
+                }
                 Some(stream) => {
                     stream.arrives(Way::Down, id);
                     while let Some(id) = self.reads(Way::Down) {
@@ -124,6 +144,14 @@ impl<R: Record> Course<'_, R> {
                 }
                 self.transmit(id, packet, tries, now_ns);
             }
+            Event::Unheard(id, packet, tries, turn) => {
+                if self.connections.turn(id) == Some(turn) {
+                    self.sends_in_vain(id, packet, tries, now_ns);
+                }
+            }
+            Event::Twice(way) => self.acknowledges_twice(way, now_ns),
+            Event::EchoDue(ping) => self.sends_echo(ping),
+            Event::EchoReached(ping) => self.turns_echo(ping, now_ns),
             Event::PlantFree => {
                 if let Some(id) = self.at_plant.pop_front() {
                     self.serves(id, now_ns);
@@ -147,6 +175,12 @@ impl<R: Record> Course<'_, R> {
                 }
             }
         }
+    }
+
+    /// The client's kernel acknowledges something with a packet of its own. Nothing comes of that
+    /// but that it is in front of others.
+    fn acknowledges(&mut self, now_ns: u64) {
+        let _ = self.cross(Way::Up, now_ns, ACKNOWLEDGEMENT_BYTES);
     }
 
     fn reads(&mut self, way: Way) -> Option<Id> {
@@ -214,7 +248,10 @@ impl<R: Record> Course<'_, R> {
         while self.terms.front().is_some_and(|term| term.seq < oldest) {
             self.terms.pop_front();
         }
-        if let Some(command) = self.connections.is_answered(id, now_ns) {
+        if self.stream.is_none() && self.connections.acknowledges_at_once(id) {
+            self.acknowledges(now_ns);
+        }
+        if let Some(command) = self.connections.on_answer(id, now_ns, self.wheel) {
             self.carries(id, command, now_ns);
         }
         if self.waiting == Waiting::Answer {

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use link::duration_ns;
-use plan::Misfit;
+use plan::InvalidFile;
 use toml::Spanned;
 
 use super::Reader;
@@ -21,7 +21,7 @@ impl Reader<'_> {
         &self,
         axis: Axis,
         otherwise: Option<f64>,
-    ) -> Result<Levels<Option<f64>>, Misfit> {
+    ) -> Result<Levels<Option<f64>>, InvalidFile> {
         if self.file.axes.get_ref().get(axis).is_none() && otherwise.is_none() {
             return Ok(Levels::new((None, said("own")), []));
         }
@@ -36,7 +36,7 @@ impl Reader<'_> {
             },
             |gain: f64| match gain.is_finite() {
                 true => Ok((Some(gain), number(gain))),
-                false => Err(format!("a gain of {gain} is none")),
+                false => Err(format!("a gain must be finite, and {gain} is not")),
             },
         )
     }
@@ -47,12 +47,12 @@ impl Reader<'_> {
         axis: Axis,
         otherwise: Option<&str>,
         mut read: impl FnMut(&str) -> Result<(T, Level), String>,
-    ) -> Result<Levels<T>, Misfit> {
+    ) -> Result<Levels<T>, InvalidFile> {
         let given = self.given(axis, otherwise);
         if let Given::Range(range) = given.get_ref() {
-            return Err(self.misfit(
+            return Err(self.invalid(
                 &range.from,
-                format!("`{axis}` has words, and there are no steps between two"),
+                format!("`{axis}` takes words, so it has no steps between two values"),
                 "write a list",
             ));
         }
@@ -77,7 +77,7 @@ impl Reader<'_> {
         otherwise: Option<&str>,
         read: impl Fn(&Word) -> Result<f64, String>,
         make: impl Fn(f64) -> Result<(T, Level), String>,
-    ) -> Result<Levels<T>, Misfit> {
+    ) -> Result<Levels<T>, InvalidFile> {
         let given = self.given(axis, otherwise);
         let number = |word: &Spanned<Word>| {
             read(word.get_ref()).map_err(|problem| self.split(word, &problem))
@@ -87,12 +87,12 @@ impl Reader<'_> {
             Given::Range(range) => {
                 let (from, to) = (number(&range.from)?, number(&range.to)?);
                 if !(from.is_finite() && to.is_finite()) {
-                    let problem = "there are no steps to what is no number";
-                    return Err(self.misfit(&range.from, problem, "give numbers, or a list"));
+                    let problem = "steps need two finite numbers";
+                    return Err(self.invalid(&range.from, problem, "give numbers, or a list"));
                 }
                 let steps = *range.steps.get_ref();
                 if !(2..=LEVELS_MAX).contains(&steps) {
-                    return Err(self.misfit(
+                    return Err(self.invalid(
                         &range.steps,
                         format!("`steps` is {steps}; from and to are two of them"),
                         &format!("give 2 to {LEVELS_MAX}"),
@@ -104,14 +104,14 @@ impl Reader<'_> {
                         "linear" => false,
                         "log" => true,
                         other => {
-                            let problem = format!("`{other}` is no scale");
-                            return Err(self.misfit(scale, problem, "choose linear or log"));
+                            let problem = format!("`{other}` is not a scale");
+                            return Err(self.invalid(scale, problem, "choose linear or log"));
                         }
                     },
                 };
                 if is_log && !(from > 0.0 && to > 0.0) {
                     let problem = "a logarithmic scale has no zero, and nothing below it";
-                    return Err(self.misfit(&range.from, problem, "begin above zero"));
+                    return Err(self.invalid(&range.from, problem, "begin above zero"));
                 }
                 for step in 0..steps {
                     let part = f64::from(step) / f64::from(steps - 1);
@@ -152,18 +152,18 @@ impl Reader<'_> {
         axis: Axis,
         given: &Spanned<Given>,
         levels: Vec<(Spanned<Word>, (T, Level))>,
-    ) -> Result<Levels<T>, Misfit> {
+    ) -> Result<Levels<T>, InvalidFile> {
         let mut seen = BTreeSet::new();
         for (word, (_, level)) in &levels {
             if !seen.insert(level.text.clone()) {
                 let problem = format!("`{axis}` has {} twice", level.text);
-                return Err(self.misfit(word, problem, "leave one out"));
+                return Err(self.invalid(word, problem, "leave one out"));
             }
         }
         let mut levels = levels.into_iter().map(|(_, level)| level);
         match levels.next() {
             Some(first) => Ok(Levels::new(first, levels)),
-            None => Err(self.misfit(
+            None => Err(self.invalid(
                 given,
                 format!("`{axis}` has no value"),
                 "give one, or leave the key out",
@@ -172,9 +172,9 @@ impl Reader<'_> {
     }
 
     /// A type's own error, whose remedy stands behind a semicolon.
-    fn split<T>(&self, at: &Spanned<T>, problem: &str) -> Misfit {
+    fn split<T>(&self, at: &Spanned<T>, problem: &str) -> InvalidFile {
         let (problem, remedy) = problem.split_once("; ").unwrap_or((problem, ""));
-        self.misfit(at, problem, remedy)
+        self.invalid(at, problem, remedy)
     }
 }
 

@@ -24,7 +24,7 @@ fn a_browser_that_is_not_there_is_said_with_what_to_do() {
     assert!(
         said.contains(
             "there is no chromium on this machine: WEBLOOP_CHROMIUM names \
-             /nonexistent/chromium, which is no program; install the package chromium, or name \
+             /nonexistent/chromium, which is not a program; install the package chromium, or name \
              the program in WEBLOOP_CHROMIUM"
         ),
         "{said}"

@@ -41,6 +41,7 @@ fn with_plant<T>(
             h,
             late: Late::Apply,
             hold: Hold::Last,
+            tick_noise: None,
         },
         plant: preset::paper_plant(),
         law: None,

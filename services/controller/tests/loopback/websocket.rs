@@ -238,7 +238,7 @@ fn a_websocket_with_a_connection_for_each_message_is_refused() {
     let address = "127.0.0.1:1".parse().expect("an address");
     let config: Config = config(folder.path(), address, settings, 1);
     let error = drive(&config).expect_err("it makes no sense");
-    assert!(matches!(error, DriveError::Misfit(_)), "{error}");
+    assert!(matches!(error, DriveError::Conflict(_)), "{error}");
     assert!(!folder.path().join("messages.csv").exists());
 }
 

@@ -22,6 +22,7 @@ pub(crate) fn config(out: &Path) -> Config {
             h: SampleTime::try_new(3_000_000).expect("3 ms"),
             late: Late::Apply,
             hold: Hold::Last,
+            tick_noise: None,
         },
         plant: preset::paper_plant(),
         law: None,

@@ -130,3 +130,17 @@ pub fn probes() -> Vec<Field> {
         always("due_lost", Boolean, "whether the link was to lose it"),
     ]
 }
+
+/// `packets.csv`.
+#[must_use]
+pub fn packets() -> Vec<Field> {
+    vec![
+        always(
+            "t_ns",
+            Integer,
+            "when it entered the link, monotonic; never before link time 0",
+        ),
+        always("way", Words, "the way that it took: to the plant, or back").one_of(&["up", "down"]),
+        always("bytes", Integer, "its length as an IP packet"),
+    ]
+}

@@ -34,11 +34,22 @@ pub fn summary() -> Vec<Field> {
         always("h_ns", Integer, "the sample time of plant and controller"),
         always("repeat", Integer, "which repeat it is, from 1"),
         sometimes(
+            "backend",
+            Words,
+            "how it was run: netns, compose, attach, or sim, which is in virtual time; empty if it has not \
+             been run",
+        ),
+        sometimes(
             "verdict",
             Words,
             "how the run ended; empty if it has not been run",
         )
-        .one_of(&["complete", "unsupported", "invalid", "failed"]),
+        .one_of(&["complete", "unsupported", "disturbed", "invalid", "failed"]),
+        sometimes(
+            "disturbed",
+            Words,
+            "what disturbed the run from outside, the longest first; empty if nothing did",
+        ),
         sometimes(
             "loop_verdict",
             Words,
@@ -48,17 +59,37 @@ pub fn summary() -> Vec<Field> {
         sometimes(
             "rtt_asked_ms",
             Number,
-            "the profile's mean round trip over a long time",
+            "the profile's mean round trip over a long time, as it says itself",
         ),
+        sometimes(
+            "rtt_asked_p50_ms",
+            Number,
+            "median round trip of the profile over a long time",
+        ),
+        sometimes("rtt_asked_p90_ms", Number, "its 90th percentile"),
         sometimes(
             "rtt_due_ms",
             Number,
             "mean round trip of the link at the instants of the echoes",
         ),
+        sometimes("rtt_due_p50_ms", Number, "their median"),
+        sometimes("rtt_due_p90_ms", Number, "their 90th percentile"),
         sometimes(
             "rtt_measured_ms",
             Number,
             "mean round trip that the echoes measured",
+        ),
+        sometimes("rtt_measured_p50_ms", Number, "their median"),
+        sometimes("rtt_measured_p90_ms", Number, "their 90th percentile"),
+        sometimes(
+            "stalled_asked",
+            Number,
+            "share of a long time in which the link is stalled, from 0 to 1; empty where it never is",
+        ),
+        sometimes(
+            "stalled_due",
+            Number,
+            "share of the run in which the link was stalled, from 0 to 1",
         ),
         sometimes("probes", Integer, "echoes sent"),
         sometimes("probes_lost", Integer, "echoes lost"),

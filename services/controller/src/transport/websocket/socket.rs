@@ -159,7 +159,7 @@ async fn read(mode: Mode, stream: &mut Incoming, under_way: &Mutex<UnderWay>) ->
             Ok(Message::Text(text)) => match answer(mode, &text) {
                 Ok(answer) => lock(under_way).answered(answer),
                 // Without a number it is nobody's, so it is everybody's.
-                Err(error) => return format!("the plant's answer is none: {error}"),
+                Err(error) => return format!("the plant's answer cannot be read: {error}"),
             },
             Ok(Message::Binary(_)) => return "the plant's answer is bytes, not text".to_owned(),
             Ok(Message::Close(None)) => return "the plant closed the socket".to_owned(),

@@ -1,0 +1,154 @@
+//! What a process looks like from outside: whether it was stopped, and how long its threads ran and
+//! waited for a processor. Read from `/proc`; of what cannot be read nothing is said.
+
+use std::fs;
+
+use serde::{Deserialize, Serialize};
+
+/// Processes beneath one that are looked at: a browser has some ten.
+const MOST: usize = 64;
+
+/// How long the threads of a process and of those beneath it have run, and waited, ready, for a
+/// processor, since they began.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Strain {
+    /// Running, ns in sum.
+    pub ran_ns: u64,
+    /// Waiting for a processor, ns in sum.
+    pub waited_ns: u64,
+}
+
+/// Whether a process is stopped, by a signal or by a debugger.
+pub(crate) fn is_stopped(pid: u32) -> bool {
+    matches!(state(pid), Some('T' | 't'))
+}
+
+/// Whether there is a process, and not only what its parent has not read of its end.
+pub(crate) fn is_there(pid: u32) -> bool {
+    state(pid).is_some_and(|state| !matches!(state, 'Z' | 'X'))
+}
+
+/// The kernel's letter for it.
+fn state(pid: u32) -> Option<char> {
+    let text = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    // The name before it is in brackets and may hold anything.
+    let (_, rest) = text.rsplit_once(") ")?;
+    rest.chars().next()
+}
+
+/// The processes beneath one, itself the first.
+pub(crate) fn family(pid: u32) -> Vec<u32> {
+    let mut found = vec![pid];
+    let mut next = 0;
+    while let Some(pid) = found.get(next).copied()
+        && found.len() < MOST
+    {
+        next += 1;
+        for thread in threads(pid) {
+            let path = format!("/proc/{pid}/task/{thread}/children");
+            let text = fs::read_to_string(path).unwrap_or_default();
+            found.extend(
+                text.split_whitespace()
+                    .filter_map(|pid| pid.parse::<u32>().ok()),
+            );
+        }
+    }
+    found
+}
+
+/// The strain of processes, in sum.
+pub(crate) fn strain(pids: &[u32]) -> Strain {
+    let mut strain = Strain::default();
+    for &pid in pids {
+        for thread in threads(pid) {
+            let path = format!("/proc/{pid}/task/{thread}/schedstat");
+            let text = fs::read_to_string(path).unwrap_or_default();
+            let mut numbers = text.split_whitespace().map(|n| n.parse().unwrap_or(0));
+            strain.ran_ns += numbers.next().unwrap_or(0);
+            strain.waited_ns += numbers.next().unwrap_or(0);
+        }
+    }
+    strain
+}
+
+/// How long all processors of this machine have been busy, ns in sum; 0 where that is not known. What the
+/// host took from them is not in it.
+#[must_use]
+pub fn busy_ns() -> u64 {
+    let [user, nice, system, _idle, _disk, interrupts, soft, _stolen] = spent_ns();
+    user + nice + system + interrupts + soft
+}
+
+/// How long the host has had the processors of this machine instead, ns in sum; 0 where that is not
+/// known.
+#[must_use]
+pub fn stolen_ns() -> u64 {
+    let [.., stolen] = spent_ns();
+    stolen
+}
+
+/// What all processors have spent their time on since the machine was started, ns in sum, in the
+/// kernel's own order.
+fn spent_ns() -> [u64; 8] {
+    /// The kernel counts in hundredths of a second, whatever its own tick.
+    const TICK_NS: u64 = 10_000_000;
+    let text = fs::read_to_string("/proc/stat").unwrap_or_default();
+    let line = text.lines().next().unwrap_or_default();
+    let mut counts = line.split_whitespace().skip(1);
+    std::array::from_fn(|_| {
+        let ticks: Option<u64> = counts.next().and_then(|field| field.parse().ok());
+        ticks.unwrap_or_default() * TICK_NS
+    })
+}
+
+/// The strain of this process and of those beneath it.
+#[must_use]
+pub fn own_strain() -> Strain {
+    strain(&family(std::process::id()))
+}
+
+fn threads(pid: u32) -> Vec<u32> {
+    let entries = fs::read_dir(format!("/proc/{pid}/task"));
+    let names = entries.into_iter().flatten().flatten();
+    names
+        .filter_map(|entry| entry.file_name().to_str()?.parse().ok())
+        .collect()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use rustix::process::{Pid, Signal, kill_process};
+    use std::process::Command;
+    use std::time::{Duration, Instant};
+
+    #[test]
+    fn a_process_that_is_stopped_is_seen_so_and_goes_on_afterwards() {
+        let mut child = Command::new("sleep").arg("20").spawn().unwrap();
+        let pid = Pid::from_raw(child.id().cast_signed()).unwrap();
+        assert!(!is_stopped(child.id()));
+        kill_process(pid, Signal::STOP).unwrap();
+        let deadline = Instant::now() + Duration::from_secs(5);
+        while !is_stopped(child.id()) && Instant::now() < deadline {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        assert!(is_stopped(child.id()));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(!is_stopped(child.id()));
+    }
+
+    #[test]
+    fn this_process_has_run_and_knows_its_children() {
+        let mut child = Command::new("sleep").arg("20").spawn().unwrap();
+        let own = std::process::id();
+        assert!(family(own).contains(&child.id()));
+        // Where the kernel keeps no such account there is none.
+        if fs::exists("/proc/self/schedstat").unwrap() {
+            assert!(strain(&family(own)).ran_ns > 0);
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+}

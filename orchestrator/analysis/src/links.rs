@@ -1,0 +1,182 @@
+//! The links under a table of cells: a line for each, what it was to be and what it was.
+//!
+//! A round trip is told by its median and by what nine of ten do not exceed. A mean over ten seconds is
+//! no figure for a link that stalls: whether one stall falls into them decides it.
+
+use crate::layout::{Column, Shown, align, digits, number, text};
+use crate::statistics::median;
+use crate::summary::Summary;
+
+const LEGEND: &str = "\
+50 %, 90 %: so many round trips are no longer, by the profile over a long time, by the link at the
+instants of the echoes, and as they measured it.";
+const LOOPBACK_LEGEND: &str = "50 %, 90 %: so many round trips are no longer, by the echoes.";
+const STALL_LEGEND: &str = " stalled: a share of a long time, and of these runs.";
+
+const COLUMNS: [Column; 9] = [
+    text("link"),
+    number("50 %/ms", "asked").shown(Shown::IfFilled),
+    number("50 %/ms", "due").shown(Shown::IfFilled),
+    number("50 %/ms", "probed"),
+    number("90 %/ms", "asked").shown(Shown::IfFilled),
+    number("90 %/ms", "due").shown(Shown::IfFilled),
+    number("90 %/ms", "probed"),
+    number("stalled/%", "asked").shown(Shown::IfFilled),
+    number("stalled/%", "here").shown(Shown::IfFilled),
+];
+
+/// By what factor a link may be stalled more or less than over a long time, and still be like itself.
+const LIKE: f64 = 2.0;
+
+/// The lines of the links, in the order of the cells, with a legend; nothing where no cell has echoes.
+pub(crate) fn render(rows: &[Summary]) -> String {
+    let links: Vec<Link> = links(rows);
+    if links.is_empty() {
+        return String::new();
+    }
+    let lines: Vec<Vec<String>> = links.iter().map(|link| link.line(&links)).collect();
+    let has_delay = links.iter().any(|link| link.p50[0].is_some());
+    let legend = if has_delay { LEGEND } else { LOOPBACK_LEGEND };
+    let mut out = align(&COLUMNS, &lines) + "\n" + legend;
+    if links.iter().any(|link| link.stalled.is_some()) {
+        out += STALL_LEGEND;
+    }
+    out += "\n";
+    for sentence in links.iter().filter_map(Link::unlike) {
+        out += &(sentence + "\n");
+    }
+    out
+}
+
+/// What the cells of one topology say of their link: medians over them, for they met it at the same time.
+struct Link<'a> {
+    name: &'a str,
+    p50: [Option<f64>; 3],
+    p90: [Option<f64>; 3],
+    /// Shares, over a long time and in these runs.
+    stalled: Option<(f64, f64)>,
+}
+
+fn links(rows: &[Summary]) -> Vec<Link<'_>> {
+    let mut names: Vec<&str> = Vec::new();
+    for row in rows.iter().filter(|row| row.rtt_measured_ms.is_some()) {
+        if !names.contains(&row.topology.as_str()) {
+            names.push(&row.topology);
+        }
+    }
+    let of = |name| {
+        let figures = |figure: fn(&Summary) -> Option<f64>| {
+            let own = |row: &&Summary| row.topology == name && row.rtt_measured_ms.is_some();
+            rows.iter()
+                .filter(own)
+                .filter_map(figure)
+                .collect::<Vec<f64>>()
+        };
+        let middle = |figure| median(&figures(figure));
+        let here = figures(|row| row.stalled_due);
+        let here = here.iter().sum::<f64>() / here.len() as f64;
+        Link {
+            name,
+            p50: [
+                middle(|row| row.rtt_asked_p50_ms),
+                middle(|row| row.rtt_due_p50_ms),
+                middle(|row| row.rtt_measured_p50_ms),
+            ],
+            p90: [
+                middle(|row| row.rtt_asked_p90_ms),
+                middle(|row| row.rtt_due_p90_ms),
+                middle(|row| row.rtt_measured_p90_ms),
+            ],
+            stalled: middle(|row| row.stalled_asked).map(|asked| (asked, here)),
+        }
+    };
+    names.into_iter().map(of).collect()
+}
+
+impl Link<'_> {
+    /// Its entries; those that no link of the table has are empty.
+    fn line(&self, all: &[Link<'_>]) -> Vec<String> {
+        let has_delay = all.iter().any(|link| link.p50[0].is_some());
+        let stalls = all.iter().any(|link| link.stalled.is_some());
+        let when = |shown: bool, figure| if shown { digits(figure) } else { String::new() };
+        let percent = |share: Option<f64>| when(stalls, share.map(|share| 100.0 * share));
+        let rtt = |[asked, due, probed]: [Option<f64>; 3]| {
+            [when(has_delay, asked), when(has_delay, due), digits(probed)]
+        };
+        let mut line = vec![self.name.to_owned()];
+        line.extend(rtt(self.p50));
+        line.extend(rtt(self.p90));
+        line.push(percent(self.stalled.map(|(asked, _)| asked)));
+        line.push(percent(self.stalled.map(|(_, here)| here)));
+        line
+    }
+
+    /// Where its runs were stalled much more or much less than the link is: a sentence that says so.
+    fn unlike(&self) -> Option<String> {
+        let (asked, here) = self.stalled?;
+        let like = asked / LIKE..=asked * LIKE;
+        (!like.contains(&here)).then(|| {
+            format!(
+                "{}: stalled {} % of these seconds, {} % over a long time.",
+                self.name,
+                digits(Some(100.0 * here)),
+                digits(Some(100.0 * asked))
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cell(
+        topology: &str,
+        p50_ms: [f64; 3],
+        p90_ms: [f64; 3],
+        stalled: Option<(f64, f64)>,
+    ) -> Summary {
+        let real = |ms: f64| (ms > 0.0).then_some(ms);
+        Summary {
+            topology: topology.to_owned(),
+            rtt_measured_ms: Some(1.0),
+            rtt_asked_p50_ms: real(p50_ms[0]),
+            rtt_due_p50_ms: real(p50_ms[1]),
+            rtt_measured_p50_ms: real(p50_ms[2]),
+            rtt_asked_p90_ms: real(p90_ms[0]),
+            rtt_due_p90_ms: real(p90_ms[1]),
+            rtt_measured_p90_ms: real(p90_ms[2]),
+            stalled_asked: stalled.map(|(asked, _)| asked),
+            stalled_due: stalled.map(|(_, here)| here),
+            ..Summary::default()
+        }
+    }
+
+    #[test]
+    fn a_link_that_was_unlike_itself_is_told_and_one_that_stalls_never_has_no_share() {
+        let quiet = |here| {
+            cell(
+                "couva",
+                [9.6, 9.4, 9.5],
+                [243.1, 16.2, 16.3],
+                Some((0.142, here)),
+            )
+        };
+        let rows = [
+            cell("arima", [0.0, 0.0, 0.021], [0.0, 0.0, 0.030], None),
+            cell("buccoo", [3.38, 3.37, 3.41], [4.01, 3.99, 4.03], None),
+            quiet(0.004),
+            quiet(0.0),
+        ];
+        insta::assert_snapshot!(render(&rows));
+        // Within a factor of two nothing is said.
+        assert!(!render(&[quiet(0.08)]).contains("over a long time."));
+        assert!(render(&[quiet(0.3)]).contains("stalled 30.0 % of these seconds, 14.2 %"));
+    }
+
+    #[test]
+    fn cells_without_echoes_have_no_links() {
+        assert_eq!(render(&[Summary::default()]), "");
+        assert_eq!(render(&[]), "");
+    }
+}

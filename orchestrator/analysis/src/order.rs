@@ -1,0 +1,229 @@
+//! In what order the rows of a whole file are: each number once, and none missing.
+//!
+//! Who takes rows out of a file and brings its checksum up to date cannot bring back their numbers.
+
+use std::collections::BTreeSet;
+
+use endpoint::{ArrivalRow, MessageRow, TickRow};
+use plan::{Phase, ProbeRow};
+
+/// `ticks.csv`: k counts from 0, and each tick is due h after the one before.
+#[derive(Debug)]
+pub(crate) struct TickOrder {
+    h_ns: u64,
+    next: Option<TickDue>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct TickDue {
+    k: u64,
+    t_due_ns: u64,
+}
+
+impl TickOrder {
+    pub(crate) fn new(h_ns: u64) -> Self {
+        Self { h_ns, next: None }
+    }
+
+    pub(crate) fn check(&mut self, row: &TickRow) -> Result<(), String> {
+        let due = self.next.unwrap_or(TickDue {
+            k: 0,
+            t_due_ns: row.t_due_ns,
+        });
+        follows("k", row.k, due.k)?;
+        if row.t_due_ns != due.t_due_ns {
+            return Err(format!(
+                "t_due_ns is {}, and {} is h = {} ns after the tick before",
+                row.t_due_ns, due.t_due_ns, self.h_ns
+            ));
+        }
+        self.next = Some(TickDue {
+            k: due.k + 1,
+            t_due_ns: due.t_due_ns.saturating_add(self.h_ns),
+        });
+        Ok(())
+    }
+}
+
+/// `arrivals.csv`: n counts from 0.
+#[derive(Debug, Default)]
+pub(crate) struct ArrivalOrder {
+    next: u64,
+}
+
+impl ArrivalOrder {
+    pub(crate) fn check(&mut self, row: &ArrivalRow) -> Result<(), String> {
+        follows("n", row.n, self.next)?;
+        self.next += 1;
+        Ok(())
+    }
+}
+
+/// `messages.csv`: each seq up to the greatest once, in the order in which messages ended.
+#[derive(Debug, Default)]
+pub(crate) struct MessageOrder {
+    /// All below have come.
+    next: u64,
+    /// What has come beyond it: messages that ended before an earlier one.
+    beyond: BTreeSet<u64>,
+}
+
+impl MessageOrder {
+    pub(crate) fn check(&mut self, row: &MessageRow) -> Result<(), String> {
+        if row.seq < self.next || !self.beyond.insert(row.seq) {
+            return Err(format!("seq {} is there a second time", row.seq));
+        }
+        while self.beyond.remove(&self.next) {
+            self.next += 1;
+        }
+        Ok(())
+    }
+
+    /// Whether all have come.
+    pub(crate) fn end(&self) -> Result<(), String> {
+        match self.beyond.last() {
+            None => Ok(()),
+            Some(last) => Err(format!(
+                "seq {} is missing, and the rows go up to {last}",
+                self.next
+            )),
+        }
+    }
+}
+
+/// `probes.csv`: one phase after the other, and seq counts from 0 in each.
+#[derive(Debug, Default)]
+pub(crate) struct ProbeOrder {
+    phase: Option<Phase>,
+    next: u32,
+    /// Echoes through the link, which are not those of the empty one.
+    pub(crate) through: u64,
+}
+
+impl ProbeOrder {
+    pub(crate) fn check(&mut self, row: &ProbeRow) -> Result<(), String> {
+        if self.phase != Some(row.phase) {
+            if self
+                .phase
+                .is_some_and(|phase| phase as u8 > row.phase as u8)
+            {
+                return Err("its phase is over already".to_owned());
+            }
+            (self.phase, self.next) = (Some(row.phase), 0);
+        }
+        follows("seq", row.seq.into(), self.next.into())?;
+        self.next += 1;
+        self.through += u64::from(row.phase != Phase::Empty);
+        Ok(())
+    }
+}
+
+fn follows(name: &str, found: u64, due: u64) -> Result<(), String> {
+    match found == due {
+        true => Ok(()),
+        false => Err(format!(
+            "{name} is {found} where {due} is next: rows are missing, or in another order"
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use endpoint::MessageOutcome;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn message(seq: u64) -> MessageRow {
+        MessageRow {
+            seq,
+            t_due_ns: 0,
+            t_send_ns: None,
+            t_receive_ns: None,
+            t_arrive_ns: None,
+            r: 1.0,
+            y: None,
+            e: None,
+            u: None,
+            tick: None,
+            outcome: MessageOutcome::Missed,
+        }
+    }
+
+    fn is_whole(seqs: &[u64]) -> bool {
+        let mut order = MessageOrder::default();
+        seqs.iter().all(|seq| order.check(&message(*seq)).is_ok()) && order.end().is_ok()
+    }
+
+    fn ticks(rows: &[(u64, u64)]) -> Result<(), String> {
+        let mut order = TickOrder::new(10);
+        rows.iter().try_for_each(|(k, t_due_ns)| {
+            order.check(&TickRow {
+                k: *k,
+                t_due_ns: *t_due_ns,
+                t_tick_ns: 0,
+                u: 0.0,
+                y: 0.0,
+                seq: None,
+            })
+        })
+    }
+
+    #[test]
+    fn ticks_are_h_apart_from_wherever_they_begin() {
+        assert_eq!(ticks(&[(0, 7), (1, 17), (2, 27)]), Ok(()));
+        for rows in [[(1, 7), (2, 17)], [(0, 7), (2, 27)], [(0, 7), (1, 18)]] {
+            assert!(ticks(&rows).is_err(), "{rows:?}");
+        }
+    }
+
+    #[test]
+    fn echoes_count_in_each_phase() {
+        let row = |(phase, seq)| ProbeRow {
+            phase,
+            seq,
+            t_send_ns: 0,
+            t_reach_ns: None,
+            t_back_ns: None,
+            due_up_ns: 0,
+            due_down_ns: 0,
+            due_lost: false,
+        };
+        use Phase::{After, Before, Empty};
+        let check = |rows: &[(Phase, u32)]| {
+            let mut order = ProbeOrder::default();
+            rows.iter()
+                .try_for_each(|r| order.check(&row(*r)))
+                .map(|()| order.through)
+        };
+        assert_eq!(
+            check(&[(Empty, 0), (Empty, 1), (Before, 0), (After, 0)]),
+            Ok(2)
+        );
+        for rows in [
+            [(Empty, 0), (Empty, 2)],
+            [(Before, 1), (After, 0)],
+            [(After, 0), (Before, 0)],
+        ] {
+            assert!(check(&rows).is_err(), "{rows:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn messages_are_whole_in_any_order_and_never_without_one_or_with_one_twice(
+            seqs in (2u64..40).prop_flat_map(|n| Just((0..n).collect::<Vec<_>>()).prop_shuffle()),
+            at in any::<prop::sample::Index>(),
+        ) {
+            prop_assert!(is_whole(&seqs));
+            let at = at.index(seqs.len());
+            let mut twice = seqs.clone();
+            twice.insert(at, seqs[at]);
+            prop_assert!(!is_whole(&twice));
+            let mut without = seqs.clone();
+            let last = without.remove(at) == seqs.len() as u64 - 1;
+            // Without the greatest there is nothing that tells of it: the count of rows does.
+            prop_assert_eq!(is_whole(&without), last);
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! The link proves itself: which echoes are sent through it, their rows, and the certificate.
+//!
+//! Sending them is the site's business, and judging one the shaper's.
+
+use std::net::Ipv4Addr;
+
+use link::{PacketRow, Profile, Timeline, Way};
+use plan::{Phase, ProbeRow};
+use shaper::{Baseline, Certificate, Echo, Edge, Prediction, ProbePlan, certify_within, predict};
+
+use crate::schedule::Series;
+
+/// How long an echo may come later than its link says: a machine that is busy beyond this
+/// could not be judged anyway.
+const GRACE_NS: u64 = 500_000_000;
+
+/// That nothing is known of what entered a link: before it has been played.
+pub(crate) const NOTHING_ENTERED: [Option<Vec<PacketRow>>; 2] = [None, None];
+
+/// A link under test.
+#[derive(Clone, Copy)]
+pub(crate) struct LinkCheck<'a> {
+    /// The plant's address.
+    pub(crate) target: Ipv4Addr,
+    pub(crate) profile: &'a Profile,
+    pub(crate) seed: u64,
+    pub(crate) epoch_ns: u64,
+    /// What entered each way, where the link has a rate limit and that is known.
+    pub(crate) entered: &'a [Option<Vec<PacketRow>>; 2],
+}
+
+impl LinkCheck<'_> {
+    /// What the prober is asked for a series.
+    pub(crate) fn plan(&self, series: Series) -> ProbePlan {
+        ProbePlan {
+            target: self.target,
+            start_ns: series.start_ns,
+            interval_ns: series.interval_ns,
+            count: series.count,
+            seed: Some(self.seed),
+            grace_ns: self.longest_ns(series).saturating_add(GRACE_NS),
+            id: series.phase as u16,
+        }
+    }
+
+    /// The longest round trip that the link has for the last echoes of a series: there is no
+    /// use in waiting longer for one that was lost.
+    fn longest_ns(&self, series: Series) -> u64 {
+        /// A stall that began before the last echo may hold it; no need to look back further.
+        const LOOK_BACK: u32 = 1_000;
+        let mut timeline = self.timeline();
+        let first = series.count.saturating_sub(LOOK_BACK);
+        (first..series.count)
+            .map(|seq| {
+                let sent_ns = series.start_ns + u64::from(seq) * series.interval_ns;
+                let up_ns = timeline.state_at(Way::Up, sent_ns).delay_ns;
+                up_ns + timeline.state_at(Way::Down, sent_ns + up_ns).delay_ns
+            })
+            .max()
+            .unwrap_or(0)
+    }
+
+    /// What the crossing of the player itself costs; `None` if no echo came back.
+    pub(crate) fn baseline(&self, empty: &[Echo]) -> Option<Baseline> {
+        if self.profile.is_loopback() {
+            return Some(Baseline::default());
+        }
+        Baseline::of(empty)
+    }
+
+    /// Holds all echoes after the epoch against the link, as exactly as its player keeps to its
+    /// times.
+    pub(crate) fn certificate(
+        &self,
+        echoes: &[Echo],
+        baseline: Baseline,
+        edge: Edge,
+    ) -> Certificate {
+        certify_within(echoes, self.timeline(), baseline, edge)
+    }
+
+    /// The echoes, in order of sending, but for those whose answer was due after it was listened for:
+    /// of a queue that grows over the run nobody knows beforehand how long that is.
+    pub(crate) fn heard(&self, echoes: Vec<Echo>) -> Vec<Echo> {
+        if !self.profile.has_rate() {
+            return echoes;
+        }
+        let predictions = predict(&echoes, &mut self.timeline());
+        let is_heard = |(echo, due): &(Echo, Prediction)| {
+            let due_ns = due.up.delay_ns.saturating_add(due.down.delay_ns);
+            echo.t_back_ns.is_some() || due_ns <= GRACE_NS
+        };
+        let each = echoes.into_iter().zip(predictions);
+        each.filter(is_heard).map(|(echo, _)| echo).collect()
+    }
+
+    /// The rows of a series, each beside its prediction.
+    pub(crate) fn rows(&self, phase: Phase, echoes: &[Echo]) -> Vec<ProbeRow> {
+        let row = |echo: &Echo, (due_up_ns, due_down_ns, due_lost)| ProbeRow {
+            phase,
+            seq: echo.seq,
+            t_send_ns: echo.t_send_ns,
+            t_reach_ns: echo.t_reach_ns,
+            t_back_ns: echo.t_back_ns,
+            due_up_ns,
+            due_down_ns,
+            due_lost,
+        };
+        predict(echoes, &mut self.timeline())
+            .iter()
+            .zip(echoes)
+            .map(|(due, echo)| {
+                row(
+                    echo,
+                    (due.up.delay_ns, due.down.delay_ns, due.rtt_ns().is_none()),
+                )
+            })
+            .collect()
+    }
+
+    /// The link as it was to be.
+    pub(crate) fn timeline(&self) -> Timeline {
+        let timeline = Timeline::new(self.profile, self.seed, self.epoch_ns);
+        let ways = [Way::Up, Way::Down].into_iter().zip(self.entered);
+        ways.fold(timeline, |timeline, (way, entered)| match entered {
+            Some(packets) => {
+                let packets = packets.iter().map(|packet| (packet.t_ns, packet.bytes));
+                timeline.with_load(way, packets)
+            }
+            None => timeline,
+        })
+    }
+}

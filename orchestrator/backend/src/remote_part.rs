@@ -1,0 +1,91 @@
+//! A part of a run that an agent has started.
+
+use std::time::{Duration, Instant};
+
+use agent::{RemoteRun, RoleState, Seen};
+
+use crate::RunError;
+use crate::site::Running;
+
+/// How often an agent is asked how a part is: a request is work for a machine that measures.
+const LOOK_EVERY: Duration = Duration::from_millis(250);
+
+/// A role at an agent. Dropping it ends it.
+pub(crate) struct RemotePart<'a> {
+    run: &'a RemoteRun,
+    name: &'static str,
+    looked: Instant,
+    ended: bool,
+}
+
+impl<'a> RemotePart<'a> {
+    /// Starts `role` as `name`; gives what it said when it was ready, too.
+    pub(crate) fn start(
+        run: &'a RemoteRun,
+        name: &'static str,
+        role: &str,
+        settings: &[(&'static str, String)],
+    ) -> Result<(RemotePart<'a>, String), RunError> {
+        let said = run.start(name, role, settings)?;
+        let remote_part = RemotePart {
+            run,
+            name,
+            looked: Instant::now(),
+            ended: false,
+        };
+        Ok((remote_part, said))
+    }
+
+    fn note(&mut self, state: RoleState) -> Result<bool, RunError> {
+        self.looked = Instant::now();
+        match state {
+            RoleState::Running => Ok(false),
+            RoleState::Ended { code, words } => {
+                self.ended = true;
+                match code {
+                    0 => Ok(true),
+                    _ => Err(RunError::role(
+                        self.name,
+                        format!("ended with exit code {code}: {words}"),
+                    )),
+                }
+            }
+        }
+    }
+}
+
+impl Running for RemotePart<'_> {
+    fn ended(&mut self) -> Result<bool, RunError> {
+        if self.ended || self.looked.elapsed() < LOOK_EVERY {
+            return Ok(self.ended);
+        }
+        let state = self.run.state(self.name)?;
+        self.note(state)
+    }
+
+    fn seen(&self) -> Result<Seen, RunError> {
+        Ok(self.run.seen(self.name)?)
+    }
+
+    fn is_beneath(&self) -> bool {
+        false
+    }
+
+    fn terminate(&mut self) {
+        if !self.ended {
+            // What cannot be told to end now ends with the run, or with its agent.
+            self.ended = self.run.stop(self.name).is_ok();
+        }
+    }
+
+    fn stop(mut self: Box<Self>) -> Result<(), RunError> {
+        let state = self.run.stop(self.name)?;
+        self.note(state).map(drop)
+    }
+}
+
+impl Drop for RemotePart<'_> {
+    fn drop(&mut self) {
+        self.terminate();
+    }
+}

@@ -1,0 +1,213 @@
+//! A cell that is run and disturbed meanwhile.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use plan::Plan;
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::effect::Effect;
+use crate::player::OtherPlayer;
+use crate::sabotage::Sabotage;
+use crate::target::Target;
+
+/// What makes a wired link one with a rate, wide enough for the loop.
+const NARROW: &str = "
+[both]
+rate = \"2mbit\"
+";
+
+/// A seed that no plan comes to by chance.
+const OTHER_SEED: &str = "4711";
+
+/// Cells that are alike but for their links' seeds.
+pub(crate) struct Series {
+    folder: TempDir,
+    plan: Plan,
+}
+
+/// What a series is made of.
+#[derive(Clone, Debug)]
+pub(crate) struct Setup {
+    /// A built-in topology, the path of a profile, or `narrow`.
+    pub(crate) topology: String,
+    pub(crate) client: String,
+    pub(crate) h: String,
+    pub(crate) duration: String,
+    pub(crate) times: usize,
+}
+
+/// What came of a cell.
+pub(crate) struct Outcome {
+    pub(crate) verdict: String,
+    pub(crate) reasons: Vec<String>,
+    /// What was done to it, in numbers; or why it could not be done.
+    pub(crate) done: Result<String, String>,
+    /// What its rows say; or why they cannot be read.
+    pub(crate) effect: Result<Effect, String>,
+}
+
+impl Series {
+    /// Makes the plan, by webloop itself.
+    pub(crate) fn new(setup: &Setup) -> Result<Self, String> {
+        let folder = tempfile::tempdir().map_err(|problem| problem.to_string())?;
+        let topology = match setup.topology.as_str() {
+            "narrow" => narrow(folder.path()),
+            other => match fs::canonicalize(other) {
+                Ok(path) => path.display().to_string(),
+                Err(_) => other.to_owned(),
+            },
+        };
+        let (experiment, plan) = (
+            folder.path().join("test.toml"),
+            folder.path().join("plan.json"),
+        );
+        let text = format!(
+            "name = \"sabotage\"\n[[cells]]\ntopology = [{topology:?}]\nclient = [{:?}]\n\
+             mode = \"closed\"\nh = [{:?}]\nduration = {:?}\nrepeats = {}\n",
+            setup.client, setup.h, setup.duration, setup.times
+        );
+        fs::write(&experiment, text).unwrap();
+        let output = crate::webloop::command()
+            .arg("matrix")
+            .arg(&experiment)
+            .arg("--plan")
+            .arg(&plan)
+            .output()
+            .unwrap();
+        if !output.status.success() {
+            return Err(crate::webloop::said(&output));
+        }
+        let plan = Plan::from_json(&fs::read_to_string(plan).unwrap())?;
+        Ok(Self { folder, plan })
+    }
+
+    /// Runs one of its cells, from 0, under `sabotage`.
+    pub(crate) fn run(&self, index: usize, sabotage: &Sabotage) -> Outcome {
+        let cell = &self.plan.cells[index];
+        let out = self.folder.path().join(format!("out-{index}"));
+        let folder = backend::cell_folder(&out, cell);
+        let ended = AtomicBool::new(false);
+        let (done, said) = thread::scope(|scope| {
+            let saboteur = scope.spawn(|| {
+                let target = Target::find(&folder, cell.duration_ns, &ended)?;
+                sabotage.perform(&target)
+            });
+            // On a thread of its own, whose view of the machine's files may be another.
+            let cell = scope.spawn(|| {
+                let said = self.run_cell(index, &out, sabotage);
+                ended.store(true, Ordering::Relaxed);
+                said
+            });
+            let said = joined(cell);
+            (joined(saboteur), said)
+        });
+        let said = match said {
+            Ok(said) => said,
+            Err(problem) => return Outcome::none(problem),
+        };
+        let Ok(text) = fs::read_to_string(folder.join("manifest.json")) else {
+            return Outcome::none(format!("no manifest: {said}"));
+        };
+        // Not as plan's own type: verdicts may be more than it knows.
+        let manifest: Value = serde_json::from_str(&text).unwrap();
+        let reasons = manifest["reasons"].as_array().into_iter().flatten();
+        let epoch_ns = manifest["epoch_ns"].as_u64().unwrap_or(0);
+        Outcome {
+            verdict: manifest["verdict"].as_str().unwrap_or("none").to_owned(),
+            reasons: reasons
+                .filter_map(|reason| reason.as_str().map(str::to_owned))
+                .collect(),
+            done,
+            effect: Effect::read(&self.plan, cell, &folder, epoch_ns),
+        }
+    }
+
+    /// Runs the cell to its end, and gives what it said.
+    fn run_cell(&self, index: usize, out: &Path, sabotage: &Sabotage) -> Result<String, String> {
+        let program = Path::new(env!("CARGO_BIN_EXE_webloop"));
+        let folder = self.folder.path();
+        let other = match sabotage {
+            Sabotage::Seed => Some(OtherPlayer::told("seed", OTHER_SEED, program, folder)?),
+            Sabotage::Rate(rate) => {
+                let profile = self.with_rate(index, rate);
+                Some(OtherPlayer::told("profile", &profile, program, folder)?)
+            }
+            _ => None,
+        };
+        let program = other
+            .as_ref()
+            .map_or_else(|| program.to_owned(), OtherPlayer::program);
+        let output = Command::new(program)
+            .env_remove("RUST_LOG")
+            .stdin(Stdio::null())
+            .args(["run-cell", "--tries", "1"])
+            .arg("--plan")
+            .arg(self.plan_file())
+            .args([
+                "--index",
+                &self.plan.cells[index].index.to_string(),
+                "--out",
+            ])
+            .arg(out)
+            .output()
+            .map_err(|problem| format!("cannot start a cell: {problem}"))?;
+        Ok(crate::webloop::said(&output))
+    }
+
+    /// The path of a cell's profile with this rate in place of its own, or of none.
+    fn with_rate(&self, index: usize, rate: &str) -> String {
+        let source = &self.plan.profiles[&self.plan.cells[index].topology].source;
+        let text = match source.contains(NARROW) {
+            true => source.replace(NARROW, &narrow_to(rate)),
+            false => source.clone() + &narrow_to(rate),
+        };
+        let path = self.folder.path().join("other-profile.toml");
+        fs::write(&path, text).unwrap();
+        path.display().to_string()
+    }
+
+    fn plan_file(&self) -> PathBuf {
+        self.folder.path().join("plan.json")
+    }
+}
+
+impl Outcome {
+    /// Whether the cell did not run to its end, whatever was done to it.
+    pub(crate) fn has_failed(&self) -> bool {
+        ["failed", "none"].contains(&self.verdict.as_str())
+    }
+
+    fn none(problem: String) -> Self {
+        Self {
+            verdict: "none".to_owned(),
+            reasons: Vec::new(),
+            done: Err(problem.clone()),
+            effect: Err(problem),
+        }
+    }
+}
+
+/// What a profile has at its end where it has a rate.
+fn narrow_to(rate: &str) -> String {
+    NARROW.replace("2mbit", rate)
+}
+
+/// A profile with a rate, in `folder`.
+fn narrow(folder: &Path) -> String {
+    let buccoo = link::Profile::builtin("buccoo").unwrap();
+    let text = buccoo.replace("name = \"buccoo\"", "name = \"narrow\"");
+    let path = folder.join("narrow.toml");
+    fs::write(&path, text + NARROW).unwrap();
+    path.display().to_string()
+}
+
+fn joined<T>(thread: thread::ScopedJoinHandle<'_, T>) -> T {
+    thread
+        .join()
+        .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}

@@ -1,0 +1,131 @@
+//! What became of each kind, in a table.
+
+use std::collections::BTreeMap;
+
+use crate::cell::Outcome;
+use crate::kind::Kind;
+
+/// Reasons are shown so far.
+const SHOWN: usize = 100;
+
+/// The cells of a kind, counted.
+pub(crate) struct Row {
+    kind: &'static Kind,
+    made: usize,
+    /// Not `complete`.
+    found: usize,
+    /// Found, and by one of the kind's words.
+    named: usize,
+    verdicts: BTreeMap<String, usize>,
+    /// The first reason of each cell; of those that were found and not named too.
+    reasons: BTreeMap<String, usize>,
+    skipped: Option<String>,
+}
+
+impl Row {
+    pub(crate) fn new(kind: &'static Kind) -> Self {
+        Self {
+            kind,
+            made: 0,
+            found: 0,
+            named: 0,
+            verdicts: BTreeMap::new(),
+            reasons: BTreeMap::new(),
+            skipped: None,
+        }
+    }
+
+    /// Says why no more of them can be made.
+    pub(crate) fn skip(&mut self, reason: String) {
+        self.skipped = Some(reason);
+    }
+
+    pub(crate) fn count(&mut self, outcome: &Outcome) {
+        *self.verdicts.entry(outcome.verdict.clone()).or_default() += 1;
+        match &outcome.done {
+            // It may have ended before anything was done to it.
+            _ if outcome.has_failed() => return,
+            Err(problem) => return self.skip(problem.clone()),
+            Ok(_) => self.made += 1,
+        }
+        self.found += usize::from(["invalid", "disturbed"].contains(&outcome.verdict.as_str()));
+        let names = |reason: &&String| self.kind.words.iter().any(|word| reason.contains(word));
+        let naming = outcome.reasons.iter().find(names);
+        self.named += usize::from(naming.is_some());
+        if let Some(reason) = naming.or(outcome.reasons.first()) {
+            *self.reasons.entry(shape(reason)).or_default() += 1;
+        }
+    }
+
+    /// Whether no more of them can be made.
+    pub(crate) fn is_skipped(&self) -> bool {
+        self.skipped.is_some()
+    }
+
+    /// To be called after the last of them.
+    pub(crate) fn finish(&mut self) {
+        if self.made == 0 && self.skipped.is_none() {
+            self.skip("no cell ran to its end".to_owned());
+        }
+    }
+
+    /// Whether it was found where nothing was done, or not found, or not named, where something
+    /// was.
+    pub(crate) fn is_missed(&self) -> bool {
+        match (&self.skipped, self.kind.words) {
+            (Some(_), _) => false,
+            (None, []) => self.found >= self.made,
+            (None, _) => self.found.min(self.named) < self.made,
+        }
+    }
+
+    /// In a word, as the usual harness has it.
+    pub(crate) fn result(&self) -> String {
+        match &self.skipped {
+            Some(reason) => format!("SKIPPED: {reason}"),
+            None if !self.is_missed() => "ok".to_owned(),
+            None if self.kind.words.is_empty() => "FALSE ALARM".to_owned(),
+            None if self.found < self.made => "NOT FOUND".to_owned(),
+            None => "NOT NAMED".to_owned(),
+        }
+    }
+}
+
+/// A reason with its numbers left out, so that those of one cause are one.
+fn shape(reason: &str) -> String {
+    let mut shape = String::new();
+    for letter in reason.chars() {
+        let letter = if letter.is_ascii_digit() { '#' } else { letter };
+        if !(letter == '#' && shape.ends_with('#')) {
+            shape.push(letter);
+        }
+    }
+    shape.chars().take(SHOWN).collect()
+}
+
+/// Prints all rows.
+pub(crate) fn print(rows: &[Row]) {
+    let width = rows
+        .iter()
+        .map(|row| row.kind.name.len())
+        .max()
+        .unwrap_or(0);
+    println!("\n{:width$}  made  found  named  verdicts; reasons", "kind");
+    for row in rows {
+        let list = |counts: &BTreeMap<String, usize>, separator: &str| {
+            let words = counts.iter().map(|(word, count)| format!("{count} {word}"));
+            words.collect::<Vec<_>>().join(separator)
+        };
+        println!(
+            "{:width$}  {:4}  {:5}  {:5}  {}; {}",
+            row.kind.name,
+            row.made,
+            row.found,
+            row.named,
+            row.skipped
+                .clone()
+                .unwrap_or_else(|| list(&row.verdicts, ", ")),
+            list(&row.reasons, " | ")
+        );
+    }
+}

@@ -1,0 +1,219 @@
+//! What was held up and cannot say it by rows of its own: the player, a process that was stopped or
+//! starved, a processor that stood still.
+
+use plan::Disturbance;
+use serde::{Deserialize, Serialize};
+
+use crate::limit::{OTHERS_SHARE, Stillness, WAITED_SHARE};
+
+/// A time in which something did not run though it should have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Gap {
+    /// When it ended, monotonic.
+    pub t_ns: u64,
+    /// How long it was.
+    pub ns: u64,
+}
+
+/// What threads saw that wake each millisecond, one on each processor.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pulse {
+    /// Processors that had one.
+    pub processors: usize,
+    /// Whether they had real-time scheduling, ahead of every part of the run.
+    pub real_time: bool,
+    /// Beats of all of them.
+    pub beats: u64,
+    /// The longest that a beat was late, ms.
+    pub longest_ms: f64,
+    /// What the host took from this machine's processors meanwhile, ms of one processor.
+    pub stolen_ms: f64,
+    /// Beats that were late by 2 ms or more: the first two hundred of each processor.
+    pub gaps: Vec<Gap>,
+}
+
+/// What was seen of a process from outside while the controller ran.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Watched {
+    /// How often it was looked at.
+    pub looks: u64,
+    /// How often it was stopped then, by a signal or a debugger.
+    pub stopped: u64,
+    /// When it was first seen stopped, monotonic.
+    pub stopped_at_ns: u64,
+    /// How long its threads ran, ms in sum; 0 where that was not looked at.
+    pub ran_ms: f64,
+    /// How long they waited, ready, for a processor, ms in sum.
+    pub waited_ms: f64,
+    /// Share of all processors' time that went to what is no part of the run, 0 to 1.
+    pub others: f64,
+}
+
+/// A disturbance that is told like this.
+pub(crate) fn describe(
+    what: &str,
+    t_ns: u64,
+    from_ns: u64,
+    longest_ms: f64,
+    words: String,
+) -> Disturbance {
+    let at_s = (t_ns as f64 - from_ns as f64) * 1e-9;
+    Disturbance {
+        what: what.to_owned(),
+        at_s: (at_s * 1e3).round() / 1e3,
+        longest_ms: (longest_ms * 1e3).round() / 1e3,
+        words,
+    }
+}
+
+/// Whether gaps between `from_ns` and `to_ns` are too long, or too many.
+fn still(
+    what: &str,
+    gaps: &[Gap],
+    real_time: bool,
+    processors: usize,
+    from_ns: u64,
+    to_ns: u64,
+    hint: &str,
+) -> Option<Disturbance> {
+    let limit = Stillness::of(real_time);
+    let inside = || {
+        gaps.iter()
+            .filter(|gap| gap.t_ns > from_ns && gap.t_ns.saturating_sub(gap.ns) < to_ns)
+    };
+    let longest = inside().max_by_key(|gap| gap.ns)?;
+    let longest_ms = longest.ns as f64 * 1e-6;
+    let all_ms = inside().map(|gap| gap.ns as f64 * 1e-6).sum::<f64>();
+    let time_ms = to_ns.saturating_sub(from_ns) as f64 * 1e-6 * processors.max(1) as f64;
+    let share = all_ms / time_ms.max(1.0);
+    if longest_ms < limit.longest_ms && share <= limit.share {
+        return None;
+    }
+    Some(describe(
+        what,
+        longest.t_ns,
+        from_ns,
+        longest_ms,
+        format!(
+            "the {what} was held up {} times, for {longest_ms:.0} ms at the longest (limit {:.0} \
+             ms) and {:.1} % of the time (limit {:.0} %){hint}",
+            inside().count(),
+            limit.longest_ms,
+            100.0 * share,
+            100.0 * limit.share
+        ),
+    ))
+}
+
+/// Whether the player was held up.
+#[must_use]
+pub fn player(pauses: &[Gap], real_time: bool, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
+    still("player", pauses, real_time, 1, from_ns, to_ns, "")
+}
+
+impl Pulse {
+    /// Whether a processor stood still, or was taken away from all parts of the run.
+    #[must_use]
+    pub fn judge(&self, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
+        let hint = match self.stolen_ms >= 1.0 {
+            true => format!("; the host took {:.0} ms of them", self.stolen_ms),
+            false => String::new(),
+        };
+        still(
+            "machine",
+            &self.gaps,
+            self.real_time,
+            self.processors,
+            from_ns,
+            to_ns,
+            &hint,
+        )
+    }
+}
+
+impl Watched {
+    /// Whether the process called `what` was stopped, or, where that counts, starved.
+    #[must_use]
+    pub fn judge(&self, what: &str, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
+        let time_ms = to_ns.saturating_sub(from_ns) as f64 * 1e-6;
+        if self.stopped > 0 {
+            let share = self.stopped as f64 / self.looks.max(1) as f64;
+            return Some(describe(
+                what,
+                self.stopped_at_ns,
+                from_ns,
+                share * time_ms,
+                format!(
+                    "the {what} was stopped, by a signal or a debugger: so found {} times of {}",
+                    self.stopped, self.looks
+                ),
+            ));
+        }
+        let share = self.waited_ms / time_ms.max(1.0);
+        (share > WAITED_SHARE && self.others > OTHERS_SHARE).then(|| {
+            describe(
+                what,
+                from_ns,
+                from_ns,
+                self.waited_ms,
+                format!(
+                    "the {what} was starved: its threads waited {:.0} ms for a processor, {:.0} % of \
+                     the time (limit {:.0} %), and other programs had {:.0} % of all processors (limit \
+                     {:.0} %)",
+                    self.waited_ms,
+                    100.0 * share,
+                    100.0 * WAITED_SHARE,
+                    100.0 * self.others,
+                    100.0 * OTHERS_SHARE
+                ),
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+    const S: u64 = 1_000 * MS;
+
+    fn gap(t_ms: u64, ms: u64) -> Gap {
+        Gap {
+            t_ns: t_ms * MS,
+            ns: ms * MS,
+        }
+    }
+
+    #[test]
+    fn one_long_pause_and_many_short_ones_count_and_those_outside_the_run_do_not() {
+        let player = |gaps: &[Gap]| player(gaps, true, S, 3 * S);
+        assert_eq!(player(&[gap(900, 300)]), None);
+        assert_eq!(player(&[gap(3400, 300)]), None);
+        assert_eq!(player(&[gap(1500, 6), gap(2000, 6)]), None);
+        let once = player(&[gap(1500, 300)]).expect("300 ms");
+        assert_eq!((once.at_s, once.longest_ms), (0.5, 300.0));
+        let often: Vec<Gap> = (0..10).map(|n| gap(1000 + 100 * n, 6)).collect();
+        assert!(
+            player(&often)
+                .expect("3 % of the time")
+                .words
+                .contains("9 times")
+        );
+    }
+
+    #[test]
+    fn without_real_time_scheduling_a_pulse_tells_less() {
+        let mut pulse = Pulse {
+            processors: 2,
+            real_time: true,
+            gaps: vec![gap(1500, 30)],
+            ..Pulse::default()
+        };
+        assert!(pulse.judge(S, 3 * S).is_some());
+        pulse.real_time = false;
+        assert_eq!(pulse.judge(S, 3 * S), None);
+    }
+}

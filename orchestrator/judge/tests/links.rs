@@ -1,0 +1,242 @@
+//! Messages made up from a link's own function of time, then tampered with: the right link is borne
+//! out by them, and each thing that is done to it is found and named.
+
+use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow};
+use judge::message::{Fault, hold};
+use judge::{Allowance, Messages, Terms};
+use link::{Profile, Timeline, Way};
+use plan::Client;
+use proptest::prelude::*;
+
+const MS: u64 = 1_000_000;
+const EPOCH_NS: u64 = 1_000 * MS;
+const START_NS: u64 = EPOCH_NS + 1_300 * MS;
+/// What the client, the kernels and the plant take each way.
+const COST_NS: u64 = 150_000;
+
+fn profile(name: &str) -> Profile {
+    let source = Profile::builtin(name).expect("a profile that is built in");
+    read(source)
+}
+
+fn read(source: &str) -> Profile {
+    let (profile, findings) = Profile::read(source, "test", &|_| Err("no trace".into()));
+    profile.unwrap_or_else(|| panic!("{findings:?}"))
+}
+
+/// What is done to a way's packets.
+#[derive(Clone, Copy, Default)]
+struct Tampering {
+    /// They do not go through the link at all.
+    around: bool,
+    /// So many more are lost, one in this number; 0 is none.
+    one_in_lost: u64,
+    /// They take so much longer.
+    delay_ns: u64,
+}
+
+/// Two seconds of messages, one each h, over the link of `seed`.
+fn messages(
+    profile: &Profile,
+    seed: u64,
+    h_ns: u64,
+    [up, down]: [Tampering; 2],
+) -> (Vec<MessageRow>, Vec<ArrivalRow>) {
+    const RESEND_NS: u64 = 224 * MS;
+    let mut link = Timeline::new(profile, seed, EPOCH_NS);
+    let mut cross = |way, tampering: Tampering, t_ns: u64, seq: u64| {
+        if tampering.around {
+            return t_ns + COST_NS;
+        }
+        let mut enters_ns = t_ns + COST_NS / 3;
+        // By the number, so that the same are lost whatever the seed is.
+        if tampering.one_in_lost > 0 && seq % tampering.one_in_lost == 7 {
+            enters_ns += RESEND_NS;
+        }
+        // As `state_at` has it: packets of two messages may be asked for out of order.
+        while link.state_at(way, enters_ns).lost {
+            enters_ns += RESEND_NS;
+        }
+        enters_ns + link.state_at(way, enters_ns).delay_ns + 2 * COST_NS / 3 + tampering.delay_ns
+    };
+    let (mut rows, mut arrivals) = (Vec::new(), Vec::new());
+    for seq in 0..2_000 * MS / h_ns {
+        let t_send_ns = START_NS + seq * h_ns;
+        let t_arrive_ns = cross(Way::Up, up, t_send_ns, seq);
+        let t_receive_ns = cross(Way::Down, down, t_arrive_ns, seq);
+        rows.push(MessageRow {
+            seq,
+            t_due_ns: t_send_ns,
+            t_send_ns: Some(t_send_ns),
+            t_receive_ns: Some(t_receive_ns),
+            t_arrive_ns: Some(t_arrive_ns),
+            r: 1.0,
+            y: None,
+            e: None,
+            u: None,
+            tick: None,
+            outcome: MessageOutcome::Answered,
+        });
+        arrivals.push(ArrivalRow {
+            n: seq,
+            seq,
+            t_send_ns,
+            t_arrive_ns,
+            tick: 0,
+            u: 0.0,
+            outcome: ArrivalOutcome::Applied,
+        });
+    }
+    (rows, arrivals)
+}
+
+fn judged(
+    profile: &Profile,
+    seed: u64,
+    rows: &(Vec<MessageRow>, Vec<ArrivalRow>),
+    client: Client,
+) -> (Messages, Vec<Fault>) {
+    judged_where_a_way_costs(0.0, profile, seed, rows, client)
+}
+
+fn judged_where_a_way_costs(
+    cost_ms: f64,
+    profile: &Profile,
+    seed: u64,
+    rows: &(Vec<MessageRow>, Vec<ArrivalRow>),
+    client: Client,
+) -> (Messages, Vec<Fault>) {
+    let terms = Terms {
+        timeline: Timeline::new(profile, seed, EPOCH_NS),
+        run_ns: EPOCH_NS..EPOCH_NS + 20_000 * MS,
+        before_ns: 0,
+        fall_ns: 0,
+        baseline_ms: [cost_ms; 2],
+        allowance: Allowance::of(client),
+        opens_always: false,
+        has_rate: profile.has_rate(),
+        shares_one: false,
+    };
+    let messages = hold(&rows.0, &rows.1, &terms);
+    let faults = messages.faults(&terms);
+    (messages, faults)
+}
+
+const LINKS: [&str; 5] = ["arima", "buccoo", "couva", "diego-lan", "diego-vpn"];
+const NOTHING: Tampering = Tampering {
+    around: false,
+    one_in_lost: 0,
+    delay_ns: 0,
+};
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+
+    #[test]
+    fn the_link_that_was_asked_for_is_borne_out(seed in any::<u64>(), which in 0..5_usize) {
+        let profile = profile(LINKS[which]);
+        let rows = messages(&profile, seed, 3 * MS, [NOTHING; 2]);
+        let (messages, faults) = judged(&profile, seed, &rows, Client::Native);
+        prop_assert!(faults.is_empty(), "{} {faults:?} {messages:?}", LINKS[which]);
+        prop_assert_eq!(messages.up.quicker + messages.down.quicker, 0);
+    }
+
+    #[test]
+    fn messages_that_go_around_are_found_on_each_way(seed in any::<u64>(), which in 1..5_usize, way in 0..3_usize) {
+        let profile = profile(LINKS[which]);
+        let around = Tampering { around: true, ..NOTHING };
+        let ways = [[around, NOTHING], [NOTHING, around], [around, around]][way];
+        let rows = messages(&profile, seed, 3 * MS, ways);
+        let (_, faults) = judged(&profile, seed, &rows, Client::Firefox);
+        prop_assert!(faults.iter().any(|fault| !fault.by_lateness && fault.words.contains("around it")), "{faults:?}");
+    }
+
+    #[test]
+    fn another_seed_s_link_is_found(seed in any::<u64>(), which in 1..5_usize) {
+        let profile = profile(LINKS[which]);
+        let rows = messages(&profile, seed, 3 * MS, [NOTHING; 2]);
+        let (messages, faults) = judged(&profile, seed.wrapping_add(1), &rows, Client::Native);
+        prop_assert!(!faults.is_empty(), "{} {messages:?}", LINKS[which]);
+    }
+
+    #[test]
+    fn one_packet_in_a_hundred_that_is_lost_beside_the_link_is_found(seed in any::<u64>(), which in 0..4_usize, client in 0..2_usize) {
+        // Not couva: while it stalls, and it may for all of these two seconds, a resend is not seen.
+        let which = [0, 1, 3, 4][which];
+        let profile = profile(LINKS[which]);
+        let lossy = Tampering { one_in_lost: 100, ..NOTHING };
+        let rows = messages(&profile, seed, 3 * MS, [lossy; 2]);
+        let (messages, faults) = judged(&profile, seed, &rows, [Client::Native, Client::Python][client]);
+        prop_assert!(faults.iter().any(|fault| fault.words.contains("resent") || fault.words.contains("lost")),
+            "{} {faults:?} {messages:?}", LINKS[which]);
+    }
+
+    #[test]
+    fn two_milliseconds_more_are_found_for_a_program_and_ten_for_a_page(seed in any::<u64>(), which in 0..5_usize, way in 0..2_usize) {
+        let profile = profile(LINKS[which]);
+        for (client, delay_ms) in [(Client::Native, 2), (Client::Python, 2), (Client::Chromium, 10)] {
+            let late = Tampering { delay_ns: delay_ms * MS, ..NOTHING };
+            let ways = [[late, NOTHING], [NOTHING, late]][way];
+            let rows = messages(&profile, seed, 3 * MS, ways);
+            let (messages, faults) = judged(&profile, seed, &rows, client);
+            prop_assert!(faults.iter().any(|fault| fault.words.contains("more than the link")),
+                "{} {client} {faults:?} {messages:?}", LINKS[which]);
+        }
+    }
+}
+
+#[test]
+fn a_slow_machine_is_allowed_more_and_no_machine_three_milliseconds() {
+    let profile = profile("buccoo");
+    for (delay_us, cost_ms, is_found) in
+        [(1_400, 0.02, true), (1_400, 0.1, false), (4_000, 1.0, true)]
+    {
+        let late = Tampering {
+            delay_ns: delay_us * 1_000,
+            ..NOTHING
+        };
+        let rows = messages(&profile, 1, 3 * MS, [late; 2]);
+        let (_, faults) = judged_where_a_way_costs(cost_ms, &profile, 1, &rows, Client::Native);
+        let found = faults
+            .iter()
+            .any(|fault| fault.words.contains("more than the link"));
+        assert_eq!(found, is_found, "{delay_us} us, {cost_ms} ms: {faults:?}");
+    }
+}
+
+#[test]
+fn an_answer_that_the_plant_knows_nothing_of_is_not_its_own() {
+    let profile = profile("buccoo");
+    let (rows, mut arrivals) = messages(&profile, 1, 3 * MS, [NOTHING; 2]);
+    arrivals[10].t_arrive_ns += 5_000;
+    arrivals.remove(20);
+    let (messages, faults) = judged(&profile, 1, &(rows, arrivals), Client::Native);
+    assert_eq!(messages.unborne, 2);
+    assert!(
+        faults
+            .iter()
+            .any(|fault| !fault.by_lateness && fault.words.contains("2 answers"))
+    );
+}
+
+#[test]
+fn stamps_from_anywhere_are_counted_and_end_in_no_panic() {
+    for name in LINKS {
+        let profile = profile(name);
+        let (mut rows, mut arrivals) = messages(&profile, 1, 3 * MS, [NOTHING; 2]);
+        for (n, t_ns) in [0, 1, u64::MAX, u64::MAX - 1].into_iter().enumerate() {
+            rows[n].t_send_ns = Some(t_ns);
+            rows[10 + n].t_receive_ns = Some(t_ns);
+            rows[20 + n].t_arrive_ns = Some(t_ns);
+            rows[30 + n].t_due_ns = t_ns;
+            arrivals[40 + n].t_arrive_ns = t_ns;
+        }
+        let (messages, faults) = judged(&profile, 1, &(rows, arrivals), Client::Native);
+        assert_eq!((messages.outside, messages.unborne), (12, 4), "{name}");
+        assert!(
+            faults
+                .iter()
+                .any(|fault| fault.words.contains("outside the time"))
+        );
+    }
+}

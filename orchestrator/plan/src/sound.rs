@@ -1,0 +1,343 @@
+//! Whether a plan is one that an experiment could have come to: what `matrix` makes right by itself
+//! is looked for here in a plan that was read, since a file can say anything.
+//!
+//! A plan's names become names of folders and files, so they are names and no paths.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use endpoint::SampleTime;
+use system::{System, is_name};
+
+use crate::duration::DURATION_MAX;
+use crate::matrix::{CELLS_MAX, TOGETHER_MAX};
+use crate::stall::stalling_seed;
+use crate::{Cell, Plan, link_seed};
+
+/// The longest id, in bytes: a file system takes 255, and what is moved aside gets some more.
+const ID_MAX: usize = 200;
+/// The longest name of a file, in bytes, on every file system of Linux.
+const NAME_MAX: usize = 255;
+
+impl Plan {
+    /// Finds what no experiment comes to.
+    ///
+    /// # Errors
+    /// A sentence on the first such thing, with its cell.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        if !is_name(&self.experiment) {
+            return Err(format!(
+                "`{}` cannot name a results folder; use up to 40 of a-z, 0-9 and -",
+                self.experiment
+            ));
+        }
+        if self.cells.len() > CELLS_MAX {
+            return Err(format!("it has more than {CELLS_MAX} cells"));
+        }
+        self.check_profiles()?;
+        self.check_systems()?;
+        let (mut ids, mut indices) = (BTreeSet::new(), BTreeSet::new());
+        for cell in &self.cells {
+            let place = format!("cell {}, {}", cell.index, cell.id.escape_debug());
+            self.check_cell(cell)
+                .map_err(|problem| format!("{place}: {problem}"))?;
+            if !ids.insert(&cell.id) {
+                return Err(format!(
+                    "{place}: another cell has this id, and so its folder"
+                ));
+            }
+            if !indices.insert(cell.index) {
+                return Err(format!("{place}: another cell has this index"));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_profiles(&self) -> Result<(), String> {
+        for (name, text) in &self.profiles {
+            let profile = text.profile(name).map_err(|findings| {
+                let first = findings.first();
+                let words = first.map_or(String::new(), |first| first.message.clone());
+                format!("its profile `{name}` cannot be played: {words}")
+            })?;
+            if profile.name() != name {
+                return Err(format!(
+                    "its profile `{name}` calls itself `{}`",
+                    profile.name()
+                ));
+            }
+            let other = |trace: &&String| !is_file_name(trace) || is_ours(trace);
+            if let Some(trace) = text.traces.keys().find(other) {
+                return Err(format!(
+                    "its profile `{name}` has a trace `{}`, which lies beside a run's own files and \
+                     cannot be called so; call it something like {name}-trace.csv",
+                    trace.escape_debug()
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_systems(&self) -> Result<(), String> {
+        for (name, text) in &self.systems {
+            let system =
+                System::read(text).map_err(|fault| format!("its system `{name}`, line {fault}"))?;
+            if system.name() != name || name == System::PAPER {
+                return Err(format!(
+                    "its system `{name}` calls itself `{}`",
+                    system.name()
+                ));
+            }
+        }
+        // What a system makes of an h is designed once for all cells that have both.
+        let mut known: BTreeMap<(&str, SampleTime), ()> = BTreeMap::new();
+        for cell in &self.cells {
+            let pair = (cell.system.as_str(), cell.settings.h);
+            if known.insert(pair, ()).is_none() {
+                let fit = self.system(cell).and_then(|system| {
+                    system
+                        .at(cell.settings.h)
+                        .map_err(|unfit| unfit.to_string())
+                });
+                fit.map_err(|problem| format!("cell {}: {problem}", cell.index))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_cell(&self, cell: &Cell) -> Result<(), String> {
+        if !is_id(&cell.id) {
+            return Err(format!(
+                "this id cannot name a folder; ids are up to {ID_MAX} letters, digits, `-`, `.` and `_`, \
+                 and begin with no point"
+            ));
+        }
+        if !self.profiles.contains_key(&cell.topology) {
+            return Err(format!(
+                "there is no profile `{}`",
+                cell.topology.escape_debug()
+            ));
+        }
+        let longest_ns = u64::try_from(DURATION_MAX.as_nanos()).unwrap_or(u64::MAX);
+        for (name, ns) in [
+            ("duration_ns", cell.duration_ns),
+            ("timeout_ns", cell.settings.timeout_ns),
+        ] {
+            if !(1..=longest_ns).contains(&ns) {
+                return Err(format!("{name} {ns} is not between 0 and a week"));
+            }
+        }
+        let h = cell.settings.h;
+        if h.ns() > cell.duration_ns {
+            return Err(format!("h = {h} is longer than the run"));
+        }
+        if cell.repeat == 0 {
+            return Err("repeat 0; repeats count from 1".to_owned());
+        }
+        if !(1..=TOGETHER_MAX).contains(&cell.together) {
+            return Err(format!(
+                "together {} is not between 1 and {TOGETHER_MAX}",
+                cell.together
+            ));
+        }
+        let seed = link_seed(self.seed, &cell.topology, cell.repeat);
+        // Or that of `stall_met`, which is looked for only then: it takes milliseconds.
+        let stalling = || {
+            let profile = self.profiles.get(&cell.topology)?;
+            let profile = profile.profile(&cell.topology).ok()?;
+            stalling_seed(self.seed, &profile, &cell.topology, cell.repeat)
+        };
+        if cell.link_seed != seed && stalling() != Some(cell.link_seed) {
+            return Err(format!(
+                "link_seed {} is not that of the plan's seed {}, which is {seed}",
+                cell.link_seed, self.seed
+            ));
+        }
+        let conflict = match (&cell.page, cell.client.is_browser()) {
+            (Some(page), true) => page.conflict(&cell.settings),
+            (None, false) => None,
+            (Some(_), false) => Some("only a browser has a page"),
+            (None, true) => Some("a browser has a page"),
+        };
+        match conflict.or(cell.settings.conflict()) {
+            Some(problem) => Err(problem.to_owned()),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Whether it names a cell's folder, and neither leads elsewhere nor is what a run, or a collecting,
+/// leaves beside one.
+fn is_id(text: &str) -> bool {
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '.' | '_');
+    (1..=ID_MAX).contains(&text.len())
+        && !text.starts_with('.')
+        && text.chars().all(plain)
+        && !text.ends_with(".partial")
+        && !text.contains(".unfinished-")
+}
+
+/// Whether it names a file in the folder that it is said of.
+pub(crate) fn is_file_name(text: &str) -> bool {
+    (1..=NAME_MAX).contains(&text.len())
+        && !text.starts_with('.')
+        && !text.contains(|c: char| matches!(c, '/' | '\\') || c.is_control())
+}
+
+/// Whether a run has files of its own by this name.
+fn is_ours(name: &str) -> bool {
+    const ROWS: [&str; 8] = [
+        "ticks.csv",
+        "arrivals.csv",
+        "messages.csv",
+        "probes.csv",
+        "link.csv",
+        "link-up.csv",
+        "link-down.csv",
+        "sightings.csv",
+    ];
+    ROWS.contains(&name)
+        || ["messages-", "echoes-"]
+            .iter()
+            .any(|start| name.starts_with(start))
+        || [".json", ".toml", ".log", ".partial"]
+            .iter()
+            .any(|end| name.ends_with(end))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use proptest::prelude::*;
+    use serde_json::{Value, json};
+
+    use super::*;
+    use crate::{Instead, ProfileText};
+
+    /// Two cells, one of them a page's.
+    fn plan() -> Plan {
+        let source = "name = \"mine\"\n[[cells]]\ntopology = [\"couva\"]\nclient = [\"native\", \"firefox\"]\n\
+                      mode = \"closed\"\nh = [\"3ms\"]\nduration = \"1s\"\nsystem = [\"lag\"]\n";
+        let profile = |name: &str| {
+            Ok(ProfileText {
+                source: link::Profile::builtin(name).unwrap().to_owned(),
+                ..ProfileText::default()
+            })
+        };
+        Plan::resolve(source, "mine.toml", &Instead::default(), profile).unwrap()
+    }
+
+    /// What is said of the plan with another value at a place.
+    fn said(at: &str, value: Value) -> String {
+        let mut json: Value = serde_json::from_str(&plan().to_json()).unwrap();
+        // What is left out stands for what is usual, as `together` does.
+        let (object, field) = at.rsplit_once('/').unwrap();
+        json.pointer_mut(object).unwrap()[field] = value;
+        Plan::from_json(&json.to_string()).unwrap_err()
+    }
+
+    #[test]
+    fn what_no_experiment_comes_to_is_refused_with_its_cell() {
+        for id in [
+            "",
+            ".",
+            "..",
+            "../x",
+            "/abs",
+            "a/b",
+            ".hidden",
+            "a b",
+            "a\u{e9}",
+            "x.partial",
+            "x.unfinished-1",
+        ] {
+            assert!(
+                said("/cells/0/id", json!(id)).contains("cannot name a folder"),
+                "{id}"
+            );
+        }
+        let long = "x".repeat(ID_MAX + 1);
+        assert!(said("/cells/0/id", json!(long)).contains("cannot name a folder"));
+        let other = plan().cells[1].id.clone();
+        let cases = [
+            ("/cells/0/id", json!(other), "another cell has this id"),
+            ("/cells/0/index", json!(1), "another cell has this index"),
+            (
+                "/cells/0/topology",
+                json!("nowhere"),
+                "no profile `nowhere`",
+            ),
+            ("/cells/0/system", json!("nothing"), "no system `nothing`"),
+            ("/cells/0/duration_ns", json!(0), "duration_ns 0"),
+            (
+                "/cells/0/duration_ns",
+                json!(604_800_000_000_001_u64),
+                "a week",
+            ),
+            ("/cells/0/duration_ns", json!(1), "longer than the run"),
+            ("/cells/0/settings/timeout_ns", json!(0), "timeout_ns 0"),
+            ("/cells/0/settings/h", json!("0s"), "sample time"),
+            ("/cells/0/repeat", json!(0), "repeat 0"),
+            ("/cells/0/together", json!(0), "together 0"),
+            ("/cells/0/link_seed", json!(7), "link_seed 7"),
+            ("/cells/1/page", Value::Null, "a browser has a page"),
+            ("/seed", json!(2), "the plan's seed 2"),
+            (
+                "/experiment",
+                json!("../../x"),
+                "cannot name a results folder",
+            ),
+            (
+                "/profiles/couva/source",
+                json!(link::Profile::builtin("arima")),
+                "calls itself `arima`",
+            ),
+            (
+                "/profiles/couva/source",
+                json!("name ="),
+                "cannot be played",
+            ),
+            ("/systems/lag", json!("name ="), "line 1"),
+        ];
+        for (at, value, words) in cases {
+            let said = said(at, value.clone());
+            assert!(said.contains(words), "{at} = {value}: {said}");
+        }
+    }
+
+    #[test]
+    fn a_trace_is_a_plain_name_and_none_of_a_run_s_own() {
+        for name in [
+            "../x.csv",
+            "/x.csv",
+            ".x",
+            "",
+            "ticks.csv",
+            "manifest.json",
+            "link.log",
+            "a/b",
+        ] {
+            let mut plan = plan();
+            let profile = plan.profiles.get_mut("couva").unwrap();
+            profile.traces.insert(name.to_owned(), String::new());
+            let said = plan.check().unwrap_err();
+            assert!(said.contains("trace"), "{name}: {said}");
+        }
+        let mut plan = plan();
+        let profile = plan.profiles.get_mut("couva").unwrap();
+        profile
+            .traces
+            .insert("my link-trace.csv".to_owned(), String::new());
+        assert_eq!(plan.check(), Ok(()));
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_an_id_is_its_folder_is_in_the_campaign_s(id in "\\PC{0,12}|[./a-]{0,6}") {
+            if is_id(&id) {
+                let path = std::path::Path::new("cells").join(&id);
+                prop_assert_eq!(path.components().count(), 2);
+                prop_assert_eq!(path.file_name(), Some(std::ffi::OsStr::new(&id)));
+            }
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! The timers of packets under way. Of what was lost they bring the next sending; what was not lost
+//! and only waits behind a rate limit they send again in vain.
+
+use link::Way;
+
+use super::Course;
+use super::passage::{Event, Packet};
+use crate::connection::Id;
+use crate::record::Record;
+use crate::retransmission::{handshake_pause_ns, pause_ns};
+
+/// One that acknowledges what came twice, and says so (DSACK).
+const DUPLICATE_BYTES: u32 = 64;
+
+impl<R: Record> Course<'_, R> {
+    /// When its sender's timer ends that is set as a packet is sent for the `tries`-th time.
+    pub(super) fn rings_again_ns(&self, id: Id, packet: Packet, tries: u16, now_ns: u64) -> u64 {
+        let pause_ns = match packet {
+            Packet::Syn | Packet::SynAck => handshake_pause_ns(packet == Packet::Syn, tries),
+            Packet::Request | Packet::Answer => {
+                let round_trip = self.connections.round_trip(id, packet == Packet::Answer);
+                pause_ns(round_trip, tries)
+            }
+        };
+        self.wheel.rings_ns(now_ns, pause_ns)
+    }
+
+    /// A packet that gets through was sent for the `tries`-th time, and its sender's timer is set.
+    pub(super) fn waits_to_hear(&mut self, id: Id, packet: Packet, tries: u16, now_ns: u64) {
+        if let Some(turn) = self.connections.turn(id) {
+            let rings_ns = self.rings_again_ns(id, packet, tries, now_ns);
+            let event = Event::Unheard(id, packet, tries, turn);
+            self.queue.push(rings_ns, event);
+        }
+    }
+
+    /// A sender's timer has ended, though its packet was not lost: unless it has heard meanwhile, it
+    /// sends it again, and whoever gets it twice acknowledges it at once.
+    pub(super) fn sends_in_vain(&mut self, id: Id, packet: Packet, tries: u16, now_ns: u64) {
+        let (way, bytes) = self.shape(packet);
+        if let Some(out_ns) = self.cross(way, now_ns, bytes) {
+            self.queue.push(out_ns, Event::Twice(way));
+        }
+        self.waits_to_hear(id, packet, tries.saturating_add(1), now_ns);
+    }
+
+    /// What came this way had come before, which is acknowledged with a packet of its own.
+    pub(super) fn acknowledges_twice(&mut self, way: Way, now_ns: u64) {
+        let back = match way {
+            Way::Up => Way::Down,
+            Way::Down => Way::Up,
+        };
+        let _ = self.cross(back, now_ns, DUPLICATE_BYTES);
+    }
+}

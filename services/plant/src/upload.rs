@@ -1,0 +1,208 @@
+//! What a page asks for with a body: to begin a session, to take rows, to end.
+//!
+//! The head was judged in `route`; here the body is read, within limits of size
+//! and time, and what comes of it is awaited from the filer. All of it runs
+//! beside the commands of the loop, never before them.
+
+use std::{cell::RefCell, rc::Rc, time::Duration};
+
+use http_body_util::{BodyExt, LengthLimitError, Limited};
+use hyper::{
+    Response, StatusCode,
+    body::{Bytes, Incoming},
+};
+use pace::now_ns;
+use serde::{Deserialize, Serialize};
+use tokio::{
+    task,
+    time::{sleep, timeout},
+};
+
+use crate::{
+    answer::{JSON, as_json},
+    refusal::Refusal,
+    route::Handler,
+    session::Client,
+    token::{Pass, Token},
+};
+
+/// The longest body. A second at 1 kHz has some 100 bytes a row: two chunks.
+pub(crate) const BODY_BYTES: usize = 64 * 1024;
+
+/// How long a body may take. The worst links stall for 5 s.
+const BODY_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// What to do with a body.
+#[derive(Clone, Debug)]
+pub(crate) enum Upload {
+    /// Begin a session.
+    Claim,
+    /// Take a chunk of rows.
+    Rows {
+        /// Its number.
+        chunk: u64,
+        /// Whose it is.
+        pass: Pass,
+    },
+    /// Take the report and end the session.
+    End {
+        /// Whose it is.
+        pass: Pass,
+    },
+}
+
+impl Upload {
+    /// The body's content type.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self {
+            Self::Claim | Self::End { .. } => JSON,
+            Self::Rows { .. } => "text/csv",
+        }
+    }
+}
+
+/// What a claim says.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Claim {
+    client: String,
+}
+
+/// What a claim gets.
+#[derive(Serialize)]
+struct Grant<'a> {
+    session: String,
+    h_ns: u64,
+    late: endpoint::Late,
+    /// Not there: the paper's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    law: Option<&'a serde_json::Value>,
+}
+
+/// Runs an upload to its response.
+pub(crate) async fn run(
+    upload: Upload,
+    body: Incoming,
+    handler: Rc<RefCell<Handler>>,
+) -> Response<Bytes> {
+    let done = match upload {
+        Upload::Claim => claim(body, &handler).await,
+        Upload::Rows { chunk, pass } => rows(chunk, &pass, body, &handler).await,
+        Upload::End { pass } => end(&pass, body, &handler).await,
+    };
+    done.unwrap_or_else(|refusal| {
+        handler.borrow_mut().refused += 1;
+        refusal.response(false)
+    })
+}
+
+async fn claim(body: Incoming, handler: &Rc<RefCell<Handler>>) -> Result<Response<Bytes>, Refusal> {
+    let claim: Claim = serde_json::from_slice(&read(body).await?)?;
+    let client = Client::try_new(claim.client)?;
+    let token = Token::random()?;
+    let session = token.reveal();
+    let (number, files) = {
+        let mut handler = handler.borrow_mut();
+        let number = handler.control.claim(token, client, now_ns())?;
+        // One that was silent may not have been noticed yet.
+        handler.on_end_of(number - 1);
+        handler.inbox.welcome();
+        (number, handler.filer.open(number))
+    };
+    if let Err(problem) = files.wait().await {
+        handler.borrow_mut().control.withdraw(number);
+        return Err(problem.into());
+    }
+    task::spawn_local(watch(number, Rc::clone(handler)));
+    let handler = handler.borrow();
+    Ok(as_json(&Grant {
+        session,
+        h_ns: handler.settings.h.ns(),
+        late: handler.settings.late,
+        law: handler.law.as_ref(),
+    }))
+}
+
+async fn rows(
+    chunk: u64,
+    pass: &Pass,
+    body: Incoming,
+    handler: &Rc<RefCell<Handler>>,
+) -> Result<Response<Bytes>, Refusal> {
+    let text = read(body).await?;
+    let (number, filed) = {
+        let mut handler = handler.borrow_mut();
+        // Asked again: the body took its time.
+        let number = handler.control.hear(pass, now_ns())?;
+        (number, handler.filer.rows(chunk, text))
+    };
+    let rows = filed.wait().await?;
+    handler.borrow_mut().control.count_rows(number, rows);
+    Ok(done())
+}
+
+async fn end(
+    pass: &Pass,
+    body: Incoming,
+    handler: &Rc<RefCell<Handler>>,
+) -> Result<Response<Bytes>, Refusal> {
+    let json = read(body).await?;
+    let (number, filed) = {
+        let mut handler = handler.borrow_mut();
+        if handler.control.has_ended(pass) {
+            return Ok(done());
+        }
+        let number = handler.control.hear(pass, now_ns())?;
+        (number, handler.filer.report(json))
+    };
+    let ending = filed.wait().await?;
+    let mut handler = handler.borrow_mut();
+    handler.control.end(number, ending);
+    handler.on_end_of(number);
+    Ok(done())
+}
+
+/// Sees to it that a session whose page is silent is over.
+async fn watch(number: u64, handler: Rc<RefCell<Handler>>) {
+    loop {
+        let left_ns = handler.borrow_mut().control.left_ns(number, now_ns());
+        let Some(left_ns) = left_ns else {
+            break;
+        };
+        sleep(Duration::from_nanos(left_ns)).await;
+    }
+    let handler = handler.borrow();
+    handler.on_end_of(number);
+    handler.filer.close(number);
+}
+
+impl Handler {
+    /// Tells the sockets of session `number` and of all before it.
+    fn on_end_of(&self, number: u64) {
+        self.over.send_if_modified(|over| {
+            let newer = number > *over;
+            *over = number.max(*over);
+            newer
+        });
+    }
+}
+
+fn done() -> Response<Bytes> {
+    let mut response = Response::new(Bytes::new());
+    *response.status_mut() = StatusCode::NO_CONTENT;
+    response
+}
+
+async fn read(body: Incoming) -> Result<Bytes, Refusal> {
+    let whole = Limited::new(body, BODY_BYTES).collect();
+    match timeout(BODY_TIMEOUT, whole).await {
+        Ok(Ok(whole)) => Ok(whole.to_bytes()),
+        Ok(Err(error)) if error.is::<LengthLimitError>() => {
+            Err(Refusal::Long { limit: BODY_BYTES })
+        }
+        Ok(Err(_)) => Err(Refusal::Broken),
+        Err(_) => Err(Refusal::Slow {
+            seconds: BODY_TIMEOUT.as_secs(),
+        }),
+    }
+}
