@@ -55,4 +55,4 @@ pub use staircase::{Change, READING_NS, STEP_NS, Staircase};
 pub use stall::Stall;
 pub use timeline::Timeline;
 pub use unit::{InvalidQuantity, duration_ns, rate_bps, share};
-pub use way::Way;
+pub use way::{PerWay, Way};

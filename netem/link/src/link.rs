@@ -23,4 +23,21 @@ impl Link {
             down: Path::new(profile.law(Way::Down), Way::Down, seed),
         }
     }
+
+    /// One direction.
+    #[must_use]
+    pub fn path(&self, way: Way) -> &Path {
+        match way {
+            Way::Up => &self.up,
+            Way::Down => &self.down,
+        }
+    }
+
+    /// One direction, to be played.
+    pub fn path_mut(&mut self, way: Way) -> &mut Path {
+        match way {
+            Way::Up => &mut self.up,
+            Way::Down => &mut self.down,
+        }
+    }
 }

@@ -228,9 +228,7 @@ impl Profile {
     /// Whether either direction has a rate limit, and with it a queue.
     #[must_use]
     pub fn has_rate(&self) -> bool {
-        [Way::Up, Way::Down]
-            .iter()
-            .any(|way| self.law(*way).rate.is_some())
+        Way::BOTH.iter().any(|way| self.law(*way).rate.is_some())
     }
 
     /// The mean time from one event to the next of the rarest kind that either direction has: a

@@ -2,7 +2,7 @@
 //!
 //! The player and the prediction both ask here, so that they cannot differ in it.
 
-use crate::{Fate, Link, Load, Passage, Path, Profile, State, Way};
+use crate::{Fate, Link, Load, Passage, Path, PerWay, Profile, State, Way};
 
 /// A link as a run meets it, told in monotonic time.
 #[derive(Debug, Clone)]
@@ -11,7 +11,7 @@ pub struct Timeline {
     link: Link,
     epoch_ns: u64,
     /// What entered each way, where that is known and matters.
-    loads: [Option<Load>; 2],
+    loads: PerWay<Option<Load>>,
 }
 
 impl Timeline {
@@ -28,7 +28,7 @@ impl Timeline {
             empty: Link::new(&before, 0),
             link: Link::new(profile, seed),
             epoch_ns,
-            loads: [None, None],
+            loads: PerWay::default(),
         }
     }
 
@@ -41,11 +41,7 @@ impl Timeline {
         let packets = packets
             .into_iter()
             .filter_map(|(t_ns, bytes)| Some((t_ns.checked_sub(epoch_ns)?, bytes)));
-        let path = match way {
-            Way::Up => &self.link.up,
-            Way::Down => &self.link.down,
-        };
-        self.loads[way as usize] = path.load(packets);
+        self.loads[way] = self.link.path(way).load(packets);
         self
     }
 
@@ -53,16 +49,16 @@ impl Timeline {
     /// `t_ns` on, where it is known what entered.
     #[must_use]
     pub fn bytes_entered(&self, way: Way, t_ns: u64, within_ns: u64, at_least: u32) -> Option<u32> {
-        let load = self.loads[way as usize].as_ref()?;
+        let load = self.loads[way].as_ref()?;
         load.bytes(t_ns.checked_sub(self.epoch_ns)?, within_ns, at_least)
     }
 
     /// What a packet of `bytes` (of IP) meets that enters at `t_ns`.
     pub fn passage(&mut self, way: Way, t_ns: u64, bytes: u32) -> Passage {
-        let load = self.loads[way as usize].take();
+        let load = self.loads[way].take();
         let (path, t_link_ns, _) = self.path(way, t_ns);
         let passage = path.passage(t_link_ns, bytes, load.as_ref());
-        self.loads[way as usize] = load;
+        self.loads[way] = load;
         passage
     }
 
@@ -91,10 +87,6 @@ impl Timeline {
             Some(t_link_ns) => (&mut self.link, t_link_ns, self.epoch_ns),
             None => (&mut self.empty, t_ns, 0),
         };
-        let path = match way {
-            Way::Up => &mut link.up,
-            Way::Down => &mut link.down,
-        };
-        (path, t_link_ns, origin_ns)
+        (link.path_mut(way), t_link_ns, origin_ns)
     }
 }

@@ -1,5 +1,7 @@
 //! The two directions of a link, which are always told apart.
 
+use std::ops::{Index, IndexMut};
+
 /// A direction of the link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Deserialize, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -8,6 +10,59 @@ pub enum Way {
     Up,
     /// From plant to controller: the paper's `tau_sc`.
     Down,
+}
+
+impl Way {
+    /// Both, up first.
+    pub const BOTH: [Way; 2] = [Way::Up, Way::Down];
+
+    /// The way back.
+    #[must_use]
+    pub fn back(self) -> Way {
+        match self {
+            Way::Up => Way::Down,
+            Way::Down => Way::Up,
+        }
+    }
+}
+
+/// One of something for each direction.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct PerWay<T> {
+    /// From controller to plant.
+    pub up: T,
+    /// From plant to controller.
+    pub down: T,
+}
+
+impl<T> PerWay<T> {
+    /// What `make` gives for each.
+    pub fn of(mut make: impl FnMut(Way) -> T) -> Self {
+        Self {
+            up: make(Way::Up),
+            down: make(Way::Down),
+        }
+    }
+}
+
+impl<T> Index<Way> for PerWay<T> {
+    type Output = T;
+
+    fn index(&self, way: Way) -> &T {
+        match way {
+            Way::Up => &self.up,
+            Way::Down => &self.down,
+        }
+    }
+}
+
+impl<T> IndexMut<Way> for PerWay<T> {
+    fn index_mut(&mut self, way: Way) -> &mut T {
+        match way {
+            Way::Up => &mut self.up,
+            Way::Down => &mut self.down,
+        }
+    }
 }
 
 impl std::fmt::Display for Way {

@@ -35,13 +35,20 @@ pub type Result<T> = std::result::Result<T, Error>;
 /// Says what was being done when the kernel refused.
 pub(crate) trait Doing<T> {
     /// Turns an error into [`Error::Failed`], with `action` as a verb phrase.
-    fn doing(self, action: impl Into<String>) -> Result<T>;
+    fn doing(self, action: &'static str) -> Result<T>;
+
+    /// The same with an action that is put into words only where there is an error.
+    fn doing_with(self, action: impl FnOnce() -> String) -> Result<T>;
 }
 
 impl<T, E: Into<io::Error>> Doing<T> for std::result::Result<T, E> {
-    fn doing(self, action: impl Into<String>) -> Result<T> {
+    fn doing(self, action: &'static str) -> Result<T> {
+        self.doing_with(|| action.to_owned())
+    }
+
+    fn doing_with(self, action: impl FnOnce() -> String) -> Result<T> {
         self.map_err(|source| Error::Failed {
-            action: action.into(),
+            action: action(),
             source: source.into(),
         })
     }

@@ -5,21 +5,27 @@
 //! to it. What it did is in the [report](PlayerReport), and once a second in a
 //! [row](LinkRow); the judging is done elsewhere.
 
+pub(crate) mod relay;
+pub(crate) mod tally;
+pub(crate) mod tunnel;
+pub(crate) mod watch;
+
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use link::{PacketRow, Profile, Timeline, Way};
+use certificate::{LinkRow, Pause, PlayerReport, Scheduling, WayReport};
+use link::{PacketRow, PerWay, Profile, Timeline, Way};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
 
 use crate::clock::{SECOND_NS, now_ns, timespec};
 use crate::error::{Doing, Result};
+use crate::player::relay::Relay;
+use crate::player::tally::Tally;
+use crate::player::watch::Watch;
 use crate::port::Port;
 use crate::record::Record;
-use crate::relay::Relay;
-use crate::report::{LinkRow, Pause, PlayerReport, Tally, WayReport};
-use crate::scheduling::{Scheduling, prefer_this_thread};
-use crate::watch::Watch;
+use crate::scheduling::prefer_this_thread;
 
 /// Ahead of the ends, at 45: a network does not get slower because they are busy, as they are
 /// when a stall ends and lets go of thousands of packets. Below a plant's tick, at 50, which is
@@ -74,11 +80,14 @@ pub fn play<P: Port>(
     let (mut controller, mut plant) = (config.controller, config.plant);
     let mut player = Player::new(
         Relay::new(timeline),
-        [&mut controller, &mut plant],
+        PerWay {
+            up: &mut controller,
+            down: &mut plant,
+        },
         config.packets,
     );
-    let played = player.run(stop, &mut on_second)?;
-    let [up, down] = player.into_reports();
+    let played = player.run(stop, &mut |rows| on_second([rows.up, rows.down]))?;
+    let PerWay { up, down } = player.into_reports();
     Ok(PlayerReport {
         scheduling: played.scheduling,
         epoch_ns: config.epoch_ns,
@@ -90,12 +99,11 @@ pub fn play<P: Port>(
     })
 }
 
-/// Arrays are by way: a way's packets come in at the port of its own number and go out at
-/// the other one.
+/// A way's packets come in at its own port, and go out at that of the way back.
 pub(crate) struct Player<'p> {
     relay: Relay,
-    ports: [&'p mut dyn Port; 2],
-    tallies: [Tally; 2],
+    ports: PerWay<&'p mut dyn Port>,
+    tallies: PerWay<Tally>,
     watch: Watch,
     packets: Option<Record<PacketRow>>,
     /// Those of this second.
@@ -110,18 +118,16 @@ pub(crate) struct Played {
     pub(crate) pauses: Vec<Pause>,
 }
 
-const WAYS: [Way; 2] = [Way::Up, Way::Down];
-
 impl<'p> Player<'p> {
     pub(crate) fn new(
         relay: Relay,
-        ports: [&'p mut dyn Port; 2],
+        ports: PerWay<&'p mut dyn Port>,
         packets: Option<Record<PacketRow>>,
     ) -> Self {
         Self {
             relay,
             ports,
-            tallies: WAYS.map(Tally::new),
+            tallies: PerWay::of(Tally::new),
             watch: Watch::new(now_ns()),
             entered: room(packets.is_some()),
             packets,
@@ -132,7 +138,7 @@ impl<'p> Player<'p> {
     pub(crate) fn run(
         &mut self,
         stop: &AtomicBool,
-        on_second: &mut dyn FnMut([LinkRow; 2]),
+        on_second: &mut dyn FnMut(PerWay<LinkRow>),
     ) -> Result<Played> {
         let scheduling = prefer_this_thread(PRIORITY);
         let guard_ns = match scheduling {
@@ -167,22 +173,19 @@ impl<'p> Player<'p> {
     }
 
     /// What was counted on each way.
-    pub(crate) fn into_reports(self) -> [WayReport; 2] {
-        WAYS.map(|way| self.tallies[way as usize].report(self.relay.under_way(way)))
+    pub(crate) fn into_reports(self) -> PerWay<WayReport> {
+        PerWay::of(|way| self.tallies[way].report(self.relay.under_way(way)))
     }
 
     fn take_arrivals(&mut self) -> Result<()> {
-        for way in WAYS {
+        for way in Way::BOTH {
             for _ in 0..BATCH {
                 let mut frame = self.relay.frame();
-                match self.ports[way as usize]
-                    .receive(&mut frame)
-                    .doing(receiving(way))?
-                {
+                match self.ports[way].receive(&mut frame).doing(receiving(way))? {
                     Some(arrival) => {
                         self.watch.on_arrival(arrival.stamp_ns);
                         let dropped = self.relay.enter(way, &arrival, frame);
-                        self.tallies[way as usize].entered(arrival.ip_bytes, dropped);
+                        self.tallies[way].entered(arrival.ip_bytes, dropped);
                         self.note(way, arrival.ip_bytes);
                     }
                     None => {
@@ -197,10 +200,10 @@ impl<'p> Player<'p> {
 
     fn send_departures(&mut self) {
         while let Some(departure) = self.relay.pop_due(now_ns()) {
-            let way = departure.way as usize;
-            let sent = self.ports[1 - way].send(departure.frame());
+            let way = departure.way;
+            let sent = self.ports[way.back()].send(departure.frame());
             if let Err(error) = &sent {
-                tracing::debug!(%error, way = ?departure.way, "a packet could not be sent");
+                tracing::debug!(%error, ?way, "a packet could not be sent");
             }
             let now = now_ns();
             self.watch.beat(now);
@@ -210,13 +213,12 @@ impl<'p> Player<'p> {
         }
     }
 
-    fn rows(&mut self, now: u64) -> Result<[LinkRow; 2]> {
-        for way in WAYS {
-            let counters = self.ports[way as usize].counters().doing(receiving(way))?;
-            self.tallies[way as usize].update(counters);
+    fn rows(&mut self, now: u64) -> Result<PerWay<LinkRow>> {
+        for way in Way::BOTH {
+            let counters = self.ports[way].counters().doing(receiving(way))?;
+            self.tallies[way].update(counters);
         }
-        let [up, down] = &mut self.tallies;
-        Ok([up.row(now), down.row(now)])
+        Ok(PerWay::of(|way| self.tallies[way].row(now)))
     }
 
     /// Writes down a packet that has entered, where that is asked for.
@@ -247,9 +249,7 @@ impl<'p> Player<'p> {
             std::hint::spin_loop();
             return Ok(());
         }
-        let mut ports = self
-            .ports
-            .each_ref()
+        let mut ports = [&self.ports.up, &self.ports.down]
             .map(|port| PollFd::from_borrowed_fd(port.as_fd(), PollFlags::IN));
         let sleep_ns = (wake_ns - now).min(LONGEST_SLEEP_NS);
         let timeout = timespec(sleep_ns);
@@ -268,10 +268,9 @@ fn room(is_needed: bool) -> Vec<PacketRow> {
     Vec::with_capacity(if is_needed { PACKETS_PER_S } else { 0 })
 }
 
-fn receiving(way: Way) -> String {
-    let end = match way {
-        Way::Up => "controller",
-        Way::Down => "plant",
-    };
-    format!("receive packets of the {end}'s")
+fn receiving(way: Way) -> &'static str {
+    match way {
+        Way::Up => "receive packets of the controller's",
+        Way::Down => "receive packets of the plant's",
+    }
 }

@@ -3,6 +3,9 @@
 //! [`Port`] is all that the player knows of them, so that a [TUN device](crate::TunPort) or
 //! a [UDP socket](crate::UdpPort) can take the place of an interface.
 
+pub(crate) mod tun;
+pub(crate) mod udp;
+
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 
@@ -11,7 +14,7 @@ use rustix::net::{AddressFamily, SendFlags, SocketFlags, SocketType, sockopt};
 
 use crate::clock::{StampClock, now_ns};
 use crate::error::{Doing, Error, Result};
-use crate::netlink::Netlink;
+use crate::network::netlink::Netlink;
 use crate::sys;
 
 /// Room for the longest frame that can come: 1500 bytes of packet, 14 of Ethernet header,
@@ -94,7 +97,7 @@ impl PacketPort {
             .and_then(|()| sys::ignore_outgoing(&socket))
             .and_then(|()| sys::bypass_qdisc(&socket))
             .and_then(|()| sys::bind_to_interface(&socket, index))
-            .doing(format!("listen to the interface `{interface}`"))?;
+            .doing_with(|| format!("listen to the interface `{interface}`"))?;
         Ok(Self {
             socket,
             stamps: StampClock::new(),

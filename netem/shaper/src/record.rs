@@ -87,7 +87,8 @@ fn write(sink: impl Write, rows: &Receiver<Vec<impl Serialize>>) -> io::Result<(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::{LinkRow, Tally};
+    use crate::player::tally::Tally;
+    use certificate::LinkRow;
     use link::Way;
     use std::fs::{self, OpenOptions};
 

@@ -2,21 +2,11 @@
 
 use std::num::NonZeroU64;
 
-use serde::{Deserialize, Serialize};
+use certificate::Scheduling;
 use thread_priority::{
     RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
     set_thread_priority_and_policy, thread_native_id,
 };
-
-/// How the kernel schedules a thread.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scheduling {
-    /// `SCHED_FIFO`: ahead of every ordinary thread.
-    Fifo,
-    /// `SCHED_OTHER`: in turn with every other thread.
-    Other,
-}
 
 /// Asks for `SCHED_FIFO` at `priority` (1 to 99) for the calling thread, and for sleeps that
 /// end when they should instead of up to 50 us later. Both are favours: whoever is refused

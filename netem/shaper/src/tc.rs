@@ -3,10 +3,17 @@
 //! The kernel delays and drops the packets, this thread tells tc each change when it is due.
 //! What there is to tell, and in which steps, is the [staircase](link::Staircase)'s business.
 
+pub(crate) mod batch;
+pub(crate) mod command;
+pub(crate) mod qdisc;
+pub(crate) mod tally;
+
+use std::fs;
 use std::io;
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use certificate::{Histogram, Scheduling, TcReport, TcRow};
 use link::{Change, Pace, Profile, STEP_NS, Setting, Staircase, Verb, Way};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
@@ -14,13 +21,12 @@ use serde_json::Value;
 
 use crate::clock::{SECOND_NS, now_ns, timespec};
 use crate::error::{Doing, Error, Result};
-use crate::lateness::Histogram;
-use crate::qdisc::{Owner, Root};
-use crate::scheduling::{Scheduling, prefer_this_thread};
-use crate::tc_batch::Batch;
-use crate::tc_command::{Restore, claim, list, version};
-use crate::tc_report::{TcReport, TcRow, TcTally, kernel_release};
-use crate::veth::send_whole_packets;
+use crate::network::veth::send_whole_packets;
+use crate::scheduling::prefer_this_thread;
+use crate::tc::batch::Batch;
+use crate::tc::command::{Restore, claim, list, version};
+use crate::tc::qdisc::{Owner, Root};
+use crate::tc::tally::TcTally;
 
 /// As the [player](crate::play) in user space, and for the same reason. tc inherits it.
 const PRIORITY: u8 = 48;
@@ -223,19 +229,19 @@ impl TcPlayer {
         };
         self.asked = None;
         self.answers.add(now_ns().saturating_sub(asked_ns));
-        let action = || format!("have `{}` play `{setting}`", self.device());
-        let text: Value = serde_json::from_slice(&answer)
-            .map_err(io::Error::from)
-            .doing(action())?;
-        let root = Root::of(&text).doing(action())?;
-        root.confirm(&setting)
-            .map_err(io::Error::other)
-            .doing(action())?;
-        Ok(Some(Answer {
-            asked_ns,
-            root,
-            text,
-        }))
+        let confirm = || -> io::Result<Answer> {
+            let text: Value = serde_json::from_slice(&answer)?;
+            let root = Root::of(&text)?;
+            root.confirm(&setting).map_err(io::Error::other)?;
+            Ok(Answer {
+                asked_ns,
+                root,
+                text,
+            })
+        };
+        confirm()
+            .doing_with(|| format!("have `{}` play `{setting}`", self.device()))
+            .map(Some)
     }
 
     /// Asks and waits for the answer. One that is owed comes first and is done with.
@@ -301,4 +307,10 @@ impl TcPlayer {
             }),
         }
     }
+}
+
+/// The kernel's release, as it says it.
+fn kernel_release() -> String {
+    let release = fs::read_to_string("/proc/sys/kernel/osrelease");
+    release.map_or_else(|_| "unknown".into(), |text| text.trim().to_owned())
 }

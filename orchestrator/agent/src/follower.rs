@@ -28,6 +28,16 @@ pub struct Follower {
     thread: Option<JoinHandle<Result<(), Error>>>,
 }
 
+impl RemoteRun {
+    /// Copies the named files into `folder` as they grow; see [`Follower`].
+    ///
+    /// # Errors
+    /// [`Error`] when a name is not plain, or there is no thread to be had.
+    pub fn follow(&self, files: &[&str], folder: &Path) -> Result<Follower, Error> {
+        Follower::start(self, files, folder)
+    }
+}
+
 impl Follower {
     /// Copies `files` of `run` into `folder`, from now on. One that is not there yet is waited for;
     /// here they must not be there yet.

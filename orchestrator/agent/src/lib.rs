@@ -10,6 +10,8 @@
 //! What the roles do, and when, is left to whoever drives them. Nothing here is encrypted: an
 //! agent listens on a network that only its orchestrator shares.
 
+mod agent;
+mod answer;
 mod catalogue;
 mod claim;
 mod config;
@@ -21,7 +23,6 @@ mod lookout;
 mod name;
 mod refusal;
 mod remote;
-mod resource;
 mod role;
 mod route;
 mod run;

@@ -2,8 +2,10 @@
 
 use std::io;
 
-use hyper::{Method, StatusCode};
+use axum::http::{HeaderValue, Method, StatusCode, header};
+use axum::response::{IntoResponse, Response};
 
+use crate::answer::json;
 use crate::wire::{Kind, Problem};
 use crate::{BadName, Name, Token};
 
@@ -43,8 +45,6 @@ pub(crate) enum Refusal {
     Taken(Name),
     #[error("`{0}` is not a role of an agent; the roles are {1}")]
     Role(String, String),
-    #[error("setting `{0}` is refused: {1}")]
-    Setting(String, String),
     #[error("there is no file `{0}` in this run")]
     File(Name),
     #[error("the file `{0}` has only {1} bytes")]
@@ -59,7 +59,7 @@ pub(crate) enum Refusal {
 }
 
 impl Refusal {
-    pub(crate) fn status(&self) -> StatusCode {
+    fn status(&self) -> StatusCode {
         match self {
             Refusal::Path(_) | Refusal::Run(_) | Refusal::Instance(_) | Refusal::File(_) => {
                 StatusCode::NOT_FOUND
@@ -67,11 +67,9 @@ impl Refusal {
             Refusal::Method(..) => StatusCode::METHOD_NOT_ALLOWED,
             Refusal::Token | Refusal::Unclaimed => StatusCode::UNAUTHORIZED,
             Refusal::Claimed | Refusal::Taken(_) => StatusCode::CONFLICT,
-            Refusal::Query(_)
-            | Refusal::Name(_)
-            | Refusal::Body(_)
-            | Refusal::Role(..)
-            | Refusal::Setting(..) => StatusCode::BAD_REQUEST,
+            Refusal::Query(_) | Refusal::Name(_) | Refusal::Body(_) | Refusal::Role(..) => {
+                StatusCode::BAD_REQUEST
+            }
             Refusal::Large(_) => StatusCode::PAYLOAD_TOO_LARGE,
             Refusal::Slow(_) => StatusCode::REQUEST_TIMEOUT,
             Refusal::Range(..) => StatusCode::RANGE_NOT_SATISFIABLE,
@@ -82,7 +80,7 @@ impl Refusal {
     }
 
     /// What its answer carries.
-    pub(crate) fn problem(&self) -> Problem {
+    fn problem(&self) -> Problem {
         Problem {
             problem: self.to_string(),
             kind: match self {
@@ -91,5 +89,23 @@ impl Refusal {
                 _ => Kind::Usage,
             },
         }
+    }
+}
+
+impl IntoResponse for Refusal {
+    fn into_response(self) -> Response {
+        let mut response = json(self.status(), &self.problem());
+        let (name, value) = match self {
+            Refusal::Method(_, allowed) => (header::ALLOW, allowed),
+            Refusal::Token | Refusal::Unclaimed => (header::WWW_AUTHENTICATE, "Bearer"),
+            // The rest of the body is not waited for.
+            Refusal::Large(_) | Refusal::Slow(_) | Refusal::Body(_) => {
+                (header::CONNECTION, "close")
+            }
+            _ => return response,
+        };
+        let value = HeaderValue::from_static(value);
+        response.headers_mut().insert(name, value);
+        response
     }
 }

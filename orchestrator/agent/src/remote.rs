@@ -3,7 +3,6 @@
 //! When what is to be started is left to the back-end.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -13,7 +12,7 @@ use reqwest::Method;
 use crate::exchange::{Exchange, Part};
 use crate::role::{READY_WITHIN, STOP_WITHIN};
 use crate::wire::{FILE_BYTES, StartRole, Started};
-use crate::{AgentName, Error, Follower, Health, Kind, Name, RoleState, Seen, Token};
+use crate::{AgentName, Error, Health, Kind, Name, RoleState, Seen, Token};
 
 /// How long the agent may take for what it does at once: a busy machine needs some ms.
 const PROMPT: Duration = Duration::from_secs(5);
@@ -183,15 +182,12 @@ impl RemoteRun {
         &self,
         instance: &str,
         role: &str,
-        settings: &[(&str, String)],
+        settings: serde_json::Value,
     ) -> Result<String, Error> {
         let instance: Name = instance.parse()?;
         let asked = StartRole {
             role: role.to_owned(),
-            settings: settings
-                .iter()
-                .map(|(key, value)| ((*key).to_owned(), value.clone()))
-                .collect(),
+            settings,
         };
         let body = serde_json::to_vec(&asked).expect("strings under fixed names");
         let path = ["run", self.id.as_str(), "role", instance.as_str()];
@@ -256,14 +252,6 @@ impl RemoteRun {
                 return Ok(Some(whole));
             }
         }
-    }
-
-    /// Copies the named files into `folder` as they grow; see [`Follower`].
-    ///
-    /// # Errors
-    /// [`Error`] when a name is not plain, or there is no thread to be had.
-    pub fn follow(&self, files: &[&str], folder: &Path) -> Result<Follower, Error> {
-        Follower::start(self, files, folder)
     }
 
     /// Ends the run's roles and wipes its folder there.

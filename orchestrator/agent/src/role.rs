@@ -4,13 +4,15 @@
 //! file into the run's folder, and ends on SIGTERM. What it logs goes to `<name>.log` there.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, BufRead, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Read, Seek};
 use std::os::fd::AsFd;
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
+
+use rustix::fs::{MemfdFlags, memfd_create};
 
 use crate::lookout::{Lookout, Seen};
 use crate::{Error, Token, spawn};
@@ -29,7 +31,7 @@ const GIVE_UP_WITHIN: Duration = Duration::from_secs(1);
 /// How often a beginning or an ending is looked for.
 pub(crate) const POLL: Duration = Duration::from_millis(5);
 
-/// What is to be started: `PROGRAM serve ROLE ARGS..`.
+/// What is to be started: `PROGRAM serve ROLE --settings - --out FOLDER`.
 #[derive(Clone, Copy, Debug)]
 pub struct Launch<'a> {
     /// Webloop itself.
@@ -38,9 +40,9 @@ pub struct Launch<'a> {
     pub role: &'a str,
     /// What its log and its errors call it.
     pub name: &'a str,
-    /// Its arguments.
-    pub args: &'a [String],
-    /// Where its log goes.
+    /// What it is told, on its standard input.
+    pub settings: &'a serde_json::Value,
+    /// Where its rows and its log go.
     pub folder: &'a Path,
     /// Whether it is looked at from outside while it runs.
     pub is_watched: bool,
@@ -56,44 +58,23 @@ pub struct Role {
 }
 
 impl Role {
-    /// Starts `webloop serve NAME ARGS..`, inside `namespace`.
+    /// Starts a role, inside `namespace` where one is given.
     ///
     /// The child dies with the calling thread, so that thread has to live as long as the run.
     ///
     /// # Errors
     /// [`Error::Role`] when the log, the namespace or the process cannot be had.
-    pub fn start(
-        name: &str,
-        args: &[String],
-        namespace: Option<&impl AsFd>,
-        folder: &Path,
-    ) -> Result<Role, Error> {
-        let program = std::env::current_exe().map_err(|problem| unstarted(name, &problem))?;
-        let launch = Launch {
-            program: &program,
-            role: name,
-            name,
-            args,
-            folder,
-            is_watched: true,
-        };
-        Role::launch(&launch, namespace)
-    }
-
-    /// Like [`Role::start`], of any program and under any name.
-    ///
-    /// # Errors
-    /// As [`Role::start`].
     pub fn launch(launch: &Launch<'_>, namespace: Option<&impl AsFd>) -> Result<Role, Error> {
         let Launch { name, .. } = *launch;
         let fail = |problem: io::Error| unstarted(name, &problem);
         let log = open_log(&launch.folder.join(format!("{name}.log"))).map_err(fail)?;
+        let settings = in_memory(launch.settings).map_err(fail)?;
         let mut command = Command::new(launch.program);
         command
-            .args(["serve", launch.role])
-            .args(launch.args)
+            .args(["serve", launch.role, "--settings", "-", "--out"])
+            .arg(launch.folder)
             .env_remove(Token::VARIABLE)
-            .stdin(Stdio::null())
+            .stdin(settings)
             .stdout(Stdio::piped())
             .stderr(log);
         spawn::bind(&mut command, namespace).map_err(fail)?;
@@ -249,6 +230,14 @@ pub(crate) fn exit_code(status: ExitStatus) -> i32 {
 
 fn unstarted(name: &str, problem: &io::Error) -> Error {
     Error::role(name, format!("cannot be started: {problem}"))
+}
+
+/// A file that holds a value's text, and is nowhere but in memory: unlike a pipe it takes all of it at once.
+fn in_memory(value: &serde_json::Value) -> io::Result<File> {
+    let mut file = File::from(memfd_create("settings", MemfdFlags::CLOEXEC)?);
+    serde_json::to_writer(&file, value)?;
+    file.rewind()?;
+    Ok(file)
 }
 
 fn open_log(path: &Path) -> io::Result<File> {

@@ -1,257 +1,208 @@
-//! What each request gets: who may ask, what for, and what is done about it.
+//! The routes: what each request is for, who may ask, and what is answered.
 
-use std::cell::{Cell, RefCell};
-use std::path::PathBuf;
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Duration;
 
-use http_body_util::{BodyExt, Full, LengthLimitError, Limited};
-use hyper::body::{Body, Bytes, Incoming};
-use hyper::header::{self, HeaderValue};
-use hyper::{Request, Response, StatusCode};
-use serde::Serialize;
-use tokio::sync::{Mutex, Notify};
-use tokio::task::spawn_blocking;
+use axum::Router;
+use axum::body::{Body, Bytes};
+use axum::extract::{FromRequestParts, RawPathParams, RawQuery, Request, State};
+use axum::http::request::Parts;
+use axum::http::{HeaderMap, StatusCode, Uri, header};
+use axum::middleware::{Next, from_fn, from_fn_with_state};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{MethodRouter, get, post, put};
+use http_body_util::{BodyExt, LengthLimitError, Limited};
+use hyper::body::Body as _;
 use tokio::time::{Instant, timeout};
 
-use crate::claim::Claim;
+use crate::agent::{Agent, off_thread};
+use crate::answer::{json, respond};
 use crate::refusal::Refusal;
-use crate::resource::Resource;
 use crate::role::STOP_WITHIN;
-use crate::run::Run;
-use crate::wire::{FILE_BYTES, Health, SIZE_HEADER, StartRole, Started};
-use crate::{Config, Name, Token, catalogue, shelf};
+use crate::wire::{FILE_BYTES, SIZE_HEADER, StartRole, Started};
+use crate::{Name, Token, shelf};
 
 /// The largest body that is not a file.
-const JSON_BYTES: usize = 64 << 10;
+const JSON_BYTES: usize = 16 << 20;
 
 /// How long a body may take to come.
 const BODY_WITHIN: Duration = Duration::from_secs(10);
 
-type Answer = Response<Full<Bytes>>;
+type Shared = State<Arc<Agent>>;
+type Answer = Result<Response, Refusal>;
 
-/// The agent as its requests see it. It belongs to one thread.
-pub(crate) struct Handler {
-    config: Config,
-    /// Where the runs' folders are.
-    scratch: PathBuf,
-    claim: RefCell<Claim>,
-    run: RefCell<Option<Rc<Run>>>,
-    /// Held while runs change, so that one is gone before the next begins.
-    change: Mutex<()>,
-    /// Told of each claim: it may end the agent sooner than the lack of one would have.
-    pub(crate) claimed: Notify,
-    /// Told when the orchestrator wants the agent to end.
-    pub(crate) ending: Notify,
-    ended: Cell<bool>,
+/// All routes of an agent.
+pub(crate) fn router(agent: Arc<Agent>) -> Router {
+    let anyones = Router::new()
+        .route("/health", only("GET", get(health)))
+        .route("/claim", only("POST", post(claim)));
+    let masters = Router::new()
+        .route("/end", only("POST", post(end)))
+        .route("/run/{id}", only("PUT, DELETE", put(begin).delete(finish)))
+        .route("/run/{id}/files", only("GET", get(files)))
+        .route(
+            "/run/{id}/role/{instance}",
+            only("GET, POST, DELETE", get(state).post(start).delete(stop)),
+        )
+        .route("/run/{id}/role/{instance}/seen", only("GET", get(seen)))
+        // Of these; a file, below, has a query.
+        .route_layer(from_fn(refuse_query))
+        .route(
+            "/run/{id}/file/{name}",
+            only("GET, PUT", get(read_file).put(put_file)),
+        )
+        .fallback(nowhere)
+        // Before all of these: who may not ask learns nothing.
+        .layer(from_fn_with_state(Arc::clone(&agent), enter));
+    anyones.merge(masters).with_state(agent)
 }
 
-impl Handler {
-    pub(crate) fn new(config: &Config, scratch: PathBuf) -> Handler {
-        Handler {
-            claim: RefCell::new(Claim::new(config, Instant::now())),
-            config: config.clone(),
-            scratch,
-            run: RefCell::default(),
-            change: Mutex::default(),
-            claimed: Notify::new(),
-            ending: Notify::new(),
-            ended: Cell::new(false),
-        }
-    }
+/// Refuses all methods but these, which `allowed` lists as the header `Allow` has them.
+fn only(allowed: &'static str, methods: MethodRouter<Arc<Agent>>) -> MethodRouter<Arc<Agent>> {
+    let refuse = move |method| async move { Refusal::Method(method, allowed) };
+    // By itself the router takes HEAD for GET.
+    methods.head(refuse).fallback(refuse)
+}
 
-    pub(crate) fn claim(&self) -> std::cell::Ref<'_, Claim> {
-        self.claim.borrow()
-    }
+/// Lets requests of the agent's own orchestrator in. Each is worked out to its end also where the
+/// asking side goes away meanwhile: a run that is being ended must not stay half ended.
+async fn enter(State(agent): Shared, request: Request, next: Next) -> Answer {
+    agent.enter(presented(request.headers()).as_ref())?;
+    let answer = tokio::spawn(async move {
+        let answer = next.run(request).await;
+        agent.claim().answered(Instant::now());
+        answer
+    });
+    Ok(answer
+        .await
+        .unwrap_or_else(|_| StatusCode::INTERNAL_SERVER_ERROR.into_response()))
+}
 
-    /// Ends the run that there is, for good: no other is begun after it.
-    pub(crate) async fn close(&self, within: Duration) {
-        self.ended.set(true);
-        if let Some(run) = self.run.take() {
-            run.end(within).await;
-        }
-    }
+fn presented(headers: &HeaderMap) -> Option<Token> {
+    let value = headers.get(header::AUTHORIZATION)?;
+    Token::from_header(value.to_str().ok()?)
+}
 
-    /// The answer to a request, whatever it is.
-    pub(crate) async fn answer(&self, request: Request<Incoming>) -> Answer {
-        self.try_answer(request).await.unwrap_or_else(|refusal| {
-            let mut response = json(refusal.status(), &refusal.problem());
-            let headers = response.headers_mut();
-            match refusal {
-                Refusal::Method(_, allowed) => {
-                    headers.insert(header::ALLOW, HeaderValue::from_static(allowed));
-                }
-                Refusal::Token | Refusal::Unclaimed => {
-                    headers.insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
-                }
-                // The rest of the body is not waited for.
-                Refusal::Large(_) | Refusal::Slow(_) | Refusal::Body(_) => {
-                    headers.insert(header::CONNECTION, HeaderValue::from_static("close"));
-                }
-                _ => {}
-            }
-            response
-        })
-    }
-
-    async fn try_answer(&self, request: Request<Incoming>) -> Result<Answer, Refusal> {
-        let presented = request
-            .headers()
-            .get(header::AUTHORIZATION)
-            .and_then(|value| Token::from_header(value.to_str().ok()?));
-        match request.uri().path() {
-            "/health" => {
-                allow(&request, "GET")?;
-                Ok(json(StatusCode::OK, &self.health()))
-            }
-            "/claim" => {
-                allow(&request, "POST")?;
-                self.claim.borrow_mut().claim(presented, Instant::now())?;
-                self.claimed.notify_one();
-                Ok(json(StatusCode::OK, &self.health()))
-            }
-            _ => {
-                // Before anything else is said: who may not ask learns nothing.
-                self.enter(presented.as_ref())?;
-                let answer = self.serve(request).await;
-                self.claim.borrow_mut().answered(Instant::now());
-                answer
-            }
-        }
-    }
-
-    fn enter(&self, presented: Option<&Token>) -> Result<(), Refusal> {
-        let mut claim = self.claim.borrow_mut();
-        let claimed = claim.claimed();
-        claim.enter(presented, Instant::now())?;
-        if !claimed {
-            self.claimed.notify_one();
-        }
-        Ok(())
-    }
-
-    async fn serve(&self, request: Request<Incoming>) -> Result<Answer, Refusal> {
-        let resource: Resource = request.uri().path().parse()?;
-        let from = resource.from(request.uri().query())?;
-        let method = request.method().clone();
-        match (resource, method.as_str()) {
-            (Resource::End, "POST") => {
-                self.ending.notify_one();
-                Ok(empty(StatusCode::ACCEPTED))
-            }
-            (Resource::Run(id), "PUT") => {
-                self.begin(id).await?;
-                Ok(empty(StatusCode::CREATED))
-            }
-            (Resource::Run(id), "DELETE") => {
-                self.finish(&id).await?;
-                Ok(empty(StatusCode::NO_CONTENT))
-            }
-            (Resource::Files(id), "GET") => {
-                let folder = self.run(&id)?.folder.clone();
-                let files = off_thread(move || Ok(shelf::list(&folder)?)).await?;
-                Ok(json(StatusCode::OK, &files))
-            }
-            (Resource::File(id, name), "GET") => {
-                let folder = self.run(&id)?.folder.clone();
-                let part = off_thread(move || shelf::read(&folder, &name, from)).await?;
-                let mut response = respond(StatusCode::OK, "application/octet-stream", part.bytes);
-                response.headers_mut().insert(SIZE_HEADER, part.size.into());
-                Ok(response)
-            }
-            (Resource::File(id, name), "PUT") => {
-                let run = self.run(&id)?;
-                let content = body(request.into_body(), FILE_BYTES).await?;
-                let folder = run.folder.clone();
-                off_thread(move || Ok(shelf::put(&folder, &name, &content)?)).await?;
-                Ok(empty(StatusCode::CREATED))
-            }
-            (Resource::Role(id, instance), "POST") => {
-                let run = self.run(&id)?;
-                let asked = body(request.into_body(), JSON_BYTES).await?;
-                let asked: StartRole = serde_json::from_slice(&asked)
-                    .map_err(|problem| Refusal::Body(problem.to_string()))?;
-                let args = catalogue::arguments(&asked.role, &asked.settings, &run.folder)?;
-                // The body took its time, in which the run may have been ended.
-                self.run(&id)?;
-                let ready = run
-                    .start(&self.config.program, &instance, &asked.role, &args)
-                    .await?;
-                Ok(json(StatusCode::CREATED, &Started { ready }))
-            }
-            (Resource::Role(id, instance), "GET") => {
-                Ok(json(StatusCode::OK, &self.run(&id)?.state(&instance)?))
-            }
-            (Resource::Seen(id, instance), "GET") => {
-                Ok(json(StatusCode::OK, &self.run(&id)?.seen(&instance)?))
-            }
-            (Resource::Role(id, instance), "DELETE") => {
-                let state = self.run(&id)?.stop(&instance, STOP_WITHIN).await?;
-                Ok(json(StatusCode::OK, &state))
-            }
-            (resource, _) => Err(Refusal::Method(method, resource.methods())),
-        }
-    }
-
-    /// Begins a run in an empty folder; the one before is ended and wiped.
-    async fn begin(&self, id: Name) -> Result<(), Refusal> {
-        let _change = self.change.lock().await;
-        self.wipe_current().await?;
-        let folder = self.scratch.join(id.as_str());
-        let made = folder.clone();
-        off_thread(move || Ok(shelf::make_empty(&made)?)).await?;
-        if self.ended.get() {
-            return Err(Refusal::Ending);
-        }
-        self.run.replace(Some(Rc::new(Run::new(id, folder))));
-        Ok(())
-    }
-
-    /// Ends a run and wipes its folder.
-    async fn finish(&self, id: &Name) -> Result<(), Refusal> {
-        let _change = self.change.lock().await;
-        self.run(id)?;
-        self.wipe_current().await
-    }
-
-    async fn wipe_current(&self) -> Result<(), Refusal> {
-        // Taken out first: from here on nobody starts another role in it.
-        if let Some(run) = self.run.take() {
-            run.end(STOP_WITHIN).await;
-            let folder = run.folder.clone();
-            off_thread(move || Ok(shelf::wipe(&folder)?)).await?;
-        }
-        Ok(())
-    }
-
-    fn run(&self, id: &Name) -> Result<Rc<Run>, Refusal> {
-        self.run
-            .borrow()
-            .as_ref()
-            .filter(|run| run.id == *id)
-            .cloned()
-            .ok_or_else(|| Refusal::Run(id.clone()))
-    }
-
-    fn health(&self) -> Health {
-        Health {
-            agent: self.config.name,
-            webloop: env!("CARGO_PKG_VERSION").to_owned(),
-            claimed: self.claim.borrow().claimed(),
-        }
+async fn refuse_query(RawQuery(query): RawQuery, request: Request, next: Next) -> Answer {
+    match query {
+        None => Ok(next.run(request).await),
+        Some(query) => Err(Refusal::Query(excerpt(&query))),
     }
 }
 
-fn allow(request: &Request<Incoming>, method: &'static str) -> Result<(), Refusal> {
-    if request.method() == method {
-        Ok(())
-    } else {
-        Err(Refusal::Method(request.method().clone(), method))
+async fn nowhere(uri: Uri) -> Refusal {
+    Refusal::Path(excerpt(uri.path()))
+}
+
+async fn health(State(agent): Shared) -> Response {
+    json(StatusCode::OK, &agent.health())
+}
+
+async fn claim(State(agent): Shared, headers: HeaderMap) -> Answer {
+    agent.claim().claim(presented(&headers), Instant::now())?;
+    agent.claimed.notify_one();
+    Ok(json(StatusCode::OK, &agent.health()))
+}
+
+async fn end(State(agent): Shared) -> StatusCode {
+    agent.ending.notify_one();
+    StatusCode::ACCEPTED
+}
+
+async fn begin(State(agent): Shared, Names([id]): Names<1>) -> Result<StatusCode, Refusal> {
+    agent.begin(id).await?;
+    Ok(StatusCode::CREATED)
+}
+
+async fn finish(State(agent): Shared, Names([id]): Names<1>) -> Result<StatusCode, Refusal> {
+    agent.finish(&id).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+async fn files(State(agent): Shared, Names([id]): Names<1>) -> Answer {
+    let folder = agent.run(&id)?.folder.clone();
+    let files = off_thread(move || Ok(shelf::list(&folder)?)).await?;
+    Ok(json(StatusCode::OK, &files))
+}
+
+async fn read_file(
+    State(agent): Shared,
+    Names([id, name]): Names<2>,
+    RawQuery(query): RawQuery,
+) -> Answer {
+    let from = from(query)?;
+    let folder = agent.run(&id)?.folder.clone();
+    let part = off_thread(move || shelf::read(&folder, &name, from)).await?;
+    let mut response = respond(StatusCode::OK, "application/octet-stream", part.bytes);
+    response.headers_mut().insert(SIZE_HEADER, part.size.into());
+    Ok(response)
+}
+
+async fn put_file(
+    State(agent): Shared,
+    Names([id, name]): Names<2>,
+    RawQuery(query): RawQuery,
+    body: Body,
+) -> Result<StatusCode, Refusal> {
+    from(query)?;
+    let run = agent.run(&id)?;
+    let content = content(body, FILE_BYTES).await?;
+    let folder = run.folder.clone();
+    off_thread(move || Ok(shelf::put(&folder, &name, &content)?)).await?;
+    Ok(StatusCode::CREATED)
+}
+
+async fn start(State(agent): Shared, Names([id, instance]): Names<2>, body: Body) -> Answer {
+    let run = agent.run(&id)?;
+    let asked = content(body, JSON_BYTES).await?;
+    let asked: StartRole =
+        serde_json::from_slice(&asked).map_err(|problem| Refusal::Body(problem.to_string()))?;
+    // The body took its time, in which the run may have been ended.
+    agent.run(&id)?;
+    let ready = run.start(&agent.config.program, &instance, &asked).await?;
+    Ok(json(StatusCode::CREATED, &Started { ready }))
+}
+
+async fn state(State(agent): Shared, Names([id, instance]): Names<2>) -> Answer {
+    Ok(json(StatusCode::OK, &agent.run(&id)?.state(&instance)?))
+}
+
+async fn seen(State(agent): Shared, Names([id, instance]): Names<2>) -> Answer {
+    Ok(json(StatusCode::OK, &agent.run(&id)?.seen(&instance)?))
+}
+
+async fn stop(State(agent): Shared, Names([id, instance]): Names<2>) -> Answer {
+    let state = agent.run(&id)?.stop(&instance, STOP_WITHIN).await?;
+    Ok(json(StatusCode::OK, &state))
+}
+
+/// The names in a path. Each is decoded on its own, so that no `%2F` becomes a slash.
+struct Names<const N: usize>([Name; N]);
+
+impl<S: Send + Sync, const N: usize> FromRequestParts<S> for Names<N> {
+    type Rejection = Refusal;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Refusal> {
+        let texts = RawPathParams::from_request_parts(parts, state).await;
+        let nowhere = || Refusal::Path(excerpt(parts.uri.path()));
+        let texts = texts.map_err(|_| nowhere())?;
+        let names: Result<Vec<Name>, _> = texts.iter().map(|(_, text)| text.parse()).collect();
+        names?.try_into().map(Names).map_err(|_| nowhere())
     }
+}
+
+/// The first byte of a file that is asked for: `from=N`, and no other query.
+fn from(query: Option<String>) -> Result<u64, Refusal> {
+    let Some(query) = query else {
+        return Ok(0);
+    };
+    let digits = query.strip_prefix("from=");
+    let from = digits.and_then(|digits| digits.parse().ok());
+    from.ok_or_else(|| Refusal::Query(excerpt(&query)))
 }
 
 /// A body of at most `limit` bytes that comes in time.
-async fn body(body: Incoming, limit: usize) -> Result<Bytes, Refusal> {
+async fn content(body: Body, limit: usize) -> Result<Bytes, Refusal> {
     // One that says beforehand that it is too long is not read at all.
     if usize::try_from(body.size_hint().lower()).is_ok_and(|bytes| bytes > limit) {
         return Err(Refusal::Large(limit));
@@ -264,31 +215,6 @@ async fn body(body: Incoming, limit: usize) -> Result<Bytes, Refusal> {
     }
 }
 
-/// Does what waits for the disk on a thread that may.
-async fn off_thread<T: Send + 'static>(
-    work: impl FnOnce() -> Result<T, Refusal> + Send + 'static,
-) -> Result<T, Refusal> {
-    spawn_blocking(work)
-        .await
-        .map_err(|problem| Refusal::Disk(std::io::Error::other(problem)))?
-}
-
-fn json(status: StatusCode, body: &impl Serialize) -> Answer {
-    let text = serde_json::to_vec(body).expect("an answer is plain fields under fixed names");
-    respond(status, "application/json", text)
-}
-
-fn empty(status: StatusCode) -> Answer {
-    let mut response = Response::new(Full::default());
-    *response.status_mut() = status;
-    response
-}
-
-fn respond(status: StatusCode, kind: &'static str, body: Vec<u8>) -> Answer {
-    let mut response = Response::new(Full::new(Bytes::from(body)));
-    *response.status_mut() = status;
-    let headers = response.headers_mut();
-    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(kind));
-    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
-    response
+fn excerpt(text: &str) -> String {
+    text.chars().take(40).collect()
 }

@@ -4,11 +4,10 @@
 //! the kernel needs to end a killed process: beginnings and endings are looked for again and
 //! again, as long as somebody waits for one.
 
-use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use tokio::time::{Instant, sleep};
@@ -16,18 +15,18 @@ use tokio::time::{Instant, sleep};
 use crate::catalogue;
 use crate::refusal::Refusal;
 use crate::role::{Launch, POLL, READY_WITHIN, exit_code, last_words};
-use crate::wire::{Kind, RoleState};
+use crate::wire::{Kind, RoleState, StartRole};
 use crate::{Error, Name, Role, Seen};
 
 /// A role of the run; several requests may wait for it.
-type Shared = Rc<RefCell<Role>>;
+type Shared = Arc<Mutex<Role>>;
 
 /// A run, from its beginning to its end.
 #[derive(Debug)]
 pub(crate) struct Run {
     pub(crate) id: Name,
     pub(crate) folder: PathBuf,
-    roles: RefCell<BTreeMap<Name, Shared>>,
+    roles: Mutex<BTreeMap<Name, Shared>>,
 }
 
 impl Run {
@@ -35,7 +34,7 @@ impl Run {
         Run {
             id,
             folder,
-            roles: RefCell::default(),
+            roles: Mutex::default(),
         }
     }
 
@@ -46,39 +45,35 @@ impl Run {
         &self,
         program: &Path,
         instance: &Name,
-        role: &str,
-        args: &[String],
+        asked: &StartRole,
     ) -> Result<String, Refusal> {
-        if self.roles.borrow().contains_key(instance) {
+        let role = catalogue::role(&asked.role)?;
+        if lock(&self.roles).contains_key(instance) {
             return Err(Refusal::Taken(instance.clone()));
         }
         let launch = Launch {
             program,
             role,
             name: instance.as_str(),
-            args,
+            settings: &asked.settings,
             folder: &self.folder,
             is_watched: catalogue::is_watched(role),
         };
         let started = Role::launch(&launch, None::<&File>);
-        let shared = Rc::new(RefCell::new(started.map_err(|error| {
-            Refusal::NotReady {
-                words: error.to_string(),
-                kind: Kind::Failed,
-            }
+        let shared = Arc::new(Mutex::new(started.map_err(|error| Refusal::NotReady {
+            words: error.to_string(),
+            kind: Kind::Failed,
         })?));
-        self.roles
-            .borrow_mut()
-            .insert(instance.clone(), Rc::clone(&shared));
+        lock(&self.roles).insert(instance.clone(), Arc::clone(&shared));
         let deadline = Instant::now() + READY_WITHIN;
         loop {
-            let ready = shared.borrow_mut().try_ready();
+            let ready = lock(&shared).try_ready();
             match ready {
                 Ok(Some(what)) => return Ok(what),
                 Ok(None) if Instant::now() < deadline => sleep(POLL).await,
                 Ok(None) => {
-                    let error = shared.borrow().unready();
-                    shared.borrow_mut().kill();
+                    let error = lock(&shared).unready();
+                    lock(&shared).kill();
                     return Err(self.not_ready(&error, instance, &shared));
                 }
                 Err(error) => return Err(self.not_ready(&error, instance, &shared)),
@@ -94,7 +89,7 @@ impl Run {
 
     /// What a role has looked like from outside.
     pub(crate) fn seen(&self, instance: &Name) -> Result<Seen, Refusal> {
-        Ok(self.role(instance)?.borrow().seen())
+        Ok(lock(&*self.role(instance)?).seen())
     }
 
     /// Ends a role, by SIGTERM and after `within` by SIGKILL; how it ended.
@@ -117,20 +112,19 @@ impl Run {
 
     /// Ends all roles, by SIGTERM and after `within` by SIGKILL.
     pub(crate) async fn end(&self, within: Duration) {
-        let roles: Vec<Shared> = self.roles.borrow().values().cloned().collect();
+        let roles: Vec<Shared> = lock(&self.roles).values().cloned().collect();
         end(&roles, within).await;
     }
 
     fn role(&self, instance: &Name) -> Result<Shared, Refusal> {
-        self.roles
-            .borrow()
+        lock(&self.roles)
             .get(instance)
             .cloned()
             .ok_or_else(|| Refusal::Instance(instance.clone()))
     }
 
     fn state_of(&self, instance: &Name, shared: &Shared) -> RoleState {
-        let code = match shared.borrow_mut().status() {
+        let code = match lock(shared).status() {
             Ok(None) => return RoleState::Running,
             Ok(Some(status)) => exit_code(status),
             // Its number is unknown to the kernel: it has ended, how is not known.
@@ -158,9 +152,9 @@ impl Run {
 
 /// Ends roles together; whether one had to be killed.
 async fn end(roles: &[Shared], within: Duration) -> bool {
-    let running = |role: &&Shared| matches!(role.borrow_mut().status(), Ok(None));
+    let running = |role: &&Shared| matches!(lock(role).status(), Ok(None));
     for role in roles {
-        role.borrow_mut().terminate();
+        lock(role).terminate();
     }
     let deadline = Instant::now() + within;
     while Instant::now() < deadline {
@@ -171,7 +165,12 @@ async fn end(roles: &[Shared], within: Duration) -> bool {
     }
     let late: Vec<&Shared> = roles.iter().filter(running).collect();
     for role in &late {
-        role.borrow_mut().kill();
+        lock(role).kill();
     }
     !late.is_empty()
+}
+
+/// What a lock holds. A request that broke off while it held one has left nothing half done.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -5,16 +5,15 @@ use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::pin::pin;
-use std::rc::Rc;
+use std::sync::Arc;
 use std::task::Poll;
 use std::time::Duration;
 
 use hyper_util::server::graceful::GracefulShutdown;
-use tokio::task::LocalSet;
 use tokio::time::{Instant, sleep_until, timeout};
 
-use crate::route::Handler;
-use crate::{Config, Ended, Error, server, shelf};
+use crate::agent::Agent;
+use crate::{Config, Ended, Error, route, server, shelf};
 
 /// How long the roles of an agent that ends may take to write their rows. With the connections'
 /// time it is below a second, the most that a container's end may take.
@@ -53,9 +52,9 @@ pub fn serve(config: &Config, ready: impl FnOnce(SocketAddr)) -> Result<Ended, E
     // Its own folder, so that what it wipes is never somebody else's.
     let scratch = scratch(config);
     shelf::make_empty(&scratch).map_err(|source| Error::write(&scratch, source))?;
-    let handler = Rc::new(Handler::new(config, scratch.clone()));
-    let tasks = LocalSet::new();
-    let ended = tasks.block_on(&runtime, async {
+    let agent = Arc::new(Agent::new(config, scratch.clone()));
+    let router = route::router(Arc::clone(&agent));
+    let ended = runtime.block_on(async {
         let open = GracefulShutdown::new();
         let mut stop = pin!(pace::told_to_end());
         // Asked once before `ready`, so that a signal right after it is caught.
@@ -67,16 +66,15 @@ pub fn serve(config: &Config, ready: impl FnOnce(SocketAddr)) -> Result<Ended, E
         ready(address);
         let ended = tokio::select! {
             result = stop => result.map(|()| Ended::Signalled),
-            () = handler.ending.notified() => Ok(Ended::Asked),
-            ended = left_alone(&handler) => Ok(ended),
-            never = server::accept(&listener, &handler, &open) => match never {},
+            () = agent.ending.notified() => Ok(Ended::Asked),
+            ended = left_alone(&agent) => Ok(ended),
+            never = server::accept(&listener, &router, &open) => match never {},
         };
-        handler.close(ROLES_WITHIN).await;
+        agent.close(ROLES_WITHIN).await;
         // Whoever still waits for an answer gets it now; an idle connection just closes.
         let _ = timeout(ANSWERS_WITHIN, open.shutdown()).await;
         ended
     });
-    drop(tasks);
     // Not waiting for a thread that reads a slow disk.
     runtime.shutdown_background();
     let wiped = shelf::wipe(&scratch).map_err(|source| Error::write(&scratch, source));
@@ -92,15 +90,15 @@ fn scratch(config: &Config) -> PathBuf {
 
 /// Done when the agent has waited for its orchestrator for too long. It wakes for that alone,
 /// not for each request.
-async fn left_alone(handler: &Handler) -> Ended {
+async fn left_alone(agent: &Agent) -> Ended {
     loop {
-        let ends = handler.claim().ends(Instant::now());
+        let ends = agent.claim().ends(Instant::now());
         if Instant::now() >= ends {
-            return handler.claim().ended();
+            return agent.claim().ended();
         }
         tokio::select! {
             () = sleep_until(ends) => {}
-            () = handler.claimed.notified() => {}
+            () = agent.claimed.notified() => {}
         }
     }
 }

@@ -1,27 +1,21 @@
 //! The connections of an agent: accepting them, and speaking HTTP/1 on them.
 //!
 //! There are few: an orchestrator, its followers, a health check. The limits are for what goes
-//! wrong, and cost a connection, never the agent.
+//! wrong, and cost a connection, never the agent; `axum::serve` can be told none of them.
 
 use std::convert::Infallible;
 use std::io;
 use std::net::SocketAddr;
-use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
 
-use http_body_util::Full;
-use hyper::body::{Bytes, Incoming};
+use axum::Router;
 use hyper::server::conn::http1;
-use hyper::service::service_fn;
-use hyper::{Request, Response, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::GracefulShutdown;
+use hyper_util::service::TowerToHyperService;
 use tokio::net::{TcpListener, TcpSocket};
 use tokio::sync::Semaphore;
-use tokio::task;
-
-use crate::route::Handler;
 
 /// How long a connection may wait for a head, and so also idle between two requests. Clients
 /// keep idle connections for less, else a request can meet the close of its connection.
@@ -55,7 +49,7 @@ pub(crate) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
 /// Accepts for ever; `open` can close the connections in good order.
 pub(crate) async fn accept(
     listener: &TcpListener,
-    handler: &Rc<Handler>,
+    router: &Router,
     open: &GracefulShutdown,
 ) -> Infallible {
     let free = Arc::new(Semaphore::new(CONNECTIONS));
@@ -75,33 +69,18 @@ pub(crate) async fn accept(
         // Answers are small: waiting for more to send would add a delayed acknowledgement. If it
         // is refused, the connection is broken, and serving it will say so.
         let _ = stream.set_nodelay(true);
-        let handler = Rc::clone(handler);
-        let service = service_fn(move |request| answer(Rc::clone(&handler), request));
+        let service = TowerToHyperService::new(router.clone());
         let connection = http1::Builder::new()
             .timer(TokioTimer::new())
             .header_read_timeout(HEAD_WITHIN)
             .max_header_size(HEAD_BYTES)
             .serve_connection(TokioIo::new(stream), service);
         let connection = open.watch(connection);
-        task::spawn_local(async move {
+        tokio::spawn(async move {
             if let Err(error) = connection.await {
                 tracing::debug!(%error, "connection ended");
             }
             drop(slot);
         });
     }
-}
-
-/// The answer, worked out to its end also where the asking side goes away meanwhile: a run that
-/// is being ended must not stay half ended.
-async fn answer(
-    handler: Rc<Handler>,
-    request: Request<Incoming>,
-) -> Result<Response<Full<Bytes>>, Infallible> {
-    let answered = task::spawn_local(async move { handler.answer(request).await }).await;
-    Ok(answered.unwrap_or_else(|_| {
-        let mut response = Response::new(Full::default());
-        *response.status_mut() = StatusCode::INTERNAL_SERVER_ERROR;
-        response
-    }))
 }

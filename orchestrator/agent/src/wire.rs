@@ -1,6 +1,5 @@
 //! What agent and orchestrator say to each other, as JSON.
 
-use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -32,8 +31,8 @@ pub struct Health {
 #[serde(deny_unknown_fields)]
 pub(crate) struct StartRole {
     pub(crate) role: String,
-    #[serde(default)]
-    pub(crate) settings: BTreeMap<String, String>,
+    /// Whatever it is told; the role knows.
+    pub(crate) settings: serde_json::Value,
 }
 
 /// A role that is ready.

@@ -22,9 +22,12 @@ use std::time::{Duration, Instant};
 use analysis::{Campaign, CellFacts, Metrics};
 use control::preset::{paper_pi, paper_plant};
 use endpoint::{
-    ArrivalOutcome, ArrivalRow, Hold, MessageOutcome, MessageRow, Mode, Preset, SampleTime, TickRow,
+    ArrivalOutcome, ArrivalRow, Counts, Hold, MessageOutcome, MessageRow, Mode, Preset, SampleTime,
+    TickRow,
 };
-use plan::{Cell, Client, FileFact, Machine, Manifest, Plan, ProbeRow, ProfileText, Verdict};
+use manifest::{FileFact, Machine, Manifest};
+use plan::{Cell, Client, Plan, ProbeRow, ProfileText, Verdict};
+use serde_json::{Value, json};
 
 const H_NS: u64 = 1_000_000;
 /// When a run of an hour since boot began: stamps have as many digits as real ones.
@@ -121,8 +124,9 @@ fn write_campaign(folder: &Path, cells: usize, ticks: u64) -> Result<(), Box<dyn
             folder.join("probes.csv"),
             ProbeRow::COLUMNS.join(",") + "\n",
         )?;
-        fs::write(folder.join("plant.json"), "{}")?;
-        fs::write(folder.join("controller.json"), "{}")?;
+        for (name, report) in reports(ticks) {
+            fs::write(folder.join(name), serde_json::to_string(&report)?)?;
+        }
         let manifest = manifest(&folder, cell)?;
         fs::write(folder.join(Manifest::FILE), manifest.to_json())?;
     }
@@ -136,6 +140,31 @@ fn profile() -> Result<ProfileText, Box<dyn Error>> {
             .to_owned(),
         ..ProfileText::default()
     })
+}
+
+/// What the two ends say that they wrote.
+fn reports(ticks: u64) -> [(&'static str, Value); 2] {
+    let rows = json!({ "rows": ticks, "overflow": 0 });
+    let plant = json!({ "tick_rows": rows, "arrival_rows": rows });
+    let controller = json!({
+        "start_ns": START_NS,
+        "stop_ns": START_NS + ticks * H_NS,
+        "counts": Counts::default(),
+        "first_failure": null,
+        "interrupted": false,
+        "rows": rows,
+        "granted": {
+            "controller": {
+                "asked_priority": null,
+                "policy": "other",
+                "priority": 0,
+                "slack_ns": 50_000,
+                "refused": null,
+            },
+            "open_files": 1024,
+        },
+    });
+    [("plant.json", plant), ("controller.json", controller)]
 }
 
 fn manifest(folder: &Path, cell: &Cell) -> Result<Manifest, Box<dyn Error>> {

@@ -8,16 +8,14 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use link::Profile;
-use plan::{Cell, Manifest, Plan, ProfileText, Verdict};
+use manifest::Manifest;
+use plan::{Cell, Plan, ProfileText, Verdict, file_name};
 use thiserror::Error;
 
 use crate::metrics::{CellFacts, Metrics};
 use crate::parallel;
 use crate::summary::{LinkFacts, Summary};
 use crate::whole::{self, Damage, ROWS, Vouched};
-
-/// The file that says what a results folder is for.
-pub const PLAN: &str = "plan.json";
 
 /// Why a folder is no results folder.
 #[derive(Debug, Error)]
@@ -90,7 +88,7 @@ impl Campaign {
     /// [`CampaignError`] where it is no results folder. What is wrong with one cell is that cell's
     /// [`damage`](Run::damage).
     pub fn read(folder: &Path) -> Result<Campaign, CampaignError> {
-        let path = folder.join(PLAN);
+        let path = folder.join(file_name::PLAN);
         let text = file::text(&path, file::PLAN_BYTES).map_err(|source| CampaignError::File {
             path: path.clone(),
             source,
@@ -218,11 +216,14 @@ fn read(folder: &Path, cell: &Cell, manifest: &Manifest) -> Result<Option<Metric
     let is_read = |name: &str| has_rows && ROWS.contains(&name);
     let mut damage = Damage::among(folder, manifest, |name| !is_read(name));
     if has_rows && ROWS.iter().all(|name| manifest.files.contains_key(*name)) {
-        let vouched = Vouched::of(folder, manifest);
-        match Metrics::read_whole(folder, &CellFacts::from(cell), &vouched) {
+        let read = Vouched::of(folder, manifest).and_then(|vouched| {
+            Metrics::read_whole(folder, &CellFacts::from(cell), &vouched)
+                .map_err(|faults| faults.into_iter().map(Damage::from).collect())
+        });
+        match read {
             Ok(metrics) if damage.is_empty() => return Ok(Some(metrics)),
             Ok(_) => {}
-            Err(faults) => damage.extend(faults.into_iter().map(Damage::from)),
+            Err(found) => damage.extend(found),
         }
     }
     match damage.is_empty() {

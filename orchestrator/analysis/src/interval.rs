@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use endpoint::ArrivalRow;
+use plan::file_name;
 
 use crate::rows::{ReadError, read};
 use crate::statistics::ms;
@@ -44,7 +45,7 @@ impl Intervals {
     /// [`ReadError`] of `arrivals.csv`.
     pub fn read(folder: &Path, h_ns: u64) -> Result<Self, ReadError> {
         let mut intervals = Self::new(h_ns);
-        let path = folder.join("arrivals.csv");
+        let path = folder.join(file_name::ARRIVALS);
         read(&path, ArrivalRow::COLUMNS, |row| intervals.push(row))?;
         Ok(intervals)
     }

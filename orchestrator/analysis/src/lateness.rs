@@ -9,6 +9,7 @@
 use std::path::Path;
 
 use endpoint::ArrivalRow;
+use plan::file_name;
 use serde::{Deserialize, Serialize};
 
 use crate::rows::{ReadError, read};
@@ -53,7 +54,7 @@ impl Schedule {
 /// [`ReadError`] of `arrivals.csv`.
 pub fn series(folder: &Path, h_ns: u64, mut each: impl FnMut(Late)) -> Result<bool, ReadError> {
     let mut schedule = Schedule { h_ns, first: None };
-    let path = folder.join("arrivals.csv");
+    let path = folder.join(file_name::ARRIVALS);
     read(&path, ArrivalRow::COLUMNS, |row| each(schedule.late(row)))
 }
 

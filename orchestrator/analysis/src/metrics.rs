@@ -15,7 +15,7 @@ use crate::response::{Response, ResponseTrace};
 use crate::rows::{Content, ReadError, read, read_whole};
 use crate::tick::{TickCount, Ticks};
 use crate::whole::Vouched;
-use plan::ProbeRow;
+use plan::{ProbeRow, file_name};
 
 /// What has to be known of a cell to read its rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,53 +114,39 @@ impl Reader<'_> {
                 response.push(row);
             }
         };
-        let rows = self.rows("ticks.csv", TickRow::COLUMNS, |row| order.check(row), take);
-        self.judge("ticks.csv", rows, Ok);
+        let rows = self.rows(
+            file_name::TICKS,
+            TickRow::COLUMNS,
+            |row| order.check(row),
+            take,
+        );
+        self.judge(file_name::TICKS, rows, Ok);
         // Before the next file is read: only one file's values are kept at a time.
         let (ticks, response) = (ticks.finish(), response.finish());
 
         let (mut arrivals, mut order) = (ArrivalCount::new(facts.h_ns), ArrivalOrder::default());
         let take = |row: &ArrivalRow| arrivals.push(row);
         let rows = self.rows(
-            "arrivals.csv",
+            file_name::ARRIVALS,
             ArrivalRow::COLUMNS,
             |row| order.check(row),
             take,
         );
-        self.judge("arrivals.csv", rows, Ok);
+        self.judge(file_name::ARRIVALS, rows, Ok);
         let arrivals = arrivals.finish();
 
         let (mut messages, mut order) = (MessageCount::default(), MessageOrder::default());
         let take = |row: &MessageRow| messages.push(row);
         let rows = self.rows(
-            "messages.csv",
+            file_name::MESSAGES,
             MessageRow::COLUMNS,
             |row| order.check(row),
             take,
         );
-        self.judge("messages.csv", rows, |rows| order.end().map(|()| rows));
+        self.judge(file_name::MESSAGES, rows, |rows| order.end().map(|()| rows));
         let messages = messages.finish();
 
-        let (mut probes, mut order) = (ProbeCount::default(), ProbeOrder::default());
-        let take = |row: &ProbeRow| probes.push(row);
-        let rows = self.rows(
-            "probes.csv",
-            ProbeRow::COLUMNS,
-            |row| order.check(row),
-            take,
-        );
-        let probes = match rows {
-            Err(ReadError::File { source, .. })
-                if self.vouched.is_none() && source.kind() == ErrorKind::NotFound =>
-            {
-                None
-            }
-            rows => {
-                self.judge("probes.csv", rows, |_| Ok(order.through));
-                Some(probes.finish())
-            }
-        };
-
+        let probes = self.probes();
         match self.faults.is_empty() {
             true => Ok(Metrics {
                 probes,
@@ -171,6 +157,29 @@ impl Reader<'_> {
                 torn_lines: self.torn_lines,
             }),
             false => Err(self.faults),
+        }
+    }
+
+    /// What the echoes say; `None` of a folder that was never vouched for and has none.
+    fn probes(&mut self) -> Option<Probes> {
+        let (mut probes, mut order) = (ProbeCount::default(), ProbeOrder::default());
+        let take = |row: &ProbeRow| probes.push(row);
+        let rows = self.rows(
+            file_name::PROBES,
+            ProbeRow::COLUMNS,
+            |row| order.check(row),
+            take,
+        );
+        match rows {
+            Err(ReadError::File { source, .. })
+                if self.vouched.is_none() && source.kind() == ErrorKind::NotFound =>
+            {
+                None
+            }
+            rows => {
+                self.judge(file_name::PROBES, rows, |_| Ok(order.through));
+                Some(probes.finish())
+            }
         }
     }
 

@@ -8,6 +8,7 @@ use plan::{Client, Verdict};
 
 use crate::layout::{Column, Shown, align, digits, number, text};
 use crate::response::LoopVerdict;
+use crate::statistics;
 use crate::summary::Summary;
 use crate::table::head;
 
@@ -63,19 +64,9 @@ impl Group<'_> {
 
     /// A quantile of a figure over the complete runs; `None` where it is beyond them.
     fn quantile(&self, q: f64, figure: fn(&Summary) -> Option<f64>) -> Option<f64> {
-        let mut values: Vec<f64> = self
-            .complete
-            .iter()
-            .map(|row| figure(row).unwrap_or(f64::INFINITY))
-            .collect();
-        values.sort_by(f64::total_cmp);
-        let middle = q * values.len().checked_sub(1)? as f64;
-        // Between two runs, their mean: as medians are taken.
-        let (low, high) = (
-            values[middle.floor() as usize],
-            values[middle.ceil() as usize],
-        );
-        Some(f64::midpoint(low, high)).filter(|value| value.is_finite())
+        let value = |row: &&Summary| figure(row).unwrap_or(f64::INFINITY);
+        let values: Vec<f64> = self.complete.iter().map(value).collect();
+        statistics::quantile(&values, q).filter(|value| value.is_finite())
     }
 }
 

@@ -16,7 +16,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use plan::{FileFact, Tally};
+use manifest::{FileFact, Tally};
 use serde::de::DeserializeOwned;
 use thiserror::Error;
 

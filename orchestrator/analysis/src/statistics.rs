@@ -60,13 +60,22 @@ pub struct Spread {
 /// opposite infinities.
 #[must_use]
 pub fn median(values: &[f64]) -> Option<f64> {
+    quantile(values, 0.5)
+}
+
+/// The value that a part `q` of some values, from 0 to 1, lie below; between two of them, their mean, as
+/// medians are taken. `None` as of [`median`].
+#[must_use]
+pub fn quantile(values: &[f64], q: f64) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let last = sorted.len().checked_sub(1)?;
-    let (low, high) = (sorted[last / 2], sorted[last.div_ceil(2)]);
-    let middle = match low == high {
-        true => low,
-        false => f64::midpoint(low, high),
+    let rank = q * sorted.len().checked_sub(1)? as f64;
+    let at = |rank: f64| sorted.get(rank as usize).copied();
+    let (low, high) = (at(rank.floor())?, at(rank.ceil())?);
+    let middle = if low == high {
+        low
+    } else {
+        f64::midpoint(low, high)
     };
     (!middle.is_nan()).then_some(middle)
 }

@@ -2,7 +2,8 @@
 
 use endpoint::{Mode, Transport};
 use link::{Profile, Typical};
-use plan::{Cell, Client, Disturbance, Manifest, START_AT_NS, Verdict};
+use manifest::Manifest;
+use plan::{Cell, Client, Disturbance, START_AT_NS, Verdict};
 use serde::{Deserialize, Serialize};
 
 use crate::metrics::Metrics;

@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use endpoint::{ArrivalRow, TickRow};
+use plan::file_name;
 
 use crate::rows::{ReadError, read};
 use crate::statistics::ms_between;
@@ -18,7 +19,7 @@ use crate::statistics::ms_between;
 /// [`ReadError`] of `ticks.csv`.
 pub fn response(folder: &Path) -> Result<Vec<f64>, ReadError> {
     let (mut y, mut newest, mut length) = (Vec::new(), None, 0);
-    let path = folder.join("ticks.csv");
+    let path = folder.join(file_name::TICKS);
     read(&path, TickRow::COLUMNS, |row: &TickRow| {
         if row.seq.is_none() {
             return;
@@ -39,7 +40,7 @@ pub fn response(folder: &Path) -> Result<Vec<f64>, ReadError> {
 /// [`ReadError`] of `ticks.csv`.
 pub fn tick_intervals_ms(folder: &Path) -> Result<Vec<f64>, ReadError> {
     let mut intervals = Intervals::default();
-    let path = folder.join("ticks.csv");
+    let path = folder.join(file_name::TICKS);
     read(&path, TickRow::COLUMNS, |row: &TickRow| {
         intervals.push(row.t_tick_ns);
     })?;
@@ -52,7 +53,7 @@ pub fn tick_intervals_ms(folder: &Path) -> Result<Vec<f64>, ReadError> {
 /// [`ReadError`] of `arrivals.csv`.
 pub fn control_intervals_ms(folder: &Path) -> Result<Vec<f64>, ReadError> {
     let mut intervals = Intervals::default();
-    let path = folder.join("arrivals.csv");
+    let path = folder.join(file_name::ARRIVALS);
     read(&path, ArrivalRow::COLUMNS, |row: &ArrivalRow| {
         intervals.push(row.t_arrive_ns);
     })?;

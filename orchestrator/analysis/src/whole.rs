@@ -9,13 +9,20 @@ use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use plan::{Cell, FileFact, Manifest, Plan, Verdict};
-use serde_json::Value;
+use endpoint::report::Written;
+use manifest::{ControllerReport, FileFact, Manifest, PlantReport};
+use plan::{Cell, Plan, Verdict, file_name};
+use serde::de::DeserializeOwned;
 
 use crate::rows::{OTHER_BYTES, ReadError, other_length};
 
 /// The four files of rows that metrics are made of.
-pub(crate) const ROWS: [&str; 4] = ["ticks.csv", "arrivals.csv", "messages.csv", "probes.csv"];
+pub(crate) const ROWS: [&str; 4] = [
+    file_name::TICKS,
+    file_name::ARRIVALS,
+    file_name::MESSAGES,
+    file_name::PROBES,
+];
 /// The back-end of virtual time, which leaves no page and no rows of a link.
 pub(crate) const VIRTUAL: &str = "sim";
 
@@ -124,12 +131,12 @@ pub(crate) fn has_rows(verdict: Verdict) -> bool {
 /// The texts that the plan has, and the run was made with others.
 fn other_texts(manifest: &Manifest, plan: &Plan, cell: &Cell) -> Vec<String> {
     let profile = plan.profiles.get(&cell.topology);
-    let own = profile.map(|text| ("profile.toml", &text.source));
+    let own = profile.map(|text| (file_name::PROFILE, &text.source));
     let traces = profile.into_iter().flat_map(|text| &text.traces);
     let system = plan
         .systems
         .get(&cell.system)
-        .map(|text| ("system.toml", text));
+        .map(|text| (file_name::SYSTEM, text));
     own.into_iter()
         .chain(traces.map(|(name, text)| (name.as_str(), text)))
         .chain(system)
@@ -151,26 +158,32 @@ fn lacking(
 ) -> impl Iterator<Item = &'static str> {
     let is_virtual = manifest.backend == VIRTUAL;
     let mut asked = ROWS.to_vec();
-    asked.extend(["profile.toml", "plant.json", "controller.json"]);
+    asked.extend([
+        file_name::PROFILE,
+        file_name::PLANT_REPORT,
+        file_name::CONTROLLER_REPORT,
+    ]);
     if manifest.cell.client.is_browser() && !is_virtual {
-        asked.push("page.json");
+        asked.push(file_name::PAGE_REPORT);
     }
     if is_own_system {
-        asked.push("system.toml");
+        asked.push(file_name::SYSTEM);
     }
     if !is_loopback && is_virtual {
-        asked.push("link.json");
+        asked.push(file_name::LINK_REPORT);
     } else if !is_loopback {
         // One player of both ways, or one of each.
-        asked.extend(match manifest.files.contains_key("link-up.json") {
-            true => &[
-                "link-up.json",
-                "link-up.csv",
-                "link-down.json",
-                "link-down.csv",
-            ][..],
-            false => &["link.json", "link.csv"],
-        });
+        asked.extend(
+            match manifest.files.contains_key(file_name::LINK_UP_REPORT) {
+                true => &[
+                    file_name::LINK_UP_REPORT,
+                    file_name::LINK_UP,
+                    file_name::LINK_DOWN_REPORT,
+                    file_name::LINK_DOWN,
+                ][..],
+                false => &[file_name::LINK_REPORT, file_name::LINK],
+            },
+        );
     }
     asked
         .into_iter()
@@ -186,7 +199,7 @@ fn contradictions(manifest: &Manifest, is_loopback: bool) -> Vec<String> {
     let held = manifest
         .certificate
         .as_ref()
-        .map(|of| of["verdict"] == "holds");
+        .map(|of| of.verdict == certificate::Verdict::Holds);
     match (is_loopback, held) {
         (false, None) => found.push("it is complete without its link's certificate".to_owned()),
         (false, Some(false)) => {
@@ -205,6 +218,21 @@ fn contradictions(manifest: &Manifest, is_loopback: bool) -> Vec<String> {
     found
 }
 
+/// A role's report beside the rows; nothing where it is gone, which the manifest's list of files tells.
+fn report<R: DeserializeOwned>(folder: &Path, name: &str) -> Result<Option<R>, Vec<Damage>> {
+    let path = folder.join(name);
+    let report = file::text(&path, file::REPORT_BYTES)
+        .and_then(|text| serde_json::from_str(&text).map_err(std::io::Error::from));
+    match report {
+        Ok(report) => Ok(Some(report)),
+        Err(problem) if problem.kind() == ErrorKind::NotFound => Ok(None),
+        Err(problem) => Err(vec![Damage {
+            path,
+            problem: format!("it is not a report that this webloop reads: {problem}"),
+        }]),
+    }
+}
+
 /// What the rows of a run are held against.
 #[derive(Debug)]
 pub(crate) struct Vouched<'a> {
@@ -218,52 +246,46 @@ pub(crate) struct Vouched<'a> {
 }
 
 impl<'a> Vouched<'a> {
-    pub(crate) fn of(folder: &Path, manifest: &'a Manifest) -> Self {
-        let from_file = |name: &str| -> Option<Value> {
-            let text = file::text(&folder.join(name), file::REPORT_BYTES).ok()?;
-            serde_json::from_str(&text).ok()
-        };
+    /// What is damaged is a report that cannot be read, which could vouch for nothing.
+    pub(crate) fn of(folder: &Path, manifest: &'a Manifest) -> Result<Self, Vec<Damage>> {
         // The manifest has a copy of each: both have to be right.
-        let plant = [from_file("plant.json"), manifest.plant.clone()];
-        let controller = [from_file("controller.json"), manifest.controller.clone()];
+        let plant: [Option<PlantReport>; 2] = [
+            report(folder, file_name::PLANT_REPORT)?,
+            manifest.plant.clone(),
+        ];
+        let controller: [Option<ControllerReport>; 2] = [
+            report(folder, file_name::CONTROLLER_REPORT)?,
+            manifest.controller.clone(),
+        ];
         let is_page = manifest.cell.client.is_browser() && manifest.backend != VIRTUAL;
         let mut counts = Vec::new();
-        for (origin, plant) in ["plant.json", "the plant's report"].into_iter().zip(&plant) {
+        for (origin, plant) in [file_name::PLANT_REPORT, "the plant's report"]
+            .into_iter()
+            .zip(&plant)
+        {
             let Some(plant) = plant else { continue };
-            let rows = |name: &str| plant[name]["rows"].as_u64();
-            counts.extend(rows("tick_rows").map(|rows| ("ticks.csv", origin, rows)));
-            counts.extend(rows("arrival_rows").map(|rows| ("arrivals.csv", origin, rows)));
+            counts.push((file_name::TICKS, origin, plant.tick_rows().rows));
+            counts.push((file_name::ARRIVALS, origin, plant.arrival_rows().rows));
             // The plant files a page's rows; those of several sessions are in several files.
-            let of_page = rows("page_rows").filter(|_| is_page && plant["sessions"] == 1);
-            counts.extend(of_page.map(|rows| ("messages.csv", origin, rows)));
+            let of_page = plant.page_rows();
+            let of_page = of_page.filter(|_| is_page && plant.sessions() == 1);
+            counts.extend(of_page.map(|Written { rows, .. }| (file_name::MESSAGES, origin, rows)));
         }
-        let origins = ["controller.json", "the controller's report"];
+        let origins = [file_name::CONTROLLER_REPORT, "the controller's report"];
         for (origin, controller) in origins.into_iter().zip(&controller) {
-            let Some(controller) = controller else {
-                continue;
-            };
-            let rows = controller["rows"]["rows"].as_u64().filter(|_| !is_page);
-            counts.extend(rows.map(|rows| ("messages.csv", origin, rows)));
+            if let (Some(controller), false) = (controller, is_page) {
+                counts.push((file_name::MESSAGES, origin, controller.rows().rows));
+            }
         }
-        let sent = manifest
-            .certificate
-            .as_ref()
-            .and_then(|of| of["sent"].as_u64());
-        counts.extend(sent.map(|sent| ("probes.csv", "the certificate", sent)));
-        let lost = |report: &Value| {
-            ["tick_rows", "arrival_rows", "page_rows", "rows"]
-                .iter()
-                .any(|name| {
-                    report[name]["overflow"]
-                        .as_u64()
-                        .is_some_and(|lost| lost > 0)
-                })
-        };
-        Self {
+        let sent = manifest.certificate.as_ref().map(|of| of.sent as u64);
+        counts.extend(sent.map(|sent| (file_name::PROBES, "the certificate", sent)));
+        let of_plant = plant.iter().flatten().map(PlantReport::overflow);
+        let of_controller = controller.iter().flatten().map(|of| of.rows().overflow);
+        Ok(Self {
             files: &manifest.files,
             counts,
-            has_gaps: plant.iter().chain(&controller).flatten().any(lost),
-        }
+            has_gaps: of_plant.chain(of_controller).any(|lost| lost > 0),
+        })
     }
 
     /// Whether a file has as many rows as were written.

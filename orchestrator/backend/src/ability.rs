@@ -3,6 +3,7 @@
 //! Each ability is tried the way a run would use it. What lacks one says what that means for
 //! the user and what to do about it.
 
+use endpoint::report::Policy;
 use link::Profile;
 
 use crate::Lab;
@@ -92,8 +93,8 @@ fn try_fifo() -> Result<String, String> {
     std::thread::spawn(|| {
         let granted = pace::ask(Some(1));
         match granted.policy {
-            pace::Policy::Fifo => Ok("SCHED_FIFO granted".to_owned()),
-            pace::Policy::Other => Err(granted.refused.unwrap_or_default()),
+            Policy::Fifo => Ok("SCHED_FIFO granted".to_owned()),
+            Policy::Other => Err(granted.refused.unwrap_or_default()),
         }
     })
     .join()

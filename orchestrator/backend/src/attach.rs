@@ -10,31 +10,19 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use agent::{AgentName, Follower, Remote, RemoteRun};
+use certificate::Echo;
 use link::{Profile, Way};
-use plan::{Cell, Client, ProfileText};
+use plan::{Cell, Client, file_name};
 use serde::Deserialize;
-use shaper::{Echo, ProbePlan};
+use shaper::ProbePlan;
 
 use crate::remote_part::RemotePart;
-use crate::site::{Part, Running, Settings, Site};
+use crate::role::{LinkRole, RoleSettings};
+use crate::site::{Running, Site};
 use crate::{Agents, Player, RunError, client, schedule, sighting};
 
 /// How long an agent may take to answer at first: its container may just have been started.
 const HEALTHY_WITHIN: Duration = Duration::from_secs(30);
-
-/// What the profile is called at the agents.
-const PROFILE: &str = "profile.toml";
-/// What the system is called there.
-const SYSTEM: &str = "system.toml";
-
-/// The texts of a cell, for the agents.
-#[derive(Clone, Copy)]
-pub(crate) struct Texts<'a> {
-    /// The link's profile.
-    pub(crate) profile: &'a ProfileText,
-    /// The system; none is the paper's.
-    pub(crate) system: Option<&'a str>,
-}
 
 /// The agents of a testbed, each in the same run.
 pub(crate) struct Attach {
@@ -45,8 +33,6 @@ pub(crate) struct Attach {
     loopback: bool,
     /// Whether the players write down what enters.
     has_rate: bool,
-    /// Whether the ends have a system of their own to read.
-    has_system: bool,
     player: Player,
     /// How long the first part took to start.
     start_time: Duration,
@@ -67,7 +53,6 @@ impl Attach {
     pub(crate) fn new(
         agents: &Agents,
         cell: &Cell,
-        texts: Texts<'_>,
         profile: &Profile,
         player: Player,
         folder: &Path,
@@ -86,25 +71,15 @@ impl Attach {
             controller_link: begin(controller_link)?,
             loopback: profile.is_loopback(),
             has_rate: profile.has_rate(),
-            has_system: texts.system.is_some(),
             player,
             start_time: Duration::ZERO,
             playing: OnceLock::new(),
             followers: Vec::new(),
         };
-        for player in [&attach.plant_link, &attach.controller_link] {
-            player.put_file(PROFILE, texts.profile.source.as_bytes())?;
-            for (name, trace) in &texts.profile.traces {
-                player.put_file(name, trace.as_bytes())?;
-            }
-        }
-        if let Some(text) = texts.system {
-            for end in [&attach.plant, &attach.controller] {
-                end.put_file(SYSTEM, text.as_bytes())?;
-            }
-        }
         let clock = Instant::now();
-        attach.witness().start("hear", "hear", &[])?;
+        let settings = RoleSettings::Hear {};
+        let role = settings.role();
+        attach.witness().start(role, role, settings.to_json())?;
         attach.start_time = clock.elapsed();
         attach.followers = attach.follow(cell.client, folder)?;
         Ok(attach)
@@ -130,7 +105,12 @@ impl Attach {
     }
 
     fn follow(&self, client: Client, folder: &Path) -> Result<Vec<Follower>, RunError> {
-        const PLANT: [&str; 4] = ["ticks.csv", "arrivals.csv", "plant.json", "plant.log"];
+        const PLANT: [&str; 4] = [
+            file_name::TICKS,
+            file_name::ARRIVALS,
+            file_name::PLANT_REPORT,
+            file_name::PLANT_LOG,
+        ];
         let (own, at_plant) = client::files(client);
         let mut followers = vec![
             self.controller.follow(own, folder)?,
@@ -138,11 +118,19 @@ impl Attach {
                 .follow(&[&PLANT[..], at_plant].concat(), folder)?,
         ];
         if !self.loopback {
-            let mut up = vec!["link-up.csv", "link-up.json", "link-up.log"];
-            let mut down = vec!["link-down.csv", "link-down.json", "link-down.log"];
+            let mut up = vec![
+                file_name::LINK_UP,
+                file_name::LINK_UP_REPORT,
+                file_name::LINK_UP_LOG,
+            ];
+            let mut down = vec![
+                file_name::LINK_DOWN,
+                file_name::LINK_DOWN_REPORT,
+                file_name::LINK_DOWN_LOG,
+            ];
             if self.has_rate {
-                up.push("packets-up.csv");
-                down.push("packets-down.csv");
+                up.push(file_name::PACKETS_UP);
+                down.push(file_name::PACKETS_DOWN);
             }
             followers.push(self.controller_link.follow(&up, folder)?);
             followers.push(self.plant_link.follow(&down, folder)?);
@@ -153,35 +141,35 @@ impl Attach {
     /// Who starts the plant. On a loopback topology that is beside the controller: both ends on
     /// one machine.
     fn beside_plant(&self) -> &RemoteRun {
-        match self.loopback {
-            true => &self.controller,
-            false => &self.plant,
+        if self.loopback {
+            &self.controller
+        } else {
+            &self.plant
         }
     }
 
     /// Who hears the echoes at the plant.
     fn witness(&self) -> &RemoteRun {
-        match self.loopback {
-            true => &self.controller_link,
-            false => &self.plant_link,
+        if self.loopback {
+            &self.controller_link
+        } else {
+            &self.plant_link
         }
     }
 
     /// Starts both players; the second is told to be what the first found it can be.
-    fn start_link(
-        &self,
-        settings: &[(&'static str, String)],
-    ) -> Result<Vec<RemotePart<'_>>, RunError> {
+    fn start_link(&self, link: &LinkRole) -> Result<Vec<RemotePart<'_>>, RunError> {
         let start = |run, way: Way, player: Player| {
             let instance = match way {
                 Way::Up => "link-up",
                 Way::Down => "link-down",
             };
-            let mut settings = settings.to_vec();
-            settings.push(("profile", PROFILE.to_owned()));
-            settings.push(("way", way.to_string()));
-            settings.push(("player", player.to_string()));
-            RemotePart::start(run, instance, "link", &settings)
+            let role = LinkRole {
+                way: Some(way),
+                player,
+                ..link.clone()
+            };
+            RemotePart::start(run, instance, &RoleSettings::Link(role))
         };
         let (up, said) = start(&self.controller_link, Way::Up, self.player)?;
         let playing: Playing = serde_json::from_str(&said).map_err(|problem| {
@@ -199,21 +187,14 @@ impl Site for Attach {
         2 * (schedule::LEAD_NS + schedule::ns(start_time)) + schedule::allowance_ns(self.start_time)
     }
 
-    fn start<'a>(
-        &'a self,
-        part: Part,
-        role: &'static str,
-        mut settings: Settings,
-    ) -> Result<Box<dyn Running + 'a>, RunError> {
-        if self.has_system && part != Part::Link {
-            settings.push(("system", SYSTEM.to_owned()));
-        }
-        let (run, name) = match part {
-            Part::Link => return Ok(Box::new(self.start_link(&settings)?)),
-            Part::Plant => (self.beside_plant(), "plant"),
-            Part::Controller => (&self.controller, "controller"),
+    fn start<'a>(&'a self, settings: RoleSettings) -> Result<Box<dyn Running + 'a>, RunError> {
+        let (run, name) = match &settings {
+            RoleSettings::Link(role) => return Ok(Box::new(self.start_link(role)?)),
+            RoleSettings::Plant(_) => (self.beside_plant(), "plant"),
+            RoleSettings::Hear {} => (self.witness(), "hear"),
+            RoleSettings::Controller(_) | RoleSettings::Ask(_) => (&self.controller, "controller"),
         };
-        let (part, _) = RemotePart::start(run, name, role, &settings)?;
+        let (part, _) = RemotePart::start(run, name, &settings)?;
         Ok(Box::new(part))
     }
 

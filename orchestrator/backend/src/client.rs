@@ -1,52 +1,10 @@
-//! A cell's client as a part of its run: which role it is, and what that is told.
+//! A cell's client as a part of its run: how long it takes to start and to end, and what it leaves.
 //!
-//! Starting it is the site's business. What it does with what it is told is its own.
+//! What it is told is in `role`; starting it is the site's business.
 
-use std::net::SocketAddr;
 use std::time::Duration;
 
-use plan::{Cell, Client};
-
-use crate::site::{Settings, settings};
-
-/// The role, as `webloop serve` calls it.
-pub(crate) fn role(client: Client) -> &'static str {
-    match client {
-        Client::Native => "controller",
-        Client::Python => "python",
-        Client::Chromium | Client::Firefox => "browser",
-    }
-}
-
-/// What the role is told to control the plant at `plant`, first at `start_ns`.
-pub(crate) fn role_settings(cell: &Cell, plant: SocketAddr, start_ns: u64) -> Settings {
-    let given = &cell.settings;
-    let mut told = settings(&[
-        ("plant", &plant),
-        ("h", &given.h),
-        ("mode", &given.mode),
-        ("r", &given.r),
-        ("duration", &format!("{}ns", cell.duration_ns)),
-        ("outstanding", &given.outstanding),
-        ("transport", &given.transport),
-        ("connection", &given.connection),
-        ("schedule", &given.schedule),
-        ("integrate", &given.integrate),
-        ("late", &given.late),
-        ("timeout", &format!("{}ns", given.timeout_ns)),
-        ("start-ns", &start_ns),
-    ]);
-    if let Some(page) = &cell.page {
-        told.extend(settings(&[
-            ("engine", &cell.client),
-            ("thread", &page.thread),
-            ("sender", &page.sender),
-            ("timer", &page.timer),
-            ("timer-floor", &format!("{}ns", page.floor_ns)),
-        ]));
-    }
-    told
-}
+use plan::{Client, file_name};
 
 /// From its start to where it waits for its first deadline, on this machine: a browser has to
 /// start, with two busy cores, and its page to be loaded and to look at its clock.
@@ -73,9 +31,16 @@ pub(crate) fn grace(client: Client) -> Duration {
 pub(crate) fn files(client: Client) -> (&'static [&'static str], &'static [&'static str]) {
     match client.is_browser() {
         true => (
-            &["controller.json", "controller.log"],
-            &["messages.csv", "page.json"],
+            &[file_name::CONTROLLER_REPORT, file_name::CONTROLLER_LOG],
+            &[file_name::MESSAGES, file_name::PAGE_REPORT],
         ),
-        false => (&["messages.csv", "controller.json", "controller.log"], &[]),
+        false => (
+            &[
+                file_name::MESSAGES,
+                file_name::CONTROLLER_REPORT,
+                file_name::CONTROLLER_LOG,
+            ],
+            &[],
+        ),
     }
 }

@@ -7,14 +7,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use certificate::Echo;
 use judge::{Pulse, Watched};
 use link::Profile;
-use plan::{Cell, Phase};
-use shaper::Echo;
+use plan::{Cell, Phase, ProfileText};
 
 use crate::link_check::{LinkCheck, NOTHING_ENTERED};
 use crate::pulse::Pulses;
-use crate::site::{Part, Running, Site, settings};
+use crate::role::{ControllerRole, LinkRole, PlantRole, RoleSettings};
+use crate::site::{Running, Site};
 use crate::{RunError, client, schedule};
 
 /// How often it is asked whether the parts have ended.
@@ -38,6 +39,15 @@ pub(crate) struct Seen {
     pub(crate) watched: Vec<(String, Watched)>,
 }
 
+/// The texts of a cell, for its parts.
+#[derive(Clone, Copy)]
+pub(crate) struct Texts<'a> {
+    /// The link's profile.
+    pub(crate) profile: &'a ProfileText,
+    /// The system; none is the paper's.
+    pub(crate) system: Option<&'a str>,
+}
+
 /// Runs a cell at `site`.
 ///
 /// The calling thread starts the parts: where they are its children, they die with it.
@@ -45,39 +55,12 @@ pub(crate) fn run(
     site: &dyn Site,
     cell: &Cell,
     profile: &Profile,
+    texts: Texts<'_>,
     stop: &AtomicBool,
 ) -> Result<Seen, RunError> {
-    let given = &cell.settings;
     let epoch_ns = site.now_ns() + site.lead_ns(client::start_time(cell.client));
     let start_ns = epoch_ns + plan::START_AT_NS;
-    let mut link = match profile.is_loopback() {
-        true => None,
-        false => Some(site.start(
-            Part::Link,
-            "link",
-            settings(&[("seed", &cell.link_seed), ("epoch-ns", &epoch_ns)]),
-        )?),
-    };
-    let plant_socket = site.plant_socket();
-    let mut told = settings(&[
-        ("listen", &plant_socket),
-        ("h", &given.h),
-        ("late", &given.late),
-        ("hold", &cell.hold),
-    ]);
-    if let Some(law) = &cell.tick_noise {
-        told.extend(settings(&[
-            ("tick-noise", law),
-            ("noise-seed", &cell.link_seed),
-        ]));
-    }
-    let mut plant = site.start(Part::Plant, "plant", told)?;
-    let mut controller = site.start(
-        Part::Controller,
-        client::role(cell.client),
-        client::role_settings(cell, plant_socket, start_ns),
-    )?;
-
+    let mut parts = Parts::start(site, cell, profile, texts, epoch_ns)?;
     let link_check = LinkCheck {
         target: site.plant_address(),
         profile,
@@ -98,15 +81,7 @@ pub(crate) fn run(
     let echoes = thread::scope(|scope| {
         let before = scope.spawn(|| send(schedule::before(epoch_ns), &abandon));
         let during = scope.spawn(|| send(schedule::during(start_ns, cell.duration_ns), &abandon));
-        let ended = await_controller(
-            site,
-            controller.as_mut(),
-            plant.as_mut(),
-            link.as_deref_mut(),
-            cell,
-            &mut shares,
-            stop,
-        );
+        let ended = parts.await_controller(site, cell, &mut shares, stop);
         let after = ended.and_then(|()| send(schedule::after(site.now_ns()), stop));
         // A terminal's Ctrl-C ends the controller too, as if it had ended by itself.
         if after.is_err() || stop.load(Ordering::Relaxed) {
@@ -123,15 +98,8 @@ pub(crate) fn run(
         ])
     })?;
     let pulse = pulses.finish();
-    let parts = [
-        ("plant", Some(&*plant)),
-        ("controller", Some(&*controller)),
-        ("player", link.as_deref()),
-    ];
-    let watched = shares.watched(parts)?;
-    controller.stop()?;
-    plant.stop()?;
-    link.map_or(Ok(()), Running::stop)?;
+    let watched = shares.watched(&parts)?;
+    parts.stop()?;
     Ok(Seen {
         epoch_ns,
         start_ns,
@@ -141,40 +109,91 @@ pub(crate) fn run(
     })
 }
 
-/// Waits for the controller's own end, watching that the others live.
-fn await_controller(
-    site: &dyn Site,
-    controller: &mut dyn Running,
-    plant: &mut dyn Running,
-    mut link: Option<&mut (dyn Running + '_)>,
-    cell: &Cell,
-    shares: &mut Shares,
-    stop: &AtomicBool,
-) -> Result<(), RunError> {
-    let deadline_ns = shares
-        .to_ns
-        .saturating_add(cell.settings.timeout_ns)
-        .saturating_add(schedule::ns(client::grace(cell.client)));
-    while !controller.ended()? {
-        if stop.load(Ordering::Relaxed) {
-            controller.terminate();
-            return Err(RunError::Interrupted);
-        }
-        if plant.ended()? || link.as_mut().map_or(Ok(false), |link| link.ended())? {
-            return Err(RunError::Link(
-                "the plant or the link ended before the controller".into(),
-            ));
-        }
-        if site.now_ns() > deadline_ns {
-            return Err(RunError::role(
-                "controller",
-                "did not end after its duration and time-out",
-            ));
-        }
-        shares.take(site.now_ns());
-        site.sleep(POLL);
+/// The parts of a run, started. The controller is dropped first, and with it ended, and the link last.
+struct Parts<'a> {
+    controller: Box<dyn Running + 'a>,
+    plant: Box<dyn Running + 'a>,
+    /// None on loopback.
+    link: Option<Box<dyn Running + 'a>>,
+}
+
+impl<'a> Parts<'a> {
+    fn start(
+        site: &'a dyn Site,
+        cell: &Cell,
+        profile: &Profile,
+        texts: Texts<'_>,
+        epoch_ns: u64,
+    ) -> Result<Parts<'a>, RunError> {
+        let link = if profile.is_loopback() {
+            None
+        } else {
+            let role = LinkRole::of(cell, texts.profile, epoch_ns);
+            Some(site.start(RoleSettings::Link(role))?)
+        };
+        let address = site.plant_socket();
+        let role = PlantRole::of(cell, address, texts.system);
+        let plant = site.start(RoleSettings::Plant(role))?;
+        let start_ns = epoch_ns + plan::START_AT_NS;
+        let role = ControllerRole::of(cell, address, start_ns, texts.system);
+        let controller = site.start(RoleSettings::Controller(role))?;
+        Ok(Parts {
+            controller,
+            plant,
+            link,
+        })
     }
-    Ok(())
+
+    /// Waits for the controller's own end, watching that the others live.
+    fn await_controller(
+        &mut self,
+        site: &dyn Site,
+        cell: &Cell,
+        shares: &mut Shares,
+        stop: &AtomicBool,
+    ) -> Result<(), RunError> {
+        let deadline_ns = shares
+            .to_ns
+            .saturating_add(cell.settings.timeout_ns)
+            .saturating_add(schedule::ns(client::grace(cell.client)));
+        while !self.controller.ended()? {
+            if stop.load(Ordering::Relaxed) {
+                self.controller.terminate();
+                return Err(RunError::Interrupted);
+            }
+            let link = self.link.as_mut();
+            if self.plant.ended()? || link.map_or(Ok(false), |link| link.ended())? {
+                return Err(RunError::Link(
+                    "the plant or the link ended before the controller".into(),
+                ));
+            }
+            if site.now_ns() > deadline_ns {
+                return Err(RunError::role(
+                    "controller",
+                    "did not end after its duration and time-out",
+                ));
+            }
+            shares.take(site.now_ns());
+            site.sleep(POLL);
+        }
+        Ok(())
+    }
+
+    /// By their names in a manifest; what plays the link is its player.
+    fn by_name(&self) -> [(&'static str, Option<&(dyn Running + 'a)>); 3] {
+        [
+            ("plant", Some(&*self.plant)),
+            ("controller", Some(&*self.controller)),
+            ("player", self.link.as_deref()),
+        ]
+    }
+
+    /// Ends them, from the controller to the link.
+    fn stop(self) -> Result<(), RunError> {
+        self.controller.stop()?;
+        self.plant.stop()?;
+        self.link.map_or(Ok(()), Running::stop)
+    }
 }
 
 /// Who had the processors while the controller ran.
@@ -208,12 +227,9 @@ impl Shares {
     /// What was seen of each part meanwhile. Of a controller beneath this process, which may be a
     /// browser, also what it waited while others had the processors: elsewhere they cannot be told from
     /// the other parts of the run.
-    fn watched(
-        &self,
-        parts: [(&str, Option<&dyn Running>); 3],
-    ) -> Result<Vec<(String, Watched)>, RunError> {
+    fn watched(&self, parts: &Parts<'_>) -> Result<Vec<(String, Watched)>, RunError> {
         let mut found = Vec::new();
-        for (name, part) in parts {
+        for (name, part) in parts.by_name() {
             let seen = part.map(Running::seen).transpose()?.unwrap_or_default();
             let mut stops = seen.stops_within(self.from_ns, self.to_ns).peekable();
             let mut watched = Watched {

@@ -5,25 +5,26 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
-use judge::{Allowance, Judgement, Records, Watched};
+use certificate::{Baseline, Certificate, Echo, Edge, LinkReport};
+use judge::{Allowance, Gap, Judgement, Messages, Pulse, Records, Watched};
+use manifest::{ControllerReport, PlantReport};
 use plan::{Cell, Phase};
-use serde_json::Value;
-use shaper::Echo;
 
+use crate::RunError;
 use crate::course::Seen;
 use crate::link_check::LinkCheck;
-use crate::record::{self, Rows};
-use crate::{RunError, report};
+use crate::record::Rows;
+use crate::report::{Reports, is_real_time};
 
 /// What a run has shown, for its manifest.
 #[derive(Debug, Default)]
 pub(crate) struct Evidence {
     pub(crate) epoch_ns: u64,
     pub(crate) start_ns: u64,
-    pub(crate) certificate: Option<Value>,
-    pub(crate) messages: Option<Value>,
-    pub(crate) pulse: Option<Value>,
-    pub(crate) watched: Option<Value>,
+    pub(crate) certificate: Option<Certificate>,
+    pub(crate) messages: Option<Messages>,
+    pub(crate) pulse: Option<Pulse>,
+    pub(crate) watched: Option<BTreeMap<String, Watched>>,
     pub(crate) judgement: Judgement,
     /// Why the run is not to be trusted by its echoes and files; empty if it is.
     pub(crate) doubts: Vec<String>,
@@ -42,10 +43,7 @@ pub(crate) fn judge(
     let mut evidence = Evidence {
         epoch_ns: seen.epoch_ns,
         start_ns: seen.start_ns,
-        pulse: seen
-            .pulse
-            .as_ref()
-            .and_then(|pulse| serde_json::to_value(pulse).ok()),
+        pulse: seen.pulse.clone(),
         watched: watched(&seen.watched),
         ..Evidence::default()
     };
@@ -55,17 +53,57 @@ pub(crate) fn judge(
             .push("no echo came through the empty link".into());
         return Ok(evidence);
     };
-    let edge = report::edge(folder);
+    let reports = Reports::read(folder);
+    let link = reports.link.as_ref();
+    let edge = link.map_or(Edge::USER, LinkReport::edge);
     let echoes = link_check.heard(in_order(&phases[1..]));
     let certificate = link_check.certificate(&echoes, baseline, edge);
-    if let shaper::Verdict::Broken(reasons) = &certificate.verdict {
+    if let certificate::Verdict::Broken(reasons) = &certificate.verdict {
         evidence.doubts.extend(reasons.iter().cloned());
     }
     evidence.is_other = certificate.is_another();
-    evidence.certificate = serde_json::to_value(certificate).ok();
+    evidence.certificate = Some(certificate);
     let rows = Rows::read(folder)?;
+    let terms = terms(link_check, cell, seen, baseline, edge);
+    let messages = judge::message::hold(&rows.messages, &rows.arrivals, &terms);
+    let pauses = link.into_iter().flat_map(LinkReport::pauses);
+    let pauses: Vec<Gap> = pauses
+        .map(|pause| Gap {
+            t_ns: pause.t_ns,
+            ns: pause.ns,
+        })
+        .collect();
+    let plant = reports.plant.as_ref();
+    let controller = reports.controller.as_ref();
+    let records = Records {
+        settings: &cell.settings,
+        from_ns: seen.start_ns,
+        to_ns: seen.start_ns + cell.duration_ns,
+        ticks: &rows.ticks,
+        tick_noise: cell.plant_settings().tick_noise,
+        plant_real_time: is_real_time(plant.and_then(PlantReport::ticker)),
+        controller_real_time: is_real_time(controller.and_then(ControllerReport::scheduling)),
+        messages: &rows.messages,
+        pauses: &pauses,
+        player_real_time: link.is_none_or(LinkReport::is_real_time),
+        pulse: seen.pulse.as_ref(),
+        watched: &seen.watched,
+    };
+    evidence.judgement = judge::judge(&records, &messages, &terms);
+    evidence.messages = Some(messages);
+    Ok(evidence)
+}
+
+/// What has to be known of a run to judge its messages.
+fn terms(
+    link_check: &LinkCheck,
+    cell: &Cell,
+    seen: &Seen,
+    baseline: Baseline,
+    edge: Edge,
+) -> judge::Terms {
     let settings = &cell.settings;
-    let terms = judge::Terms {
+    judge::Terms {
         timeline: link_check.timeline(),
         run_ns: run_ns(seen, cell),
         before_ns: edge.before_ns,
@@ -75,27 +113,8 @@ pub(crate) fn judge(
         has_rate: link_check.profile.has_rate(),
         opens_always: judge::opens_always(settings),
         shares_one: judge::shares_one(settings),
-    };
-    let messages = judge::message::hold(&rows.messages, &rows.arrivals, &terms);
-    let link = report::of_link(folder);
-    let (pauses, player_real_time) = record::pauses(link.as_ref());
-    let records = Records {
-        settings,
-        from_ns: seen.start_ns,
-        to_ns: seen.start_ns + cell.duration_ns,
-        ticks: &rows.ticks,
-        tick_noise: cell.noise(),
-        plant_real_time: record::is_real_time(folder, "plant", "ticker"),
-        controller_real_time: record::is_real_time(folder, "controller", "controller"),
-        messages: &rows.messages,
-        pauses: &pauses,
-        player_real_time,
-        pulse: seen.pulse.as_ref(),
-        watched: &seen.watched,
-    };
-    evidence.judgement = judge::judge(&records, &messages, &terms);
-    evidence.messages = serde_json::to_value(messages).ok();
-    Ok(evidence)
+        h_ms: settings.h.ns() as f64 * 1e-6,
+    }
 }
 
 /// From well before the first deadline to when no message can be under way any more.
@@ -110,11 +129,8 @@ fn run_ns(seen: &Seen, cell: &Cell) -> Range<u64> {
 }
 
 /// What was seen of each part, by its name; nothing in virtual time.
-fn watched(parts: &[(String, Watched)]) -> Option<Value> {
-    let seen: BTreeMap<_, _> = parts.iter().map(|(part, seen)| (part, seen)).collect();
-    (!seen.is_empty())
-        .then(|| serde_json::to_value(seen).ok())
-        .flatten()
+fn watched(parts: &[(String, Watched)]) -> Option<BTreeMap<String, Watched>> {
+    (!parts.is_empty()).then(|| parts.iter().cloned().collect())
 }
 
 /// The echoes of several series as one, in order of sending.

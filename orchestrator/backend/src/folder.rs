@@ -1,11 +1,12 @@
-//! A cell's folder: files that appear whole or not at all, and checksums of what is in it.
+//! A cell's folder: room for it, files that appear whole or not at all, and checksums of what is in it.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use plan::{FileFact, Manifest, Verdict};
+use manifest::{FileFact, Manifest};
+use plan::Verdict;
 
 use crate::RunError;
 
@@ -38,6 +39,18 @@ pub fn move_aside(folder: &Path) -> io::Result<()> {
     let beside = |n: u32| PathBuf::from(format!("{}.{word}-{n}", folder.display()));
     let aside = (1..).map(beside).find(|aside| !is_there(aside));
     aside.map_or(Ok(()), |aside| fs::rename(folder, aside))
+}
+
+/// Makes the cell's folder; what a try without an end left there is moved aside.
+pub(crate) fn make_room(campaign: &Path, folder: &Path) -> Result<(), RunError> {
+    let fail = |problem| RunError::write(folder, problem);
+    let below = folder.strip_prefix(campaign).unwrap_or(folder);
+    fs::create_dir_all(campaign).map_err(fail)?;
+    // Looked at before anything in there is renamed: a link may lead to somebody else's.
+    file::make_folder(campaign, below.parent().unwrap_or(below)).map_err(fail)?;
+    move_aside(folder).map_err(fail)?;
+    file::make_folder(campaign, below).map_err(fail)?;
+    Ok(())
 }
 
 /// Length and checksum of every file in `folder`, by name; `except` is left out.

@@ -2,7 +2,7 @@
 //!
 //! - [`run_cell`]: a cell from its plan to its [`Manifest`], on a [`Backend`] and by a [`Player`].
 //! - `course`: what is started when and waited for, the same everywhere; `schedule` has the times.
-//! - `client`: a cell's client as a role.
+//! - `role`: what plant, controller and link are told; `client`: how long each client takes, and what it leaves.
 //! - `site`: where the parts live. `netns` has a [`Lab`] of namespaces and the roles as processes
 //!   in them; `attach` has [`Agents`] that start them elsewhere, as `remote_part` parts, and echoes
 //!   with two halves (`sighting`).
@@ -29,6 +29,7 @@ mod pulse;
 mod record;
 mod remote_part;
 mod report;
+mod role;
 mod run;
 mod schedule;
 mod sighting;
@@ -45,9 +46,10 @@ pub use error::RunError;
 pub use folder::{move_aside, write_whole};
 pub use lab::Lab;
 pub use machine::machine;
-pub use plan::Manifest;
+pub use manifest::Manifest;
 pub use player::Player;
 pub use probe::{Probed, probe};
+pub use role::{ControllerRole, LinkRole, PlantRole};
 pub use run::{Attempt, Backend, cell_folder, manifest, run_cell};
 pub use schedule::{AFTER_EPOCH_NS, lead_ns, overhead_ns, stagger_ns};
 pub use timings::{InvalidTimings, Rates, Timings};

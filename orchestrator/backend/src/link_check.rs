@@ -4,9 +4,10 @@
 
 use std::net::Ipv4Addr;
 
+use certificate::{Baseline, Certificate, Echo, Edge, Prediction, certify_within, predict};
 use link::{PacketRow, Profile, Timeline, Way};
 use plan::{Phase, ProbeRow};
-use shaper::{Baseline, Certificate, Echo, Edge, Prediction, ProbePlan, certify_within, predict};
+use shaper::ProbePlan;
 
 use crate::schedule::Series;
 

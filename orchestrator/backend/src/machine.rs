@@ -1,6 +1,6 @@
 //! What machine a run was made on, for its manifest.
 
-use plan::Machine;
+use manifest::Machine;
 
 /// Reads what the kernel says; what it does not say is `unknown` or 0.
 #[must_use]

@@ -8,18 +8,18 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use agent::{Launch, Role, Seen, last_words};
+use certificate::Echo;
 use link::{Profile, Way};
-use shaper::{Echo, Namespace, ProbePlan, Prober, now_ns};
+use shaper::{Namespace, ProbePlan, Prober, now_ns};
 
-use crate::site::{Part, Running, Settings, Site};
+use crate::role::{LinkRole, RoleSettings};
+use crate::site::{Running, Site};
 use crate::{Lab, Player, RunError, schedule};
 
 /// A run's network on this machine, and where its files are.
 pub(crate) struct Netns {
     lab: Lab,
     player: Player,
-    profile_file: PathBuf,
-    system_file: Option<PathBuf>,
     folder: PathBuf,
     /// Webloop itself, which has every role.
     program: PathBuf,
@@ -30,15 +30,8 @@ pub(crate) struct Netns {
 }
 
 impl Netns {
-    /// Makes the network for `profile`, whose text is in `profile_file`, and for the system in
-    /// `system_file`, or the paper's. The parts will leave their rows in `folder`.
-    pub(crate) fn new(
-        profile: &Profile,
-        player: Player,
-        profile_file: &Path,
-        system_file: Option<&Path>,
-        folder: &Path,
-    ) -> Result<Netns, RunError> {
+    /// Makes the network for `profile`. The parts will leave their rows in `folder`.
+    pub(crate) fn new(profile: &Profile, player: Player, folder: &Path) -> Result<Netns, RunError> {
         let lab = Lab::new(profile)?;
         if player == Player::Tc
             && let Some(middle) = lab.middle()
@@ -52,8 +45,6 @@ impl Netns {
         Ok(Netns {
             lab,
             player,
-            profile_file: profile_file.to_path_buf(),
-            system_file: system_file.map(Path::to_path_buf),
             folder: folder.to_path_buf(),
             start_time: start_time(&program),
             not_before_ns: 0,
@@ -67,13 +58,15 @@ impl Netns {
     }
 
     /// A player for each way, at the interface in the middle through which its packets leave.
-    fn start_tc(&self, settings: &[(&'static str, String)]) -> Result<Vec<Role>, RunError> {
+    fn start_tc(&self, link: &LinkRole) -> Result<Vec<Role>, RunError> {
         let start = |name, way: Way, device: &str| {
-            let mut settings = settings.to_vec();
-            settings.push(("player", Player::Tc.to_string()));
-            settings.push(("way", way.to_string()));
-            settings.push(("device", device.to_owned()));
-            self.start_role(name, "link", Part::Link, &settings)
+            let role = LinkRole {
+                player: Player::Tc,
+                way: Some(way),
+                device: Some(device.to_owned()),
+                ..link.clone()
+            };
+            self.start_role(name, &RoleSettings::Link(role))
         };
         Ok(vec![
             start("link-up", Way::Up, shaper::PLANT_INTERFACE)?,
@@ -81,26 +74,16 @@ impl Netns {
         ])
     }
 
-    fn start_role(
-        &self,
-        name: &str,
-        role: &str,
-        part: Part,
-        settings: &[(&'static str, String)],
-    ) -> Result<Role, RunError> {
-        let words: Vec<String> = settings
-            .iter()
-            .flat_map(|(name, value)| [format!("--{name}"), value.clone()])
-            .collect();
+    fn start_role(&self, name: &str, settings: &RoleSettings) -> Result<Role, RunError> {
         let launch = Launch {
             program: &self.program,
-            role,
+            role: settings.role(),
             name,
-            args: &words,
+            settings: &settings.to_json(),
             folder: &self.folder,
             is_watched: true,
         };
-        let mut role = Role::launch(&launch, self.namespace(part))?;
+        let mut role = Role::launch(&launch, self.namespace(settings))?;
         match role.wait_ready() {
             Ok(_) => Ok(role),
             Err(_) if role.lacks_something() => Err(RunError::Unsupported(
@@ -110,11 +93,12 @@ impl Netns {
         }
     }
 
-    fn namespace(&self, part: Part) -> Option<&Namespace> {
-        match part {
-            Part::Link => self.lab.middle(),
-            Part::Plant => Some(self.lab.plant()),
-            Part::Controller => Some(self.lab.controller()),
+    /// Where a role runs: an end's, or the link's between them.
+    fn namespace(&self, settings: &RoleSettings) -> Option<&Namespace> {
+        match settings {
+            RoleSettings::Link(_) => self.lab.middle(),
+            RoleSettings::Plant(_) | RoleSettings::Hear {} => Some(self.lab.plant()),
+            RoleSettings::Controller(_) | RoleSettings::Ask(_) => Some(self.lab.controller()),
         }
     }
 }
@@ -134,28 +118,16 @@ impl Site for Netns {
         own_ns.max(self.not_before_ns.saturating_sub(now_ns()))
     }
 
-    fn start<'a>(
-        &'a self,
-        part: Part,
-        role: &'static str,
-        mut settings: Settings,
-    ) -> Result<Box<dyn Running + 'a>, RunError> {
-        settings.push(("out", self.folder.display().to_string()));
-        if let (Part::Plant | Part::Controller, Some(file)) = (part, &self.system_file) {
-            settings.push(("system", file.display().to_string()));
-        }
-        let name = match part {
-            Part::Plant => "plant",
-            Part::Controller => "controller",
-            Part::Link => {
-                settings.push(("profile", self.profile_file.display().to_string()));
-                if self.player == Player::Tc {
-                    return Ok(Box::new(self.start_tc(&settings)?));
-                }
-                "link"
+    fn start<'a>(&'a self, settings: RoleSettings) -> Result<Box<dyn Running + 'a>, RunError> {
+        let name = match &settings {
+            RoleSettings::Link(role) if self.player == Player::Tc => {
+                return Ok(Box::new(self.start_tc(role)?));
             }
+            // Whichever the client, its log is the controller's.
+            RoleSettings::Controller(_) => "controller",
+            other => other.role(),
         };
-        Ok(Box::new(self.start_role(name, role, part, &settings)?))
+        Ok(Box::new(self.start_role(name, &settings)?))
     }
 
     fn plant_address(&self) -> Ipv4Addr {

@@ -4,12 +4,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Sender};
 use std::thread;
 
+use certificate::{Baseline, Certificate, Echo, Edge};
 use link::{Profile, Way};
 use plan::Phase;
-use shaper::{
-    Baseline, Certificate, Echo, Edge, PacketPort, PlayerConfig, Prober, TcConfig, TcPlayer,
-    now_ns, play,
-};
+use shaper::{PacketPort, PlayerConfig, Prober, TcConfig, TcPlayer, now_ns, play};
 
 use crate::link_check::{LinkCheck, NOTHING_ENTERED};
 use crate::schedule::{self, Series};
@@ -55,15 +53,41 @@ pub fn probe(
         epoch_ns,
         entered: &NOTHING_ENTERED,
     };
+    let series = Series {
+        phase: Phase::During,
+        start_ns: epoch_ns,
+        interval_ns,
+        count,
+    };
+    let (echoes, edge) = play_and_send(&lab, &piece, player, &link_check, series, stop, on_answer)?;
+    let [empty, echoes] = echoes;
+    let baseline = link_check
+        .baseline(&empty)
+        .ok_or_else(|| RunError::Link("no echo came through the empty link".into()))?;
+    let certificate =
+        (!profile.is_loopback()).then(|| link_check.certificate(&echoes, baseline, edge));
+    Ok(Probed {
+        echoes,
+        baseline,
+        certificate,
+    })
+}
+
+/// Sends the echoes while the link is played; they, and how exactly the players kept to its times.
+fn play_and_send(
+    lab: &Lab,
+    piece: &Piece<'_>,
+    player: Player,
+    link_check: &LinkCheck,
+    series: Series,
+    stop: &AtomicBool,
+    on_answer: impl FnMut(&Echo) + Send,
+) -> Result<([Vec<Echo>; 2], Edge), RunError> {
     let done = AtomicBool::new(false);
     thread::scope(|scope| {
         let (ready, in_force) = mpsc::channel();
-        let (piece, done) = (&piece, &done);
-        let ways: &[Option<Way>] = match (lab.middle(), player) {
-            (None, _) => &[],
-            (Some(_), Player::Tc) => &[Some(Way::Up), Some(Way::Down)],
-            (Some(_), Player::User | Player::Auto) => &[None],
-        };
+        let done = &done;
+        let ways = ways(lab, player);
         if let (Some(middle), Player::Tc) = (lab.middle(), player) {
             middle.run(shaper::bridge)?;
         }
@@ -77,22 +101,11 @@ pub fn probe(
             })
             .collect();
         drop(ready);
-        let probed = (|| {
-            // One that cannot play says so when it is joined.
-            for _ in ways {
-                let _ = in_force.recv();
-            }
-            let mut prober = Prober::open(lab.controller(), lab.plant())?;
-            let empty = prober.run(&link_check.plan(schedule::empty(now_ns())), stop, |_| {})?;
-            let series = Series {
-                phase: Phase::During,
-                start_ns: epoch_ns,
-                interval_ns,
-                count,
-            };
-            let echoes = prober.run(&link_check.plan(series), stop, on_answer)?;
-            Ok::<_, RunError>((empty, echoes))
-        })();
+        // One that cannot play says so when it is joined.
+        for _ in ways {
+            let _ = in_force.recv();
+        }
+        let echoes = echoes(lab, link_check, series, stop, on_answer);
         done.store(true, Ordering::Relaxed);
         let mut edge = Edge::USER;
         for player in players {
@@ -101,18 +114,33 @@ pub fn probe(
                 .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             edge = edge.or(played?);
         }
-        let (empty, echoes) = probed?;
-        let baseline = link_check
-            .baseline(&empty)
-            .ok_or_else(|| RunError::Link("no echo came through the empty link".into()))?;
-        let certificate =
-            (!profile.is_loopback()).then(|| link_check.certificate(&echoes, baseline, edge));
-        Ok(Probed {
-            echoes,
-            baseline,
-            certificate,
-        })
+        Ok((echoes?, edge))
     })
+}
+
+/// What each player plays: nothing on loopback, by tc a way each, else both.
+fn ways(lab: &Lab, player: Player) -> &'static [Option<Way>] {
+    match (lab.middle(), player) {
+        (None, _) => &[],
+        (Some(_), Player::Tc) => &[Some(Way::Up), Some(Way::Down)],
+        (Some(_), Player::User | Player::Auto) => &[None],
+    }
+}
+
+/// The echoes on the empty link, and those of a series.
+fn echoes(
+    lab: &Lab,
+    link_check: &LinkCheck,
+    series: Series,
+    stop: &AtomicBool,
+    on_answer: impl FnMut(&Echo) + Send,
+) -> Result<[Vec<Echo>; 2], RunError> {
+    let mut prober = Prober::open(lab.controller(), lab.plant())?;
+    let empty = prober.run(&link_check.plan(schedule::empty(now_ns())), stop, |_| {})?;
+    Ok([
+        empty,
+        prober.run(&link_check.plan(series), stop, on_answer)?,
+    ])
 }
 
 /// What is played.

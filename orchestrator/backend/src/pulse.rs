@@ -7,8 +7,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
+use endpoint::report::{Policy, Scheduling};
 use judge::{Gap, Pulse};
-use pace::{Pacer, Policy, Scheduling, now_ns};
+use pace::{Pacer, now_ns};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
 /// From beat to beat.

@@ -6,13 +6,11 @@
 use std::path::Path;
 
 use endpoint::{ArrivalRow, MessageRow, TickRow};
-use judge::Gap;
 use link::{PacketRow, Way};
+use plan::file_name;
 use serde::de::DeserializeOwned;
-use serde_json::Value;
-use shaper::Pause;
 
-use crate::{RunError, report};
+use crate::RunError;
 
 /// A run's rows.
 pub(crate) struct Rows {
@@ -24,9 +22,9 @@ pub(crate) struct Rows {
 impl Rows {
     pub(crate) fn read(folder: &Path) -> Result<Rows, RunError> {
         Ok(Rows {
-            ticks: rows(&folder.join("ticks.csv"))?,
-            arrivals: rows(&folder.join("arrivals.csv"))?,
-            messages: rows(&folder.join("messages.csv"))?,
+            ticks: rows(&folder.join(file_name::TICKS))?,
+            arrivals: rows(&folder.join(file_name::ARRIVALS))?,
+            messages: rows(&folder.join(file_name::MESSAGES))?,
         })
     }
 }
@@ -38,41 +36,11 @@ pub(crate) fn entered(folder: &Path) -> Result<[Option<Vec<PacketRow>>; 2], RunE
         let path = folder.join(name);
         path.exists().then(|| rows::<PacketRow>(&path)).transpose()
     };
-    if let Some(both) = one("packets.csv")? {
+    if let Some(both) = one(file_name::PACKETS)? {
         let (up, down) = both.into_iter().partition(|packet| packet.way == Way::Up);
         return Ok([Some(up), Some(down)]);
     }
-    Ok([one("packets-up.csv")?, one("packets-down.csv")?])
-}
-
-/// When the players were held up, by their reports, and whether all had real-time scheduling.
-pub(crate) fn pauses(link: Option<&Value>) -> (Vec<Gap>, bool) {
-    let Some(link) = link else {
-        return (Vec::new(), true);
-    };
-    let reports = [link, &link["up"], &link["down"]];
-    let pauses = reports
-        .iter()
-        .filter_map(|report| serde_json::from_value::<Vec<Pause>>(report["pauses"].clone()).ok())
-        .flatten()
-        .map(|pause| Gap {
-            t_ns: pause.t_ns,
-            ns: pause.ns,
-        });
-    let granted = |report: &&Value| report["scheduling"].as_str().map(|word| word == "fifo");
-    let real_time = reports.iter().filter_map(granted).all(|fifo| fifo);
-    (pauses.collect(), real_time)
-}
-
-/// Whether a role's thread had real-time scheduling, by its report; so in virtual time, which needs none.
-pub(crate) fn is_real_time(folder: &Path, role: &str, thread: &str) -> bool {
-    let report = report::of_role(folder, role);
-    let policy = report
-        .as_ref()
-        .map(|report| &report["granted"][thread]["policy"]);
-    policy
-        .and_then(Value::as_str)
-        .is_none_or(|policy| policy == "fifo")
+    Ok([one(file_name::PACKETS_UP)?, one(file_name::PACKETS_DOWN)?])
 }
 
 fn rows<R: DeserializeOwned>(path: &Path) -> Result<Vec<R>, RunError> {

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use agent::{RemoteRun, RoleState, Seen};
 
 use crate::RunError;
+use crate::role::RoleSettings;
 use crate::site::Running;
 
 /// How often an agent is asked how a part is: a request is work for a machine that measures.
@@ -19,14 +20,13 @@ pub(crate) struct RemotePart<'a> {
 }
 
 impl<'a> RemotePart<'a> {
-    /// Starts `role` as `name`; gives what it said when it was ready, too.
+    /// Starts a role as `name`; gives what it said when it was ready, too.
     pub(crate) fn start(
         run: &'a RemoteRun,
         name: &'static str,
-        role: &str,
-        settings: &[(&'static str, String)],
+        settings: &RoleSettings,
     ) -> Result<(RemotePart<'a>, String), RunError> {
-        let said = run.start(name, role, settings)?;
+        let said = run.start(name, settings.role(), settings.to_json())?;
         let remote_part = RemotePart {
             run,
             name,

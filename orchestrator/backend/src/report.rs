@@ -1,85 +1,99 @@
 //! What the roles say of themselves when they end, and what a run is to make of it.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
 
+use certificate::{LinkReport, OneWay};
+use endpoint::report::{Page, Policy, Scheduling};
+use manifest::{ControllerReport, PlantReport};
 use plan::Client;
-use serde_json::Value;
-use shaper::{Edge, TcReport};
+use serde::de::DeserializeOwned;
+
+/// The reports that a run left.
+#[derive(Debug, Default)]
+pub(crate) struct Reports {
+    pub(crate) plant: Option<PlantReport>,
+    pub(crate) controller: Option<ControllerReport>,
+    pub(crate) page: Option<Page>,
+    /// Of one player of both ways, or of two that played one each.
+    pub(crate) link: Option<LinkReport>,
+    /// What is wrong with those that cannot be read, a sentence each.
+    pub(crate) unread: Vec<String>,
+}
+
+impl Reports {
+    pub(crate) fn read(folder: &Path) -> Reports {
+        let mut unread = Vec::new();
+        let mut reports = Reports {
+            plant: one(folder, "plant", &mut unread),
+            controller: one(folder, "controller", &mut unread),
+            page: one(folder, "page", &mut unread),
+            link: one(folder, "link", &mut unread),
+            unread: Vec::new(),
+        };
+        if reports.link.is_none() {
+            let up: Option<OneWay> = one(folder, "link-up", &mut unread);
+            let down: Option<OneWay> = one(folder, "link-down", &mut unread);
+            reports.link = up.zip(down).map(|(up, down)| LinkReport::of_each(up, down));
+        }
+        Reports { unread, ..reports }
+    }
+
+    /// How a page failed, by its own word; a browser's process alone does not tell.
+    pub(crate) fn page_failure(&self, client: Client) -> Option<String> {
+        if !client.is_browser() {
+            return None;
+        }
+        match &self.page {
+            None => Some(format!("in {client} left no report at the plant")),
+            Some(page) if page.outcome == "complete" => None,
+            Some(Page {
+                outcome, reason, ..
+            }) => Some(format!("in {client} ended as {outcome}: {reason}")),
+        }
+    }
+
+    /// Who played the link, as its report says; `none` where there was no link.
+    pub(crate) fn played_by(&self) -> &'static str {
+        let link = self.link.as_ref();
+        link.map_or("none", |link| link.player().word())
+    }
+
+    /// Packets that the player itself lost were lost by no link.
+    pub(crate) fn lost_by_the_player(&self) -> Option<String> {
+        let dropped = self.link.as_ref().map_or(0, LinkReport::dropped);
+        (dropped > 0)
+            .then(|| format!("the player itself lost {dropped} packets: this machine is too busy"))
+    }
+
+    /// Rows that the disk was too slow for are not in the files.
+    pub(crate) fn lost_rows(&self) -> Option<String> {
+        let plant = self.plant.as_ref().map_or(0, PlantReport::overflow);
+        let controller = self.controller.as_ref();
+        let lost = plant + controller.map_or(0, |controller| controller.rows().overflow);
+        (lost > 0).then(|| format!("{lost} rows are missing: the disk was too slow for them"))
+    }
+}
+
+/// Whether a thread had real-time scheduling, by its role's report; so in virtual time, which needs
+/// none.
+pub(crate) fn is_real_time(granted: Option<&Scheduling>) -> bool {
+    granted.is_none_or(|granted| granted.policy == Policy::Fifo)
+}
 
 /// A role's report, if it left one.
-pub(crate) fn of_role(folder: &Path, name: &str) -> Option<Value> {
-    let text = fs::read_to_string(folder.join(format!("{name}.json"))).ok()?;
-    serde_json::from_str(&text).ok()
-}
-
-/// How a page failed, by its own word; a browser's process alone does not tell.
-pub(crate) fn page_failure(client: Client, page: Option<&Value>) -> Option<String> {
-    if !client.is_browser() {
-        return None;
+fn one<R: DeserializeOwned>(folder: &Path, name: &str, unread: &mut Vec<String>) -> Option<R> {
+    let read = fs::read_to_string(folder.join(format!("{name}.json")))
+        .and_then(|text| serde_json::from_str(&text).map_err(std::io::Error::from));
+    match read {
+        Ok(report) => Some(report),
+        Err(problem) if problem.kind() == ErrorKind::NotFound => None,
+        Err(problem) => {
+            unread.push(format!(
+                "the report {name}.json is not one that this webloop reads: {problem}"
+            ));
+            None
+        }
     }
-    let Some(page) = page else {
-        return Some(format!("in {client} left no report at the plant"));
-    };
-    match page["outcome"].as_str().unwrap_or("nothing") {
-        "complete" => None,
-        outcome => Some(format!(
-            "in {client} ended as {outcome}: {}",
-            page["reason"].as_str().unwrap_or_default()
-        )),
-    }
-}
-
-/// The players' report: of one that played both ways, or of two that played one each, by way.
-pub(crate) fn of_link(folder: &Path) -> Option<Value> {
-    of_role(folder, "link").or_else(|| {
-        let (up, down) = (of_role(folder, "link-up")?, of_role(folder, "link-down")?);
-        Some(serde_json::json!({ "player": up["player"], "up": up, "down": down }))
-    })
-}
-
-/// How exactly the link's times were kept to: webloop always does, tc says it in its reports.
-pub(crate) fn edge(folder: &Path) -> Edge {
-    ["link-up", "link-down"]
-        .iter()
-        .filter_map(|name| of_role(folder, name))
-        .filter_map(|report| serde_json::from_value::<TcReport>(report).ok())
-        .fold(Edge::USER, |edge, report| edge.or(report.edge()))
-}
-
-/// Who played the link, as its report says; `none` where there was no link.
-pub(crate) fn played_by(link: Option<&Value>) -> String {
-    link.map_or("none", |link| link["player"].as_str().unwrap_or("user"))
-        .to_owned()
-}
-
-/// Packets that the player itself lost were lost by no link.
-pub(crate) fn lost_by_the_player(link: Option<&Value>) -> Option<String> {
-    // One player's report of both ways, or of each way a player's: `shaped` and `carried` by
-    // webloop, `traffic` by tc.
-    let dropped: u64 = ["up", "down"]
-        .iter()
-        .filter_map(|way| link?.get(way))
-        .flat_map(|way| {
-            ["", "/shaped", "/carried", "/traffic"]
-                .map(|part| way.pointer(&format!("{part}/dropped")))
-        })
-        .flatten()
-        .filter_map(Value::as_u64)
-        .sum();
-    (dropped > 0)
-        .then(|| format!("the player itself lost {dropped} packets: this machine is too busy"))
-}
-
-/// Rows that the disk was too slow for are not in the files.
-pub(crate) fn lost_rows(reports: &[Option<Value>; 3]) -> Option<String> {
-    let lost: u64 = reports
-        .iter()
-        .flatten()
-        .flat_map(|report| {
-            ["tick_rows", "arrival_rows", "page_rows", "rows"].map(|name| &report[name]["overflow"])
-        })
-        .filter_map(Value::as_u64)
-        .sum();
-    (lost > 0).then(|| format!("{lost} rows are missing: the disk was too slow for them"))
 }

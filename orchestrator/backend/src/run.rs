@@ -1,6 +1,5 @@
 //! A cell from its plan to its manifest: folder, site, verdict, checksums.
 
-use std::fs;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,22 +7,17 @@ use std::time::Instant;
 
 use agent::last_words;
 use link::Profile;
-use plan::{Cell, Plan, ProfileText, Verdict};
-use serde_json::Value;
+use plan::{Cell, Plan, ProfileText, Verdict, file_name};
 use shaper::Authority;
 use system::System;
 
-use crate::attach::{Attach, Texts};
-use crate::course;
+use crate::attach::Attach;
+use crate::course::{self, Texts};
 use crate::evidence::{self, Evidence};
 use crate::link_check::LinkCheck;
 use crate::netns::Netns;
-use crate::{Agents, Manifest, Player, RunError, Timings, folder, record, report, simulated};
-
-/// The file in which a cell's folder keeps its link's profile.
-const PROFILE_FILE: &str = "profile.toml";
-/// The file in which it keeps its system, where that is not the paper's.
-const SYSTEM_FILE: &str = "system.toml";
+use crate::report::Reports;
+use crate::{Agents, Manifest, Player, RunError, Timings, folder, record, simulated};
 
 /// The folder of a cell inside a campaign's folder.
 #[must_use]
@@ -90,74 +84,25 @@ pub fn run_cell(
 ) -> Result<Manifest, RunError> {
     let clock = Instant::now();
     let folder = cell_folder(campaign, cell);
-    make_room(campaign, &folder)?;
-    let profile = write_profile(plan, cell, &folder);
-    let system = plan.system(cell).map_err(RunError::Link);
+    folder::make_room(campaign, &folder)?;
     let described = describe(backend);
-    let outcome = profile.and_then(|(text, profile)| {
-        let file = folder.join(PROFILE_FILE);
-        let system = system?;
-        let own = write_system(&system, &folder)?;
-        let seen = match backend {
-            Backend::Netns {
-                authority,
-                not_before_ns,
-            } => {
-                authority.as_ref()?;
-                let mut site = Netns::new(&profile, player, &file, own.as_deref(), &folder)?;
-                site.wait_until(*not_before_ns);
-                course::run(&site, cell, &profile, stop)?
-            }
-            Backend::Attach(agents) => {
-                let texts = Texts {
-                    profile: text,
-                    system: system.own_text(),
-                };
-                let site = Attach::new(agents, cell, texts, &profile, player, &folder)?;
-                let seen = course::run(&site, cell, &profile, stop);
-                // What has come is kept, however it ended.
-                let kept = site.finish();
-                seen.and_then(|seen| kept.map(|()| seen))?
-            }
-            Backend::Sim(timings) => {
-                let timing = timings.of(cell);
-                simulated::run(cell, &system, &profile, timing, &folder)?
-            }
-        };
-        let link_check = LinkCheck {
-            target: Ipv4Addr::LOCALHOST,
-            profile: &profile,
-            seed: cell.link_seed,
-            epoch_ns: seen.epoch_ns,
-            entered: &record::entered(&folder)?,
-        };
-        evidence::write_rows(&link_check, &seen.echoes, &folder.join("probes.csv"))?;
-        evidence::judge(&link_check, cell, &seen, &folder)
-    });
+    let outcome = execute(plan, cell, &folder, backend, player, stop);
     // A terminal's Ctrl-C reaches the roles too, which then end as if by themselves.
     let outcome = match stop.load(Ordering::Relaxed) {
         true => Err(RunError::Interrupted),
         false => outcome,
     };
-    let page = report::of_role(&folder, "page");
+    let reports = Reports::read(&folder);
     let trouble = match backend {
         // In virtual time there is no browser that could have any.
         Backend::Sim(_) => None,
-        Backend::Netns { .. } | Backend::Attach(_) => {
-            report::page_failure(cell.client, page.as_ref())
-        }
+        Backend::Netns { .. } | Backend::Attach(_) => reports.page_failure(cell.client),
     };
     let outcome = outcome.and_then(|evidence| match trouble {
         Some(trouble) => Err(RunError::role("page", trouble)),
         None => Ok(evidence),
     });
-    let reports = [
-        report::of_role(&folder, "plant"),
-        report::of_role(&folder, "controller"),
-        report::of_link(&folder),
-    ];
     let (verdict, reasons, evidence) = judge(outcome, &reports, &folder);
-    let [plant, controller, link] = reports;
     let manifest = Manifest {
         version: Manifest::VERSION,
         verdict,
@@ -170,7 +115,7 @@ pub fn run_cell(
         profile: cell.topology.clone(),
         backend: described.name,
         engine: described.engine,
-        player: report::played_by(link.as_ref()),
+        player: reports.played_by().to_owned(),
         webloop: env!("CARGO_PKG_VERSION").to_owned(),
         machine: crate::machine(),
         authority: described.authority,
@@ -182,10 +127,10 @@ pub fn run_cell(
         messages: evidence.messages,
         pulse: evidence.pulse,
         watched: evidence.watched,
-        plant,
-        controller,
-        page,
-        link,
+        plant: reports.plant,
+        controller: reports.controller,
+        page: reports.page,
+        link: reports.link,
         files: folder::inventory(&folder, Manifest::FILE)
             .map_err(|problem| RunError::write(&folder, problem))?,
     };
@@ -193,10 +138,59 @@ pub fn run_cell(
     Ok(manifest)
 }
 
+/// Runs a cell in its folder, and judges what was seen of it.
+fn execute(
+    plan: &Plan,
+    cell: &Cell,
+    folder: &Path,
+    backend: &Backend,
+    player: Player,
+    stop: &AtomicBool,
+) -> Result<Evidence, RunError> {
+    let (text, profile) = write_profile(plan, cell, folder)?;
+    let system = plan.system(cell).map_err(RunError::Link)?;
+    write_system(&system, folder)?;
+    let texts = Texts {
+        profile: text,
+        system: system.own_text(),
+    };
+    let seen = match backend {
+        Backend::Netns {
+            authority,
+            not_before_ns,
+        } => {
+            authority.as_ref()?;
+            let mut site = Netns::new(&profile, player, folder)?;
+            site.wait_until(*not_before_ns);
+            course::run(&site, cell, &profile, texts, stop)?
+        }
+        Backend::Attach(agents) => {
+            let site = Attach::new(agents, cell, &profile, player, folder)?;
+            let seen = course::run(&site, cell, &profile, texts, stop);
+            // What has come is kept, however it ended.
+            let kept = site.finish();
+            seen.and_then(|seen| kept.map(|()| seen))?
+        }
+        Backend::Sim(timings) => {
+            let timing = timings.of(cell);
+            simulated::run(cell, &system, &profile, timing, folder)?
+        }
+    };
+    let link_check = LinkCheck {
+        target: Ipv4Addr::LOCALHOST,
+        profile: &profile,
+        seed: cell.link_seed,
+        epoch_ns: seen.epoch_ns,
+        entered: &record::entered(folder)?,
+    };
+    evidence::write_rows(&link_check, &seen.echoes, &folder.join(file_name::PROBES))?;
+    evidence::judge(&link_check, cell, &seen, folder)
+}
+
 /// The verdict, with its reasons: on the machine, on the processes, on the link, on the rows.
 fn judge(
     outcome: Result<Evidence, RunError>,
-    reports: &[Option<Value>; 3],
+    reports: &Reports,
     folder: &Path,
 ) -> (Verdict, Vec<String>, Evidence) {
     match outcome {
@@ -211,15 +205,15 @@ fn judge(
                 let words = last_words(folder, &role);
                 reasons.extend((!words.is_empty()).then_some(words));
             }
+            reasons.extend(reports.unread.iter().cloned());
             (Verdict::Failed, reasons, Evidence::default())
         }
         Ok(mut evidence) => {
-            let lost_rows = report::lost_rows(reports);
-            evidence.is_other |= lost_rows.is_some();
-            evidence
-                .doubts
-                .extend(report::lost_by_the_player(reports[2].as_ref()));
+            let lost_rows = reports.lost_rows();
+            evidence.is_other |= lost_rows.is_some() || !reports.unread.is_empty();
+            evidence.doubts.extend(reports.lost_by_the_player());
             evidence.doubts.extend(lost_rows);
+            evidence.doubts.extend(reports.unread.iter().cloned());
             let judgement = &evidence.judgement;
             let verdict = judgement.verdict(&evidence.doubts, evidence.is_other);
             // The cause first, and then what came of it.
@@ -232,19 +226,7 @@ fn judge(
     }
 }
 
-/// Makes the cell's folder; what a try without an end left there is moved aside.
-fn make_room(campaign: &Path, folder: &Path) -> Result<(), RunError> {
-    let fail = |problem| RunError::write(folder, problem);
-    let below = folder.strip_prefix(campaign).unwrap_or(folder);
-    fs::create_dir_all(campaign).map_err(fail)?;
-    // Looked at before anything in there is renamed: a link may lead to somebody else's.
-    file::make_folder(campaign, below.parent().unwrap_or(below)).map_err(fail)?;
-    folder::move_aside(folder).map_err(fail)?;
-    file::make_folder(campaign, below).map_err(fail)?;
-    Ok(())
-}
-
-/// Leaves the profile's text, and its traces, where the player will read them.
+/// Leaves the profile's text, and its traces, beside the rows.
 fn write_profile<'a>(
     plan: &'a Plan,
     cell: &Cell,
@@ -254,7 +236,7 @@ fn write_profile<'a>(
         .profiles
         .get(&cell.topology)
         .ok_or_else(|| RunError::Link(format!("the plan has no profile `{}`", cell.topology)))?;
-    folder::write_whole(&folder.join(PROFILE_FILE), text.source.as_bytes())?;
+    folder::write_whole(&folder.join(file_name::PROFILE), text.source.as_bytes())?;
     for (name, trace) in &text.traces {
         folder::write_whole(&folder.join(name), trace.as_bytes())?;
     }
@@ -270,14 +252,12 @@ fn write_profile<'a>(
     Ok((text, profile))
 }
 
-/// Leaves the system's text where the two ends will read it, unless they have it already.
-fn write_system(system: &System, folder: &Path) -> Result<Option<PathBuf>, RunError> {
-    let Some(text) = system.own_text() else {
-        return Ok(None);
-    };
-    let path = folder.join(SYSTEM_FILE);
-    folder::write_whole(&path, text.as_bytes())?;
-    Ok(Some(path))
+/// Leaves the system's text beside the rows, unless it is the paper's.
+fn write_system(system: &System, folder: &Path) -> Result<(), RunError> {
+    match system.own_text() {
+        Some(text) => folder::write_whole(&folder.join(file_name::SYSTEM), text.as_bytes()),
+        None => Ok(()),
+    }
 }
 
 /// What a manifest says of a back-end.

@@ -5,11 +5,13 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use agent::{RemoteRun, RoleState};
+use certificate::{Echo, Sighting, merge};
+use plan::file_name;
 use serde::de::DeserializeOwned;
-use shaper::{Echo, ProbePlan, Sighting, merge, now_ns};
+use shaper::{ProbePlan, now_ns};
 
 use crate::RunError;
-use crate::site::settings;
+use crate::role::RoleSettings;
 
 /// How often the end of a series that is nearly through is looked for.
 const POLL: Duration = Duration::from_millis(100);
@@ -27,19 +29,8 @@ pub(crate) fn ask(
     stop: &AtomicBool,
 ) -> Result<Vec<Echo>, RunError> {
     let instance = format!("ask-{}", plan.id);
-    run.start(
-        &instance,
-        "ask",
-        &settings(&[
-            ("target", &plan.target),
-            ("start-ns", &plan.start_ns),
-            ("interval-ns", &plan.interval_ns),
-            ("count", &plan.count),
-            ("seed", &plan.seed.unwrap_or_default()),
-            ("grace-ns", &plan.grace_ns),
-            ("id", &plan.id),
-        ]),
-    )?;
+    let settings = RoleSettings::Ask(*plan);
+    run.start(&instance, settings.role(), settings.to_json())?;
     let last_ns = plan.start_ns + u64::from(plan.count) * plan.interval_ns;
     loop {
         if stop.load(Ordering::Relaxed) {
@@ -72,7 +63,7 @@ pub(crate) fn completed(
 ) -> Result<Vec<Echo>, RunError> {
     let deadline = Instant::now() + SEEN_WITHIN;
     loop {
-        let sightings: Vec<Sighting> = rows(witness, "sightings.csv")?;
+        let sightings: Vec<Sighting> = rows(witness, file_name::SIGHTINGS)?;
         let merged = merge(echoes, id, &sightings);
         // What was answered was seen, though it may not be written down yet.
         let all = merged

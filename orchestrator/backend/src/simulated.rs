@@ -6,12 +6,14 @@
 use std::fs::File;
 use std::path::Path;
 
+use certificate::{Echo, LinkReport};
+use endpoint::report::Written;
 use endpoint::{ArrivalRow, MessageRow, Thread, TickRow, Timer};
 use link::{PacketRow, Profile, Way};
-use plan::{Cell, Phase};
-use serde_json::{Value, json};
-use shaper::Echo;
-use sim::{EPOCH_NS, Pool, Record, Series, Setup, Start, Timing};
+use manifest::{ModelController, ModelPlant};
+use plan::{Cell, Phase, file_name};
+use serde::Serialize;
+use sim::{EPOCH_NS, Outcome, Pool, Record, Series, Setup, Start, Timing};
 use system::System;
 
 use crate::course::Seen;
@@ -55,7 +57,7 @@ pub(crate) fn run(
         timer_floor_ns: timer_floor_ns(cell, timing),
         plant: own.plant.stepper(),
         hold: cell.hold,
-        tick_noise: cell.noise(),
+        tick_noise: cell.plant_settings().tick_noise,
         law: own.law,
         pool: match cell.client.keeps_own_connections() {
             true => Pool::Own,
@@ -73,19 +75,8 @@ pub(crate) fn run(
     let mut files = Files::create(folder, profile.has_rate())?;
     let outcome = sim::run(&setup, &mut files)
         .map_err(|problem| RunError::Unsupported(problem.to_string()))?;
-    let ([ticks, arrivals, messages], echoes) = files.finish(folder)?;
-    let written = |rows: u64| json!({ "rows": rows, "overflow": 0 });
-    let plant = json!({ "tick_rows": written(ticks), "arrival_rows": written(arrivals) });
-    write_report(folder, "plant.json", &plant)?;
-    write_report(folder, "link.json", &json!({ "player": "model" }))?;
-    let controller = json!({
-        "counts": outcome.counts,
-        "rows": written(messages),
-        "connections": outcome.connections,
-        "resent": outcome.resent,
-        "timing": timing,
-    });
-    write_report(folder, "controller.json", &controller)?;
+    let (rows, echoes) = files.finish(folder)?;
+    write_reports(folder, rows, outcome, timing)?;
     let mut phases = planned.iter().map(|series| series.phase);
     Ok(Seen {
         epoch_ns: EPOCH_NS,
@@ -109,9 +100,35 @@ fn timer_floor_ns(cell: &Cell, timing: &Timing) -> u64 {
     })
 }
 
-fn write_report(folder: &Path, name: &str, report: &Value) -> Result<(), RunError> {
+/// Leaves what each role says of itself in a real run, as far as there is such a thing.
+fn write_reports(
+    folder: &Path,
+    [ticks, arrivals, messages]: [u64; 3],
+    outcome: Outcome,
+    timing: &Timing,
+) -> Result<(), RunError> {
+    let written = |rows: u64| Written { rows, overflow: 0 };
+    let plant = ModelPlant {
+        tick_rows: written(ticks),
+        arrival_rows: written(arrivals),
+    };
+    write_report(folder, file_name::PLANT_REPORT, &plant)?;
+    write_report(folder, file_name::LINK_REPORT, &LinkReport::model())?;
+    let controller = ModelController {
+        counts: outcome.counts,
+        rows: written(messages),
+        connections: outcome.connections,
+        resent: outcome.resent,
+        timing: timing.clone(),
+    };
+    write_report(folder, file_name::CONTROLLER_REPORT, &controller)
+}
+
+/// Its fields are in the order of their names.
+fn write_report(folder: &Path, name: &str, report: &impl Serialize) -> Result<(), RunError> {
     // Plain data of words and numbers: serialising it cannot fail.
-    let text = serde_json::to_string_pretty(report).unwrap_or_default() + "\n";
+    let report = serde_json::to_value(report).unwrap_or_default();
+    let text = serde_json::to_string_pretty(&report).unwrap_or_default() + "\n";
     folder::write_whole(&folder.join(name), text.as_bytes())
 }
 
@@ -130,11 +147,11 @@ struct Files {
 
 impl Files {
     fn create(folder: &Path, has_rate: bool) -> Result<Files, RunError> {
-        let packets = || create(&folder.join("packets.csv"), PacketRow::COLUMNS);
+        let packets = || create(&folder.join(file_name::PACKETS), PacketRow::COLUMNS);
         Ok(Files {
-            ticks: create(&folder.join("ticks.csv"), TickRow::COLUMNS)?,
-            arrivals: create(&folder.join("arrivals.csv"), ArrivalRow::COLUMNS)?,
-            messages: create(&folder.join("messages.csv"), MessageRow::COLUMNS)?,
+            ticks: create(&folder.join(file_name::TICKS), TickRow::COLUMNS)?,
+            arrivals: create(&folder.join(file_name::ARRIVALS), ArrivalRow::COLUMNS)?,
+            messages: create(&folder.join(file_name::MESSAGES), MessageRow::COLUMNS)?,
             packets: has_rate.then(packets).transpose()?,
             echoes: Default::default(),
             rows: [0; 3],

@@ -3,40 +3,19 @@
 //! The order of a run is the same everywhere, and is in `course`. A site starts parts and sends
 //! echoes; it knows nothing of cells, times or verdicts.
 
-use std::fmt::Display;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use agent::Seen;
-use shaper::{Echo, ProbePlan};
+use certificate::Echo;
+use shaper::ProbePlan;
 
 use crate::RunError;
+use crate::role::RoleSettings;
 
 /// Port of the plant; the link's addresses are a run's alone, so any would do.
 pub(crate) const PLANT_PORT: u16 = 8080;
-
-/// A part of a run that is a process of its own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Part {
-    /// What plays the link; in containers, two of them.
-    Link,
-    /// The plant.
-    Plant,
-    /// The controller.
-    Controller,
-}
-
-/// Settings of a part, as its command line has them, without the dashes.
-pub(crate) type Settings = Vec<(&'static str, String)>;
-
-/// `name = value` pairs.
-pub(crate) fn settings(pairs: &[(&'static str, &dyn Display)]) -> Settings {
-    pairs
-        .iter()
-        .map(|(name, value)| (*name, value.to_string()))
-        .collect()
-}
 
 /// Where a run happens.
 pub(crate) trait Site: Sync {
@@ -44,17 +23,12 @@ pub(crate) trait Site: Sync {
     /// `start_time` on this machine, and to measure the empty link.
     fn lead_ns(&self, start_time: Duration) -> u64;
 
-    /// Starts a part as a role of webloop, and returns when it can be used. The link goes first:
-    /// without it the plant may have no address.
+    /// Starts a role of webloop, and returns when it can be used. The link goes first: without it the
+    /// plant may have no address.
     ///
     /// # Errors
     /// What keeps it from being used; nothing is left running then.
-    fn start<'a>(
-        &'a self,
-        part: Part,
-        role: &'static str,
-        settings: Settings,
-    ) -> Result<Box<dyn Running + 'a>, RunError>;
+    fn start<'a>(&'a self, role: RoleSettings) -> Result<Box<dyn Running + 'a>, RunError>;
 
     /// The plant's address on the link, once that has been started.
     fn plant_address(&self) -> Ipv4Addr;

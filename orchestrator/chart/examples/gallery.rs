@@ -10,7 +10,7 @@ mod noise;
 use std::io;
 use std::path::PathBuf;
 
-use chart::{Axis, Chart, Guide, GuideAt, Mark, Panel, Role, Scale, Series};
+use chart::{Axis, Chart, Guide, GuideAt, Mark, Panel, Scale, Series, Tone};
 
 use noise::noise;
 
@@ -36,11 +36,11 @@ fn axis(label: &str) -> Axis {
     }
 }
 
-fn series(name: &str, role: Role, mark: Mark, points: Vec<(f64, f64)>) -> Series {
+fn series(name: &str, tone: Tone, mark: Mark, points: Vec<(f64, f64)>) -> Series {
     Series {
         name: name.to_owned(),
         mark,
-        role,
+        tone,
         points,
         band: Vec::new(),
     }
@@ -65,7 +65,7 @@ fn steps() -> Chart {
             })
             .collect()
     };
-    let mut banded = series("python", Role::Python, Mark::Steps, response(0.01, 5.0));
+    let mut banded = series("python", Tone::nth(1), Mark::Steps, response(0.01, 5.0));
     banded.band = banded
         .points
         .iter()
@@ -77,6 +77,7 @@ fn steps() -> Chart {
         about: "Three step responses; python's overshoots by a third and settles after 0.9 s."
             .to_owned(),
         source: "Made up for the gallery: no runs, no seed, no back-end.".to_owned(),
+        tones: &[],
         columns: 1,
         panels: vec![Panel {
             letter: String::new(),
@@ -85,16 +86,16 @@ fn steps() -> Chart {
             y: axis("output"),
             map: None,
             series: vec![
-                series("native", Role::Native, Mark::Steps, response(0.0, 6.0)),
+                series("native", Tone::nth(0), Mark::Steps, response(0.0, 6.0)),
                 banded,
                 series(
                     "python over VPN",
-                    Role::Python,
+                    Tone::nth(1),
                     Mark::Line,
                     response(0.04, 4.0),
                 ),
-                series("firefox", Role::Firefox, Mark::Line, response(0.03, 3.0)),
-                series("chromium", Role::Chromium, Mark::Line, response(0.05, 2.5)),
+                series("firefox", Tone::nth(3), Mark::Line, response(0.03, 3.0)),
+                series("chromium", Tone::nth(2), Mark::Line, response(0.05, 2.5)),
             ],
             guides: vec![
                 guide("reference", GuideAt::Y(1.0)),
@@ -128,13 +129,13 @@ fn drift() -> Chart {
             series: vec![
                 series(
                     "python, 0.00 ms/s",
-                    Role::Python,
+                    Tone::nth(1),
                     Mark::Line,
                     late(0.0, 0.004, seed),
                 ),
                 series(
                     &format!("javascript, {slope:.2} ms/s"),
-                    Role::Firefox,
+                    Tone::nth(3),
                     Mark::Line,
                     late(slope, 0.02, seed + 9),
                 ),
@@ -163,6 +164,7 @@ fn drift() -> Chart {
             "Made up for the gallery: no runs, no seed, no back-end. A long line here shows how \
                  text is broken where it is wider than the page, as the sources of many runs are."
                 .to_owned(),
+        tones: &[],
         columns: 3,
         panels,
     }
@@ -192,7 +194,7 @@ fn intervals() -> Chart {
             ..axis("interval/ms")
         },
         map: None,
-        series: vec![series("plant", Role::Plant, Mark::Dots, dots(3, h_ms))],
+        series: vec![series("plant", Tone::nth(4), Mark::Dots, dots(3, h_ms))],
         guides: vec![guide(
             "the paper: 1.004 ± 0.08 ms",
             GuideAt::Y(h_ms * 1.004),
@@ -200,7 +202,7 @@ fn intervals() -> Chart {
         empty: String::new(),
     };
     let few: Vec<(f64, f64)> = (1..9).map(|k| (f64::from(k), f64::from(k * k))).collect();
-    let mut whiskers = series("native", Role::Native, Mark::Dots, few.clone());
+    let mut whiskers = series("native", Tone::nth(0), Mark::Dots, few.clone());
     whiskers.band = few.iter().map(|(_, y)| (y * 0.8, y * 1.3)).collect();
     let more = |factor: f64| few.iter().map(|(x, y)| (x + 0.2, y * factor)).collect();
     Chart {
@@ -209,6 +211,7 @@ fn intervals() -> Chart {
         about: "Sixty thousand intervals, all within 2 % of the sample time but one in a thousand."
             .to_owned(),
         source: "Made up for the gallery.".to_owned(),
+        tones: &[],
         columns: 2,
         panels: vec![
             panel("a", 1.0, Scale::Linear),
@@ -216,9 +219,9 @@ fn intervals() -> Chart {
             Panel {
                 series: vec![
                     whiskers,
-                    series("python", Role::Python, Mark::Dots, more(1.5)),
-                    series("firefox", Role::Firefox, Mark::Dots, more(3.0)),
-                    series("chromium", Role::Chromium, Mark::Dots, more(7.0)),
+                    series("python", Tone::nth(1), Mark::Dots, more(1.5)),
+                    series("firefox", Tone::nth(3), Mark::Dots, more(3.0)),
+                    series("chromium", Tone::nth(2), Mark::Dots, more(7.0)),
                 ],
                 guides: Vec::new(),
                 ..panel("c", 2.0, Scale::Log)
@@ -226,7 +229,7 @@ fn intervals() -> Chart {
             Panel {
                 series: vec![series(
                     "plant",
-                    Role::Plant,
+                    Tone::nth(4),
                     Mark::Dots,
                     vec![(1e9, 2e-9), (1e9 + 3.0, 5e-9), (1e9 + 7.0, 3e-9)],
                 )],
@@ -260,8 +263,8 @@ fn histograms() -> Chart {
         },
         map: None,
         series: vec![
-            series("python", Role::Python, Mark::Bars(0.1), bars(3.0, 0.4)),
-            series("firefox", Role::Firefox, Mark::Bars(0.1), bars(4.2, 1.4)),
+            series("python", Tone::nth(1), Mark::Bars(0.1), bars(3.0, 0.4)),
+            series("firefox", Tone::nth(3), Mark::Bars(0.1), bars(4.2, 1.4)),
         ],
         guides: vec![guide("h = 3 ms", GuideAt::X(3.0))],
         empty: String::new(),
@@ -271,6 +274,7 @@ fn histograms() -> Chart {
         title: "Control intervals".to_owned(),
         about: "Python's intervals are about 3 ms, the browser's about 4 ms.".to_owned(),
         source: "Made up for the gallery.".to_owned(),
+        tones: &[],
         columns: 2,
         panels: vec![panel("a", Scale::Linear), panel("b", Scale::Log)],
     }

@@ -11,7 +11,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::io;
 use std::path::PathBuf;
 
-use chart::{Along, Axis, Chart, Guide, GuideAt, Map, Mark, Panel, Role, Scale, Series, Tile};
+use chart::{Along, Axis, Chart, Guide, GuideAt, Map, Mark, Panel, Scale, Series, Tile, Tone};
 
 use noise::noise;
 
@@ -53,7 +53,7 @@ fn factors(from: f64, to: f64, count: u32) -> Vec<f64> {
 fn settling(kp: f64, delay_s: f64, chance: f64) -> Tile {
     let used = kp * delay_s / FRAC_PI_2;
     if used >= 0.97 + 0.06 * chance {
-        return Tile::Unstable;
+        return Tile::Hatched;
     }
     let settling_s = 3.9 / kp * (1.0 - 0.5 * used) / (1.0 - used).max(0.02).powf(0.8);
     Tile::Value(settling_s * (0.95 + 0.1 * chance))
@@ -77,6 +77,7 @@ fn clients() -> Chart {
             x: axis("round trip/ms", Scale::Log),
             y: axis("gain", Scale::Log),
             map: Some(Map {
+                hatched: "unstable",
                 value: axis("settling/s", Scale::Log),
                 x: Along::Numbers(rtts_ms.clone()),
                 y: Along::Numbers(gains.clone()),
@@ -85,7 +86,7 @@ fn clients() -> Chart {
             series: vec![Series {
                 name: "analytic margin".to_owned(),
                 mark: Mark::Line,
-                role: Role::Native,
+                tone: Tone::nth(0),
                 points: factors(1.0, 1000.0, 100)
                     .iter()
                     .map(|rtt_ms| (*rtt_ms, FRAC_PI_2 / (rtt_ms / 1e3 * rounds)))
@@ -104,6 +105,7 @@ fn clients() -> Chart {
                 delay is π/2; waiting for answers this is at two thirds of the gain."
                 .to_owned(),
         source: "Made up for the example: no runs, no seed, no back-end.".to_owned(),
+        tones: &[],
         columns: 2,
         panels: vec![
             panel("a", "many requests under way", 1.0, 1),
@@ -123,7 +125,7 @@ fn topologies() -> Chart {
             let used: f64 = rtt_ms * rounds / 300.0;
             tiles.push(match used < 0.95 {
                 true => Tile::Value(4.0 + 55.0 * used),
-                false => Tile::Unstable,
+                false => Tile::Hatched,
             });
         }
     }
@@ -135,6 +137,7 @@ fn topologies() -> Chart {
                 time it is unstable."
             .to_owned(),
         source: "Made up for the example.".to_owned(),
+        tones: &[],
         columns: 1,
         panels: vec![Panel {
             letter: String::new(),
@@ -142,6 +145,7 @@ fn topologies() -> Chart {
             x: axis("topology", Scale::Linear),
             y: axis("requests under way", Scale::Linear),
             map: Some(Map {
+                hatched: "unstable",
                 value: axis("overshoot/%", Scale::Linear),
                 x: names(&places),
                 y: names(&allowed),
@@ -174,6 +178,7 @@ fn quantities() -> Chart {
         x: axis("round trip/ms", Scale::Linear),
         y: axis("rate/Hz", Scale::Linear),
         map: Some(Map {
+            hatched: "unstable",
             value,
             x: Along::Numbers(rtts_ms.to_vec()),
             y: names(&["10", "33", "100", "333"]),
@@ -183,14 +188,14 @@ fn quantities() -> Chart {
             Series {
                 name: "measured".to_owned(),
                 mark: Mark::Dots,
-                role: Role::Chromium,
+                tone: Tone::nth(2),
                 points: vec![(8.0, 0.0), (24.0, 1.0), (24.0, 2.0), (88.0, 3.0)],
                 band: Vec::new(),
             },
             Series {
                 name: "fastest".to_owned(),
                 mark: Mark::Line,
-                role: Role::Python,
+                tone: Tone::nth(1),
                 points: vec![(120.0, 0.2), (90.0, 1.0), (60.0, 2.0), (55.0, 3.0)],
                 band: Vec::new(),
             },
@@ -211,6 +216,7 @@ fn quantities() -> Chart {
         about: "At 333 Hz deadlines are missed from 50 ms on; at 10 Hz the loop is slow anywhere."
             .to_owned(),
         source: "Made up for the example.".to_owned(),
+        tones: &[],
         columns: 2,
         panels: vec![
             panel("a", "deadlines missed", percent, field(&missed)),

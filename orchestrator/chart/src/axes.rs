@@ -1,6 +1,7 @@
 //! The axes of a panel: lines, ticks, numbers, names and a faint grid.
 
 use crate::chart::Panel;
+use crate::extent;
 use crate::grid;
 use crate::layout::{self, Frame, LABEL_SIZE, TICK, TICK_SIZE};
 use crate::palette::Colour;
@@ -65,7 +66,7 @@ impl Axes {
     /// Axes for a box of this height; the horizontal one has no ticks yet, since its length follows
     /// from the width of the vertical one's numbers.
     pub(crate) fn of(panel: &Panel, height: f64) -> Option<Axes> {
-        let (x, y) = Span::of(panel)?;
+        let (x, y) = extent::of(panel)?;
         let none: &[String] = &[];
         let map = panel.map.as_ref();
         let names = map.map_or((none, none), |map| {

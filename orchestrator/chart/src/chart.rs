@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::axis::Axis;
 use crate::map::Map;
 
 /// A figure of one or more panels.
@@ -15,6 +16,8 @@ pub struct Chart {
     pub about: String,
     /// Where it came from: runs, seed, back-end, player. Printed small below the panels.
     pub source: String,
+    /// The tones that a page may set, of this chart's series or not.
+    pub tones: &'static [Tone],
     /// How many panels stand side by side.
     pub columns: usize,
     /// The panels, row by row.
@@ -43,27 +46,6 @@ pub struct Panel {
     pub empty: String,
 }
 
-/// An axis.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Axis {
-    /// Its name with its unit: `time/s`.
-    pub label: String,
-    /// How its numbers are laid out.
-    pub scale: Scale,
-    /// From where to where; as the data need it if not given.
-    pub range: Option<(f64, f64)>,
-}
-
-/// How numbers are laid out on an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Scale {
-    /// Evenly.
-    Linear,
-    /// By their powers of ten; what is not above zero is not drawn.
-    Log,
-}
-
 /// One set of points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Series {
@@ -71,8 +53,8 @@ pub struct Series {
     pub name: String,
     /// How it is drawn.
     pub mark: Mark,
-    /// Whom it is of, which decides its colour; the same in all figures.
-    pub role: Role,
+    /// What it is drawn in.
+    pub tone: Tone,
     /// The points, x and y.
     pub points: Vec<(f64, f64)>,
     /// Below and above each point, as long as `points` or empty: an interval, drawn as a band or as
@@ -94,24 +76,16 @@ pub enum Mark {
     Bars(f64),
 }
 
-/// Whom a series is of.
+/// What a series is drawn in: a colour, and for print in grey its place among dashes and markers. Whose it
+/// is, the caller says; the same in all figures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Role {
-    /// The client `native`.
-    Native,
-    /// The client `python`; the paper's blue.
-    Python,
-    /// The client `chromium`.
-    Chromium,
-    /// The client `firefox`; the paper's green.
-    Firefox,
-    /// The plant.
-    Plant,
-    /// The so-and-so-many-th of several that are of nobody in particular, from 0.
-    Nth(u8),
-    /// Anything else: quiet.
-    Other,
+pub struct Tone {
+    /// The last part of its CSS variable, `--chart-` before it, and of its classes: letters, digits, `-`.
+    pub name: &'static str,
+    /// Red, green and blue on white paper.
+    pub rgb: [u8; 3],
+    /// Which of the dashes and markers it begins with: at 0 a whole line, and discs.
+    pub dash: u8,
 }
 
 /// A line across a panel that is no data.

@@ -6,16 +6,16 @@
 //! places of other rows on an axis of names count from 0.
 
 use crate::chart::{Chart, GuideAt, Panel};
+use crate::extent;
 use crate::grid::{self, Lane};
 use crate::map::{Along, Tile};
 use crate::panel;
-use crate::span::Span;
 
 impl Chart {
     /// The points that the drawing shows, as `panel,series,x,y,low,high`; RFC 4180 with `\n`.
     ///
     /// Where a panel has a map there are two columns more: `value,state`. A tile's series is the name
-    /// of its values, and its state is `value`, `unstable` or `none`.
+    /// of its values, and its state is `value`, `none` or what the map's hatched tiles are.
     ///
     /// Numbers are in the shortest form that reads back as the same number, in the axes' units.
     #[must_use]
@@ -74,7 +74,7 @@ impl Chart {
 
 /// The rows of a panel's map without its name: from the lowest, each from the left.
 fn tiles(panel: &Panel) -> Vec<String> {
-    let (Some(map), Some((x, y))) = (grid::map(panel), Span::of(panel)) else {
+    let (Some(map), Some((x, y))) = (grid::map(panel), extent::of(panel)) else {
         return Vec::new();
     };
     let name = field(&map.value.label);
@@ -89,7 +89,7 @@ fn tiles(panel: &Panel) -> Vec<String> {
             let (x, y) = (at(&map.x, column), at(&map.y, &row));
             let state = match map.tile(column.index, row.index) {
                 Tile::Value(value) => format!("{},value", shortest(value)),
-                Tile::Unstable => ",unstable".to_owned(),
+                Tile::Hatched => format!(",{}", field(map.hatched)),
                 Tile::None => ",none".to_owned(),
             };
             tiles.push(format!("{name},{x},{y},,,{state}"));

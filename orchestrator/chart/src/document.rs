@@ -1,12 +1,24 @@
 //! The PDF document around a page: its objects, their places in the file, and its titles.
 
+use std::collections::BTreeSet;
+
 use crate::chart::Chart;
 use crate::font::{Font, stream};
-use crate::pdf::Content;
+use crate::scene::Percent;
 use crate::svg::number;
 
 /// The objects before the fonts: catalogue, pages, page, content, information.
 const BEFORE_FONTS: usize = 5;
+
+/// The operators that draw a page, and what they use.
+pub(crate) struct Content {
+    /// Of the page: PDF counts upwards from the bottom.
+    pub(crate) height: f64,
+    pub(crate) operators: String,
+    pub(crate) opacities: BTreeSet<Percent>,
+    pub(crate) regular: Font,
+    pub(crate) bold: Font,
+}
 
 /// The document of a chart of this width and height.
 pub(crate) fn document(chart: &Chart, (width, height): (f64, f64), content: &Content) -> Vec<u8> {

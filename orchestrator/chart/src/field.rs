@@ -13,7 +13,7 @@ use crate::scene::{Anchor, Layer, Place, Shape, Stroke, Text};
 use crate::span::Span;
 use crate::{text, tick};
 
-/// How much of the paper unstable ground covers.
+/// How much of the paper the ground under hatching covers.
 const GROUND: u8 = 12;
 
 /// Free beside a value in its tile.
@@ -23,7 +23,7 @@ const BESIDE_VALUE: f64 = 3.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Shown {
     Nothing,
-    Unstable,
+    Hatched,
     Level(usize),
 }
 
@@ -71,20 +71,20 @@ impl<'a> Field<'a> {
     fn shown(&self, column: &Lane, row: &Lane) -> Shown {
         match self.tile(column, row) {
             Tile::Value(value) => Shown::Level(self.levels.at(value)),
-            Tile::Unstable => Shown::Unstable,
+            Tile::Hatched => Shown::Hatched,
             Tile::None => Shown::Nothing,
         }
     }
 
-    /// Unstable ground, and on it level by level.
+    /// Hatched ground, and on it level by level.
     pub(crate) fn layers(&self) -> Vec<Layer> {
         let mut layers = Vec::new();
-        if self.has(Shown::Unstable) {
-            let all = self.rooms(|shown| shown >= Shown::Unstable);
-            let unstable = self.rooms(|shown| shown == Shown::Unstable);
+        if self.has(Shown::Hatched) {
+            let all = self.rooms(|shown| shown >= Shown::Hatched);
+            let hatched = self.rooms(|shown| shown == Shown::Hatched);
             layers.push(Layer {
-                name: Some("unstable".to_owned()),
-                shapes: ground(&all, &unstable),
+                name: Some(self.map.hatched.to_owned()),
+                shapes: ground(&all, &hatched),
             });
         }
         for level in (0..self.levels.count()).filter(|level| self.has(Shown::Level(*level))) {
@@ -174,7 +174,7 @@ impl<'a> Field<'a> {
 }
 
 /// Ground under these, hatched in those.
-pub(crate) fn ground(all: &[Frame], unstable: &[Frame]) -> Vec<Shape> {
+pub(crate) fn ground(all: &[Frame], hatched: &[Frame]) -> Vec<Shape> {
     vec![
         Shape::Areas {
             areas: all.iter().map(corners).collect(),
@@ -182,7 +182,7 @@ pub(crate) fn ground(all: &[Frame], unstable: &[Frame]) -> Vec<Shape> {
             opacity: GROUND,
         },
         Shape::Lines {
-            lines: hatch(unstable),
+            lines: hatch(hatched),
             stroke: Stroke {
                 opacity: 60,
                 ..Stroke::solid(Colour::Ink, 0.6)

@@ -1,6 +1,7 @@
 //! Where in a panel the columns and rows of its map are.
 
-use crate::chart::{Panel, Scale};
+use crate::axis::Scale;
+use crate::chart::Panel;
 use crate::map::{Along, Map, Tile};
 use crate::span::{Span, drawable};
 

@@ -5,15 +5,13 @@
 
 use std::collections::BTreeMap;
 
-use crate::chart::{Chart, Scale};
+use crate::axis::Scale;
+use crate::chart::Chart;
 use crate::grid;
 use crate::map::{Map, Tile};
-use crate::palette::Colour;
+use crate::palette::{Colour, MOST};
 use crate::span::{Span, drawable};
 use crate::tick::{Step, Ticks, written};
-
-/// More colours than these cannot be told apart side by side.
-pub(crate) const MOST: usize = 9;
 
 /// With fewer levels than this by powers of ten, even steps say more.
 const FEWEST: usize = 4;
@@ -51,8 +49,8 @@ pub(crate) struct Levels {
     pub(crate) is_open_below: bool,
     /// Whether the last level has all that is above it, too.
     pub(crate) is_open_above: bool,
-    /// Whether a tile is unstable.
-    pub(crate) has_unstable: bool,
+    /// What hatched tiles are, where there are any.
+    pub(crate) hatched: Option<&'static str>,
     /// Whether a tile is blank.
     pub(crate) has_blank: bool,
 }
@@ -64,7 +62,7 @@ impl Levels {
         let values: Vec<f64> = tiles()
             .filter_map(|tile| match tile {
                 Tile::Value(value) => Some(value),
-                Tile::Unstable | Tile::None => None,
+                Tile::Hatched | Tile::None => None,
             })
             .collect();
         let marks = maps
@@ -83,7 +81,10 @@ impl Levels {
         Levels {
             is_open_below: values.iter().any(|value| *value < least),
             is_open_above: values.iter().any(|value| *value > most),
-            has_unstable: tiles().any(|tile| tile == Tile::Unstable),
+            hatched: maps
+                .iter()
+                .find(|map| map.all().any(|tile| tile == Tile::Hatched))
+                .map(|map| map.hatched),
             has_blank: tiles().any(|tile| tile == Tile::None),
             note: marks.note,
             bounds,
@@ -217,7 +218,7 @@ fn enclosing(span: &Span, digits: &[f64], decades: i32) -> Option<Vec<Step>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chart::Axis;
+    use crate::axis::Axis;
     use crate::map::Along;
     use proptest::prelude::*;
 
@@ -231,6 +232,7 @@ mod tests {
             x: Along::Numbers((0..values.len()).map(|n| n as f64).collect()),
             y: Along::Names(vec!["one".to_owned()]),
             tiles: values.iter().copied().map(Tile::Value).collect(),
+            hatched: "",
         }
     }
 

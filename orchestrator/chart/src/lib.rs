@@ -5,18 +5,19 @@
 //! show the same points, and the same chart is the same bytes wherever and whenever it is drawn.
 //!
 //! An SVG's colours are those of the page that it stands in, if the page sets them:
-//! `--chart-ink`, `--chart-paper`, `--chart-native`, `--chart-python`, `--chart-chromium`,
-//! `--chart-firefox`, `--chart-plant` and `--chart-other`, and for maps `--chart-level-1`, the lowest, to
-//! `--chart-level-9`. A page that sets one of ink and paper sets both. By itself an SVG is dark on
-//! white.
+//! `--chart-ink`, `--chart-paper`, one for each of the chart's [`Tone`]s by its name, and for maps
+//! `--chart-level-1`, the lowest, to `--chart-level-9`. A page that sets one of ink and paper sets both.
+//! By itself an SVG is dark on white.
 #![forbid(unsafe_code)]
 
 mod axes;
+mod axis;
 #[allow(clippy::module_inception)]
 mod chart;
 mod clip;
 mod csv;
 mod document;
+mod extent;
 mod field;
 mod font;
 mod grid;
@@ -40,5 +41,6 @@ mod text;
 mod thin;
 mod tick;
 
-pub use chart::{Axis, Chart, Guide, GuideAt, Mark, Panel, Role, Scale, Series};
+pub use axis::{Axis, Scale};
+pub use chart::{Chart, Guide, GuideAt, Mark, Panel, Series, Tone};
 pub use map::{Along, Map, Tile};

@@ -1,12 +1,12 @@
-//! What tells one series from another: a colour for its role, and a dash and a marker so that
+//! What tells one series from another: the colour of its tone, and a dash and a marker so that
 //! print in grey can be read too.
 //!
-//! Series of one role are told apart by their dashes. A name looks the same in all panels of a
+//! Series of one tone are told apart by their dashes. A name looks the same in all panels of a
 //! chart; two names look alike only if no panel has both.
 
 use std::collections::BTreeMap;
 
-use crate::chart::{Chart, Guide, Mark, Role, Series};
+use crate::chart::{Chart, Guide, Mark, Series};
 use crate::palette::Colour;
 use crate::scene::{Marker, Stroke};
 
@@ -52,7 +52,9 @@ impl Look {
     pub(crate) fn stroke(&self, width: f64) -> Stroke {
         let dash = match self.kind {
             Kind::Guide => nth(&GUIDE_DASHES, self.turn, &[]),
-            Kind::Line | Kind::Dots | Kind::Bars => nth(&DASHES, self.role_turn() + self.turn, &[]),
+            Kind::Line | Kind::Dots | Kind::Bars => {
+                nth(&DASHES, self.first_turn() + self.turn, &[])
+            }
         };
         Stroke {
             dash,
@@ -63,16 +65,14 @@ impl Look {
 
     /// Its dots.
     pub(crate) fn marker(&self) -> Marker {
-        nth(&MARKERS, self.role_turn() + self.turn, Marker::Disc)
+        nth(&MARKERS, self.first_turn() + self.turn, Marker::Disc)
     }
 
-    /// Browsers are told apart from the others, and from each other, in grey too.
-    fn role_turn(&self) -> usize {
+    /// The place of its tone.
+    fn first_turn(&self) -> usize {
         match self.colour {
-            Colour::Of(Role::Firefox) => 1,
-            Colour::Of(Role::Chromium) => 2,
-            Colour::Of(Role::Nth(n)) => usize::from(n),
-            _ => 0,
+            Colour::Of(tone) => usize::from(tone.dash),
+            Colour::Ink | Colour::Paper | Colour::Level(_) => 0,
         }
     }
 }
@@ -152,7 +152,7 @@ const GUIDE: Look = Look {
 impl Look {
     fn first_of(series: &Series) -> Look {
         Look {
-            colour: Colour::Of(series.role),
+            colour: Colour::Of(series.tone),
             kind: match series.mark {
                 Mark::Line | Mark::Steps => Kind::Line,
                 Mark::Dots => Kind::Dots,

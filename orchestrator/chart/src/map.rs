@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::chart::Axis;
+use crate::axis::Axis;
 
 /// A value at each crossing of a column and a row, drawn as a tile in the colour of its level.
 ///
@@ -26,6 +26,8 @@ pub struct Map {
     pub y: Along,
     /// Row by row from the lowest, each from the left. What is missing is [`Tile::None`].
     pub tiles: Vec<Tile>,
+    /// What a hatched tile is, in the legend and in CSV: `unstable`.
+    pub hatched: &'static str,
 }
 
 /// Where the tiles of a map are along one axis.
@@ -46,8 +48,8 @@ pub enum Along {
 pub enum Tile {
     /// A value; what is no finite number counts as [`Tile::None`].
     Value(f64),
-    /// No value, since the loop is unstable there: hatched.
-    Unstable,
+    /// No value, and something to say all the same, which is [`Map::hatched`].
+    Hatched,
     /// Nothing is known: left blank.
     None,
 }

@@ -3,7 +3,7 @@
 use crate::axes::{Axes, BELOW, NAME_BESIDE};
 use crate::chart::Chart;
 use crate::layout::{self, EDGE, Frame, GAP, LEADING, ROW_GAP, SOURCE_SIZE, TITLE_SIZE};
-use crate::legend;
+use crate::legend::{self, Entry};
 use crate::level;
 use crate::look::Looks;
 use crate::panel::Prepared;
@@ -16,143 +16,175 @@ pub(crate) fn scene(chart: &Chart) -> Scene {
     let looks = Looks::of(chart);
     let levels = level::all(chart);
     let (width, height) = (layout::page_width(columns), layout::box_height(columns));
-    let room = width - EDGE - layout::RIGHT_EDGE;
-
     let mut panels: Vec<Prepared> = chart
         .panels
         .iter()
         .map(|panel| Prepared::of(panel, columns, height, &levels))
         .collect();
-    // All boxes are of one size, so that panels can be compared.
-    let numbers = panels
-        .iter()
-        .filter_map(|panel| panel.axes.as_ref())
-        .map(Axes::numbers_beside)
-        .fold(layout::TICK, f64::max);
-    let named = panels.iter().any(|panel| !panel.panel.y.label.is_empty());
-    let panel_width = layout::panel_width(columns);
-    let gutter = numbers + if named { NAME_BESIDE } else { 0.0 };
-    // Numbers too long to stand beside a box may not push it off the page.
-    let gutter = gutter.min(panel_width * 0.6);
-    let box_width = panel_width - gutter;
+    let boxes = Boxes::of(&panels, columns, height);
     let mut beside = Vec::new();
-    let unplaced = Frame {
-        left: 0.0,
-        top: 0.0,
-        width: box_width,
-        height,
-    };
     for panel in &mut panels {
         if let Some(axes) = &mut panel.axes {
-            axes.fit(box_width);
+            axes.fit(boxes.unplaced.width);
         }
-        beside.push(panel.labels(&looks, &unplaced).1);
+        beside.push(panel.labels(&looks, &boxes.unplaced).1);
     }
     let (shared, own) = legend::split(chart, &looks, &beside);
+    let in_legend: Vec<Entry> = beside.into_iter().flatten().collect();
 
-    let in_legend: Vec<_> = beside.into_iter().flatten().collect();
-
-    let mut layers = Vec::new();
-    let mut top = EDGE;
-    top += lines(
-        &chart.title,
-        TITLE_SIZE,
-        true,
-        (EDGE, top),
-        room,
-        &mut layers,
-    );
-    if !chart.title.is_empty() {
-        top += 3.0;
-    }
-    layers.push(legend::draw(&shared, (EDGE, top), room));
-    if !shared.is_empty() {
-        top += legend::height(&shared, room) + 5.0;
-    }
+    let mut sheet = Sheet {
+        layers: Vec::new(),
+        top: EDGE,
+        room: width - EDGE - layout::RIGHT_EDGE,
+    };
+    sheet.head(chart, &shared);
     let strip = panels.iter().find_map(|panel| panel.strip);
     if let Some(strip) = strip.filter(|_| levels.len() == 1) {
-        layers.push(strip.draw((EDGE, top), room));
-        top += strip.height(room) + 2.0;
+        sheet.layers.push(strip.draw((EDGE, sheet.top), sheet.room));
+        sheet.top += strip.height(sheet.room) + 2.0;
     }
-
     let rows = panels.chunks(columns).zip(own.chunks(columns));
     for (index, (row, legends)) in rows.enumerate() {
         if index > 0 {
-            top += ROW_GAP;
+            sheet.top += ROW_GAP;
         }
+        sheet.row(row, legends, &boxes, (&looks, &in_legend));
+    }
+    sheet.source(&chart.source);
+    sheet.layers.retain(|layer| !layer.shapes.is_empty());
+    Scene {
+        width,
+        height: (sheet.top + EDGE).ceil(),
+        layers: sheet.layers,
+    }
+}
+
+/// The panels' boxes, all of one size, so that panels can be compared.
+struct Boxes {
+    panel_width: f64,
+    /// For the numbers beside the widest axis.
+    numbers: f64,
+    /// From a panel's left to its box.
+    gutter: f64,
+    /// A box, before it has its place.
+    unplaced: Frame,
+}
+
+impl Boxes {
+    fn of(panels: &[Prepared<'_>], columns: usize, height: f64) -> Boxes {
+        let numbers = panels
+            .iter()
+            .filter_map(|panel| panel.axes.as_ref())
+            .map(Axes::numbers_beside)
+            .fold(layout::TICK, f64::max);
+        let named = panels.iter().any(|panel| !panel.panel.y.label.is_empty());
+        let panel_width = layout::panel_width(columns);
+        let gutter = numbers + if named { NAME_BESIDE } else { 0.0 };
+        // Numbers too long to stand beside a box may not push it off the page.
+        let gutter = gutter.min(panel_width * 0.6);
+        Boxes {
+            panel_width,
+            numbers,
+            gutter,
+            unplaced: Frame {
+                left: 0.0,
+                top: 0.0,
+                width: panel_width - gutter,
+                height,
+            },
+        }
+    }
+}
+
+/// What is on the page so far, and where it goes on.
+struct Sheet {
+    layers: Vec<Layer>,
+    top: f64,
+    /// From edge to edge.
+    room: f64,
+}
+
+impl Sheet {
+    /// The title and the legend of all panels.
+    fn head(&mut self, chart: &Chart, shared: &[Entry]) {
+        self.lines(&chart.title, TITLE_SIZE, true);
+        if !chart.title.is_empty() {
+            self.top += 3.0;
+        }
+        let legend = legend::draw(shared, (EDGE, self.top), self.room);
+        self.layers.push(legend);
+        if !shared.is_empty() {
+            self.top += legend::height(shared, self.room) + 5.0;
+        }
+    }
+
+    /// Panels side by side.
+    fn row(
+        &mut self,
+        row: &[Prepared<'_>],
+        legends: &[Vec<Entry>],
+        boxes: &Boxes,
+        (looks, in_legend): (&Looks, &[Entry]),
+    ) {
         let header = row
             .iter()
             .zip(legends)
-            .map(|(panel, legend)| panel.header_height(legend, panel_width))
+            .map(|(panel, legend)| panel.header_height(legend, boxes.panel_width))
             .fold(0.0, f64::max);
         for (column, (panel, legend)) in row.iter().zip(legends).enumerate() {
-            let left = EDGE + column as f64 * (panel_width + GAP);
+            let left = EDGE + column as f64 * (boxes.panel_width + GAP);
             let frame = Frame {
-                left: left + gutter,
-                top: top + header,
-                width: box_width,
-                height,
+                left: left + boxes.gutter,
+                top: self.top + header,
+                ..boxes.unplaced
             };
-            layers.extend(panel.header(legend, left, top, panel_width));
-            layers.extend(panel.layers(&looks, &frame, numbers, &in_legend));
+            let headed = panel.header(legend, left, self.top, boxes.panel_width);
+            self.layers.extend(headed);
+            let drawn = panel.layers(looks, &frame, boxes.numbers, in_legend);
+            self.layers.extend(drawn);
         }
         let below = row
             .iter()
             .filter_map(|panel| panel.axes.as_ref())
             .map(Axes::below)
             .fold(BELOW, f64::max);
-        top += header + height + below;
+        self.top += header + boxes.unplaced.height + below;
     }
-    if !chart.source.is_empty() {
-        top += 6.0;
-        let first = layers.len();
-        top += lines(
-            &chart.source,
-            SOURCE_SIZE,
-            false,
-            (EDGE, top),
-            room,
-            &mut layers,
-        );
-        for shape in layers
-            .iter_mut()
-            .skip(first)
-            .flat_map(|layer| &mut layer.shapes)
+
+    /// Where the chart came from, small and pale.
+    fn source(&mut self, source: &str) {
+        if source.is_empty() {
+            return;
+        }
+        self.top += 6.0;
+        self.lines(source, SOURCE_SIZE, false);
+        for shape in self
+            .layers
+            .last_mut()
+            .into_iter()
+            .flat_map(|last| &mut last.shapes)
         {
             if let Shape::Text(text) = shape {
                 text.opacity = 65;
             }
         }
     }
-    layers.retain(|layer| !layer.shapes.is_empty());
-    Scene {
-        width,
-        height: (top + EDGE).ceil(),
-        layers,
-    }
-}
 
-/// Adds a text in as many lines as it needs, from its top left corner. Returns its height.
-fn lines(
-    content: &str,
-    size: f64,
-    bold: bool,
-    at: (f64, f64),
-    room: f64,
-    layers: &mut Vec<Layer>,
-) -> f64 {
-    let lines = text::lines(content, size, bold, room);
-    let shapes = lines
-        .iter()
-        .enumerate()
-        .map(|(row, line)| {
-            let base = at.1 + size * 0.85 + row as f64 * size * LEADING;
-            let text = Text::at((at.0, base), size, line);
-            Shape::Text(if bold { text.bold() } else { text })
-        })
-        .collect();
-    layers.push(Layer { name: None, shapes });
-    lines.len() as f64 * size * LEADING
+    /// Adds a text in as many lines as it needs.
+    fn lines(&mut self, content: &str, size: f64, bold: bool) {
+        let lines = text::lines(content, size, bold, self.room);
+        let shapes = lines
+            .iter()
+            .enumerate()
+            .map(|(row, line)| {
+                let base = self.top + size * 0.85 + row as f64 * size * LEADING;
+                let text = Text::at((EDGE, base), size, line);
+                Shape::Text(if bold { text.bold() } else { text })
+            })
+            .collect();
+        self.layers.push(Layer { name: None, shapes });
+        self.top += lines.len() as f64 * size * LEADING;
+    }
 }
 
 /// How many panels stand side by side: as asked, but no more than there are, or than can be read.

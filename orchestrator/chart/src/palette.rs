@@ -1,14 +1,14 @@
 //! The colours, each with a name by which a page may set it.
 //!
-//! The clients' are from Okabe and Ito's set (<https://jfly.uni-koeln.de/color/>), which is made
-//! to be told apart with any kind of colour vision. Print in grey goes by the dashes and markers
-//! of [`crate::look`].
+//! A series' is its caller's; print in grey goes by the dashes and markers of [`crate::look`].
 //!
 //! The levels of a map go from light to dark in nine equal steps of lightness, nine of L*, so that
 //! their order is seen in grey and with any kind of colour vision, and from yellow by green to violet.
 
-use crate::chart::Role;
-use crate::level::MOST;
+use crate::chart::Tone;
+
+/// More colours than these cannot be told apart side by side.
+pub(crate) const MOST: usize = 9;
 
 /// What something is drawn in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,8 +17,8 @@ pub(crate) enum Colour {
     Ink,
     /// What is behind everything.
     Paper,
-    /// Data of this role.
-    Of(Role),
+    /// Data of this tone.
+    Of(Tone),
     /// Tiles of this level, from 0 to 8.
     Level(usize),
 }
@@ -37,18 +37,6 @@ const LEVELS: [(&str, [u8; 3]); MOST] = [
 ];
 
 impl Colour {
-    /// Those of every chart; levels are in a map's only.
-    pub(crate) const ALL: [Colour; 8] = [
-        Colour::Ink,
-        Colour::Paper,
-        Colour::Of(Role::Native),
-        Colour::Of(Role::Python),
-        Colour::Of(Role::Chromium),
-        Colour::Of(Role::Firefox),
-        Colour::Of(Role::Plant),
-        Colour::Of(Role::Other),
-    ];
-
     /// The levels, the lowest first.
     pub(crate) fn levels() -> impl Iterator<Item = Colour> {
         (0..MOST).map(Colour::Level)
@@ -59,13 +47,7 @@ impl Colour {
         match self {
             Colour::Ink => "ink",
             Colour::Paper => "paper",
-            Colour::Of(Role::Native) => "native",
-            Colour::Of(Role::Python) => "python",
-            Colour::Of(Role::Chromium) => "chromium",
-            Colour::Of(Role::Firefox) => "firefox",
-            Colour::Of(Role::Plant) => "plant",
-            Colour::Of(Role::Other) => "other",
-            Colour::Of(Role::Nth(n)) => entry(nth(n)).0,
+            Colour::Of(tone) => tone.name,
             Colour::Level(level) => entry(level).0,
         }
     }
@@ -75,23 +57,21 @@ impl Colour {
         match self {
             Colour::Ink => [0x1a, 0x1a, 0x1a],
             Colour::Paper => [0xff, 0xff, 0xff],
-            Colour::Of(Role::Native) => [0x30, 0x30, 0x30],
-            Colour::Of(Role::Python) => [0x00, 0x72, 0xb2],
-            Colour::Of(Role::Chromium) => [0xd5, 0x5e, 0x00],
-            Colour::Of(Role::Firefox) => [0x00, 0x9e, 0x73],
-            Colour::Of(Role::Plant) => [0x7a, 0x7a, 0x7a],
-            Colour::Of(Role::Other) => [0x9c, 0x9c, 0x9c],
-            Colour::Of(Role::Nth(n)) => entry(nth(n)).1,
+            Colour::Of(tone) => tone.rgb,
             Colour::Level(level) => entry(level).1,
         }
     }
 }
 
-/// The level whose colour the n-th of several has: neighbours are far apart in lightness, and none
-/// is too light for a line.
-fn nth(n: u8) -> usize {
-    const ORDER: [usize; 6] = [8, 5, 3, 7, 4, 6];
-    ORDER[usize::from(n) % ORDER.len()]
+impl Tone {
+    /// That of the `n`-th, from 0, of several series of which none has a tone of its own: one of a map's
+    /// levels. Neighbours are far apart in lightness, and none is too light for a line.
+    #[must_use]
+    pub fn nth(n: u8) -> Tone {
+        const ORDER: [usize; 6] = [8, 5, 3, 7, 4, 6];
+        let (name, rgb) = entry(ORDER[usize::from(n) % ORDER.len()]);
+        Tone { name, rgb, dash: n }
+    }
 }
 
 /// A level's entry; beyond the last there is none, so it is that of the last.

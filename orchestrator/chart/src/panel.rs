@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::axes::{self, Axes};
 use crate::chart::{Mark, Panel};
+use crate::extent;
 use crate::field::Field;
 use crate::grid;
 use crate::guide::{self, Label};
@@ -13,7 +14,6 @@ use crate::level::Levels;
 use crate::look::Looks;
 use crate::mark::Drawn;
 use crate::scene::{Anchor, Layer, Shape, Text};
-use crate::span::Span;
 use crate::strip::Strip;
 use crate::text;
 use crate::thin::{self, Point};
@@ -223,7 +223,7 @@ impl<'a> Prepared<'a> {
 
 /// The points of a panel that are drawn, series by series.
 pub(crate) fn points(panel: &Panel, columns: usize) -> Vec<Vec<Point>> {
-    let spans = Span::of(panel);
+    let spans = extent::of(panel);
     panel
         .series
         .iter()

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use crate::chart::Chart;
-use crate::document::document;
+use crate::document::{Content, document};
 use crate::font::Font;
 use crate::page;
 use crate::palette::Colour;
@@ -53,16 +53,6 @@ macro_rules! put {
     ($text:expr, $($what:tt)*) => {
         write!($text, $($what)*).unwrap_or_default()
     };
-}
-
-/// The operators that draw a page, and what they use.
-pub(crate) struct Content {
-    /// Of the page: PDF counts upwards from the bottom.
-    height: f64,
-    pub(crate) operators: String,
-    pub(crate) opacities: BTreeSet<Percent>,
-    pub(crate) regular: Font,
-    pub(crate) bold: Font,
 }
 
 impl Content {

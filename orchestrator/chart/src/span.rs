@@ -2,9 +2,7 @@
 //!
 //! Halves are taken before differences, so that no two finite numbers are too far apart.
 
-use crate::chart::{Axis, GuideAt, Mark, Panel, Scale};
-use crate::grid;
-use crate::map::Along;
+use crate::axis::{Axis, Scale};
 
 /// Beyond this many axis lengths from an axis, places are not told apart.
 const FAR: f64 = 1e4;
@@ -18,102 +16,11 @@ pub(crate) struct Span {
 }
 
 impl Span {
-    /// Both axes of a panel; none where there is nothing to draw.
-    pub(crate) fn of(panel: &Panel) -> Option<(Span, Span)> {
-        if let Some(map) = grid::map(panel) {
-            return Some((
-                Span::across(&panel.x, &map.x)?,
-                Span::across(&panel.y, &map.y)?,
-            ));
-        }
-        let x_values = panel.series.iter().flat_map(|series| {
-            let half = match series.mark {
-                Mark::Bars(width) => width / 2.0,
-                Mark::Line | Mark::Steps | Mark::Dots => 0.0,
-            };
-            series
-                .points
-                .iter()
-                .filter(|point| drawable(point.1, panel.y.scale))
-                .flat_map(move |point| [point.0 - half, point.0 + half])
-        });
-        let x_guides = panel.guides.iter().filter_map(|guide| match guide.at {
-            GuideAt::X(x) => Some(x),
-            GuideAt::Y(_) | GuideAt::Line(..) => None,
-        });
-        let x = Span::along(&panel.x, x_values, x_guides, 0.02)?;
-
-        let seen = |value: f64| {
-            x.fraction(value)
-                .is_some_and(|at| (0.0..=1.0).contains(&at))
-        };
-        let y_values = panel.series.iter().flat_map(|series| {
-            let bands = series.band.len() == series.points.len();
-            let floor = match series.mark {
-                Mark::Bars(_) => Some(0.0),
-                Mark::Line | Mark::Steps | Mark::Dots => None,
-            };
-            series
-                .points
-                .iter()
-                .enumerate()
-                .filter(move |(_, point)| seen(point.0))
-                .flat_map(move |(index, point)| {
-                    let band = bands.then(|| series.band.get(index)).flatten();
-                    [Some(point.1), band.map(|b| b.0), band.map(|b| b.1), floor]
-                })
-                .flatten()
-        });
-        let y_guides = panel.guides.iter().filter_map(|guide| match guide.at {
-            GuideAt::Y(y) => Some(y),
-            GuideAt::X(_) | GuideAt::Line(..) => None,
-        });
-        let y = Span::along(&panel.y, y_values, y_guides, 0.05)?;
-        Some((x, y))
-    }
-
-    /// The range that was asked for if it can be drawn, else that of the data and, with them, of
-    /// the guides. None without data, and none where all data are outside the asked range.
-    fn along(
-        axis: &Axis,
-        values: impl Iterator<Item = f64>,
-        guides: impl Iterator<Item = f64>,
-        margin: f64,
-    ) -> Option<Span> {
-        let scale = axis.scale;
-        let least_most = |(lo, hi): (f64, f64), v: f64| (lo.min(v), hi.max(v));
-        let none = (f64::INFINITY, f64::NEG_INFINITY);
-        let data = values
-            .filter(|v| drawable(*v, scale))
-            .fold(none, least_most);
-        if data.0 > data.1 {
-            return None;
-        }
-        if let Some(asked) = Span::asked(axis) {
-            return Some(asked);
-        }
-        let (lo, hi) = guides
-            .filter(|v| drawable(*v, scale))
-            .fold(data, least_most);
-        Some(Span { lo, hi, scale }.widened().with_margin(margin))
-    }
-
     /// The range that was asked for, if it can be drawn.
     pub(crate) fn asked(axis: &Axis) -> Option<Span> {
         let (scale, (lo, hi)) = (axis.scale, axis.range?);
         let is_range = lo < hi && drawable(lo, scale) && drawable(hi, scale);
         is_range.then(|| Span { lo, hi, scale }.widened())
-    }
-
-    /// From the first end of a map's columns or rows to the last, or as asked for; none where there
-    /// are none.
-    fn across(axis: &Axis, along: &Along) -> Option<Span> {
-        let (asked, scale) = match along {
-            Along::Numbers(_) => (Span::asked(axis), axis.scale),
-            Along::Names(_) => (None, Scale::Linear),
-        };
-        let (lo, hi) = grid::ends(along, scale)?;
-        asked.or_else(|| Some(Span { lo, hi, scale }.widened()))
     }
 
     /// Wide enough to have places in it.
@@ -145,7 +52,7 @@ impl Span {
     }
 
     /// A little wider than the data, but not across zero.
-    fn with_margin(self, margin: f64) -> Span {
+    pub(crate) fn with_margin(self, margin: f64) -> Span {
         let Span { lo, hi, scale } = self;
         match scale {
             Scale::Log => {

@@ -1,6 +1,6 @@
 //! The legend of a map: a strip with a swatch for each level and numbers where they meet.
 //!
-//! Beside it is what has no level, if the map has any: unstable, and no data.
+//! Beside it is what has no level, if the map has any: hatched, and no data.
 
 use crate::field::{corners, ground};
 use crate::layout::{self, Frame, LEADING, LEGEND_SIZE, TICK_SIZE};
@@ -48,7 +48,7 @@ pub(crate) struct Strip<'a> {
 enum Block {
     Name(String),
     Levels { swatch: f64 },
-    Unstable,
+    Hatched(&'static str),
     NoData,
 }
 
@@ -57,7 +57,7 @@ impl Block {
         match self {
             Block::Name(name) => name,
             Block::Levels { .. } => "",
-            Block::Unstable => "unstable",
+            Block::Hatched(name) => name,
             Block::NoData => "no data",
         }
     }
@@ -66,7 +66,7 @@ impl Block {
     fn sample(&self) -> f64 {
         match self {
             Block::Name(_) | Block::Levels { .. } => 0.0,
-            Block::Unstable | Block::NoData => SAMPLE + SPACE,
+            Block::Hatched(_) | Block::NoData => SAMPLE + SPACE,
         }
     }
 
@@ -90,7 +90,7 @@ impl Strip<'_> {
         let name = format!("{}{note}", self.name);
         let before = (!name.is_empty()).then_some(Block::Name(name));
         let after = [
-            self.levels.has_unstable.then_some(Block::Unstable),
+            self.levels.hatched.map(Block::Hatched),
             self.levels.has_blank.then_some(Block::NoData),
         ];
         let others = before.iter().chain(after.iter().flatten());
@@ -166,7 +166,7 @@ impl Strip<'_> {
                 Block::Levels { swatch } => {
                     self.levels((left + self.overhang(), top), *swatch, &mut shapes);
                 }
-                Block::Unstable => shapes.extend(ground(&[sample], &[sample])),
+                Block::Hatched(_) => shapes.extend(ground(&[sample], &[sample])),
                 Block::NoData => shapes.push(outline(&sample)),
             }
             if !block.name().is_empty() {

@@ -68,7 +68,9 @@ fn head(svg: &mut String, chart: &Chart, scene: &Scene, id: &str) {
         .iter()
         .any(|layer| layer.shapes.iter().any(is_level));
     let levels = Colour::levels().filter(|_| has_levels);
-    for colour in Colour::ALL.into_iter().chain(levels) {
+    let tones = chart.tones.iter().copied().map(Colour::Of);
+    let own = [Colour::Ink, Colour::Paper].into_iter().chain(tones);
+    for colour in own.chain(levels) {
         let (name, value) = (colour.name(), hex(colour));
         for (class, property) in [("fill", "fill"), ("line", "stroke")] {
             put!(

@@ -117,7 +117,8 @@ fn by_cell(points: &[Point], wide: f64, high: f64) -> Vec<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chart::{Role, Scale};
+    use crate::axis::Scale;
+    use crate::chart::Tone;
     use proptest::prelude::*;
 
     const UNIT: Span = Span {
@@ -130,7 +131,7 @@ mod tests {
         Series {
             name: String::new(),
             mark,
-            role: Role::Other,
+            tone: Tone::nth(0),
             points,
             band: Vec::new(),
         }

@@ -1,6 +1,6 @@
 //! Round numbers along an axis, or names, and how they are written.
 
-use crate::chart::Scale;
+use crate::axis::Scale;
 use crate::layout::{self, TICK_SIZE};
 use crate::span::Span;
 use crate::text::{self, superscript};

@@ -9,7 +9,21 @@
 
 use std::path::Path;
 
-use chart::{Along, Axis, Chart, Guide, GuideAt, Map, Mark, Panel, Role, Scale, Series, Tile};
+use chart::{Along, Axis, Chart, Guide, GuideAt, Map, Mark, Panel, Scale, Series, Tile, Tone};
+
+/// The clients', a plant's, and a quiet one.
+const TONES: [Tone; 6] = [
+    tone("native", [0x30, 0x30, 0x30], 0),
+    tone("python", [0x00, 0x72, 0xb2], 0),
+    tone("chromium", [0xd5, 0x5e, 0x00], 2),
+    tone("firefox", [0x00, 0x9e, 0x73], 1),
+    tone("plant", [0x7a, 0x7a, 0x7a], 0),
+    tone("other", [0x9c, 0x9c, 0x9c], 0),
+];
+
+const fn tone(name: &'static str, rgb: [u8; 3], dash: u8) -> Tone {
+    Tone { name, rgb, dash }
+}
 
 fn check(name: &str, drawn: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -33,11 +47,11 @@ fn axis(label: &str, scale: Scale) -> Axis {
     }
 }
 
-fn series(name: &str, role: Role, mark: Mark, points: &[(f64, f64)]) -> Series {
+fn series(name: &str, tone: Tone, mark: Mark, points: &[(f64, f64)]) -> Series {
     Series {
         name: name.to_owned(),
         mark,
-        role,
+        tone,
         points: points.to_vec(),
         band: Vec::new(),
     }
@@ -47,7 +61,7 @@ fn series(name: &str, role: Role, mark: Mark, points: &[(f64, f64)]) -> Series {
 fn lines() -> Chart {
     let mut python = series(
         "python",
-        Role::Python,
+        TONES[1],
         Mark::Line,
         &[(0.0, 0.0), (0.1, 0.8), (0.2, 1.2), (0.3, 0.95), (0.4, 1.0)],
     );
@@ -58,7 +72,7 @@ fn lines() -> Chart {
         .collect();
     let native = series(
         "native",
-        Role::Native,
+        TONES[0],
         Mark::Steps,
         &[
             (0.0, 0.0),
@@ -86,6 +100,7 @@ fn lines() -> Chart {
         title: "Step responses".to_owned(),
         about: "Both settle within 0.4 s.".to_owned(),
         source: "Two runs, seed 1, native back-end.".to_owned(),
+        tones: &TONES,
         columns: 2,
         panels: vec![
             panel.clone(),
@@ -106,6 +121,7 @@ fn logs() -> Chart {
         title: "Control intervals".to_owned(),
         about: "Most intervals are 3 ms.".to_owned(),
         source: String::new(),
+        tones: &TONES,
         columns: 1,
         panels: vec![Panel {
             letter: String::new(),
@@ -116,13 +132,13 @@ fn logs() -> Chart {
             series: vec![
                 series(
                     "python",
-                    Role::Python,
+                    TONES[1],
                     Mark::Bars(1.0),
                     &[(2.0, 0.01), (3.0, 0.9), (4.0, 0.08), (5.0, 0.0)],
                 ),
                 series(
                     "firefox",
-                    Role::Firefox,
+                    TONES[3],
                     Mark::Dots,
                     &[(3.0, 0.3), (4.0, 0.6), (5.0, 0.1)],
                 ),
@@ -138,7 +154,7 @@ fn logs() -> Chart {
 
 /// A map with all that tiles can be, a line over it, and names.
 fn map() -> Chart {
-    let (value, unstable, none) = (Tile::Value, Tile::Unstable, Tile::None);
+    let (value, unstable, none) = (Tile::Value, Tile::Hatched, Tile::None);
     let panel = |letter: &str, x: Along, y: Along, tiles: [Tile; 9]| Panel {
         letter: letter.to_owned(),
         title: String::new(),
@@ -149,6 +165,7 @@ fn map() -> Chart {
             x,
             y,
             tiles: tiles.to_vec(),
+            hatched: "unstable",
         }),
         series: Vec::new(),
         guides: Vec::new(),
@@ -176,12 +193,13 @@ fn map() -> Chart {
         title: "Settling".to_owned(),
         about: "The loop is unstable with a long round trip and a high gain.".to_owned(),
         source: String::new(),
+        tones: &TONES,
         columns: 2,
         panels: vec![
             Panel {
                 series: vec![series(
                     "margin",
-                    Role::Native,
+                    TONES[0],
                     Mark::Line,
                     &[(5.0, 4.0), (20.0, 1.5), (80.0, 0.7), (200.0, 0.5)],
                 )],

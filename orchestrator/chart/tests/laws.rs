@@ -1,6 +1,6 @@
 //! What holds for every chart, however odd: it is drawn, in well-formed files, and inside itself.
 
-use chart::{Along, Axis, Chart, Guide, GuideAt, Map, Mark, Panel, Role, Scale, Series, Tile};
+use chart::{Along, Axis, Chart, Guide, GuideAt, Map, Mark, Panel, Scale, Series, Tile, Tone};
 use proptest::prelude::*;
 
 /// Any number, and more often than chance would the odd ones.
@@ -25,24 +25,22 @@ fn mark() -> impl Strategy<Value = Mark> {
     ]
 }
 
-fn role() -> impl Strategy<Value = Role> {
-    prop_oneof![
-        Just(Role::Native),
-        Just(Role::Python),
-        Just(Role::Chromium),
-        Just(Role::Firefox),
-        Just(Role::Plant),
-        Just(Role::Other),
-    ]
+fn tone() -> impl Strategy<Value = Tone> {
+    let own = (any::<[u8; 3]>(), any::<u8>()).prop_map(|(rgb, dash)| Tone {
+        name: "own",
+        rgb,
+        dash,
+    });
+    prop_oneof![any::<u8>().prop_map(Tone::nth), own]
 }
 
 fn series() -> impl Strategy<Value = Series> {
     let points = proptest::collection::vec((number(), number()), 0..40);
-    (any::<String>(), mark(), role(), points, 0..3_u8, number()).prop_map(
-        |(name, mark, role, points, bands, by)| Series {
+    (any::<String>(), mark(), tone(), points, 0..3_u8, number()).prop_map(
+        |(name, mark, tone, points, bands, by)| Series {
             name,
             mark,
-            role,
+            tone,
             band: match bands {
                 0 => Vec::new(),
                 1 => vec![(by, by)],
@@ -88,14 +86,20 @@ fn along() -> impl Strategy<Value = Along> {
 fn tile() -> impl Strategy<Value = Tile> {
     prop_oneof![
         4 => number().prop_map(Tile::Value),
-        1 => Just(Tile::Unstable),
+        1 => Just(Tile::Hatched),
         1 => Just(Tile::None),
     ]
 }
 
 fn map() -> impl Strategy<Value = Map> {
     let tiles = proptest::collection::vec(tile(), 0..150);
-    (axis(), along(), along(), tiles).prop_map(|(value, x, y, tiles)| Map { value, x, y, tiles })
+    (axis(), along(), along(), tiles).prop_map(|(value, x, y, tiles)| Map {
+        value,
+        x,
+        y,
+        tiles,
+        hatched: "unstable",
+    })
 }
 
 fn panel() -> impl Strategy<Value = Panel> {
@@ -134,6 +138,7 @@ fn any_chart() -> impl Strategy<Value = Chart> {
             title,
             about,
             source,
+            tones: &[],
             columns,
             panels,
         })
@@ -262,6 +267,7 @@ fn large(mark: Mark) -> Chart {
         title: String::new(),
         about: String::new(),
         source: String::new(),
+        tones: &[],
         columns: 1,
         panels: vec![Panel {
             letter: String::new(),
@@ -272,7 +278,7 @@ fn large(mark: Mark) -> Chart {
             series: vec![Series {
                 name: "plant".to_owned(),
                 mark,
-                role: Role::Plant,
+                tone: Tone::nth(0),
                 points,
                 band: Vec::new(),
             }],

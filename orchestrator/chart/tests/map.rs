@@ -1,7 +1,7 @@
 //! What holds for every map: a tile has the colour of its level whatever lies beside it, and the CSV
 //! says the same.
 
-use chart::{Along, Axis, Chart, Map, Mark, Panel, Role, Scale, Series, Tile};
+use chart::{Along, Axis, Chart, Map, Mark, Panel, Scale, Series, Tile, Tone};
 use proptest::prelude::*;
 
 fn axis(label: &str, scale: Scale) -> Axis {
@@ -20,6 +20,7 @@ fn map(columns: usize, tiles: Vec<Tile>, scale: Scale) -> Map {
         x: Along::Numbers((1..=columns).map(|n| n as f64).collect()),
         y: Along::Names((0..rows).map(|n| format!("row {n}")).collect()),
         tiles,
+        hatched: "unstable",
     }
 }
 
@@ -42,6 +43,7 @@ fn chart(panels: Vec<Panel>) -> Chart {
         title: "Settling".to_owned(),
         about: String::new(),
         source: String::new(),
+        tones: &[],
         columns: panels.len(),
         panels,
     }
@@ -111,7 +113,7 @@ fn seen(svg: &str, places: &[(f64, f64)]) -> Vec<Option<(String, String)>> {
 fn tile() -> impl Strategy<Value = Tile> {
     prop_oneof![
         4 => (0.01..90.0_f64).prop_map(Tile::Value),
-        1 => Just(Tile::Unstable),
+        1 => Just(Tile::Hatched),
         1 => Just(Tile::None),
     ]
 }
@@ -137,7 +139,7 @@ proptest! {
         for (tile, seen) in tiles.into_iter().zip(seen(&svg, &middles)) {
             match (tile, seen) {
                 (Tile::None, None) => {}
-                (Tile::Unstable, Some((name, class))) => {
+                (Tile::Hatched, Some((name, class))) => {
                     prop_assert_eq!(name, "unstable");
                     prop_assert_eq!(class, "chart-fill-ink");
                 }
@@ -166,7 +168,7 @@ proptest! {
             let at = format!("1,settling/s,{:?},row {},,", (n % columns + 1) as f64, n / columns);
             match tiles.get(n) {
                 Some(Tile::Value(value)) => format!("{at},{value:?},value"),
-                Some(Tile::Unstable) => format!("{at},,unstable"),
+                Some(Tile::Hatched) => format!("{at},,unstable"),
                 Some(Tile::None) | None => format!("{at},,none"),
             }
         });
@@ -197,7 +199,7 @@ fn maps_of_one_quantity_share_a_legend_and_levels() {
 #[test]
 fn the_legend_has_what_the_map_has_and_no_more() {
     let svg = |tiles: Vec<Tile>| chart(vec![panel(map(2, tiles, Scale::Linear))]).to_svg();
-    let all = svg(vec![Tile::Value(1.0), Tile::Unstable, Tile::None]);
+    let all = svg(vec![Tile::Value(1.0), Tile::Hatched, Tile::None]);
     assert!(all.contains(">unstable</text>") && all.contains(">no data</text>"));
     let values = svg(vec![Tile::Value(1.0), Tile::Value(2.0)]);
     assert!(!values.contains("unstable") && !values.contains("no data"));
@@ -212,7 +214,11 @@ fn a_line_over_a_map_has_a_rim_and_is_cut_to_it() {
     panel.series.push(Series {
         name: "margin".to_owned(),
         mark: Mark::Line,
-        role: Role::Native,
+        tone: Tone {
+            name: "native",
+            rgb: [0x30, 0x30, 0x30],
+            dash: 0,
+        },
         points: vec![(-50.0, -50.0), (50.0, 50.0)],
         band: Vec::new(),
     });
@@ -239,7 +245,7 @@ fn eight_thousand_tiles_are_a_small_file() {
         .map(|n| {
             let (x, y) = ((n % columns) as f64 / 100.0, (n / columns) as f64 / 80.0);
             match x * y > 0.6 {
-                true => Tile::Unstable,
+                true => Tile::Hatched,
                 false => Tile::Value(0.1 + y / (0.61 - x * y) + 0.2 * (9.0 * x).sin()),
             }
         })

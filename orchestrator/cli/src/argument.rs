@@ -6,6 +6,7 @@
 #![allow(clippy::doc_markdown)]
 
 mod campaign;
+mod field;
 mod link;
 mod report;
 mod serve;
@@ -18,14 +19,14 @@ use std::path::{Path, PathBuf};
 use clap::{Parser, Subcommand, ValueEnum};
 
 pub(crate) use campaign::{
-    Agree, AgreeFormat, Backend, Calibrate, Choice, Collect, Compare, CompareFormat, Gc, Margin,
-    Matrix, MatrixFormat, Player, Progress, Run, RunCell, Show, ShowFormat,
+    Agree, AgreeFormat, Backend, Calibrate, Choice, Collect, Compare, CompareFormat, Document, Gc,
+    Margin, Matrix, MatrixFormat, Player, Progress, Run, RunCell, Show, ShowFormat, word,
 };
 pub(crate) use link::{LinkCommand, LinkLint, LinkShow, Probe, Way};
 pub(crate) use report::Report;
 pub(crate) use serve::{
-    ServeAgent, ServeAsk, ServeBrowser, ServeCommand, ServeController, ServeHealth, ServeHear,
-    ServeLink, ServePlant,
+    ServeAgent, ServeBrowser, ServeCommand, ServeController, ServeHalf, ServeHealth, ServeLink,
+    ServePlant,
 };
 pub(crate) use sweep::Sweep;
 pub(crate) use system::{SystemCommand, SystemLint, SystemShow};

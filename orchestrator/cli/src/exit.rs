@@ -1,6 +1,9 @@
 //! Exit codes by kind, decided in one place.
 
+use std::io;
 use std::process::ExitCode;
+
+use campaign::Kind;
 
 /// How a command ended, as its caller's shell sees it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,16 +45,30 @@ impl Failure {
     }
 }
 
-/// Anything else that went wrong while a command ran; what the shaper finds missing is told from
-/// what failed, so that whoever started a role knows it too.
+/// Anything else that went wrong while a command ran, by its kind where it has one: what is missing
+/// is told from what failed, so that whoever started a role knows it too.
 impl<E: Into<anyhow::Error>> From<E> for Failure {
     fn from(error: E) -> Self {
         let error = error.into();
-        let kind = match error.downcast_ref() {
-            Some(shaper::Error::Unsupported { .. }) => Exit::Unsupported,
-            _ => Exit::Failed,
+        let kind = if let Some(problem) = error.downcast_ref::<campaign::Error>() {
+            of_kind(problem.kind())
+        } else if let Some(shaper::Error::Unsupported { .. }) = error.downcast_ref() {
+            Exit::Unsupported
+        } else {
+            Exit::Failed
         };
         Failure { kind, error }
+    }
+}
+
+/// The exit code of a campaign's error.
+fn of_kind(kind: Kind) -> Exit {
+    match kind {
+        Kind::Usage => Exit::Usage,
+        Kind::Unsupported => Exit::Unsupported,
+        Kind::Other(code) if code == Exit::Usage as i32 => Exit::Usage,
+        Kind::Other(code) if code == Exit::Unsupported as i32 => Exit::Unsupported,
+        Kind::Failed | Kind::Other(_) => Exit::Failed,
     }
 }
 
@@ -62,12 +79,18 @@ pub(crate) type Outcome = Result<Exit, Failure>;
 pub(crate) fn end(outcome: Outcome) -> ExitCode {
     let exit = outcome.unwrap_or_else(|failure| {
         // A reader that has gone away, as in `webloop show DIR | head`, is no error of ours.
-        let gone = failure
-            .error
-            .downcast_ref::<std::io::Error>()
-            .is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe);
-        if gone {
+        let io = match failure.error.downcast_ref() {
+            Some(campaign::Error::Io(error)) => Some(error),
+            _ => failure.error.downcast_ref(),
+        };
+        if io.is_some_and(|error: &io::Error| error.kind() == io::ErrorKind::BrokenPipe) {
             return Exit::Fine;
+        }
+        // Each file by itself, before what follows from them.
+        if let Some(campaign::Error::NotWhole { damage, .. }) = failure.error.downcast_ref() {
+            for one in damage {
+                eprintln!("webloop: {one}");
+            }
         }
         eprintln!("webloop: {}", sentence(&failure.error));
         failure.kind

@@ -1,39 +1,27 @@
 //! `webloop`: every role of the testbed in one binary.
 //!
-//! Arguments are read in `argument`; each command is a file in `command`; this is the map.
+//! Arguments are read in `argument`; each command is a file in `command`; this is the map. How a
+//! campaign is run, and what is in its folder, is in the crate `campaign`.
 
 mod argument;
-mod attach;
-mod calibration;
-mod campaign;
 mod command;
-mod containers;
 mod diagnostic;
-mod earlier;
 mod exit;
-mod folder;
-mod jobs;
 mod logging;
-mod merge;
-mod owner;
 mod progress;
-mod queue;
 mod results;
-mod series;
 mod source;
 mod stop;
-mod sweep_folder;
 mod sweep_progress;
-mod threads;
 
 use argument::{Argument, Command, LinkCommand, ServeCommand, SystemCommand};
 
 fn main() -> std::process::ExitCode {
     let argument = Argument::read();
     if let Some(folder) = &argument.become_owner_of
-        && let Err(failure) = owner::become_owner_of(folder)
+        && let Err(problem) = campaign::owner::become_owner_of(folder)
     {
-        return exit::end(Err(failure));
+        return exit::end(Err(problem.into()));
     }
     logging::start(&argument);
     let outcome = match argument.command {
@@ -51,6 +39,7 @@ fn main() -> std::process::ExitCode {
         Command::System(SystemCommand::List) => command::system::list(),
         Command::System(SystemCommand::Show(show)) => command::system::show(&show),
         Command::System(SystemCommand::Lint(lint)) => command::system::lint(&lint),
+        Command::System(SystemCommand::Schema) => command::system::schema(),
         Command::Link(LinkCommand::Show(show)) => command::link::show(&show),
         Command::Link(LinkCommand::Lint(lint)) => command::link::lint(&lint),
         Command::Link(LinkCommand::Schema) => command::link::schema(),

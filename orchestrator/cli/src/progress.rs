@@ -3,13 +3,14 @@
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use campaign::{Pace, shares};
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use plan::{Cell, Verdict};
 
 use crate::argument::Progress as How;
-use crate::queue::{batch_time, batches};
 
 /// How often a second bars are drawn: often enough to be seen moving, too rarely to cost time.
 pub(crate) const DRAWN_HZ: u8 = 5;
@@ -21,31 +22,11 @@ pub(crate) const BAR: &str = "{bar:30.cyan/dim} {msg}";
 /// Before that much has been done, what was expected is a better guess than what it took.
 const SETTLED: Duration = Duration::from_secs(60);
 
-/// How fast cells go: how many at a time, and in whose time.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Pace {
-    /// How many at a time, if not as many as they say themselves.
-    pub(crate) jobs: Option<u16>,
-    /// Whether their time is virtual.
-    pub(crate) is_virtual: bool,
-}
-
-impl Pace {
-    /// One after another, in real time.
-    pub(crate) const ALONE: Pace = Pace {
-        jobs: Some(1),
-        is_virtual: false,
-    };
-}
-
-/// What a message takes in virtual time, with its rows written and read.
-const VIRTUAL_MESSAGE: Duration = Duration::from_micros(4);
-/// What a cell takes beyond that: its process, its echoes, its checksums.
-const VIRTUAL_CELL: Duration = Duration::from_millis(40);
-
 /// The progress of one campaign.
 pub(crate) struct Progress {
     bars: Option<(MultiProgress, ProgressBar)>,
+    /// A line for each cell under way, by its index.
+    under_way: Mutex<BTreeMap<usize, ProgressBar>>,
     lines: bool,
     total: usize,
     done: AtomicUsize,
@@ -74,6 +55,7 @@ impl Progress {
         Progress {
             lines: !how.draws() && how != How::Quiet,
             bars,
+            under_way: Mutex::default(),
             total,
             done: 0.into(),
             began: Instant::now(),
@@ -83,8 +65,25 @@ impl Progress {
         }
     }
 
-    /// Something takes its time that is no cell.
-    pub(crate) fn say(&self, words: &str) {
+    /// How long the rest takes, at the pace so far.
+    fn left(&self, done: Duration) -> Duration {
+        let left = self.expected.saturating_sub(done);
+        match done < SETTLED {
+            true => left,
+            false => left.mul_f64(self.began.elapsed().as_secs_f64() / done.as_secs_f64()),
+        }
+    }
+
+    /// Takes the bars away.
+    pub(crate) fn finish(self) {
+        if let Some((_, bar)) = self.bars {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl campaign::Progress for Progress {
+    fn say(&self, words: &str) {
         if let Some((all, _)) = &self.bars {
             let _ = all.println(words);
         } else if self.lines {
@@ -92,19 +91,32 @@ impl Progress {
         }
     }
 
-    /// A cell begins; the bar given back is drawn until it is dropped.
-    pub(crate) fn begin(&self, cell: &Cell) -> CellBar {
-        CellBar(self.bars.as_ref().map(|(all, _)| {
-            let bar = all.add(ProgressBar::new_spinner());
-            bar.set_style(style("  {spinner:.cyan} {msg}  {elapsed}"));
-            bar.set_message(words(cell));
-            bar.enable_steady_tick(DRAW);
-            bar
-        }))
+    fn on_begun(&self, cell: &Cell) {
+        let Some((all, _)) = &self.bars else {
+            return;
+        };
+        let bar = all.add(ProgressBar::new_spinner());
+        bar.set_style(style("  {spinner:.cyan} {msg}  {elapsed}"));
+        bar.set_message(words(cell));
+        bar.enable_steady_tick(DRAW);
+        let mut under_way = self
+            .under_way
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        under_way.insert(cell.index, bar);
     }
 
-    /// A cell has ended like this.
-    pub(crate) fn end(&self, cell: &Cell, verdict: Verdict, reason: &str) {
+    fn on_left(&self, cell: &Cell) {
+        let mut under_way = self
+            .under_way
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        if let Some(bar) = under_way.remove(&cell.index) {
+            bar.finish_and_clear();
+        }
+    }
+
+    fn on_ended(&self, cell: &Cell, verdict: Verdict, reason: &str) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         let share_ms = self.shares.get(&cell.index).copied().map_or(0, ms);
         let done_ms = self.done_ms.fetch_add(share_ms, Ordering::Relaxed) + share_ms;
@@ -129,68 +141,11 @@ impl Progress {
             eprintln!("{line}");
         }
     }
-
-    /// How long the rest takes, at the pace so far.
-    fn left(&self, done: Duration) -> Duration {
-        let left = self.expected.saturating_sub(done);
-        match done < SETTLED {
-            true => left,
-            false => left.mul_f64(self.began.elapsed().as_secs_f64() / done.as_secs_f64()),
-        }
-    }
-
-    /// Takes the bars away.
-    pub(crate) fn finish(self) {
-        if let Some((_, bar)) = self.bars {
-            bar.finish_and_clear();
-        }
-    }
-}
-
-/// A cell's own line on the terminal, gone when dropped.
-pub(crate) struct CellBar(Option<ProgressBar>);
-
-impl Drop for CellBar {
-    fn drop(&mut self) {
-        if let Some(bar) = &self.0 {
-            bar.finish_and_clear();
-        }
-    }
 }
 
 /// How many cells have ended, and how long the others will take.
 fn standing(done: usize, total: usize, left: Duration) -> String {
     format!("{done}/{total} cells, {} left", people(left))
-}
-
-/// How long a cell takes, alone.
-pub(crate) fn cell_time(cell: &Cell) -> Duration {
-    Duration::from_nanos(cell.duration_ns + backend::overhead_ns(cell.client))
-}
-
-/// What each of these cells adds to a campaign's time at this pace: its part of its batch's.
-fn shares(cells: &[&Cell], pace: Pace) -> BTreeMap<usize, Duration> {
-    let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-    if pace.is_virtual {
-        let jobs = u32::from(pace.jobs.unwrap_or(1).max(1));
-        let share = |cell: &&Cell| {
-            let messages = u32::try_from(cell.due()).unwrap_or(u32::MAX);
-            let time = VIRTUAL_CELL + VIRTUAL_MESSAGE.saturating_mul(messages);
-            (cell.index, time / jobs)
-        };
-        return cells.iter().map(share).collect();
-    }
-    let batches = batches(cells, pace.jobs);
-    let shares = batches.iter().flat_map(|batch| {
-        let share = batch_time(batch) / count(batch.len());
-        batch.iter().map(move |cell| (cell.index, share))
-    });
-    shares.collect()
-}
-
-/// How long these cells take at this pace.
-pub(crate) fn expected(cells: &[&Cell], pace: Pace) -> Duration {
-    shares(cells, pace).values().sum()
 }
 
 fn ms(time: Duration) -> u64 {

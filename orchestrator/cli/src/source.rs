@@ -90,15 +90,24 @@ fn read_trace(profile: &Path, name: &str) -> Result<String, String> {
 
 /// A profile that can be played; findings are drawn on standard error.
 pub(crate) fn profile(asked: &str) -> Result<Profile, Failure> {
-    let text = profile_text(asked).map_err(|problem| {
+    played(&named_profile(asked)?, asked)
+}
+
+/// The text of a profile that is asked for by name or path.
+pub(crate) fn named_profile(asked: &str) -> Result<ProfileText, Failure> {
+    profile_text(asked).map_err(|problem| {
         Failure::usage(anyhow!(
             "{problem}; use one of {}, or the path of a profile file",
             Profile::BUILTIN.join(", ")
         ))
-    })?;
-    let (profile, findings) = read(&text, asked);
+    })
+}
+
+/// The profile of a text, which can be played; findings are drawn on standard error.
+pub(crate) fn played(text: &ProfileText, origin: &str) -> Result<Profile, Failure> {
+    let (profile, findings) = read(text, origin);
     diagnostic::findings(&text.source, &findings);
-    profile.ok_or_else(|| Failure::usage(anyhow!("{asked} cannot be played")))
+    profile.ok_or_else(|| Failure::usage(anyhow!("{origin} cannot be played")))
 }
 
 /// A profile and everything that is to be said about it.

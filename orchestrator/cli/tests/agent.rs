@@ -10,7 +10,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use agent::{AgentName, Remote, RemoteRun, RoleState, Token};
+use endpoint::{ControllerSettings, Mode};
 use rustix::process::{Pid, Signal, kill_process};
+use serde_json::json;
 use tempfile::TempDir;
 
 /// Generous: for what takes milliseconds on an idle machine.
@@ -69,8 +71,7 @@ impl Agent {
     fn with_a_plant() -> (Agent, RemoteRun, u32) {
         let agent = Agent::start(AgentName::Plant);
         let run = agent.remote.begin("r1").unwrap();
-        run.start("plant", "plant", &[("listen", "127.0.0.1:0".into())])
-            .unwrap();
+        run.start("plant", "plant", told_plant()).unwrap();
         let [plant] = children(agent.process.id())[..] else {
             panic!("an agent with one role has one child");
         };
@@ -120,6 +121,14 @@ fn gone_soon(process: u32) {
     }
 }
 
+/// What a plant is told.
+fn told_plant() -> serde_json::Value {
+    json!({
+        "listen": "127.0.0.1:0",
+        "settings": {"h": "10ms", "late": "apply"},
+    })
+}
+
 fn rows(file: &Path) -> u64 {
     csv::Reader::from_path(file).unwrap().records().count() as u64
 }
@@ -147,19 +156,19 @@ fn two_agents_close_a_loop_whose_rows_are_all_here() {
             here.path(),
         ),
     ];
-    let h = ("h", "10ms".to_owned());
-    let listen = ("listen", "127.0.0.1:0".to_owned());
-    let address = at_plant
-        .start("plant", "plant", &[listen, h.clone()])
-        .unwrap();
-    let settings = [
-        ("plant", address),
-        h,
-        ("duration", "1500ms".into()),
-        ("r", "-0.5".into()),
-    ];
+    let address = at_plant.start("plant", "plant", told_plant()).unwrap();
+    let h = "10ms".parse().unwrap();
+    let settings = ControllerSettings {
+        r: -0.5,
+        ..ControllerSettings::new(Mode::Closed, h)
+    };
+    let settings = json!({
+        "plant": address,
+        "settings": settings,
+        "duration_ns": 1_500_000_000,
+    });
     at_controller
-        .start("controller", "controller", &settings)
+        .start("controller", "controller", settings)
         .unwrap();
     let deadline = Instant::now() + 2 * SOON;
     let fine = RoleState::Ended {

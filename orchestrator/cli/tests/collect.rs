@@ -6,7 +6,8 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use plan::{Cell, FileFact, Instead, Manifest, Plan, ProfileText, Verdict};
+use manifest::{FileFact, Manifest};
+use plan::{Cell, Instead, Plan, ProfileText, Verdict};
 use tempfile::TempDir;
 
 /// A second of an open loop at 10 Hz: the rows that each of our cells has.

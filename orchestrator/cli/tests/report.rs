@@ -6,7 +6,8 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use plan::{FileFact, Manifest, Plan};
+use manifest::{FileFact, Manifest};
+use plan::Plan;
 use tempfile::TempDir;
 
 /// Two runs of a second each.

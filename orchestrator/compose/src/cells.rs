@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use rustix::process::{Pid, Signal, kill_process};
 
-use crate::docker::{ask, kill};
+use crate::docker::{ask, kill, unstarted};
 use crate::tail::Tail;
 use crate::{Problem, Project};
 
@@ -31,6 +31,36 @@ pub struct Ended {
     pub code: Option<i32>,
     /// The last it said, and where it could not be started, what the agents said.
     pub words: String,
+}
+
+impl Project {
+    /// Runs cells of the campaign's plan, after the agents are up and well. `options` are more
+    /// options of `webloop run-cell`.
+    ///
+    /// The child dies with the calling thread where the leash sees to it, so that thread has
+    /// to live as long as the cells.
+    ///
+    /// # Errors
+    /// When Compose cannot be started. How the cells end, [`Cells::ended`] says.
+    pub fn run_cells(&mut self, indices: &[usize], options: &[&str]) -> Result<Cells<'_>, Problem> {
+        let indices: Vec<String> = indices.iter().map(usize::to_string).collect();
+        let (name, indices) = (self.orchestrator(), indices.join(","));
+        let mut command = self.compose(&["run", "--rm", "--no-TTY", "--name", &name])?;
+        command
+            .args(["orchestrator", "run-cell", "--plan", "/results/plan.json"])
+            .args([
+                "--index",
+                &indices,
+                "--out",
+                "/results",
+                "--backend",
+                "attach",
+            ])
+            .args(options);
+        self.up = true;
+        let child = command.spawn().map_err(|problem| unstarted(&problem))?;
+        Ok(Cells::new(self, child))
+    }
 }
 
 impl<'project> Cells<'project> {

@@ -7,8 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-use crate::cells::Cells;
-use crate::docker::{call, docker, unstarted};
+use crate::docker::{call, docker};
 use crate::file::absolute;
 use crate::inventory::with_label;
 use crate::{ComposeFile, Owner, Problem};
@@ -41,7 +40,7 @@ pub struct Project {
     owner: Owner,
     leash: Leash,
     /// Whether containers may be there.
-    up: bool,
+    pub(crate) up: bool,
 }
 
 impl Project {
@@ -77,34 +76,6 @@ impl Project {
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
-    }
-
-    /// Runs cells of the campaign's plan, after the agents are up and well. `options` are more
-    /// options of `webloop run-cell`.
-    ///
-    /// The child dies with the calling thread where the leash sees to it, so that thread has
-    /// to live as long as the cells.
-    ///
-    /// # Errors
-    /// When Compose cannot be started. How the cells end, [`Cells::ended`] says.
-    pub fn run_cells(&mut self, indices: &[usize], options: &[&str]) -> Result<Cells<'_>, Problem> {
-        let indices: Vec<String> = indices.iter().map(usize::to_string).collect();
-        let (name, indices) = (self.orchestrator(), indices.join(","));
-        let mut command = self.compose(&["run", "--rm", "--no-TTY", "--name", &name])?;
-        command
-            .args(["orchestrator", "run-cell", "--plan", "/results/plan.json"])
-            .args([
-                "--index",
-                &indices,
-                "--out",
-                "/results",
-                "--backend",
-                "attach",
-            ])
-            .args(options);
-        self.up = true;
-        let child = command.spawn().map_err(|problem| unstarted(&problem))?;
-        Ok(Cells::new(self, child))
     }
 
     /// Removes all containers and networks of the project, running or not; for no more than

@@ -39,6 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             opens_always: false,
             has_rate: profile.has_rate(),
             shares_one: false,
+            h_ms: H_NS as f64 * 1e-6,
         };
         let clock = Instant::now();
         let held = judge::message::hold(&messages, &arrivals, &terms);

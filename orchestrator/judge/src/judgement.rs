@@ -79,7 +79,7 @@ pub fn judge(records: &Records<'_>, messages: &Messages, terms: &Terms) -> Judge
     ));
     if keeps_time {
         let limit = settings.outstanding.limit();
-        let swamped = Swamped::of(&terms.timeline, &terms.run_ns);
+        let swamped = Swamped::of(terms);
         disturbances.extend(end::controller(
             records.messages,
             limit,

@@ -62,9 +62,12 @@ pub const BEHIND_MS: f64 = 5.0;
 /// when it ends.
 pub const STALL_MS: f64 = 150.0;
 
-/// For so long after it programs are busy with them, ms, and a tenth of the stall: 6700 packets of a
-/// stall of 1.3 s take 20 ms.
+/// For so long after it programs are busy with them, ms, and for [`DRAIN_SHARE`] of the stall and what
+/// its messages take the client: 6700 packets of a stall of 1.3 s take 20 ms.
 pub const DRAIN_MS: f64 = 100.0;
+
+/// See [`DRAIN_MS`].
+pub const DRAIN_SHARE: f64 = 0.1;
 
 /// A stall is looked for this often.
 pub const STALL_LOOK_NS: u64 = 50_000_000;
@@ -126,6 +129,9 @@ pub struct Allowance {
     pub up_floor_ms: f64,
     /// Likewise on the way down: the plant's answer, the client's reading.
     pub down_floor_ms: f64,
+    /// What an answer takes the client when hundreds are there at once, at most, ms. Python's threads took
+    /// 0.6 each for the 600 of a stall of 1.9 s at 333 Hz.
+    pub message_ms: f64,
     /// How far the client's clock may be from the plant's, ms: what it adds to one way it takes off the
     /// other. A page's is the wall clock of when the page began.
     pub clock_ms: f64,
@@ -144,6 +150,7 @@ impl Allowance {
                 strays_within_ms: 3.0,
                 up_floor_ms: 0.8,
                 down_floor_ms: 0.8,
+                message_ms: 0.1,
                 clock_ms: 0.0,
                 keeps_time: true,
             },
@@ -152,6 +159,7 @@ impl Allowance {
                 strays_within_ms: 10.0,
                 up_floor_ms: 1.2,
                 down_floor_ms: 1.2,
+                message_ms: 1.0,
                 clock_ms: 0.0,
                 keeps_time: false,
             },
@@ -160,6 +168,7 @@ impl Allowance {
                 strays_within_ms: 20.0,
                 up_floor_ms: 5.0,
                 down_floor_ms: 5.0,
+                message_ms: 2.0,
                 clock_ms: 1.5,
                 keeps_time: false,
             },

@@ -8,6 +8,7 @@ use crate::limit::{OTHERS_SHARE, Stillness, WAITED_SHARE};
 
 /// A time in which something did not run though it should have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Gap {
     /// When it ended, monotonic.
     pub t_ns: u64,

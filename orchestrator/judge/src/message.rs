@@ -13,9 +13,9 @@ use link::{Timeline, Way};
 use serde::{Deserialize, Serialize};
 
 use crate::limit::{
-    Allowance, DRAIN_MS, FLOOR_AT_MOST, FLOOR_PER_COST, FLOOR_QUANTILE, LATE_MS, LATE_SHARE,
-    LATE_SHARE_OF_DELAY, QUICKER_MS, QUICKER_PER_MILLE, RESEND_MS, RESENT, RESENT_DEVIATIONS,
-    RESENT_MS, RESENT_PER_MILLE, STALL_LOOK_NS, STALL_MS,
+    Allowance, DRAIN_MS, DRAIN_SHARE, FLOOR_AT_MOST, FLOOR_PER_COST, FLOOR_QUANTILE, LATE_MS,
+    LATE_SHARE, LATE_SHARE_OF_DELAY, QUICKER_MS, QUICKER_PER_MILLE, RESEND_MS, RESENT,
+    RESENT_DEVIATIONS, RESENT_MS, RESENT_PER_MILLE, STALL_LOOK_NS, STALL_MS,
 };
 
 /// The least IP length of a request or an answer, longer than an echo's. It matters where there is a
@@ -54,6 +54,8 @@ pub struct Terms {
     pub has_rate: bool,
     /// Whether all share one connection, on which what is lost holds up what follows.
     pub shares_one: bool,
+    /// The sample time, ms: how many messages wait in a stall.
+    pub h_ms: f64,
 }
 
 /// What the messages say of one way.
@@ -78,6 +80,10 @@ pub struct Crossed {
     pub lost_due: f64,
     /// Those of them that came as late as a resend, or never.
     pub lost: u64,
+    /// The variance of what is lost: [`Crossed::lost_due`] of messages by themselves, more of those that
+    /// enter together and meet one slot of the link. Known to who held them, and not written.
+    #[serde(skip)]
+    pub lost_variance: f64,
 }
 
 /// What the messages say of the link.
@@ -164,7 +170,7 @@ pub fn hold(messages: &[MessageRow], arrivals: &[ArrivalRow], terms: &Terms) -> 
         })
         .collect();
     down.sort_by_key(|crossing| crossing.enters_ns);
-    let swamped = Swamped::of(&terms.timeline, &terms.run_ns);
+    let swamped = Swamped::of(terms);
     Messages {
         up: cross(Way::Up, &up, terms, &swamped),
         down: cross(Way::Down, &down, terms, &swamped),
@@ -318,16 +324,19 @@ impl Terms {
 pub(crate) struct Swamped(Vec<Range<u64>>);
 
 impl Swamped {
-    /// Of a link, in the time `within_ns`.
-    pub(crate) fn of(link: &Timeline, within_ns: &Range<u64>) -> Swamped {
-        let mut link = link.clone();
+    /// Of a run's link.
+    pub(crate) fn of(terms: &Terms) -> Swamped {
+        let mut link = terms.timeline.clone();
+        // A message each h waits, and the client has each of them to read.
+        let share = DRAIN_SHARE + terms.allowance.message_ms / terms.h_ms;
         let mut found: Vec<Range<u64>> = Vec::new();
-        let mut look_ns = within_ns.start;
-        while look_ns < within_ns.end {
+        let mut look_ns = terms.run_ns.start;
+        while look_ns < terms.run_ns.end {
             let mut delay_ns = |way| link.passage(way, look_ns, MESSAGE_BYTES).delay_ns;
             let delay_ns = delay_ns(Way::Up).max(delay_ns(Way::Down));
             if delay_ns > ns(STALL_MS) {
-                let until_ns = look_ns + delay_ns + ns(DRAIN_MS) + delay_ns / 10;
+                let drain_ms = DRAIN_MS + share * ms(delay_ns);
+                let until_ns = look_ns + delay_ns + ns(drain_ms);
                 match found.last_mut() {
                     Some(last) if last.end >= look_ns => last.end = last.end.max(until_ns),
                     _ => found.push(look_ns..until_ns),
@@ -366,6 +375,7 @@ fn cross(way: Way, crossings: &[Crossing], terms: &Terms, swamped: &Swamped) -> 
     let mut excess_ms = Vec::with_capacity(crossings.len());
     // On a shared connection nothing leaves before what was sent before it.
     let mut held_until_ns = 0;
+    let mut bunch = Bunch::default();
     for crossing in crossings {
         let direct = terms.window(&mut link, way, crossing.enters_ns, within_ns, MESSAGE_BYTES);
         let stray = terms.window(&mut link, way, crossing.enters_ns, stray_ns, MESSAGE_BYTES);
@@ -397,6 +407,12 @@ fn cross(way: Way, crossings: &[Crossing], terms: &Terms, swamped: &Swamped) -> 
         };
         if would_show {
             crossed.lost_due += lossy;
+            if crossing.enters_ns > bunch.last_ns.saturating_add(stray_ns) {
+                crossed.lost_variance += std::mem::take(&mut bunch).variance();
+            }
+            bunch.last_ns = crossing.enters_ns;
+            bunch.count += 1.0;
+            bunch.lost_due += lossy;
         }
         let Some(leaves_ns) = crossing.leaves_ns else {
             crossed.lost += u64::from(would_show);
@@ -422,18 +438,23 @@ fn cross(way: Way, crossings: &[Crossing], terms: &Terms, swamped: &Swamped) -> 
             }
         }
     }
-    excess_ms.sort_by(f64::total_cmp);
-    let quantile = |q: f64| {
-        let rank = (q * excess_ms.len() as f64) as usize;
-        let found = excess_ms.get(rank.min(excess_ms.len().saturating_sub(1)));
-        (found.copied().unwrap_or_default() * 1e3).round() / 1e3
-    };
-    Crossed {
-        excess_p10_ms: quantile(FLOOR_QUANTILE),
-        excess_p50_ms: quantile(0.5),
-        excess_p99_ms: quantile(0.99),
-        lost_due: (crossed.lost_due * 1e3).round() / 1e3,
-        ..crossed
+    crossed.lost_variance += bunch.variance();
+    crossed.lost_due = (crossed.lost_due * 1e3).round() / 1e3;
+    crossed.with_excess(excess_ms)
+}
+
+/// Messages that enter so near each other that one slot of the link may lose all of them or none.
+#[derive(Debug, Default)]
+struct Bunch {
+    last_ns: u64,
+    count: f64,
+    lost_due: f64,
+}
+
+impl Bunch {
+    /// Of what is lost of it, at most.
+    fn variance(&self) -> f64 {
+        self.count * self.lost_due
     }
 }
 
@@ -484,6 +505,22 @@ impl Messages {
 const ENOUGH: u64 = 20;
 
 impl Crossed {
+    /// With the quantiles of how much later than the link messages were.
+    fn with_excess(self, mut excess_ms: Vec<f64>) -> Crossed {
+        excess_ms.sort_by(f64::total_cmp);
+        let quantile = |q: f64| {
+            let rank = (q * excess_ms.len() as f64) as usize;
+            let found = excess_ms.get(rank.min(excess_ms.len().saturating_sub(1)));
+            (found.copied().unwrap_or_default() * 1e3).round() / 1e3
+        };
+        Crossed {
+            excess_p10_ms: quantile(FLOOR_QUANTILE),
+            excess_p50_ms: quantile(0.5),
+            excess_p99_ms: quantile(0.99),
+            ..self
+        }
+    }
+
     fn judge(&self, way: Way, floor_ms: f64, faults: &mut Vec<Fault>) {
         let mut find = |by_lateness, words| faults.push(Fault { words, by_lateness });
         let Self { count, .. } = *self;
@@ -529,7 +566,7 @@ impl Crossed {
                 ),
             );
         }
-        let deviation = (self.lost_due + self.lost as f64).sqrt();
+        let deviation = (self.lost_variance + self.lost as f64).sqrt();
         if (self.lost_due - self.lost as f64).abs() > 2.0 + RESENT_DEVIATIONS * deviation {
             find(
                 self.lost as f64 > self.lost_due,

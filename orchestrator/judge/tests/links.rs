@@ -116,6 +116,7 @@ fn judged_where_a_way_costs(
         opens_always: false,
         has_rate: profile.has_rate(),
         shares_one: false,
+        h_ms: (rows.0[1].t_due_ns - rows.0[0].t_due_ns) as f64 * 1e-6,
     };
     let messages = hold(&rows.0, &rows.1, &terms);
     let faults = messages.faults(&terms);

@@ -1,12 +1,17 @@
 //! The unit of work: one topology, client, mode, rate and repeat, with everything a run needs.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use endpoint::{ControllerSettings, Hold, NoiseLaw, PageSettings, Preset, SampleTime, TickNoise};
+use endpoint::{
+    ControllerSettings, Hold, NoiseLaw, PageSettings, PlantSettings, Preset, SampleTime, TickNoise,
+};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use system::System;
 
 use crate::client::Client;
+use crate::file_name;
 use crate::seed::fingerprint;
 
 /// Link time of a client's first message, whoever runs the cell: so every client meets the same bad
@@ -14,7 +19,7 @@ use crate::seed::fingerprint;
 pub const START_AT_NS: u64 = 1_300_000_000;
 
 /// One run to be made: resolved, valid, independent of every other.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cell {
     /// Its place in the plan, from 0.
@@ -30,6 +35,7 @@ pub struct Cell {
     pub client: Client,
     /// What the client's settings are called, and what they are but for words of the experiment.
     #[serde(default = "paper_python")]
+    #[schemars(with = "String")]
     pub preset: Preset,
     /// Which repeat it is, from 1.
     pub repeat: u32,
@@ -38,16 +44,20 @@ pub struct Cell {
     /// How long the controller sends, in ns.
     pub duration_ns: u64,
     /// What the controller is set up with; the plant takes h and `late` from here too.
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub settings: ControllerSettings,
     /// How long the plant holds a command when no other comes.
     #[serde(default, skip_serializing_if = "Hold::is_last")]
+    #[schemars(with = "String")]
     pub hold: Hold,
     /// How late the plant ticks by its own machine, drawn by the link's seed; absent, it is as punctual as it
     /// can be.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<String>")]
     pub tick_noise: Option<NoiseLaw>,
     /// How the page goes about it, where the client is a browser.
     #[serde(default)]
+    #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
     pub page: Option<PageSettings>,
     /// How many cells may run together with this one, itself among them; 1 is alone. What it measures
     /// does not depend on it, or the experiment would not say so: its id does not tell. In a manifest, how
@@ -135,17 +145,22 @@ impl Cell {
         alike == *self
     }
 
-    /// The extra time of the plant's ticks, drawn by the link's seed; none of a plant that is punctual.
+    /// What the plant is set up with. The extra time of its ticks is drawn by the link's seed.
     #[must_use]
-    pub fn noise(&self) -> Option<TickNoise> {
+    pub fn plant_settings(&self) -> PlantSettings {
         let seed = self.link_seed;
-        self.tick_noise.map(|law| TickNoise { law, seed })
+        PlantSettings {
+            h: self.settings.h,
+            late: self.settings.late,
+            hold: self.hold,
+            tick_noise: self.tick_noise.map(|law| TickNoise { law, seed }),
+        }
     }
 
     /// Its folder inside its campaign's.
     #[must_use]
     pub fn folder(&self) -> PathBuf {
-        Path::new("cells").join(&self.id)
+        Path::new(file_name::CELLS).join(&self.id)
     }
 
     /// Messages due in this cell: one each h, the first at once.

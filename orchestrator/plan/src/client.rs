@@ -4,10 +4,13 @@ use std::fmt;
 use std::str::FromStr;
 
 use endpoint::{Preset, Transport};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A program that can be the controller.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum Client {
     /// webloop's own, in Rust.

@@ -4,18 +4,24 @@
 //! point at them. Every setting is one value or a list, alike: see [`List`]. Making cells of them is
 //! `matrix`'s work.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
+use std::sync::LazyLock;
 
+use endpoint::{ControllerSettings, PageSettings};
+use schemars::JsonSchema;
 use serde::Deserialize;
-use serde::de::{Deserializer, Error, SeqAccess, Visitor};
+use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use toml::Spanned;
 
-/// A whole experiment file.
-#[derive(Debug, Clone, Deserialize)]
+/// Cells to be run: who closes which loop over which link.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "webloop experiment")]
 pub(crate) struct ExperimentFile {
     /// Short name; results folders start with it.
+    #[schemars(with = "String")]
     pub(crate) name: Spanned<String>,
     /// One sentence on what question it answers.
     #[serde(default)]
@@ -42,105 +48,80 @@ pub(crate) struct List {
     words: Vec<Word>,
 }
 
+/// The lists of a block that are no client's settings, with what each is. What a setting is stands where
+/// it is declared, in `endpoint`.
+pub(crate) const LISTS: [(&str, &str); 10] = [
+    (
+        "topology",
+        "Names of built-in profiles, or paths of profile files",
+    ),
+    (
+        "system",
+        "Names of built-in systems, or paths of system files; the paper's motor, if not given",
+    ),
+    (
+        "client",
+        "Who closes the loop: native, python, chromium, firefox",
+    ),
+    ("mode", "open or closed"),
+    ("h", "Sample times of plant and controller, such as 3ms"),
+    ("duration", "How long the controller sends, such as 6s"),
+    (
+        "preset",
+        "The clients' settings by name; what suits each best, if not given",
+    ),
+    (
+        "hold",
+        "How long the plant holds a command when no other comes: last, or a time, and then 0",
+    ),
+    (
+        "tick_noise",
+        "How late the plant ticks by its own machine: uniform 3ms, normal 1ms; punctual, if not given",
+    ),
+    (
+        "stall_met",
+        "The topologies whose link is, for each repeat, the first by name that stalls while the step responds",
+    ),
+];
+
+/// The lists without which there is no cell.
+pub(crate) const NEEDED: [&str; 5] = ["topology", "client", "h", "mode", "duration"];
+
+/// Every key of a block.
+static KEYS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
+    let settings = setting_names();
+    let lists = LISTS.iter().map(|(name, _)| *name);
+    lists
+        .chain(["repeats", "scaled", "together"])
+        .chain(settings)
+        .collect()
+});
+
+/// The clients' settings by their names.
+fn setting_names() -> impl Iterator<Item = &'static str> {
+    let of_all = ControllerSettings::FIELDS.iter().map(|field| field.name);
+    of_all.chain(PageSettings::FIELDS.iter().map(|field| field.name))
+}
+
 /// A block `[[cells]]`: every combination of its lists is a cell.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone)]
 pub(crate) struct Block {
-    /// Names of built-in profiles, or paths of profile files.
-    pub(crate) topology: List,
-    /// Names of built-in systems, or paths of system files; the paper's motor, if not given.
-    #[serde(default)]
-    pub(crate) system: List,
-    /// Who closes the loop: `native`, `python`, `chromium`, `firefox`.
-    pub(crate) client: List,
-    /// `open` or `closed`.
-    pub(crate) mode: List,
-    /// Sample times of plant and controller, such as `"3ms"`.
-    pub(crate) h: List,
-    /// How long the controller sends, such as `"6s"`.
-    pub(crate) duration: List,
+    /// By their keys; a list that is not written is not there.
+    lists: BTreeMap<&'static str, List>,
     /// How often each combination is run, each time on another realisation of the link.
-    #[serde(default = "one")]
     pub(crate) repeats: u32,
     /// The block in little, which is what is run unless the whole is asked for.
-    pub(crate) scaled: Option<Scaled>,
-    /// The topologies whose link is, for each repeat, the first by name that stalls while the step responds.
-    #[serde(default)]
-    pub(crate) stall_met: List,
+    scaled: Option<Scaled>,
     /// How many of these cells may run at a time without being in each other's way.
-    #[serde(default = "alone")]
     pub(crate) together: Spanned<u16>,
-    /// The clients' settings by name; what suits each best, if not given.
-    #[serde(default)]
-    pub(crate) preset: List,
-    /// `http` or `websocket`: a request a message, or one socket for all.
-    #[serde(default)]
-    pub(crate) transport: List,
-    /// Requests that may be under way: `1`, `8`, `"unlimited"`.
-    #[serde(default)]
-    pub(crate) outstanding: List,
-    /// `keep` or `new`: one connection for many requests, or one each.
-    #[serde(default)]
-    pub(crate) connection: List,
-    /// `absolute`, `relative` or `since-send`: deadlines that never drift, or sleeps that do.
-    #[serde(default)]
-    pub(crate) schedule: List,
-    /// `h` or `elapsed`: what the controller's integral advances by.
-    #[serde(default)]
-    pub(crate) integrate: List,
-    /// `apply` or `drop`: what is done with a message that arrives after a newer one.
-    #[serde(default)]
-    pub(crate) late: List,
-    /// How long the plant holds a command when no other comes: `last`, or a time, and then 0.
-    #[serde(default)]
-    pub(crate) hold: List,
-    /// How late the plant ticks by its own machine: `uniform 3ms`, `normal 1ms`; punctual, if not given.
-    #[serde(default)]
-    pub(crate) tick_noise: List,
-    /// After this a request is given up, such as `"5s"`.
-    #[serde(default)]
-    pub(crate) timeout: List,
-    /// Of a browser: `main` or `worker`, the thread of the page on which the loop runs.
-    #[serde(default)]
-    pub(crate) thread: List,
-    /// Of a browser: `xhr` or `fetch`, what sends its requests.
-    #[serde(default)]
-    pub(crate) sender: List,
-    /// Of a browser: `timeout`, `interval`, `channel` or `wait`, what it waits with.
-    #[serde(default)]
-    pub(crate) timer: List,
-    /// Of a browser: the least delay of its timers, such as `"10ms"`.
-    #[serde(default)]
-    pub(crate) timer_floor: List,
 }
 
-/// One combination of a block's settings, but for who, where and how often: of each list one value, and
-/// none where the list is empty.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Combination {
-    pub(crate) mode: Option<Word>,
-    pub(crate) duration: Option<Word>,
-    pub(crate) preset: Option<Word>,
-    pub(crate) transport: Option<Word>,
-    pub(crate) outstanding: Option<Word>,
-    pub(crate) connection: Option<Word>,
-    pub(crate) schedule: Option<Word>,
-    pub(crate) integrate: Option<Word>,
-    pub(crate) late: Option<Word>,
-    pub(crate) hold: Option<Word>,
-    pub(crate) tick_noise: Option<Word>,
-    pub(crate) timeout: Option<Word>,
-    pub(crate) thread: Option<Word>,
-    pub(crate) sender: Option<Word>,
-    pub(crate) timer: Option<Word>,
-    pub(crate) timer_floor: Option<Word>,
-}
-
-/// Puts a value into its place in a combination.
-type Put = fn(&mut Combination, Word);
+/// One combination of a block's settings, but for who, where and how often: of each list that has values,
+/// one.
+pub(crate) type Combination = BTreeMap<&'static str, Word>;
 
 /// What a scaled block has instead: shorter runs, fewer of them.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Scaled {
     /// Instead of the block's own.
@@ -156,82 +137,115 @@ impl Block {
         let Some(scaled) = block.scaled.take() else {
             return block;
         };
-        block.duration = scaled.duration.unwrap_or(block.duration);
+        if let Some(duration) = scaled.duration {
+            block.lists.insert("duration", duration);
+        }
         block.repeats = scaled.repeats.unwrap_or(block.repeats);
         block
     }
 
+    /// The values of a list; none where it is not written.
+    pub(crate) fn words(&self, key: &str) -> &[Word] {
+        self.lists.get(key).map_or(&[], |list| &list.words)
+    }
+
+    /// A list, if it is written.
+    pub(crate) fn list_mut(&mut self, key: &str) -> Option<&mut List> {
+        self.lists.get_mut(key)
+    }
+
+    /// Where the whole block is, for an error: its `mode` is always there.
+    pub(crate) fn place(&self) -> Spanned<()> {
+        let span = self.lists.get("mode").map(|list| list.span.clone());
+        Spanned::new(span.unwrap_or_default(), ())
+    }
+
     /// How many cells the block describes; 0 where a list that it needs is empty.
     pub(crate) fn size(&self) -> usize {
-        let needed = [
-            &self.topology,
-            &self.client,
-            &self.h,
-            &self.mode,
-            &self.duration,
-        ];
-        let needed = needed.into_iter().map(|list| list.words.len());
-        let others = self.settings().into_iter().skip(2).map(|(list, _)| list);
-        let others = others
-            .chain([&self.system])
-            .map(|list| list.words.len().max(1));
-        needed
-            .chain(others)
+        let lists = self.lists.iter().filter(|(key, _)| **key != "stall_met");
+        lists
+            .map(|(key, list)| list.words.len().max(usize::from(!NEEDED.contains(key))))
             .fold(self.repeats as usize, usize::saturating_mul)
     }
 
     /// Every combination of its settings. There are at most [`Block::size`] of them.
     pub(crate) fn combinations(&self) -> Vec<Combination> {
-        let mut all = vec![Combination::default()];
-        let given = self.settings().into_iter();
-        for (list, put) in given.filter(|(list, _)| !list.words.is_empty()) {
+        let mut all = vec![Combination::new()];
+        let keys = ["mode", "duration", "preset"].into_iter();
+        for key in keys.chain(setting_names()).chain(["hold", "tick_noise"]) {
+            let words = self.words(key);
+            if words.is_empty() {
+                continue;
+            }
             let with = |of: &Combination, word: &Word| {
                 let mut of = of.clone();
-                put(&mut of, word.clone());
+                of.insert(key, word.clone());
                 of
             };
             all = all
                 .iter()
-                .flat_map(|of| list.words.iter().map(move |word| with(of, word)))
+                .flat_map(|of| words.iter().map(move |word| with(of, word)))
                 .collect();
         }
         all
     }
+}
 
-    /// The lists that a combination has a value of; the first two cannot be empty.
-    fn settings(&self) -> [(&List, Put); 16] {
-        [
-            (&self.mode, |of, word| of.mode = Some(word)),
-            (&self.duration, |of, word| of.duration = Some(word)),
-            (&self.preset, |of, word| of.preset = Some(word)),
-            (&self.transport, |of, word| of.transport = Some(word)),
-            (&self.outstanding, |of, word| of.outstanding = Some(word)),
-            (&self.connection, |of, word| of.connection = Some(word)),
-            (&self.schedule, |of, word| of.schedule = Some(word)),
-            (&self.integrate, |of, word| of.integrate = Some(word)),
-            (&self.late, |of, word| of.late = Some(word)),
-            (&self.hold, |of, word| of.hold = Some(word)),
-            (&self.tick_noise, |of, word| of.tick_noise = Some(word)),
-            (&self.timeout, |of, word| of.timeout = Some(word)),
-            (&self.thread, |of, word| of.thread = Some(word)),
-            (&self.sender, |of, word| of.sender = Some(word)),
-            (&self.timer, |of, word| of.timer = Some(word)),
-            (&self.timer_floor, |of, word| of.timer_floor = Some(word)),
-        ]
+impl<'de> Deserialize<'de> for Block {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(BlockReader)
+    }
+}
+
+/// Reads a block by hand, so that its settings need not be named here and every value keeps its place.
+struct BlockReader;
+
+impl<'de> Visitor<'de> for BlockReader {
+    type Value = Block;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a block of cells")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Block, A::Error> {
+        let mut block = Block {
+            lists: BTreeMap::new(),
+            repeats: 1,
+            scaled: None,
+            together: Spanned::new(0..0, 1),
+        };
+        while let Some(Key(key)) = map.next_key()? {
+            match key {
+                "repeats" => block.repeats = map.next_value()?,
+                "scaled" => block.scaled = Some(map.next_value()?),
+                "together" => block.together = map.next_value()?,
+                list => {
+                    block.lists.insert(list, map.next_value()?);
+                }
+            }
+        }
+        let missing = NEEDED.iter().find(|key| !block.lists.contains_key(*key));
+        match missing {
+            Some(key) => Err(A::Error::missing_field(key)),
+            None => Ok(block),
+        }
+    }
+}
+
+/// A key of a block.
+struct Key(&'static str);
+
+impl<'de> Deserialize<'de> for Key {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        let known = KEYS.iter().find(|key| **key == text);
+        known
+            .map(|key| Key(key))
+            .ok_or_else(|| D::Error::unknown_field(&text, &KEYS))
     }
 }
 
 impl List {
-    /// The values, in order.
-    pub(crate) fn words(&self) -> &[Word] {
-        &self.words
-    }
-
-    /// The whole list, for the place of an error.
-    pub(crate) fn place(&self) -> Spanned<()> {
-        Spanned::new(self.span.clone(), ())
-    }
-
     /// The same place with `word` alone in it, if there was anything.
     pub(crate) fn replace(&mut self, word: &str) {
         if !self.words.is_empty() {
@@ -317,12 +331,4 @@ impl<'de> Visitor<'de> for Reading {
         }
         Ok(Written::Several(words))
     }
-}
-
-fn one() -> u32 {
-    1
-}
-
-fn alone() -> Spanned<u16> {
-    Spanned::new(0..0, 1)
 }

@@ -18,20 +18,18 @@ pub struct Instead {
 impl Instead {
     /// A block with the replacements in it. Errors in them point at the values replaced.
     pub(crate) fn over(&self, block: &Block) -> Block {
-        let mut block = match self.full {
-            true => block.clone(),
-            false => block.scaled(),
+        let mut block = if self.full {
+            block.clone()
+        } else {
+            block.scaled()
         };
-        for (list, only) in [
-            (&mut block.topology, &self.topology),
-            (&mut block.client, &self.client),
-        ] {
-            if let Some(only) = only {
+        for (key, only) in [("topology", &self.topology), ("client", &self.client)] {
+            if let (Some(list), Some(only)) = (block.list_mut(key), only) {
                 list.replace(only);
             }
         }
-        if let Some(only) = &self.topology {
-            block.stall_met.keep(only);
+        if let (Some(list), Some(only)) = (block.list_mut("stall_met"), &self.topology) {
+            list.keep(only);
         }
         block
     }

@@ -4,28 +4,28 @@
 //! resolves both, and `named` what they name, from a [`Library`]. [`Plan`] and [`Cell`] are the
 //! result, [`Client`] says who closes a cell's loop, `setup` says how in words, [`Selection`]
 //! chooses cells, [`Job`] is a share of them: a topology's, or a [`Shard`]. `difference` says in
-//! what two plans differ, `sound` refuses plans that no experiment comes to, `seed` derives the
-//! links' seeds, [`duration_ns`] reads how long something lasts, [`Manifest`] is what a run says of
-//! itself, [`Verdict`] names how a run can end, [`ProbeRow`] is what back-ends and analysis share of
-//! the link, [`series`] when its echoes are sent. No clock, file or thread: the cli reads and writes
-//! the files.
+//! what two plans differ, [`file_name`] has the names of a folder's files, `sound` refuses plans
+//! that no experiment comes to, `seed` derives the links' seeds, [`schema`] says in JSON what an
+//! experiment and a plan may hold, [`Verdict`] names how a run can end, [`ProbeRow`] is what back-ends
+//! and analysis share of the link, [`series`] when its echoes are sent. No clock, file or thread: the
+//! cli reads and writes the files.
 #![forbid(unsafe_code)]
 
 mod cell;
 mod client;
 mod difference;
-mod duration;
 mod echo;
 mod experiment;
+pub mod file_name;
 mod instead;
 mod invalid;
 mod job;
 mod library;
-mod manifest;
 mod matrix;
 mod named;
 #[allow(clippy::module_inception)]
 mod plan;
+mod schema;
 mod seed;
 mod selection;
 pub mod series;
@@ -37,17 +37,17 @@ mod verdict;
 
 pub use cell::{Cell, START_AT_NS};
 pub use client::{Client, UnknownClient};
-pub use duration::{DURATION_REMEDY, duration_ns};
 pub use echo::{Phase, ProbeRow};
 pub use instead::Instead;
 pub use invalid::InvalidFile;
 pub use job::{Job, Part};
 pub use library::Library;
-pub use manifest::{FileFact, Machine, Manifest, Tally};
 pub use plan::{Plan, ProfileText};
+pub use schema::{Document, schema};
 pub use seed::link_seed;
 pub use selection::Selection;
 pub use shard::{Shard, UnknownShard};
+pub use sound::is_file_name;
 pub use stall::{RESPONSE_NS, stalling_seed};
 pub use verdict::{Disturbance, Verdict};
 

@@ -5,13 +5,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
 
-use endpoint::{ControllerSettings, Hold, Mode, NoiseLaw, PageSettings, Preset, SampleTime};
+use endpoint::{
+    ControllerSettings, DURATION_REMEDY, Field, Hold, Mode, NoiseLaw, PageSettings, Preset,
+    SampleTime, duration_ns,
+};
 use system::{System, is_name};
 use toml::Spanned;
 
 use crate::cell::Cell;
 use crate::client::Client;
-use crate::duration::{DURATION_REMEDY, duration_ns};
 use crate::experiment::{Block, Combination, ExperimentFile, Word};
 use crate::seed::link_seed;
 use crate::stall::stalling_seed;
@@ -71,12 +73,11 @@ impl Plan {
         for block in &file.cells {
             let block = &instead.over(block);
             let topologies = block
-                .topology
-                .words()
+                .words("topology")
                 .iter()
                 .map(|name| reader.topology(name, &mut plan.profiles, &mut library))
                 .collect::<Result<Vec<_>, _>>()?;
-            let systems = match block.system.words() {
+            let systems = match block.words("system") {
                 [] => vec![System::paper()],
                 asked => asked
                     .iter()
@@ -150,20 +151,20 @@ impl Reader<'_> {
         let size = block.size();
         if size == 0 {
             return Err(self.invalid(
-                &block.mode.place(),
+                &block.place(),
                 "the block of this `mode` describes no cell",
                 "give topology, client, h, mode and duration at least one value, and repeats at least 1",
             ));
         }
         if plan.cells.len().saturating_add(size) > CELLS_MAX {
             return Err(self.invalid(
-                &block.mode.place(),
+                &block.place(),
                 format!("the block of this `mode` brings the plan to more than {CELLS_MAX} cells"),
                 "split the experiment, or lower `repeats`",
             ));
         }
         let is_unknown = |name: &&Word| !topologies.contains(name.get_ref());
-        if let Some(name) = block.stall_met.words().iter().find(is_unknown) {
+        if let Some(name) = block.words("stall_met").iter().find(is_unknown) {
             return Err(self.invalid(
                 name,
                 format!("`{}` is not a topology of this block", name.get_ref()),
@@ -173,28 +174,28 @@ impl Reader<'_> {
         block
             .combinations()
             .iter()
-            .try_for_each(|setting| self.combination(block, setting, topologies, systems, plan))
+            .try_for_each(|chosen| self.combination(block, chosen, topologies, systems, plan))
     }
 
     /// Adds one combination of a block's settings to the plan: each client over each topology.
     fn combination(
         &self,
         block: &Block,
-        setting: &Combination,
+        chosen: &Combination,
         topologies: &[String],
         systems: &[System],
         plan: &mut Plan,
     ) -> Result<(), InvalidFile> {
-        let mut mode = Mode::Closed;
-        self.lay(&setting.mode, &mut mode)?;
-        let mut duration_ns = 0;
-        self.lay_duration(&setting.duration, &mut duration_ns)?;
-        let preset: Option<Preset> = self.given(&setting.preset)?;
-        let clients = self.words::<Client>(block.client.words())?;
-        let rates = self.words::<SampleTime>(block.h.words())?;
-        let mut hold = Hold::Last;
-        self.lay(&setting.hold, &mut hold)?;
-        let tick_noise: Option<NoiseLaw> = self.given(&setting.tick_noise)?;
+        let mode: Mode = self.chosen(chosen, "mode")?.unwrap_or_default();
+        let duration_ns = match chosen.get("duration") {
+            Some(word) => self.duration(word)?,
+            None => 0,
+        };
+        let preset: Option<Preset> = self.chosen(chosen, "preset")?;
+        let clients = self.read_all::<Client>(block.words("client"))?;
+        let rates = self.read_all::<SampleTime>(block.words("h"))?;
+        let hold: Hold = self.chosen(chosen, "hold")?.unwrap_or_default();
+        let tick_noise: Option<NoiseLaw> = self.chosen(chosen, "tick_noise")?;
         for repeat in 1..=block.repeats {
             for (topology, system) in topologies
                 .iter()
@@ -211,8 +212,14 @@ impl Reader<'_> {
                                 "lengthen `duration`",
                             ));
                         }
-                        let mut settings = self.settings(setting, preset.settings(mode, *h))?;
+                        let mut settings = preset.settings(mode, *h);
                         settings.r = system.r();
+                        self.lay(ControllerSettings::FIELDS, chosen, &mut settings)?;
+                        let suits = settings.check().and_then(|()| system.check(&settings));
+                        suits.map_err(|invalid| {
+                            let place = chosen.get(invalid.name).unwrap_or(named);
+                            self.invalid(place, invalid.problem, invalid.remedy)
+                        })?;
                         let mut cell = Cell {
                             index: 0,
                             id: String::new(),
@@ -226,7 +233,7 @@ impl Reader<'_> {
                             settings,
                             hold,
                             tick_noise,
-                            page: self.page(setting, *client, preset, &settings, named)?,
+                            page: self.page(chosen, *client, preset, &settings, named)?,
                             together: *block.together.get_ref(),
                         };
                         cell.identify();
@@ -247,8 +254,7 @@ impl Reader<'_> {
         repeat: u32,
     ) -> Result<u64, InvalidFile> {
         let named = block
-            .stall_met
-            .words()
+            .words("stall_met")
             .iter()
             .find(|name| name.get_ref() == topology);
         let Some(named) = named else {
@@ -267,80 +273,57 @@ impl Reader<'_> {
             })
     }
 
-    /// The preset's settings with the block's own words laid over them.
-    fn settings(
-        &self,
-        block: &Combination,
-        preset: ControllerSettings,
-    ) -> Result<ControllerSettings, InvalidFile> {
-        let mut settings = preset;
-        self.lay(&block.outstanding, &mut settings.outstanding)?;
-        self.lay(&block.transport, &mut settings.transport)?;
-        self.lay(&block.connection, &mut settings.connection)?;
-        self.lay(&block.schedule, &mut settings.schedule)?;
-        self.lay(&block.integrate, &mut settings.integrate)?;
-        self.lay(&block.late, &mut settings.late)?;
-        self.lay_duration(&block.timeout, &mut settings.timeout_ns)?;
-        if let (Some(word), Some(problem)) = (&block.connection, settings.conflict()) {
-            let (problem, remedy) = problem.split_once("; ").unwrap_or((problem, ""));
-            return Err(self.invalid(word, problem, remedy));
-        }
-        Ok(settings)
-    }
-
     /// How the page goes about it, where the client is a browser.
     fn page(
         &self,
-        block: &Combination,
+        chosen: &Combination,
         client: Client,
         preset: Preset,
         settings: &ControllerSettings,
         named: &Spanned<String>,
     ) -> Result<Option<PageSettings>, InvalidFile> {
         let mut page = preset.page();
-        self.lay(&block.thread, &mut page.thread)?;
-        self.lay(&block.sender, &mut page.sender)?;
-        self.lay(&block.timer, &mut page.timer)?;
-        self.lay_duration(&block.timer_floor, &mut page.floor_ns)?;
+        self.lay(PageSettings::FIELDS, chosen, &mut page)?;
         if !client.is_browser() {
             return Ok(None);
         }
-        match page.conflict(settings) {
-            Some(problem) => {
-                let (problem, remedy) = problem.split_once("; ").unwrap_or((problem, ""));
-                Err(self.invalid(named, format!("in a browser {problem}"), remedy))
+        match page.check(settings) {
+            Ok(()) => Ok(Some(page)),
+            Err(invalid) => {
+                let problem = format!("in a browser {}", invalid.problem);
+                Err(self.invalid(named, problem, invalid.remedy))
             }
-            None => Ok(Some(page)),
         }
     }
 
-    fn lay<T: FromStr<Err: std::fmt::Display>>(
+    /// Lays the chosen values over what the preset has.
+    fn lay<S>(
         &self,
-        word: &Option<Word>,
-        setting: &mut T,
+        fields: &[Field<S>],
+        chosen: &Combination,
+        settings: &mut S,
     ) -> Result<(), InvalidFile> {
-        if let Some(word) = word {
-            *setting = self.word(word)?;
+        for field in fields {
+            if let Some(word) = chosen.get(field.name) {
+                field
+                    .read(settings, word.get_ref())
+                    .map_err(|invalid| self.invalid(word, invalid.problem, invalid.remedy))?;
+            }
         }
         Ok(())
     }
 
-    fn lay_duration(&self, word: &Option<Word>, setting_ns: &mut u64) -> Result<(), InvalidFile> {
-        if let Some(word) = word {
-            *setting_ns = self.duration(word)?;
-        }
-        Ok(())
-    }
-
-    fn given<T: FromStr<Err: std::fmt::Display>>(
+    /// What is chosen under a key; `None` where the block does not say.
+    fn chosen<T: FromStr<Err: std::fmt::Display>>(
         &self,
-        word: &Option<Word>,
+        chosen: &Combination,
+        key: &str,
     ) -> Result<Option<T>, InvalidFile> {
-        word.as_ref().map(|word| self.word(word)).transpose()
+        chosen.get(key).map(|word| self.word(word)).transpose()
     }
 
     /// Each word with what it says.
-    fn words<'a, T: FromStr<Err: std::fmt::Display>>(
+    fn read_all<'a, T: FromStr<Err: std::fmt::Display>>(
         &self,
         words: &'a [Word],
     ) -> Result<Vec<(&'a Word, T)>, InvalidFile> {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use endpoint::{Integrate, SampleTime};
+use endpoint::SampleTime;
 use system::System;
 use toml::Spanned;
 
@@ -82,23 +82,11 @@ impl Reader<'_> {
                 &remedy,
             )
         })?;
-        for h in block.h.words() {
+        for h in block.words("h") {
             let value: SampleTime = self.word(h)?;
             if let Err(unfit) = system.at(value) {
                 let remedy = "use another h, or another system";
                 return Err(self.invalid(asked, unfit.to_string(), remedy));
-            }
-        }
-        for word in block.integrate.words() {
-            if self.word::<Integrate>(word)? == Integrate::Elapsed && !system.takes_elapsed() {
-                return Err(self.invalid(
-                    word,
-                    format!(
-                        "the law of {} advances by h, whatever has passed",
-                        system.name()
-                    ),
-                    "leave `elapsed` out",
-                ));
             }
         }
         let name = system.name().to_owned();

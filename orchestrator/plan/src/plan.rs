@@ -4,13 +4,14 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use system::System;
 
 use crate::Cell;
 
 /// A profile as text: its TOML and the traces that it names.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProfileText {
     /// The TOML.
@@ -39,8 +40,9 @@ impl ProfileText {
 }
 
 /// Everything that a campaign will run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "webloop plan")]
 pub struct Plan {
     /// Version of this format.
     pub version: u32,

@@ -4,8 +4,7 @@
 //! `paper-python, system pendulum`. Rate and mode
 //! are not in it: they have columns of their own.
 
-use endpoint::Timer;
-use jiff::SignedDuration;
+use endpoint::{ControllerSettings, Field, PageSettings};
 use system::System;
 
 use crate::Cell;
@@ -28,61 +27,52 @@ impl Cell {
     pub fn setup(&self) -> String {
         let own = &self.settings;
         let usual = self.preset.settings(own.mode, own.h);
+        let is_own_system = self.system != System::PAPER;
         let mut words = vec![self.preset.to_string()];
-        let mut laid = |over: bool, word: String| {
-            if over {
-                words.push(word);
-            }
-        };
-        laid(
-            self.system != System::PAPER,
-            format!("system {}", self.system),
-        );
-        laid(!self.hold.is_last(), format!("hold {}", self.hold));
-        let noise = self.tick_noise.map(|law| format!("tick noise {law}"));
-        laid(noise.is_some(), noise.unwrap_or_default());
-        laid(own.transport != usual.transport, own.transport.to_string());
-        if let Some(page) = &self.page {
-            let usual = self.preset.page();
-            // `worker` is a preset too, and `timeout` another setting.
-            laid(
-                page.thread != usual.thread,
-                format!("thread {}", page.thread),
-            );
-            laid(page.sender != usual.sender, page.sender.to_string());
-            let timer = match page.timer {
-                Timer::Timeout => "timer timeout".to_owned(),
-                timer => timer.to_string(),
-            };
-            laid(page.timer != usual.timer, timer);
-            let floor = format!("timer floor {}", time(page.floor_ns));
-            laid(page.floor_ns != usual.floor_ns, floor);
-        }
-        let outstanding = format!("outstanding {}", own.outstanding);
-        laid(own.outstanding != usual.outstanding, outstanding);
-        let connection = format!("connection {}", own.connection);
-        laid(own.connection != usual.connection, connection);
-        laid(own.schedule != usual.schedule, own.schedule.to_string());
-        let integrate = format!("integrate {}", own.integrate);
-        laid(own.integrate != usual.integrate, integrate);
-        laid(own.late != usual.late, format!("late {}", own.late));
-        let timeout = format!("timeout {}", time(own.timeout_ns));
-        laid(own.timeout_ns != usual.timeout_ns, timeout);
+        words.extend(is_own_system.then(|| format!("system {}", self.system)));
+        words.extend((!self.hold.is_last()).then(|| format!("hold {}", self.hold)));
+        words.extend(self.tick_noise.map(|law| format!("tick noise {law}")));
+        // How it is sent, by whom, and when.
+        let usual_page = self.preset.page();
+        let of_page = self
+            .page
+            .iter()
+            .flat_map(|page| differing(PageSettings::FIELDS, page, &usual_page));
+        let (transport, others) = ControllerSettings::FIELDS.split_at(1);
+        let settings = differing(transport, own, &usual)
+            .chain(of_page)
+            .chain(differing(others, own, &usual));
+        words.extend(settings);
         // A system's reference is its own. A plan by hand can have any; bit by bit, so that NaN is
         // itself.
-        let is_own = self.system != System::PAPER;
-        laid(
-            !is_own && own.r.to_bits() != usual.r.to_bits(),
-            format!("r {}", own.r),
-        );
+        let is_usual = is_own_system || own.r.to_bits() == usual.r.to_bits();
+        words.extend((!is_usual).then(|| format!("r {}", own.r)));
         words.join(", ")
     }
 }
 
-/// As an experiment writes it: `10ms`, `1s 500ms`.
-fn time(ns: u64) -> String {
-    let ns = i64::try_from(ns).unwrap_or(i64::MAX);
-    format!("{:#}", SignedDuration::from_nanos(ns))
+/// Each setting that is not as usual, in words.
+fn differing<'a, S>(
+    fields: &'a [Field<S>],
+    own: &'a S,
+    usual: &'a S,
+) -> impl Iterator<Item = String> + 'a {
+    let is_name = |word: &str| {
+        ControllerSettings::FIELDS
+            .iter()
+            .any(|field| field.name == word)
+    };
+    fields.iter().filter_map(move |field| {
+        let text = field.text(own);
+        if text == field.text(usual) {
+            None
+        // `timeout` is a timer, and another setting.
+        } else if field.is_telling && !is_name(&text) {
+            Some(text)
+        } else {
+            Some(format!("{} {text}", field.name.replace('_', " ")))
+        }
+    })
 }
 
 #[cfg(test)]

@@ -5,13 +5,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use endpoint::SampleTime;
+use endpoint::{DURATION_MAX_NS, SampleTime};
 use system::{System, is_name};
 
-use crate::duration::DURATION_MAX;
 use crate::matrix::{CELLS_MAX, TOGETHER_MAX};
 use crate::stall::stalling_seed;
-use crate::{Cell, Plan, link_seed};
+use crate::{Cell, Plan, file_name, link_seed};
 
 /// The longest id, in bytes: a file system takes 255, and what is moved aside gets some more.
 const ID_MAX: usize = 200;
@@ -117,12 +116,11 @@ impl Plan {
                 cell.topology.escape_debug()
             ));
         }
-        let longest_ns = u64::try_from(DURATION_MAX.as_nanos()).unwrap_or(u64::MAX);
         for (name, ns) in [
             ("duration_ns", cell.duration_ns),
             ("timeout_ns", cell.settings.timeout_ns),
         ] {
-            if !(1..=longest_ns).contains(&ns) {
+            if !(1..=DURATION_MAX_NS).contains(&ns) {
                 return Err(format!("{name} {ns} is not between 0 and a week"));
             }
         }
@@ -152,16 +150,14 @@ impl Plan {
                 cell.link_seed, self.seed
             ));
         }
-        let conflict = match (&cell.page, cell.client.is_browser()) {
-            (Some(page), true) => page.conflict(&cell.settings),
-            (None, false) => None,
-            (Some(_), false) => Some("only a browser has a page"),
-            (None, true) => Some("a browser has a page"),
+        let page = match (&cell.page, cell.client.is_browser()) {
+            (Some(page), true) => page.check(&cell.settings),
+            (None, false) => Ok(()),
+            (Some(_), false) => return Err("only a browser has a page".to_owned()),
+            (None, true) => return Err("a browser has a page".to_owned()),
         };
-        match conflict.or(cell.settings.conflict()) {
-            Some(problem) => Err(problem.to_owned()),
-            None => Ok(()),
-        }
+        page.and_then(|()| cell.settings.check())
+            .map_err(|invalid| invalid.to_string())
     }
 }
 
@@ -177,7 +173,8 @@ fn is_id(text: &str) -> bool {
 }
 
 /// Whether it names a file in the folder that it is said of.
-pub(crate) fn is_file_name(text: &str) -> bool {
+#[must_use]
+pub fn is_file_name(text: &str) -> bool {
     (1..=NAME_MAX).contains(&text.len())
         && !text.starts_with('.')
         && !text.contains(|c: char| matches!(c, '/' | '\\') || c.is_control())
@@ -186,14 +183,14 @@ pub(crate) fn is_file_name(text: &str) -> bool {
 /// Whether a run has files of its own by this name.
 fn is_ours(name: &str) -> bool {
     const ROWS: [&str; 8] = [
-        "ticks.csv",
-        "arrivals.csv",
-        "messages.csv",
-        "probes.csv",
-        "link.csv",
-        "link-up.csv",
-        "link-down.csv",
-        "sightings.csv",
+        file_name::TICKS,
+        file_name::ARRIVALS,
+        file_name::MESSAGES,
+        file_name::PROBES,
+        file_name::LINK,
+        file_name::LINK_UP,
+        file_name::LINK_DOWN,
+        file_name::SIGHTINGS,
     ];
     ROWS.contains(&name)
         || ["messages-", "echoes-"]

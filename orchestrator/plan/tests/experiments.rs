@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use endpoint::Mode;
-use plan::{Client, EXPERIMENTS, Instead, Part, Plan, ProfileText, Selection};
+use plan::{Client, Document, EXPERIMENTS, Instead, Part, Plan, ProfileText, Selection};
 
 fn builtin(name: &str) -> Result<ProfileText, String> {
     link::Profile::builtin(name)
@@ -446,4 +446,18 @@ fn every_setting_is_one_value_or_a_list_and_every_combination_is_a_cell() {
 
 fn times(n: usize) -> Vec<String> {
     (1..=n).map(|n| format!("{n}ms")).collect()
+}
+
+#[test]
+fn the_schemas_beside_them_are_the_types_and_each_names_its_own() {
+    let experiment = include_str!("../../experiments/experiment.schema.json");
+    let plan = include_str!("../../experiments/plan.schema.json");
+    for (document, text) in [(Document::Experiment, experiment), (Document::Plan, plan)] {
+        let remedy = "write `webloop matrix --schema=experiment`, or `=plan`, there";
+        assert_eq!(plan::schema(document), text, "{remedy}");
+    }
+    for (name, text) in EXPERIMENTS {
+        let head = "#:schema ./experiment.schema.json\n";
+        assert!(text.starts_with(head), "{name}");
+    }
 }

@@ -16,7 +16,7 @@ use system::System;
 
 pub use coverage::Coverage;
 
-use crate::group::Estimate;
+use crate::group::{Estimate, Group};
 
 /// What became of the closed loops of a campaign.
 #[derive(Debug, Clone, PartialEq)]
@@ -160,23 +160,18 @@ impl Standing {
     }
 
     fn of(runs: &[&Run]) -> Standing {
-        let complete: Vec<&&Run> = runs.iter().filter(|run| run.is_complete()).collect();
+        let group = Group::complete(runs.iter().copied());
         let count = |verdict| {
-            let is = |run: &&&&Run| run.summary.loop_verdict == Some(verdict);
-            complete.iter().filter(is).count()
+            let is = |run: &&&Run| run.summary.loop_verdict == Some(verdict);
+            group.runs.iter().filter(is).count()
         };
-        // A step that never settled is later than any; so is a run in which no command arrived.
-        let settling_ms: Vec<f64> = complete
-            .iter()
-            .map(|run| run.summary.settling_ms.unwrap_or(f64::INFINITY))
-            .collect();
         Standing {
-            planned: runs.len(),
-            complete: complete.len(),
+            planned: group.planned,
+            complete: group.runs.len(),
             stable: count(LoopVerdict::Stable),
             not_settled: count(LoopVerdict::NotSettled),
             unstable: count(LoopVerdict::Unstable),
-            settling_ms: Estimate::median(&settling_ms),
+            settling_ms: group.settling_ms().filter(|ms| ms.value.is_finite()),
             times: Vec::new(),
         }
     }
@@ -239,13 +234,12 @@ fn hold_against(rows: &mut [Row], topologies: &[String], reference: Option<&str>
     else {
         return;
     };
-    let references: Vec<(Client, String, u64, f64)> = rows
+    let references: Vec<(Client, String, u64, Estimate)> = rows
         .iter()
         .filter(|row| matches!(row.client, Client::Native | Client::Python) && row.is_plain)
         .filter_map(|row| {
-            let standing = row.standings.get(column)?.as_ref()?;
-            let value = standing.settling_ms?.value;
-            (value > 0.0).then(|| (row.client, row.system.clone(), row.h_ns, value))
+            let settling_ms = row.standings.get(column)?.as_ref()?.settling_ms?;
+            Some((row.client, row.system.clone(), row.h_ns, settling_ms))
         })
         .collect();
     for row in rows {
@@ -254,17 +248,16 @@ fn hold_against(rows: &mut [Row], topologies: &[String], reference: Option<&str>
             let Some(own) = standing.settling_ms else {
                 continue;
             };
-            standing.times = references
-                .iter()
-                .filter(|(client, system, h_ns, _)| {
-                    let is_itself = at == column && row.is_plain && row.client == *client;
-                    *system == row.system && *h_ns == row.h_ns && !is_itself
-                })
-                .map(|(client, _, _, value)| Times {
+            let times = references.iter().filter_map(|(client, system, h_ns, of)| {
+                let is_itself = at == column && row.is_plain && row.client == *client;
+                let is_like = *system == row.system && *h_ns == row.h_ns && !is_itself;
+                let factor = own.times(*of).filter(|_| is_like)?.value;
+                Some(Times {
                     of: *client,
-                    factor: own.value / value,
+                    factor,
                 })
-                .collect();
+            });
+            standing.times = times.collect();
         }
     }
 }

@@ -1,22 +1,23 @@
 //! The paper's claims, each held against the runs.
 //!
-//! Each claim is worked out of the runs by a function of its own in a file of this folder; nothing
-//! but the paper's numbers and the limits of agreement is written down beforehand.
+//! Most claims are rows of a table: whom to ask, where, at what rate, for which number, and what is
+//! accepted. `row` is what such a claim consists of, and the one function that judges it; the tables
+//! stand by figure in the files of this folder, each with the numbers that it asks for. The odd claims
+//! are code. Nothing but the paper's numbers and the limits of agreement is written down beforehand, and
+//! what a claim says of its limits is formatted from them.
 //!
-//! - `ping`: Table 2, from the series in `echo`; `together`: Table 3, with `rare` for counts of a few;
-//!   `order`: what was overtaken;
 //! - `pace`: Figure 2; `drift`: Figures 3 and 4, by the lines in `slope`; `settling`: Figures 5 and 6;
-//!   `plant`: Figure 7; `interval`: Figures 8 and 9, by the shares in `histogram`; `question`: the
-//!   guess, and what is left open; `reading`: claims read as the text also allows;
-//! - `rule`: the one rule by which every number is judged; `evidence`: from parts to a finding; `estimate`: numbers with their intervals; `words`: both in a
-//!   sentence; `format`: the files.
+//!   `plant`: Figure 7; `interval`: Figures 8 and 9; `question`: the guess, and what is left open;
+//! - the odd ones: `ping`: Table 2, from the series in `echo`; `together`: Table 3, with `rare` for counts
+//!   of a few; `order`: what was overtaken; `reading`: claims read as the text also allows;
+//! - `rule`: the one rule by which every number is judged; `evidence`: from parts to a finding; `estimate`:
+//!   numbers with their intervals; `words`: both in a sentence; `format`: the files.
 
 mod drift;
 mod echo;
 mod estimate;
 mod evidence;
 mod format;
-mod histogram;
 mod interval;
 mod order;
 mod pace;
@@ -25,6 +26,7 @@ mod plant;
 mod question;
 mod rare;
 mod reading;
+mod row;
 mod rule;
 mod settling;
 mod slope;
@@ -65,7 +67,7 @@ pub struct Finding {
     /// What it says, in a sentence of ours.
     pub claim: &'static str,
     /// What counts as agreement, in words: `settling 3 to 5 times that on arima`.
-    pub check: &'static str,
+    pub check: String,
     /// The claim that this is a reading of: settings, or a look at the same rows, that the paper's text allows
     /// and does not state. A reading is no claim and is not counted as one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -86,6 +88,9 @@ pub struct Finding {
 pub struct Part {
     /// What was measured, where: `settling, python, diego-vpn, 333 Hz`.
     pub of: String,
+    /// What was measured, without where: `settling`.
+    #[serde(skip)]
+    pub quantity: String,
     /// The unit, empty for a share or a ratio.
     pub unit: &'static str,
     /// The paper's number, where it has one.
@@ -110,13 +115,24 @@ impl Part {
         limits: impl Into<Limits>,
     ) -> Part {
         let limits = limits.into();
+        let of = of.into();
         Part {
-            of: of.into(),
+            quantity: of.clone(),
+            of,
             unit,
             paper,
             ours,
             accepted: Some(limits.shown()),
             verdict: rule::judge(ours, &limits),
+        }
+    }
+
+    /// The same of this place: `python, diego-vpn, 333 Hz`.
+    #[must_use]
+    pub fn at(self, place: &str) -> Part {
+        Part {
+            of: format!("{}, {place}", self.quantity),
+            ..self
         }
     }
 }
@@ -130,14 +146,20 @@ pub fn all(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
     findings.push(ping::couva(campaign)?);
     findings.extend(together::table_3(campaign)?);
     findings.push(order::out_of_order(campaign));
-    findings.extend(pace::figure_2(campaign)?);
-    findings.extend(drift::figures_3_and_4(campaign)?);
-    findings.extend(settling::figure_5(campaign));
-    findings.extend(settling::figure_6(campaign));
-    findings.extend(plant::figure_7(campaign));
-    findings.extend(interval::figure_8(campaign)?);
-    findings.extend(interval::figure_9(campaign)?);
-    findings.push(question::guess(campaign));
+    let table = [
+        pace::figure_2(),
+        drift::figure_3(),
+        drift::figure_4(),
+        settling::figure_5(),
+        settling::figure_6(),
+        plant::figure_7(),
+        interval::figure_8(),
+        interval::figure_9(),
+        question::guess(),
+    ];
+    for claim in table.into_iter().flatten() {
+        findings.push(row::judge(campaign, claim)?);
+    }
     findings.extend(question::future(campaign));
     findings.extend(reading::all(campaign)?);
     Ok(findings)

@@ -16,13 +16,7 @@ pub mod schema;
 use std::path::Path;
 
 use analysis::Campaign;
-
-/// The table that `webloop run` leaves beside the plan.
-const SUMMARY: &str = "summary.csv";
-/// The plan.
-const PLAN: &str = "plan.json";
-/// The folder that a report is written into.
-const REPORT: &str = "report";
+use plan::file_name::{PLAN, REPORT, SUMMARY};
 
 /// The terms of webloop itself, which hold for results unless who publishes them says otherwise.
 const LICENCE: Licence = Licence {

@@ -130,11 +130,11 @@ fn about(sentences: &[String]) -> String {
 }
 
 /// Points without an interval about them.
-fn series(name: String, mark: chart::Mark, role: chart::Role, points: Vec<(f64, f64)>) -> Series {
+fn series(name: String, mark: chart::Mark, tone: chart::Tone, points: Vec<(f64, f64)>) -> Series {
     Series {
         name,
         mark,
-        role,
+        tone,
         points,
         band: Vec::new(),
     }

@@ -1,9 +1,10 @@
 //! Runs that differ only in their repeat, and what they agree on.
 
 use analysis::{Campaign, Run};
-use endpoint::Preset;
-use plan::Client;
+use endpoint::Mode;
 use serde::Serialize;
+
+use crate::subject::Subject;
 
 /// The complete runs of one topology, client, setup, mode and rate, in order of repeat.
 #[derive(Debug, Clone)]
@@ -16,24 +17,62 @@ pub struct Group<'a> {
 
 /// What is looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Asked<'a> {
+pub(crate) struct Asked<'a> {
+    /// The client with its preset.
+    pub(crate) subject: Subject,
     /// The topology.
-    pub topology: &'a str,
-    /// The client.
-    pub client: Client,
-    /// Its preset; only cells with exactly that setup are meant.
-    pub preset: Preset,
+    pub(crate) topology: &'a str,
     /// The mode.
-    pub mode: endpoint::Mode,
+    pub(crate) mode: Mode,
     /// The sample time, ns.
-    pub h_ns: u64,
+    pub(crate) h_ns: u64,
+    /// Whether cells are meant whose plant is as noisy as it is told to be, else those in exactly this
+    /// setup.
+    pub(crate) is_noisy: bool,
+}
+
+impl Subject {
+    /// Its complete runs at one place, in one mode, at one rate.
+    pub(crate) fn runs<'a>(
+        self,
+        campaign: &'a Campaign,
+        topology: &str,
+        mode: Mode,
+        h_ns: u64,
+    ) -> Group<'a> {
+        Group::of(campaign, self.at(topology, mode, h_ns))
+    }
+
+    /// Its open loops at one place, at one rate.
+    pub(crate) const fn open(self, topology: &str, h_ns: u64) -> Asked<'_> {
+        self.at(topology, Mode::Open, h_ns)
+    }
+
+    /// Its closed loops at one place, at one rate.
+    pub(crate) const fn closed(self, topology: &str, h_ns: u64) -> Asked<'_> {
+        self.at(topology, Mode::Closed, h_ns)
+    }
+
+    const fn at(self, topology: &str, mode: Mode, h_ns: u64) -> Asked<'_> {
+        Asked {
+            subject: self,
+            topology,
+            mode,
+            h_ns,
+            is_noisy: false,
+        }
+    }
 }
 
 impl<'a> Group<'a> {
     /// The group that is asked for; empty where the plan has none.
-    #[must_use]
-    pub fn of(campaign: &'a Campaign, asked: Asked<'_>) -> Group<'a> {
-        let planned: Vec<&Run> = campaign.runs.iter().filter(|run| asked.is(run)).collect();
+    pub(crate) fn of(campaign: &'a Campaign, asked: Asked<'_>) -> Group<'a> {
+        Group::complete(campaign.runs.iter().filter(|run| asked.is_for(run)))
+    }
+
+    /// The complete ones of the runs of one kind.
+    pub(crate) fn complete(kind: impl Iterator<Item = &'a Run>) -> Group<'a> {
+        let planned: Vec<&Run> = kind.collect();
         Group {
             planned: planned.len(),
             runs: planned
@@ -49,23 +88,39 @@ impl<'a> Group<'a> {
         self.runs.iter().map(|run| run.cell.id.clone()).collect()
     }
 
-    /// A figure of each run; a run that has none is infinite, as a step that never settled is.
-    #[must_use]
-    pub fn values(&self, figure: impl Fn(&Run) -> Option<f64>) -> Vec<f64> {
+    /// The median of a figure that each run has.
+    pub(crate) fn median(&self, figure: impl Fn(&Run) -> Option<f64>) -> Option<Estimate> {
+        self.median_or_never(figure)
+            .filter(|median| median.value.is_finite())
+    }
+
+    /// The median of a figure that runs may never have come to: infinite where half of them did not, as
+    /// a step that never settled is later than any.
+    pub(crate) fn median_or_never(&self, figure: impl Fn(&Run) -> Option<f64>) -> Option<Estimate> {
         let value = |run: &&Run| figure(run).unwrap_or(f64::INFINITY);
-        self.runs.iter().map(value).collect()
+        Estimate::median_or_never(&self.runs.iter().map(value).collect::<Vec<_>>())
+    }
+
+    /// The median settling, ms; infinite where half of the runs never settled.
+    pub(crate) fn settling_ms(&self) -> Option<Estimate> {
+        self.median_or_never(|run| run.summary.settling_ms)
     }
 }
 
 impl Asked<'_> {
-    fn is(&self, run: &Run) -> bool {
+    /// Whether a run is meant.
+    pub(crate) fn is_for(&self, run: &Run) -> bool {
         let cell = &run.cell;
         cell.topology == self.topology
-            && cell.client == self.client
-            && cell.preset == self.preset
+            && cell.client == self.subject.client
+            && cell.preset == self.subject.preset
             && cell.settings.mode == self.mode
             && cell.settings.h.ns() == self.h_ns
-            && cell.setup() == self.preset.to_string()
+            && if self.is_noisy {
+                cell.tick_noise.is_some()
+            } else {
+                cell.setup() == self.subject.preset.to_string()
+            }
     }
 }
 

@@ -121,7 +121,7 @@ fn claim(finding: &Finding) -> TestCase {
     case.add_properties([
         ("place", finding.place),
         ("claim", finding.claim),
-        ("check", finding.check),
+        ("check", finding.check.as_str()),
         ("reason", finding.reason.as_str()),
     ]);
     case

@@ -10,10 +10,10 @@
 //! - [`compare`]: two results folders side by side, and [`agree`]: whether one can stand for the other;
 //! - [`answer`]: whether the loop survives, where, with which client;
 //! - [`page`]: `report.html`, the page to open;
-//! - [`report`]: all of it as one value, from which every file is made.
+//! - [`report`]: all of it as one value; [`files`]: every file that is made of it.
 //!
 //! Everything here is worked out of a [`analysis::Campaign`] and can be deleted and made again:
-//! equal folders give equal bytes. Nothing is run, and only [`report::write`] writes.
+//! equal folders give equal bytes. Nothing is run, and only [`files::write`] writes.
 #![forbid(unsafe_code)]
 
 pub mod agree;
@@ -23,6 +23,7 @@ pub mod compare;
 pub mod deposit;
 pub mod digest;
 pub mod figure;
+pub mod files;
 pub mod group;
 pub mod junit;
 mod number;
@@ -37,4 +38,5 @@ mod sample;
 mod subject;
 pub mod table;
 
-pub use report::{Report, write};
+pub use files::write;
+pub use report::Report;

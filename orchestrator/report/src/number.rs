@@ -1,4 +1,4 @@
-//! Numbers in words: to so many significant digits.
+//! Numbers in words: to so many significant digits. The one home of it in this crate.
 
 /// A number to so many significant digits, but none before the point cut off; from ten million on,
 /// and below a millionth, with its power of ten. `-` is no number.
@@ -17,6 +17,19 @@ pub(crate) fn significant(number: f64, digits: u8) -> String {
             let decimals = i32::try_from(after).unwrap_or(i32::MAX) - exponent;
             format!("{number:.*}", usize::try_from(decimals).unwrap_or(0))
         }
+    }
+}
+
+/// A number in a sentence, to three digits; to two where it is small: `0.0746`, `9.8e-4`, `infinite`.
+pub(crate) fn number(number: f64) -> String {
+    /// From where it would be rounded to 0.0100.
+    const SMALL: f64 = 0.009_995;
+    if number.is_infinite() {
+        "infinite".to_owned()
+    } else if number != 0.0 && number.abs() < SMALL {
+        format!("{number:.1e}")
+    } else {
+        significant(number, 3)
     }
 }
 
@@ -66,6 +79,18 @@ mod tests {
         ] {
             assert_eq!(significant(number, digits), words);
         }
+    }
+
+    #[test]
+    fn numbers_in_a_sentence_have_three_digits_and_small_ones_two() {
+        let numbers = [3033.374, 10.9, 1.004, 0.2494, 0.0746, 0.00098, -2.4e-3, 0.0];
+        assert_eq!(
+            numbers.map(super::number),
+            [
+                "3033", "10.9", "1.00", "0.249", "0.0746", "9.8e-4", "-2.4e-3", "0"
+            ]
+        );
+        assert_eq!(super::number(f64::INFINITY), "infinite");
     }
 
     #[test]

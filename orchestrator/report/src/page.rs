@@ -8,13 +8,13 @@
 mod again;
 mod badge;
 mod board;
-mod certificate;
 mod detail;
 mod drawing;
 mod gap;
 mod leaf;
 mod machine;
 mod matrix;
+mod place;
 mod profile;
 mod ran;
 mod scroll;

@@ -1,16 +1,9 @@
-//! All of a report as one value, and the files that are made of it.
-
-use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+//! All of a report as one value. The files that are made of it are in [`files`](crate::files).
 
 use analysis::{Campaign, Damage, ReadError};
 
 use crate::claim::{self, Finding};
-use crate::digest;
 use crate::figure::{self, Figure};
-use crate::junit;
-use crate::page;
 use crate::table::{self, Table};
 
 /// A report.
@@ -49,34 +42,4 @@ impl<'a> Report<'a> {
             .iter()
             .filter(|finding| finding.reading_of.is_none())
     }
-
-    /// Every file of the report: its name, and what is in it.
-    #[must_use]
-    pub fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
-        let text = |name: &str, content: String| (PathBuf::from(name), content.into_bytes());
-        let mut files = vec![
-            text("report.html", page::render(self)),
-            text("claims.json", claim::to_json(&self.claims)),
-            text("claims.csv", claim::to_csv(&self.claims)),
-            text("summary.md", digest::markdown(self)),
-            text("junit.xml", junit::xml(self)),
-        ];
-        files.extend(self.tables.iter().flat_map(Table::files));
-        files.extend(self.figures.iter().flat_map(Figure::files));
-        files
-    }
-}
-
-/// Writes a report's [files](Report::files) into `folder`, over those of an earlier one.
-///
-/// # Errors
-/// When the folder or a file cannot be written.
-pub fn write(files: &[(PathBuf, Vec<u8>)], folder: &Path) -> io::Result<()> {
-    fs::create_dir_all(folder)?;
-    for (name, content) in files {
-        // A report lies in a results folder, in which a name may have been made to lead elsewhere.
-        file::make_folder(folder, name.parent().unwrap_or(Path::new("")))?;
-        file::write(&folder.join(name), content)?;
-    }
-    Ok(())
 }

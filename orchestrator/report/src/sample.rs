@@ -5,7 +5,8 @@ use std::fs;
 use std::path::PathBuf;
 
 use analysis::{Campaign, CellFacts, LinkFacts, LoopVerdict, Metrics, Run, Summary};
-use plan::{Cell, FileFact, Instead, Machine, Manifest, Plan, ProfileText, Verdict};
+use manifest::{FileFact, Machine, Manifest};
+use plan::{Cell, Instead, Plan, ProfileText, Verdict};
 
 /// What became of a cell.
 pub(crate) enum Outcome {

@@ -5,11 +5,13 @@ mod support;
 use std::path::Path;
 
 use analysis::Campaign;
+use endpoint::report::{Browser, Confinement, Engine, Sandbox, Version, Visit, Written};
 use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, Mode, TickRow};
-use plan::{Cell, Client, Manifest, Phase, ProbeRow, Verdict};
+use manifest::{ControllerReport, Manifest, PlantReport};
+use plan::{Cell, Client, Phase, ProbeRow, Verdict};
 use report::{Report, figure, table};
 
-use support::{Lab, Rows};
+use support::{Lab, Rows, plant, python};
 
 /// A part of the paper's matrix: something of each kind of figure.
 const EXPERIMENT: &str = r#"
@@ -140,30 +142,47 @@ fn write(lab: &Lab, cell: &Cell, verdict: Verdict) {
         messages: messages.collect(),
         probes: probes.collect(),
     };
-    lab.end_as(cell, &rows, verdict, |manifest| say(manifest, cell));
+    lab.end_as(cell, &rows, verdict, |manifest| say(manifest, cell, &rows));
 }
 
 /// What Table 1 shows of programs, machine and scheduling.
-fn say(manifest: &mut Manifest, cell: &Cell) {
+fn say(manifest: &mut Manifest, cell: &Cell, rows: &Rows) {
     manifest.controller = Some(match cell.client {
-        Client::Firefox => {
-            serde_json::json!({ "browser": { "name": "Firefox", "number": "153.7.0esr" } })
-        }
-        _ => serde_json::json!({
-            "implementation": "CPython",
-            "python": "3.11.7",
-            "granted": { "controller": { "policy": "fifo", "priority": 45 } },
-        }),
+        Client::Firefox => ControllerReport::Visit(Box::new(visit())),
+        _ => ControllerReport::Python(Box::new(python(rows))),
     });
-    manifest.plant = Some(serde_json::json!({
-        "granted": { "ticker": { "policy": "fifo", "priority": 50 } },
-    }));
+    manifest.plant = Some(PlantReport::Real(Box::new(plant(rows))));
     if cell.topology == "arima" {
         manifest.player = "none".to_owned();
     }
     manifest.machine.processor = "Four, \"quoted\"".to_owned();
     manifest.machine.cores = 4;
     manifest.machine.memory_mib = 8192;
+}
+
+fn visit() -> Visit {
+    Visit {
+        client: Engine::Firefox,
+        start_ns: None,
+        stop_ns: None,
+        interrupted: false,
+        rows: Written::default(),
+        session: None,
+        browser: Browser {
+            version: Version {
+                name: "Firefox".to_owned(),
+                number: "153.7.0esr".to_owned(),
+            },
+            program: "firefox".into(),
+            arguments: Vec::new(),
+            sandbox: Sandbox {
+                kind: Confinement::Namespace,
+                user: 0,
+                reason: None,
+            },
+            opened_ms: None,
+        },
+    }
 }
 
 /// What a figure shows, without its points.

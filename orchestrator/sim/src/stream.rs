@@ -9,7 +9,7 @@
 
 use std::collections::VecDeque;
 
-use link::Way;
+use link::{PerWay, Way};
 
 use crate::connection::Id;
 use crate::retransmission::Wheel;
@@ -20,8 +20,7 @@ const VARIATION_MIN_NS: u64 = 200_000_000;
 /// One connection's two ways.
 #[derive(Debug)]
 pub(crate) struct Stream {
-    up: Line,
-    down: Line,
+    lines: PerWay<Line>,
     /// From one packet to the next; none where the client waits for each answer.
     pause_ns: Option<u64>,
 }
@@ -46,8 +45,7 @@ impl Stream {
     /// A connection that a packet enters every `pause_ns`, or only once the last was answered.
     pub(crate) fn new(pause_ns: Option<u64>) -> Self {
         Self {
-            up: Line::default(),
-            down: Line::default(),
+            lines: PerWay::default(),
             pause_ns,
         }
     }
@@ -56,7 +54,7 @@ impl Stream {
     /// if it does. Out of line, since most runs have no stream.
     #[cold]
     pub(crate) fn sends(&mut self, way: Way, id: Id, is_first: bool, delay_ns: Option<u64>) {
-        let line = self.line(way);
+        let line = &mut self.lines[way];
         if is_first {
             line.waiting.push_back(Waiting {
                 id,
@@ -72,7 +70,7 @@ impl Stream {
 
     /// A message has arrived.
     pub(crate) fn arrives(&mut self, way: Way, id: Id) {
-        let waiting = self.line(way).waiting.iter_mut();
+        let waiting = self.lines[way].waiting.iter_mut();
         if let Some(place) = waiting.into_iter().find(|place| place.id == id) {
             place.has_arrived = true;
         }
@@ -80,7 +78,7 @@ impl Stream {
 
     /// The next message that can be read: none while one before it is missing.
     pub(crate) fn reads(&mut self, way: Way) -> Option<Id> {
-        let line = self.line(way);
+        let line = &mut self.lines[way];
         match line.waiting.front() {
             Some(first) if first.has_arrived => line.waiting.pop_front().map(|first| first.id),
             _ => None,
@@ -89,19 +87,13 @@ impl Stream {
 
     /// When a packet is sent again that was sent at `now_ns` and lost.
     pub(crate) fn again_ns(&self, now_ns: u64, wheel: Wheel) -> u64 {
-        let rtt_ns = self.up.delay_ns + self.down.delay_ns;
-        let least_ns = self.up.least_ns.unwrap_or(0) + self.down.least_ns.unwrap_or(0);
+        let PerWay { up, down } = &self.lines;
+        let rtt_ns = up.delay_ns + down.delay_ns;
+        let least_ns = up.least_ns.unwrap_or(0) + down.least_ns.unwrap_or(0);
         let by_timer_ns = wheel.rings_ns(now_ns, rtt_ns + VARIATION_MIN_NS);
         match self.pause_ns {
             Some(pause_ns) => (now_ns + rtt_ns + pause_ns.max(least_ns / 4)).min(by_timer_ns),
             None => by_timer_ns,
-        }
-    }
-
-    fn line(&mut self, way: Way) -> &mut Line {
-        match way {
-            Way::Up => &mut self.up,
-            Way::Down => &mut self.down,
         }
     }
 }

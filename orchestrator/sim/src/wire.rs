@@ -1,6 +1,6 @@
 //! A link between two ends, in virtual time: when a packet that enters comes out, if it does.
 
-use link::{Fate, Link, Profile, Way};
+use link::{Fate, Link, PerWay, Profile, Way};
 
 /// A packet that has come out.
 #[derive(Debug, Clone, Copy, Default)]
@@ -18,9 +18,9 @@ pub(crate) struct Wire {
     epoch_ns: u64,
     player_ns: u64,
     /// When the latest packet entered that goes up, and down: link time never runs backwards.
-    entered_ns: [u64; 2],
+    entered_ns: PerWay<u64>,
     /// When the latest packet came out that went up, and down, and when it was read.
-    latest: [Latest; 2],
+    latest: PerWay<Latest>,
 }
 
 impl Wire {
@@ -34,8 +34,8 @@ impl Wire {
             has_rate: profile.has_rate(),
             epoch_ns,
             player_ns: u64::from(player_ns),
-            entered_ns: [0; 2],
-            latest: [Latest::default(); 2],
+            entered_ns: PerWay::default(),
+            latest: PerWay::default(),
         }
     }
 
@@ -50,7 +50,7 @@ impl Wire {
         if !self.has_rate || t_ns < self.epoch_ns {
             return None;
         }
-        let entered_ns = &mut self.entered_ns[way as usize];
+        let entered_ns = &mut self.entered_ns[way];
         *entered_ns = t_ns.max(*entered_ns);
         Some(*entered_ns)
     }
@@ -65,11 +65,7 @@ impl Wire {
             true => (empty, 0),
             false => (link, self.epoch_ns),
         };
-        let path = match way {
-            Way::Up => &mut link.up,
-            Way::Down => &mut link.down,
-        };
-        match path.transmit(t_ns - origin_ns, bytes) {
+        match link.path_mut(way).transmit(t_ns - origin_ns, bytes) {
             Fate::Deliver { at_ns } => Some(at_ns + origin_ns + self.player_ns),
             Fate::Drop(_) => None,
         }
@@ -78,7 +74,7 @@ impl Wire {
     /// When a packet is read that comes out at `out_ns` and by itself would take `takes_ns` more:
     /// not before one that came out before it.
     pub(crate) fn read_ns(&mut self, way: Way, out_ns: u64, takes_ns: u64) -> u64 {
-        let latest = &mut self.latest[way as usize];
+        let latest = &mut self.latest[way];
         let read_ns = out_ns + takes_ns;
         if out_ns < latest.out_ns {
             // A link may let packets overtake.

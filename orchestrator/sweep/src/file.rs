@@ -1,51 +1,81 @@
 //! A sweep as its TOML says it: typed text with its places, not yet checked against anything.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 
 use crate::axis::Axis;
 use crate::given::Given;
 
-/// A whole file.
-#[derive(Debug, Clone, Deserialize)]
+/// A loop over a grid of network conditions and settings, in virtual time.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "webloop sweep")]
 pub(crate) struct SweepFile {
     /// Short name; results folders have it in theirs.
+    #[schemars(with = "String")]
     pub(crate) name: Spanned<String>,
     /// One sentence on what question it answers.
     #[serde(default)]
     pub(crate) about: String,
     /// How long the controller sends, such as `"10s"`.
+    #[schemars(with = "String")]
     pub(crate) duration: Spanned<String>,
     /// How often each point is run, each time on another realisation of the link.
     #[serde(default = "one")]
+    #[schemars(with = "u32")]
     pub(crate) repeats: Spanned<u32>,
     /// The seed, unless `--seed` gives one.
     #[serde(default = "default_seed")]
     pub(crate) seed: u64,
     /// What a squared command costs beside a squared error.
     #[serde(default = "nothing")]
+    #[schemars(with = "f64")]
     pub(crate) rho: Spanned<f64>,
     /// How long a made link's jitter stays as it is, on average.
+    #[schemars(with = "Option<String>")]
     pub(crate) hold: Option<Spanned<String>>,
     /// What is varied, and what is set.
+    #[schemars(with = "AxesFile")]
     pub(crate) axes: Spanned<AxesFile>,
 }
 
 /// The table `[axes]`: a single value is a setting, several are an axis.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct AxesFile {
+    /// A whole link: a built-in profile by name, or the path of a profile file.
+    #[schemars(with = "Option<Given>")]
     topology: Option<Spanned<Given>>,
+    /// The constant part of the round trip, half of it each way, such as `"40ms"`.
+    #[schemars(with = "Option<Given>")]
     rtt: Option<Spanned<Given>>,
+    /// The mean of an exponential variation on top of it, half of it each way.
+    #[schemars(with = "Option<Given>")]
     jitter: Option<Spanned<Given>>,
+    /// The share of packets lost, each way, such as `"1%"`.
+    #[schemars(with = "Option<Given>")]
     loss: Option<Spanned<Given>>,
+    /// The rate limit, each way, such as `"2mbit"`.
+    #[schemars(with = "Option<Given>")]
     rate: Option<Spanned<Given>>,
+    /// Whose timings the two ends have: `native`, `python`, `chromium`, `firefox`.
+    #[schemars(with = "Option<Given>")]
     client: Option<Spanned<Given>>,
+    /// A built-in system by name, or the path of a system file.
+    #[schemars(with = "Option<Given>")]
     system: Option<Spanned<Given>>,
+    /// The sample time of plant and controller, such as `"3ms"`.
+    #[schemars(with = "Option<Given>")]
     h: Option<Spanned<Given>>,
+    /// Requests that may be under way: `1`, `8`, `"unlimited"`.
+    #[schemars(with = "Option<Given>")]
     outstanding: Option<Spanned<Given>>,
+    /// Proportional gain.
+    #[schemars(with = "Option<Given>")]
     kp: Option<Spanned<Given>>,
+    /// Integral gain, 1/s.
+    #[schemars(with = "Option<Given>")]
     ki: Option<Spanned<Given>>,
 }
 
@@ -84,6 +114,14 @@ impl AxesFile {
         };
         *place = Some(given);
     }
+}
+
+/// The JSON schema of a sweep, for editors: what is committed as
+/// `orchestrator/sweeps/sweep.schema.json`.
+#[must_use]
+pub fn schema() -> String {
+    let schema = schemars::schema_for!(SweepFile);
+    format!("{:#}\n", schema.as_value())
 }
 
 fn one() -> Spanned<u32> {

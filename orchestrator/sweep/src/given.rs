@@ -2,35 +2,44 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use toml::Spanned;
 
 /// A number, or a text that says one with its unit.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, JsonSchema)]
+#[schemars(untagged)]
 pub(crate) enum Word {
     Text(String),
     Number(f64),
 }
 
-/// What stands behind an axis.
-#[derive(Debug, Clone)]
+/// What stands behind an axis: a single value is a setting, several are an axis.
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
 pub(crate) enum Given {
     One(Word),
-    Many(Vec<Spanned<Word>>),
+    Many(#[schemars(with = "Vec<Word>")] Vec<Spanned<Word>>),
     Range(Box<Range>),
 }
 
 /// So many values between two, both included.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Range {
+    /// The first.
+    #[schemars(with = "Word")]
     pub(crate) from: Spanned<Word>,
+    /// The last.
+    #[schemars(with = "Word")]
     pub(crate) to: Spanned<Word>,
     /// How many values, the two included.
+    #[schemars(with = "u32")]
     pub(crate) steps: Spanned<u32>,
     /// `linear`, which is meant if nothing is said, or `log`.
+    #[schemars(with = "Option<String>")]
     pub(crate) scale: Option<Spanned<String>>,
 }
 

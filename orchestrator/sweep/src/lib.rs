@@ -36,6 +36,7 @@ mod trace;
 pub use axis::{Axis, UnknownAxis};
 pub use bench::{Bench, Unfit};
 pub use cell::{Cell, Measure};
+pub use file::schema;
 pub use finding::{Finding, findings};
 pub use grid::{Dimension, Grid, Level};
 pub use machine::{Machine, UnknownMachine};

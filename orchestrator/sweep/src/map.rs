@@ -7,7 +7,7 @@ mod layout;
 mod lines;
 mod tiles;
 
-use chart::{Axis as Scaled, Chart, Panel, Scale};
+use chart::{Axis as Scaled, Chart, Panel, Scale, Tone};
 
 use crate::axis::Axis;
 use crate::cell::{Cell, Measure};
@@ -16,6 +16,20 @@ use crate::margin::{Border, Limit};
 use crate::sweep::Sweep;
 
 use layout::{Form, Layout};
+
+/// The tones that a page may set, which are those of a report's figures; the line of analysis has the first.
+const TONES: [Tone; 6] = [
+    tone("native", [0x30, 0x30, 0x30], 0),
+    tone("python", [0x00, 0x72, 0xb2], 0),
+    tone("chromium", [0xd5, 0x5e, 0x00], 2),
+    tone("firefox", [0x00, 0x9e, 0x73], 1),
+    tone("plant", [0x7a, 0x7a, 0x7a], 0),
+    tone("other", [0x9c, 0x9c, 0x9c], 0),
+];
+
+const fn tone(name: &'static str, rgb: [u8; 3], dash: u8) -> Tone {
+    Tone { name, rgb, dash }
+}
 
 /// The most panels of one figure.
 const PANELS_MAX: usize = 12;
@@ -77,6 +91,7 @@ impl Subject<'_> {
             title: self.title(measure),
             about: self.about(measure),
             source: self.source(layout, measure, places.len(), drawn),
+            tones: &TONES,
             columns: drawn.clamp(1, 2),
             panels,
         }

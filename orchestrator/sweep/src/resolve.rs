@@ -8,9 +8,9 @@ mod level;
 use std::sync::Arc;
 
 use control::preset;
-use endpoint::{Outstanding, SampleTime};
+use endpoint::{DURATION_REMEDY, Outstanding, SampleTime};
 use link::{duration_ns, rate_bps, share};
-use plan::{DURATION_REMEDY, InvalidFile, Library};
+use plan::{InvalidFile, Library};
 use system::System;
 use toml::Spanned;
 
@@ -129,7 +129,7 @@ impl Reader<'_> {
     }
 
     fn duration(&self, text: &Spanned<String>) -> Result<u64, InvalidFile> {
-        plan::duration_ns(text.get_ref())
+        endpoint::duration_ns(text.get_ref())
             .map_err(|problem| self.invalid(text, problem, DURATION_REMEDY))
     }
 

@@ -169,3 +169,16 @@ fn the_plant_that_is_swept_is_the_paper_s() {
     let paper = preset::paper_plant().sampled(3_000_000).expect("regular");
     assert_eq!(own, paper.transfer_function().expect("finite"));
 }
+
+#[test]
+fn the_schema_beside_them_is_the_types_and_each_names_it() {
+    let schema = include_str!("../../sweeps/sweep.schema.json");
+    assert_eq!(
+        sweep::schema(),
+        schema,
+        "write `webloop sweep --schema` there"
+    );
+    for (name, text) in SWEEPS {
+        assert!(text.starts_with("#:schema ./sweep.schema.json\n"), "{name}");
+    }
+}

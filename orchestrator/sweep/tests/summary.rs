@@ -77,7 +77,7 @@ fn a_map_has_the_computed_limit_between_what_is_stable_and_what_is_not() {
     for (row, (limit_ms, kp)) in limit.iter().enumerate() {
         assert_eq!(kp, &kps[row]);
         for (column, rtt_ms) in rtts.iter().enumerate() {
-            let is_unstable = map.tiles[row * rtts.len() + column] == Tile::Unstable;
+            let is_unstable = map.tiles[row * rtts.len() + column] == Tile::Hatched;
             assert_eq!(is_unstable, rtt_ms > limit_ms, "{rtt_ms} ms, kp = {kp}");
         }
     }

@@ -1,6 +1,6 @@
-// The choices of a run in a person's words: names, and what each word means.
+// The settings of a run: their words, what each means to a person, and where they are shown.
 //
-// Which words there are and which go together is in setting.js.
+// The first word of a choice is the usual one. Which go together is in setting.js.
 
 /** The presets: their titles and what they stand for. */
 export const PRESET_TEXT = {
@@ -14,7 +14,14 @@ export const PRESET_TEXT = {
   socket: ["WebSocket", "A message every h over one open WebSocket."],
 };
 
-/** The choices of words, in the order they are shown: legend, and a hint a word. */
+/** Which controls are in which group of the page. */
+export const GROUPS = {
+  "loop-settings": ["mode", "duration", "h", "r"],
+  "page-settings": ["transport", "sender", "thread", "timer", "floor"],
+  "deadline-settings": ["schedule", "outstanding", "integrate", "late", "timeout"],
+};
+
+/** The choices of words: legend, and a hint a word. */
 export const CHOICES = {
   mode: ["Loop", {
     closed: "The plant applies u and answers with y.",

@@ -3,16 +3,9 @@
 // So a person's run and a launcher's go through the same checks. What the controls do not hold,
 // a start and a clock, keeps its defaults.
 
-import { CHOICES, NUMBERS, PRESET_TEXT } from "./choice.js";
+import { CHOICES, GROUPS, NUMBERS, PRESET_TEXT } from "./choice.js";
 import { sentence } from "./sentence.js";
 import { InvalidSettings, PRESETS, WORDS, check, readSettings } from "./setting.js";
-
-/** Which controls are in which group of the page. */
-const GROUPS = {
-  "loop-settings": ["mode", "duration", "h", "r"],
-  "page-settings": ["transport", "sender", "thread", "timer", "floor"],
-  "deadline-settings": ["schedule", "outstanding", "integrate", "late", "timeout"],
-};
 
 /** The controls of the page. */
 export class Form {
@@ -44,7 +37,7 @@ export class Form {
   /** Shows these settings. */
   show(settings) {
     for (const name of Object.keys(CHOICES)) {
-      const word = settings[name] ?? (name === "late" ? "apply" : WORDS[name][0]);
+      const word = settings[name] ?? WORDS[name][0];
       this.#form.elements[name].value = word;
     }
     for (const [name, { setting, factor }] of Object.entries(NUMBERS)) {

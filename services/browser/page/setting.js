@@ -1,9 +1,9 @@
 // How a run is set up: the words, the query of the page's address, and what cannot be.
 //
-// The words are those of services/endpoint/src/setting.rs. A query is read strictly: a word
-// that is not known is refused by name, not passed over. What the words mean to a person is in
-// choice.js.
+// The words are those of services/endpoint/src/setting.rs, and stand in choice.js with what they mean
+// to a person. A query is read strictly: a word that is not known is refused by name, not passed over.
 
+import { CHOICES } from "./choice.js";
 import { excerpt } from "./message.js";
 import { OUTSTANDING_CAP } from "./end.js";
 
@@ -11,16 +11,12 @@ import { OUTSTANDING_CAP } from "./end.js";
 export class InvalidSettings extends Error {}
 
 /** The settings that are words, with their words. */
-export const WORDS = {
-  mode: ["closed", "open"],
-  schedule: ["absolute", "relative", "since-send"],
-  integrate: ["h", "elapsed"],
-  late: ["apply", "drop"],
-  transport: ["http", "websocket"],
-  thread: ["main", "worker"],
-  sender: ["xhr", "fetch"],
-  timer: ["timeout", "interval", "channel", "wait"],
-};
+export const WORDS = Object.fromEntries(
+  Object.entries(CHOICES).map(([name, [, hints]]) => [name, Object.keys(hints)]),
+);
+
+/** The usual word of each. */
+const USUAL = Object.fromEntries(Object.entries(WORDS).map(([name, [first]]) => [name, first]));
 
 /** The settings that are whole nanoseconds, from the least to the most. */
 const TIMES = {
@@ -32,47 +28,29 @@ const TIMES = {
 
 /** What a query need not say. `null` for h and late: as the plant has them. */
 const DEFAULTS = {
-  mode: "closed",
+  ...USUAL,
   h_ns: null,
   r: 1,
   duration_ns: 10_000_000_000,
-  schedule: "absolute",
-  integrate: "h",
   late: null,
   timeout_ns: 5_000_000_000,
   outstanding: 1,
-  transport: "http",
-  thread: "worker",
-  sender: "xhr",
-  timer: "wait",
   floor_ns: 0,
 };
 
-const common = { integrate: "h", transport: "http", floor_ns: 0 };
-const paced = { ...common, schedule: "absolute", thread: "worker" };
-const blocking = { ...paced, outstanding: 1, sender: "xhr", timer: "wait" };
-const today = {
-  ...common,
-  schedule: "since-send",
-  outstanding: 1,
-  thread: "main",
-  sender: "xhr",
-  timer: "timeout",
-};
+// A preset says nothing of the loop, nor of what an overtaken answer is worth.
+const { mode: _mode, late: _late, ...usual } = USUAL;
+const blocking = { ...usual, outstanding: 1, floor_ns: 0 };
+const today = { ...blocking, schedule: "since-send", thread: "main", timer: "timeout" };
+const unlimited = { ...blocking, outstanding: "unlimited", sender: "fetch", timer: "channel" };
 
 /** The clients with a name, as services/endpoint has them; `blocking` is `worker` in a page. */
 export const PRESETS = {
   worker: blocking,
   "paper-2011": { ...today, floor_ns: 10_000_000 },
   today,
-  "paper-python": { ...paced, outstanding: "unlimited", sender: "fetch", timer: "channel" },
-  socket: {
-    ...paced,
-    outstanding: "unlimited",
-    transport: "websocket",
-    sender: "fetch",
-    timer: "channel",
-  },
+  "paper-python": unlimited,
+  socket: { ...unlimited, transport: "websocket" },
 };
 
 /**
@@ -92,7 +70,8 @@ export function readSettings(query) {
     }
     given[name] = READERS[name](word);
   }
-  const { run = false, start_ns = null, clock_ns = null, ...chosen } = given;
+  // A browser keeps its connections: that setting is only checked.
+  const { run = false, start_ns = null, clock_ns = null, connection: _, ...chosen } = given;
   return { run, start_ns, clock_ns, settings: { ...DEFAULTS, ...chosen } };
 }
 

@@ -24,39 +24,30 @@ pub(crate) fn url(
     page: PageSettings,
     times: Times,
 ) -> String {
-    let ControllerSettings {
-        mode,
-        h,
-        r,
-        outstanding,
-        transport,
-        // A browser keeps its connections, and asks nobody.
-        connection: _,
-        schedule,
-        integrate,
-        late,
-        timeout_ns,
-    } = settings;
-    let PageSettings {
-        thread,
-        sender,
-        timer,
-        floor_ns,
-    } = page;
     let Times {
         start_ns,
         duration_ns,
         clock_ns,
     } = times;
     let mut url = format!(
-        "http://{plant}/?run=1&mode={mode}&h_ns={}&r={r}&duration_ns={duration_ns}\
-         &schedule={schedule}&integrate={integrate}&late={late}&timeout_ns={timeout_ns}\
-         &outstanding={outstanding}&transport={transport}&thread={thread}&sender={sender}\
-         &timer={timer}&floor_ns={floor_ns}",
-        h.ns(),
+        "http://{plant}/?run=1&h_ns={}&duration_ns={duration_ns}",
+        settings.h.ns()
     );
+    let told = [serde_json::to_value(settings), serde_json::to_value(page)];
+    // Numbers and words under fixed names: making values of them cannot fail.
+    for value in told.into_iter().flatten() {
+        for (name, value) in value.as_object().into_iter().flatten() {
+            // JavaScript is told times in whole nanoseconds.
+            if name != "h" {
+                let value = value
+                    .as_str()
+                    .map_or_else(|| value.to_string(), str::to_owned);
+                // Writing to a String cannot fail.
+                let _ = write!(url, "&{name}={value}");
+            }
+        }
+    }
     if let Some(start_ns) = start_ns {
-        // Writing to a String cannot fail.
         let _ = write!(url, "&start_ns={start_ns}");
     }
     let _ = write!(url, "&clock_ns={clock_ns}");
@@ -89,9 +80,9 @@ mod tests {
         };
         assert_eq!(
             address(Some(123_456_789)),
-            "http://10.77.0.2:8080/?run=1&mode=closed&h_ns=3000000&r=1&duration_ns=6000000000\
-             &schedule=absolute&integrate=h&late=apply&timeout_ns=5000000000&outstanding=1\
-             &transport=http&thread=worker&sender=xhr&timer=wait&floor_ns=0\
+            "http://10.77.0.2:8080/?run=1&h_ns=3000000&duration_ns=6000000000&connection=keep\
+             &integrate=h&late=apply&mode=closed&outstanding=1&r=1.0&schedule=absolute\
+             &timeout_ns=5000000000&transport=http&floor_ns=0&sender=xhr&thread=worker&timer=wait\
              &start_ns=123456789&clock_ns=987654321"
         );
         assert!(!address(None).contains("start_ns"));

@@ -4,6 +4,7 @@
 
 use std::{future::Future, io, pin::Pin, time::Duration};
 
+use endpoint::report::{self, Confinement};
 use pace::now_ns;
 use tokio::time::{MissedTickBehavior, interval, sleep};
 
@@ -12,13 +13,13 @@ use crate::{
     address::{Times, url},
     argument::{Circumstance, arguments},
     clock::clock_ns,
-    config::{Config, Report, VisitError},
-    plant::Status,
+    config::{Config, VisitError, refused},
+    engine::Program,
+    plant::{Plant, Status},
     preference::user_js,
     process::{Process, has_shared_memory},
     profile::Profile,
-    sandbox::{Confinement, confinement},
-    visit::{Visit, refused},
+    sandbox::confinement,
     watch::{Course, Step, Trouble, Watch},
 };
 
@@ -42,6 +43,17 @@ pub(crate) struct Attempt {
     pub(crate) interrupted: bool,
 }
 
+/// A browser on its way to a plant.
+pub(crate) struct Visit<'a> {
+    pub(crate) config: &'a Config,
+    pub(crate) program: Program,
+    pub(crate) plant: Plant,
+    /// Whether Chromium is to have its own sandbox.
+    pub(crate) sandbox: bool,
+    /// What it said when it could not.
+    pub(crate) reason: Option<String>,
+}
+
 impl Visit<'_> {
     /// Starts the browser once, until the page's end; nothing if Chromium could
     /// not have its sandbox and is to be started without.
@@ -49,19 +61,14 @@ impl Visit<'_> {
         &mut self,
         stop: Pin<&mut impl Future<Output = io::Result<()>>>,
         ready: &mut Option<impl FnOnce()>,
-    ) -> Result<Option<Report>, VisitError> {
+    ) -> Result<Option<report::Visit>, VisitError> {
         let Config {
             engine,
             plant,
             ref limits,
             ..
         } = *self.config;
-        let no_folder = refused(engine, "make a folder for it");
-        let profile = Profile::make(&self.config.scratch).map_err(&no_folder)?;
-        if engine == Engine::Firefox {
-            let text = user_js(plant);
-            profile.write("user.js", &text).map_err(no_folder)?;
-        }
+        let profile = self.profile()?;
         let circumstance = Circumstance {
             sandbox: self.sandbox,
             shared_memory: has_shared_memory(),
@@ -116,6 +123,18 @@ impl Visit<'_> {
             (Err(Some(trouble)), _) => trouble,
         };
         Err(self.named(trouble, &watch, words, url))
+    }
+
+    /// A fresh folder for the browser's own files, with what it is to prefer.
+    fn profile(&self) -> Result<Profile, VisitError> {
+        let Config { engine, plant, .. } = *self.config;
+        let no_folder = refused(engine, "make a folder for it");
+        let profile = Profile::make(&self.config.scratch).map_err(&no_folder)?;
+        if engine == Engine::Firefox {
+            let text = user_js(plant);
+            profile.write("user.js", &text).map_err(no_folder)?;
+        }
+        Ok(profile)
     }
 
     /// Starts the browser: root's as nobody, where the system lets it.

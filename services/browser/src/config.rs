@@ -1,4 +1,5 @@
-//! What a visit is told, what it tells, and why it may fail.
+//! What a visit is told, and why it may fail. What it tells at its end is
+//! [`endpoint::report::Visit`].
 
 use std::{
     io,
@@ -8,11 +9,9 @@ use std::{
     time::Duration,
 };
 
-use endpoint::{ControllerSettings, PageSettings};
-use journal::Written;
-use serde::{Deserialize, Serialize};
+use endpoint::{ControllerSettings, InvalidSetting, PageSettings};
 
-use crate::{Engine, Missing, Sandbox, Version};
+use crate::{Engine, Missing, Version};
 
 /// Ties a command to this process before it is started, so that it cannot
 /// outlive it. A function, because doing that between fork and exec is not this
@@ -74,54 +73,6 @@ impl Default for Limits {
     }
 }
 
-/// What a visit tells when it has ended. What became of the deadlines only the
-/// page knows, and tells the plant.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Report {
-    /// Who was the controller.
-    pub client: Engine,
-    /// The first deadline on the run's clock, if the page was given one.
-    pub start_ns: Option<u64>,
-    /// Where the deadlines ended, likewise.
-    pub stop_ns: Option<u64>,
-    /// Whether it was told to end before its time. What the page had not sent
-    /// to the plant by then is lost.
-    pub interrupted: bool,
-    /// Rows that the plant had of the page when it was looked at last.
-    pub rows: Written,
-    /// The page's session as the plant last told of it.
-    pub session: Option<Session>,
-    /// The browser.
-    pub browser: Browser,
-}
-
-/// A page's session as the plant tells of it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Session {
-    /// What the page calls itself.
-    pub client: String,
-    /// Commands that came with it.
-    pub commands: u64,
-    /// Rows that the plant has of it.
-    pub rows: u64,
-}
-
-/// Which browser it was, and how it was started.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Browser {
-    /// Its own name and version.
-    #[serde(flatten)]
-    pub version: Version,
-    /// The program.
-    pub program: PathBuf,
-    /// What it was started with.
-    pub arguments: Vec<String>,
-    /// How it is kept from the machine.
-    pub sandbox: Sandbox,
-    /// From its start until the page held the session; none if it never did.
-    pub opened_ms: Option<u64>,
-}
-
 /// Why a visit did not come to its end. Each has a name of one word, for
 /// manifests: [`VisitError::name`].
 #[derive(Debug, thiserror::Error)]
@@ -130,11 +81,8 @@ pub enum VisitError {
     #[error(transparent)]
     Missing(#[from] Missing),
     /// The settings make no page.
-    #[error("a page cannot be the controller with these settings: {why}")]
-    Settings {
-        /// What it cannot.
-        why: &'static str,
-    },
+    #[error("a page cannot be the controller with these settings: {0}")]
+    Settings(#[from] InvalidSetting),
     /// The plant does not answer before the browser is started.
     #[error(
         "no plant answers at http://{plant} after {waited_s} s: {why}; is it started, and is this its address?"
@@ -231,13 +179,22 @@ pub enum VisitError {
     },
 }
 
+/// What the system refused.
+pub(crate) fn refused(engine: Engine, what: &'static str) -> impl Fn(io::Error) -> VisitError {
+    move |source| VisitError::System {
+        engine,
+        what,
+        source,
+    }
+}
+
 impl VisitError {
     /// The ending's name.
     #[must_use]
     pub fn name(&self) -> &str {
         match self {
             Self::Missing(_) => "missing",
-            Self::Settings { .. } => "settings",
+            Self::Settings(_) => "settings",
             Self::Unreachable { .. } => "unreachable",
             Self::Taken { .. } => "taken",
             Self::Crashed { .. } => "crashed",

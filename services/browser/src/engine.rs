@@ -5,17 +5,16 @@
 use std::{
     env,
     ffi::OsStr,
-    fmt, io,
+    io,
     io::Read,
     os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
     process::{Command, Stdio},
-    str::FromStr,
     thread,
     time::{Duration, Instant},
 };
 
-use serde::{Deserialize, Serialize};
+use endpoint::report::{Engine, Version};
 
 /// A browser that has not said its version by then will not.
 const VERSION_WITHIN: Duration = Duration::from_secs(10);
@@ -23,76 +22,32 @@ const VERSION_WITHIN: Duration = Duration::from_secs(10);
 /// How often its answer is looked for.
 const POLL: Duration = Duration::from_millis(10);
 
-/// A browser's family.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Engine {
-    /// Chromium, or Google's Chrome.
-    Chromium,
-    /// Firefox.
-    Firefox,
-}
-
-impl Engine {
-    /// Each of them.
-    pub const ALL: &[Self] = &[Self::Chromium, Self::Firefox];
-
-    /// The variable that names another one than the first in `PATH`.
-    #[must_use]
-    pub fn variable(self) -> &'static str {
-        match self {
-            Self::Chromium => "WEBLOOP_CHROMIUM",
-            Self::Firefox => "WEBLOOP_FIREFOX",
-        }
-    }
-
-    /// What the program may be called, the first that is there being taken.
-    fn names(self) -> &'static [&'static str] {
-        match self {
-            Self::Chromium => &[
-                "chromium",
-                "chromium-browser",
-                "google-chrome",
-                "google-chrome-stable",
-            ],
-            Self::Firefox => &["firefox-esr", "firefox"],
-        }
-    }
-
-    /// Whether a process with these arguments is one that runs a page.
-    pub(crate) fn runs_a_page(self, arguments: &[&str]) -> bool {
-        match self {
-            Self::Chromium => arguments.contains(&"--type=renderer"),
-            Self::Firefox => {
-                arguments.contains(&"-contentproc") && arguments.last() == Some(&"tab")
-            }
-        }
+/// The variable that names another one than the first in `PATH`.
+fn variable(engine: Engine) -> &'static str {
+    match engine {
+        Engine::Chromium => "WEBLOOP_CHROMIUM",
+        Engine::Firefox => "WEBLOOP_FIREFOX",
     }
 }
 
-impl fmt::Display for Engine {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Chromium => "chromium",
-            Self::Firefox => "firefox",
-        })
+/// What the program may be called, the first that is there being taken.
+fn names(engine: Engine) -> &'static [&'static str] {
+    match engine {
+        Engine::Chromium => &[
+            "chromium",
+            "chromium-browser",
+            "google-chrome",
+            "google-chrome-stable",
+        ],
+        Engine::Firefox => &["firefox-esr", "firefox"],
     }
 }
 
-/// A word that no browser has.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("browser `{0}` is unknown; choose chromium or firefox")]
-pub struct UnknownEngine(String);
-
-impl FromStr for Engine {
-    type Err = UnknownEngine;
-
-    fn from_str(word: &str) -> Result<Self, UnknownEngine> {
-        Self::ALL
-            .iter()
-            .copied()
-            .find(|engine| engine.to_string() == word)
-            .ok_or_else(|| UnknownEngine(word.to_owned()))
+/// Whether a process with these arguments is one that runs a page.
+pub(crate) fn runs_a_page(engine: Engine, arguments: &[&str]) -> bool {
+    match engine {
+        Engine::Chromium => arguments.contains(&"--type=renderer"),
+        Engine::Firefox => arguments.contains(&"-contentproc") && arguments.last() == Some(&"tab"),
     }
 }
 
@@ -106,21 +61,6 @@ pub struct Missing {
     pub why: String,
     /// What to do.
     pub remedy: String,
-}
-
-/// A browser's own name and version.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Version {
-    /// Such as `Chromium`.
-    pub name: String,
-    /// Such as `156.0.8078.79`.
-    pub number: String,
-}
-
-impl fmt::Display for Version {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {}", self.name, self.number)
-    }
 }
 
 /// A browser on this machine.
@@ -145,15 +85,15 @@ pub(crate) fn find(engine: Engine) -> Result<Program, Missing> {
         why,
         remedy: format!(
             "install the package {}, or name the program in {}",
-            engine.names()[0],
-            engine.variable()
+            names(engine)[0],
+            variable(engine)
         ),
     };
-    let path = match env::var_os(engine.variable()) {
+    let path = match env::var_os(variable(engine)) {
         Some(named) => {
             let path = PathBuf::from(named);
             if !is_program(&path) {
-                let variable = engine.variable();
+                let variable = variable(engine);
                 return Err(missing(format!(
                     "{variable} names {}, which is not a program",
                     path.display()
@@ -161,8 +101,8 @@ pub(crate) fn find(engine: Engine) -> Result<Program, Missing> {
             }
             path
         }
-        None => in_path(engine.names(), env::var_os("PATH").as_deref())
-            .ok_or_else(|| missing(format!("PATH has no {}", engine.names().join(", no "))))?,
+        None => in_path(names(engine), env::var_os("PATH").as_deref())
+            .ok_or_else(|| missing(format!("PATH has no {}", names(engine).join(", no "))))?,
     };
     let said = first_words(&path)
         .map_err(|error| missing(format!("{} --version: {error}", path.display())))?;

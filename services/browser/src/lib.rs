@@ -1,7 +1,8 @@
 //! Real browsers as controllers.
 //!
 //! * [`visit`], [`visit_until`]: start one at the plant's page, watch it from
-//!   outside, and give each ending a name; [`Config`] in, [`Report`] out.
+//!   outside, and give each ending a name; [`Config`] in,
+//!   [`endpoint::report::Visit`] out.
 //! * [`found`]: which browser this machine has.
 //! * `engine`, `argument`, `preference`: the browsers, and what each is started with.
 //! * `attempt`: one start of a browser.
@@ -30,7 +31,7 @@ mod visit;
 mod watch;
 mod words;
 
-pub use config::{Browser, Config, Leash, Limits, Report, Session, VisitError};
-pub use engine::{Engine, Missing, UnknownEngine, Version, found};
-pub use sandbox::{Confinement, Sandbox};
+pub use config::{Config, Leash, Limits, VisitError};
+pub use endpoint::report::{Confinement, Engine, Version};
+pub use engine::{Missing, found};
 pub use visit::{visit, visit_until};

@@ -6,34 +6,8 @@
 use std::{fs, path::PathBuf};
 
 use rustix::process::Pid;
-use serde::{Deserialize, Serialize};
 
-use crate::Engine;
-
-/// What holds a page's process.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Confinement {
-    /// No process of a page was seen.
-    Unknown,
-    /// It can do what its user can.
-    None,
-    /// It is kept from most system calls.
-    Filter,
-    /// That, and it is in namespaces of its own.
-    Namespace,
-}
-
-/// A browser's sandbox.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Sandbox {
-    /// What holds the pages' processes: the least of them counts.
-    pub kind: Confinement,
-    /// The user that the browser runs as.
-    pub user: u32,
-    /// Why it is not more.
-    pub reason: Option<String>,
-}
+use crate::{Confinement, Engine, engine::runs_a_page};
 
 /// The least that holds any of these processes which runs a page. What holds
 /// this process too, as a container does, is not counted.
@@ -48,9 +22,7 @@ pub(crate) fn confinement(engine: Engine, members: &[Pid]) -> Confinement {
                 .split(['\0', ' '])
                 .filter(|word| !word.is_empty())
                 .collect();
-            engine
-                .runs_a_page(&arguments)
-                .then(|| Hold::of(&pid.to_string()).beyond(&ours))
+            runs_a_page(engine, &arguments).then(|| Hold::of(&pid.to_string()).beyond(&ours))
         })
         .min()
         .unwrap_or(Confinement::Unknown)

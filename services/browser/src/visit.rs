@@ -2,15 +2,13 @@
 
 use std::{future::Future, io, pin::pin};
 
-use journal::Written;
+use endpoint::report::{self, Browser, Confinement, Sandbox, Written};
 
 use crate::{
-    Engine,
-    attempt::Attempt,
-    config::{Browser, Config, Report, VisitError},
-    engine::{Program, find},
+    attempt::{Attempt, Visit},
+    config::{Config, VisitError, refused},
+    engine::find,
     plant::{Plant, State, Status},
-    sandbox::{Confinement, Sandbox},
     watch::Watch,
 };
 
@@ -21,7 +19,7 @@ use crate::{
 /// # Errors
 /// [`VisitError`] names every ending that is none, each after a bounded time.
 /// The browser is gone by then, too.
-pub fn visit(config: &Config, ready: impl FnOnce()) -> Result<Report, VisitError> {
+pub fn visit(config: &Config, ready: impl FnOnce()) -> Result<report::Visit, VisitError> {
     visit_until(config, pace::told_to_end(), ready)
 }
 
@@ -33,11 +31,9 @@ pub fn visit_until(
     config: &Config,
     stop: impl Future<Output = io::Result<()>>,
     ready: impl FnOnce(),
-) -> Result<Report, VisitError> {
-    let conflict = config.settings.conflict();
-    if let Some(why) = conflict.or_else(|| config.page.conflict(&config.settings)) {
-        return Err(VisitError::Settings { why });
-    }
+) -> Result<report::Visit, VisitError> {
+    config.settings.check()?;
+    config.page.check(&config.settings)?;
     let program = find(config.engine)?;
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
@@ -75,26 +71,6 @@ pub fn visit_until(
     })
 }
 
-/// What the system refused.
-pub(crate) fn refused(engine: Engine, what: &'static str) -> impl Fn(io::Error) -> VisitError {
-    move |source| VisitError::System {
-        engine,
-        what,
-        source,
-    }
-}
-
-/// A browser on its way to a plant.
-pub(crate) struct Visit<'a> {
-    pub(crate) config: &'a Config,
-    pub(crate) program: Program,
-    pub(crate) plant: Plant,
-    /// Whether Chromium is to have its own sandbox.
-    pub(crate) sandbox: bool,
-    /// What it said when it could not.
-    pub(crate) reason: Option<String>,
-}
-
 impl Visit<'_> {
     /// Waits for the plant, which nobody else may control.
     async fn plant_is_free(&self) -> Result<(), VisitError> {
@@ -116,7 +92,7 @@ impl Visit<'_> {
         }
     }
 
-    pub(crate) fn report(&self, attempt: Attempt) -> Report {
+    pub(crate) fn report(&self, attempt: Attempt) -> report::Visit {
         let Config {
             engine,
             start_ns,
@@ -126,7 +102,7 @@ impl Visit<'_> {
         let watch = attempt.watch;
         let session = watch.as_ref().and_then(Watch::session).cloned();
         let own = rustix::process::geteuid().as_raw();
-        Report {
+        report::Visit {
             client: engine,
             start_ns,
             stop_ns: start_ns.map(|start_ns| start_ns.saturating_add(duration_ns)),

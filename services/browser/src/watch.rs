@@ -5,8 +5,10 @@
 
 use std::time::Duration;
 
+use endpoint::report::Session;
+
 use crate::{
-    config::{Limits, Session},
+    config::Limits,
     plant::{State, Status},
 };
 

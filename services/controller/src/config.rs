@@ -1,12 +1,11 @@
-//! What a controller is told, what it tells, and why it may fail.
+//! What a controller is told, and why it may fail. What it tells at its end is
+//! [`endpoint::report::Native`].
 
 use std::{io, path::PathBuf};
 
 use control::Law;
-use endpoint::{ControllerSettings, Counts, InvalidSettings};
-use journal::{JournalError, Written};
-use pace::Scheduling;
-use serde::{Deserialize, Serialize};
+use endpoint::{ControllerSettings, InvalidSetting, InvalidSettings};
+use journal::JournalError;
 
 /// Everything that a controller is told.
 #[derive(Clone, Debug)]
@@ -31,35 +30,6 @@ pub struct Config {
     pub fifo: bool,
 }
 
-/// What a controller tells when it has ended.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Report {
-    /// The first deadline, on the run's clock.
-    pub start_ns: u64,
-    /// Where the deadlines ended.
-    pub stop_ns: u64,
-    /// What became of the deadlines.
-    pub counts: Counts,
-    /// Why the first message failed that did.
-    pub first_failure: Option<String>,
-    /// Whether it was told to end before its time. Messages under way then
-    /// count as failed.
-    pub interrupted: bool,
-    /// Rows of `messages.csv`.
-    pub rows: Written,
-    /// What the kernel granted.
-    pub granted: Granted,
-}
-
-/// What the kernel granted to the controller.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Granted {
-    /// To its thread.
-    pub controller: Scheduling,
-    /// Files and sockets that may be open.
-    pub open_files: u64,
-}
-
 /// Why a controller did not run, or not to its end.
 #[derive(Debug, thiserror::Error)]
 pub enum DriveError {
@@ -75,8 +45,8 @@ pub enum DriveError {
     #[error(transparent)]
     Settings(#[from] InvalidSettings),
     /// No client can follow the settings.
-    #[error("{0}")]
-    Conflict(&'static str),
+    #[error(transparent)]
+    Conflict(#[from] InvalidSetting),
     /// No answer before the start.
     #[error(
         "no plant answers at {plant} after {waited_s} s: {why}; is it started, and is this its address?"

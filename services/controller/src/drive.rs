@@ -2,13 +2,13 @@
 
 use std::{future::Future, io, pin::Pin, pin::pin, time::Duration};
 
-use endpoint::{Answer, ControllerEnd, Loss, MessageRow, Step};
+use endpoint::{Answer, ControllerEnd, Loss, MessageRow, Step, report};
 use journal::{Journal, Recorder};
 use pace::{Alarm, now_ns};
 use tokio::task::{JoinError, JoinSet};
 
 use crate::{
-    config::{Config, DriveError, Granted, Report},
+    config::{Config, DriveError},
     transport::{Address, ExchangeError, Http, Transport, WebSocket},
 };
 
@@ -30,7 +30,7 @@ const START_AHEAD_NS: u64 = 200_000_000;
 /// # Errors
 /// [`DriveError`] says what could not be had, or which rows are missing. A
 /// message that fails is a row, not an error.
-pub fn drive(config: &Config) -> Result<Report, DriveError> {
+pub fn drive(config: &Config) -> Result<report::Native, DriveError> {
     drive_until(config, pace::told_to_end())
 }
 
@@ -41,11 +41,9 @@ pub fn drive(config: &Config) -> Result<Report, DriveError> {
 pub fn drive_until(
     config: &Config,
     stop: impl Future<Output = io::Result<()>>,
-) -> Result<Report, DriveError> {
+) -> Result<report::Native, DriveError> {
     let settings = &config.settings;
-    if let Some(why) = settings.conflict() {
-        return Err(DriveError::Conflict(why));
-    }
+    settings.check()?;
     let address = Address::parse(&config.plant)?;
     match settings.transport {
         endpoint::Transport::Http => drive_by(Http::try_new(&address, settings)?, config, stop),
@@ -59,10 +57,10 @@ fn drive_by(
     transport: impl Transport,
     config: &Config,
     stop: impl Future<Output = io::Result<()>>,
-) -> Result<Report, DriveError> {
+) -> Result<report::Native, DriveError> {
     // The journal's thread must not inherit real-time scheduling.
     let (rows, journal) =
-        Journal::create::<MessageRow>(&config.out.join("messages.csv"), MessageRow::COLUMNS)?;
+        Journal::create::<MessageRow>(&config.out.join(MessageRow::FILE), MessageRow::COLUMNS)?;
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()?;
@@ -89,14 +87,14 @@ fn drive_by(
         };
         let interrupted = stopped || run.deadlines(stop).await?;
         run.transport.close().await;
-        Ok(Report {
+        Ok(report::Native {
             start_ns,
             stop_ns,
             counts: run.end.counts(),
             first_failure: run.first_failure,
             interrupted,
             rows: journal.finish(run.rows)?,
-            granted: Granted {
+            granted: report::ControllerGranted {
                 controller: scheduling,
                 open_files,
             },

@@ -1,6 +1,7 @@
 //! The controller over HTTP or a WebSocket: one deadline every h, messages beside it.
 //!
-//! * [`drive`], [`drive_until`]: the entry; [`Config`] in, [`Report`] out.
+//! * [`drive`], [`drive_until`]: the entry; [`Config`] in,
+//!   [`endpoint::report::Native`] out.
 //! * `transport`: how a command goes out and its answer comes back, over HTTP
 //!   (`transport/http`) or a WebSocket (`transport/websocket`).
 //!
@@ -13,5 +14,5 @@ mod config;
 mod drive;
 mod transport;
 
-pub use config::{Config, DriveError, Granted, Report};
+pub use config::{Config, DriveError};
 pub use drive::{drive, drive_until};

@@ -49,6 +49,7 @@ pub enum Loss {
 /// `due = sent + missed`, and `sent = answered + timeout + failed` plus those
 /// still under way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Counts {
     /// Deadlines so far.
     pub due: u64,

@@ -7,7 +7,8 @@
 //! * [`TickRow`], [`ArrivalRow`], [`MessageRow`]: what each end records ([`row`]).
 //! * [`ControllerSettings`], [`PlantSettings`]: how an experiment sets them up
 //!   ([`setting`]), [`PageSettings`] where a page is the controller ([`page`]),
-//!   [`Preset`] with a name ([`preset`]).
+//!   [`Preset`] with a name ([`preset`]), [`Field`] by their names ([`mod@field`]).
+//! * [`report`]: what each role says of itself when it ends.
 //!
 //! There is no clock, socket, file or thread in this crate. Every time is an
 //! integer number of nanoseconds on one monotonic clock (`CLOCK_MONOTONIC` in a
@@ -15,6 +16,8 @@
 #![forbid(unsafe_code)]
 
 pub mod controller;
+pub mod duration;
+pub mod field;
 pub mod hold;
 pub mod message;
 pub mod noise;
@@ -22,12 +25,15 @@ pub mod page;
 pub mod plant;
 pub mod preset;
 pub mod query;
+pub mod report;
 pub mod row;
 pub mod sample_time;
 pub mod setting;
 pub mod span;
 
 pub use controller::{ControllerEnd, Counts, InvalidSettings, Loss, Step};
+pub use duration::{DURATION_MAX_NS, DURATION_REMEDY, duration_ns, duration_text};
+pub use field::{Field, InvalidSetting};
 pub use hold::Hold;
 pub use message::{Acknowledgement, Answer, Command, Observation, State};
 pub use noise::{InvalidNoise, NoiseLaw, TickNoise};

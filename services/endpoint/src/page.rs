@@ -1,14 +1,17 @@
 //! How a page in a browser goes about its loop: thread, sender, timer.
 //!
 //! A page cannot do everything that its settings could be put together to;
-//! [`PageSettings::conflict`] says what it cannot. The page itself, which says so
+//! [`PageSettings::check`] says what it cannot. The page itself, which says so
 //! too, is not here.
 
 use serde::{Deserialize, Serialize};
 
+use crate::duration::floor_ns;
+use crate::field::{span_field, word_field};
 use crate::setting::{
     Connection, ControllerSettings, Outstanding, Schedule, Transport, UnknownWord, choice,
 };
+use crate::{Field, InvalidSetting};
 
 choice!(
     /// Where in a page the loop runs.
@@ -61,9 +64,11 @@ pub struct PageSettings {
 }
 
 impl PageSettings {
-    /// Why a page cannot follow these settings; `None` if it can.
-    #[must_use]
-    pub fn conflict(&self, settings: &ControllerSettings) -> Option<&'static str> {
+    /// Why a page cannot follow these settings.
+    ///
+    /// # Errors
+    /// [`InvalidSetting`], which names the one to change.
+    pub fn check(&self, settings: &ControllerSettings) -> Result<(), InvalidSetting> {
         let blocking = settings.outstanding == Outstanding::ONE;
         let http = settings.transport == Transport::Http;
         let relative = settings.schedule == Schedule::Relative;
@@ -73,26 +78,56 @@ impl PageSettings {
             timer,
             ..
         } = *self;
-        if http && sender == Sender::Xhr && !blocking {
-            return Some("sender `xhr` waits for each answer; use outstanding 1, or sender fetch");
-        }
-        if timer == Timer::Wait && thread == Thread::Main {
-            return Some("timer `wait` is not allowed on a page's main thread; use thread worker");
-        }
-        if timer == Timer::Wait && !(http && sender == Sender::Xhr) {
-            return Some(
-                "timer `wait` lets nothing else happen on its thread, so no answer would be \
-                 heard; use sender xhr over http, or timer channel",
-            );
-        }
-        if timer == Timer::Interval && !relative {
-            return Some("timer `interval` keeps its own time; use schedule relative");
-        }
-        if settings.connection == Connection::New {
-            return Some("connection `new` is not a page's to choose; use keep");
-        }
-        None
+        let (name, problem, remedy) = if http && sender == Sender::Xhr && !blocking {
+            (
+                "sender",
+                "sender `xhr` waits for each answer",
+                "use outstanding 1, or sender fetch",
+            )
+        } else if timer == Timer::Wait && thread == Thread::Main {
+            (
+                "timer",
+                "timer `wait` is not allowed on a page's main thread",
+                "use thread worker",
+            )
+        } else if timer == Timer::Wait && !(http && sender == Sender::Xhr) {
+            (
+                "timer",
+                "timer `wait` lets nothing else happen on its thread, so no answer would be heard",
+                "use sender xhr over http, or timer channel",
+            )
+        } else if timer == Timer::Interval && !relative {
+            (
+                "timer",
+                "timer `interval` keeps its own time",
+                "use schedule relative",
+            )
+        } else if settings.connection == Connection::New {
+            (
+                "connection",
+                "connection `new` is not a page's to choose",
+                "use keep",
+            )
+        } else {
+            return Ok(());
+        };
+        Err(InvalidSetting {
+            name,
+            problem: problem.to_owned(),
+            remedy,
+        })
     }
+}
+
+#[rustfmt::skip]
+impl PageSettings {
+    /// Each setting that an experiment may choose of a page.
+    pub const FIELDS: &[Field<Self>] = &[
+        word_field!(thread, "Where in the page the loop runs: main or worker", "THREAD", false),
+        word_field!(sender, "What sends its requests: xhr or fetch", "SENDER", true),
+        word_field!(timer, "What it waits for a deadline with: timeout, interval, channel or wait", "TIMER", true),
+        span_field!("timer_floor", floor_ns, "The least delay of a timer, like 10ms for a browser of 2011", floor_ns),
+    ];
 }
 
 #[cfg(test)]
@@ -135,7 +170,7 @@ mod tests {
                 "interval",
             ),
         ] {
-            let conflict = page.conflict(&settings).expect(word);
+            let conflict = page.check(&settings).expect_err(word).to_string();
             assert!(conflict.contains(word), "{conflict}");
         }
     }

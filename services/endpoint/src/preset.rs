@@ -6,10 +6,7 @@
 use crate::{
     SampleTime,
     page::{PageSettings, Sender, Thread, Timer},
-    setting::{
-        Connection, ControllerSettings, Integrate, Late, Mode, Outstanding, Schedule, Transport,
-        UnknownWord, choice,
-    },
+    setting::{ControllerSettings, Mode, Outstanding, Schedule, Transport, UnknownWord, choice},
 };
 
 choice!(
@@ -42,26 +39,21 @@ impl Preset {
     /// How the client sends.
     #[must_use]
     pub fn settings(self, mode: Mode, h: SampleTime) -> ControllerSettings {
-        ControllerSettings {
-            mode,
-            h,
-            r: 1.0,
-            outstanding: match self {
-                Self::PaperPython | Self::Socket => Outstanding::Unlimited,
-                Self::Blocking | Self::Paper2011 | Self::Today | Self::Worker => Outstanding::ONE,
+        let blocking = ControllerSettings {
+            outstanding: Outstanding::ONE,
+            ..ControllerSettings::new(mode, h)
+        };
+        match self {
+            Self::PaperPython => ControllerSettings::new(mode, h),
+            Self::Socket => ControllerSettings {
+                transport: Transport::WebSocket,
+                ..ControllerSettings::new(mode, h)
             },
-            transport: match self {
-                Self::Socket => Transport::WebSocket,
-                _ => Transport::Http,
+            Self::Blocking | Self::Worker => blocking,
+            Self::Paper2011 | Self::Today => ControllerSettings {
+                schedule: Schedule::SinceSend,
+                ..blocking
             },
-            connection: Connection::Keep,
-            schedule: match self {
-                Self::Paper2011 | Self::Today => Schedule::SinceSend,
-                _ => Schedule::Absolute,
-            },
-            integrate: Integrate::H,
-            late: Late::Apply,
-            timeout_ns: 5_000_000_000,
         }
     }
 
@@ -105,7 +97,7 @@ mod tests {
         let h: SampleTime = "3ms".parse().expect("a sample time");
         for preset in Preset::ALL {
             let settings = preset.settings(Mode::Closed, h);
-            assert_eq!(preset.page().conflict(&settings), None, "{preset}");
+            assert_eq!(preset.page().check(&settings), Ok(()), "{preset}");
         }
     }
 }

@@ -100,11 +100,15 @@ pub enum MessageOutcome {
 }
 
 impl TickRow {
+    /// The file of these rows, in a run's folder.
+    pub const FILE: &str = "ticks.csv";
     /// The columns of `ticks.csv`, in order.
     pub const COLUMNS: &[&str] = &["k", "t_due_ns", "t_tick_ns", "u", "y", "seq"];
 }
 
 impl ArrivalRow {
+    /// The file of these rows, in a run's folder.
+    pub const FILE: &str = "arrivals.csv";
     /// The columns of `arrivals.csv`, in order.
     pub const COLUMNS: &[&str] = &[
         "n",
@@ -118,6 +122,8 @@ impl ArrivalRow {
 }
 
 impl MessageRow {
+    /// The file of these rows, in a run's folder.
+    pub const FILE: &str = "messages.csv";
     /// The columns of `messages.csv`, in order.
     pub const COLUMNS: &[&str] = &[
         "seq",

@@ -8,7 +8,9 @@ use std::{fmt, num::NonZeroU16, str::FromStr};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-use crate::{Hold, SampleTime, TickNoise};
+use crate::duration::duration_ns;
+use crate::field::{span_field, word_field};
+use crate::{Field, Hold, InvalidSetting, SampleTime, TickNoise};
 
 /// A word that none of a setting's choices has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -265,13 +267,51 @@ pub struct ControllerSettings {
 }
 
 impl ControllerSettings {
-    /// Why no client can follow these settings; `None` if one can.
+    /// Sends as the paper's clients did, every h, whatever is outstanding.
     #[must_use]
-    pub fn conflict(&self) -> Option<&'static str> {
-        (self.transport == Transport::WebSocket && self.connection == Connection::New).then_some(
-            "a websocket is one connection for all messages; use connection keep, or transport http",
-        )
+    pub fn new(mode: Mode, h: SampleTime) -> Self {
+        Self {
+            mode,
+            h,
+            r: 1.0,
+            outstanding: Outstanding::Unlimited,
+            transport: Transport::Http,
+            connection: Connection::Keep,
+            schedule: Schedule::Absolute,
+            integrate: Integrate::H,
+            late: Late::Apply,
+            timeout_ns: 5_000_000_000,
+        }
     }
+
+    /// Why no client can follow these settings.
+    ///
+    /// # Errors
+    /// [`InvalidSetting`], which names the one to change.
+    pub fn check(&self) -> Result<(), InvalidSetting> {
+        if self.transport == Transport::WebSocket && self.connection == Connection::New {
+            return Err(InvalidSetting {
+                name: "connection",
+                problem: "a websocket is one connection for all messages".to_owned(),
+                remedy: "use connection keep, or transport http",
+            });
+        }
+        Ok(())
+    }
+}
+
+#[rustfmt::skip]
+impl ControllerSettings {
+    /// Each setting that an experiment may choose, whichever the client.
+    pub const FIELDS: &[Field<Self>] = &[
+        word_field!(transport, "http or websocket", "TRANSPORT", true),
+        word_field!(outstanding, "Requests under way: a number, or unlimited", "N", false),
+        word_field!(connection, "keep or new", "CONNECTION", false),
+        word_field!(schedule, "absolute, relative or since-send", "SCHEDULE", true),
+        word_field!(integrate, "h or elapsed", "INTEGRATE", false),
+        word_field!(late, "Answers that a newer one has overtaken: apply or drop", "LATE", false),
+        span_field!("timeout", timeout_ns, "After this a request is given up", duration_ns),
+    ];
 }
 
 /// Everything that the plant's end is set up with.

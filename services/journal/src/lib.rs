@@ -18,8 +18,9 @@ use std::{
     time::Duration,
 };
 
+use endpoint::report::Written;
 use rtrb::{Consumer, Producer, RingBuffer};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// How often rows go to the file.
 const FLUSH_EVERY: Duration = Duration::from_millis(100);
@@ -49,15 +50,6 @@ pub enum JournalError {
         /// What the system said.
         source: csv::Error,
     },
-}
-
-/// What a journal did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Written {
-    /// Rows in the file.
-    pub rows: u64,
-    /// Rows that found the ring full and are not in the file.
-    pub overflow: u64,
 }
 
 /// The measured thread's side.

@@ -5,7 +5,7 @@ use rustix::{
     time::{ClockId, Timespec, clock_gettime},
 };
 
-use crate::{Policy, Scheduling};
+use endpoint::report::{Policy, Scheduling};
 
 const NS_PER_S: u64 = 1_000_000_000;
 

@@ -3,7 +3,7 @@
 //! * [`now_ns`]: the run's clock. It is `CLOCK_MONOTONIC`, which all processes
 //!   and namespaces of one kernel share, so times of plant and controller compare.
 //! * [`Pacer`] and [`Alarm`]: waiting for a deadline on it, in a thread and in a task.
-//! * [`ask`] and [`Scheduling`]: the best scheduling that a thread can get, and
+//! * [`ask`]: the best scheduling that a thread can get, and
 //!   what it got, for the manifest.
 //! * [`raise_open_files`]: room for the sockets of many messages.
 //! * [`told_to_end`]: the signals that end a process in good order.
@@ -20,5 +20,5 @@ mod stop;
 pub use alarm::Alarm;
 pub use clock::{Pacer, now_ns, timespec};
 pub use limit::raise_open_files;
-pub use scheduling::{Policy, Scheduling, ask};
+pub use scheduling::ask;
 pub use stop::told_to_end;

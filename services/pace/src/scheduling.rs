@@ -5,52 +5,12 @@
 
 use std::num::NonZeroU64;
 
+use endpoint::report::{Policy, Scheduling};
 use rustix::thread::{current_timer_slack, set_current_timer_slack};
-use serde::{Deserialize, Serialize};
 use thread_priority::{
     RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
     set_thread_priority_and_policy, thread_native_id, thread_schedule_policy_param,
 };
-
-/// A scheduling class.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Policy {
-    /// `SCHED_FIFO`: runs whenever it can, before all ordinary threads.
-    Fifo,
-    /// `SCHED_OTHER`, or whatever else an ordinary thread has.
-    Other,
-}
-
-/// What a thread asked for and what it has.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Scheduling {
-    /// The `SCHED_FIFO` priority asked for (1 to 99); none if not asked.
-    pub asked_priority: Option<u8>,
-    /// The class that the thread has.
-    pub policy: Policy,
-    /// Its real-time priority; 0 in the ordinary class.
-    pub priority: i32,
-    /// How late the kernel may let its timers be, to gather them. A `SCHED_FIFO`
-    /// thread has none, whatever this says.
-    pub slack_ns: u64,
-    /// Why less was granted than was asked.
-    pub refused: Option<String>,
-}
-
-impl Scheduling {
-    /// The scheduling of a thread that asked for nothing, on Linux's defaults.
-    #[must_use]
-    pub fn ordinary() -> Self {
-        Self {
-            asked_priority: None,
-            policy: Policy::Other,
-            priority: 0,
-            slack_ns: 50_000,
-            refused: None,
-        }
-    }
-}
 
 /// Asks for the calling thread: the least timer slack, and `SCHED_FIFO` with
 /// this priority if there is one. Never fails; threads that it starts later

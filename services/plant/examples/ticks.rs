@@ -13,8 +13,8 @@ use std::{
 };
 
 use control::preset;
-use endpoint::{Hold, Late, PlantSettings, TickRow};
-use plant::{Config, Report, serve_until};
+use endpoint::{Hold, Late, PlantSettings, TickRow, report};
+use plant::{Config, serve_until};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -61,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn print(report: &Report, ticks: &[TickRow]) {
+fn print(report: &report::Plant, ticks: &[TickRow]) {
     let ms = |ns: u64| ns as f64 / 1e6;
     let intervals: Vec<f64> = ticks
         .windows(2)

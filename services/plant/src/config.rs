@@ -1,11 +1,11 @@
-//! What a plant is told, what it tells, and why it may fail.
+//! What a plant is told, and why it may fail. What it tells at its end is
+//! [`endpoint::report::Plant`].
 
 use std::{io, net::SocketAddr, path::PathBuf};
 
 use control::{InvalidDiscretisation, Plant};
 use endpoint::PlantSettings;
-use journal::{JournalError, Written};
-use pace::Scheduling;
+use journal::JournalError;
 use serde::{Deserialize, Serialize};
 
 /// Everything that a plant is told.
@@ -33,47 +33,6 @@ pub struct Ready {
     pub address: SocketAddr,
     /// When tick 0 is due, on the run's clock.
     pub start_ns: u64,
-}
-
-/// What a plant tells when it has stopped.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Report {
-    /// Where it listened.
-    pub address: SocketAddr,
-    /// When tick 0 was due, on the run's clock.
-    pub start_ns: u64,
-    /// Ticks done.
-    pub ticks: u64,
-    /// Ticks that came a whole sample time late or more, and were caught up.
-    pub missed: u64,
-    /// Commands that arrived, whatever became of them.
-    pub arrivals: u64,
-    /// Requests that were refused, with a 4xx or 5xx, and messages over a
-    /// WebSocket that ended it.
-    pub refused: u64,
-    /// Connections accepted.
-    pub connections: u64,
-    /// Rows of `ticks.csv`.
-    pub tick_rows: Written,
-    /// Rows of `arrivals.csv`.
-    pub arrival_rows: Written,
-    /// Sessions that pages have held.
-    pub sessions: u64,
-    /// Rows of `messages.csv`, of all sessions.
-    pub page_rows: Written,
-    /// What the kernel granted.
-    pub granted: Granted,
-}
-
-/// What the kernel granted to the two threads that are in the loop.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Granted {
-    /// To the thread that steps the model.
-    pub ticker: Scheduling,
-    /// To the thread that speaks HTTP.
-    pub server: Scheduling,
-    /// Files and sockets that may be open.
-    pub open_files: u64,
 }
 
 /// Why a plant did not run, or not to its end.

@@ -16,9 +16,9 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use endpoint::MessageRow;
+use endpoint::{MessageRow, report::Written};
 use hyper::body::Bytes;
-use journal::{Journal, JournalError, Recorder, Written};
+use journal::{Journal, JournalError, Recorder};
 use tokio::sync::oneshot;
 
 use crate::{

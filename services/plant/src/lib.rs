@@ -1,7 +1,8 @@
 //! The plant over HTTP: the model runs free, every h, and takes the inputs that
 //! requests bring.
 //!
-//! * [`serve`], [`serve_until`]: the entry; [`Config`] in, [`Report`] out.
+//! * [`serve`], [`serve_until`]: the entry; [`Config`] in,
+//!   [`endpoint::report::Plant`] out.
 //! * `ticker`: the thread that steps the model on its deadlines.
 //! * `server`: the thread that accepts connections and speaks HTTP/1.
 //! * `route`: what each request gets, as an `answer` or a `refusal`; `origin`
@@ -24,6 +25,7 @@ mod chunk;
 mod config;
 mod ending;
 mod filer;
+mod handler;
 mod latest;
 mod openapi;
 mod origin;
@@ -39,5 +41,5 @@ mod ticker;
 mod token;
 mod upload;
 
-pub use config::{Config, Granted, Ready, Report, ServeError};
+pub use config::{Config, Ready, ServeError};
 pub use serve::{serve, serve_until};

@@ -5,6 +5,19 @@ use std::sync::LazyLock;
 use endpoint::MessageRow;
 use serde_json::{Value, json};
 
+/// The paths of the API. The page's files are beside them.
+pub(crate) const PATHS: [&str; 9] = [
+    "/closed",
+    "/open",
+    "/state",
+    "/socket",
+    "/session",
+    "/session/rows",
+    "/session/end",
+    "/health",
+    "/openapi.json",
+];
+
 /// A session's token.
 const TOKEN: &str = "^[0-9a-f]{32}$";
 
@@ -218,7 +231,6 @@ mod tests {
     use endpoint::{Acknowledgement, Observation, State};
 
     use super::*;
-    use crate::route::PATHS;
 
     #[test]
     fn every_path_is_described_and_every_description_has_a_path() {

@@ -70,7 +70,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
-    use crate::route::PATHS;
+    use crate::openapi::PATHS;
 
     #[test]
     fn every_file_has_a_path_of_its_own() {

@@ -12,8 +12,8 @@ use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 use crate::{
     answer::{TEXT, respond},
     filer::FilingError,
+    openapi::PATHS,
     origin::Foreign,
-    route::PATHS,
     session::{Denied, InvalidClient},
 };
 

@@ -4,63 +4,28 @@
 //! response, a body to be read (`upload`) or a conversation (`socket`). It needs
 //! no socket, and a request that it refuses leaves the input as it was.
 
-use endpoint::{
-    Answer, ArrivalRow, Command, Inbox, InvalidMessage, Mode, Observation, PlantSettings,
-    query::MAX_BYTES,
-};
+use endpoint::{Answer, Command, InvalidMessage, Mode, Observation, query::MAX_BYTES};
 use hyper::{
     Method, Response, Version,
     body::Bytes,
     header::{self, HeaderMap, HeaderValue},
     http::request::Parts,
 };
-use journal::Recorder;
-use tokio::sync::watch;
 
 use crate::{
     answer::{JSON, TEXT, as_json, message, respond},
-    filer::Filer,
-    latest::{Publisher, Reader},
-    openapi, origin, page,
+    handler::Handler,
+    openapi::{self, PATHS},
+    origin, page,
     refusal::Refusal,
-    session::Control,
     socket,
     ticker::{input_words, output},
     token::Pass,
     upload::{BODY_BYTES, Upload},
 };
 
-/// The paths of the API. The page's files are beside them.
-pub(crate) const PATHS: [&str; 9] = [
-    "/closed",
-    "/open",
-    "/state",
-    "/socket",
-    "/session",
-    "/session/rows",
-    "/session/end",
-    "/health",
-    "/openapi.json",
-];
-
 /// The header that carries a session's token.
 const SESSION: &str = "webloop-session";
-
-/// Where requests are dealt with: the plant's state as the HTTP thread owns it.
-pub(crate) struct Handler {
-    pub(crate) settings: PlantSettings,
-    /// What a page that is granted a session is to follow.
-    pub(crate) law: Option<serde_json::Value>,
-    pub(crate) inbox: Inbox,
-    pub(crate) input: Publisher<4>,
-    pub(crate) output: Reader<2>,
-    pub(crate) rows: Recorder<ArrivalRow>,
-    pub(crate) refused: u64,
-    pub(crate) control: Control,
-    pub(crate) filer: Filer,
-    /// The latest session that is over, for the sockets of it.
-    pub(crate) over: watch::Sender<u64>,
-}
 
 /// What follows a head.
 pub(crate) enum Reply {

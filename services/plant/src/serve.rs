@@ -9,16 +9,16 @@ use std::{
     task::Poll,
 };
 
-use endpoint::{ArrivalRow, Inbox, Input, Process, TickRow};
+use endpoint::{ArrivalRow, Inbox, Input, Process, TickRow, report};
 use journal::Journal;
 use pace::now_ns;
 use tokio::{sync::watch, task::LocalSet};
 
 use crate::{
-    config::{Config, Granted, Ready, Report, ServeError},
+    config::{Config, Ready, ServeError},
     filer::Filer,
+    handler::Handler,
     latest::latest,
-    route::Handler,
     server,
     session::Control,
     ticker::{Running, Ticker, input_words},
@@ -37,7 +37,7 @@ const FIFO_PRIORITY: u8 = 45;
 ///
 /// # Errors
 /// [`ServeError`] says what could not be had, or which rows are missing.
-pub fn serve(config: &Config, ready: impl FnOnce(Ready)) -> Result<Report, ServeError> {
+pub fn serve(config: &Config, ready: impl FnOnce(Ready)) -> Result<report::Plant, ServeError> {
     serve_until(config, pace::told_to_end(), ready)
 }
 
@@ -49,7 +49,7 @@ pub fn serve_until(
     config: &Config,
     stop: impl Future<Output = io::Result<()>>,
     ready: impl FnOnce(Ready),
-) -> Result<Report, ServeError> {
+) -> Result<report::Plant, ServeError> {
     let settings = &config.settings;
     let sampled = config.plant.sampled(settings.h.ns())?;
 
@@ -70,9 +70,9 @@ pub fn serve_until(
     // In this order: the threads that write files must not inherit real-time
     // scheduling, and no file is made for a plant that cannot listen.
     let (tick_rows, tick_journal) =
-        Journal::create::<TickRow>(&config.out.join("ticks.csv"), TickRow::COLUMNS)?;
+        Journal::create::<TickRow>(&config.out.join(TickRow::FILE), TickRow::COLUMNS)?;
     let (arrival_rows, arrival_journal) =
-        Journal::create::<ArrivalRow>(&config.out.join("arrivals.csv"), ArrivalRow::COLUMNS)?;
+        Journal::create::<ArrivalRow>(&config.out.join(ArrivalRow::FILE), ArrivalRow::COLUMNS)?;
     let filer = Filer::start(&config.out)?;
     let (input_publisher, input_reader) = latest(input_words(Input::default()));
     let (output_publisher, output_reader) = latest([0; 2]);
@@ -133,7 +133,7 @@ pub fn serve_until(
     if let Some(problem) = filed.problem {
         return Err(problem.into());
     }
-    Ok(Report {
+    Ok(report::Plant {
         address,
         start_ns,
         ticks: ticked.ticks,
@@ -145,7 +145,7 @@ pub fn serve_until(
         arrival_rows,
         sessions: handler.control.sessions(),
         page_rows: filed.written,
-        granted: Granted {
+        granted: report::PlantGranted {
             ticker: ticked.scheduling,
             server: server_scheduling,
             open_files,

@@ -24,10 +24,7 @@ use tokio::{
     task::{self, JoinError, JoinHandle},
 };
 
-use crate::{
-    route::{Handler, Reply},
-    socket, upload,
-};
+use crate::{handler::Handler, route::Reply, socket, upload};
 
 /// How long a connection may wait for a head to be complete, and so also how
 /// long it may idle between two requests. Clients keep idle connections for

@@ -34,7 +34,7 @@ use tokio_tungstenite::{
     },
 };
 
-use crate::{refusal::Refusal, route::Handler, token::Pass};
+use crate::{handler::Handler, refusal::Refusal, token::Pass};
 
 /// The longest reason that fits a close frame (RFC 6455, 5.5).
 const REASON_BYTES: usize = 123;

@@ -14,9 +14,9 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use endpoint::{Input, Output, Process, TickRow};
+use endpoint::{Input, Output, Process, TickRow, report::Scheduling};
 use journal::Recorder;
-use pace::{Pacer, Scheduling, now_ns};
+use pace::{Pacer, now_ns};
 use tokio::sync::oneshot;
 
 use crate::latest::{Publisher, Reader};

@@ -20,8 +20,8 @@ use tokio::{
 
 use crate::{
     answer::{JSON, as_json},
+    handler::Handler,
     refusal::Refusal,
-    route::Handler,
     session::Client,
     token::{Pass, Token},
 };

@@ -5,7 +5,7 @@ use std::{
     env,
     ffi::{OsStr, OsString},
     fs::File,
-    io::{self, Write},
+    io::{self, Seek, Write},
     os::{fd::AsRawFd, unix::process::CommandExt},
     process::{Command, Stdio},
 };
@@ -44,19 +44,21 @@ pub enum Error {
     Archive(#[from] InvalidArchive),
 }
 
-/// Becomes the interpreter that runs the controller with these arguments, so
-/// that signals, the exit code and the wish to die with a parent are its own.
+/// Becomes the interpreter that runs the controller with these arguments and this on its standard input,
+/// so that signals, the exit code and the wish to die with a parent are its own.
 ///
 /// An interpreter that is too old says so itself, and exits with 3.
 ///
 /// # Errors
 /// [`Error`] if there is no such interpreter, or the system has no memory.
-pub fn run<A: AsRef<OsStr>>(arguments: impl IntoIterator<Item = A>) -> Result<Infallible, Error> {
-    // It stays open across the change, and is gone with the last that has it open.
-    let mut file = File::from(
-        memfd_create("webloop_controller", MemfdFlags::empty()).map_err(io::Error::from)?,
-    );
-    file.write_all(&pack()?)?;
+pub fn run<A: AsRef<OsStr>>(
+    arguments: impl IntoIterator<Item = A>,
+    input: &str,
+) -> Result<Infallible, Error> {
+    // Both stay open across the change, and are gone with the last that has them open.
+    let file = in_memory("webloop_controller", &pack()?)?;
+    let mut input = in_memory("input", input.as_bytes())?;
+    input.rewind()?;
     let interpreter = interpreter();
     let error = Command::new(&interpreter)
         // Isolated from the user's packages and variables, and writes no bytecode.
@@ -65,8 +67,16 @@ pub fn run<A: AsRef<OsStr>>(arguments: impl IntoIterator<Item = A>) -> Result<In
         .args(["-E", "-s", "-B"])
         .arg(format!("/proc/self/fd/{}", file.as_raw_fd()))
         .args(arguments)
+        .stdin(input)
         .exec();
     Err(unsupported(&interpreter, &error.to_string()))
+}
+
+/// A file that is nowhere but in memory.
+fn in_memory(name: &str, content: &[u8]) -> io::Result<File> {
+    let mut file = File::from(memfd_create(name, MemfdFlags::empty())?);
+    file.write_all(content)?;
+    Ok(file)
 }
 
 /// The interpreter's name and version, as `Python 3.11.7`.

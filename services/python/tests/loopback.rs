@@ -39,7 +39,7 @@ fn becomes_the_controller_where_it_is_told_to() {
     let Ok(arguments) = std::env::var(ARGUMENTS) else {
         return;
     };
-    let Err(error) = python::run(arguments.lines());
+    let Err(error) = python::run(arguments.lines(), "");
     eprintln!("{error}");
     std::process::exit(match error {
         python::Error::Unsupported { .. } => 3,
@@ -80,7 +80,7 @@ fn wait(child: &mut Child) -> ExitStatus {
 }
 
 /// Runs a plant of h = 3 ms while `client` does.
-fn with_plant<T>(out: &Path, client: impl FnOnce(SocketAddr) -> T) -> (T, plant::Report) {
+fn with_plant<T>(out: &Path, client: impl FnOnce(SocketAddr) -> T) -> (T, endpoint::report::Plant) {
     let config = plant::Config {
         listen: "127.0.0.1:0".parse().expect("an address"),
         settings: PlantSettings {

@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+import tempfile
 import unittest
 from math import inf
 
@@ -40,11 +41,11 @@ class Arguments(unittest.TestCase):
     def test_nothing_given_is_the_paper_s_client(self):
         config = argument.read([])
         self.assertEqual(
-            config.settings, ("closed", 3_000_000, 1.0, UNLIMITED, "absolute", "h", "apply")
+            config.settings[:7], ("closed", 3_000_000, 1.0, UNLIMITED, "absolute", "h", "apply")
         )
         self.assertEqual(config.plant, ("127.0.0.1", 8080))
-        self.assertEqual((config.transport, config.connection), ("http", "keep"))
-        self.assertEqual((config.timeout_ns, config.duration_ns), (5 * 10**9, 6 * 10**9))
+        self.assertEqual((config.settings.transport, config.settings.connection), ("http", "keep"))
+        self.assertEqual((config.settings.timeout_ns, config.duration_ns), (5 * 10**9, 6 * 10**9))
         self.assertEqual((config.start_ns, config.out), (None, "serve"))
         self.assertEqual(config.law.gains, (0.1701, 0.378, 0.0, inf))
 
@@ -56,14 +57,63 @@ class Arguments(unittest.TestCase):
         )
         config = argument.read(line.split())
         self.assertEqual(
-            config.settings, ("open", 1_000_000, -0.001, 1, "relative", "elapsed", "drop")
+            config.settings[:7], ("open", 1_000_000, -0.001, 1, "relative", "elapsed", "drop")
         )
         self.assertEqual(config.plant, ("::1", 80))
-        self.assertEqual((config.transport, config.connection), ("http", "new"))
-        self.assertEqual((config.timeout_ns, config.duration_ns), (300_000_000, 6 * 10**9))
+        self.assertEqual((config.settings.transport, config.settings.connection), ("http", "new"))
+        self.assertEqual((config.settings.timeout_ns, config.duration_ns), (300_000_000, 6 * 10**9))
         self.assertEqual((config.start_ns, config.out), (2**64 - 1, "a/b"))
         words = json.dumps({"law": "pid", "kp": 2, "ki": 1, "kd": 0, "filter_rad_s": None, "limits": None})
         self.assertEqual(argument.read(["--law", words]).law.gains, (2.0, 1.0, 0.0, inf))
+
+    def test_all_can_be_told_at_once_as_json(self):
+        pid = {"law": "pid", "kp": 2, "ki": 1, "kd": 0, "filter_rad_s": None, "limits": None}
+        told = {
+            "plant": "10.77.0.2:8080",
+            "settings": {
+                "mode": "open",
+                "h": "1ms",
+                "r": 0.5,
+                "outstanding": 8,
+                "transport": "websocket",
+                "connection": "keep",
+                "schedule": "since-send",
+                "integrate": "elapsed",
+                "late": "drop",
+                "timeout_ns": 300_000_000,
+            },
+            "law": pid,
+            "start_ns": 2**63,
+            "duration_ns": 6,
+        }
+        config = self._read(told)
+        self.assertEqual(
+            config.settings,
+            ("open", 1_000_000, 0.5, 8, "since-send", "elapsed", "drop", "websocket", "keep", 300_000_000),
+        )
+        self.assertEqual(config.plant, ("10.77.0.2", 8080))
+        self.assertEqual((config.start_ns, config.duration_ns), (2**63, 6))
+        self.assertEqual((config.law.gains, config.out), ((2.0, 1.0, 0.0, inf), "a"))
+        for change, what in [
+            ({"speed": 3}, "`speed` is unknown"),
+            ({"plant": "localhost"}, "`localhost` is not an address"),
+            ({"settings": {**told["settings"], "gait": 1}}, "`gait` is unknown"),
+            ({"settings": {**told["settings"], "late": "never"}}, "late `never`"),
+            ({"settings": {**told["settings"], "timeout_ns": "5s"}}, "timeout_ns `5s`"),
+            ({"settings": {"mode": "open"}}, "`h` is missing"),
+            ({"settings": {**told["settings"], "connection": "new"}}, "connection `new`"),
+        ]:
+            said = io.StringIO()
+            with contextlib.redirect_stderr(said), self.assertRaises(SystemExit) as exit_:
+                self._read({**told, **change})
+            self.assertEqual(exit_.exception.code, 2, change)
+            self.assertIn(what, said.getvalue())
+
+    def _read(self, told):
+        with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
+            json.dump(told, file)
+            file.flush()
+            return argument.read(["--settings", file.name, "--out", "a"])
 
     def test_wrong_usage_ends_with_2_and_says_what_is_wrong_and_what_to_do(self):
         for line, what, remedy in [
@@ -81,7 +131,7 @@ class Arguments(unittest.TestCase):
             ("--timeout 0s", "`0s`", "like 5s"),
             ("--start-ns -1", "--start-ns", "--help"),
             ("--start-ns soon", "`soon`", "CLOCK_MONOTONIC"),
-            ("--transport websocket --connection new", "--connection new", "leave out one"),
+            ("--transport websocket --connection new", "connection `new`", "choose connection `keep`"),
             ("--h", "--h", "--help"),
             ("--speed 3", "--speed", "--help"),
         ]:

@@ -1,6 +1,6 @@
 """The command line: what can be typed, read into a checked `Config`.
 
-The options are those of `webloop serve controller`, `--transport` and `--law`.
+The options are those of `webloop serve controller`, and `--law`; or all comes at once as JSON.
 Wrong usage ends the program with 2 and a sentence.
 """
 
@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import argparse
 import ipaddress
+import json
 import sys
 from typing import Callable, List, NoReturn, Optional, Sequence, Tuple, TypeVar
 
-from webloop_controller import setting
 from webloop_controller.law import paper_pi, parse_law
-from webloop_controller.query import MAX_COUNT
-from webloop_controller.setting import Config, Settings
-from webloop_controller.span import parse_sample_time, parse_span
+from webloop_controller.query import MAX_COUNT, excerpt
+from webloop_controller.setting import DECLARED, Config, Settings, check
+from webloop_controller.span import parse_span
 
 NAME = "webloop_controller"
 """The program's name in what it says."""
@@ -38,30 +38,54 @@ def read(arguments: Sequence[str]) -> Config:
     program where it has to."""
     parser = _parser()
     given = parser.parse_args(_joined(arguments))
-    if given.transport == "websocket" and given.connection == "new":
-        parser.error(
-            "--connection new cannot go with --transport websocket: all messages share one"
-            " socket; leave out one of the two"
+    try:
+        if given.settings is not None:
+            return _told(given.settings, given.out)
+        typed = {declared.field: getattr(given, declared.name) for declared in DECLARED}
+        return Config(
+            settings=check(Settings(**typed)),
+            law=paper_pi() if given.law is None else given.law,
+            plant=given.plant,
+            start_ns=given.start_ns,
+            duration_ns=given.duration,
+            out=given.out,
         )
+    except ValueError as error:
+        parser.error(str(error))
+
+
+def _told(path: str, out: str) -> Config:
+    """What a JSON file says, or standard input for `-`. Raises `ValueError`."""
+    try:
+        with sys.stdin if path == "-" else open(path, encoding="utf-8") as file:
+            told = json.load(file)
+    except (OSError, ValueError, RecursionError) as error:
+        raise ValueError(f"cannot read the settings in {path}: {error}") from None
+    keys = ("plant", "settings", "law", "start_ns", "duration_ns")
+    plant, settings, law, start_ns, duration_ns = _members("the settings", told, keys)
+    values = _members("`settings`", settings, [declared.key for declared in DECLARED])
+    read = {declared.field: declared.told(value) for declared, value in zip(DECLARED, values)}
     return Config(
-        settings=Settings(
-            mode=given.mode,
-            h_ns=given.h,
-            r=given.r,
-            outstanding=given.outstanding,
-            schedule=given.schedule,
-            integrate=given.integrate,
-            late=given.late,
-        ),
-        law=paper_pi() if given.law is None else given.law,
-        plant=given.plant,
-        transport=given.transport,
-        connection=given.connection,
-        timeout_ns=given.timeout,
-        start_ns=given.start_ns,
-        duration_ns=given.duration,
-        out=given.out,
+        settings=check(Settings(**read)),
+        law=paper_pi() if law is None else parse_law(json.dumps(law)),
+        plant=parse_plant(str(plant)),
+        start_ns=None if start_ns is None else _parse_start(str(start_ns)),
+        duration_ns=_parse_start(str(duration_ns)),
+        out=out,
     )
+
+
+def _members(what: str, value: object, keys: Sequence[str]) -> List[object]:
+    """The members of an object that has these and no other, in this order."""
+    if not isinstance(value, dict):
+        raise ValueError(f"{what} must be an object with {', '.join(keys)}")
+    for key in value:
+        if key not in keys:
+            raise ValueError(f"{what}: `{excerpt(key)}` is unknown; there are {', '.join(keys)}")
+    for key in keys:
+        if key not in value:
+            raise ValueError(f"{what}: `{key}` is missing; there are {', '.join(keys)}")
+    return [value[key] for key in keys]
 
 
 def parse_plant(text: str) -> Tuple[str, int]:
@@ -85,15 +109,6 @@ def _parse_start(text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) <= 20 and int(text) <= MAX_COUNT):
         raise ValueError(f"`{text}` is no time; give whole nanoseconds of CLOCK_MONOTONIC")
     return int(text)
-
-
-def _choice(name: str, words: Sequence[str]) -> Callable[[str], str]:
-    def parse(word: str) -> str:
-        if word not in words:
-            raise ValueError(f"{name} `{word}` is unknown; choose {' or '.join(words)}")
-        return word
-
-    return parse
 
 
 def _typed(parse: Callable[[str], T]) -> Callable[[str], T]:
@@ -144,34 +159,25 @@ def _parser() -> _Parser:
             help=text + shown,
         )
 
-    def choice(name: str, words: Sequence[str], default: str, text: str) -> None:
-        option(name, _choice(name, words), default, f"{' or '.join(words)}: {text}")
-
     option("plant", parse_plant, "127.0.0.1:8080", "the plant", "ADDRESS:PORT")
-    option("h", parse_sample_time, "3ms", "sample time", "TIME")
-    choice("mode", setting.MODES, "closed", "whether the answers steer the plant")
-    option("r", setting.parse_reference, "1", "reference", "NUMBER")
+    for declared in DECLARED:
+        _, _, parse, default, about, placeholder = declared
+        option(declared.name, parse, default, about, placeholder)
     option("law", parse_law, None, "the control law; the paper's PI, if not given", "JSON")
     option("duration", parse_span, "6s", "how long to send", "TIME")
-    option(
-        "outstanding",
-        setting.parse_outstanding,
-        "unlimited",
-        "requests under way: a number, or unlimited",
-        "N",
-    )
-    choice("transport", setting.TRANSPORTS, "http", "how messages go")
-    choice("connection", setting.CONNECTIONS, "keep", "what a request does for its connection")
-    choice("schedule", setting.SCHEDULES, "absolute", "where the next deadline is")
-    choice("integrate", setting.INTEGRATES, "h", "what the integrator advances by")
-    choice("late", setting.LATES, "apply", "answers that a newer one has overtaken")
-    option("timeout", parse_span, "5s", "after this a request is given up", "TIME")
     option(
         "start-ns",
         _parse_start,
         None,
         "when to send the first message, in ns of CLOCK_MONOTONIC; soon, if not given",
         "T",
+    )
+    option(
+        "settings",
+        str,
+        None,
+        "everything but --out as one JSON value, in place of the other options; - is standard input",
+        "FILE",
     )
     option("out", str, "serve", "where messages.csv and controller.json go", "DIR")
     return parser

@@ -68,7 +68,7 @@ def drive(config: Config, ended: Inbox) -> Report:
     scheduling = grant.ask()
     open_files = grant.raise_open_files()
     exchange: Exchange
-    if config.transport == "websocket":
+    if config.settings.transport == "websocket":
         exchange = WebSocketExchange(config, ended)
     else:
         exchange = HttpExchange(config, ended)
@@ -100,7 +100,7 @@ def drive(config: Config, ended: Inbox) -> Report:
         rows=journal.finish(),
         scheduling=scheduling,
         open_files=open_files,
-        transport=config.transport,
+        transport=config.settings.transport,
         connections=exchange.connections(),
     )
     exchange.close()
@@ -120,7 +120,7 @@ def _warm_up(config: Config, exchange: Exchange, ended: Inbox) -> Optional[Obser
             if left_ns <= 0:
                 return
             try:
-                ended.put(exchange.open(min(left_ns, config.timeout_ns)))
+                ended.put(exchange.open(min(left_ns, config.settings.timeout_ns)))
                 return
             except (ExchangeError, NoAnswer) as error:
                 why = str(error)

@@ -145,7 +145,9 @@ class HttpExchange(Exchange):
 
     def _connection(self) -> HttpConnection:
         config = self._config
-        return HttpConnection(config.plant, config.timeout_ns, config.connection == "keep")
+        return HttpConnection(
+            config.plant, config.settings.timeout_ns, config.settings.connection == "keep"
+        )
 
     def _worker(self, connection: HttpConnection) -> Worker:
         worker = Worker(connection, self._config.settings.mode, self._idle, self.ended)

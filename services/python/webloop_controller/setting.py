@@ -1,34 +1,16 @@
 """How the controller is set up, as checked values.
 
-The words are those of the crate `endpoint`'s `setting`, and so are the limits.
-How they are typed is in `argument`.
+Each setting is declared here once, with its words, which are those of the crate `endpoint`, and so
+are the limits. How settings are typed or told is in `argument`.
 """
 
 from __future__ import annotations
 
 from math import isfinite
-from typing import NamedTuple, Optional, Tuple
+from typing import Callable, NamedTuple, Optional, Sequence, Tuple
 
 from webloop_controller.law import Law
-
-MODES = ("open", "closed")
-"""open: the plant only acknowledges. closed: it applies u and answers with its state."""
-
-CONNECTIONS = ("keep", "new")
-"""keep: a message takes an idle connection. new: it opens one and closes it."""
-
-SCHEDULES = ("absolute", "relative", "since-send")
-"""absolute: start + k h. relative: h after the last message ended or was sent.
-since-send: h after it was sent, or when one has ended if none more may be under way."""
-
-INTEGRATES = ("h", "elapsed")
-"""What the integrator advances by: the nominal h, or the time since the last message."""
-
-LATES = ("apply", "drop")
-"""Answers that a newer one has overtaken: taken as they arrive, or left out."""
-
-TRANSPORTS = ("http", "websocket")
-"""http: a request a message. websocket: all messages over one socket."""
+from webloop_controller.span import parse_sample_time, parse_span
 
 UNLIMITED = 8192
 """The technical limit on requests under way, as the other clients have it."""
@@ -56,11 +38,22 @@ def parse_reference(word: str) -> float:
     return r
 
 
+def parse_choice(name: str, words: Sequence[str]) -> Callable[[str], str]:
+    """Reads one of these words."""
+
+    def parse(word: str) -> str:
+        if word not in words:
+            raise ValueError(f"{name} `{word}` is unknown; choose {' or '.join(words)}")
+        return word
+
+    return parse
+
+
 class Settings(NamedTuple):
-    """What decides when a message is sent and with which u."""
+    """How a controller sends."""
 
     mode: str
-    """open or closed."""
+    """open: the plant only acknowledges. closed: it applies u and answers with its state."""
     h_ns: int
     """Sample time."""
     r: float
@@ -68,34 +61,108 @@ class Settings(NamedTuple):
     outstanding: int
     """How many requests may be under way."""
     schedule: str
-    """absolute, relative or since-send."""
+    """absolute: start + k h. relative: h after the last message ended or was sent.
+    since-send: h after it was sent, or when one has ended if none more may be under way."""
     integrate: str
-    """h or elapsed."""
+    """What the integrator advances by: the nominal h, or the time that has elapsed since the
+    last message."""
     late: str
-    """apply or drop."""
+    """Answers that a newer one has overtaken: apply as they arrive, or drop."""
+    transport: str = "http"
+    """http: a request a message. websocket: all messages over one socket."""
+    connection: str = "keep"
+    """keep: a message takes an idle connection. new: it opens one and closes it."""
+    timeout_ns: int = 5_000_000_000
+    """How long a message waits for its answer."""
+
+
+class Declared(NamedTuple):
+    """A setting by its name: how it is typed, and told as JSON."""
+
+    name: str
+    """As an option has it."""
+    field: str
+    """As `Settings` has it."""
+    parse: Callable[[str], object]
+    """Reads what is typed; raises `ValueError`."""
+    default: str
+    """What it is if it is not typed."""
+    about: str
+    """For the help."""
+    placeholder: str = "WORD"
+    """For the help."""
+
+    @property
+    def key(self) -> str:
+        """As JSON has it: a time is there in nanoseconds, but a sample time with its unit."""
+        return self.name if self.field == "h_ns" else self.field
+
+    def told(self, value: object) -> object:
+        """Its value from JSON. Raises `ValueError`."""
+        if self.key.endswith("_ns"):
+            if isinstance(value, int) and not isinstance(value, bool) and value > 0:
+                return value
+            raise ValueError(f"{self.key} `{value}` is not a whole number of nanoseconds above 0")
+        return self.parse(str(value))
+
+
+def _choice(name: str, words: Sequence[str], default: str, about: str) -> Declared:
+    parse = parse_choice(name, words)
+    return Declared(name, name, parse, default, f"{' or '.join(words)}: {about}")
+
+
+DECLARED = (
+    Declared("h", "h_ns", parse_sample_time, "3ms", "sample time", "TIME"),
+    _choice("mode", ("open", "closed"), "closed", "whether the answers steer the plant"),
+    Declared("r", "r", parse_reference, "1", "reference", "NUMBER"),
+    Declared(
+        "outstanding",
+        "outstanding",
+        parse_outstanding,
+        "unlimited",
+        "requests under way: a number, or unlimited",
+        "N",
+    ),
+    _choice("transport", ("http", "websocket"), "http", "how messages go"),
+    _choice("connection", ("keep", "new"), "keep", "what a request does for its connection"),
+    _choice(
+        "schedule",
+        ("absolute", "relative", "since-send"),
+        "absolute",
+        "where the next deadline is",
+    ),
+    _choice("integrate", ("h", "elapsed"), "h", "what the integrator advances by"),
+    _choice("late", ("apply", "drop"), "apply", "answers that a newer one has overtaken"),
+    Declared("timeout", "timeout_ns", parse_span, "5s", "after this a request is given up", "TIME"),
+)
+"""Every setting, in the order of the help."""
 
 
 class Config(NamedTuple):
     """Everything that a controller is told."""
 
     settings: Settings
-    """When it sends, and what."""
+    """How it sends."""
     law: Law
     """What makes u of r and y; at rest, and for one run."""
     plant: Tuple[str, int]
     """The plant's address and port."""
-    transport: str
-    """http or websocket."""
-    connection: str
-    """keep or new; a WebSocket is always kept."""
-    timeout_ns: int
-    """How long a message waits for its answer."""
     start_ns: Optional[int]
     """The first deadline on the run's clock; soon, if not given."""
     duration_ns: int
     """Deadlines end this long after the first."""
     out: str
     """The folder of messages.csv and controller.json; made if need be."""
+
+
+def check(settings: Settings) -> Settings:
+    """Refuses settings that do not go together, with a `ValueError`."""
+    if settings.transport == "websocket" and settings.connection == "new":
+        raise ValueError(
+            "connection `new` cannot go with transport `websocket`: all messages share one"
+            " socket; choose connection `keep`, or transport `http`"
+        )
+    return settings
 
 
 def authority(plant: Tuple[str, int]) -> str:

@@ -59,7 +59,7 @@ class WebSocketExchange(Exchange):
             self._end([command.seq], FAILED, self._broken)
             return
         with self._lock:
-            self._give_up_ns[command.seq] = command.t_send_ns + self._config.timeout_ns
+            self._give_up_ns[command.seq] = command.t_send_ns + self._config.settings.timeout_ns
         try:
             socket.send(command.query())
         except BlockingIOError:
@@ -102,7 +102,7 @@ class WebSocketExchange(Exchange):
             if self._closing:
                 return None
             try:
-                socket = self._opened(self._config.timeout_ns)
+                socket = self._opened(self._config.settings.timeout_ns)
             except (ExchangeError, NoAnswer) as error:
                 self._broken = f"the socket cannot be opened again: {error}"
                 continue
@@ -137,7 +137,7 @@ class WebSocketExchange(Exchange):
         with self._lock:
             first_ns = next(iter(self._give_up_ns.values()), None)
         if first_ns is None:
-            return self._config.timeout_ns
+            return self._config.settings.timeout_ns
         return first_ns - monotonic_ns()
 
     def _give_up(self) -> None:

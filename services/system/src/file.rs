@@ -2,115 +2,165 @@
 //!
 //! Values keep their place in the text, so that a fault can point at them.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 
 type Number = Option<Spanned<f64>>;
 type Numbers = Option<Spanned<Vec<f64>>>;
 
-/// A whole file.
-#[derive(Debug, Deserialize)]
+/// A plant, the law that controls it, and the reference.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "webloop system")]
 pub(crate) struct SystemFile {
     /// Its name: what experiments and results call it.
+    #[schemars(with = "String")]
     pub(crate) name: Spanned<String>,
     /// A sentence on what it is.
     #[serde(default)]
     pub(crate) about: String,
     /// The reference; 1 if not given.
+    #[schemars(with = "Option<f64>")]
     pub(crate) r: Number,
     /// What is controlled.
+    #[schemars(with = "PlantFile")]
     pub(crate) plant: Spanned<PlantFile>,
     /// By what.
+    #[schemars(with = "ControllerFile")]
     pub(crate) controller: Spanned<ControllerFile>,
 }
 
 /// `[plant]`: a gain with zeros and poles, or num and den, or four matrices.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PlantFile {
     /// Of (s - zero).. / (s - pole)..
+    #[schemars(with = "Option<f64>")]
     pub(crate) gain: Number,
     /// Real zeros, rad/s; none if not given.
+    #[schemars(with = "Option<Vec<f64>>")]
     pub(crate) zeros: Numbers,
     /// Real poles, rad/s.
+    #[schemars(with = "Option<Vec<f64>>")]
     pub(crate) poles: Numbers,
     /// Coefficients of the numerator, highest power first.
+    #[schemars(with = "Option<Vec<f64>>")]
     pub(crate) num: Numbers,
     /// Coefficients of the denominator, highest power first.
+    #[schemars(with = "Option<Vec<f64>>")]
     pub(crate) den: Numbers,
     /// x' = a x + b u, y = c x + d u: a list of rows.
+    #[schemars(with = "Option<Vec<Vec<f64>>>")]
     pub(crate) a: Option<Spanned<Vec<Vec<f64>>>>,
     /// A number for each state.
+    #[schemars(with = "Option<Vec<f64>>")]
     pub(crate) b: Numbers,
     /// A number for each state.
+    #[schemars(with = "Option<Vec<f64>>")]
     pub(crate) c: Numbers,
     /// A number; 0 if not given.
+    #[schemars(with = "Option<f64>")]
     pub(crate) d: Number,
     /// From the input to its first effect, such as `"25ms"`.
+    #[schemars(with = "Option<String>")]
     pub(crate) dead_time: Option<Spanned<String>>,
     /// `zero-order-hold` if not given, `backward-euler` or `tustin`.
+    #[schemars(with = "Option<String>")]
     pub(crate) sampling: Option<Spanned<String>>,
 }
 
 /// `[controller]`: a law, and the numbers that it needs.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ControllerFile {
     /// `pid`, `transfer`, `smith` or `state-feedback`.
+    #[schemars(with = "String")]
     pub(crate) law: Spanned<String>,
     /// pid, smith: proportional gain.
+    #[schemars(with = "Option<f64>")]
     pub(crate) kp: Number,
     /// pid, smith: integral gain, 1/s; 0 if not given.
+    #[schemars(with = "Option<f64>")]
     pub(crate) ki: Number,
     /// pid, smith: derivative gain, s; 0 if not given.
+    #[schemars(with = "Option<f64>")]
     pub(crate) kd: Number,
     /// pid, smith: the derivative's filter, rad/s; none if not given.
+    #[schemars(with = "Option<f64>")]
     pub(crate) filter: Number,
     /// transfer: coefficients of the numerator, highest power first.
+    #[schemars(with = "Option<Vec<f64>>")]
     pub(crate) num: Numbers,
     /// transfer: coefficients of the denominator, highest power first.
+    #[schemars(with = "Option<Vec<f64>>")]
     pub(crate) den: Numbers,
     /// transfer: as the plant's; `tustin` if not given.
+    #[schemars(with = "Option<String>")]
     pub(crate) sampling: Option<Spanned<String>>,
     /// smith, state-feedback: the round trip that is reckoned with; `"0ms"` if not given.
+    #[schemars(with = "Option<String>")]
     pub(crate) round_trip: Option<Spanned<String>>,
     /// state-feedback: a gain for each state, instead of weights.
+    #[schemars(with = "Option<Vec<f64>>")]
     pub(crate) gains: Numbers,
     /// state-feedback: what the optimal regulator weighs.
+    #[schemars(with = "Option<WeightsFile>")]
     pub(crate) weights: Option<Spanned<WeightsFile>>,
     /// state-feedback: what the Kalman filter reckons with.
+    #[schemars(with = "Option<NoiseFile>")]
     pub(crate) noise: Option<Spanned<NoiseFile>>,
     /// The actuator's.
+    #[schemars(with = "Option<LimitsFile>")]
     pub(crate) limits: Option<Spanned<LimitsFile>>,
 }
 
 /// `[controller.weights]`: the least sum of output y² + input u².
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct WeightsFile {
+    /// Of the squared output.
+    #[schemars(with = "f64")]
     pub(crate) output: Spanned<f64>,
+    /// Of the squared command.
+    #[schemars(with = "f64")]
     pub(crate) input: Spanned<f64>,
 }
 
 /// `[controller.noise]`: standard deviations, at the plant's input and output.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct NoiseFile {
+    /// What is added to the command.
+    #[schemars(with = "f64")]
     pub(crate) disturbance: Spanned<f64>,
+    /// What is added to the output.
+    #[schemars(with = "f64")]
     pub(crate) measurement: Spanned<f64>,
 }
 
 /// `[controller.limits]`.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LimitsFile {
     /// The smallest command; none if not given.
+    #[schemars(with = "Option<f64>")]
     pub(crate) min: Number,
     /// The largest command; none if not given.
+    #[schemars(with = "Option<f64>")]
     pub(crate) max: Number,
     /// pid, smith: `off`, `conditional` (if not given) or `back-calculation`.
+    #[schemars(with = "Option<String>")]
     pub(crate) anti_windup: Option<Spanned<String>>,
     /// With back-calculation: the tracking gain, 1/s.
+    #[schemars(with = "Option<f64>")]
     pub(crate) gain: Number,
+}
+
+/// The JSON schema of a system, for editors: what is committed as
+/// `services/system/systems/system.schema.json`.
+#[must_use]
+pub fn schema() -> String {
+    let schema = schemars::schema_for!(SystemFile);
+    format!("{:#}\n", schema.as_value())
 }

@@ -10,8 +10,8 @@ use crate::design::{Design, Limits, Model, PidNumbers};
 use crate::fault::{Fault, Source};
 use crate::file::ControllerFile;
 use crate::limits;
+use crate::obstacle::Obstacle;
 use crate::plant::{method, ratio};
-use crate::system::Obstacle;
 
 /// A predictor keeps a number a tick; Python and the page keep as many.
 const SMITH_TICKS: usize = 1_000_000;

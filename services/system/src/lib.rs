@@ -14,9 +14,12 @@ mod fault;
 mod file;
 mod law;
 mod limits;
+mod obstacle;
 mod plant;
 mod system;
 
 pub use design::{Design, Limits, Model, PidNumbers};
 pub use fault::Fault;
-pub use system::{Loop, NotOpened, Obstacle, System, Unfit, is_name};
+pub use file::schema;
+pub use obstacle::Obstacle;
+pub use system::{Loop, NotOpened, System, Unfit, is_name};

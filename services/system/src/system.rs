@@ -1,15 +1,13 @@
 //! A system, read and found valid, and what it is at a sample time.
 
-use control::{
-    Discrete, InvalidDiscretisation, InvalidLaw, InvalidTransferFunction, Law, Plant, SampledPlant,
-    TransferFunction,
-};
-use endpoint::SampleTime;
+use control::{Discrete, InvalidTransferFunction, Law, Plant, SampledPlant, TransferFunction};
+use endpoint::{ControllerSettings, Integrate, InvalidSetting, SampleTime};
 
 use crate::design::Design;
 use crate::fault::{Fault, Source};
 use crate::file::SystemFile;
 use crate::law::Recipe;
+use crate::obstacle::Obstacle;
 use crate::plant;
 
 /// A plant, its law, and its reference.
@@ -44,27 +42,6 @@ pub struct Unfit {
     pub h: SampleTime,
     /// Why not.
     pub obstacle: Obstacle,
-}
-
-/// What keeps a system from a sample time.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Obstacle {
-    /// The plant or the law cannot be sampled.
-    #[error(transparent)]
-    Sampling(#[from] InvalidDiscretisation),
-    /// The law does not come out.
-    #[error(transparent)]
-    Law(#[from] InvalidLaw),
-    /// Dead time and round trip are more ticks than a law can look past.
-    #[error("a law `{law}` would have to look past {ticks} ticks, and can at most past {most}")]
-    Ticks {
-        /// Which law.
-        law: &'static str,
-        /// As many as dead time and round trip are.
-        ticks: usize,
-        /// As many as it can.
-        most: usize,
-    },
 }
 
 /// Stability is asked of all coefficients against all: with these, seconds.
@@ -212,10 +189,22 @@ impl System {
         self.name == Self::PAPER
     }
 
-    /// Whether its law can integrate the time that has really passed.
-    #[must_use]
-    pub fn takes_elapsed(&self) -> bool {
-        self.recipe.takes_elapsed()
+    /// Whether its law can do what a client's settings ask of it.
+    ///
+    /// # Errors
+    /// [`InvalidSetting`] where it advances by h alone, and the time that has really passed is asked for.
+    pub fn check(&self, settings: &ControllerSettings) -> Result<(), InvalidSetting> {
+        if settings.integrate == Integrate::Elapsed && !self.recipe.takes_elapsed() {
+            return Err(InvalidSetting {
+                name: "integrate",
+                problem: format!(
+                    "the law of {} advances by h, whatever has passed",
+                    self.name
+                ),
+                remedy: "leave `elapsed` out",
+            });
+        }
+        Ok(())
     }
 
     /// Whether its law estimates the plant's states from the output, with a Kalman filter.

@@ -244,3 +244,20 @@ fn gains_can_be_replaced_where_there_are_some() {
     assert!(built_in("pendulum").with_gains(Some(1.0), None).is_none());
     assert!(built_in("pendulum").with_gains(None, None).is_some());
 }
+
+#[test]
+fn the_schema_beside_them_is_the_types_and_each_names_it() {
+    let schema = include_str!("../systems/system.schema.json");
+    assert_eq!(
+        system::schema(),
+        schema,
+        "write `webloop system schema` there"
+    );
+    for name in System::built_in_names() {
+        let text = System::built_in(name).expect("built in");
+        assert!(
+            text.starts_with("#:schema ./system.schema.json\n"),
+            "{name}"
+        );
+    }
+}

@@ -5,11 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use certificate::{Baseline, Certificate, Echo, LinkRow, PlayerReport, certify};
 use link::Profile;
 use shaper::{
-    Baseline, CONTROLLER_INTERFACE, Certificate, Echo, LinkRow, Namespace, PLANT_ADDRESS,
-    PLANT_INTERFACE, PacketPort, PlayerConfig, PlayerReport, ProbePlan, certify, join, now_ns,
-    play, probe,
+    CONTROLLER_INTERFACE, Namespace, PLANT_ADDRESS, PLANT_INTERFACE, PacketPort, PlayerConfig,
+    ProbePlan, join, now_ns, play, probe,
 };
 
 pub(crate) const MS: u64 = 1_000_000;

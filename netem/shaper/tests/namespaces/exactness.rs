@@ -2,8 +2,9 @@
 
 use std::net::Ipv4Addr;
 
+use certificate::{Baseline, Verdict, certify};
 use link::Profile;
-use shaper::{Baseline, Namespace, ProbePlan, Verdict, certify, now_ns, probe};
+use shaper::{Namespace, ProbePlan, now_ns, probe};
 
 use crate::attempt::{held, holds};
 use crate::cell::{Cell, MS, SECOND, builtin, constant, parse, print};

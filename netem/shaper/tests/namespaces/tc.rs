@@ -7,10 +7,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::thread::{self, JoinHandle};
 
+use certificate::{Baseline, Echo, TcReport, TcRow, Verdict, certify_within};
 use link::{Profile, Timeline, Way};
 use shaper::{
-    Baseline, CONTROLLER_INTERFACE, Echo, Error, Namespace, PLANT_INTERFACE, TcConfig, TcPlayer,
-    TcReport, TcRow, Verdict, bridge, certify_within, join, now_ns, probe, tc_available,
+    CONTROLLER_INTERFACE, Error, Namespace, PLANT_INTERFACE, TcConfig, TcPlayer, bridge, join,
+    now_ns, probe, tc_available,
 };
 
 use crate::attempt::{held, holds};

@@ -384,7 +384,7 @@ pub(crate) fn tc_can_be_stopped_at_once() {
     assert!(report.first.to_string().contains("netem"));
     let text = serde_json::to_string(&report).unwrap();
     assert_eq!(
-        serde_json::from_str::<shaper::TcReport>(&text).unwrap(),
+        serde_json::from_str::<certificate::TcReport>(&text).unwrap(),
         report
     );
 }

@@ -7,10 +7,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
+use certificate::{
+    Baseline, Certificate, Echo, LinkRow, PlayerReport, Sighting, WayPlayed, certify, merge,
+};
 use link::{Profile, Way};
 use shaper::{
-    Asker, Baseline, Certificate, Echo, Error, LinkRow, Namespace, PlayerReport, Sighting,
-    TUNNEL_PORT, TunPort, UdpPort, WayConfig, WayPlayed, Witness, certify, connect, merge, now_ns,
+    Asker, Error, Namespace, TUNNEL_PORT, TunPort, UdpPort, WayConfig, Witness, connect, now_ns,
     play_way,
 };
 

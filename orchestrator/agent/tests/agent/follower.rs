@@ -14,7 +14,7 @@ use crate::served::{SOON, Served};
 const FRESH: Duration = Duration::from_secs(2);
 
 fn start(run: &RemoteRun, how: &str) {
-    run.start("plant", "plant", &[("h", how.to_owned())])
+    run.start("plant", "plant", serde_json::json!({ "h": how }))
         .unwrap();
 }
 

@@ -6,11 +6,12 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use agent::{AgentName, Error, Kind, Remote, RoleState, Token};
+use serde_json::json;
 
 use crate::served::{OTHER, SOON, Served, TOKEN};
 
-fn settings(how: &str) -> [(&'static str, String); 1] {
-    [("h", how.to_owned())]
+fn settings(how: &str) -> serde_json::Value {
+    json!({ "h": how })
 }
 
 #[test]
@@ -20,7 +21,7 @@ fn a_run_from_its_beginning_to_its_end() {
     let run = remote.begin("couva native-333hz-r01-ä").unwrap();
     run.put_file("my profile.toml", b"name = \"x\"").unwrap();
     assert!(
-        run.start("plant", "plant", &settings("ready"))
+        run.start("plant", "plant", settings("ready"))
             .unwrap()
             .ends_with("as plant")
     );
@@ -32,7 +33,7 @@ fn a_run_from_its_beginning_to_its_end() {
     assert_eq!(run.stop("plant").unwrap(), ended);
     // A plant says itself when it was held up; a client in another language is looked at.
     assert_eq!(run.seen("plant").unwrap().looks, 0);
-    run.start("python", "python", &settings("ready")).unwrap();
+    run.start("python", "python", settings("ready")).unwrap();
     let deadline = Instant::now() + SOON;
     while run.seen("python").unwrap().looks == 0 && Instant::now() < deadline {
         thread::sleep(Duration::from_millis(10));
@@ -61,7 +62,7 @@ fn what_an_agent_refuses_comes_with_its_reason_and_kind() {
         ("ends-2", Kind::Usage),
         ("ends-1", Kind::Failed),
     ] {
-        match run.start(how, "plant", &settings(how)) {
+        match run.start(how, "plant", settings(how)) {
             Err(Error::Refused {
                 agent,
                 problem,
@@ -77,7 +78,7 @@ fn what_an_agent_refuses_comes_with_its_reason_and_kind() {
         }
     }
     assert!(matches!(
-        run.start("../x", "plant", &[]),
+        run.start("../x", "plant", json!({})),
         Err(Error::Name(_))
     ));
     let other = Remote::open(

@@ -11,9 +11,7 @@ use crate::served::{SOON, Served, gone, process};
 #[test]
 fn a_role_gets_its_settings_gets_ready_and_ends_when_told_to() {
     let served = Served::claimed();
-    served.ask("PUT", "/run/r1/file/profile.toml", b"name = \"office\"");
-    let body =
-        br#"{"role": "link", "settings": {"profile": "profile.toml", "seed": "-1 --out=/etc"}}"#;
+    let body = br#"{"role": "link", "settings": {"seed": "-1 --out=/etc"}}"#;
     let started = served.ask("POST", "/run/r1/role/link-up", body);
     assert_eq!(started.status, 201, "{}", started.text());
     let ready = started.json()["ready"].as_str().unwrap().to_owned();
@@ -25,8 +23,7 @@ fn a_role_gets_its_settings_gets_ready_and_ends_when_told_to() {
 
     let folder = served.scratch().join("r1");
     let expected = format!(
-        "--profile={}\n--seed=-1 --out=/etc\n--out={}\n",
-        folder.join("profile.toml").display(),
+        "--settings\n-\n--out\n{}\n{{\"seed\":\"-1 --out=/etc\"}}\n",
         folder.display()
     );
     let deadline = Instant::now() + SOON;

@@ -110,12 +110,10 @@ fn a_body_that_is_no_role_starts_none() {
         r#"{"settings": {}}"#,
         r#"{"role": 3}"#,
         r#"{"role": "plant", "out": "/etc"}"#,
-        r#"{"role": "plant", "settings": {"h": 3}}"#,
-        r#"{"role": "plant", "settings": {"out": "/etc"}}"#,
-        r#"{"role": "plant", "settings": {"h": "3ms\u0000"}}"#,
-        r#"{"role": "agent"}"#,
-        r#"{"role": "run"}"#,
-        r#"{"role": "../plant"}"#,
+        r#"{"role": "plant"}"#,
+        r#"{"role": "agent", "settings": {}}"#,
+        r#"{"role": "run", "settings": {}}"#,
+        r#"{"role": "../plant", "settings": {}}"#,
         "\u{0}\u{1}",
     ] {
         let answer = served.ask("POST", "/run/r1/role/a", body.as_bytes());
@@ -127,15 +125,12 @@ fn a_body_that_is_no_role_starts_none() {
         "usage",
     );
     refused(&served.ask("GET", "/run/r1/role/a", b""), 404, "usage");
-    // A profile that nobody left.
-    let body = br#"{"role": "link", "settings": {"profile": "profile.toml"}}"#;
-    refused(&served.ask("POST", "/run/r1/role/a", body), 404, "usage");
 }
 
 #[test]
 fn a_body_that_is_too_long_is_not_kept() {
     let served = Served::claimed();
-    let long = vec![b' '; (64 << 10) + 1];
+    let long = vec![b' '; (16 << 20) + 1];
     refused(&served.ask("POST", "/run/r1/role/a", &long), 413, "usage");
     // By its own word too long: refused before a byte of it has come.
     let head = format!(
@@ -148,7 +143,8 @@ fn a_body_that_is_too_long_is_not_kept() {
         "POST /run/r1/role/a HTTP/1.1\r\nHost: a\r\nAuthorization: Bearer {TOKEN}\r\nTransfer-Encoding: chunked\r\n\r\n"
     );
     let chunk = [b"8000\r\n".as_slice(), &vec![b' '; 0x8000], b"\r\n"].concat();
-    let bytes = [head.as_bytes(), &chunk, &chunk, b"1\r\n \r\n0\r\n\r\n"].concat();
+    let chunks = chunk.repeat((16 << 20) / 0x8000);
+    let bytes = [head.as_bytes(), &chunks, b"1\r\n \r\n0\r\n\r\n"].concat();
     refused(&served.raw(&bytes), 413, "usage");
     assert_eq!(served.ask("GET", "/run/r1/files", b"").json(), json!({}));
 }

@@ -1,15 +1,14 @@
 #!/bin/sh
-# Stands in for webloop as an agent starts it: `stand-in serve ROLE --KEY=VALUE.. --out=FOLDER`.
-# The role is a plant, controller or link in name only; how it behaves is said by --h.
+# Stands in for webloop as an agent starts it: `stand-in serve ROLE --settings - --out FOLDER`.
+# The role is a plant, controller or link in name only; how it behaves is said by the setting h.
 role=$2
+out=$6
 shift 2
+settings=$(cat)
 how=ready
-for word; do
-    case $word in
-        --h=*) how=${word#--h=} ;;
-        --out=*) out=${word#--out=} ;;
-    esac
-done
+case $settings in
+    *'"h":"'*) how=${settings#*'"h":"'} how=${how%%'"'*} ;;
+esac
 idle() { while :; do sleep 0.05; done; }
 trap 'exit 0' TERM
 
@@ -17,7 +16,7 @@ case $how in
     ready)
         echo "hello"
         echo "ready $$ as $role"
-        printf '%s\n' "$@" > "$out/arguments.txt"
+        printf '%s\n' "$@" "$settings" > "$out/arguments.txt"
         idle ;;
     slow)
         sleep 1.5

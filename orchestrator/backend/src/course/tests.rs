@@ -6,11 +6,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use certificate::Echo;
 use plan::{Instead, Plan, ProfileText};
-use shaper::{Echo, ProbePlan};
+use shaper::ProbePlan;
 
 use super::*;
-use crate::site::Settings;
 
 const S: u64 = 1_000_000_000;
 const LEAD_NS: u64 = S;
@@ -63,10 +63,13 @@ impl MadeUp {
             })
         };
         let plan = Plan::resolve(source, "test", &Instead::default(), library).expect("a plan");
-        let profile = plan.profiles["buccoo"]
-            .profile("buccoo")
-            .expect("a profile");
-        run(self, &plan.cells[0], &profile, &self.stop)
+        let text = &plan.profiles["buccoo"];
+        let profile = text.profile("buccoo").expect("a profile");
+        let texts = Texts {
+            profile: text,
+            system: None,
+        };
+        run(self, &plan.cells[0], &profile, texts, &self.stop)
     }
 
     fn note(&self, what: String) {
@@ -97,17 +100,13 @@ impl Site for MadeUp {
         }
     }
 
-    fn start<'a>(
-        &'a self,
-        part: Part,
-        role: &'static str,
-        _: Settings,
-    ) -> Result<Box<dyn Running + 'a>, RunError> {
+    fn start<'a>(&'a self, settings: RoleSettings) -> Result<Box<dyn Running + 'a>, RunError> {
+        let role = settings.role();
         self.note(format!("{role} starts"));
-        let ends = match part {
-            Part::Link => Ends::WhenStopped,
-            Part::Plant => self.plant,
-            Part::Controller => self.controller,
+        let ends = match settings {
+            RoleSettings::Plant(_) => self.plant,
+            RoleSettings::Controller(_) => self.controller,
+            _ => Ends::WhenStopped,
         };
         Ok(Box::new(MadeUpPart {
             site: self,

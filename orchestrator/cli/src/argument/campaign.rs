@@ -107,6 +107,13 @@ impl From<Player> for backend::Player {
     }
 }
 
+/// A choice as it is typed.
+pub(crate) fn word(choice: &impl ValueEnum) -> String {
+    choice
+        .to_possible_value()
+        .map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
 /// Which cells are meant.
 #[derive(Debug, Args)]
 pub(crate) struct Choice {
@@ -251,6 +258,18 @@ pub(crate) struct Matrix {
     /// Write the plan that the jobs share, for `webloop run FILE --cells I,...`
     #[arg(long, value_name = "FILE")]
     pub(crate) plan: Option<PathBuf>,
+    /// Print the JSON schema of experiment files, or of plans, and nothing else
+    #[arg(long, value_enum, value_name = "WHAT", num_args = 0..=1, require_equals = true, default_missing_value = "experiment")]
+    pub(crate) schema: Option<Document>,
+}
+
+/// What a JSON schema describes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Document {
+    /// An experiment, as it is written
+    Experiment,
+    /// What it comes to, as --plan writes it
+    Plan,
 }
 
 /// How jobs are printed.

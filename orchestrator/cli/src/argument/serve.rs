@@ -3,18 +3,16 @@
 // The comments on arguments are their help, printed as they stand.
 #![allow(clippy::doc_markdown)]
 
-use std::net::{Ipv4Addr, SocketAddr};
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use agent::AgentName;
 use browser::Engine;
 use clap::{Args, Subcommand};
-use endpoint::{
-    Connection, Hold, Integrate, Late, Mode, NoiseLaw, Outstanding, SampleTime, Schedule, Sender,
-    Thread, Timer, Transport,
-};
+use endpoint::{ControllerSettings, Hold, Late, Mode, NoiseLaw, PageSettings, SampleTime};
 use jiff::SignedDuration;
 
+use super::field::Fields;
 use super::{Player, Way};
 
 #[derive(Debug, Subcommand)]
@@ -31,10 +29,10 @@ pub(crate) enum ServeCommand {
     Link(ServeLink),
     /// One half of a probe: sends echoes beside the controller
     #[command(hide = true)]
-    Ask(ServeAsk),
+    Ask(ServeHalf),
     /// The other half: writes down which reach the plant
     #[command(hide = true)]
-    Hear(ServeHear),
+    Hear(ServeHalf),
     /// An agent: starts the other roles for an orchestrator on another machine or container
     Agent(ServeAgent),
     /// Ask an agent whether it is there, and exit with 0 if so: for containers' health checks
@@ -43,6 +41,8 @@ pub(crate) enum ServeCommand {
 
 #[derive(Debug, Args)]
 pub(crate) struct ServePlant {
+    #[command(flatten)]
+    pub(crate) told: Told,
     /// Address to listen on
     #[arg(long, default_value = "127.0.0.1:8080", value_name = "ADDRESS:PORT")]
     pub(crate) listen: SocketAddr,
@@ -69,8 +69,18 @@ pub(crate) struct ServePlant {
     pub(crate) out: PathBuf,
 }
 
+/// What every role can be told at once.
+#[derive(Debug, Args)]
+pub(crate) struct Told {
+    /// Everything but --out as one JSON value, in place of the other options; - is standard input
+    #[arg(long = "settings", value_name = "FILE")]
+    pub(crate) file: Option<PathBuf>,
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct ServeController {
+    #[command(flatten)]
+    pub(crate) told: Told,
     /// The plant
     #[arg(long, default_value = "127.0.0.1:8080", value_name = "ADDRESS:PORT")]
     pub(crate) plant: SocketAddr,
@@ -86,27 +96,8 @@ pub(crate) struct ServeController {
     /// How long to send
     #[arg(long, default_value = "6s", value_name = "TIME")]
     pub(crate) duration: SignedDuration,
-    /// Requests under way: a number, or unlimited
-    #[arg(long, default_value = "unlimited", value_name = "N")]
-    pub(crate) outstanding: Outstanding,
-    /// http or websocket
-    #[arg(long, default_value = "http")]
-    pub(crate) transport: Transport,
-    /// keep or new
-    #[arg(long, default_value = "keep")]
-    pub(crate) connection: Connection,
-    /// absolute, relative or since-send
-    #[arg(long, default_value = "absolute")]
-    pub(crate) schedule: Schedule,
-    /// h or elapsed
-    #[arg(long, default_value = "h")]
-    pub(crate) integrate: Integrate,
-    /// Answers that a newer one has overtaken: apply or drop
-    #[arg(long, default_value = "apply")]
-    pub(crate) late: Late,
-    /// After this a request is given up
-    #[arg(long, default_value = "5s", value_name = "TIME")]
-    pub(crate) timeout: SignedDuration,
+    #[command(flatten)]
+    pub(crate) settings: Fields<ControllerSettings>,
     /// By what law: a built-in system, or the path of a system file. A page has the plant's
     #[arg(long, default_value = "motor")]
     pub(crate) system: String,
@@ -125,25 +116,17 @@ pub(crate) struct ServeBrowser {
     pub(crate) engine: Engine,
     #[command(flatten)]
     pub(crate) controller: ServeController,
-    /// Where in the page the loop runs: main or worker
-    #[arg(long, default_value = "worker")]
-    pub(crate) thread: Thread,
-    /// What sends its requests: xhr or fetch
-    #[arg(long, default_value = "fetch")]
-    pub(crate) sender: Sender,
-    /// What it waits for a deadline with: timeout, interval, channel or wait
-    #[arg(long, default_value = "channel")]
-    pub(crate) timer: Timer,
-    /// The least delay of a timer, like 10ms for a browser of 2011
-    #[arg(long, default_value = "0ms", value_name = "TIME")]
-    pub(crate) timer_floor: SignedDuration,
+    #[command(flatten)]
+    pub(crate) page: Fields<PageSettings>,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct ServeLink {
+    #[command(flatten)]
+    pub(crate) told: Told,
     /// A built-in topology, or the path of a profile file
-    #[arg(long)]
-    pub(crate) profile: String,
+    #[arg(long, required_unless_present = "file")]
+    pub(crate) profile: Option<String>,
     /// The link's seed
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
@@ -176,37 +159,13 @@ pub(crate) struct ServeLink {
     pub(crate) out: PathBuf,
 }
 
+/// A half of a probe: it is told all of it at once, by an agent.
 #[derive(Debug, Args)]
-pub(crate) struct ServeAsk {
-    /// Whom to ask
-    #[arg(long, value_name = "ADDRESS")]
-    pub(crate) target: Ipv4Addr,
-    /// When the first echo leaves, in ns of CLOCK_MONOTONIC
-    #[arg(long, value_name = "T")]
-    pub(crate) start_ns: u64,
-    /// From one to the next
-    #[arg(long, value_name = "NS")]
-    pub(crate) interval_ns: u64,
-    /// Each leaves at an instant of its interval that is drawn by this; without it, at its beginning
-    #[arg(long)]
-    pub(crate) seed: Option<u64>,
-    /// How many
-    #[arg(long, value_name = "N")]
-    pub(crate) count: u32,
-    /// How long after the last one answers are waited for
-    #[arg(long, value_name = "NS")]
-    pub(crate) grace_ns: u64,
-    /// Tells this series from others
-    #[arg(long, value_name = "ID")]
-    pub(crate) id: u16,
-    /// Where echoes-ID.csv goes
-    #[arg(long, value_name = "DIR", default_value = "serve")]
-    pub(crate) out: PathBuf,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct ServeHear {
-    /// Where sightings.csv goes
+pub(crate) struct ServeHalf {
+    /// Which echoes, as JSON; - is standard input
+    #[arg(long, value_name = "FILE")]
+    pub(crate) settings: PathBuf,
+    /// Where its rows go
     #[arg(long, value_name = "DIR", default_value = "serve")]
     pub(crate) out: PathBuf,
 }

@@ -38,6 +38,9 @@ pub(crate) struct Sweep {
     /// Print the axes, and run nothing
     #[arg(long)]
     pub(crate) dry_run: bool,
+    /// Print the JSON schema of sweep files, and nothing else
+    #[arg(long)]
+    pub(crate) schema: bool,
     /// Results folder; a folder with the same sweep is continued
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,

@@ -15,6 +15,8 @@ pub(crate) enum SystemCommand {
     Show(SystemShow),
     /// Check system files
     Lint(SystemLint),
+    /// Print the JSON schema of system files
+    Schema,
 }
 
 #[derive(Debug, Args)]

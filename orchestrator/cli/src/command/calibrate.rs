@@ -4,12 +4,12 @@ use std::io::Write;
 
 use analysis::Campaign;
 use anyhow::{Context, anyhow};
+use campaign::{CampaignFolder, calibration};
 use plan::Instead;
 
 use crate::argument::{Argument, Calibrate, Command};
 use crate::exit::{Exit, Failure, Outcome};
-use crate::results::believed;
-use crate::{calibration, campaign, source};
+use crate::source;
 
 use super::run;
 
@@ -22,7 +22,7 @@ pub(crate) fn run(argument: &Calibrate) -> Outcome {
         Some(folder) => folder.clone(),
         None => {
             let plan = source::plan_of(EXPERIMENT, &Instead::default())?;
-            let folder = campaign::fresh(&plan);
+            let folder = CampaignFolder::fresh(&plan);
             let Command::Run(run) = Argument::of_run(EXPERIMENT, &folder).command else {
                 return Err(anyhow!("`run` is not its own command").into());
             };
@@ -33,7 +33,6 @@ pub(crate) fn run(argument: &Calibrate) -> Outcome {
         }
     };
     let campaign = Campaign::read(&folder).map_err(Failure::usage)?;
-    believed(&campaign)?;
     let timings = calibration::timings(&campaign)?;
     let text = timings.to_toml();
     std::fs::write(&argument.out, text)

@@ -1,25 +1,23 @@
 //! `webloop collect DIR... --out D`: what several machines ran of one plan, in one results folder.
 //!
-//! How the folders are merged is in `merge`.
+//! How the folders are merged is in the crate `campaign`.
 
 use std::collections::BTreeSet;
 use std::io::Write;
 
 use analysis::Run;
-use plan::Verdict;
+use campaign::{CampaignFolder, Merged, Results, Sources};
+use plan::{Verdict, file_name};
 
 use crate::argument::Collect;
-use crate::campaign::Campaign;
 use crate::command::run::{cells, exit};
 use crate::exit::{Exit, Outcome};
-use crate::merge::{Merged, Sources};
-use crate::results::Results;
 
 /// Merges the folders, and says what is missing of the plan.
 pub(crate) fn run(argument: &Collect) -> Outcome {
     let sources = Sources::find(&argument.folders, &argument.out)?;
-    let campaign = Campaign::open_text(&sources.text, &argument.out)?;
-    let folder = campaign.folder();
+    let campaign = CampaignFolder::open_text(&sources.text, &argument.out)?;
+    let folder = campaign.path();
     let merged = sources.merge_into(folder)?;
     for damage in &merged.damage {
         eprintln!("webloop: {}: {}", damage.path.display(), damage.problem);
@@ -27,8 +25,8 @@ pub(crate) fn run(argument: &Collect) -> Outcome {
 
     let read = analysis::Campaign::read(folder)?;
     let results = Results::of(&read, |_| false)?;
-    campaign.leave("summary.csv", results.csv().as_bytes())?;
-    campaign.leave("table.txt", results.table(false).as_bytes())?;
+    campaign.leave(file_name::SUMMARY, results.csv().as_bytes())?;
+    campaign.leave(file_name::TABLE, results.table(false).as_bytes())?;
 
     let mut out = std::io::stdout().lock();
     let Merged {

@@ -6,26 +6,19 @@ use std::fs::File;
 use std::path::Path;
 
 use anyhow::Context;
+use plan::file_name;
 use shaper::{Asker, ProbePlan, Record, Witness};
 
-use crate::argument::{ServeAsk, ServeHear};
-use crate::command::serve::say_ready;
+use crate::argument::ServeHalf;
+use crate::command::serve::{read, say_ready};
 use crate::exit::{Exit, Outcome};
 use crate::stop;
 
 /// Sends a series of echoes beside the controller, and leaves them as `echoes-<id>.csv`.
-pub(crate) fn ask(argument: &ServeAsk) -> Outcome {
-    let plan = ProbePlan {
-        target: argument.target,
-        start_ns: argument.start_ns,
-        interval_ns: argument.interval_ns,
-        count: argument.count,
-        seed: argument.seed,
-        grace_ns: argument.grace_ns,
-        id: argument.id,
-    };
+pub(crate) fn ask(argument: &ServeHalf) -> Outcome {
+    let plan: ProbePlan = read(&argument.settings)?;
     let stop = stop::told_to_end()?;
-    let name = format!("echoes-{}.csv", argument.id);
+    let name = format!("echoes-{}.csv", plan.id);
     let mut rows = csv::Writer::from_writer(create(&argument.out, &name)?);
     let mut asker = Asker::open()?;
     say_ready(&name);
@@ -38,11 +31,11 @@ pub(crate) fn ask(argument: &ServeAsk) -> Outcome {
 }
 
 /// Writes down each echo that reaches the plant, in `sightings.csv`, until SIGTERM or SIGINT.
-pub(crate) fn hear(argument: &ServeHear) -> Outcome {
+pub(crate) fn hear(argument: &ServeHalf) -> Outcome {
     let stop = stop::told_to_end()?;
-    let mut record = Record::start(create(&argument.out, "sightings.csv")?)?;
+    let mut record = Record::start(create(&argument.out, file_name::SIGHTINGS)?)?;
     let mut witness = Witness::open()?;
-    say_ready("sightings.csv");
+    say_ready(file_name::SIGHTINGS);
     witness.run(&stop, |sighting| record.add([sighting]))?;
     record
         .finish()

@@ -5,13 +5,14 @@ use std::io::Write;
 use std::time::Duration;
 
 use anyhow::{Context, anyhow};
+use campaign::{Pace, expected, time_ns};
 use plan::{Cell, Instead, Job, Part, Plan, Shard};
 use serde::Serialize;
 
-use crate::argument::{Matrix, MatrixFormat};
-use crate::command::run::{cells, choose, time_ns};
+use crate::argument::{Document, Matrix, MatrixFormat};
+use crate::command::run::{cells, choose};
 use crate::exit::{Exit, Failure, Outcome};
-use crate::progress::{Pace, expected, people};
+use crate::progress::people;
 use crate::source;
 
 /// A job may take this many times what is expected, on a machine that has other work too ...
@@ -25,6 +26,14 @@ const GITHUB_JOBS_MAX: usize = 256;
 
 /// Prints the jobs, and writes the plan where it is wanted.
 pub(crate) fn run(argument: &Matrix) -> Outcome {
+    if let Some(document) = argument.schema {
+        let document = match document {
+            Document::Experiment => plan::Document::Experiment,
+            Document::Plan => plan::Document::Plan,
+        };
+        write!(std::io::stdout(), "{}", plan::schema(document))?;
+        return Ok(Exit::Fine);
+    }
     let instead = Instead {
         seed: argument.seed,
         full: argument.full,

@@ -9,7 +9,8 @@ use std::sync::atomic::AtomicBool;
 
 use ::link::{PacketRow, Profile, Way};
 use anyhow::{Context, anyhow};
-use backend::Player;
+use backend::{LinkRole, Player};
+use certificate::{Beside, OneWay};
 use serde::Serialize;
 use shaper::{
     PacketPort, PlayerConfig, Record, TUNNEL_PORT, TcConfig, TcPlayer, TunPort, UdpPort, WayConfig,
@@ -17,15 +18,17 @@ use shaper::{
 };
 
 use crate::argument::ServeLink;
-use crate::command::serve::{leave, say_ready};
+use crate::command::serve::{leave, read, say_ready};
 use crate::exit::{Failure, Outcome};
 use crate::{source, stop};
 
-/// What is played, whoever plays it.
+/// What is played, and by whom.
 struct Piece {
     profile: Profile,
     seed: u64,
     epoch_ns: u64,
+    player: Player,
+    device: Option<String>,
 }
 
 /// What a player beside an end says when it is ready: whoever started it learns from it how the
@@ -39,29 +42,49 @@ struct Playing {
     peer: Option<Ipv4Addr>,
 }
 
-/// A report, with who played.
-#[derive(Debug, Serialize)]
-struct Played<R> {
-    #[serde(flatten)]
-    playing: Playing,
-    #[serde(flatten)]
-    report: R,
+impl Playing {
+    fn beside<R>(&self, report: R) -> Beside<R> {
+        Beside {
+            own: self.own,
+            peer: self.peer,
+            report,
+        }
+    }
 }
 
 /// Plays until SIGTERM or SIGINT.
 pub(crate) fn link(argument: &ServeLink) -> Outcome {
+    let role = role(argument)?;
     let piece = Piece {
-        profile: source::profile(&argument.profile)?,
-        seed: argument.seed,
-        epoch_ns: argument.epoch_ns.unwrap_or_else(now_ns),
+        profile: source::played(&role.profile, "profile")?,
+        seed: role.seed,
+        epoch_ns: role.epoch_ns.unwrap_or_else(now_ns),
+        player: role.player,
+        device: role.device,
     };
     let stop = stop::told_to_end()?;
     std::fs::create_dir_all(&argument.out)
         .with_context(|| format!("cannot make {}", argument.out.display()))?;
-    match argument.way {
+    match role.way {
         None => between(argument, piece, &stop),
-        Some(way) => beside(argument, way.into(), piece, &stop),
+        Some(way) => beside(argument, way, piece, &stop),
     }
+}
+
+/// What a player is told: as a file has it, or the options.
+fn role(argument: &ServeLink) -> Result<LinkRole, Failure> {
+    if let Some(file) = &argument.told.file {
+        return read(file);
+    }
+    let asked = argument.profile.as_deref().unwrap_or_default();
+    Ok(LinkRole {
+        profile: source::named_profile(asked)?,
+        seed: argument.seed,
+        epoch_ns: argument.epoch_ns,
+        way: argument.way.map(Way::from),
+        player: argument.player.into(),
+        device: argument.device.clone(),
+    })
 }
 
 /// Both ways, between two interfaces.
@@ -85,12 +108,12 @@ fn between(argument: &ServeLink, piece: Piece, stop: &AtomicBool) -> Outcome {
 /// The way of one end's packets, in that end's namespace.
 fn beside(argument: &ServeLink, way: Way, piece: Piece, stop: &AtomicBool) -> Outcome {
     let neighbours = neighbours(argument)?;
-    let device = match (&argument.device, neighbours) {
+    let device = match (&piece.device, neighbours) {
         (Some(device), _) => Some(device.clone()),
         (None, Some((_, peer))) => Some(shaper::device_towards(peer)?),
         (None, None) => None,
     };
-    let player = match (Player::from(argument.player), &device) {
+    let player = match (piece.player, &device) {
         (Player::Auto, Some(device)) => match shaper::tc_available(device) {
             Ok(()) => Player::Tc,
             Err(problem) => {
@@ -143,7 +166,7 @@ fn by_tc(
     say_ready(&line(&playing));
     let report = player.play(stop, |row| record.add([row]))?;
     finish(record)?;
-    leave(&argument.out, &name, &Played { playing, report })
+    leave(&argument.out, &name, &OneWay::Tc(playing.beside(report)))
 }
 
 /// By a tunnel to the player beside the other end.
@@ -179,7 +202,7 @@ fn by_user(
     say_ready(&line(&playing));
     let report = shaper::play_way(config, stop, |rows| record.add(rows))?;
     finish(record)?;
-    leave(&argument.out, &name, &Played { playing, report })
+    leave(&argument.out, &name, &OneWay::User(playing.beside(report)))
 }
 
 /// The addresses of this end and of the other, where they are given.

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use analysis::Campaign;
 use anyhow::{Context, anyhow};
+use campaign::Results;
+use plan::file_name;
 use report::claim::{Finding, Verdict};
 use report::deposit::{package, provenance};
 use report::{Report, answer::Answer};
 
 use crate::argument;
 use crate::exit::{Exit, Failure, Outcome};
-use crate::results::Results;
 
 /// Makes the report, says where it is and what is missing or damaged in the folder.
 pub(crate) fn run(argument: &argument::Report) -> Outcome {
@@ -21,11 +22,11 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
         return Err(Failure::usage(anyhow!(
             "{} has the rows of no cell, so there is nothing to report; `webloop run {} --out DIR` makes them",
             argument.folder.display(),
-            argument.folder.join("plan.json").display()
+            argument.folder.join(file_name::PLAN).display()
         )));
     }
     let report = Report::of(&campaign).map_err(|error| anyhow!(error))?;
-    let own = argument.folder.join("report");
+    let own = argument.folder.join(file_name::REPORT);
     let out = argument.out.as_deref().unwrap_or(&own);
     let files = report.files();
     // By its own name it is of this folder, and not where a link leads.
@@ -71,8 +72,8 @@ fn describe(
             .with_context(|| format!("cannot write {}", path.display()))
     };
     let results = Results::of(report.campaign, |_| false)?;
-    leave("summary.csv", results.csv())?;
-    leave("table.txt", results.table(false))?;
+    leave(file_name::SUMMARY, results.csv())?;
+    leave(file_name::TABLE, results.table(false))?;
     // These two look at what is there, and come last.
     leave(package::FILE, package::json(report, files))?;
     leave(provenance::FILE, provenance::json(report, files))

@@ -1,32 +1,31 @@
 //! `webloop run`: every cell of an experiment, and the table at the end.
 //!
-//! How the cells are run is in `jobs` for this machine and agents, in `containers` for Compose.
+//! How cells are run is in the crate `campaign`; the program of a cell is `run_cell`.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::io::Write;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use analysis::Campaign;
 use anyhow::anyhow;
 use backend::Agents;
-use plan::{Cell, Instead, Plan, Verdict};
+use campaign::{
+    CampaignFolder, ComposeRunner, Inside, Pace, Processes, Queue, Results, expected, time_ns,
+};
+use plan::{Cell, Instead, Plan, Verdict, file_name};
 
-use crate::argument::{Backend, Choice, Progress as How, Run};
-use crate::campaign::Campaign;
-use crate::containers::ComposeRunner;
-use crate::earlier::Own;
+use crate::argument::{Backend, Choice, Progress as How, Run, word};
+use crate::command::run_cell;
 use crate::exit::{Exit, Failure, Outcome};
-use crate::jobs::{self, Conditions};
-use crate::progress::{Pace, Progress, cell_time, expected, people};
-use crate::queue::Queue;
-use crate::results::{Results, believed};
-use crate::{attach, source, stop};
+use crate::progress::{Progress, people};
+use crate::{source, stop};
 
 /// Resolves the experiment, runs its cells, prints the table.
 pub(crate) fn run(argument: &Run) -> Outcome {
     if argument.backend != Backend::Attach || argument.dry_run {
         return run_all(argument, None);
     }
-    let agents = attach::agents()?;
+    let agents = campaign::attach::agents()?;
     let outcome = run_all(argument, Some(&agents));
     // Whatever came of it: nobody else will tell them that they are done.
     backend::dismiss(&agents);
@@ -42,6 +41,52 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
     };
     let plan = source::plan_of(&argument.experiment, &instead)?;
     let chosen = choose(&plan, &argument.choice, &argument.experiment)?;
+    let pace = pace(argument)?;
+    if argument.dry_run {
+        return dry_run(&chosen, pace);
+    }
+    // What is missing is told before a folder is made.
+    let containers = match argument.backend {
+        Backend::Compose => Some(ComposeRunner::find(!argument.no_build)?),
+        Backend::Netns | Backend::Attach | Backend::Sim => None,
+    };
+    let folder = open(argument, &plan)?;
+    let stop = stop::told_to_end()?;
+    if agents.is_some() {
+        stop::give_up_soon_after(&stop)?;
+    }
+    let own = run_cell::own(argument.backend, agents, argument.player);
+    let pending = campaign::pending(&chosen, &folder, &own, argument.failed)?;
+    if argument.progress != How::Quiet {
+        announce(&plan, &chosen, &pending, pace, &folder);
+    }
+    let progress = Progress::start(argument.progress, &pending, pace);
+    match containers {
+        Some(containers) => {
+            let tries = argument.tries.to_string();
+            let inside = Inside {
+                campaign: folder.path(),
+                tries: argument.tries,
+                options: &["--player", &word(&argument.player), "--tries", &tries],
+            };
+            containers.run(&pending, &inside, &stop, &progress)?;
+        }
+        None => {
+            let queue = match argument.backend {
+                Backend::Sim => Queue::unmeasured(&pending, pace.jobs.unwrap_or(1)),
+                _ => Queue::new(&pending, pace.jobs, shaper::now_ns),
+            };
+            let program = Processes(run_cell::command(argument, agents, &folder)?);
+            let tries = argument.tries;
+            campaign::run(&queue, folder.path(), &program, tries, &stop, &progress)?;
+        }
+    }
+    progress.finish();
+    conclude(argument, &chosen, &folder, &stop)
+}
+
+/// How many cells run at a time, and in whose time.
+fn pace(argument: &Run) -> Result<Pace, Failure> {
     let jobs = match (argument.backend, argument.jobs) {
         (Backend::Netns, jobs) => jobs,
         // Nothing is measured, so nothing is disturbed.
@@ -54,81 +99,61 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
             )));
         }
     };
-    let pace = Pace {
+    Ok(Pace {
         jobs,
         is_virtual: argument.backend == Backend::Sim,
-    };
-    if argument.dry_run {
-        return dry_run(&chosen, pace);
-    }
-    let containers = match argument.backend {
-        Backend::Compose => Some(ComposeRunner::find(!argument.no_build)?),
-        Backend::Netns | Backend::Attach | Backend::Sim => None,
-    };
-    let latest = match argument.out.is_none() && (argument.resume || argument.failed) {
-        true => Some(Campaign::latest(&plan)?),
-        false => None,
-    };
-    let folder = argument.out.as_deref().or(latest.as_deref());
-    let campaign = Campaign::open(&plan, folder)?;
-    let stop = stop::told_to_end()?;
-    if agents.is_some() {
-        stop::give_up_soon_after(&stop)?;
-    }
-    let conditions = Conditions {
-        backend: argument.backend,
-        player: argument.player,
-        agents,
-        tries: argument.tries,
-        timing: argument.timing.as_deref(),
-    };
-    let pending = pending(&chosen, &campaign, &Own::of(&conditions), argument.failed)?;
-    if argument.progress != How::Quiet {
-        eprintln!(
-            "{}: {}, about {}, into {}",
-            plan.experiment,
-            match chosen.len() - pending.len() {
-                0 => cells(pending.len()),
-                others => format!("{} ({others} others are left alone)", cells(pending.len())),
-            },
-            people(expected(&pending, pace)),
-            campaign.folder().display()
-        );
-    }
-    let progress = Progress::start(argument.progress, &pending, pace);
-    match containers {
-        Some(containers) => containers.run(&pending, &campaign, &conditions, &stop, &progress)?,
-        None => jobs::run(
-            &match argument.backend {
-                Backend::Sim => Queue::unmeasured(&pending, jobs.unwrap_or(1)),
-                _ => Queue::new(&pending, jobs),
-            },
-            &campaign,
-            &conditions,
-            &stop,
-            &progress,
-        )?,
-    }
-    progress.finish();
+    })
+}
 
+/// Opens the folder that is asked for: a given one, the newest of this plan, or a new one.
+fn open(argument: &Run, plan: &Plan) -> Result<CampaignFolder, Failure> {
+    let is_latest = argument.out.is_none() && (argument.resume || argument.failed);
+    let latest = is_latest
+        .then(|| CampaignFolder::latest(plan))
+        .transpose()?;
+    let path = argument.out.as_deref().or(latest.as_deref());
+    Ok(CampaignFolder::open(plan, path)?)
+}
+
+/// Says what will be run, how long it takes, and where the results will be.
+fn announce(plan: &Plan, chosen: &[&Cell], pending: &[&Cell], pace: Pace, folder: &CampaignFolder) {
+    eprintln!(
+        "{}: {}, about {}, into {}",
+        plan.experiment,
+        match chosen.len() - pending.len() {
+            0 => cells(pending.len()),
+            others => format!("{} ({others} others are left alone)", cells(pending.len())),
+        },
+        people(expected(pending, pace)),
+        folder.path().display()
+    );
+}
+
+/// Prints the table, says where the results are, and leaves both in the folder.
+fn conclude(
+    argument: &Run,
+    chosen: &[&Cell],
+    campaign: &CampaignFolder,
+    stop: &AtomicBool,
+) -> Outcome {
     let asked: BTreeSet<&str> = chosen.iter().map(|cell| cell.id.as_str()).collect();
-    let read = analysis::Campaign::read(campaign.folder())?;
+    let read = Campaign::read(campaign.path())?;
     let results = Results::of(&read, |run| asked.contains(run.cell.id.as_str()))?;
     let table = results.table(false);
     let mut out = std::io::stdout();
     write!(out, "{table}")?;
-    let folder = campaign.folder().display();
+    let folder = campaign.path().display();
     writeln!(
         out,
         "\nResults: {folder}\nA report to open: webloop report {folder}"
     )?;
-    let failed = results.rows.iter().filter(|row| {
-        asked.contains(row.cell.as_str())
-            && row
-                .verdict
-                .is_some_and(|verdict| !matches!(verdict, Verdict::Complete | Verdict::Unsupported))
-    });
-    match failed.count() {
+    let of_asked = results.rows.iter();
+    let of_asked = of_asked.filter(|row| asked.contains(row.cell.as_str()));
+    let verdicts: Vec<Option<Verdict>> = of_asked.map(|row| row.verdict).collect();
+    let did_not_hold = |verdict: &&Option<Verdict>| {
+        verdict.is_some_and(|verdict| !matches!(verdict, Verdict::Complete | Verdict::Unsupported))
+    };
+    match verdicts.iter().filter(did_not_hold).count() {
         0 => {}
         count => writeln!(
             out,
@@ -138,14 +163,9 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
         )?,
     }
     // After the table, so that a full disk does not keep it from being seen.
-    campaign.leave("summary.csv", results.csv().as_bytes())?;
-    campaign.leave("table.txt", table.as_bytes())?;
-    let verdicts = results
-        .rows
-        .iter()
-        .filter(|row| asked.contains(row.cell.as_str()))
-        .map(|row| row.verdict);
-    Ok(exit(verdicts, stop.load(Ordering::Relaxed)))
+    campaign.leave(file_name::SUMMARY, results.csv().as_bytes())?;
+    campaign.leave(file_name::TABLE, table.as_bytes())?;
+    Ok(exit(verdicts.into_iter(), stop.load(Ordering::Relaxed)))
 }
 
 /// The cells that are meant, at least one.
@@ -175,56 +195,6 @@ pub(crate) fn choose<'a>(
         ))),
         false => Ok(share),
     }
-}
-
-/// By what cells are shared out: their length, and what comes before and after.
-pub(crate) fn time_ns(cell: &Cell) -> u64 {
-    u64::try_from(cell_time(cell).as_nanos()).unwrap_or(u64::MAX)
-}
-
-/// Those of the cells that are to be run: what is complete is left alone, and of the others only
-/// what was run and `failed`, or is damaged, if that is asked for. What is damaged is moved aside
-/// then.
-///
-/// # Errors
-/// Where the folder's runs are not of this run's kind, exit code 2; where one that would be left alone
-/// is damaged.
-fn pending<'a>(
-    chosen: &[&'a Cell],
-    campaign: &Campaign,
-    own: &Own,
-    failed: bool,
-) -> Result<Vec<&'a Cell>, Failure> {
-    let read = analysis::Campaign::read(campaign.folder())?;
-    for run in &read.runs {
-        if let Some(manifest) = &run.manifest {
-            own.check(&read.plan, manifest, &run.folder)?;
-        }
-    }
-    let chosen: BTreeMap<&str, &'a Cell> = chosen.iter().map(|cell| (&*cell.id, *cell)).collect();
-    let (mut pending, mut damaged) = (Vec::new(), Vec::new());
-    for run in &read.runs {
-        let cell = chosen.get(&*run.cell.id).copied();
-        let is_whole = run.damage.is_empty();
-        let is_due = match run.verdict() {
-            Some(Verdict::Complete) => failed && !is_whole,
-            Some(_) => true,
-            None if is_whole => !failed,
-            None => failed,
-        };
-        match cell {
-            Some(cell) if is_due => pending.push(cell),
-            _ if is_whole => {}
-            _ => damaged.push(run),
-        }
-    }
-    if !damaged.is_empty() {
-        believed(&read)?;
-    }
-    for run in read.runs.iter().filter(|run| !run.damage.is_empty()) {
-        backend::move_aside(&run.folder)?;
-    }
-    Ok(pending)
 }
 
 /// Lists the cells and runs nothing.

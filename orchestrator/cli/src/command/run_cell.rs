@@ -1,15 +1,17 @@
 //! `webloop run-cell`: cells of a plan, for `run`, for containers and for job arrays; idempotent.
 
+use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::anyhow;
-use backend::{Attempt, Player};
+use agent::Token;
+use anyhow::{Context, anyhow};
+use backend::Agents;
+use campaign::{CampaignFolder, CellRun, Ended, Own, Turn, attach, run_cell};
 use plan::{Cell, Plan, Verdict};
 
-use crate::argument::{Backend, RunCell};
-use crate::earlier::Own;
+use crate::argument::{Backend, Player, Run, RunCell, word};
 use crate::exit::{Exit, Failure, Outcome};
-use crate::{attach, source, stop};
+use crate::{source, stop};
 
 /// Where job arrays keep the index.
 const INDEX_VARIABLES: [&str; 2] = ["SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX"];
@@ -45,12 +47,24 @@ pub(crate) fn run(argument: &RunCell) -> Outcome {
     if argument.backend == Backend::Attach {
         stop::give_up_soon_after(&stop)?;
     }
+    let agents = match &backend {
+        backend::Backend::Attach(agents) => Some(agents),
+        backend::Backend::Netns { .. } | backend::Backend::Sim(_) => None,
+    };
+    let how = CellRun {
+        campaign: &argument.out,
+        backend: &backend,
+        player: argument.player.into(),
+        own: own(argument.backend, agents, argument.player),
+        tries: argument.tries,
+        together: argument.together,
+    };
     let mut worst = Ok(Exit::Fine);
     for cell in cells {
         if stop.load(Ordering::Relaxed) {
             return Ok(Exit::Interrupted);
         }
-        let outcome = run_one(&plan, cell, argument, &backend, &stop);
+        let outcome = run_one(&plan, cell, &how, &stop);
         // The first that goes wrong is told; the others are in their manifests.
         if matches!(worst, Ok(Exit::Fine)) {
             worst = outcome;
@@ -70,68 +84,61 @@ fn cell(plan: &Plan, index: usize) -> Result<&Cell, Failure> {
     })
 }
 
-fn run_one(
-    plan: &Plan,
-    cell: &Cell,
-    argument: &RunCell,
-    backend: &backend::Backend,
-    stop: &AtomicBool,
-) -> Outcome {
-    let before = analysis::Run::read(&argument.out, plan, cell);
-    if let Some(manifest) = &before.manifest {
-        let agents = match backend {
-            backend::Backend::Attach(agents) => Some(agents.backend.as_str()),
-            backend::Backend::Netns { .. } | backend::Backend::Sim(_) => None,
-        };
-        let own = Own::new(argument.backend, agents, argument.player);
-        own.check(plan, manifest, &before.folder)?;
-    }
-    match before.verdict() {
-        Some(Verdict::Complete) | None if !before.damage.is_empty() => {
-            let damage = before.damage.iter().map(ToString::to_string);
-            return Err(anyhow!(
-                "{}; restore it, or move the cell's folder away to have it run again",
-                damage.collect::<Vec<_>>().join("; ")
-            )
-            .into());
-        }
-        Some(Verdict::Complete) => return Ok(Exit::Fine),
-        _ => {}
-    }
-    let player = Player::from(argument.player);
-    // The plan says how many may run together, the manifest how many did.
-    let cell = &Cell {
-        together: argument.together,
-        ..cell.clone()
+fn run_one(plan: &Plan, cell: &Cell, how: &CellRun<'_>, stop: &AtomicBool) -> Outcome {
+    let manifest = match run_cell(plan, cell, how, stop)? {
+        Ended::Before => return Ok(Exit::Fine),
+        Ended::Interrupted => return Ok(Exit::Interrupted),
+        Ended::Now(manifest) => manifest,
     };
-    let mut earlier: Vec<String> = Vec::new();
-    let manifest = loop {
-        let attempt = Attempt {
-            started: jiff::Timestamp::now().to_string(),
-            earlier: earlier.clone(),
-        };
-        let manifest =
-            backend::run_cell(plan, cell, &argument.out, backend, player, attempt, stop)?;
-        if stop.load(Ordering::Relaxed) {
-            return Ok(Exit::Interrupted);
-        }
-        let tries = earlier.len() + 1;
-        if manifest.verdict != Verdict::Disturbed || tries >= usize::from(argument.tries) {
-            break manifest;
-        }
-        earlier.push(manifest.reasons.join("; "));
-    };
+    let reasons = manifest.reasons.join("; ");
     match manifest.verdict {
         Verdict::Complete => Ok(Exit::Fine),
-        Verdict::Unsupported => Err(Failure::unsupported(anyhow!(manifest.reasons.join("; ")))),
-        _ => Err(anyhow!(
-            "{} is {}: {}",
-            cell.id,
-            manifest.verdict,
-            manifest.reasons.join("; ")
-        )
-        .into()),
+        Verdict::Unsupported => Err(Failure::unsupported(anyhow!(reasons))),
+        verdict => Err(anyhow!("{} is {verdict}: {reasons}", cell.id).into()),
     }
+}
+
+/// What earlier runs have to be like for a run that is asked for so.
+pub(crate) fn own(backend: Backend, agents: Option<&Agents>, player: Player) -> Own {
+    let is_asked = player != Player::Auto && backend != Backend::Sim;
+    Own {
+        // Agents may call their back-end by a name of its own.
+        backend: agents.map_or_else(|| word(&backend), |agents| agents.backend.clone()),
+        player: is_asked.then(|| word(&player)),
+    }
+}
+
+/// This command for a cell of a campaign: what `run` starts for each.
+///
+/// # Errors
+/// Where this program does not know its own file.
+pub(crate) fn command<'a>(
+    run: &'a Run,
+    agents: Option<&'a Agents>,
+    campaign: &'a CampaignFolder,
+) -> anyhow::Result<impl Fn(&Turn<'_>, u8) -> Command + Sync + 'a> {
+    let program = std::env::current_exe().context("cannot find this program's own file")?;
+    Ok(move |turn: &Turn<'_>, tries: u8| {
+        let mut command = Command::new(&program);
+        command
+            .arg("run-cell")
+            .arg("--plan")
+            .arg(campaign.plan_file())
+            .arg("--index")
+            .arg(turn.cell.index.to_string())
+            .arg("--out")
+            .arg(campaign.path())
+            .args(["--backend", &word(&run.backend)])
+            .args(["--player", &word(&run.player)])
+            .args(["--tries", &tries.to_string()])
+            .args(["--together", &turn.together.to_string()])
+            .args(["--not-before-ns", &turn.not_before_ns.to_string()]);
+        if let Some(timing) = &run.timing {
+            command.arg("--timing").arg(timing);
+        }
+        command.envs(agents.map(|agents| (Token::VARIABLE, agents.token.reveal())));
+        command
+    })
 }
 
 fn index_of_the_job() -> Result<usize, Failure> {

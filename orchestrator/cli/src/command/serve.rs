@@ -2,14 +2,17 @@
 //!
 //! A role prints `ready ...` when it can be used, and leaves its report as `<role>.json`.
 
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::Path;
 
 use ::system::{Design, Loop, System};
-use anyhow::anyhow;
-use endpoint::{ControllerSettings, PlantSettings, SampleTime, TickNoise};
+use anyhow::{Context, anyhow};
+use backend::{ControllerRole, PlantRole};
+use endpoint::{ControllerSettings, PageSettings, PlantSettings, SampleTime, TickNoise};
 use jiff::SignedDuration;
+use plan::Client;
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use crate::argument::{ServeController, ServePlant};
 use crate::exit::{Exit, Failure, Outcome};
@@ -17,19 +20,12 @@ use crate::source;
 
 /// Runs a plant until SIGTERM or SIGINT.
 pub(crate) fn plant(argument: &ServePlant) -> Outcome {
-    let system = source::system(&argument.system)?;
-    let law = told(&system, argument.h)?.map(serde_json::to_value);
+    let role = plant_role(argument)?;
+    let system = system(role.system.as_deref())?;
+    let law = told_law(&system, role.settings.h)?.map(serde_json::to_value);
     let config = ::plant::Config {
-        listen: argument.listen,
-        settings: PlantSettings {
-            h: argument.h,
-            late: argument.late,
-            hold: argument.hold,
-            tick_noise: argument.tick_noise.map(|law| TickNoise {
-                law,
-                seed: argument.noise_seed,
-            }),
-        },
+        listen: role.listen,
+        settings: role.settings,
         plant: system.plant().clone(),
         law: law.transpose()?,
         out: argument.out.clone(),
@@ -41,52 +37,116 @@ pub(crate) fn plant(argument: &ServePlant) -> Outcome {
 
 /// Runs a controller for its duration.
 pub(crate) fn controller(argument: &ServeController) -> Outcome {
-    let system = source::system(&argument.system)?;
+    let (role, system) = controller_role(argument, None)?;
     let config = ::controller::Config {
-        plant: format!("http://{}", argument.plant),
-        settings: settings(argument, &system)?,
-        law: at(&system, argument.h)?.law,
-        start_ns: argument.start_ns,
-        duration_ns: ns("duration", argument.duration)?,
+        plant: format!("http://{}", role.plant),
+        settings: role.settings,
+        law: at(&system, role.settings.h)?.law,
+        start_ns: role.start_ns,
+        duration_ns: role.duration_ns,
         connections: 1,
         out: argument.out.clone(),
         fifo: true,
     };
-    // Its arguments are fine; the plant it waits for by itself.
+    // Its settings are fine; the plant it waits for by itself.
     say_ready(&config.plant);
     let report = ::controller::drive(&config)?;
     leave(&argument.out, "controller", &report)?;
-    Ok(match report.interrupted {
-        true => Exit::Interrupted,
-        false => Exit::Fine,
+    Ok(if report.interrupted {
+        Exit::Interrupted
+    } else {
+        Exit::Fine
     })
 }
 
-/// How a client sends, whichever it is.
-pub(crate) fn settings(
-    argument: &ServeController,
-    system: &System,
-) -> Result<ControllerSettings, Failure> {
-    let settings = ControllerSettings {
-        mode: argument.mode,
-        h: argument.h,
-        r: argument.r.unwrap_or(system.r()),
-        outstanding: argument.outstanding,
-        transport: argument.transport,
-        connection: argument.connection,
-        schedule: argument.schedule,
-        integrate: argument.integrate,
-        late: argument.late,
-        timeout_ns: ns("timeout", argument.timeout)?,
-    };
-    match settings.conflict() {
-        Some(why) => Err(Failure::usage(anyhow!(
-            "--transport {} with --connection {}: {why}",
-            settings.transport,
-            settings.connection
-        ))),
-        None => Ok(settings),
+/// What the plant is told: as a file has it, or the options.
+fn plant_role(argument: &ServePlant) -> Result<PlantRole, Failure> {
+    if let Some(file) = &argument.told.file {
+        return read(file);
     }
+    Ok(PlantRole {
+        listen: argument.listen,
+        settings: PlantSettings {
+            h: argument.h,
+            late: argument.late,
+            hold: argument.hold,
+            tick_noise: argument.tick_noise.map(|law| TickNoise {
+                law,
+                seed: argument.noise_seed,
+            }),
+        },
+        system: own_text(&source::system(&argument.system)?),
+    })
+}
+
+/// What a controller is told: as a file has it, or the options; with its system. A browser has the
+/// settings of its page beside it.
+pub(crate) fn controller_role(
+    argument: &ServeController,
+    page: Option<(Client, PageSettings)>,
+) -> Result<(ControllerRole, System), Failure> {
+    let role = match &argument.told.file {
+        Some(file) => read(file)?,
+        None => by_options(argument, page)?,
+    };
+    let system = system(role.system.as_deref())?;
+    let page = role.page.map_or(Ok(()), |page| page.check(&role.settings));
+    role.settings
+        .check()
+        .and(page)
+        .and(system.check(&role.settings))
+        .map_err(Failure::usage)?;
+    Ok((role, system))
+}
+
+fn by_options(
+    argument: &ServeController,
+    page: Option<(Client, PageSettings)>,
+) -> Result<ControllerRole, Failure> {
+    let system = source::system(&argument.system)?;
+    Ok(ControllerRole {
+        client: page.map(|(client, _)| client).unwrap_or_default(),
+        plant: argument.plant,
+        settings: ControllerSettings {
+            mode: argument.mode,
+            h: argument.h,
+            r: argument.r.unwrap_or(system.r()),
+            ..argument.settings.0
+        },
+        page: page.map(|(_, page)| page),
+        system: own_text(&system),
+        start_ns: argument.start_ns,
+        duration_ns: ns("duration", argument.duration)?,
+    })
+}
+
+/// What a role is told, from a file, or from standard input for `-`.
+pub(crate) fn read<T: DeserializeOwned>(file: &Path) -> Result<T, Failure> {
+    let text = if file.as_os_str() == "-" {
+        let mut text = String::new();
+        std::io::stdin().read_to_string(&mut text).map(|_| text)
+    } else {
+        std::fs::read_to_string(file)
+    };
+    let name = file.display();
+    let text = text
+        .with_context(|| format!("cannot read the settings in {name}"))
+        .map_err(Failure::usage)?;
+    serde_json::from_str(&text)
+        .map_err(|problem| Failure::usage(anyhow!("cannot use the settings in {name}: {problem}")))
+}
+
+/// The system of this text; the paper's, if there is none.
+fn system(text: Option<&str>) -> Result<System, Failure> {
+    let Some(text) = text else {
+        return Ok(System::paper());
+    };
+    System::read(text)
+        .map_err(|fault| Failure::usage(anyhow!("the settings' `system`, line {fault}")))
+}
+
+fn own_text(system: &System) -> Option<String> {
+    system.own_text().map(str::to_owned)
 }
 
 /// A system at a sample time.
@@ -96,7 +156,7 @@ pub(crate) fn at(system: &System, h: SampleTime) -> Result<Loop, Failure> {
 
 /// The law that a client in another language has to be told: the paper's is what it follows by
 /// itself.
-pub(crate) fn told(system: &System, h: SampleTime) -> Result<Option<Design>, Failure> {
+pub(crate) fn told_law(system: &System, h: SampleTime) -> Result<Option<Design>, Failure> {
     let design = at(system, h)?.design;
     Ok((!system.is_paper()).then_some(design))
 }

@@ -3,11 +3,10 @@
 use std::io::Write;
 
 use analysis::Campaign;
+use campaign::{Results, series};
 
 use crate::argument::{Show, ShowFormat};
 use crate::exit::{Exit, Failure, Outcome};
-use crate::results::Results;
-use crate::series;
 
 /// Reads the folder and prints what is in it.
 pub(crate) fn run(show: &Show) -> Outcome {

@@ -1,27 +1,26 @@
 //! `webloop sweep`: a loop over a grid of network conditions and settings, in virtual time.
 //!
-//! What a sweep is and comes to is in the crate `sweep`, its folder in `sweep_folder`, its threads in
-//! `threads`.
+//! What a sweep is and comes to is in the crate `sweep`, its folder and its threads in `campaign`.
 
 use std::io::Write;
+use std::path::Path;
 use std::sync::atomic::Ordering;
 
 use backend::Timings;
-use serde_json::{Map, Value, json};
-use sweep::{Border, Cell, Instead, Limit, SWEEPS, checksum};
+use campaign::{Findings, SweepFolder};
+use sweep::{Instead, SWEEPS};
 
 use crate::argument::{Progress as How, Sweep};
-use crate::exit::{Exit, Outcome};
-use crate::folder::Folder;
-use crate::sweep_folder::{self, SweepFolder};
+use crate::exit::{Exit, Failure, Outcome};
 use crate::sweep_progress::SweepProgress;
-use crate::{folder, source, stop, threads};
-
-/// Version of the manifest's format.
-const VERSION: u32 = 1;
+use crate::{source, stop};
 
 /// Runs a sweep's points, and says and draws what came of them.
 pub(crate) fn run(argument: &Sweep) -> Outcome {
+    if argument.schema {
+        write!(std::io::stdout(), "{}", sweep::schema())?;
+        return Ok(Exit::Fine);
+    }
     let Some(asked) = &argument.sweep else {
         return list();
     };
@@ -34,72 +33,77 @@ pub(crate) fn run(argument: &Sweep) -> Outcome {
         return dry_run(&sweep);
     }
     let timings = source::timings(argument.timing.as_deref())?;
-    let identity = identity(&sweep, &text, &timings, &instead)?;
-    let fresh = || folder::fresh(&format!("sweep-{}", sweep.name), sweep.seed);
+    let fresh = || campaign::fresh(&format!("sweep-{}", sweep.name), sweep.seed);
     let path = argument.out.clone().unwrap_or_else(fresh);
-    let mut sweep_folder = SweepFolder::open(&sweep, &identity, &path)?;
-    describe(sweep_folder.folder(), &sweep, &text, &timings)?;
+    let mut folder = SweepFolder::open(&sweep, &text, &timings, &instead, &path)?;
+    if let Some(torn) = folder.torn() {
+        let torn = torn.display();
+        eprintln!("webloop: the last row of {torn} is torn; it is dropped and run again");
+    }
+    if run_pending(argument, &sweep, &timings, &mut folder, &path)? {
+        conclude(&sweep, folder, &path)
+    } else {
+        eprintln!(
+            "webloop: interrupted; {} of {} are kept, and the same command with --out {} goes on",
+            folder.rows().len(),
+            runs(sweep.runs()),
+            path.display()
+        );
+        Ok(Exit::Interrupted)
+    }
+}
 
+/// Runs what is not there yet, and puts the rows in order; whether all are there.
+fn run_pending(
+    argument: &Sweep,
+    sweep: &sweep::Sweep,
+    timings: &Timings,
+    folder: &mut SweepFolder<'_>,
+    path: &Path,
+) -> Result<bool, Failure> {
     let stop = stop::told_to_end()?;
-    let pending = sweep_folder.pending();
+    let pending = folder.pending();
     let threads = argument.jobs.map_or_else(processors, usize::from);
     let told = argument.progress != How::Quiet;
     if told {
         eprintln!(
             "{}: {}, into {}",
             sweep.name,
-            match sweep_folder.rows().len() {
+            match folder.rows().len() {
                 0 => runs(pending.len()),
                 others => format!("{} ({others} others are there)", runs(pending.len())),
             },
             path.display()
         );
     }
-    let mut sweep_progress = SweepProgress::start(argument.progress, pending.len());
-    let ended = threads::run(&sweep, &pending, &timings, threads, &stop, |rows| {
-        sweep_folder.add(rows)?;
-        sweep_progress.add(rows.len());
+    let mut progress = SweepProgress::start(argument.progress, pending.len());
+    let ended = campaign::threads::run(sweep, &pending, timings, threads, &stop, |rows| {
+        folder.add(rows)?;
+        progress.add(rows.len());
         Ok(())
     });
-    let took = sweep_progress.finish();
+    let took = progress.finish();
     ended?;
-    let missing = sweep_folder.pending().len();
-    if missing > 0 && stop.load(Ordering::Relaxed) {
-        eprintln!(
-            "webloop: interrupted; {} of {} are kept, and the same command with --out {} goes on",
-            sweep_folder.rows().len(),
-            runs(sweep.runs()),
-            path.display()
-        );
-        return Ok(Exit::Interrupted);
+    if stop.load(Ordering::Relaxed) && !folder.pending().is_empty() {
+        return Ok(false);
     }
-    sweep_folder.settle()?;
+    folder.settle()?;
     if told && !pending.is_empty() {
         eprintln!("{} took {:.1} s", runs(pending.len()), took.as_secs_f64());
     }
+    Ok(true)
+}
 
-    let cells = Cell::all(&sweep, sweep_folder.rows());
-    let borders = sweep::borders(&sweep, &cells);
-    let summary = sweep::summary(&sweep, &cells, &borders);
-    let folder = sweep_folder.folder();
+/// Prints what came of it, and leaves it in the folder.
+fn conclude(sweep: &sweep::Sweep, folder: SweepFolder<'_>, path: &Path) -> Outcome {
+    let findings = Findings::of(sweep, folder.rows());
     let mut out = std::io::stdout();
-    write!(out, "{summary}")?;
-    folder.leave("findings.txt", summary.as_bytes())?;
-    if !borders.is_empty() {
-        folder.leave("margins.csv", margins(&sweep, &borders).as_bytes())?;
-    }
-    let maps = sweep::maps(&sweep, &cells, &borders);
-    for map in &maps {
-        let name = |ending: &str| format!("maps/{}.{ending}", map.name);
-        folder.leave(&name("svg"), map.to_svg().as_bytes())?;
-        folder.leave(&name("pdf"), &map.to_pdf())?;
-        folder.leave(&name("csv"), map.to_csv().as_bytes())?;
-    }
-    complete(sweep_folder.folder(), identity, &sweep)?;
+    write!(out, "{}", findings.summary)?;
+    findings.leave(&folder)?;
+    folder.complete()?;
     writeln!(out, "\nResults: {}", path.display())?;
-    if let Some(map) = maps.first() {
-        let file = path.join(format!("maps/{}.svg", map.name));
-        writeln!(out, "A map to open: {}", file.display())?;
+    if let Some(map) = findings.first_map() {
+        writeln!(out, "A map to open: {}", path.join(map).display())?;
     }
     Ok(Exit::Fine)
 }
@@ -155,110 +159,6 @@ fn axes(sweep: &sweep::Sweep) -> Vec<String> {
         axes.push(format!("{} repeats", sweep.repeats));
     }
     axes
-}
-
-/// All that the rows follow from.
-fn identity(
-    sweep: &sweep::Sweep,
-    text: &str,
-    timings: &Timings,
-    instead: &Instead,
-) -> anyhow::Result<Map<String, Value>> {
-    let mut profiles = Map::new();
-    for profile in sweep.grid.profiles() {
-        let text = serde_json::to_string(&**profile)?;
-        profiles.insert(profile.name().to_owned(), json!(checksum(&text)));
-    }
-    let systems: Map<String, Value> = sweep
-        .grid
-        .systems()
-        .map(|system| (system.name().to_owned(), json!(checksum(system.text()))))
-        .collect();
-    let fixed: Map<String, Value> = instead
-        .fixed
-        .iter()
-        .map(|(axis, value)| (axis.to_string(), json!(value)))
-        .collect();
-    let of_timings = sweep
-        .grid
-        .takes_time()
-        .then(|| checksum(&timings.to_toml()));
-    let identity = [
-        ("version", json!(VERSION)),
-        ("webloop", json!(env!("CARGO_PKG_VERSION"))),
-        ("sweep", json!(sweep.name)),
-        ("seed", json!(sweep.seed)),
-        ("fixed", Value::Object(fixed)),
-        ("sweep_sha256", json!(checksum(text))),
-        ("timings_sha256", json!(of_timings)),
-        ("profiles_sha256", Value::Object(profiles)),
-        ("systems_sha256", Value::Object(systems)),
-    ];
-    let named = identity.map(|(name, value)| (name.to_owned(), value));
-    Ok(named.into_iter().collect())
-}
-
-/// Leaves what the sweep is of, so that its folder needs nothing else.
-fn describe(
-    folder: &Folder,
-    sweep: &sweep::Sweep,
-    text: &str,
-    timings: &Timings,
-) -> anyhow::Result<()> {
-    folder.leave("sweep.toml", text.as_bytes())?;
-    if sweep.grid.takes_time() {
-        folder.leave("timings.toml", timings.to_toml().as_bytes())?;
-    }
-    for profile in sweep.grid.profiles() {
-        let name = format!("profiles/{}.toml", profile.name());
-        folder.leave(&name, profile.source().as_bytes())?;
-    }
-    for system in sweep.grid.systems() {
-        let name = format!("systems/{}.toml", system.name());
-        folder.leave(&name, system.text().as_bytes())?;
-    }
-    Ok(())
-}
-
-/// Says in the manifest that all is there.
-fn complete(
-    folder: &Folder,
-    mut manifest: Map<String, Value>,
-    sweep: &sweep::Sweep,
-) -> anyhow::Result<()> {
-    let rows = std::fs::read_to_string(folder.path().join("points.csv"))?;
-    manifest.insert("runs".to_owned(), json!(sweep.runs()));
-    manifest.insert("points_sha256".to_owned(), json!(checksum(&rows)));
-    folder.identify(&sweep_folder::json(&manifest))
-}
-
-/// The borders as CSV: a row for each combination of the other axes.
-fn margins(sweep: &sweep::Sweep, borders: &[Border]) -> String {
-    let dimensions = sweep.grid.dimensions();
-    let others = || {
-        let all = dimensions.iter().enumerate();
-        all.filter(|(_, d)| d.axis != sweep::Axis::Rtt)
-    };
-    let mut lines: Vec<String> = others().map(|(_, d)| d.axis.column().to_owned()).collect();
-    lines.extend(["found_ms", "lost_ms", "computed_ms", "off_ms"].map(str::to_owned));
-    let mut csv = lines.join(",") + "\n";
-    let figure = |x: Option<f64>| x.map_or_else(String::new, |x| x.to_string());
-    for border in borders {
-        let mut line: Vec<String> = others()
-            .map(|(at, d)| d.levels[border.place[at]].text.clone())
-            .collect();
-        line.push(figure(border.found_ms));
-        line.push(figure(border.lost_ms));
-        line.push(match border.limit {
-            Limit::Unknown => String::new(),
-            Limit::None => "none".to_owned(),
-            Limit::Until(ms) => ms.to_string(),
-        });
-        line.push(figure(border.off_ms()));
-        csv += &line.join(",");
-        csv.push('\n');
-    }
-    csv
 }
 
 /// Processors that this process may use.

@@ -1,4 +1,4 @@
-//! `webloop system list|show|lint`: plants with their laws, to choose from and to check.
+//! `webloop system list|show|lint|schema`: plants with their laws, to choose from and to check.
 
 use std::io::Write;
 
@@ -24,6 +24,12 @@ pub(crate) fn show(show: &SystemShow) -> Outcome {
     source::system(&show.system)?;
     let text = source::system_text(&show.system).map_err(|problem| anyhow!(problem))?;
     write!(std::io::stdout(), "{text}")?;
+    Ok(Exit::Fine)
+}
+
+/// Prints the JSON schema of system files.
+pub(crate) fn schema() -> Outcome {
+    write!(std::io::stdout(), "{}", ::system::schema())?;
     Ok(Exit::Fine)
 }
 

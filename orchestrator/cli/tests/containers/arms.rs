@@ -7,6 +7,8 @@ use std::process::Command;
 use analysis::statistics::{Quantiles, median};
 use analysis::{CellFacts, Metrics};
 use backend::Manifest;
+use certificate::Verdict::Holds;
+use certificate::{Beside, LinkReport, OneWay};
 use plan::{Phase, ProbeRow, Verdict};
 
 use crate::docker::{TOP, docker};
@@ -169,20 +171,25 @@ fn proves_itself(manifest: &Manifest, arm: &Arm) {
     assert_eq!(manifest.backend, arm.backend);
     assert_eq!(manifest.player, arm.player);
     let certificate = manifest.certificate.as_ref().unwrap();
-    assert_eq!(certificate["verdict"], "holds", "{certificate}");
+    assert_eq!(certificate.verdict, Holds, "{certificate:?}");
     if arm.backend == "compose" {
         let engine = manifest.engine.as_deref().unwrap_or_default();
         assert!(engine.contains("Compose"), "{engine}");
     }
     if arm.player == "tc" {
-        let link = manifest.link.as_ref().unwrap();
-        for way in ["up", "down"] {
+        let Some(LinkReport::Each(link)) = &manifest.link else {
+            panic!("{:?}", manifest.link);
+        };
+        for way in [&link.up, &link.down] {
+            let OneWay::Tc(Beside { report: tc, .. }) = way else {
+                panic!("{way:?}");
+            };
             // What `tc -s qdisc` said, with what was there before, which is not netem.
-            assert_eq!(link[way]["first"][0]["kind"], "netem", "{way}");
-            let last = &link[way]["last"][0];
-            assert_eq!(last["kind"], "netem", "{way}");
-            assert!(last["packets"].as_u64().unwrap() > 100, "{way}: {last}");
-            assert_ne!(link[way]["found"][0]["kind"], "netem", "{way}");
+            assert_eq!(tc.first[0]["kind"], "netem", "{tc:?}");
+            let last = &tc.last[0];
+            assert_eq!(last["kind"], "netem", "{tc:?}");
+            assert!(last["packets"].as_u64().unwrap() > 100, "{last}");
+            assert_ne!(tc.found[0]["kind"], "netem", "{tc:?}");
         }
     }
 }
@@ -191,9 +198,7 @@ impl Measured {
     /// Of the echoes at the same instants of the link's time, and of the response.
     fn of(cell: &Path) -> Measured {
         let manifest = manifest(cell);
-        let baseline_ms = manifest.certificate.as_ref().unwrap()["baseline"]["rtt_ms"]
-            .as_f64()
-            .unwrap();
+        let baseline_ms = manifest.certificate.as_ref().unwrap().baseline.rtt_ms;
         let rtts_ns: Vec<u64> = csv::Reader::from_path(cell.join("probes.csv"))
             .unwrap()
             .into_deserialize()

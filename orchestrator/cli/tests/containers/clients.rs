@@ -3,6 +3,7 @@
 use std::process::Output;
 
 use backend::Manifest;
+use certificate::Verdict::Holds;
 use plan::Verdict;
 
 use crate::docker::docker;
@@ -25,12 +26,12 @@ pub(crate) fn each_client_runs_in_a_container_through_a_shaped_link() -> Result<
         for topology in topologies {
             let manifest = up(client, topology);
             let certificate = manifest.certificate.as_ref().unwrap();
-            assert_eq!(certificate["verdict"], "holds", "{certificate}");
+            assert_eq!(certificate.verdict, Holds, "{certificate:?}");
             assert_eq!(manifest.cell.client.to_string(), client);
             if manifest.cell.client.is_browser() {
                 let page = manifest.page.as_ref().unwrap();
-                assert_eq!(page["outcome"], "complete", "{page}");
-                assert_eq!(page["isolated"], true, "{page}");
+                assert_eq!(page.outcome, "complete", "{page:?}");
+                assert!(page.isolated, "{page:?}");
             }
             println!(
                 "  {client} over {topology}: certificate holds, {}",
@@ -74,6 +75,8 @@ fn up(client: &'static str, topology: &str) -> Manifest {
 }
 
 fn counts(manifest: &Manifest) -> String {
-    let report = manifest.page.as_ref().or(manifest.controller.as_ref());
-    report.map_or_else(String::new, |report| report["counts"].to_string())
+    let page = manifest.page.as_ref().map(|page| &page.counts);
+    let controller = || manifest.controller.as_ref()?.counts();
+    let counts = page.or_else(controller);
+    counts.map_or_else(String::new, |counts| format!("{counts:?}"))
 }

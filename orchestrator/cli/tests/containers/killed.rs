@@ -120,9 +120,11 @@ pub(crate) fn a_run_that_is_told_to_end_takes_its_containers_with_it() -> Result
         // Everything that plant and controller counted is in their files.
         let files = files(cell);
         let ticks = column(&files["ticks.csv"], "t_tick_ns").len();
-        assert_eq!(manifest.plant.unwrap()["ticks"], ticks);
+        let plant = manifest.plant.unwrap();
+        assert_eq!(plant.real().unwrap().ticks, ticks as u64);
         let messages = column(&files["messages.csv"], "seq").len();
-        assert_eq!(manifest.controller.unwrap()["rows"]["rows"], messages);
+        let rows = manifest.controller.unwrap().rows().rows;
+        assert_eq!(rows, messages as u64);
     }
     // Before there is anything to be told: while Compose brings the containers up.
     let folder = tempfile::tempdir().unwrap();

@@ -2,8 +2,8 @@
 //!
 //! This test has a main of its own instead of the usual harness: what takes wall-clock time must
 //! not run beside itself, and what a machine does not let us test is said and not swallowed. It
-//! takes part of a test's name as argument, as the harness does. It builds no image, which takes
-//! minutes: `.ci/run` does so first, and by hand `docker compose build` after each change.
+//! builds no image, which takes minutes: `.ci/run` does so first, and by hand `docker compose build`
+//! after each change.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 mod arms;
@@ -11,9 +11,6 @@ mod clients;
 mod docker;
 mod killed;
 mod refused;
-// As in the tests of runs in namespaces.
-#[path = "../runs/serial.rs"]
-mod serial;
 mod stopped;
 mod stopping;
 mod testbed;
@@ -25,47 +22,22 @@ mod webloop;
 
 use std::process::ExitCode;
 
-use serial::Test;
+use serial::Trial;
 
-const TESTS: &[Test] = &[
-    (
-        "up_ends_by_itself_with_results_of_their_folders_owner",
+fn tests() -> Vec<Trial> {
+    serial::tests![
         up::up_ends_by_itself_with_results_of_their_folders_owner,
-    ),
-    (
-        "what_up_cannot_do_it_says_in_a_line_and_ends",
         refused::what_up_cannot_do_it_says_in_a_line_and_ends,
-    ),
-    (
-        "what_run_cannot_do_in_containers_it_says_with_its_code",
         refused::what_run_cannot_do_in_containers_it_says_with_its_code,
-    ),
-    (
-        "each_client_runs_in_a_container_through_a_shaped_link",
         clients::each_client_runs_in_a_container_through_a_shaped_link,
-    ),
-    (
-        "a_client_that_is_stopped_in_its_container_is_told_by_that_name",
         stopped::a_client_that_is_stopped_in_its_container_is_told_by_that_name,
-    ),
-    (
-        "every_service_stops_soon_after_sigterm",
         stopping::every_service_stops_soon_after_sigterm,
-    ),
-    (
-        "a_run_that_is_told_to_end_takes_its_containers_with_it",
         killed::a_run_that_is_told_to_end_takes_its_containers_with_it,
-    ),
-    (
-        "what_a_killed_run_leaves_is_swept_and_nothing_else",
         killed::what_a_killed_run_leaves_is_swept_and_nothing_else,
-    ),
-    (
-        "the_same_cell_gives_the_same_in_namespaces_in_containers_and_by_tc",
         arms::the_same_cell_gives_the_same_in_namespaces_in_containers_and_by_tc,
-    ),
-];
+    ]
+}
 
 fn main() -> ExitCode {
-    serial::run(TESTS, docker::lack)
+    serial::run(tests(), docker::lack)
 }

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use plan::{FileFact, Plan};
+use manifest::FileFact;
+use plan::Plan;
 use serde_json::Value;
 use tempfile::TempDir;
 

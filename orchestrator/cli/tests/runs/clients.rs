@@ -136,12 +136,13 @@ fn it_was_closed(manifest: &Manifest, cell: &Path) -> bool {
     let (missed, answered) = (of("missed"), of("answered"));
     assert_eq!(outcomes.len() as u64, DUE, "{client}");
     assert!(answered >= SENT_AT_LEAST, "{client}: {answered} answered");
-    let counts = match client.is_browser() {
-        true => &manifest.page.as_ref().unwrap()["counts"],
-        false => &manifest.controller.as_ref().unwrap()["counts"],
+    let counts = if client.is_browser() {
+        &manifest.page.as_ref().unwrap().counts
+    } else {
+        manifest.controller.as_ref().unwrap().counts().unwrap()
     };
-    assert_eq!(counts["missed"], missed, "{client}: {counts}");
-    assert_eq!(counts["answered"], answered, "{client}: {counts}");
+    assert_eq!(counts.missed, missed, "{client}: {counts:?}");
+    assert_eq!(counts.answered, answered, "{client}: {counts:?}");
     let metrics = Metrics::read(cell, &CellFacts::from(&manifest.cell)).unwrap();
     let response = metrics.response.unwrap();
     println!(
@@ -160,16 +161,17 @@ fn the_page_is_honest(manifest: &Manifest) {
         Client::Firefox => "Firefox",
         _ => "Chrome",
     };
-    let agent = page["user_agent"].as_str().unwrap();
+    let agent = &page.user_agent;
     assert!(agent.contains(name), "{agent}");
     // A plant on another address than loopback counts as a web site without encryption.
-    assert_eq!(page["isolated"], true, "{client}: {page}");
-    let step_us = page["clock"]["step_us"].as_f64().unwrap();
+    assert!(page.isolated, "{client}: {page:?}");
+    let number = |number: &Option<serde_json::Number>| number.as_ref().unwrap().as_f64().unwrap();
+    let step_us = number(&page.clock.step_us);
     assert!(
         step_us <= 100.0,
         "{client}: a clock in steps of {step_us} us"
     );
-    let error_ms = page["clock"]["error_ms"].as_f64().unwrap();
+    let error_ms = number(&page.clock.error_ms);
     assert!(
         error_ms < 2.0,
         "{client}: a clock {error_ms} ms off the plant's"

@@ -5,8 +5,10 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use backend::Manifest;
+use certificate::Verdict::Holds;
+use endpoint::Counts;
+use manifest::{ControllerReport, PlantReport};
 use plan::Verdict;
-use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use crate::webloop::{Experiment, code, column, command, files, manifest, said};
@@ -72,26 +74,30 @@ pub(crate) fn came_to_its_end(manifest: &Manifest) {
         return;
     }
     assert_eq!(manifest.player, "user");
-    let held = certificate["verdict"] == "holds";
-    assert!(held || verdict != Verdict::Complete, "{certificate}");
+    let held = certificate.verdict == Holds;
+    assert!(held || verdict != Verdict::Complete, "{certificate:?}");
     // Which echo is lost hangs on the seed and not on time.
-    assert_eq!(certificate["fates"]["came_though_lost"], 0, "{certificate}");
+    assert_eq!(certificate.fates.came_though_lost, 0, "{certificate:?}");
     // 50 before, 10 a second during and 50 after. 2 % each way lose 4 % of 115 echoes, 4.6 +- 2.1;
     // five deviations more are 15.
     let sent = 100 + manifest.cell.duration_ns / 100_000_000;
-    assert_eq!(certificate["sent"], sent);
-    assert!(certificate["answered"].as_u64().unwrap() >= sent - 15);
+    assert_eq!(certificate.sent as u64, sent);
+    assert!(certificate.answered as u64 >= sent - 15);
 }
 
 /// Due = sent + missed, each with a row; and what the plant counted, it wrote.
 fn every_row_is_counted(manifest: &Manifest, cell: &Path) {
-    let number = |report: &Option<Value>, path: &str| {
-        let report = report.as_ref().expect("each role leaves its report");
-        report.pointer(path).and_then(Value::as_u64).unwrap()
-    };
+    let plant = manifest.plant.as_ref().and_then(PlantReport::real);
+    let plant = plant.expect("it leaves its report");
+    let controller = manifest.controller.as_ref();
+    let counts = controller.and_then(ControllerReport::counts);
     let rows = |file: &str, name: &str| column(&fs::read(cell.join(file)).unwrap(), name);
-    let [sent, missed, answered] = ["sent", "missed", "answered"]
-        .map(|count| number(&manifest.controller, &format!("/counts/{count}")));
+    let Counts {
+        sent,
+        missed,
+        answered,
+        ..
+    } = *counts.expect("it leaves its report");
     assert_eq!(sent + missed, DUE);
     let outcomes = rows("messages.csv", "outcome");
     let of = |word: &str| outcomes.iter().filter(|outcome| *outcome == word).count() as u64;
@@ -100,9 +106,9 @@ fn every_row_is_counted(manifest: &Manifest, cell: &Path) {
     assert_eq!(of("answered"), answered);
     assert!(answered > 0);
     let ticks = rows("ticks.csv", "k").len() as u64;
-    assert_eq!(ticks, number(&manifest.plant, "/ticks"));
+    assert_eq!(ticks, plant.ticks);
     let arrivals = rows("arrivals.csv", "n").len() as u64;
-    assert_eq!(arrivals, number(&manifest.plant, "/arrivals"));
+    assert_eq!(arrivals, plant.arrivals);
     assert!(answered <= arrivals && arrivals <= sent);
 }
 

@@ -57,10 +57,11 @@ pub(crate) fn an_interrupted_run_ends_soon_with_its_rows() -> Result<(), String>
         let ticks = column(&fs::read(cell.join("ticks.csv")).unwrap(), "t_tick_ns");
         let last_ns: u64 = ticks.last().unwrap().parse().unwrap();
         assert!(last_ns + 100_000_000 > signalled_ns, "{who}");
-        assert_eq!(manifest.plant.unwrap()["ticks"], ticks.len(), "{who}");
+        let plant = manifest.plant.unwrap();
+        assert_eq!(plant.real().unwrap().ticks, ticks.len() as u64, "{who}");
         let messages = column(&fs::read(cell.join("messages.csv")).unwrap(), "seq");
-        let rows = &manifest.controller.unwrap()["rows"]["rows"];
-        assert_eq!(*rows, messages.len(), "{who}");
+        let rows = manifest.controller.unwrap().rows().rows;
+        assert_eq!(rows, messages.len() as u64, "{who}");
     }
     Ok(())
 }

@@ -1,8 +1,7 @@
 //! The whole program: real processes, real namespaces, real signals.
 //!
 //! This test has a main of its own instead of the usual harness: what takes wall-clock time must
-//! not run beside itself, and what a machine does not let us test is said and not swallowed. It
-//! takes part of a test's name as argument, as the harness does.
+//! not run beside itself, and what a machine does not let us test is said and not swallowed.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 mod alone;
@@ -13,67 +12,32 @@ mod disk;
 mod ending;
 mod matrix;
 mod process;
-mod serial;
 mod unprivileged;
 mod webloop;
 
 use std::process::ExitCode;
 
-use serial::Test;
+use serial::Trial;
 
-const TESTS: &[Test] = &[
-    (
-        "a_run_leaves_a_folder_that_proves_itself_and_is_not_made_twice",
+fn tests() -> Vec<Trial> {
+    serial::tests![
         complete::a_run_leaves_a_folder_that_proves_itself_and_is_not_made_twice,
-    ),
-    (
-        "an_unprivileged_user_can_run_and_leaves_nothing_when_killed",
         unprivileged::an_unprivileged_user_can_run_and_leaves_nothing_when_killed,
-    ),
-    (
-        "of_two_runs_into_one_folder_one_runs",
         alone::of_two_runs_into_one_folder_one_runs,
-    ),
-    (
-        "jobs_of_one_plan_merge_by_being_copied",
         matrix::jobs_of_one_plan_merge_by_being_copied,
-    ),
-    (
-        "every_client_closes_the_loop_over_a_link",
         clients::every_client_closes_the_loop_over_a_link,
-    ),
-    (
-        "every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit",
         clients::every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit,
-    ),
-    (
-        "a_browser_that_fails_is_told_by_the_name_of_its_failure",
         clients::a_browser_that_fails_is_told_by_the_name_of_its_failure,
-    ),
-    (
-        "a_killed_run_takes_its_browser_with_it",
         clients::a_killed_run_takes_its_browser_with_it,
-    ),
-    (
-        "an_interrupted_run_ends_soon_with_its_rows",
         ending::an_interrupted_run_ends_soon_with_its_rows,
-    ),
-    (
-        "a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued",
         ending::a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued,
-    ),
-    (
-        "a_campaign_goes_on_where_it_was_broken_off_and_only_what_failed_is_made_again",
         continued::a_campaign_goes_on_where_it_was_broken_off_and_only_what_failed_is_made_again,
-    ),
-    (
-        "a_full_disk_is_told_and_the_run_is_made_once_there_is_space",
         disk::a_full_disk_is_told_and_the_run_is_made_once_there_is_space,
-    ),
-];
+    ]
+}
 
 fn main() -> ExitCode {
-    serial::run(TESTS, || {
+    serial::run(tests(), || {
         let lack = webloop::doctor(webloop::command()).err()?;
         Some(format!("this machine cannot make a run:\n{lack}"))
     })

@@ -8,8 +8,10 @@
 //! cargo test -p webloop --release --test sabotage -- --times 20 drop-2 player
 //! ```
 //!
-//! Arguments are the kinds' names or parts of them, `--list`, and `--times N`, `--client NAME`,
-//! `--topology NAME|FILE`, `--h TIME`, `--duration TIME`.
+//! A command has one of `--times N`, `--client NAME`, `--topology NAME|FILE`, `--h TIME` and
+//! `--duration TIME`, and names kinds, whole or in part; without a name it makes those of a test,
+//! with `--times` all. Otherwise the arguments are the usual harness's: `--list` has all kinds,
+//! and `--include-ignored` makes them.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 mod cell;
@@ -28,9 +30,12 @@ mod target;
 #[path = "../runs/webloop.rs"]
 mod webloop;
 
+use std::num::NonZeroUsize;
 use std::process::{Command, ExitCode};
+use std::sync::{Arc, Mutex};
 
 use cell::{Outcome, Series, Setup};
+use clap::Parser;
 use kind::{KINDS, Kind};
 use table::Row;
 
@@ -38,69 +43,111 @@ use table::Row;
 /// and that is not complete, or one that did not come to its end, is made again, so often at most.
 const TRIES: usize = 5;
 
+/// What a command is asked for.
+#[derive(Clone, Debug, Parser)]
 struct Arguments {
-    kinds: Vec<&'static Kind>,
-    /// As a command: so many of each kind, and no judgement.
-    times: Option<usize>,
-    setup: Setup,
+    /// Names of kinds, whole or in part.
+    names: Vec<String>,
+    /// So many of each kind, and no judgement.
+    #[arg(long)]
+    times: Option<NonZeroUsize>,
+    #[arg(long, default_value = "native")]
+    client: String,
+    /// A built-in one or a profile's path, instead of each kind's own.
+    #[arg(long)]
     topology: Option<String>,
+    #[arg(long, default_value = "3ms")]
+    h: String,
+    #[arg(long, default_value = "3s")]
+    duration: String,
+}
+
+impl Arguments {
+    /// By any of these it is a command.
+    const OPTIONS: [&str; 5] = ["--times", "--client", "--topology", "--h", "--duration"];
+
+    fn kinds(&self) -> impl Iterator<Item = &'static Kind> {
+        KINDS.iter().filter(|kind| match self.names.as_slice() {
+            [] => self.times.is_some() || kind.tested,
+            // A whole name is that kind's, also where others have it in theirs.
+            names => names.iter().any(|name| {
+                if KINDS.iter().any(|kind| kind.name == name) {
+                    kind.name == name
+                } else {
+                    kind.name.contains(name)
+                }
+            }),
+        })
+    }
 }
 
 fn main() -> ExitCode {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let has = |flag: &str| words.iter().any(|word| word == flag);
-    if has("--ignored") {
-        // None is.
-        return ExitCode::SUCCESS;
-    }
-    if has("--list") {
-        KINDS
-            .iter()
-            .for_each(|kind| println!("{}: test", kind.name));
-        return ExitCode::SUCCESS;
-    }
-    let arguments = match read(&words) {
-        Ok(arguments) => arguments,
-        Err(problem) => {
-            println!("{problem}");
-            return ExitCode::from(2);
-        }
+    let is_option = |word: String| {
+        let option = word.split('=').next().unwrap_or_default();
+        Arguments::OPTIONS.contains(&option)
     };
-    if arguments.kinds.is_empty() {
-        // As the usual harness: a name may be another test's.
-        println!("no kind has such a name; --list has them all");
-        return ExitCode::SUCCESS;
+    if std::env::args().any(is_option) {
+        command(&Arguments::parse())
+    } else {
+        test()
     }
+}
+
+fn command(arguments: &Arguments) -> ExitCode {
     if let Some(lack) = lack() {
         println!("SKIPPED all of these: {lack}");
         return ExitCode::SUCCESS;
     }
-    let rows: Vec<_> = arguments
-        .kinds
-        .iter()
-        .map(|kind| make(kind, &arguments))
-        .collect();
+    let make = |kind: &'static Kind| {
+        println!("test {} ...", kind.name);
+        let row = make(kind, arguments);
+        println!("test {} ... {}", kind.name, row.result());
+        row
+    };
+    let rows: Vec<_> = arguments.kinds().map(make).collect();
+    if rows.is_empty() {
+        println!("no kind has such a name; --list has them all");
+    }
     table::print(&rows);
-    let failed = rows.iter().filter(|row| row.is_missed()).count();
-    if failed == 0 || arguments.times.is_some() {
+    if arguments.times.is_some() || !rows.iter().any(Row::is_missed) {
         ExitCode::SUCCESS
     } else {
-        println!("{failed} failed");
         ExitCode::FAILURE
     }
 }
 
+fn test() -> ExitCode {
+    let rows = Arc::new(Mutex::new(Vec::new()));
+    let test = |kind: &'static Kind| {
+        let rows = Arc::clone(&rows);
+        let test = serial::test(kind.name, move || {
+            let row = make(kind, &Arguments::parse_from(["sabotage"]));
+            let (skipped, is_missed) = (row.skipped.clone(), row.is_missed());
+            let result = row.result();
+            rows.lock().unwrap().push(row);
+            assert!(!is_missed, "{result}");
+            skipped.map_or(Ok(()), Err)
+        });
+        test.with_ignored_flag(!kind.tested)
+    };
+    let code = serial::run(KINDS.iter().map(test).collect(), lack);
+    let rows = rows.lock().unwrap();
+    if !rows.is_empty() {
+        table::print(&rows);
+    }
+    code
+}
+
 /// Runs the cells of a kind, and says of each what became of it.
 fn make(kind: &'static Kind, arguments: &Arguments) -> Row {
-    println!("test {} ...", kind.name);
-    let tries = arguments.times.unwrap_or(TRIES);
+    let tries = arguments.times.map_or(TRIES, NonZeroUsize::get);
+    let topology = arguments.topology.as_deref().unwrap_or(kind.topology);
     let setup = Setup {
-        topology: arguments
-            .topology
-            .clone()
-            .unwrap_or_else(|| kind.topology.to_owned()),
+        topology: topology.to_owned(),
+        client: arguments.client.clone(),
+        h: arguments.h.clone(),
+        duration: arguments.duration.clone(),
         times: tries,
-        ..arguments.setup.clone()
     };
     let mut row = Row::new(kind);
     let series = match Series::new(&setup) {
@@ -118,12 +165,11 @@ fn make(kind: &'static Kind, arguments: &Arguments) -> Row {
             [] => outcome.verdict != "complete",
             _ => outcome.has_failed(),
         };
-        if row.is_skipped() || arguments.times.is_none() && !again {
+        if row.skipped.is_some() || arguments.times.is_none() && !again {
             break;
         }
     }
     row.finish();
-    println!("test {} ... {}", kind.name, row.result());
     row
 }
 
@@ -138,59 +184,6 @@ fn tell(outcome: &Outcome) {
         Err(problem) => println!("    rows: {problem}"),
     }
     println!("    {}: {}", outcome.verdict, outcome.reasons.join(" | "));
-}
-
-fn read(words: &[String]) -> Result<Arguments, String> {
-    let mut arguments = Arguments {
-        kinds: Vec::new(),
-        times: None,
-        topology: None,
-        setup: Setup {
-            topology: String::new(),
-            client: "native".to_owned(),
-            h: "3ms".to_owned(),
-            duration: "3s".to_owned(),
-            times: 1,
-        },
-    };
-    let mut parts = Vec::new();
-    let mut words = words.iter();
-    while let Some(word) = words.next() {
-        let mut value = || {
-            let value = words
-                .next()
-                .ok_or_else(|| format!("what follows {word}?"))?;
-            Ok::<_, String>(value.clone())
-        };
-        match word.as_str() {
-            "--times" => {
-                let times = value()?;
-                let number = times.parse().ok().filter(|number| *number > 0);
-                arguments.times =
-                    Some(number.ok_or_else(|| format!("--times {times}: a number from 1"))?);
-            }
-            "--client" => arguments.setup.client = value()?,
-            "--topology" => arguments.topology = Some(value()?),
-            "--h" => arguments.setup.h = value()?,
-            "--duration" => arguments.setup.duration = value()?,
-            // What the usual harness has more of.
-            flag if flag.starts_with('-') => {}
-            part => parts.push(part),
-        }
-    }
-    // A whole name is that kind's, also where others have it in theirs.
-    let is_named = |kind: &Kind, part: &str| match KINDS.iter().any(|kind| kind.name == part) {
-        true => kind.name == part,
-        false => kind.name.contains(part),
-    };
-    arguments.kinds = KINDS
-        .iter()
-        .filter(|kind| match parts.as_slice() {
-            [] => arguments.times.is_some() || kind.tested,
-            parts => parts.iter().any(|part| is_named(kind, part)),
-        })
-        .collect();
-    Ok(arguments)
 }
 
 /// What this machine lacks for any of them.

@@ -19,7 +19,8 @@ pub(crate) struct Row {
     verdicts: BTreeMap<String, usize>,
     /// The first reason of each cell; of those that were found and not named too.
     reasons: BTreeMap<String, usize>,
-    skipped: Option<String>,
+    /// Why no more of them can be made.
+    pub(crate) skipped: Option<String>,
 }
 
 impl Row {
@@ -55,11 +56,6 @@ impl Row {
         if let Some(reason) = naming.or(outcome.reasons.first()) {
             *self.reasons.entry(shape(reason)).or_default() += 1;
         }
-    }
-
-    /// Whether no more of them can be made.
-    pub(crate) fn is_skipped(&self) -> bool {
-        self.skipped.is_some()
     }
 
     /// To be called after the last of them.

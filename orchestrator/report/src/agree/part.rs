@@ -7,6 +7,7 @@ use analysis::Run;
 use analysis::rows::read;
 use analysis::statistics::median;
 use endpoint::MessageRow;
+use plan::file_name;
 use serde::Serialize;
 
 /// How much longer A's messages take than B's over each part, ms: the same quantile of each run,
@@ -75,7 +76,12 @@ fn quantiles_ms(run: &Run, quantile: f64) -> Option<[f64; 3]> {
             }
         }
     };
-    read(&run.folder.join("messages.csv"), MessageRow::COLUMNS, take).ok()?;
+    read(
+        &run.folder.join(file_name::MESSAGES),
+        MessageRow::COLUMNS,
+        take,
+    )
+    .ok()?;
     let mut found = [0.0; 3];
     for (found, part) in found.iter_mut().zip(&mut parts) {
         part.sort_unstable();

@@ -3,7 +3,7 @@
 use analysis::statistics::{ms, ms_between};
 use analysis::{Campaign, ReadError, Run, rows};
 use link::Rtt;
-use plan::{Phase, ProbeRow};
+use plan::{Phase, ProbeRow, file_name};
 
 /// Fewer echoes than this are no series to take statistics of.
 pub(super) const ECHOES_MIN: usize = 100;
@@ -44,7 +44,7 @@ impl<'a> Series<'a> {
     fn read(run: &'a Run) -> Result<Option<Series<'a>>, ReadError> {
         let (mut sent_ns, mut rtt_ms) = (Vec::new(), Vec::new());
         let (mut own_ms, mut off_ms) = (Vec::new(), Vec::new());
-        let path = run.folder.join("probes.csv");
+        let path = run.folder.join(file_name::PROBES);
         rows::read(&path, ProbeRow::COLUMNS, |row: &ProbeRow| {
             let back = row.t_back_ns;
             let rtt = back.map(|ns| ms_between(row.t_send_ns, ns));

@@ -61,8 +61,12 @@ impl Estimate {
     /// both intervals miss at once: each 95 % sure, the quotient is so by 90 %, and is mostly surer,
     /// as errors that large seldom meet. No randomness, unlike a bootstrap.
     ///
-    /// Without an interval where either has none.
-    pub(crate) fn over(self, that: Estimate) -> Estimate {
+    /// Without an interval where either has none; `None` where that is nothing, or infinite.
+    pub(crate) fn times(self, that: Estimate) -> Option<Estimate> {
+        (that.value.is_finite() && that.value > 0.0).then(|| self.over(that))
+    }
+
+    fn over(self, that: Estimate) -> Estimate {
         let value = self.value / that.value;
         let (low, high) = match self.has_interval() && that.has_interval() {
             true => (self.low / that.high, self.high / that.low),

@@ -1,117 +1,53 @@
 //! From parts to a finding: which runs were asked, which parts decide, and the reason in words.
 
-use analysis::{Campaign, Run};
-use endpoint::{Mode, Preset};
-use plan::Client;
+use analysis::Campaign;
 
-use super::{Finding, Part, Verdict, words};
+use super::{Finding, Limits, Part, Verdict, words};
 use crate::group::{Asked, Estimate, Group};
-
-/// What the paper says, before anything is held against it; the fields are [`Finding`]'s.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Claim {
-    pub(super) id: &'static str,
-    pub(super) place: &'static str,
-    pub(super) claim: &'static str,
-    pub(super) check: &'static str,
-}
-
-/// A client with its settings.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Who {
-    pub(super) client: Client,
-    pub(super) preset: Preset,
-}
-
-/// The paper's Python client.
-pub(super) const PYTHON: Who = Who {
-    client: Client::Python,
-    preset: Preset::PaperPython,
-};
-/// The paper's JavaScript client in the paper's browser: what claims on JavaScript are judged by.
-pub(super) const FIREFOX: Who = Who {
-    client: Client::Firefox,
-    preset: Preset::Paper2011,
-};
-/// The same program in a browser that the paper does not name: shown beside, and decides nothing.
-pub(super) const CHROMIUM: Who = Who {
-    client: Client::Chromium,
-    preset: Preset::Paper2011,
-};
+use crate::paper;
 
 /// A median over fewer runs can be led by one stall.
-pub(super) const RUNS_ASKED: usize = 20;
-
-/// The topologies of the paper's Figures 3 to 5 and 8, and of Table 3.
-pub(super) const NEAR: [&str; 3] = ["arima", "buccoo", "couva"];
+const RUNS_ASKED: usize = 20;
 
 /// Some runs, and what they are called in a part.
 #[derive(Debug, Clone)]
 pub(super) struct Source<'a> {
     pub(super) group: Group<'a>,
-    pub(super) h_ns: u64,
+    pub(super) asked: Asked<'static>,
     label: String,
 }
 
 impl<'a> Source<'a> {
-    pub(super) fn open(campaign: &'a Campaign, who: Who, topology: &str, h_ns: u64) -> Self {
-        Self::of(campaign, who, topology, Mode::Open, h_ns)
-    }
-
-    pub(super) fn closed(campaign: &'a Campaign, who: Who, topology: &str, h_ns: u64) -> Self {
-        Self::of(campaign, who, topology, Mode::Closed, h_ns)
-    }
-
-    /// The step responses of Python at 333 Hz with a plant that is as noisy as it is told to be: of a reading,
-    /// and of no claim.
-    pub(super) fn noisy(campaign: &'a Campaign, topology: &str) -> Self {
-        let is = |run: &&Run| {
-            let cell = &run.cell;
-            cell.topology == topology
-                && cell.client == PYTHON.client
-                && cell.preset == PYTHON.preset
-                && cell.settings.mode == Mode::Closed
-                && cell.settings.h.ns() == crate::paper::H_333_HZ_NS
-                && cell.tick_noise.is_some()
+    pub(super) fn of(campaign: &'a Campaign, asked: Asked<'static>) -> Self {
+        let rate = match asked.h_ns {
+            paper::H_3_HZ_NS => "3.3 Hz",
+            paper::H_10_HZ_NS => "10 Hz",
+            paper::H_100_HZ_NS => "100 Hz",
+            paper::H_333_HZ_NS => "333 Hz",
+            paper::H_1_KHZ_NS => "1 kHz",
+            _ => "another rate",
         };
-        let planned: Vec<&Run> = campaign.runs.iter().filter(is).collect();
-        let law = planned.first().and_then(|run| run.cell.tick_noise);
+        let first = campaign.runs.iter().find(|run| asked.is_for(run));
+        let law = first.and_then(|run| run.cell.tick_noise);
         let noise = law.map_or_else(String::new, |law| format!(", tick noise {law}"));
-        Source {
-            group: Group {
-                planned: planned.len(),
-                runs: planned
-                    .into_iter()
-                    .filter(|run| run.is_complete())
-                    .collect(),
-            },
-            h_ns: crate::paper::H_333_HZ_NS,
-            label: format!("python, {topology}, 333 Hz{noise}"),
-        }
-    }
-
-    fn of(campaign: &'a Campaign, who: Who, topology: &str, mode: Mode, h_ns: u64) -> Self {
-        let asked = Asked {
-            topology,
-            client: who.client,
-            preset: who.preset,
-            mode,
-            h_ns,
-        };
-        let client = match who == PYTHON {
-            true => who.client.to_string(),
-            false => format!("{} {}", who.client, who.preset),
-        };
+        let who = asked.subject.label();
         Source {
             group: Group::of(campaign, asked),
-            h_ns,
-            label: format!("{client}, {topology}, {}", rate(h_ns)),
+            asked,
+            label: format!("{who}, {}, {rate}{noise}", asked.topology),
         }
     }
 
-    /// What a part is of: `settling, python, diego-vpn, 333 Hz`.
-    pub(super) fn name(&self, quantity: &str) -> String {
-        format!("{quantity}, {}", self.label)
+    /// A number of these runs, judged by the one rule.
+    pub(super) fn part(
+        &self,
+        quantity: &str,
+        unit: &'static str,
+        paper: Option<f64>,
+        ours: Option<Estimate>,
+        limits: impl Into<Limits>,
+    ) -> Part {
+        Part::judged(quantity, unit, paper, ours, limits).at(&self.label)
     }
 
     /// Who and where: `python, diego-vpn, 333 Hz`.
@@ -123,26 +59,9 @@ impl<'a> Source<'a> {
         self.group.runs.is_empty()
     }
 
-    /// The median over the runs of a figure that each of them has.
-    pub(super) fn median(&self, figure: impl Fn(&Run) -> Option<f64>) -> Option<Estimate> {
-        Estimate::median(&self.group.values(figure))
-    }
-
     /// The sample time, s.
     pub(super) fn h_s(&self) -> f64 {
-        self.h_ns as f64 / 1e9
-    }
-}
-
-/// The paper's rates in its words.
-fn rate(h_ns: u64) -> &'static str {
-    match h_ns {
-        crate::paper::H_3_HZ_NS => "3.3 Hz",
-        crate::paper::H_10_HZ_NS => "10 Hz",
-        crate::paper::H_100_HZ_NS => "100 Hz",
-        crate::paper::H_333_HZ_NS => "333 Hz",
-        crate::paper::H_1_KHZ_NS => "1 kHz",
-        _ => "another rate",
+        self.asked.h_ns as f64 / 1e9
     }
 }
 
@@ -201,10 +120,11 @@ impl Evidence {
         self.beside.push(part);
     }
 
-    /// Says that there are fewer runs than a median asks for.
+    /// Says where there are fewer runs than a median asks for.
     pub(super) fn few(&mut self, source: &Source<'_>) {
-        let words = format!("{} of {}", source.group.runs.len(), source.label);
-        if !self.few.contains(&words) {
+        let n = source.group.runs.len();
+        let words = format!("{n} of {}", source.label);
+        if (1..RUNS_ASKED).contains(&n) && !self.few.contains(&words) {
             self.few.push(words);
         }
     }
@@ -226,7 +146,7 @@ impl Evidence {
     }
 
     /// The finding. Its verdict is the worst of the deciding parts'; without any it was not run.
-    pub(super) fn on(self, claim: Claim) -> Finding {
+    pub(super) fn on(self, claim: impl Into<Finding>) -> Finding {
         let worst = self.deciding.iter().map(|part| part.verdict).max();
         let verdict = worst.unwrap_or(Verdict::NotRun);
         let mut sentences = vec![self.numbers(verdict)];
@@ -243,23 +163,11 @@ impl Evidence {
             ));
         }
         Finding {
-            id: claim.id,
-            place: claim.place,
-            claim: claim.claim,
-            check: claim.check,
-            reading_of: None,
             verdict,
             reason: sentences.join(" "),
             parts: self.deciding.into_iter().chain(self.beside).collect(),
             runs: self.runs,
-        }
-    }
-
-    /// The finding on a reading of a claim.
-    pub(super) fn on_reading(self, claim: Claim, of: &'static str) -> Finding {
-        Finding {
-            reading_of: Some(of),
-            ..self.on(claim)
+            ..claim.into()
         }
     }
 

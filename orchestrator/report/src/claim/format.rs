@@ -50,7 +50,7 @@ fn rows(finding: &Finding) -> Vec<Row<'_>> {
         id: finding.id,
         place: finding.place,
         claim: finding.claim,
-        check: finding.check,
+        check: &finding.check,
         verdict: finding.verdict,
         of: "",
         unit: "",

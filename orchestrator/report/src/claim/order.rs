@@ -3,7 +3,8 @@
 use analysis::Campaign;
 use endpoint::Outstanding;
 
-use super::evidence::{Claim, Evidence};
+use super::evidence::Evidence;
+use super::row::Claim;
 use super::{Finding, Part};
 use crate::group::Estimate;
 
@@ -31,7 +32,9 @@ pub(super) fn out_of_order(campaign: &Campaign) -> Finding {
         place: "Section 4",
         claim: "Control commands can be applied out of order.",
         check: "some messages were overtaken where a client may have several under way, and none \
-                where it waits for each answer",
+                where it waits for each answer"
+            .to_owned(),
+        ..Claim::default()
     })
 }
 

@@ -2,14 +2,16 @@
 //!
 //! The paper says what one run did, so each run is held against it and no interval is needed.
 
-use analysis::{Campaign, ReadError, Run, rows};
+use analysis::statistics::{median, ms_between, share};
+use analysis::{ReadError, Run, rows};
 use endpoint::ArrivalRow;
 
-use super::evidence::{CHROMIUM, Claim, Evidence, FIREFOX, Source};
-use super::words::number;
-use super::{Finding, Part};
-use crate::group::Estimate;
+use super::evidence::{Evidence, Source};
+use super::row::{Claim, Judged, Metric, Row};
+use super::words::{between, fraction, percent};
+use crate::number::number;
 use crate::paper;
+use crate::subject::{CHROMIUM_2011, FIREFOX_2011, Subject};
 
 /// "Two seconds late", read to half a second.
 const READ_TO_S: f64 = 0.5;
@@ -20,67 +22,89 @@ const COUNT_WITHIN: f64 = 0.05;
 /// Part of the paper's number by which what is "roughly" so may differ.
 const ROUGHLY: f64 = 0.2;
 
+const ORDINAL_600: Metric = Metric::each("from the first to the 600th message", "s", |run| {
+    Ok(Start::read(run)?.ordinal_600_s)
+});
+const IN_SIX_S: Metric = Metric::each("messages in the first 6 s", "", |run| {
+    Ok(Some(Start::read(run)?.in_six_s as f64))
+});
+const SENT: Metric = Metric::each("sent of due", "", |run| Ok(sent(run)));
+const LAG: Metric = Metric::each("lag of sending", "s/s", |run| {
+    let lag_s = Start::read(run)?.lag_s;
+    Ok(lag_s.filter(|(_, s)| *s > 0.0).map(|(lag_s, s)| lag_s / s))
+});
+
 /// Figure 2 and the text on it: 100 Hz from JavaScript on arima.
-pub(super) fn figure_2(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
-    let sources =
-        [FIREFOX, CHROMIUM].map(|who| Source::open(campaign, who, "arima", paper::H_100_HZ_NS));
-    let mut findings: [Evidence; 4] = Default::default();
-    for (place, source) in sources.iter().enumerate() {
-        let starts = source.group.runs.iter().map(|run| Start::read(run));
-        let starts = starts.collect::<Result<Vec<_>, _>>()?;
-        let parts = [
-            ordinal_600(source, &starts),
-            in_six_s(source, &starts),
-            sent(source),
-            lag(source, &starts),
-        ];
-        // The first two are about the start, the others about all ten minutes.
-        let explanations = [explain_start, explain_start, explain_whole, explain_whole];
-        for ((evidence, part), explain) in findings.iter_mut().zip(parts).zip(explanations) {
-            match place {
-                0 => {
-                    evidence.ask(source);
-                    explain(evidence, source);
-                    evidence.decide(part);
-                }
-                _ => {
-                    evidence.ask_beside(source);
-                    evidence.show(part);
-                }
-            }
-        }
-    }
-    let claims = [
+pub(super) fn figure_2() -> Vec<Claim> {
+    let rows = |metric, paper, accepted: (f64, f64)| {
+        let row = |subject: Subject| {
+            let asked = subject.open("arima", paper::H_100_HZ_NS);
+            Row::new(asked, metric, accepted).paper(paper)
+        };
+        vec![row(FIREFOX_2011), row(CHROMIUM_2011).beside()]
+    };
+    let within = |x: f64, part: f64| (x * (1.0 - part), x * (1.0 + part));
+    let late_s = paper::FIG_2_600TH_S;
+    let late = (late_s - READ_TO_S, late_s + READ_TO_S);
+    let shy = (JUST_SHY, paper::FIG_2_IN_6_S);
+    let share = paper::SENT_IN_600_S / paper::DUE_IN_600_S;
+    let lag = paper::LAG_AFTER_600_S / paper::OPEN_LOOP_S;
+    vec![
         Claim {
             id: "fig-2-600th",
             place: "Fig 2",
             claim: "The JavaScript client at 100 Hz on arima sends its 600th message two seconds late.",
-            check: "the 600th message arrives 7.5 to 8.5 s after the first; on time is 5.99 s",
+            check: format!(
+                "the 600th message arrives {} s after the first; on time is 5.99 s",
+                between(late)
+            ),
+            rows: rows(ORDINAL_600, late_s, late),
+            remark: Some(explain_start),
+            ..Claim::default()
         },
         Claim {
             id: "fig-2-in-6-s",
             place: "Fig 2",
             claim: "In the first six seconds it sends just under 400 messages.",
-            check: "380 to 400 messages arrive in the first 6 s; on time are 600",
+            check: format!(
+                "{} messages arrive in the first 6 s; on time are 600",
+                between(shy)
+            ),
+            rows: rows(IN_SIX_S, paper::FIG_2_IN_6_S, shy),
+            remark: Some(explain_start),
+            ..Claim::default()
         },
         Claim {
             id: "text-sent",
             place: "Section 4.1",
             claim: "In ten minutes it sends 55 thousand of 60 thousand messages.",
-            check: "the share of due messages that were sent is 0.917 within 5 %, however long the run",
+            check: format!(
+                "the share of due messages that were sent is {} within {}, however long the run",
+                number(share),
+                percent(COUNT_WITHIN)
+            ),
+            rows: rows(SENT, share, within(share, COUNT_WITHIN)),
+            remark: Some(explain_whole),
+            ..Claim::default()
         },
         Claim {
             id: "text-lag",
             place: "Section 4.1",
             claim: "After ten minutes its open-loop control is roughly 50 s behind.",
-            check: "the last message is sent 1/12 s late for each second that has passed, within 20 %",
+            check: format!(
+                "the last message is sent {} s late for each second that has passed, within {}",
+                fraction(lag),
+                percent(ROUGHLY)
+            ),
+            rows: rows(LAG, lag, within(lag, ROUGHLY)),
+            remark: Some(explain_whole),
+            ..Claim::default()
         },
-    ];
-    let found = findings.into_iter().zip(claims);
-    Ok(found.map(|(evidence, claim)| evidence.on(claim)).collect())
+    ]
 }
 
 /// What of a run's arrivals Figure 2 and its text are about.
+#[derive(Default)]
 struct Start {
     /// From the first to the 600th arrival, s.
     ordinal_600_s: Option<f64>,
@@ -95,22 +119,17 @@ impl Start {
     fn read(run: &Run) -> Result<Start, ReadError> {
         let h_s = run.cell.settings.h.ns() as f64 / 1e9;
         let mut first: Option<ArrivalRow> = None;
-        let mut start = Start {
-            ordinal_600_s: None,
-            in_six_s: 0,
-            lag_s: None,
-            arrivals: 0,
-        };
+        let mut start = Start::default();
         let path = run.folder.join("arrivals.csv");
         rows::read(&path, ArrivalRow::COLUMNS, |row: &ArrivalRow| {
             let first = *first.get_or_insert(*row);
-            let since_s = since_s(first.t_arrive_ns, row.t_arrive_ns);
+            let since_s = ms_between(first.t_arrive_ns, row.t_arrive_ns) / 1e3;
             start.arrivals += 1;
             start.in_six_s += u64::from(since_s < 6.0);
             if start.arrivals == 600 {
                 start.ordinal_600_s = Some(since_s);
             }
-            let sent_s = self::since_s(first.t_send_ns, row.t_send_ns);
+            let sent_s = ms_between(first.t_send_ns, row.t_send_ns) / 1e3;
             let due_s = row.seq.saturating_sub(first.seq) as f64 * h_s;
             start.lag_s = Some((sent_s - due_s, sent_s));
         })?;
@@ -118,79 +137,21 @@ impl Start {
     }
 }
 
-fn since_s(from_ns: u64, to_ns: u64) -> f64 {
-    analysis::statistics::ms_between(from_ns, to_ns) / 1e3
-}
-
-fn ordinal_600(source: &Source<'_>, starts: &[Start]) -> Part {
-    let values: Vec<f64> = starts
-        .iter()
-        .filter_map(|start| start.ordinal_600_s)
-        .collect();
-    let around = paper::FIG_2_600TH_S;
-    Part::judged(
-        source.name("from the first to the 600th message"),
-        "s",
-        Some(around),
-        Estimate::of_each(&values),
-        (around - READ_TO_S, around + READ_TO_S),
-    )
-}
-
-fn in_six_s(source: &Source<'_>, starts: &[Start]) -> Part {
-    let values: Vec<f64> = starts.iter().map(|start| start.in_six_s as f64).collect();
-    Part::judged(
-        source.name("messages in the first 6 s"),
-        "",
-        Some(paper::FIG_2_IN_6_S),
-        Estimate::of_each(&values),
-        (JUST_SHY, paper::FIG_2_IN_6_S),
-    )
-}
-
-fn sent(source: &Source<'_>) -> Part {
-    let share = paper::SENT_IN_600_S / paper::DUE_IN_600_S;
-    Part::judged(
-        source.name("sent of due"),
-        "",
-        Some(share),
-        sent_share(source),
-        (share * (1.0 - COUNT_WITHIN), share * (1.0 + COUNT_WITHIN)),
-    )
-}
-
-/// Of each run. The claim is of what one run did, so none of another is inferred.
-fn sent_share(source: &Source<'_>) -> Option<Estimate> {
-    let of = |run: &&Run| {
-        let metrics = run.metrics.as_ref()?;
-        analysis::statistics::share(metrics.messages.sent, run.cell.due())
-    };
-    let shares: Vec<f64> = source.group.runs.iter().filter_map(of).collect();
-    Estimate::of_each(&shares)
-}
-
-fn lag(source: &Source<'_>, starts: &[Start]) -> Part {
-    let rate = |start: &Start| {
-        start
-            .lag_s
-            .filter(|(_, s)| *s > 0.0)
-            .map(|(lag_s, s)| lag_s / s)
-    };
-    let values: Vec<f64> = starts.iter().filter_map(rate).collect();
-    let around = paper::LAG_AFTER_600_S / paper::OPEN_LOOP_S;
-    Part::judged(
-        source.name("lag of sending"),
-        "s/s",
-        Some(around),
-        Estimate::of_each(&values),
-        (around * (1.0 - ROUGHLY), around * (1.0 + ROUGHLY)),
-    )
+/// Of the messages that were due. The claim is of what one run did, so none of another is inferred.
+fn sent(run: &Run) -> Option<f64> {
+    share(run.metrics.as_ref()?.messages.sent, run.cell.due())
 }
 
 /// What a message takes in the mean, ms.
 fn pace_ms(source: &Source<'_>) -> Option<f64> {
-    let share = sent_share(source).filter(|share| share.value > 0.0)?;
-    Some(source.h_s() * 1e3 / share.value)
+    let shares: Vec<f64> = source
+        .group
+        .runs
+        .iter()
+        .filter_map(|run| sent(run))
+        .collect();
+    let share = median(&shares).filter(|share| *share > 0.0)?;
+    Some(source.h_s() * 1e3 / share)
 }
 
 /// The pace of the paper's ten minutes, ms a message.
@@ -199,7 +160,10 @@ fn whole_ms() -> f64 {
 }
 
 /// The client's one thread waits for each answer, so whatever is beyond its timer delays the next.
-fn explain_whole(evidence: &mut Evidence, source: &Source<'_>) {
+fn explain_whole(evidence: &mut Evidence, judged: &[Judged<'_>]) {
+    let Some(Judged { source, .. }) = judged.first() else {
+        return;
+    };
     let runs = source.group.runs.first();
     let metrics = runs.and_then(|run| run.metrics.as_ref());
     let rtt = metrics.map(|metrics| metrics.messages.rtt);
@@ -219,8 +183,9 @@ fn explain_whole(evidence: &mut Evidence, source: &Source<'_>) {
 }
 
 /// The paper's numbers on this client are of two paces; which one ours has explains what differs.
-fn explain_start(evidence: &mut Evidence, source: &Source<'_>) {
-    let Some(ours_ms) = pace_ms(source) else {
+fn explain_start(evidence: &mut Evidence, judged: &[Judged<'_>]) {
+    let ours_ms = judged.first().and_then(|judged| pace_ms(&judged.source));
+    let Some(ours_ms) = ours_ms else {
         return;
     };
     let start_ms = paper::FIG_2_600TH_S * 1e3 / 599.0;

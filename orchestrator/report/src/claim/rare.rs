@@ -1,7 +1,9 @@
 //! Two counts of something rare, and whether they can have one rate.
 
+use analysis::Metrics;
 use analysis::statistics::share;
 
+use super::evidence::Source;
 use crate::group::Estimate;
 
 /// How often something was found in how many.
@@ -12,6 +14,26 @@ pub(super) struct Count {
 }
 
 impl Count {
+    /// Over all runs of a group, of a share of the intervals between so many; `None` of nothing.
+    pub(super) fn over(
+        source: &Source<'_>,
+        measured: fn(&Metrics) -> (Option<f64>, u64),
+    ) -> Option<Count> {
+        let runs = source.group.runs.iter();
+        let mut whole = Count { found: 0, of: 0 };
+        for (share, n) in runs.filter_map(|run| run.metrics.as_ref()).map(measured) {
+            let intervals = n.saturating_sub(1);
+            whole.found += (share.unwrap_or(0.0) * intervals as f64).round() as u64;
+            whole.of += intervals;
+        }
+        (whole.of > 0).then_some(whole)
+    }
+
+    /// The share with its interval, as of a sample; `None` of nothing.
+    pub(super) fn sampled(self) -> Option<Estimate> {
+        Estimate::share(self.found, self.of)
+    }
+
     /// The share as it was counted; `None` of nothing.
     pub(super) fn share(self) -> Option<Estimate> {
         share(self.found, self.of).map(|found| Estimate::exact(found, self.of))
@@ -19,7 +41,7 @@ impl Count {
 }
 
 /// The chance at either end that is called too small to be one.
-const TAIL: f64 = 0.025;
+pub(super) const TAIL: f64 = 0.025;
 /// Beyond so many in all the exact sum is left for the normal law, which is as good by then.
 const EXACT_MAX: u64 = 500;
 

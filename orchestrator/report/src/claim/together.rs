@@ -3,60 +3,61 @@
 //! What is the same time depends on the clock. Stamps of 10 ms reproduce the paper's row at 100 Hz,
 //! so they decide; the finer ones are shown.
 
-use analysis::arrival::Arrivals;
-use analysis::{Campaign, ReadError, rows};
-use endpoint::ArrivalRow;
+use analysis::{Campaign, ReadError};
 
-use super::evidence::{CHROMIUM, Claim, Evidence, FIREFOX, Source, Who};
-use super::rare::{Count, alike};
+use super::evidence::{Evidence, Source};
+use super::interval::neighbours;
+use super::rare::{Count, TAIL, alike};
+use super::row::Claim;
 use super::rule::COUNT_MIN;
-use super::words::number;
+use super::words::{fraction, percent, spelled};
 use super::{Finding, Part, Verdict};
+use crate::number::number;
 use crate::paper::{self, SameTime, TABLE_3};
+use crate::subject::{CHROMIUM_2011, FIREFOX_2011, Subject};
 
 /// Part of the paper's share that a share may differ by, where it is more than chance.
-const WITHIN: f64 = 0.2;
+pub(super) const WITHIN: f64 = 0.2;
 /// What the paper's stamps are taken to be, ns.
 const STAMP_NS: u64 = 10_000_000;
 
 /// Table 3, a finding for each rate.
 pub(super) fn table_3(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
+    let rare = |messages: &str| {
+        format!(
+            "the count of neighbours in the same 10 ms and the paper's, of {messages} messages, can have \
+             one rate (conditional binomial test, {}); where fewer than {} are to be expected, some \
+             cannot be told from none",
+            percent(2.0 * TAIL),
+            spelled(COUNT_MIN)
+        )
+    };
     let claims = [
         (
             paper::H_100_HZ_NS,
-            Claim {
-                id: "table-3-100-hz",
-                place: "Table 3",
-                claim: "At 100 Hz a quarter of JavaScript's messages on arima come at the same time \
-                        as the one before, 7 to 9 % on buccoo and couva.",
-                check: "the share of neighbours in the same 10 ms is the paper's within a fifth, or \
-                        as far off as chance explains",
-            },
+            "table-3-100-hz",
+            "At 100 Hz a quarter of JavaScript's messages on arima come at the same time as the one \
+             before, 7 to 9 % on buccoo and couva.",
+            format!(
+                "the share of neighbours in the same 10 ms is the paper's within {}, or as far off as \
+                 chance explains",
+                fraction(WITHIN)
+            ),
         ),
         (
             paper::H_10_HZ_NS,
-            Claim {
-                id: "table-3-10-hz",
-                place: "Table 3",
-                claim: "At 10 Hz none do on arima and buccoo, and 0.5 % on couva.",
-                check: "the count of neighbours in the same 10 ms and the paper's, of some 6000 \
-                        messages, can have one rate (conditional binomial test, 5 %); where fewer \
-                        than three are to be expected, some cannot be told from none",
-            },
+            "table-3-10-hz",
+            "At 10 Hz none do on arima and buccoo, and 0.5 % on couva.",
+            rare("some 6000"),
         ),
         (
             paper::H_3_HZ_NS,
-            Claim {
-                id: "table-3-3-hz",
-                place: "Table 3",
-                claim: "At 3.3 Hz none do on arima, and one or two of 2000 on buccoo and couva.",
-                check: "the count of neighbours in the same 10 ms and the paper's, of 2000 messages, \
-                        can have one rate (conditional binomial test, 5 %); where fewer than three \
-                        are to be expected, some cannot be told from none",
-            },
+            "table-3-3-hz",
+            "At 3.3 Hz none do on arima, and one or two of 2000 on buccoo and couva.",
+            rare("2000"),
         ),
     ];
-    let finding = |(h_ns, claim)| {
+    let finding = |(h_ns, id, claim, check)| {
         let mut evidence = Evidence::default();
         let mut close = Vec::new();
         for row in TABLE_3.iter().filter(|row| row.h_ns == h_ns) {
@@ -69,7 +70,13 @@ pub(super) fn table_3(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
                 close.join(", ")
             ));
         }
-        Ok(evidence.on(claim))
+        Ok(evidence.on(Claim {
+            id,
+            place: "Table 3",
+            claim,
+            check,
+            ..Claim::default()
+        }))
     };
     claims.into_iter().map(finding).collect()
 }
@@ -79,11 +86,11 @@ fn cell(
     campaign: &Campaign,
     row: &SameTime,
 ) -> Result<Option<String>, ReadError> {
-    let source = |who: Who| Source::open(campaign, who, row.topology, row.h_ns);
-    let (firefox, chromium) = (source(FIREFOX), source(CHROMIUM));
+    let source = |subject: Subject| Source::of(campaign, subject.open(row.topology, row.h_ns));
+    let (firefox, chromium) = (source(FIREFOX_2011), source(CHROMIUM_2011));
     evidence.ask(&firefox);
     evidence.ask_beside(&chromium);
-    let decides = part(&firefox, row, "10 ms", |arrivals| arrivals.zero_10ms);
+    let decides = counted(&firefox, row, "10 ms", in_10_ms(&firefox));
     let close = match decides.verdict {
         Verdict::Differs => close(&firefox, row.topology)?,
         _ => None,
@@ -100,20 +107,12 @@ fn cell(
         ));
     }
     evidence.decide(decides);
-    evidence.show(part(&firefox, row, "1 ms", |arrivals| arrivals.zero_1ms));
-    evidence.show(part(&firefox, row, "1 ns", |arrivals| arrivals.zero_exact));
-    evidence.show(part(&chromium, row, "10 ms", |arrivals| arrivals.zero_10ms));
+    let finer = Count::over(&firefox, |m| (m.arrivals.zero_1ms, m.arrivals.count));
+    evidence.show(counted(&firefox, row, "1 ms", finer));
+    let exact = Count::over(&firefox, |m| (m.arrivals.zero_exact, m.arrivals.count));
+    evidence.show(counted(&firefox, row, "1 ns", exact));
+    evidence.show(counted(&chromium, row, "10 ms", in_10_ms(&chromium)));
     Ok(close)
-}
-
-fn part(
-    source: &Source<'_>,
-    row: &SameTime,
-    clock: &str,
-    share: fn(&Arrivals) -> Option<f64>,
-) -> Part {
-    let count = count(source, share);
-    counted(source, row, clock, count)
 }
 
 /// A count beside the paper's share.
@@ -130,8 +129,8 @@ pub(super) fn counted(
         chance.0.min(row.share * (1.0 - WITHIN)),
         chance.1.max(row.share * (1.0 + WITHIN)),
     );
-    let part = Part::judged(
-        source.name(&format!("share of neighbours in the same {clock}")),
+    let part = source.part(
+        &format!("share of neighbours in the same {clock}"),
         "",
         Some(row.share),
         // The limits have what chance makes of both counts: the number needs no interval of its own.
@@ -149,21 +148,9 @@ pub(super) fn counted(
     }
 }
 
-/// Over all runs of a group.
-pub(super) fn count(source: &Source<'_>, share: fn(&Arrivals) -> Option<f64>) -> Option<Count> {
-    let mut whole = Count { found: 0, of: 0 };
-    let metrics = source
-        .group
-        .runs
-        .iter()
-        .filter_map(|run| run.metrics.as_ref());
-    for arrivals in metrics.map(|metrics| &metrics.arrivals) {
-        let neighbours = arrivals.count.saturating_sub(1);
-        let share = share(arrivals).unwrap_or(0.0);
-        whole.found += (share * neighbours as f64).round() as u64;
-        whole.of += neighbours;
-    }
-    (whole.of > 0).then_some(whole)
+/// Neighbours that share the stamps that decide.
+pub(super) fn in_10_ms(source: &Source<'_>) -> Option<Count> {
+    Count::over(source, |m| (m.arrivals.zero_10ms, m.arrivals.count))
 }
 
 /// What the paper counted: its messages are those due in ten minutes, less the twelfth that its text
@@ -185,13 +172,10 @@ fn close(source: &Source<'_>, topology: &str) -> Result<Option<String>, ReadErro
     let Some(run) = source.group.runs.first() else {
         return Ok(None);
     };
-    let (mut last_ns, mut close, mut all) = (None, 0, 0);
-    let path = run.folder.join("arrivals.csv");
-    rows::read(&path, ArrivalRow::COLUMNS, |row: &ArrivalRow| {
-        if let Some(last_ns) = last_ns.replace(row.t_arrive_ns) {
-            all += 1;
-            close += u64::from(row.t_arrive_ns.saturating_sub(last_ns) < STAMP_NS);
-        }
+    let (mut close, mut all) = (0, 0);
+    neighbours(run, |last, row| {
+        all += 1;
+        close += u64::from(row.t_arrive_ns.saturating_sub(last.t_arrive_ns) < STAMP_NS);
     })?;
     let close = analysis::statistics::share(close, all);
     Ok(close.map(|close| format!("{} on {topology}", number(close))))

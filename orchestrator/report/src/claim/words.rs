@@ -2,24 +2,10 @@
 
 use super::{Part, Verdict, rule};
 use crate::group::Estimate;
+use crate::number::number;
 
 /// The most parts that a sentence lists one by one.
 const LISTED: usize = 4;
-
-/// A number with three significant digits.
-pub(super) fn number(x: f64) -> String {
-    let size = x.abs();
-    match size {
-        _ if x.is_infinite() => "infinite".to_owned(),
-        _ if size == 0.0 => "0".to_owned(),
-        _ if size >= 99.95 => format!("{x:.0}"),
-        _ if size >= 9.995 => format!("{x:.1}"),
-        _ if size >= 0.9995 => format!("{x:.2}"),
-        _ if size >= 0.0999_5 => format!("{x:.3}"),
-        _ if size >= 0.0099_95 => format!("{x:.4}"),
-        _ => format!("{x:.1e}"),
-    }
-}
 
 /// A part with its number, and where it does not agree with what is accepted:
 /// `settling, python, diego-vpn, 333 Hz: 5.2 (4.8 to 5.6, n = 20; accepted 3 to 5)`.
@@ -48,8 +34,9 @@ pub(super) fn all_agree(parts: &[Part]) -> String {
     }
     let mut quantities: Vec<(&str, &'static str)> = Vec::new();
     for part in parts {
-        if !quantities.contains(&(quantity(part), part.unit)) {
-            quantities.push((quantity(part), part.unit));
+        let quantity = (part.quantity.as_str(), part.unit);
+        if !quantities.contains(&quantity) {
+            quantities.push(quantity);
         }
     }
     let list: Vec<String> = quantities
@@ -57,7 +44,7 @@ pub(super) fn all_agree(parts: &[Part]) -> String {
         .map(|of| {
             let alike = parts
                 .iter()
-                .filter(|part| (quantity(part), part.unit) == of);
+                .filter(|part| (part.quantity.as_str(), part.unit) == of);
             let values: Vec<f64> = alike.filter_map(|part| Some(part.ours?.value)).collect();
             let least = values.iter().copied().fold(f64::INFINITY, f64::min);
             let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -66,11 +53,6 @@ pub(super) fn all_agree(parts: &[Part]) -> String {
         })
         .collect();
     format!("All {} agree: {}.", parts.len(), list.join("; "))
-}
-
-/// What was measured, without where.
-fn quantity(part: &Part) -> &str {
-    part.of.split(", ").next().unwrap_or_default()
 }
 
 fn value(part: &Part, ours: Estimate) -> String {
@@ -90,20 +72,54 @@ fn range((low, high): (f64, f64)) -> String {
     }
 }
 
+/// Limits as a check has them: `3 to 5`.
+pub(super) fn between((low, high): (f64, f64)) -> String {
+    format!("{low} to {high}")
+}
+
+/// A share in percent, without what binary fractions add: `2 %`.
+pub(super) fn percent(share: f64) -> String {
+    format!("{} %", (share * 1e6).round() / 1e4)
+}
+
+/// A number up to twelve as people write it: `ten`.
+pub(super) fn spelled(number: f64) -> String {
+    const WORDS: [&str; 13] = [
+        "zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten",
+        "eleven", "twelve",
+    ];
+    let word = WORDS
+        .iter()
+        .zip(0u8..)
+        .find(|(_, n)| f64::from(*n) == number);
+    word.map_or_else(|| number.to_string(), |(word, _)| (*word).to_owned())
+}
+
+/// A part of a whole as people write it: `half`, `a fifth`.
+pub(super) fn fraction(share: f64) -> String {
+    match (1.0 / share).round() as u64 {
+        2 => "half".to_owned(),
+        3 => "a third".to_owned(),
+        4 => "a quarter".to_owned(),
+        5 => "a fifth".to_owned(),
+        10 => "a tenth".to_owned(),
+        n => format!("1/{n}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_three_digits() {
-        let numbers = [3033.374, 10.9, 1.004, 0.2494, 0.0746, 0.00098, -2.4e-3, 0.0];
-        let words = numbers.map(number);
+    fn limits_are_written_as_people_write_them() {
+        assert_eq!(between((0.8, 1.3)), "0.8 to 1.3");
+        assert_eq!(between((3.0, 5.0)), "3 to 5");
+        assert_eq!([0.02, 0.05, 0.2].map(percent), ["2 %", "5 %", "20 %"]);
+        assert_eq!([2.0, 10.0, 1.3].map(spelled), ["two", "ten", "1.3"]);
         assert_eq!(
-            words,
-            [
-                "3033", "10.9", "1.00", "0.249", "0.0746", "9.8e-4", "-2.4e-3", "0"
-            ]
+            [0.5, 0.2, 0.1, 1.0 / 12.0].map(fraction),
+            ["half", "a fifth", "a tenth", "1/12"]
         );
-        assert_eq!(number(f64::INFINITY), "infinite");
     }
 }

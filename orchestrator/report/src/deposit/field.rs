@@ -46,6 +46,18 @@ pub struct Constraints {
     pub words: Vec<&'static str>,
 }
 
+impl Kind {
+    /// That of a word; of one that is none, words.
+    pub(super) fn of(word: &str) -> Kind {
+        match word {
+            "integer" => Kind::Integer,
+            "number" => Kind::Number,
+            "boolean" => Kind::Boolean,
+            _ => Kind::String,
+        }
+    }
+}
+
 impl Constraints {
     fn is_none(&self) -> bool {
         *self == Constraints::default()
@@ -69,20 +81,6 @@ impl Field {
             description: description.to_owned(),
             constraints: Constraints::default(),
         }
-    }
-
-    /// The same, with an entry in every row.
-    #[must_use]
-    pub fn always(mut self) -> Field {
-        self.constraints.required = true;
-        self
-    }
-
-    /// The same, with one of these words in it.
-    #[must_use]
-    pub fn one_of(mut self, words: &[&'static str]) -> Field {
-        self.constraints.words = words.to_vec();
-        self
     }
 }
 

@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use analysis::Run;
-use plan::FileFact;
+use manifest::FileFact;
 use serde::Serialize;
 
 use super::field::{Field, Kind};
@@ -115,7 +115,7 @@ pub fn json(report: &Report<'_>, files: &[(PathBuf, Vec<u8>)]) -> String {
 fn summary(report: &Report<'_>) -> Option<Resource> {
     let file = file::open(&report.campaign.folder.join(SUMMARY)).ok()?;
     let fact = FileFact::of(file).ok()?;
-    let schema = Schema::of(schema::summary());
+    let schema = Schema::of(schema::columns("summary"));
     Some(Resource {
         bytes: Some(fact.bytes),
         hash: Some(format!("sha256:{}", fact.sha256)),
@@ -136,7 +136,7 @@ fn rows(report: &Report<'_>, kind: &RowFile) -> Option<Resource> {
     let runs = report.campaign.runs.iter();
     let paths: Vec<String> = runs.flat_map(|run| files(run, kind)).collect();
     (!paths.is_empty()).then(|| Resource {
-        schema: Schema::of((kind.fields)()),
+        schema: Schema::of(schema::columns(kind.name)),
         ..Resource::new(
             kind.name.to_owned(),
             kind.description.to_owned(),

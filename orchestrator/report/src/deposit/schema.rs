@@ -1,17 +1,38 @@
 //! The columns of the files that webloop writes: what each means.
 //!
-//! Names and order are those of the row types, which a test holds them against; a report's own
-//! tables and figures describe themselves by their headers and are not here.
+//! They stand in `columns.tsv`, a line for each. Names and order are those of the row types, which a test
+//! holds them against; a report's own tables and figures describe themselves by their headers and are not
+//! there.
 
-mod end;
-mod link;
-mod summary;
+use plan::file_name;
 
-pub use end::{arrivals, messages, packets, probes, ticks};
-pub use link::{link, link_tc};
-pub use summary::summary;
+use super::field::{Constraints, Field, Kind};
 
-use super::field::{Field, Kind};
+/// Of each column its file's kind, its name, what stands in it, `always` where no entry is empty, the words
+/// that there can be, and what it means.
+const COLUMNS: &str = include_str!("schema/columns.tsv");
+
+/// The columns of a kind of file, `summary` or one of [`ROW_FILES`]; none of a name that is no kind's.
+#[must_use]
+pub fn columns(file: &str) -> Vec<Field> {
+    let lines = COLUMNS.lines().skip(1);
+    lines.filter_map(|line| column(line, file)).collect()
+}
+
+/// The column of a line, if it is that file's.
+fn column(line: &'static str, file: &str) -> Option<Field> {
+    let entries: Vec<&'static str> = line.split('\t').collect();
+    let [of, name, kind, entry, words, description] = entries[..] else {
+        return None;
+    };
+    (of == file).then(|| Field {
+        constraints: Constraints {
+            required: entry == "always",
+            words: words.split_whitespace().collect(),
+        },
+        ..Field::new(name, Kind::of(kind), description)
+    })
+}
 
 /// A kind of file that cells leave.
 #[derive(Debug, Clone)]
@@ -24,75 +45,73 @@ pub struct RowFile {
     pub player: Option<&'static str>,
     /// What a row is.
     pub description: &'static str,
-    /// The columns.
-    pub fields: fn() -> Vec<Field>,
 }
 
 /// Every kind of file of rows.
 pub const ROW_FILES: [RowFile; 7] = [
     RowFile {
         name: "ticks",
-        files: &["ticks.csv"],
+        files: &[file_name::TICKS],
         player: None,
         description: "The plant: a row for each tick, one every h.",
-        fields: ticks,
     },
     RowFile {
         name: "arrivals",
-        files: &["arrivals.csv"],
+        files: &[file_name::ARRIVALS],
         player: None,
         description: "The plant: a row for each command that reached it, in order of arrival.",
-        fields: arrivals,
     },
     RowFile {
         name: "messages",
-        files: &["messages.csv"],
+        files: &[file_name::MESSAGES],
         player: None,
         description: "The controller: a row for each deadline and its message, in the order in \
                       which they ended.",
-        fields: messages,
     },
     RowFile {
         name: "probes",
-        files: &["probes.csv"],
+        files: &[file_name::PROBES],
         player: None,
         description: "The link's proof: a row for each echo, with the delay that the link had for \
                       it.",
-        fields: probes,
     },
     RowFile {
         name: "packets",
-        files: &["packets.csv"],
+        files: &[file_name::PACKETS],
         player: None,
         description: "The queue's history, where a link has a rate limit: a row for each packet \
                       that entered it.",
-        fields: packets,
     },
     RowFile {
         name: "link",
         files: LINK_FILES,
         player: Some("user"),
         description: "The link played by webloop: a row for each way and second.",
-        fields: link,
     },
     RowFile {
         name: "link-tc",
         files: LINK_FILES,
         player: Some("tc"),
         description: "The link played by the kernel's netem: a row for each way and second.",
-        fields: link_tc,
     },
 ];
 
 /// One file where one process plays both ways, and one for each way where two do.
-const LINK_FILES: &[&str] = &["link.csv", "link-up.csv", "link-down.csv"];
+const LINK_FILES: &[&str] = &[file_name::LINK, file_name::LINK_UP, file_name::LINK_DOWN];
 
-/// A column that may be empty.
-fn sometimes(name: &str, kind: Kind, description: &str) -> Field {
-    Field::new(name, kind, description)
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// A column that never is.
-fn always(name: &str, kind: Kind, description: &str) -> Field {
-    Field::new(name, kind, description).always()
+    #[test]
+    fn every_line_is_a_column_of_a_kind_of_file() {
+        let kinds = ROW_FILES.iter().map(|kind| kind.name).chain(["summary"]);
+        let known: usize = kinds.map(|kind| columns(kind).len()).sum();
+        assert_eq!(known, COLUMNS.lines().count() - 1);
+        for line in COLUMNS.lines().skip(1) {
+            let kind = line.split('\t').nth(2).unwrap_or_default();
+            let word = serde_json::to_value(Kind::of(kind)).expect("a word");
+            assert_eq!(word, kind, "{line}");
+        }
+    }
 }

@@ -2,21 +2,21 @@
 //! network.
 
 use analysis::{Campaign, ReadError, Run, lateness};
-use chart::{Chart, Guide, GuideAt, Mark, Role};
+use chart::{Chart, Guide, GuideAt, Mark, Tone};
 use endpoint::Mode;
 
 use super::{Figure, about, panel, series};
 use crate::origin::Origin;
 use crate::paper;
-use crate::subject::{CHROMIUM_2011, FIREFOX_2011, FIREFOX_WORKER, Subject};
+use crate::subject::{CHROMIUM_2011, FIREFOX_2011, FIREFOX_WORKER, OTHER_TONE, Subject, TONES};
 
 /// How many messages the paper's figure shows.
 const MESSAGES: u64 = 600;
 
 /// Who is shown, and in which colour: the browsers' clients of 2011, and quietly what one of them
 /// does today.
-const SUBJECTS: [(Subject, Option<Role>); 3] = [
-    (FIREFOX_WORKER, Some(Role::Other)),
+const SUBJECTS: [(Subject, Option<Tone>); 3] = [
+    (FIREFOX_WORKER, Some(OTHER_TONE)),
     (CHROMIUM_2011, None),
     (FIREFOX_2011, None),
 ];
@@ -24,7 +24,7 @@ const SUBJECTS: [(Subject, Option<Role>); 3] = [
 pub(super) fn figure(campaign: &Campaign) -> Result<Figure, ReadError> {
     let mut panel = panel("", "", "message", "arrival/s");
     let (mut origin, mut sentences) = (Origin::default(), Vec::new());
-    for (subject, role) in SUBJECTS {
+    for (subject, quiet) in SUBJECTS {
         let group = subject.runs(campaign, "arima", Mode::Open, paper::H_100_HZ_NS);
         let Some(run) = origin.first(&group) else {
             continue;
@@ -37,10 +37,10 @@ pub(super) fn figure(campaign: &Campaign) -> Result<Figure, ReadError> {
                 due_s(*n),
             ));
         }
-        let role = role.unwrap_or(subject.role());
+        let tone = quiet.unwrap_or(subject.tone());
         panel
             .series
-            .push(series(subject.name(), Mark::Line, role, points));
+            .push(series(subject.name(), Mark::Line, tone, points));
     }
     if !panel.series.is_empty() {
         let last = MESSAGES as f64;
@@ -65,6 +65,7 @@ pub(super) fn figure(campaign: &Campaign) -> Result<Figure, ReadError> {
         paper: "Firefox on arima: the 600th message is two seconds late, at 8 s, and not quite 400 \
                 arrive in the first six.",
         chart: Chart {
+            tones: &TONES,
             name: "fig-2".to_owned(),
             title: "First 600 arrivals, JavaScript at 100 Hz on arima".to_owned(),
             about: about(&sentences),

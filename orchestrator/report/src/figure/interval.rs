@@ -10,7 +10,7 @@ use endpoint::Mode;
 use super::{Figure, about, panel, series};
 use crate::origin::Origin;
 use crate::paper;
-use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON, Subject};
+use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON, Subject, TONES};
 
 const H_MS: f64 = paper::H_333_HZ_NS as f64 / 1e6;
 
@@ -69,6 +69,7 @@ pub(super) fn far(campaign: &Campaign) -> Result<Figure, ReadError> {
 
 fn chart(name: &str, title: &str) -> Chart {
     Chart {
+        tones: &TONES,
         name: name.to_owned(),
         title: title.to_owned(),
         about: String::new(),
@@ -120,7 +121,7 @@ fn draw(panel: &mut Panel, subject: Subject, histogram: &Histogram) {
     panel.series.push(series(
         subject.name(),
         mark,
-        subject.role(),
+        subject.tone(),
         histogram.points(),
     ));
     let reach_ms = histogram.width_ms * (histogram.counts.len() as f64 - 0.5);

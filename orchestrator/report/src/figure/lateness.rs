@@ -9,7 +9,7 @@ use super::{Figure, about, panel, series};
 use crate::number::significant;
 use crate::origin::Origin;
 use crate::paper;
-use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON, Subject};
+use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON, Subject, TONES};
 
 const TOPOLOGIES: [&str; 3] = ["arima", "buccoo", "couva"];
 
@@ -80,6 +80,7 @@ pub(super) fn fast(campaign: &Campaign) -> Result<Figure, ReadError> {
 
 fn chart(name: &str, title: &str) -> Chart {
     Chart {
+        tones: &TONES,
         name: name.to_owned(),
         title: title.to_owned(),
         about: String::new(),
@@ -127,8 +128,8 @@ fn draw(panel: &mut Panel, subject: Subject, run: &Run, h_ns: u64) -> Result<(),
         Some(slope) => format!("{} {} ms/s", subject.client, ms_a_second(slope)),
         None => subject.client.to_string(),
     };
-    let role = subject.role();
-    panel.series.push(series(name, Mark::Line, role, points));
+    let tone = subject.tone();
+    panel.series.push(series(name, Mark::Line, tone, points));
     Ok(())
 }
 

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use analysis::{ReadError, Run, trace};
-use chart::{Mark, Role, Series};
+use chart::{Mark, Series};
 
 use crate::group::Group;
+use crate::subject::OTHER_TONE;
 
 /// The responses that have been read, by the cell's id: panels share their references.
 #[derive(Default)]
@@ -42,7 +43,7 @@ impl Traces {
         Ok(Series {
             name: String::new(),
             mark: Mark::Line,
-            role: Role::Other,
+            tone: OTHER_TONE,
             points: seconds.zip(middles.iter().map(|(_, y, _)| *y)).collect(),
             band: middles.iter().map(|(low, _, high)| (*low, *high)).collect(),
         })

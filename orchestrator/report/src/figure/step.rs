@@ -1,17 +1,18 @@
 //! Figures 5 and 6: unit step responses, the median over the repeats with their quartiles.
 
 use analysis::{Campaign, ReadError};
-use chart::{Chart, Guide, GuideAt, Panel, Role, Series};
+use chart::{Chart, Guide, GuideAt, Panel, Series};
 use endpoint::Mode;
 
 use super::median::Traces;
 use super::{Figure, about, panel};
-use crate::group::{Estimate, Group};
+use crate::group::Group;
 use crate::number::significant;
 use crate::origin::Origin;
 use crate::paper;
 use crate::subject::{
-    CHROMIUM_2011, CHROMIUM_WORKER, FIREFOX_2011, FIREFOX_WORKER, NATIVE, PYTHON, Subject,
+    CHROMIUM_2011, CHROMIUM_WORKER, FIREFOX_2011, FIREFOX_WORKER, NATIVE, OTHER_TONE, PYTHON,
+    Subject, TONES,
 };
 
 /// The reference of a unit step, and how near to it a response has settled.
@@ -117,6 +118,7 @@ pub(super) fn far(campaign: &Campaign) -> Result<Figure, ReadError> {
 
 fn chart(name: &str, title: &str, columns: usize) -> Chart {
     Chart {
+        tones: &TONES,
         name: name.to_owned(),
         title: title.to_owned(),
         about: String::new(),
@@ -190,7 +192,7 @@ fn draw<'a>(
         let median = traces.median(&behind, shown.h_ns, end_s)?;
         panel.series.push(Series {
             name,
-            role: Role::Other,
+            tone: OTHER_TONE,
             band: Vec::new(),
             ..median
         });
@@ -206,7 +208,7 @@ fn draw<'a>(
         *named += &format!(": {settled}");
         panel.series.push(Series {
             name,
-            role: subject.role(),
+            tone: subject.tone(),
             ..traces.median(group, shown.h_ns, end_s)?
         });
     }
@@ -222,39 +224,31 @@ fn closed<'a>(campaign: &'a Campaign, subject: Subject, topology: &str, h_ns: u6
 /// The median settling in words, and in those of the reference where that is another group; `None`
 /// without a run.
 fn settling(group: &Group<'_>, reference: &Group<'_>) -> Option<String> {
-    let own = settling_ms(group);
-    if group.runs.is_empty() {
-        return None;
-    }
-    let Some(own_ms) = own else {
+    let own = group.settling_ms()?;
+    if own.value.is_infinite() {
         return Some("not settled".to_owned());
-    };
-    let times = settling_ms(reference)
+    }
+    let times = reference
+        .settling_ms()
         .filter(|_| reference.ids() != group.ids())
-        .map(|of_ms| format!(" ({:.1}×)", own_ms / of_ms));
-    let own_s = significant(own_ms / 1e3, 3);
+        .and_then(|of| own.times(of))
+        .map(|times| format!(" ({:.1}×)", times.value));
+    let own_s = significant(own.value / 1e3, 3);
     Some(format!("{own_s} s{}", times.unwrap_or_default()))
-}
-
-fn settling_ms(group: &Group<'_>) -> Option<f64> {
-    let values = group.values(|run| run.metrics.and_then(|m| m.response)?.settling_ms);
-    Estimate::median(&values).map(|estimate| estimate.value)
 }
 
 /// How far the time axis reaches, s: twice the slowest median settling, to the next half
 /// second; where none settled, as long as the runs.
 fn horizon_s<'a, 'b: 'a>(groups: impl Iterator<Item = &'a Group<'b>>) -> f64 {
-    let (mut settled_ms, mut length_s) = (Some(0.0f64), 0.0f64);
-    for group in groups.filter(|group| !group.runs.is_empty()) {
-        settled_ms = settled_ms
-            .zip(settling_ms(group))
-            .map(|(longest_ms, ms)| longest_ms.max(ms));
+    let (mut settled_ms, mut length_s) = (0.0f64, 0.0f64);
+    for group in groups {
+        settled_ms = settled_ms.max(group.settling_ms().map_or(0.0, |ms| ms.value));
         for run in &group.runs {
             length_s = length_s.max(run.cell.duration_ns as f64 / 1e9);
         }
     }
-    let wanted_s = settled_ms.map(|ms| (2.0 * ms / 500.0).ceil() / 2.0);
-    wanted_s.map_or(length_s, |s| s.min(length_s))
+    let wanted_s = (2.0 * settled_ms / 500.0).ceil() / 2.0;
+    wanted_s.min(length_s)
 }
 
 /// As far as the lines go: a band may go further, since one stall among few runs would flatten all

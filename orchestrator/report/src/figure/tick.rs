@@ -1,14 +1,14 @@
 //! Figure 7: the plant's own intervals from tick to tick, at h = 1 ms and 3 ms.
 
 use analysis::{Campaign, ReadError, Run, trace};
-use chart::{Chart, Guide, GuideAt, Mark, Panel, Role};
+use chart::{Chart, Guide, GuideAt, Mark, Panel};
 use endpoint::Mode;
 
 use super::{Figure, about, panel, series};
 use crate::group::Group;
 use crate::origin::Origin;
 use crate::paper::{self, SampleIntervals};
-use crate::subject::{NATIVE, PYTHON};
+use crate::subject::{NATIVE, PLANT_TONE, PYTHON, TONES};
 
 pub(super) fn figure(campaign: &Campaign) -> Result<Figure, ReadError> {
     let (mut origin, mut sentences, mut panels) = (Origin::default(), Vec::new(), Vec::new());
@@ -32,6 +32,7 @@ pub(super) fn figure(campaign: &Campaign) -> Result<Figure, ReadError> {
         paper: "Scattered widely about h on a desktop's operating system: mean 3.0 and 1.004 ms, \
                 standard deviation 2.984 and 3.705 ms.",
         chart: Chart {
+            tones: &TONES,
             name: "fig-7".to_owned(),
             title: "The plant's sample intervals".to_owned(),
             about: about(&sentences),
@@ -62,7 +63,7 @@ fn draw(panel: &mut Panel, run: &Run, h_ns: u64) -> Result<(), ReadError> {
     let points: Vec<(f64, f64)> = points.collect();
     panel
         .series
-        .push(series("ticks".to_owned(), Mark::Dots, Role::Plant, points));
+        .push(series("ticks".to_owned(), Mark::Dots, PLANT_TONE, points));
     let theirs = paper::FIG_7.iter().find(|theirs| theirs.h_ns == h_ns);
     panel.guides = theirs.map(guides).unwrap_or_default();
     panel.y.range = theirs.map(|theirs| range(theirs, &intervals_ms));

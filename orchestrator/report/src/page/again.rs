@@ -3,28 +3,32 @@
 use analysis::Campaign;
 use endpoint::{ArrivalRow, MessageRow, TickRow};
 use maud::{Markup, html};
-use plan::ProbeRow;
+use plan::{ProbeRow, file_name};
 
 use super::scroll::scroll;
 
 /// A cell's files of rows: name, what a row is, and its columns.
 const ROWS: [(&str, &str, &[&str]); 4] = [
     (
-        "ticks.csv",
+        file_name::TICKS,
         "a tick of the plant, every h",
         TickRow::COLUMNS,
     ),
     (
-        "arrivals.csv",
+        file_name::ARRIVALS,
         "a command that reached the plant",
         ArrivalRow::COLUMNS,
     ),
     (
-        "messages.csv",
+        file_name::MESSAGES,
         "a deadline of the controller, and its message",
         MessageRow::COLUMNS,
     ),
-    ("probes.csv", "an echo through the link", ProbeRow::COLUMNS),
+    (
+        file_name::PROBES,
+        "an echo through the link",
+        ProbeRow::COLUMNS,
+    ),
 ];
 
 pub(super) fn render(campaign: &Campaign) -> Markup {

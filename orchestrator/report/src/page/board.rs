@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::badge::{claim_word, of_claim};
-use super::ran::anchor_of;
+use super::place::anchor_of;
 use super::scroll::scroll;
 use crate::claim::{Finding, Part, Verdict};
 use crate::group::Estimate;

@@ -3,14 +3,14 @@
 use std::fmt::Write as _;
 
 use analysis::{Campaign, Run};
+use certificate::{Certificate, Verdict};
+use manifest::Manifest;
 use maud::{Markup, html};
-use plan::Manifest;
-use serde_json::Value;
+use serde::Serialize;
 
-use super::certificate::Certificate;
 use super::gap::reasons;
 use super::leaf::leaves;
-use super::ran::was_made;
+use super::place::was_made;
 use crate::number::{duration, percent};
 
 pub(super) fn render(campaign: &Campaign, run: &Run) -> Markup {
@@ -50,7 +50,7 @@ fn made(manifest: &Manifest) -> Markup {
             ("back-end".to_owned(), manifest.backend.clone()),
             ("player".to_owned(), manifest.player.clone()),
         ]))
-        @if let Some(certificate) = Certificate::of(manifest) { (proof(&certificate)) }
+        @if let Some(certificate) = &manifest.certificate { (proof(certificate)) }
         @if let Some(messages) = &manifest.messages {
             h4 { "What its messages say of the link" }
             (lines(messages))
@@ -84,7 +84,7 @@ fn to_the_second(time: &str) -> String {
 
 /// A report's own words, a line each. What it repeats of the settings is above it already, and a
 /// browser's arguments are those settings with the machine's own paths.
-fn lines(report: &Value) -> Markup {
+fn lines(report: &impl Serialize) -> Markup {
     const REPEATED: [&str; 4] = ["settings.", "browser.arguments", "start_ns", "stop_ns"];
     let mut text = String::new();
     for (name, value) in leaves(report) {
@@ -97,22 +97,20 @@ fn lines(report: &Value) -> Markup {
 }
 
 fn proof(certificate: &Certificate) -> Markup {
+    let (measured, predicted) = (certificate.measured, certificate.predicted);
+    let residual = certificate.residuals.rtt;
     html! {
         h4 { "Certificate of the link" }
         p {
-            @if certificate.holds() { "Holds" } @else { "Does not hold" }
+            @if certificate.verdict == Verdict::Holds { "Holds" } @else { "Does not hold" }
             ": " (certificate.answered) " of " (certificate.sent) " echoes answered"
-            @if let (Some(measured), Some(predicted)) = (certificate.measured, certificate.predicted) {
-                ", mean RTT " (duration(measured.avg_ms)) " where the link had " (duration(predicted.avg_ms))
-                ", loss " (percent(measured.loss)) " where it had " (percent(predicted.loss))
-                "; from " (duration(measured.min_ms)) " to " (duration(measured.max_ms))
-                ", sd " (duration(measured.sd_ms))
-            }
-            @if let Some(residual) = certificate.residual() {
-                "; off by " (duration(residual.median_ms)) " in the median, 99 % by less than "
-                (duration(residual.p99_ms)) ", at most by " (duration(residual.max_ms))
-                ", on average by " (duration(residual.bias_ms))
-            }
+            ", mean RTT " (duration(measured.avg_ms)) " where the link had " (duration(predicted.avg_ms))
+            ", loss " (percent(measured.loss)) " where it had " (percent(predicted.loss))
+            "; from " (duration(measured.min_ms)) " to " (duration(measured.max_ms))
+            ", sd " (duration(measured.sd_ms))
+            "; off by " (duration(residual.median_ms)) " in the median, 99 % by less than "
+            (duration(residual.p99_ms)) ", at most by " (duration(residual.max_ms))
+            ", on average by " (duration(residual.bias_ms))
             "."
         }
     }

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use plan::Verdict;
 
 use super::badge;
-use super::ran::{anchor, without_folder};
+use super::place::{anchor, without_folder};
 use crate::report::Report;
 
 pub(super) fn render(report: &Report<'_>) -> Option<Markup> {

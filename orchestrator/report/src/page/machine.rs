@@ -1,9 +1,8 @@
 //! The machines that the runs were made on, and the versions of what ran there.
 
 use analysis::Campaign;
+use manifest::{ControllerReport, Manifest};
 use maud::{Markup, html};
-use plan::Manifest;
-use serde_json::Value;
 
 use super::scroll::scroll;
 
@@ -57,20 +56,14 @@ fn place(manifest: &Manifest) -> Vec<(&'static str, String)> {
 
 /// A client, and the version of what it runs in.
 fn client(manifest: &Manifest) -> Option<(String, String)> {
-    let word = |report: &Option<Value>, name: &str| {
-        let value = report.as_ref()?.get(name)?.as_str()?;
-        Some(value.to_owned())
-    };
-    let browser = word(&manifest.page, "user_agent");
-    let python = word(&manifest.controller, "python").map(|version| {
-        match word(&manifest.controller, "implementation") {
-            Some(implementation) => format!("{implementation} {version}"),
-            None => version,
+    let version = match (&manifest.page, &manifest.controller) {
+        (Some(page), _) => page.user_agent.clone(),
+        (None, Some(ControllerReport::Python(of))) => {
+            format!("{} {}", of.implementation, of.python)
         }
-    });
-    manifest.controller.as_ref().or(manifest.page.as_ref())?;
-    let version = browser.or(python);
-    let version = version.unwrap_or_else(|| format!("webloop {}", manifest.webloop));
+        (None, Some(_)) => format!("webloop {}", manifest.webloop),
+        (None, None) => return None,
+    };
     Some((manifest.cell.client.to_string(), version))
 }
 

@@ -1,11 +1,11 @@
 //! The links: what each profile asks for, and whether the runs' links were that.
 
 use analysis::{Campaign, Run};
+use certificate::Verdict;
 use maud::{Markup, html};
 
 use super::badge::{Tone, badge};
-use super::certificate::Certificate;
-use super::ran::anchor;
+use super::place::anchor;
 use super::scroll::scroll;
 use crate::number::significant;
 
@@ -47,8 +47,8 @@ struct Sum {
     runs: usize,
     certificates: usize,
     held: usize,
-    echoes: u64,
-    answered: u64,
+    echoes: usize,
+    answered: usize,
     median_ms: Option<f64>,
     p99_ms: Option<f64>,
     max_ms: Option<f64>,
@@ -62,20 +62,18 @@ fn sum(campaign: &Campaign, topology: &str) -> Sum {
         .filter(|run| run.cell.topology == topology);
     for manifest in own.filter_map(|run| run.manifest.as_ref()) {
         sum.runs += 1;
-        let Some(certificate) = Certificate::of(manifest) else {
+        let Some(certificate) = &manifest.certificate else {
             continue;
         };
         sum.certificates += 1;
-        sum.held += usize::from(certificate.holds());
+        sum.held += usize::from(certificate.verdict == Verdict::Holds);
         sum.echoes += certificate.sent;
         sum.answered += certificate.answered;
-        if let Some(residual) = certificate.residual() {
-            let worst =
-                |so_far: Option<f64>, own: f64| Some(so_far.map_or(own, |most| most.max(own)));
-            sum.median_ms = worst(sum.median_ms, residual.median_ms);
-            sum.p99_ms = worst(sum.p99_ms, residual.p99_ms);
-            sum.max_ms = worst(sum.max_ms, residual.max_ms);
-        }
+        let worst = |so_far: Option<f64>, own: f64| Some(so_far.map_or(own, |most| most.max(own)));
+        let residual = certificate.residuals.rtt;
+        sum.median_ms = worst(sum.median_ms, residual.median_ms);
+        sum.p99_ms = worst(sum.p99_ms, residual.p99_ms);
+        sum.max_ms = worst(sum.max_ms, residual.max_ms);
     }
     sum
 }
@@ -154,8 +152,9 @@ fn broken(campaign: &Campaign) -> Markup {
         .runs
         .iter()
         .filter(|run| {
-            let certificate = run.manifest.as_ref().and_then(Certificate::of);
-            certificate.is_some_and(|certificate| !certificate.holds())
+            let manifest = run.manifest.as_ref();
+            let certificate = manifest.and_then(|manifest| manifest.certificate.as_ref());
+            certificate.is_some_and(|certificate| certificate.verdict != Verdict::Holds)
         })
         .collect();
     html! {

@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
 use analysis::{Campaign, Damage, LoopVerdict};
-use chart::{Axis, Chart, Guide, GuideAt, Mark, Panel, Role, Scale, Series};
+use chart::{Axis, Chart, Guide, GuideAt, Mark, Panel, Scale, Series, Tone};
 
 use super::render;
 use crate::claim::{Finding, Part, Verdict};
@@ -53,7 +53,7 @@ fn report(campaign: &Campaign) -> Report<'_> {
         id,
         place: "Fig 6a",
         claim: "It settles <later>.",
-        check: "8 to 12 times",
+        check: "8 to 12 times".to_owned(),
         reading_of: None,
         verdict,
         reason: "It takes 3.31 s.".to_owned(),
@@ -114,6 +114,7 @@ fn figure(runs: Vec<String>) -> Figure {
         caption: "A caption.".to_owned(),
         paper: "A line.",
         chart: Chart {
+            tones: &[],
             name: "fig-3".to_owned(),
             title: "A figure".to_owned(),
             about: "It rises.".to_owned(),
@@ -128,7 +129,7 @@ fn figure(runs: Vec<String>) -> Figure {
                 series: vec![Series {
                     name: "</script>".to_owned(),
                     mark: Mark::Line,
-                    role: Role::Python,
+                    tone: Tone::nth(0),
                     points: vec![(0.0, 0.0), (1.0, 1.0)],
                     band: Vec::new(),
                 }],

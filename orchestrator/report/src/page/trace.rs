@@ -69,7 +69,7 @@ struct AxisTrace<'a> {
 #[derive(Serialize)]
 struct SeriesTrace<'a> {
     name: &'a str,
-    role: chart::Role,
+    role: &'static str,
     mark: &'static str,
     x: Vec<i64>,
     y: Vec<i64>,
@@ -105,7 +105,7 @@ impl<'a> PanelTrace<'a> {
             .iter()
             .map(|(series, points)| SeriesTrace {
                 name: &series.name,
-                role: series.role,
+                role: series.tone.name,
                 mark: match series.mark {
                     Mark::Steps => "steps",
                     Mark::Dots => "dots",
@@ -297,7 +297,7 @@ mod tests {
         let series = Series {
             name: "</script><b>".to_owned(),
             mark: Mark::Line,
-            role: chart::Role::Python,
+            tone: chart::Tone::nth(0),
             points: vec![(2.0, 100.0), (1.0, 1.0), (3.0, f64::NAN), (4.0, 0.0)],
             band: Vec::new(),
         };
@@ -315,6 +315,7 @@ mod tests {
         let at: Vec<(f64, f64)> = drawn.iter().map(|point| (point.x, point.y)).collect();
         assert_eq!(at, [(1.0, 0.0), (2.0, 2.0)]);
         let chart = Chart {
+            tones: &[],
             name: "fig-0".to_owned(),
             title: String::new(),
             about: String::new(),

@@ -3,8 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use analysis::Campaign;
-use plan::{Client, Manifest};
-use serde_json::Value;
+use endpoint::report::{Policy, Scheduling};
+use manifest::{ControllerReport, Manifest, PlantReport};
+use plan::Client;
 
 use super::{Column, Entry, Table};
 
@@ -143,34 +144,33 @@ fn kind(manifest: &Manifest) -> Kind {
         clock_source: machine.clock_source.clone(),
         webloop: manifest.webloop.clone(),
         backend: manifest.backend.clone(),
-        client_priority: priority(manifest.controller.as_ref(), "/granted/controller"),
-        plant_priority: priority(manifest.plant.as_ref(), "/granted/ticker"),
+        client_priority: priority(
+            manifest
+                .controller
+                .as_ref()
+                .and_then(ControllerReport::scheduling),
+        ),
+        plant_priority: priority(manifest.plant.as_ref().and_then(PlantReport::ticker)),
     }
 }
 
 /// What the client says that it is; empty where it does not say.
 fn program(client: Client, manifest: &Manifest) -> String {
-    let said = |pointer: &str| {
-        let report = manifest.controller.as_ref()?;
-        report.pointer(pointer)?.as_str().map(str::to_owned)
-    };
-    let both = |name: &str, number: &str| Some(format!("{} {}", said(name)?, said(number)?));
-    match client {
-        Client::Native => Some(format!("webloop {}", manifest.webloop)),
-        Client::Python => both("/implementation", "/python"),
-        Client::Chromium | Client::Firefox => both("/browser/name", "/browser/number"),
+    match &manifest.controller {
+        _ if client == Client::Native => format!("webloop {}", manifest.webloop),
+        Some(ControllerReport::Python(of)) => format!("{} {}", of.implementation, of.python),
+        Some(ControllerReport::Visit(of)) => of.browser.version.to_string(),
+        Some(ControllerReport::Native(_) | ControllerReport::Model(_)) | None => String::new(),
     }
-    .unwrap_or_default()
 }
 
 /// The policy and priority in a role's report, as `fifo 50`; empty where it has none.
-fn priority(report: Option<&Value>, pointer: &str) -> String {
-    let granted = report.and_then(|report| report.pointer(pointer));
-    let policy = granted.and_then(|granted| granted.get("policy")?.as_str());
-    let priority = granted.and_then(|granted| granted.get("priority")?.as_u64());
-    match (policy, priority) {
-        (Some(policy), Some(priority)) => format!("{policy} {priority}"),
-        (Some(policy), None) => policy.to_owned(),
-        (None, _) => String::new(),
-    }
+fn priority(granted: Option<&Scheduling>) -> String {
+    granted.map_or_else(String::new, |granted| {
+        let policy = match granted.policy {
+            Policy::Fifo => "fifo",
+            Policy::Other => "other",
+        };
+        format!("{policy} {}", granted.priority)
+    })
 }

@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use analysis::Campaign;
-use plan::{FileFact, Instead, Machine, Manifest, Plan, ProfileText, Verdict};
+use manifest::{FileFact, Machine, Manifest};
+use plan::{Instead, Plan, ProfileText, Verdict};
 use report::Report;
 use report::claim::{self, Finding, Part};
 use report::group::Estimate;
@@ -32,7 +33,7 @@ pub(crate) fn plan() -> Plan {
 }
 
 /// The files of a cell: two messages of an open loop, and of a link its first second.
-const FILES: [(&str, &str); 5] = [
+const FILES: [(&str, &str); 7] = [
     (
         "ticks.csv",
         "k,t_due_ns,t_tick_ns,u,y,seq\n0,5000000000,5000001000,0.0,0.0,\n1,5100000000,5100001000,0.0,0.0,\n",
@@ -53,6 +54,18 @@ const FILES: [(&str, &str); 5] = [
          during,0,9000000,11000000,13030000,2000000,2000000,false\n",
     ),
     (
+        "plant.json",
+        r#"{"tick_rows":{"rows":2,"overflow":0},"arrival_rows":{"rows":1,"overflow":0}}"#,
+    ),
+    (
+        "controller.json",
+        r#"{"start_ns":5000100000,"stop_ns":5200100000,
+            "counts":{"due":2,"sent":1,"missed":1,"answered":1,"timeout":0,"failed":0},
+            "first_failure":null,"interrupted":false,"rows":{"rows":2,"overflow":0},
+            "granted":{"controller":{"asked_priority":null,"policy":"other","priority":0,
+                                     "slack_ns":50000,"refused":null},"open_files":1024}}"#,
+    ),
+    (
         "link.csv",
         "t_ns,way,packets,bytes,delivered,lost,overflow,foreign,dropped,late_mean_us,late_max_us\n\
          6000000000,up,64,5328,64,0,0,0,0,30.5,182.697\n",
@@ -69,8 +82,7 @@ pub(crate) fn folder() -> tempfile::TempDir {
         let path = folder.path().join(cell.folder());
         fs::create_dir_all(&path).expect("a writable folder");
         let profile = plan.profiles[&cell.topology].source.as_str();
-        let reports = ["plant.json", "controller.json"].map(|name| (name, "{}"));
-        let files = FILES.into_iter().chain(reports);
+        let files = FILES.into_iter();
         let files: Vec<_> = files.chain([("profile.toml", profile)]).collect();
         for (name, text) in &files {
             fs::write(path.join(name), text).expect("a writable folder");
@@ -137,7 +149,7 @@ pub(crate) fn finding(id: &'static str, verdict: claim::Verdict, value: f64) -> 
         id,
         place: "Fig 6b",
         claim: "a step over the VPN settles later",
-        check: "3 to 5 times that on arima",
+        check: "3 to 5 times that on arima".to_owned(),
         reading_of: None,
         verdict,
         reason: format!("it settles {value} times as late | later"),

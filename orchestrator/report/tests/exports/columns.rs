@@ -12,13 +12,16 @@ fn the_columns_of_the_schemas_are_those_of_the_rows() {
     let names = |fields: Vec<Field>| -> Vec<String> {
         fields.into_iter().map(|field| field.name).collect()
     };
-    assert_eq!(names(schema::ticks()), TickRow::COLUMNS);
-    assert_eq!(names(schema::arrivals()), ArrivalRow::COLUMNS);
-    assert_eq!(names(schema::messages()), MessageRow::COLUMNS);
-    assert_eq!(names(schema::probes()), ProbeRow::COLUMNS);
-    assert_eq!(names(schema::packets()), PacketRow::COLUMNS);
+    assert_eq!(names(schema::columns("ticks")), TickRow::COLUMNS);
+    assert_eq!(names(schema::columns("arrivals")), ArrivalRow::COLUMNS);
+    assert_eq!(names(schema::columns("messages")), MessageRow::COLUMNS);
+    assert_eq!(names(schema::columns("probes")), ProbeRow::COLUMNS);
+    assert_eq!(names(schema::columns("packets")), PacketRow::COLUMNS);
     let summary = Summary::to_csv(&[Summary::default()]);
-    assert_eq!(names(schema::summary()).join(","), header(&summary));
+    assert_eq!(
+        names(schema::columns("summary")).join(","),
+        header(&summary)
+    );
 }
 
 #[test]
@@ -27,7 +30,7 @@ fn the_columns_of_a_link_s_file_are_those_of_its_player() {
         let names = fields.into_iter().map(|field| field.name);
         names.collect::<Vec<_>>().join(",")
     };
-    let user = shaper::LinkRow {
+    let user = certificate::LinkRow {
         t_ns: 0,
         way: Way::Up,
         packets: 0,
@@ -40,7 +43,7 @@ fn the_columns_of_a_link_s_file_are_those_of_its_player() {
         late_mean_us: 0.0,
         late_max_us: 0.0,
     };
-    let tc = shaper::TcRow {
+    let tc = certificate::TcRow {
         t_ns: 0,
         way: Way::Up,
         delivered: 0,
@@ -53,8 +56,8 @@ fn the_columns_of_a_link_s_file_are_those_of_its_player() {
         late_mean_us: 0.0,
         late_max_us: 0.0,
     };
-    assert_eq!(names(schema::link()), header(&csv_of(user)));
-    assert_eq!(names(schema::link_tc()), header(&csv_of(tc)));
+    assert_eq!(names(schema::columns("link")), header(&csv_of(user)));
+    assert_eq!(names(schema::columns("link-tc")), header(&csv_of(tc)));
 }
 
 fn csv_of(row: impl serde::Serialize) -> String {

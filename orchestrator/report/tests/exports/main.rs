@@ -7,7 +7,7 @@ mod frictionless;
 
 use std::fs;
 
-use plan::FileFact;
+use manifest::FileFact;
 use proptest::prelude::*;
 use report::deposit::{package, provenance};
 use report::{Report, claim, digest, junit};

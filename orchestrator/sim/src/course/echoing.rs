@@ -3,16 +3,9 @@
 use link::Way;
 
 use super::Course;
-use super::passage::Event;
+use super::passage::{Event, Ping};
 use crate::echo::{ECHO_BYTES, Echo, Series, Start};
 use crate::record::Record;
-
-/// An echo, by its series' number and its own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Ping {
-    series: u8,
-    seq: u32,
-}
 
 impl<R: Record> Course<'_, R> {
     /// Puts the first echo in the queue of each series that begins at a known time, or of each that

@@ -4,7 +4,6 @@
 use endpoint::Loss;
 use link::Way;
 
-use super::echoing::Ping;
 use super::{Course, Waiting};
 use crate::connection::Id;
 use crate::record::Record;
@@ -25,6 +24,13 @@ pub(super) enum Packet {
     Request,
     /// Its answer.
     Answer,
+}
+
+/// An echo, by its series' number and its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Ping {
+    pub(super) series: u8,
+    pub(super) seq: u32,
 }
 
 /// What is in the queue.

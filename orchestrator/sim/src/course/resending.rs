@@ -46,10 +46,6 @@ impl<R: Record> Course<'_, R> {
 
     /// What came this way had come before, which is acknowledged with a packet of its own.
     pub(super) fn acknowledges_twice(&mut self, way: Way, now_ns: u64) {
-        let back = match way {
-            Way::Up => Way::Down,
-            Way::Down => Way::Up,
-        };
-        let _ = self.cross(back, now_ns, DUPLICATE_BYTES);
+        let _ = self.cross(way.back(), now_ns, DUPLICATE_BYTES);
     }
 }

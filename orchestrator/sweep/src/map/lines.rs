@@ -1,7 +1,7 @@
 //! A line for each level of one axis along another.
 
 use analysis::layout::digits;
-use chart::{Along, Guide, GuideAt, Map, Mark, Panel, Role, Scale, Series};
+use chart::{Along, Guide, GuideAt, Map, Mark, Panel, Scale, Series, Tone};
 
 use super::layout::{Layout, is_numeric};
 use super::{Subject, empty_panel, scale, scaled};
@@ -31,6 +31,7 @@ pub(super) fn panel(
             x: Along::Names(x.levels.iter().map(|level| level.text.clone()).collect()),
             y: Along::Numbers(Vec::new()),
             tiles: Vec::new(),
+            hatched: "",
         });
         panel.x.range = Some((-0.5, x.levels.len() as f64 - 0.5));
     }
@@ -50,7 +51,7 @@ pub(super) fn panel(
         panel.series.push(Series {
             name: name.clone(),
             mark: Mark::Line,
-            role: Role::Nth(u8::try_from(line).unwrap_or(u8::MAX)),
+            tone: Tone::nth(u8::try_from(line).unwrap_or(u8::MAX)),
             points: points.collect(),
             band: Vec::new(),
         });

@@ -1,8 +1,8 @@
 //! A tile for each point, and the analytic limit as a line across them.
 
-use chart::{Along, Map, Mark, Panel, Role, Scale, Series, Tile};
+use chart::{Along, Map, Mark, Panel, Scale, Series, Tile};
 
-use super::{LIMIT, Layout, Subject, empty_panel, scale, scaled};
+use super::{LIMIT, Layout, Subject, TONES, empty_panel, scale, scaled};
 use crate::cell::{Cell, Measure};
 use crate::grid::Dimension;
 use crate::margin::Limit;
@@ -32,6 +32,7 @@ pub(super) fn panel(
         x: Along::Numbers(numbers(&columns)),
         y: Along::Numbers(numbers(&rows)),
         tiles: tiles.collect(),
+        hatched: "unstable",
     });
     let points: Vec<(f64, f64)> = rows
         .iter()
@@ -44,7 +45,7 @@ pub(super) fn panel(
         panel.series.push(Series {
             name: LIMIT.to_owned(),
             mark: Mark::Line,
-            role: Role::Native,
+            tone: TONES[0],
             points,
             band: Vec::new(),
         });
@@ -58,7 +59,7 @@ fn tile(subject: &Subject<'_>, cell: &Cell, measure: Measure) -> Tile {
     let figure = cell.figure(measure);
     match cell.is_stable() {
         _ if cell.runs == 0 => Tile::None,
-        false => Tile::Unstable,
+        false => Tile::Hatched,
         true if figure.is_finite() => Tile::Value(figure),
         true if measure == Measure::Settling => Tile::Value(subject.sweep.duration_ns as f64 / 1e6),
         true => Tile::None,

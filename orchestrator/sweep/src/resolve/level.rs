@@ -63,7 +63,7 @@ impl Reader<'_> {
                 Word::Text(text) => text.clone(),
                 Word::Number(number) => brief(*number),
             };
-            let level = read(&text).map_err(|problem| self.split(&word, &problem))?;
+            let level = read(&text).map_err(|problem| self.invalid(&word, problem, ""))?;
             levels.push((word, level));
         }
         self.levels(axis, &given, levels)
@@ -80,7 +80,7 @@ impl Reader<'_> {
     ) -> Result<Levels<T>, InvalidFile> {
         let given = self.given(axis, otherwise);
         let number = |word: &Spanned<Word>| {
-            read(word.get_ref()).map_err(|problem| self.split(word, &problem))
+            read(word.get_ref()).map_err(|problem| self.invalid(word, problem, ""))
         };
         let mut found = Vec::new();
         match given.get_ref() {
@@ -131,7 +131,7 @@ impl Reader<'_> {
         }
         let mut levels = Vec::new();
         for (word, value) in found {
-            let level = make(value).map_err(|problem| self.split(&word, &problem))?;
+            let level = make(value).map_err(|problem| self.invalid(&word, problem, ""))?;
             levels.push((word, level));
         }
         self.levels(axis, &given, levels)
@@ -169,12 +169,6 @@ impl Reader<'_> {
                 "give one, or leave the key out",
             )),
         }
-    }
-
-    /// A type's own error, whose remedy stands behind a semicolon.
-    fn split<T>(&self, at: &Spanned<T>, problem: &str) -> InvalidFile {
-        let (problem, remedy) = problem.split_once("; ").unwrap_or((problem, ""));
-        self.invalid(at, problem, remedy)
     }
 }
 

@@ -16,8 +16,8 @@ use std::{
 };
 
 use control::preset;
-use controller::{Config, DriveError, Report, drive_until};
-use endpoint::{ControllerSettings, Hold, Late, MessageRow, PlantSettings, SampleTime};
+use controller::{Config, DriveError, drive_until};
+use endpoint::{ControllerSettings, Hold, Late, MessageRow, PlantSettings, SampleTime, report};
 use tokio::sync::oneshot;
 
 const MS: u64 = 1_000_000;
@@ -34,7 +34,7 @@ fn with_plant<T>(
     out: &Path,
     h: SampleTime,
     client: impl FnOnce(SocketAddr) -> T,
-) -> (T, plant::Report) {
+) -> (T, report::Plant) {
     let config = plant::Config {
         listen: "127.0.0.1:0".parse().expect("an address"),
         settings: PlantSettings {
@@ -92,7 +92,7 @@ fn config(
 }
 
 /// In a thread of its own, since real-time scheduling stays with a thread.
-fn drive(config: &Config) -> Result<Report, DriveError> {
+fn drive(config: &Config) -> Result<report::Native, DriveError> {
     thread::scope(|scope| {
         let run = scope.spawn(|| drive_until(config, std::future::pending()));
         run.join().expect("no panic")
@@ -108,7 +108,7 @@ fn rows<R: serde::de::DeserializeOwned>(path: &Path) -> Vec<R> {
 }
 
 /// Checks what every run keeps, whatever happened in it.
-fn check(report: &Report, messages: &[MessageRow], deadlines: u64) {
+fn check(report: &report::Native, messages: &[MessageRow], deadlines: u64) {
     let counts = report.counts;
     assert_eq!(counts.due, deadlines);
     assert_eq!(counts.due, counts.sent + counts.missed);

@@ -2,8 +2,10 @@
 
 use std::{sync::mpsc, time::Duration};
 
-use controller::{Config, DriveError, Report};
-use endpoint::{Connection, ControllerSettings, MessageOutcome, MessageRow, Mode, Preset, TickRow};
+use controller::{Config, DriveError};
+use endpoint::{
+    Connection, ControllerSettings, MessageOutcome, MessageRow, Mode, Preset, TickRow, report,
+};
 use tokio_tungstenite::tungstenite::{
     Message,
     protocol::{CloseFrame, frame::coding::CloseCode},
@@ -25,7 +27,7 @@ fn played<F>(
     settings: ControllerSettings,
     duration_ms: u64,
     script: Script<F>,
-) -> (Report, Vec<MessageRow>, usize)
+) -> (report::Native, Vec<MessageRow>, usize)
 where
     F: AsyncFn(usize, &mut Socket) -> Then + Send + 'static,
 {

@@ -11,8 +11,8 @@ use std::{
 };
 
 use control::preset;
-use endpoint::{Hold, Late, Observation, PlantSettings, SampleTime};
-use plant::{Config, Ready, Report, ServeError, serve_until};
+use endpoint::{Hold, Late, Observation, PlantSettings, SampleTime, report};
+use plant::{Config, Ready, ServeError, serve_until};
 use tokio::sync::oneshot;
 
 pub(crate) fn config(out: &Path) -> Config {
@@ -38,7 +38,10 @@ async fn dropped(stop: oneshot::Receiver<()>) -> std::io::Result<()> {
 }
 
 /// Runs a plant while `client` does; its report.
-pub(crate) fn with_plant(out: &Path, client: impl FnOnce(Ready)) -> Result<Report, ServeError> {
+pub(crate) fn with_plant(
+    out: &Path,
+    client: impl FnOnce(Ready),
+) -> Result<report::Plant, ServeError> {
     let config = config(out);
     let (ready, is_ready) = mpsc::channel();
     let (stop, stopped) = oneshot::channel();

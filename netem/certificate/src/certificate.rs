@@ -1,0 +1,206 @@
+//! Whether a link was the one that was asked for: echoes that crossed it, held against their
+//! prediction one by one.
+//!
+//! Pure. The limits that the [verdict](crate::Verdict) rests on are in a file of their own.
+
+use link::{Profile, Timeline};
+use serde::{Deserialize, Serialize};
+
+use crate::echo::Echo;
+use crate::fate::{Fates, fates};
+use crate::prediction::{Baseline, Edge, Prediction, excesses_ms, predict_within};
+use crate::statistics::{RttStatistics, median, ms, quantile, spread_ms};
+use crate::verdict::{Evidence, Verdict, are_too_many, is_astray, is_quicker, most_quicker};
+
+/// How far residuals lie from zero on one way or over the round trip: measured minus
+/// predicted minus baseline, ms. The quantiles are of absolute values.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Residual {
+    /// The mean with its sign.
+    pub bias_ms: f64,
+    /// Half of them are at most this.
+    pub median_ms: f64,
+    /// Nine of ten are at most this.
+    pub p90_ms: f64,
+    /// 99 of 100 are at most this.
+    pub p99_ms: f64,
+    /// The greatest.
+    pub max_ms: f64,
+}
+
+impl Residual {
+    fn of(residuals_ms: impl Iterator<Item = f64> + Clone) -> Self {
+        let mut sizes: Vec<f64> = residuals_ms.clone().map(f64::abs).collect();
+        sizes.sort_by(f64::total_cmp);
+        Self {
+            bias_ms: residuals_ms.sum::<f64>() / sizes.len().max(1) as f64,
+            median_ms: quantile(&sizes, 0.5),
+            p90_ms: quantile(&sizes, 0.9),
+            p99_ms: quantile(&sizes, 0.99),
+            max_ms: quantile(&sizes, 1.0),
+        }
+    }
+}
+
+/// Residuals of the answered echoes.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Residuals {
+    /// From controller to plant.
+    pub up: Residual,
+    /// From plant to controller.
+    pub down: Residual,
+    /// The round trip.
+    pub rtt: Residual,
+}
+
+/// The proof that a link was the one that was asked for, or the evidence that it was not.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Certificate {
+    /// The judgement.
+    pub verdict: Verdict,
+    /// Echoes sent.
+    pub sent: usize,
+    /// Echoes answered.
+    pub answered: usize,
+    /// Whether each delay could be predicted. With a rate limit only its least value can:
+    /// the queue depends on other traffic.
+    pub exact: bool,
+    /// The cost of the empty link, which residuals are free of.
+    pub baseline: Baseline,
+    /// How far measured and predicted times lie apart.
+    pub residuals: Residuals,
+    /// The share of answered echoes whose round trip is astray.
+    pub astray: f64,
+    /// Answered echoes that were quicker than the link lets them, on a way.
+    #[serde(default)]
+    pub quicker: usize,
+    /// How many of them there may be, before another link is the only explanation.
+    #[serde(default)]
+    pub most_quicker: usize,
+    /// Echoes whose fate was not the predicted one.
+    pub fates: Fates,
+    /// Round trips as the link was to make them, at the instants of these echoes.
+    pub predicted: RttStatistics,
+    /// Round trips as they were, baseline included.
+    pub measured: RttStatistics,
+}
+
+impl Certificate {
+    /// Whether something speaks against the link that no machine does by standing still: echoes that
+    /// were quicker than it, or that it was to lose. A machine makes echoes late, and may lose them.
+    #[must_use]
+    pub fn is_another(&self) -> bool {
+        self.quicker > self.most_quicker || are_too_many(self.fates.came_though_lost, self.sent)
+    }
+}
+
+/// Holds echoes against the link of `profile` and `seed` whose time 0 is `epoch_ns`, played in
+/// user space.
+#[must_use]
+pub fn certify(
+    echoes: &[Echo],
+    profile: &Profile,
+    seed: u64,
+    epoch_ns: u64,
+    baseline: Baseline,
+) -> Certificate {
+    let timeline = Timeline::new(profile, seed, epoch_ns);
+    certify_within(echoes, timeline, baseline, Edge::USER)
+}
+
+/// Of each answered echo: its residuals up, down and over the round trip, and the delay due, all ms.
+fn residuals(
+    echoes: &[Echo],
+    predictions: &[Prediction],
+    baseline: Baseline,
+) -> Vec<([f64; 3], f64)> {
+    let pairs = echoes.iter().zip(predictions);
+    pairs
+        .filter_map(|(echo, prediction)| {
+            let [up, down, rtt] = excesses_ms(echo, prediction)?;
+            let residuals = [
+                up - baseline.up_ms,
+                down - baseline.down_ms,
+                rtt - baseline.rtt_ms,
+            ];
+            let due_ns = prediction.up.delay_ns + prediction.down.delay_ns;
+            Some((residuals, ms(due_ns)))
+        })
+        .collect()
+}
+
+/// Holds echoes against the link that they were to meet, by a player of whom this much is
+/// known about when a state is in force.
+#[must_use]
+pub fn certify_within(
+    echoes: &[Echo],
+    mut timeline: Timeline,
+    baseline: Baseline,
+    edge: Edge,
+) -> Certificate {
+    let predictions = predict_within(echoes, &mut timeline, edge);
+    let exact = !predictions
+        .iter()
+        .any(|prediction| prediction.up.queued || prediction.down.queued);
+    let answered = residuals(echoes, &predictions, baseline);
+    // Where a queue may add to the delay, only what comes too early speaks against a link.
+    let misses: Vec<f64> = answered
+        .iter()
+        .map(|&([_, _, rtt], _)| if exact { rtt.abs() } else { (-rtt).max(0.0) })
+        .collect();
+    let astray = misses
+        .iter()
+        .zip(&answered)
+        .filter(|&(miss, (_, due_ms))| is_astray(*miss, *due_ms))
+        .count() as f64
+        / misses.len().max(1) as f64;
+    let quicker = answered
+        .iter()
+        .filter(|([up, down, _], _)| is_quicker(*up) || is_quicker(*down))
+        .count();
+    let (fates, doubtful) = fates(echoes, &predictions);
+    let predicted_ms: Vec<f64> = predictions
+        .iter()
+        .filter_map(|prediction| prediction.rtt_ns().map(ms))
+        .collect();
+    let measured_ms: Vec<f64> = echoes
+        .iter()
+        .filter_map(|echo| echo.rtt_ns().map(ms))
+        .collect();
+    let way =
+        |which: usize| Residual::of(answered.iter().map(move |(residuals, _)| residuals[which]));
+    let evidence = Evidence {
+        sent: echoes.len(),
+        answered: misses.len(),
+        exact,
+        quicker,
+        most_quicker: most_quicker(echoes.len(), edge),
+        baseline,
+        median_ms: median(misses),
+        spread_ms: spread_ms(&predicted_ms),
+        astray,
+        fates,
+        doubtful,
+    };
+    Certificate {
+        verdict: evidence.judge(),
+        sent: echoes.len(),
+        answered: measured_ms.len(),
+        exact,
+        baseline,
+        residuals: Residuals {
+            up: way(0),
+            down: way(1),
+            rtt: way(2),
+        },
+        astray,
+        quicker,
+        most_quicker: most_quicker(echoes.len(), edge),
+        fates,
+        predicted: RttStatistics::of(echoes.len(), &predicted_ms),
+        measured: RttStatistics::of(echoes.len(), &measured_ms),
+    }
+}

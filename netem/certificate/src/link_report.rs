@@ -1,0 +1,227 @@
+//! What was said of a link by whoever played it: by one player of both ways, by one beside each end,
+//! or by virtual time.
+
+use std::net::Ipv4Addr;
+
+use serde::{Deserialize, Deserializer, Serialize, de::Error};
+use serde_json::Value;
+
+use crate::played::WayPlayed;
+use crate::prediction::Edge;
+use crate::report::{Pause, PlayerReport};
+use crate::scheduling::Scheduling;
+use crate::tc_report::TcReport;
+
+/// The report of a link.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+#[allow(clippy::large_enum_variant)]
+pub enum LinkReport {
+    /// Of one that played both ways.
+    Both(PlayerReport),
+    /// Of two that played one way each.
+    Each(EachWay),
+    /// Of none: the link was a model in virtual time.
+    Model(Model),
+}
+
+/// What played a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PlayedBy {
+    /// webloop itself, packet by packet.
+    User,
+    /// The kernel's netem, changed in time.
+    Tc,
+    /// Virtual time.
+    Model,
+}
+
+impl PlayedBy {
+    /// Its word in a manifest.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::User => "user",
+            Self::Tc => "tc",
+            Self::Model => "model",
+        }
+    }
+}
+
+/// That nobody played.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Model {
+    /// [`PlayedBy::Model`].
+    pub player: PlayedBy,
+}
+
+/// The reports of two players, beside an end each.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct EachWay {
+    /// Who played the way up.
+    pub player: PlayedBy,
+    /// From controller to plant.
+    pub up: OneWay,
+    /// From plant to controller.
+    pub down: OneWay,
+}
+
+/// The report of a player beside an end.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(tag = "player", rename_all = "kebab-case")]
+#[allow(clippy::large_enum_variant)]
+pub enum OneWay {
+    /// webloop's.
+    User(Beside<WayPlayed>),
+    /// tc's.
+    Tc(Beside<TcReport>),
+}
+
+/// A report, with how the two ends called each other where the player knew it.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Beside<R> {
+    /// The end that it was beside.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub own: Option<Ipv4Addr>,
+    /// The other end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peer: Option<Ipv4Addr>,
+    /// What it did.
+    #[serde(flatten)]
+    pub report: R,
+}
+
+impl OneWay {
+    /// Whose it is.
+    #[must_use]
+    pub fn player(&self) -> PlayedBy {
+        match self {
+            Self::User(_) => PlayedBy::User,
+            Self::Tc(_) => PlayedBy::Tc,
+        }
+    }
+
+    fn dropped(&self) -> u64 {
+        match self {
+            Self::User(of) => of.report.shaped.dropped + of.report.carried.dropped,
+            Self::Tc(of) => of.report.traffic.dropped,
+        }
+    }
+
+    fn scheduling(&self) -> Scheduling {
+        match self {
+            Self::User(of) => of.report.scheduling,
+            Self::Tc(of) => of.report.scheduling,
+        }
+    }
+
+    fn pauses(&self) -> &[Pause] {
+        match self {
+            Self::User(of) => &of.report.pauses,
+            Self::Tc(_) => &[],
+        }
+    }
+
+    fn edge(&self) -> Edge {
+        match self {
+            Self::User(_) => Edge::USER,
+            Self::Tc(of) => of.report.edge(),
+        }
+    }
+}
+
+impl LinkReport {
+    /// Of two players' reports.
+    #[must_use]
+    pub fn of_each(up: OneWay, down: OneWay) -> Self {
+        Self::Each(EachWay {
+            player: up.player(),
+            up,
+            down,
+        })
+    }
+
+    /// Of virtual time.
+    #[must_use]
+    pub fn model() -> Self {
+        Self::Model(Model {
+            player: PlayedBy::Model,
+        })
+    }
+
+    /// Who played.
+    #[must_use]
+    pub fn player(&self) -> PlayedBy {
+        match self {
+            Self::Both(_) => PlayedBy::User,
+            Self::Each(each) => each.player,
+            Self::Model(_) => PlayedBy::Model,
+        }
+    }
+
+    fn each(&self) -> impl Iterator<Item = &OneWay> {
+        let each = match self {
+            Self::Each(each) => Some([&each.up, &each.down]),
+            Self::Both(_) | Self::Model(_) => None,
+        };
+        each.into_iter().flatten()
+    }
+
+    /// Packets that players themselves lost. Anything but 0 makes a run invalid.
+    #[must_use]
+    pub fn dropped(&self) -> u64 {
+        match self {
+            Self::Both(both) => both.dropped(),
+            Self::Each(_) | Self::Model(_) => self.each().map(OneWay::dropped).sum(),
+        }
+    }
+
+    /// When the players were held up.
+    pub fn pauses(&self) -> impl Iterator<Item = Pause> {
+        let both: &[Pause] = match self {
+            Self::Both(both) => &both.pauses,
+            Self::Each(_) | Self::Model(_) => &[],
+        };
+        both.iter()
+            .chain(self.each().flat_map(OneWay::pauses))
+            .copied()
+    }
+
+    /// Whether all players had real-time scheduling; so in virtual time, which needs none.
+    #[must_use]
+    pub fn is_real_time(&self) -> bool {
+        let is_fifo = |scheduling| scheduling == Scheduling::Fifo;
+        match self {
+            Self::Both(both) => is_fifo(both.scheduling),
+            Self::Each(_) | Self::Model(_) => self.each().map(OneWay::scheduling).all(is_fifo),
+        }
+    }
+
+    /// How exactly the link's times were kept to: webloop always does, tc says it in its reports.
+    #[must_use]
+    pub fn edge(&self) -> Edge {
+        self.each().map(OneWay::edge).fold(Edge::USER, Edge::or)
+    }
+}
+
+/// The kinds are told apart first, so that an error names what is wrong with the one that it is.
+impl<'de> Deserialize<'de> for LinkReport {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        struct Kind {
+            player: Option<PlayedBy>,
+        }
+        let report = Value::deserialize(deserializer)?;
+        let kind = Kind::deserialize(&report).map_err(D::Error::custom)?;
+        match kind.player {
+            None => PlayerReport::deserialize(report).map(Self::Both),
+            Some(PlayedBy::Model) => Model::deserialize(report).map(Self::Model),
+            Some(PlayedBy::User | PlayedBy::Tc) => EachWay::deserialize(report).map(Self::Each),
+        }
+        .map_err(D::Error::custom)
+    }
+}

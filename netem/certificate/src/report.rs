@@ -1,0 +1,103 @@
+//! What a player says of both ways: a row each second, and a report at the end. What two players
+//! that shape a way each report together is in [`played`](crate::played).
+
+use link::Way;
+use serde::{Deserialize, Serialize};
+
+use crate::lateness::Lateness;
+use crate::scheduling::Scheduling;
+
+/// One way of the link over one second: a row of `link.csv`. The counts are of that second
+/// alone, so that a column can be summed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LinkRow {
+    /// The end of the second, monotonic.
+    pub t_ns: u64,
+    /// Which way.
+    pub way: Way,
+    /// IPv4 packets that entered.
+    pub packets: u64,
+    /// Their length, IP headers included.
+    pub bytes: u64,
+    /// Packets that left at the other end.
+    pub delivered: u64,
+    /// Packets that the link lost.
+    pub lost: u64,
+    /// Packets that found the link's queue full.
+    pub overflow: u64,
+    /// Frames that were no IPv4, or a stranger's, and are not forwarded.
+    pub foreign: u64,
+    /// Packets that the player itself lost, which it must not.
+    pub dropped: u64,
+    /// Mean lateness of the departures, us; 0 if there were none.
+    pub late_mean_us: f64,
+    /// Greatest lateness of a departure, us.
+    pub late_max_us: f64,
+}
+
+/// One way of the link over the whole play.
+///
+/// `packets = delivered + lost + overflow + unplayed` and those of `dropped` that were lost
+/// in sending.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct WayReport {
+    /// IPv4 packets that entered.
+    pub packets: u64,
+    /// Their length, IP headers included.
+    pub bytes: u64,
+    /// Packets that left at the other end.
+    pub delivered: u64,
+    /// Packets that the link lost.
+    pub lost: u64,
+    /// Packets that found the link's queue full.
+    pub overflow: u64,
+    /// Packets that were still under way at the end.
+    pub unplayed: u64,
+    /// Frames that were no IPv4, or a stranger's, and are not forwarded.
+    pub foreign: u64,
+    /// Packets that the player itself lost: its socket was full, or sending failed. Anything
+    /// but 0 makes a run invalid.
+    pub dropped: u64,
+    /// How late the departures were.
+    pub lateness: Lateness,
+}
+
+/// A time that the player was kept from its processor, or stopped, though it had something to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pause {
+    /// When it ended, monotonic.
+    pub t_ns: u64,
+    /// How long it was.
+    pub ns: u64,
+}
+
+/// What the player did.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlayerReport {
+    /// What the kernel granted the player's thread.
+    pub scheduling: Scheduling,
+    /// The monotonic instant of link time 0.
+    pub epoch_ns: u64,
+    /// When it began to play, monotonic.
+    pub started_ns: u64,
+    /// When it ended, monotonic.
+    pub ended_ns: u64,
+    /// When it was held up for 5 ms or more; the first hundred.
+    #[serde(default)]
+    pub pauses: Vec<Pause>,
+    /// From controller to plant.
+    pub up: WayReport,
+    /// From plant to controller.
+    pub down: WayReport,
+}
+
+impl PlayerReport {
+    /// Packets that the player itself lost. Anything but 0 makes a run invalid.
+    #[must_use]
+    pub fn dropped(&self) -> u64 {
+        self.up.dropped + self.down.dropped
+    }
+}

@@ -1,0 +1,283 @@
+//! The player without its sockets: packets that have entered wait here for their departure.
+//!
+//! Pure: time comes in as arguments. Order among equal departures is that of entry.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use link::{Cause, Fate, PerWay, Timeline, Way};
+
+use crate::port::{Arrival, FRAME_MAX};
+
+/// Packets that the pool has room for from the beginning: two ways at 1 kHz with an answer
+/// to each message, through a stall of two seconds. Longer stalls make it grow.
+const POOL: usize = 8192;
+
+/// Room for one frame.
+pub(crate) type Frame = Box<[u8; FRAME_MAX]>;
+
+/// A packet that is due to leave.
+#[derive(Debug)]
+pub(crate) struct Departure {
+    /// When it is due, monotonic.
+    pub(crate) at_ns: u64,
+    /// The number of packets that entered before it.
+    sequence: u64,
+    /// Where it goes.
+    pub(crate) way: Way,
+    frame: Frame,
+    frame_bytes: usize,
+}
+
+impl Departure {
+    /// The frame to be sent.
+    pub(crate) fn frame(&self) -> &[u8] {
+        &self.frame[..self.frame_bytes]
+    }
+
+    fn key(&self) -> (u64, u64) {
+        (self.at_ns, self.sequence)
+    }
+}
+
+impl PartialEq for Departure {
+    fn eq(&self, other: &Self) -> bool {
+        self.key() == other.key()
+    }
+}
+impl Eq for Departure {}
+impl PartialOrd for Departure {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Departure {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.key().cmp(&other.key())
+    }
+}
+
+/// The packets under way on a link.
+#[derive(Debug)]
+pub(crate) struct Relay {
+    timeline: Timeline,
+    /// A way that is another player's to shape: its packets are due when they enter.
+    carried: Option<Way>,
+    waiting: BinaryHeap<Reverse<Departure>>,
+    free: Vec<Frame>,
+    sequence: u64,
+    /// The latest entry of each way: link time never runs backwards.
+    entered_ns: PerWay<u64>,
+}
+
+impl Relay {
+    pub(crate) fn new(timeline: Timeline) -> Self {
+        let mut free = Vec::with_capacity(POOL);
+        free.resize_with(POOL, new_frame);
+        Self {
+            timeline,
+            carried: None,
+            waiting: BinaryHeap::with_capacity(POOL),
+            free,
+            sequence: 0,
+            entered_ns: PerWay::default(),
+        }
+    }
+
+    /// The same relay, except that it only carries the packets of this way.
+    pub(crate) fn carrying(self, way: Way) -> Self {
+        Self {
+            carried: Some(way),
+            ..self
+        }
+    }
+
+    /// An empty frame to receive into. In the steady state it is one that was used before.
+    pub(crate) fn frame(&mut self) -> Frame {
+        self.free.pop().unwrap_or_else(new_frame)
+    }
+
+    /// Takes back a frame that is done with.
+    pub(crate) fn recycle(&mut self, frame: Frame) {
+        self.free.push(frame);
+    }
+
+    /// Lets a packet enter the link, and says why if it will not leave it.
+    pub(crate) fn enter(&mut self, way: Way, arrival: &Arrival, frame: Frame) -> Option<Cause> {
+        let entered_ns = &mut self.entered_ns[way];
+        *entered_ns = arrival.stamp_ns.max(*entered_ns);
+        let fate = if self.carried == Some(way) {
+            Fate::Deliver { at_ns: *entered_ns }
+        } else {
+            self.timeline.transmit(way, *entered_ns, arrival.ip_bytes)
+        };
+        match fate {
+            Fate::Deliver { at_ns } => {
+                self.waiting.push(Reverse(Departure {
+                    at_ns,
+                    sequence: self.sequence,
+                    way,
+                    frame,
+                    frame_bytes: arrival.frame_bytes,
+                }));
+                self.sequence += 1;
+                None
+            }
+            Fate::Drop(cause) => {
+                self.recycle(frame);
+                Some(cause)
+            }
+        }
+    }
+
+    /// When the latest packet of a way entered.
+    pub(crate) fn entered_ns(&self, way: Way) -> u64 {
+        self.entered_ns[way]
+    }
+
+    /// Whether a way is another player's to shape.
+    pub(crate) fn is_carried(&self, way: Way) -> bool {
+        self.carried == Some(way)
+    }
+
+    /// When the next packet is due.
+    pub(crate) fn next_ns(&self) -> Option<u64> {
+        self.waiting.peek().map(|Reverse(next)| next.at_ns)
+    }
+
+    /// The next packet, if it is due by `now_ns`. [`finish`](Self::finish) takes it back.
+    pub(crate) fn pop_due(&mut self, now_ns: u64) -> Option<Departure> {
+        if self.next_ns()? > now_ns {
+            return None;
+        }
+        self.waiting.pop().map(|Reverse(due)| due)
+    }
+
+    /// Takes back a packet that has left.
+    pub(crate) fn finish(&mut self, departure: Departure) {
+        self.recycle(departure.frame);
+    }
+
+    /// How many packets of this way are still under way.
+    pub(crate) fn under_way(&self, way: Way) -> u64 {
+        self.waiting
+            .iter()
+            .filter(|Reverse(departure)| departure.way == way)
+            .count() as u64
+    }
+}
+
+/// Filled, not merely zeroed, so that its page is there when a packet needs it.
+fn new_frame() -> Frame {
+    Box::new([0x77; FRAME_MAX])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use link::Profile;
+    use proptest::prelude::*;
+
+    const EPOCH_NS: u64 = 1_000_000_000;
+
+    fn profile(name: &str) -> Profile {
+        let source = Profile::builtin(name).expect("one of the paper's");
+        Profile::parse(source, name).expect("a valid profile")
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// Arrivals on both ways at any gaps, over the stalling and lossy link: each packet is
+        /// either dropped or leaves once, whole, at the instant that the timeline states for
+        /// its entry, and in the order of these instants.
+        #[test]
+        fn each_packet_leaves_when_the_timeline_says_or_is_dropped(
+            seed in any::<u64>(),
+            gaps in prop::collection::vec((0_u64..20_000_000, any::<bool>()), 1..400),
+        ) {
+            let couva = profile("couva");
+            let mut relay = Relay::new(Timeline::new(&couva, seed, EPOCH_NS));
+            let mut stated = Timeline::new(&couva, seed, EPOCH_NS);
+            let (mut t_ns, mut dropped, mut due) = (EPOCH_NS, 0, Vec::new());
+            for (number, (gap_ns, up)) in gaps.iter().enumerate() {
+                t_ns += gap_ns;
+                let way = if *up { Way::Up } else { Way::Down };
+                let mut frame = relay.frame();
+                frame[..8].copy_from_slice(&(number as u64).to_le_bytes());
+                let arrival = Arrival { frame_bytes: 64 + number, ip_bytes: 50, stamp_ns: t_ns };
+                let state = stated.state_at(way, t_ns);
+                match relay.enter(way, &arrival, frame) {
+                    None => due.push((t_ns + state.delay_ns, number)),
+                    Some(_) => {
+                        prop_assert!(state.lost);
+                        dropped += 1;
+                    }
+                }
+            }
+            due.sort_unstable();
+            prop_assert_eq!(relay.under_way(Way::Up) + relay.under_way(Way::Down), due.len() as u64);
+            for (at_ns, number) in &due {
+                prop_assert_eq!(relay.next_ns(), Some(*at_ns));
+                prop_assert!(relay.pop_due(at_ns - 1).is_none());
+                let departure = relay.pop_due(*at_ns).expect("due now");
+                prop_assert_eq!(departure.frame().len(), 64 + number);
+                prop_assert_eq!(&departure.frame()[..8], &(*number as u64).to_le_bytes()[..]);
+                relay.finish(departure);
+            }
+            prop_assert_eq!(due.len() + dropped, gaps.len());
+            prop_assert_eq!(relay.next_ns(), None);
+            // Every frame is back in the pool, which has not grown.
+            prop_assert_eq!(relay.free.len(), POOL);
+        }
+    }
+
+    #[test]
+    fn before_the_epoch_the_empty_link_plays() {
+        let mut relay = Relay::new(Timeline::new(&profile("diego-vpn"), 1, EPOCH_NS));
+        let frame = relay.frame();
+        let arrival = Arrival {
+            frame_bytes: 64,
+            ip_bytes: 50,
+            stamp_ns: EPOCH_NS - 1,
+        };
+        assert_eq!(relay.enter(Way::Up, &arrival, frame), None);
+        // The empty link: 2 ms.
+        assert_eq!(relay.next_ns(), Some(EPOCH_NS - 1 + 2_000_000));
+    }
+
+    #[test]
+    fn a_carried_way_is_due_at_once_and_the_other_way_is_shaped_as_ever() {
+        let constant = "name = \"c\"\nabout = \"c\"\n[both.delay]\nbase = \"5ms\"\n";
+        let constant = Profile::parse(constant, "a test").expect("a valid profile");
+        let mut relay = Relay::new(Timeline::new(&constant, 1, 0)).carrying(Way::Down);
+        for (way, due_ns) in [(Way::Down, 9_000), (Way::Up, 5_009_000)] {
+            let frame = relay.frame();
+            let arrival = Arrival {
+                frame_bytes: 64,
+                ip_bytes: 64,
+                stamp_ns: 9_000,
+            };
+            assert_eq!(relay.enter(way, &arrival, frame), None);
+            assert_eq!(relay.next_ns(), Some(due_ns));
+            let departure = relay.pop_due(due_ns).expect("due now");
+            assert_eq!(departure.way, way);
+            relay.finish(departure);
+        }
+    }
+
+    #[test]
+    fn a_stamp_before_the_last_one_enters_with_the_last_one() {
+        let mut relay = Relay::new(Timeline::new(&Profile::empty(), 1, 0));
+        for stamp_ns in [9_000, 5_000] {
+            let frame = relay.frame();
+            let arrival = Arrival {
+                frame_bytes: 64,
+                ip_bytes: 50,
+                stamp_ns,
+            };
+            assert_eq!(relay.enter(Way::Up, &arrival, frame), None);
+        }
+        assert!(relay.pop_due(2_009_000).is_some() && relay.pop_due(2_009_000).is_some());
+    }
+}

@@ -1,0 +1,114 @@
+//! What the player counts: a running tally per way, of which the rows of each second and the
+//! report at the end are made.
+
+use certificate::{Histogram, LinkRow, WayReport};
+use link::{Cause, Way};
+
+use crate::port::PortCounters;
+
+/// What has happened on one way so far.
+#[derive(Debug)]
+pub(crate) struct Tally {
+    way: Way,
+    counts: Counts,
+    /// The counts at the last row.
+    counted: Counts,
+    late: Histogram,
+    /// Of the departures since the last row.
+    late_max_ns: u64,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    packets: u64,
+    bytes: u64,
+    delivered: u64,
+    lost: u64,
+    overflow: u64,
+    unsent: u64,
+    late_ns: u64,
+    port: PortCounters,
+}
+
+impl Counts {
+    fn dropped(&self) -> u64 {
+        self.port.dropped + self.unsent
+    }
+}
+
+impl Tally {
+    pub(crate) fn new(way: Way) -> Self {
+        Self {
+            way,
+            counts: Counts::default(),
+            counted: Counts::default(),
+            late: Histogram::new(),
+            late_max_ns: 0,
+        }
+    }
+
+    /// A packet came in, and the link has spoken.
+    pub(crate) fn entered(&mut self, ip_bytes: u32, dropped: Option<Cause>) {
+        self.counts.packets += 1;
+        self.counts.bytes += u64::from(ip_bytes);
+        match dropped {
+            None => {}
+            Some(Cause::Loss) => self.counts.lost += 1,
+            Some(Cause::Overflow) => self.counts.overflow += 1,
+        }
+    }
+
+    /// A packet was due and has been sent, or the attempt failed.
+    pub(crate) fn left(&mut self, late_ns: u64, sent: bool) {
+        if !sent {
+            self.counts.unsent += 1;
+            return;
+        }
+        self.counts.delivered += 1;
+        self.counts.late_ns += late_ns;
+        self.late_max_ns = self.late_max_ns.max(late_ns);
+        self.late.add(late_ns);
+    }
+
+    /// Takes over what the port has counted since it was opened.
+    pub(crate) fn update(&mut self, port: PortCounters) {
+        self.counts.port = port;
+    }
+
+    /// What happened since the last row.
+    pub(crate) fn row(&mut self, t_ns: u64) -> LinkRow {
+        let (now, before) = (self.counts, self.counted);
+        let delivered = now.delivered - before.delivered;
+        let row = LinkRow {
+            t_ns,
+            way: self.way,
+            packets: now.packets - before.packets,
+            bytes: now.bytes - before.bytes,
+            delivered,
+            lost: now.lost - before.lost,
+            overflow: now.overflow - before.overflow,
+            foreign: now.port.foreign - before.port.foreign,
+            dropped: now.dropped() - before.dropped(),
+            late_mean_us: (now.late_ns - before.late_ns) as f64 / delivered.max(1) as f64 * 1e-3,
+            late_max_us: self.late_max_ns as f64 * 1e-3,
+        };
+        self.counted = now;
+        self.late_max_ns = 0;
+        row
+    }
+
+    /// The sum of it all, with so many packets left unplayed.
+    pub(crate) fn report(&self, unplayed: u64) -> WayReport {
+        WayReport {
+            packets: self.counts.packets,
+            bytes: self.counts.bytes,
+            delivered: self.counts.delivered,
+            lost: self.counts.lost,
+            overflow: self.counts.overflow,
+            unplayed,
+            foreign: self.counts.port.foreign,
+            dropped: self.counts.dropped(),
+            lateness: self.late.summary(),
+        }
+    }
+}

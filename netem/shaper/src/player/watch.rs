@@ -1,0 +1,101 @@
+//! When a player was kept from its processor, or stopped, though it had something to do.
+//!
+//! Pure: instants come in as arguments. A player that works without a rest is not held up, however
+//! late its packets are by then: that is in their lateness.
+
+use certificate::Pause;
+
+/// A shorter pause is a matter of a time slice, and shows in the lateness of the packets.
+const PAUSE_NS: u64 = 5_000_000;
+
+/// Pauses that are kept: a player that is stopped ten times a second keeps those of ten seconds.
+const KEPT: usize = 100;
+
+/// What a player knows of its own time.
+#[derive(Debug)]
+pub(crate) struct Watch {
+    /// Until when it had reason to be idle, or when it was last seen at work.
+    busy_from_ns: u64,
+    /// Whether it has just rested: what it finds first may have waited for it.
+    rested: bool,
+    pub(crate) pauses: Vec<Pause>,
+}
+
+impl Watch {
+    pub(crate) fn new(now_ns: u64) -> Self {
+        Self {
+            busy_from_ns: now_ns,
+            rested: false,
+            pauses: Vec::with_capacity(KEPT),
+        }
+    }
+
+    /// It rests until then, or until a packet comes.
+    pub(crate) fn rest_until(&mut self, t_ns: u64) {
+        self.busy_from_ns = t_ns;
+        self.rested = true;
+    }
+
+    /// It takes a packet that the kernel received at `stamp_ns`: the first after a rest ended that.
+    pub(crate) fn on_arrival(&mut self, stamp_ns: u64) {
+        if self.rested {
+            self.busy_from_ns = self.busy_from_ns.min(stamp_ns);
+            self.rested = false;
+        }
+    }
+
+    /// It is at work.
+    pub(crate) fn beat(&mut self, now_ns: u64) {
+        let ns = now_ns.saturating_sub(self.busy_from_ns);
+        if ns >= PAUSE_NS && self.pauses.len() < KEPT {
+            self.pauses.push(Pause { t_ns: now_ns, ns });
+        }
+        self.busy_from_ns = now_ns;
+        self.rested = false;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    fn pauses(watch: &Watch) -> Vec<(u64, u64)> {
+        let ms = |pause: &Pause| (pause.t_ns / MS, pause.ns / MS);
+        watch.pauses.iter().map(ms).collect()
+    }
+
+    #[test]
+    fn a_rest_that_ends_in_time_is_none_and_one_that_does_not_is() {
+        let mut watch = Watch::new(0);
+        watch.rest_until(50 * MS);
+        watch.beat(50 * MS);
+        watch.rest_until(100 * MS);
+        watch.beat(120 * MS);
+        assert_eq!(pauses(&watch), [(120, 20)]);
+    }
+
+    #[test]
+    fn a_packet_that_ends_a_rest_and_waits_tells_of_a_pause() {
+        let mut watch = Watch::new(0);
+        watch.rest_until(50 * MS);
+        watch.on_arrival(10 * MS);
+        // Of the second it is known that it came while the first was waited for.
+        watch.on_arrival(9 * MS);
+        watch.beat(40 * MS);
+        assert_eq!(pauses(&watch), [(40, 30)]);
+    }
+
+    #[test]
+    fn one_that_works_through_a_burst_is_not_held_up() {
+        let mut watch = Watch::new(0);
+        for t_ms in 1..100 {
+            watch.on_arrival(0);
+            watch.beat(t_ms * MS);
+        }
+        assert!(watch.pauses.is_empty());
+        watch.beat(130 * MS);
+        assert_eq!(pauses(&watch), [(130, 31)]);
+    }
+}

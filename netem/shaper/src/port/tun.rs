@@ -1,0 +1,220 @@
+//! A port that is an interface of an end: a TUN device in its namespace, for the player that
+//! runs beside that end.
+//!
+//! What is written into the device reaches the end. What the end sends into it could be read
+//! from it too, but without the time at which it was sent: a player that is kept from its
+//! processor would then play another link. So a packet socket listens at the device, to
+//! which the kernel gives each packet with a stamp, and what lies in the device is thrown
+//! away.
+//!
+//! There is no Ethernet on it, so no ARP either. The device goes with the process, however
+//! that ends.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, ErrorKind, Write};
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::os::unix::fs::OpenOptionsExt;
+
+use link::Way;
+use rustix::io::Errno;
+
+use crate::clock::{StampClock, now_ns};
+use crate::error::{Doing, Error, Result};
+use crate::network::netlink::Netlink;
+use crate::network::veth::{CONTROLLER_ADDRESS, END_INTERFACE, PLANT_ADDRESS, PREFIX_LEN};
+use crate::port::udp::UDP_HEADERS;
+use crate::port::{Arrival, FRAME_MAX, Port, PortCounters, is_ipv4, packet_socket};
+use crate::sys;
+
+/// Where the kernel hands out TUN devices.
+const CONTROL: &str = "/dev/net/tun";
+
+/// What is refused where there is no TUN, or no right to it.
+const ACTION: &str = "make the TUN device";
+
+/// The longest packet: in a datagram it fills one of a network that carries 1500 bytes.
+const MTU_BYTES: u32 = 1500 - UDP_HEADERS;
+
+/// A TUN device, [`END_INTERFACE`], that is up and has its end's address.
+#[derive(Debug)]
+pub struct TunPort {
+    device: File,
+    /// Hears what the end sends.
+    tap: OwnedFd,
+    way: Way,
+    stamps: StampClock,
+    counters: PortCounters,
+}
+
+impl TunPort {
+    /// Makes the device in the namespace of the calling thread. `way` tells which end that
+    /// is, by the way its packets go: the controller's go [up](Way::Up), the plant's
+    /// [down](Way::Down).
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] where there is no TUN device or this process may not make one
+    /// and listen to it; [`Error::Failed`] if the end has an interface of this name already.
+    pub fn open(way: Way) -> Result<Self> {
+        let device = open_control(CONTROL)?;
+        sys::make_tun(&device, END_INTERFACE).map_err(|source| {
+            match Errno::from_io_error(&source) {
+                Some(Errno::PERM) => Error::Unsupported {
+                    action: ACTION,
+                    remedy: "it needs CAP_NET_ADMIN in its network namespace: run webloop as \
+                             root; in a container, --cap-add NET_ADMIN",
+                    source,
+                },
+                Some(Errno::BUSY | Errno::INVAL) => Error::Failed {
+                    action: format!(
+                        "make the TUN device `{END_INTERFACE}` (is another player at work \
+                         beside this end?)"
+                    ),
+                    source,
+                },
+                _ => Error::Failed {
+                    action: format!("make the TUN device `{END_INTERFACE}`"),
+                    source,
+                },
+            }
+        })?;
+        let mut netlink = Netlink::open()?;
+        let index = netlink.index_of(END_INTERFACE)?;
+        netlink.set_mtu(index, MTU_BYTES)?;
+        netlink.add_address(index, address(way), PREFIX_LEN)?;
+        netlink.bring_up(index)?;
+        // Only an interface that is up can be listened to.
+        let tap = packet_socket()?;
+        sys::stamp_received(&tap)
+            .and_then(|()| sys::hear_only_outgoing(&tap))
+            .and_then(|()| sys::bind_to_interface(&tap, index))
+            .doing_with(|| format!("listen to the TUN device `{END_INTERFACE}`"))?;
+        Ok(Self {
+            device,
+            tap,
+            way,
+            stamps: StampClock::new(),
+            counters: PortCounters::default(),
+        })
+    }
+
+    /// The way that the end's packets go.
+    #[must_use]
+    pub fn way(&self) -> Way {
+        self.way
+    }
+
+    /// Takes a packet out of the device that the tap has heard already. That there is none
+    /// does no harm, nor that one stays: what the device has no room for is heard all the
+    /// same.
+    fn discard(&self) -> io::Result<()> {
+        // The kernel cuts off what does not fit.
+        match rustix::io::read(&self.device, &mut [0; 1]) {
+            Ok(_) | Err(Errno::AGAIN | Errno::INTR) => Ok(()),
+            Err(error) => Err(error.into()),
+        }
+    }
+}
+
+fn address(way: Way) -> std::net::Ipv4Addr {
+    match way {
+        Way::Up => CONTROLLER_ADDRESS,
+        Way::Down => PLANT_ADDRESS,
+    }
+}
+
+fn open_control(path: &str) -> Result<File> {
+    let unsupported = |remedy| {
+        move |source| Error::Unsupported {
+            action: ACTION,
+            remedy,
+            source,
+        }
+    };
+    OpenOptions::new()
+        .read(true)
+        .write(true)
+        .custom_flags(libc::O_NONBLOCK)
+        .open(path)
+        .map_err(|source| match source.kind() {
+            // A container without leave to use the device is told so; anyone else has not
+            // the rights of the file.
+            ErrorKind::PermissionDenied => unsupported(
+                "/dev/net/tun is there but not for this process: run webloop as root, or make \
+                 it readable and writable; in a container, --device /dev/net/tun",
+            )(source),
+            _ => unsupported(
+                "there is no /dev/net/tun: load the kernel module (modprobe tun), or use a \
+                 kernel with CONFIG_TUN; in a container, --device /dev/net/tun",
+            )(source),
+        })
+}
+
+impl Port for TunPort {
+    fn receive(&mut self, frame: &mut [u8; FRAME_MAX]) -> io::Result<Option<Arrival>> {
+        while let Some(received) = sys::receive(&self.tap, frame)? {
+            self.discard()?;
+            let bytes = received.len.min(frame.len());
+            if !is_ipv4(&frame[..bytes]) {
+                self.counters.foreign += 1;
+                continue;
+            }
+            if received.len > frame.len() {
+                self.counters.dropped += 1;
+                continue;
+            }
+            return Ok(Some(Arrival {
+                frame_bytes: bytes,
+                // At most FRAME_MAX.
+                ip_bytes: bytes as u32,
+                stamp_ns: received
+                    .stamp_ns
+                    .map_or_else(now_ns, |stamp| self.stamps.monotonic_ns(stamp)),
+            }));
+        }
+        Ok(None)
+    }
+
+    /// The kernel takes a packet whole, and at once.
+    fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        self.device.write(frame).map(|_| ())
+    }
+
+    fn counters(&mut self) -> io::Result<PortCounters> {
+        self.counters.dropped += sys::take_packet_drops(&self.tap)?;
+        Ok(self.counters)
+    }
+}
+
+impl AsFd for TunPort {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.tap.as_fd()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_machine_without_the_device_is_told_what_to_do() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let missing = folder.path().join("tun");
+        let error = open_control(missing.to_str().expect("a plain path")).expect_err("no device");
+        assert!(matches!(error, Error::Unsupported { .. }));
+        let told = error.to_string();
+        for part in [
+            "make the TUN device",
+            "modprobe tun",
+            "--device /dev/net/tun",
+        ] {
+            assert!(told.contains(part), "{told}");
+        }
+    }
+
+    /// What opens but is no TUN device, as a container may have it by mistake.
+    #[test]
+    fn a_device_that_is_none_is_a_failure() {
+        let null = open_control("/dev/null").expect("it opens");
+        assert!(sys::make_tun(&null, END_INTERFACE).is_err());
+    }
+}

@@ -1,0 +1,212 @@
+//! A port that is the way to another player: packets of the link, each in a datagram of its
+//! own and with nothing before it.
+//!
+//! The other player is known by address and port. What anyone else sends is counted and
+//! thrown away: this keeps strays out, not a forger, who has no business on that network.
+
+use std::io;
+use std::net::SocketAddrV4;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+
+use rustix::io::Errno;
+use rustix::net::{AddressFamily, SendFlags, SocketFlags, SocketType};
+
+use crate::clock::{StampClock, now_ns};
+use crate::error::{Doing, Result};
+use crate::port::{Arrival, FRAME_MAX, Port, PortCounters, is_ipv4, widen};
+use crate::sys;
+
+/// Bytes that carrying a packet costs: a header of IPv4 without options, and one of UDP.
+pub(crate) const UDP_HEADERS: u32 = 20 + 8;
+
+/// The UDP port of both players, unless they are told otherwise.
+pub const TUNNEL_PORT: u16 = 7077;
+
+/// A UDP socket that hears one peer.
+///
+/// It is not connected to it, or the kernel would let the first datagrams fail that come
+/// before the peer is there.
+#[derive(Debug)]
+pub struct UdpPort {
+    socket: OwnedFd,
+    peer: SocketAddrV4,
+    stamps: StampClock,
+    counters: PortCounters,
+    /// Datagrams that the kernel took and this port could not.
+    oversized: u64,
+}
+
+impl UdpPort {
+    /// Opens the local address in the namespace of the calling thread. 0.0.0.0 is all of
+    /// them: the route to the peer decides which one it sees.
+    ///
+    /// # Errors
+    /// [`Error::Failed`](crate::Error::Failed) if the address is not this machine's, or in
+    /// use.
+    pub fn open(local: SocketAddrV4, peer: SocketAddrV4) -> Result<Self> {
+        let socket = rustix::net::socket_with(
+            AddressFamily::INET,
+            SocketType::DGRAM,
+            SocketFlags::CLOEXEC,
+            None,
+        )
+        .doing("open a UDP socket")?;
+        widen(&socket);
+        sys::stamp_received(&socket)
+            .and_then(|()| rustix::net::bind(&socket, &local).map_err(Into::into))
+            .doing_with(|| format!("listen for the other player at UDP {local}"))?;
+        Ok(Self {
+            socket,
+            peer,
+            stamps: StampClock::new(),
+            counters: PortCounters::default(),
+            oversized: 0,
+        })
+    }
+}
+
+impl Port for UdpPort {
+    fn receive(&mut self, frame: &mut [u8; FRAME_MAX]) -> io::Result<Option<Arrival>> {
+        while let Some(received) = sys::receive(&self.socket, frame)? {
+            let bytes = received.len.min(frame.len());
+            if received.sender != Some(self.peer) || !is_ipv4(&frame[..bytes]) {
+                self.counters.foreign += 1;
+                continue;
+            }
+            if received.len > frame.len() {
+                self.oversized += 1;
+                continue;
+            }
+            return Ok(Some(Arrival {
+                frame_bytes: bytes,
+                // At most FRAME_MAX.
+                ip_bytes: bytes as u32,
+                stamp_ns: received
+                    .stamp_ns
+                    .map_or_else(now_ns, |stamp| self.stamps.monotonic_ns(stamp)),
+            }));
+        }
+        Ok(None)
+    }
+
+    /// Does not wait: a datagram that the kernel has no room for is lost, and counted.
+    fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        loop {
+            match rustix::net::sendto(&self.socket, frame, SendFlags::DONTWAIT, &self.peer) {
+                Ok(_) => return Ok(()),
+                Err(Errno::INTR) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+
+    fn counters(&mut self) -> io::Result<PortCounters> {
+        self.counters.dropped = self.oversized + sys::datagram_drops(&self.socket)?;
+        Ok(self.counters)
+    }
+}
+
+impl AsFd for UdpPort {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.socket.as_fd()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rustix::event::{PollFd, PollFlags, Timespec, poll};
+    use std::net::{Ipv4Addr, UdpSocket};
+
+    fn address(socket: &UdpSocket) -> SocketAddrV4 {
+        SocketAddrV4::new(
+            Ipv4Addr::LOCALHOST,
+            socket.local_addr().expect("bound").port(),
+        )
+    }
+
+    /// The next packet, for which it waits at most two seconds.
+    fn next(port: &mut UdpPort, frame: &mut [u8; FRAME_MAX]) -> Option<Arrival> {
+        let patience = Timespec {
+            tv_sec: 2,
+            tv_nsec: 0,
+        };
+        let mut ports = [PollFd::from_borrowed_fd(port.as_fd(), PollFlags::IN)];
+        poll(&mut ports, Some(&patience)).expect("poll works");
+        port.receive(frame).expect("the socket works")
+    }
+
+    #[test]
+    fn only_the_peer_s_ipv4_comes_in() {
+        let bind = || UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).expect("loopback");
+        let (peer, stranger, probe) = (bind(), bind(), bind());
+        // The probe's port is free once it is closed.
+        let local = address(&probe);
+        drop(probe);
+        let mut port = UdpPort::open(local, address(&peer)).expect("a free port");
+        let packet = |first: u8, bytes: usize| {
+            let mut packet = vec![7; bytes];
+            packet[0] = first;
+            packet
+        };
+        let send = |from: &UdpSocket, packet: &[u8]| {
+            from.send_to(packet, local).expect("loopback");
+        };
+        send(&stranger, &packet(0x45, 84));
+        send(&peer, &packet(0x60, 84));
+        send(&peer, &[]);
+        send(&peer, &packet(0x45, FRAME_MAX + 1));
+        let before_ns = now_ns();
+        send(&peer, &packet(0x45, 90));
+        let mut frame = [0; FRAME_MAX];
+        let arrival = next(&mut port, &mut frame).expect("the peer's packet");
+        assert_eq!((arrival.frame_bytes, arrival.ip_bytes), (90, 90));
+        assert_eq!(&frame[..90], packet(0x45, 90));
+        // The stamp is brought from another clock: to some microseconds.
+        assert!((before_ns - 100_000..=now_ns()).contains(&arrival.stamp_ns));
+        let counters = port.counters().expect("the socket works");
+        assert_eq!((counters.foreign, counters.dropped), (3, 1));
+        // And back, from the port that the peer knows.
+        port.send(&packet(0x45, 84)).expect("loopback");
+        let (bytes, from) = peer.recv_from(&mut frame).expect("loopback");
+        assert_eq!((bytes, from), (84, local.into()));
+    }
+
+    /// A peer that is not there yet makes the kernel answer; that must not end a play.
+    #[test]
+    fn a_peer_that_is_not_there_yet_is_no_error() {
+        let bind = || UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).expect("loopback");
+        let (one, other) = (bind(), bind());
+        let (local, peer) = (address(&one), address(&other));
+        drop((one, other));
+        let mut port = UdpPort::open(local, peer).expect("a free port");
+        let mut frame = [0; FRAME_MAX];
+        for _ in 0..3 {
+            port.send(&[0x45; 84]).expect("the kernel takes it");
+            assert_eq!(port.receive(&mut frame).expect("nothing to say"), None);
+        }
+    }
+
+    #[test]
+    fn what_the_socket_has_no_room_for_is_counted() {
+        let bind = || UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).expect("loopback");
+        let (local, peer) = (address(&bind()), bind());
+        let mut port = UdpPort::open(local, address(&peer)).expect("a free port");
+        rustix::net::sockopt::set_socket_recv_buffer_size(&port.socket, 4096).expect("small");
+        for _ in 0..100 {
+            peer.send_to(&[0x45; 1400], local).expect("loopback");
+        }
+        let mut frame = [0; FRAME_MAX];
+        let mut came = 0;
+        while port
+            .receive(&mut frame)
+            .expect("the socket works")
+            .is_some()
+        {
+            came += 1;
+        }
+        assert!(came < 100, "the buffer holds a few");
+        let counters = port.counters().expect("the socket works");
+        assert_eq!(counters.dropped, 100 - came);
+    }
+}

@@ -1,0 +1,144 @@
+//! The half of a probe that is at the controller: it sends echoes, each at its instant, and
+//! hears the answers. It does not know when they reached the plant; that is for the
+//! [witness](crate::Witness) there.
+
+use std::io;
+use std::net::SocketAddrV4;
+use std::os::fd::AsFd;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use certificate::Echo;
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::io::Errno;
+use rustix::net::SendFlags;
+
+use crate::clock::{now_ns, timespec};
+use crate::error::{Doing, Result};
+use crate::probe::hearer::Hearer;
+use crate::probe::icmp::{self, EchoId};
+use crate::probe::plan::ProbePlan;
+use crate::probe::thread::{LONGEST_SLEEP_NS, on_a_thread};
+use crate::probe::witness::Witness;
+
+/// A socket that sends requests and hears the answers.
+///
+/// It stays in the namespace that it was opened in, so any thread can run it.
+#[derive(Debug)]
+pub struct Asker {
+    hearer: Hearer,
+}
+
+impl Asker {
+    /// Opens the socket in the namespace of the calling thread.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`](crate::Error::Unsupported) if this process may not open raw
+    /// sockets.
+    pub fn open() -> Result<Self> {
+        Hearer::open(icmp::REPLY).map(|hearer| Self { hearer })
+    }
+
+    /// Sends the echoes of `plan` at absolute instants that no slow answer moves, until all
+    /// are through or `stop` is set. `on_answer` gets each echo as its answer comes; all of
+    /// them are returned, in the order of sending. When they reached the plant is not known:
+    /// [`merge`](certificate::merge) adds it.
+    ///
+    /// It does so on a thread of its own, for which it asks real-time scheduling, and waits
+    /// for that.
+    ///
+    /// # Errors
+    /// [`Error::Failed`](crate::Error::Failed) when the socket fails.
+    pub fn run(
+        &mut self,
+        plan: &ProbePlan,
+        stop: &AtomicBool,
+        on_answer: impl FnMut(&Echo) + Send,
+    ) -> Result<Vec<Echo>> {
+        on_a_thread("probe", || self.exchange(plan, None, stop, on_answer))
+    }
+
+    /// The same on this thread, and with the witness at hand if it is in this process.
+    pub(crate) fn exchange(
+        &mut self,
+        plan: &ProbePlan,
+        mut witness: Option<&mut Witness>,
+        stop: &AtomicBool,
+        mut on_answer: impl FnMut(&Echo),
+    ) -> Result<Vec<Echo>> {
+        /// Room for a probe of usual length; a longer one makes it grow.
+        const CAPACITY: u32 = 1 << 16;
+        let start_ns = plan.start_ns.max(now_ns());
+        let due_ns = |seq: u32| plan.due_ns(start_ns, seq);
+        let end_ns = due_ns(plan.count.saturating_sub(1)).saturating_add(plan.grace_ns);
+        let target = SocketAddrV4::new(plan.target, 0);
+        let mut echoes = Vec::with_capacity(plan.count.min(CAPACITY) as usize);
+        let mut answered = 0;
+        while !stop.load(Ordering::Relaxed) {
+            let now = now_ns();
+            let sent = echoes.len() as u32;
+            let all_sent = sent == plan.count;
+            if all_sent && (answered == plan.count || now >= end_ns) {
+                break;
+            }
+            if !all_sent && now >= due_ns(sent) {
+                echoes.push(self.send(plan.id, sent, &target)?);
+            }
+            if let Some(witness) = &mut witness {
+                witness.drain(|sighting| {
+                    if sighting.id == plan.id
+                        && let Some(echo) = echoes.get_mut(sighting.seq as usize)
+                    {
+                        echo.t_reach_ns.get_or_insert(sighting.t_reach_ns);
+                    }
+                })?;
+            }
+            self.hearer.drain(|id, stamp_ns| {
+                if id.probe == plan.id
+                    && let Some(echo) = echoes.get_mut(id.seq as usize)
+                    && echo.t_back_ns.is_none()
+                {
+                    echo.t_back_ns = Some(stamp_ns);
+                    answered += 1;
+                    on_answer(echo);
+                }
+            })?;
+            let sent = echoes.len() as u32;
+            let wake_ns = if sent < plan.count {
+                due_ns(sent)
+            } else {
+                end_ns
+            };
+            let sleep_ns = wake_ns.saturating_sub(now_ns()).min(LONGEST_SLEEP_NS);
+            self.wait(witness.as_deref(), sleep_ns)?;
+        }
+        Ok(echoes)
+    }
+
+    fn send(&self, probe: u16, seq: u32, target: &SocketAddrV4) -> Result<Echo> {
+        let message = icmp::request(EchoId { probe, seq });
+        // The last thing before the system call: what is done earlier is not the link's.
+        let t_send_ns = now_ns();
+        rustix::net::sendto(&self.hearer, &message, SendFlags::empty(), target)
+            .doing_with(|| format!("send echo {seq}"))?;
+        Ok(Echo {
+            seq,
+            t_send_ns,
+            t_reach_ns: None,
+            t_back_ns: None,
+        })
+    }
+
+    fn wait(&self, witness: Option<&Witness>, sleep_ns: u64) -> Result<()> {
+        if sleep_ns == 0 {
+            return Ok(());
+        }
+        let own = self.hearer.as_fd();
+        // Without a witness the same socket twice does no harm.
+        let mut sockets = [own, witness.map_or(own, AsFd::as_fd)]
+            .map(|socket| PollFd::from_borrowed_fd(socket, PollFlags::IN));
+        match poll(&mut sockets, Some(&timespec(sleep_ns))) {
+            Ok(_) | Err(Errno::INTR) => Ok(()),
+            Err(error) => Err(io::Error::from(error)).doing("wait for echoes"),
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! The program `tc`, run once: to ask, to try, to clean up; and what its refusals mean.
+//!
+//! The commands that play a link go to one that [keeps running](crate::tc::batch).
+
+use std::io;
+use std::process::{Command, Output};
+
+use link::{Profile, Setting, Staircase, Verb, Way};
+use serde_json::Value;
+
+use crate::error::{Doing, Error, Result};
+use crate::tc::qdisc::{Owner, Root};
+
+/// The program, found by the path.
+pub(crate) const TC: &str = "tc";
+
+/// What is at the root of an interface, and all that tc says of it.
+pub(crate) struct Listing {
+    pub(crate) root: Root,
+    pub(crate) text: Value,
+}
+
+/// Whether tc can play a link on `device`, found out by trying: a netem is put there and
+/// taken away again.
+///
+/// # Errors
+/// [`Error::Unsupported`], with the remedy, where there is no tc, no netem in the kernel or no
+/// right to use it; [`Error::Failed`] where the device is not there or somebody else shapes
+/// it.
+pub fn tc_available(device: &str) -> Result<()> {
+    claim(device)?;
+    let mut empty = Staircase::new(&Profile::empty(), 0, Way::Up);
+    if let Some(change) = empty.next_before(1) {
+        command(&change.setting.command(Verb::Add, device))?;
+        command(&Setting::removal(device))?;
+    }
+    Ok(())
+}
+
+/// Makes sure that nobody else shapes `device`, and takes away what a killed player of ours
+/// has left there. Gives what was found.
+pub(crate) fn claim(device: &str) -> Result<Listing> {
+    let found = list(device)?;
+    match found.root.owner() {
+        Owner::Kernel => Ok(found),
+        Owner::Ours => {
+            tracing::info!(
+                device,
+                "the netem of a player that was killed is taken away"
+            );
+            command(&Setting::removal(device))?;
+            Ok(found)
+        }
+        Owner::Foreign(qdisc) => Err(foreign(device, &qdisc)),
+    }
+}
+
+fn foreign(device: &str, qdisc: &str) -> Error {
+    let why = format!(
+        "its root queueing discipline is `{qdisc}`, which is not webloop's and is left as it \
+         is; take it away with `tc qdisc del dev {device} root`, or choose another interface"
+    );
+    Error::Failed {
+        action: format!("shape `{device}`"),
+        source: io::Error::new(io::ErrorKind::AlreadyExists, why),
+    }
+}
+
+/// What tc says of the queueing disciplines of `device`, counters included.
+pub(crate) fn list(device: &str) -> Result<Listing> {
+    let output = run(&["-s", "-j"], &Setting::inquiry(device))?;
+    let action = || format!("read the queueing disciplines of `{device}`");
+    let text: Value = serde_json::from_slice(&output.stdout)
+        .map_err(io::Error::from)
+        .doing_with(action)?;
+    let root = Root::of(&text).doing_with(action)?;
+    Ok(Listing { root, text })
+}
+
+/// One command that changes something.
+pub(crate) fn command(line: &str) -> Result<()> {
+    run(&[], line).map(|_| ())
+}
+
+/// What `tc -V` says.
+pub(crate) fn version() -> Result<String> {
+    let output = run(&[], "-V")?;
+    Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+fn run(options: &[&str], line: &str) -> Result<Output> {
+    let output = Command::new(TC)
+        .args(options)
+        .args(line.split_whitespace())
+        .output()
+        .map_err(not_started)?;
+    match output.status.success() {
+        true => Ok(output),
+        false => Err(refused(line, &String::from_utf8_lossy(&output.stderr))),
+    }
+}
+
+/// Why there is no tc.
+pub(crate) fn not_started(source: io::Error) -> Error {
+    match source.kind() {
+        io::ErrorKind::NotFound => Error::Unsupported {
+            action: "run `tc`",
+            remedy: "install iproute2 (apt-get install iproute2), or have the link played in \
+                     user space",
+            source,
+        },
+        _ => Error::Failed {
+            action: "run `tc`".into(),
+            source,
+        },
+    }
+}
+
+/// What it means that tc has refused the command `line` with these words.
+pub(crate) fn refused(line: &str, words: &str) -> Error {
+    let source = io::Error::other(
+        words
+            .lines()
+            .map(str::trim)
+            .filter(|line| !line.is_empty())
+            .collect::<Vec<_>>()
+            .join("; "),
+    );
+    // tc has no codes for these, and the kernel's own words change little.
+    let says = |what: &str| words.contains(what);
+    if says("Operation not permitted") {
+        return Error::Unsupported {
+            action: "shape an interface with tc",
+            remedy: "run webloop as root; in a container, give it --cap-add NET_ADMIN",
+            source,
+        };
+    }
+    // The second is what kernels before 5.8 say.
+    if says("qdisc kind is unknown") || says("No such file or directory") {
+        return Error::Unsupported {
+            action: "shape an interface with tc's netem",
+            remedy: "load the kernel module (modprobe sch_netem), use a kernel with \
+                     CONFIG_NET_SCH_NETEM, or have the link played in user space",
+            source,
+        };
+    }
+    Error::Failed {
+        action: format!("do `tc {line}`"),
+        source,
+    }
+}
+
+/// Takes the netem away when the play ends early.
+pub(crate) struct Restore {
+    /// The interface; none where nothing is left to do.
+    pub(crate) device: Option<String>,
+}
+
+impl Drop for Restore {
+    fn drop(&mut self) {
+        if let Some(device) = &self.device
+            && let Err(error) = command(&Setting::removal(device))
+        {
+            // It may not have come to be, or its interface may be gone.
+            tracing::debug!(%error, device, "no netem was taken away");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_says_what_to_do() {
+        let unsupported = |words: &str| match refused("qdisc add dev eth0", words) {
+            Error::Unsupported { remedy, .. } => Some(remedy),
+            Error::Failed { .. } => None,
+        };
+        let netem = unsupported("Error: Specified qdisc kind is unknown.\n").expect("its remedy");
+        assert!(netem.contains("modprobe sch_netem"));
+        let right = unsupported("RTNETLINK answers: Operation not permitted\n");
+        assert!(right.expect("its remedy").contains("NET_ADMIN"));
+        let error = refused("qdisc add dev no", "Cannot find device \"no\"\n");
+        assert_eq!(
+            error.to_string(),
+            "cannot do `tc qdisc add dev no`: Cannot find device \"no\""
+        );
+    }
+}

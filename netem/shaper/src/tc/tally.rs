@@ -1,0 +1,155 @@
+//! What the tc player counts, of which its rows and its report are made.
+//!
+//! netem counts the packets, the player its changes. netem has one count for what it was to
+//! lose and what it had no room for; which of the two it was is concluded here.
+
+use certificate::{Histogram, TcRow, WayReport};
+use link::Way;
+
+use crate::tc::qdisc::Counters;
+
+/// What netem counts besides the IP packet.
+const ETHERNET_HEADER_BYTES: u64 = 14;
+
+/// What has happened so far.
+pub(crate) struct TcTally {
+    way: Way,
+    /// Whether a full queue is the link's own doing.
+    limited: bool,
+    limit: u64,
+    counters: Counters,
+    overflow: u64,
+    changes: u64,
+    /// Changes and their lateness at the last row.
+    counted: u64,
+    late_ns: u64,
+    late_max_ns: u64,
+    late: Histogram,
+}
+
+impl TcTally {
+    pub(crate) fn new(way: Way) -> Self {
+        Self {
+            way,
+            limited: false,
+            limit: 0,
+            counters: Counters::default(),
+            overflow: 0,
+            changes: 0,
+            counted: 0,
+            late_ns: 0,
+            late_max_ns: 0,
+            late: Histogram::new(),
+        }
+    }
+
+    /// What netem has room for from now on, and whether behind a rate limit.
+    pub(crate) fn room(&mut self, limit: u32, limited: bool) {
+        self.limit = u64::from(limit);
+        self.limited |= limited;
+    }
+
+    /// A change was made.
+    pub(crate) fn changed(&mut self, late_ns: u64) {
+        self.changes += 1;
+        self.late_ns += late_ns;
+        self.late_max_ns = self.late_max_ns.max(late_ns);
+        self.late.add(late_ns);
+    }
+
+    /// The row up to the instant at which netem has counted so much.
+    pub(crate) fn row(&mut self, t_ns: u64, now: Counters) -> TcRow {
+        let before = self.counters;
+        let delivered = now.packets.saturating_sub(before.packets);
+        let drops = now.drops.saturating_sub(before.drops);
+        // All that was there or has come since must have lain in netem at once to fill it.
+        let most = before.qlen + (delivered + drops + now.qlen).saturating_sub(before.qlen);
+        let overflow = if most >= self.limit { drops } else { 0 };
+        let changes = self.changes - self.counted;
+        let bytes = now.bytes.saturating_sub(before.bytes);
+        let row = TcRow {
+            t_ns,
+            way: self.way,
+            delivered,
+            bytes: bytes.saturating_sub(delivered * ETHERNET_HEADER_BYTES),
+            lost: drops - overflow,
+            overflow: if self.limited { overflow } else { 0 },
+            dropped: if self.limited { 0 } else { overflow },
+            queued: now.qlen,
+            changes,
+            late_mean_us: self.late_ns as f64 / changes.max(1) as f64 * 1e-3,
+            late_max_us: self.late_max_ns as f64 * 1e-3,
+        };
+        self.counters = now;
+        self.overflow += overflow;
+        self.counted = self.changes;
+        (self.late_ns, self.late_max_ns) = (0, 0);
+        row
+    }
+
+    pub(crate) fn changes(&self) -> u64 {
+        self.changes
+    }
+
+    /// The sum of all rows.
+    pub(crate) fn report(&self) -> WayReport {
+        let Counters {
+            packets,
+            bytes,
+            drops,
+            qlen,
+        } = self.counters;
+        WayReport {
+            packets: packets + drops + qlen,
+            bytes: bytes.saturating_sub(packets * ETHERNET_HEADER_BYTES),
+            delivered: packets,
+            lost: drops - self.overflow,
+            overflow: if self.limited { self.overflow } else { 0 },
+            unplayed: qlen,
+            foreign: 0,
+            dropped: if self.limited { 0 } else { self.overflow },
+            lateness: self.late.summary(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn counters(packets: u64, drops: u64, qlen: u64) -> Counters {
+        Counters {
+            packets,
+            bytes: packets * 98,
+            drops,
+            qlen,
+        }
+    }
+
+    #[test]
+    fn a_drop_is_a_loss_where_there_was_room_all_the_time() {
+        let mut tally = TcTally::new(Way::Up);
+        tally.room(100, false);
+        tally.changed(3_000);
+        tally.changed(5_000);
+        let row = tally.row(1, counters(50, 9, 10));
+        assert_eq!((row.delivered, row.lost, row.dropped), (50, 9, 0));
+        assert_eq!((row.bytes, row.queued, row.changes), (50 * 84, 10, 2));
+        assert_eq!((row.late_mean_us, row.late_max_us), (4.0, 5.0));
+        // 10 lay there, 85 came in and 15 more did: a hundred.
+        let row = tally.row(2, counters(90, 20, 59));
+        assert_eq!((row.lost, row.dropped, row.overflow), (0, 11, 0));
+        assert_eq!((row.changes, row.late_max_us), (0, 0.0));
+        let report = tally.report();
+        assert_eq!(report.packets, 90 + 20 + 59);
+        assert_eq!((report.lost, report.dropped, report.unplayed), (9, 11, 59));
+    }
+
+    #[test]
+    fn behind_a_rate_limit_a_full_queue_is_the_link_s_own() {
+        let mut tally = TcTally::new(Way::Down);
+        tally.room(100, true);
+        let row = tally.row(1, counters(50, 50, 0));
+        assert_eq!((row.lost, row.dropped, row.overflow), (0, 0, 50));
+    }
+}

@@ -1,0 +1,130 @@
+//! The agent behind its routes: whose it is, the run that it is in, and how both change.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
+
+use tokio::sync::Notify;
+use tokio::task::spawn_blocking;
+use tokio::time::Instant;
+
+use crate::claim::Claim;
+use crate::refusal::Refusal;
+use crate::role::STOP_WITHIN;
+use crate::run::{Run, lock};
+use crate::wire::Health;
+use crate::{Config, Name, Token, shelf};
+
+/// The agent as its requests see it. One thread serves them all, so its locks, which no request
+/// holds while it waits, are always free.
+pub(crate) struct Agent {
+    pub(crate) config: Config,
+    /// Where the runs' folders are.
+    scratch: PathBuf,
+    claim: Mutex<Claim>,
+    run: Mutex<Option<Arc<Run>>>,
+    /// Held while runs change, so that one is gone before the next begins.
+    change: tokio::sync::Mutex<()>,
+    /// Told of each claim: it may end the agent sooner than the lack of one would have.
+    pub(crate) claimed: Notify,
+    /// Told when the orchestrator wants the agent to end.
+    pub(crate) ending: Notify,
+    ended: AtomicBool,
+}
+
+impl Agent {
+    pub(crate) fn new(config: &Config, scratch: PathBuf) -> Agent {
+        Agent {
+            claim: Mutex::new(Claim::new(config, Instant::now())),
+            config: config.clone(),
+            scratch,
+            run: Mutex::default(),
+            change: tokio::sync::Mutex::default(),
+            claimed: Notify::new(),
+            ending: Notify::new(),
+            ended: AtomicBool::new(false),
+        }
+    }
+
+    pub(crate) fn claim(&self) -> MutexGuard<'_, Claim> {
+        lock(&self.claim)
+    }
+
+    /// Lets a request with this token in, or not; [`Claim::answered`] is its other end.
+    pub(crate) fn enter(&self, presented: Option<&Token>) -> Result<(), Refusal> {
+        let mut claim = self.claim();
+        let claimed = claim.claimed();
+        claim.enter(presented, Instant::now())?;
+        if !claimed {
+            self.claimed.notify_one();
+        }
+        Ok(())
+    }
+
+    /// Ends the run that there is, for good: no other is begun after it.
+    pub(crate) async fn close(&self, within: Duration) {
+        self.ended.store(true, Ordering::Relaxed);
+        let run = lock(&self.run).take();
+        if let Some(run) = run {
+            run.end(within).await;
+        }
+    }
+
+    /// Begins a run in an empty folder; the one before is ended and wiped.
+    pub(crate) async fn begin(&self, id: Name) -> Result<(), Refusal> {
+        let _change = self.change.lock().await;
+        self.wipe_current().await?;
+        let folder = self.scratch.join(id.as_str());
+        let made = folder.clone();
+        off_thread(move || Ok(shelf::make_empty(&made)?)).await?;
+        if self.ended.load(Ordering::Relaxed) {
+            return Err(Refusal::Ending);
+        }
+        lock(&self.run).replace(Arc::new(Run::new(id, folder)));
+        Ok(())
+    }
+
+    /// Ends a run and wipes its folder.
+    pub(crate) async fn finish(&self, id: &Name) -> Result<(), Refusal> {
+        let _change = self.change.lock().await;
+        self.run(id)?;
+        self.wipe_current().await
+    }
+
+    async fn wipe_current(&self) -> Result<(), Refusal> {
+        // Taken out first: from here on nobody starts another role in it.
+        let run = lock(&self.run).take();
+        if let Some(run) = run {
+            run.end(STOP_WITHIN).await;
+            let folder = run.folder.clone();
+            off_thread(move || Ok(shelf::wipe(&folder)?)).await?;
+        }
+        Ok(())
+    }
+
+    pub(crate) fn run(&self, id: &Name) -> Result<Arc<Run>, Refusal> {
+        lock(&self.run)
+            .as_ref()
+            .filter(|run| run.id == *id)
+            .cloned()
+            .ok_or_else(|| Refusal::Run(id.clone()))
+    }
+
+    pub(crate) fn health(&self) -> Health {
+        Health {
+            agent: self.config.name,
+            webloop: env!("CARGO_PKG_VERSION").to_owned(),
+            claimed: self.claim().claimed(),
+        }
+    }
+}
+
+/// Does what waits for the disk on a thread that may.
+pub(crate) async fn off_thread<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, Refusal> + Send + 'static,
+) -> Result<T, Refusal> {
+    spawn_blocking(work)
+        .await
+        .map_err(|problem| Refusal::Disk(std::io::Error::other(problem)))?
+}

@@ -1,0 +1,156 @@
+//! What each role of a run is told, as one value in JSON: the same for a child process, through an agent,
+//! and for a client in another language.
+//!
+//! There are no paths in it, since a role may run on another machine: profile and system are texts. Where a
+//! role leaves its rows is the business of who starts it.
+
+use std::net::SocketAddr;
+
+use endpoint::{ControllerSettings, PageSettings, PlantSettings};
+use link::Way;
+use plan::{Cell, Client, ProfileText};
+use serde::{Deserialize, Serialize};
+use shaper::ProbePlan;
+
+use crate::Player;
+
+/// What the plant is told.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlantRole {
+    /// Where it listens.
+    pub listen: SocketAddr,
+    /// How it ticks, and takes commands.
+    pub settings: PlantSettings,
+    /// The text of what is controlled; the paper's motor, if there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub system: Option<String>,
+}
+
+/// What a controller is told, whichever the client.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ControllerRole {
+    /// Which program it is.
+    #[serde(default)]
+    pub client: Client,
+    /// Where the plant listens.
+    pub plant: SocketAddr,
+    /// How it sends.
+    pub settings: ControllerSettings,
+    /// How a page goes about it, where the client is a browser.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub page: Option<PageSettings>,
+    /// The text of the system by whose law it controls; the paper's, if there is none. A page has the
+    /// plant's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub system: Option<String>,
+    /// The first deadline, monotonic; soon, if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start_ns: Option<u64>,
+    /// Deadlines end this long after the first.
+    pub duration_ns: u64,
+}
+
+/// What a player of the link is told.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LinkRole {
+    /// The profile, with its traces.
+    pub profile: ProfileText,
+    /// The link's seed.
+    pub seed: u64,
+    /// Link time 0, monotonic; now, if not given. The link is empty before it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub epoch_ns: Option<u64>,
+    /// The one way that it plays, beside the end whose packets go that way; both, if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub way: Option<Way>,
+    /// What plays that way.
+    #[serde(default)]
+    pub player: Player,
+    /// The interface that tc shapes; the one towards the peer, if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device: Option<String>,
+}
+
+/// A role with what it is told.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub(crate) enum RoleSettings {
+    Plant(PlantRole),
+    Controller(ControllerRole),
+    Link(LinkRole),
+    /// One half of a probe, which asks.
+    Ask(ProbePlan),
+    /// The other half, which hears, and needs to know nothing.
+    Hear {},
+}
+
+impl RoleSettings {
+    /// As `webloop serve` calls it.
+    pub(crate) fn role(&self) -> &'static str {
+        match self {
+            RoleSettings::Plant(_) => "plant",
+            RoleSettings::Controller(role) => match role.client {
+                Client::Native => "controller",
+                Client::Python => "python",
+                Client::Chromium | Client::Firefox => "browser",
+            },
+            RoleSettings::Link(_) => "link",
+            RoleSettings::Ask(_) => "ask",
+            RoleSettings::Hear {} => "hear",
+        }
+    }
+
+    /// As the role reads it.
+    pub(crate) fn to_json(&self) -> serde_json::Value {
+        // Plain fields under fixed names: serialising them cannot fail.
+        serde_json::to_value(self).unwrap_or_default()
+    }
+}
+
+impl PlantRole {
+    /// A cell's plant that listens at `listen`, for the system of this text.
+    pub(crate) fn of(cell: &Cell, listen: SocketAddr, system: Option<&str>) -> PlantRole {
+        PlantRole {
+            listen,
+            settings: cell.plant_settings(),
+            system: system.map(str::to_owned),
+        }
+    }
+}
+
+impl ControllerRole {
+    /// A cell's controller for the plant at `plant`, whose first deadline is at `start_ns`.
+    pub(crate) fn of(
+        cell: &Cell,
+        plant: SocketAddr,
+        start_ns: u64,
+        system: Option<&str>,
+    ) -> ControllerRole {
+        ControllerRole {
+            client: cell.client,
+            plant,
+            settings: cell.settings,
+            page: cell.page,
+            system: system.map(str::to_owned),
+            start_ns: Some(start_ns),
+            duration_ns: cell.duration_ns,
+        }
+    }
+}
+
+impl LinkRole {
+    /// A cell's link, both ways, from `epoch_ns` on.
+    pub(crate) fn of(cell: &Cell, profile: &ProfileText, epoch_ns: u64) -> LinkRole {
+        LinkRole {
+            profile: profile.clone(),
+            seed: cell.link_seed,
+            epoch_ns: Some(epoch_ns),
+            way: None,
+            player: Player::Auto,
+            device: None,
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! The agents that this process works with, from its environment.
+//!
+//! Whoever starts webloop beside agents, such as a compose file, tells it by these variables.
+
+use std::env;
+
+use agent::Token;
+use backend::Agents;
+
+use crate::error::Error;
+
+/// Where the agents are: `plant=HOST:PORT,plant-link=..,controller=..,controller-link=..`.
+const AGENTS: &str = "WEBLOOP_AGENTS";
+
+/// What manifests call this back-end.
+const BACKEND: &str = "WEBLOOP_BACKEND";
+
+/// The container engine, for manifests.
+const ENGINE: &str = "WEBLOOP_ENGINE";
+
+/// Whether this process is the orchestrator of docker-compose.yml.
+pub(crate) fn is_contained() -> bool {
+    env::var(BACKEND).is_ok_and(|backend| backend == "compose")
+}
+
+/// The agents that the environment names.
+///
+/// # Errors
+/// Where it names none, or misspells them.
+pub fn agents() -> Result<Agents, Error> {
+    let addresses = env::var(AGENTS).map_err(|_| Error::NoAgents { variable: AGENTS })?;
+    let token = match Token::from_environment()? {
+        Some(token) => token,
+        None => Token::random()?,
+    };
+    let given = |name| env::var(name).ok().filter(|value| !value.is_empty());
+    let mut agents = Agents::parse(&addresses, token).map_err(|problem| Error::BadAgents {
+        variable: AGENTS,
+        problem,
+    })?;
+    if let Some(backend) = given(BACKEND) {
+        agents.backend = backend;
+    }
+    agents.engine = given(ENGINE);
+    Ok(agents)
+}

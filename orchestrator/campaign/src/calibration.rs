@@ -1,0 +1,221 @@
+//! How long programs take over messages, from the rows of real runs: what virtual time is told.
+//!
+//! Runs on loopback show a client and its plant alone; a stalled link shows, by what it lets go at
+//! once, how fast both work when they have no pause. Running the cells is `calibrate`'s work.
+
+use std::collections::BTreeMap;
+
+use analysis::rows::read;
+use analysis::{Campaign, Run};
+use backend::{Rates, Timings};
+use endpoint::{ArrivalRow, Connection, MessageRow, Mode, SampleTime, Schedule, Thread};
+use plan::{Client, file_name};
+use sim::{Spread, Timing};
+
+use crate::error::Error;
+use crate::results::check_whole;
+
+/// Two messages closer than this followed each other as fast as could be: nobody sends as often.
+const BURST_NS: u64 = 150_000;
+/// Fewer pauses within bursts than this tell nothing.
+const BURST_PAUSES: usize = 100;
+
+/// The timings that a campaign's runs show.
+///
+/// # Errors
+/// Where the folder is damaged, a client has no complete run on loopback, or rows cannot be read.
+pub fn timings(campaign: &Campaign) -> Result<Timings, Error> {
+    check_whole(campaign)?;
+    let rates = |client, thread| rates(campaign, client, thread);
+    Ok(Timings {
+        native: rates(Client::Native, None)?,
+        python: rates(Client::Python, None)?,
+        chromium: rates(Client::Chromium, Some(Thread::Worker))?,
+        chromium_main: rates(Client::Chromium, Some(Thread::Main))?,
+        firefox: rates(Client::Firefox, Some(Thread::Worker))?,
+        firefox_main: rates(Client::Firefox, Some(Thread::Main))?,
+    })
+}
+
+/// A client's timings at each sample time of its runs on loopback.
+fn rates(campaign: &Campaign, client: Client, thread: Option<Thread>) -> Result<Rates, Error> {
+    let runs = campaign.runs.iter().filter(|run| {
+        run.is_complete()
+            && run.cell.client == client
+            && run.cell.page.map(|page| page.thread) == thread
+            && run.cell.settings.mode == Mode::Closed
+    });
+    let mut kept: BTreeMap<SampleTime, Passages> = BTreeMap::new();
+    let mut opened = Passages::default();
+    let mut bursts = Bursts::default();
+    let mut player = Vec::new();
+    for run in runs {
+        if !campaign.plan.is_loopback(&run.cell.topology) {
+            bursts.read(run)?;
+            player.extend(player_ns(run));
+        } else if run.cell.settings.connection == Connection::New {
+            opened.read(run)?;
+        } else {
+            kept.entry(run.cell.settings.h).or_default().read(run)?;
+        }
+    }
+    let clamp_ns = kept.values().map(Passages::clamp_ns).max().unwrap_or(0);
+    let take_ns = bursts.pause_ns(|bursts| &mut bursts.receives_ns);
+    let serve_ns = bursts.pause_ns(|bursts| &mut bursts.arrivals_ns);
+    let player_ns = middle(&mut player).unwrap_or(0);
+    let of_rate = |passages: &mut Passages| Timing {
+        late_ns: Spread::of(&mut passages.late_ns(clamp_ns)),
+        up_ns: Spread::of(&mut passages.up_ns),
+        down_ns: Spread::of(&mut passages.down_ns),
+        // Where nothing was opened, opening costs nothing beyond its handshake.
+        opened_up_ns: match opened.up_ns.is_empty() {
+            true => Spread::of(&mut passages.up_ns.clone()),
+            false => Spread::of(&mut opened.up_ns.clone()),
+        },
+        // A client that works off a burst of answers sends none meanwhile: its two halves are not
+        // told apart by rows, and are about alike.
+        send_ns: take_ns,
+        take_ns,
+        serve_ns,
+        clamp_ns,
+        player_ns,
+        hz: Timing::IDEAL.hz,
+    };
+    let rates: BTreeMap<SampleTime, Timing> = kept
+        .iter_mut()
+        .map(|(h, passages)| (*h, of_rate(passages)))
+        .collect();
+    Rates::try_from(rates).map_err(|_| Error::NoRates {
+        client,
+        folder: campaign.folder.clone(),
+    })
+}
+
+/// Half of what an echo took beyond the empty link's own delay.
+fn player_ns(run: &Run) -> Option<u32> {
+    let certificate = run.manifest.as_ref()?.certificate.as_ref()?;
+    Some((certificate.baseline.rtt_ms * 1e6 / 2.0) as u32)
+}
+
+/// How long messages took over their three parts.
+#[derive(Default)]
+struct Passages {
+    /// From the deadline to the sending, on schedules that do not wait for answers.
+    late_ns: Vec<u32>,
+    /// From one sending to the next, where a timer is set at the sending, with the time it is set to.
+    set: Vec<(u32, u32)>,
+    up_ns: Vec<u32>,
+    down_ns: Vec<u32>,
+}
+
+impl Passages {
+    fn read(&mut self, run: &Run) -> Result<(), Error> {
+        let schedule = run.cell.settings.schedule;
+        let floor_ns = run.cell.page.map_or(0, |page| page.floor_ns);
+        let asked_ns = run.cell.settings.h.ns().max(floor_ns);
+        let asked_ns = u32::try_from(asked_ns).unwrap_or(u32::MAX);
+        let mut free = 0;
+        let mut before: Option<(u64, u64)> = None;
+        let take = |row: &MessageRow| {
+            let (Some(send), Some(arrive), Some(receive)) =
+                (row.t_send_ns, row.t_arrive_ns, row.t_receive_ns)
+            else {
+                return;
+            };
+            // A client that still waits for an answer at its deadline is late for that.
+            if schedule == Schedule::Absolute && free <= row.t_due_ns {
+                self.late_ns.push(between(row.t_due_ns, send));
+            }
+            if let (Schedule::SinceSend, Some((sent, answered))) = (schedule, before)
+                && answered < sent + u64::from(asked_ns)
+            {
+                self.set.push((between(sent, send), asked_ns));
+            }
+            before = Some((send, receive));
+            free = receive;
+            self.up_ns.push(between(send, arrive));
+            self.down_ns.push(between(arrive, receive));
+        };
+        read(
+            &run.folder.join(file_name::MESSAGES),
+            MessageRow::COLUMNS,
+            take,
+        )?;
+        Ok(())
+    }
+
+    /// The least that a timer waits however little it is asked to: the usual shortest wait where
+    /// that is longer than what was asked; 0 where timers do as they are told.
+    fn clamp_ns(&self) -> u32 {
+        let mut waits: Vec<u32> = self.set.iter().map(|(wait, _)| *wait).collect();
+        waits.sort_unstable();
+        // The few that are shorter are the first ones, which HTML lets through.
+        let Some(shortest) = waits.get(waits.len() / 20) else {
+            return 0;
+        };
+        let asked = self.set.iter().map(|(_, asked)| *asked).max().unwrap_or(0);
+        // Timers are asked for whole milliseconds and ring a little late.
+        let whole = shortest / 1_000_000 * 1_000_000;
+        if whole > asked { whole } else { 0 }
+    }
+
+    /// From a deadline to the sending, but for what a clamp makes of it.
+    fn late_ns(&self, clamp_ns: u32) -> Vec<u32> {
+        let by_timer = self.set.iter();
+        let beyond = by_timer.map(|(wait, asked)| wait.saturating_sub(*asked.max(&clamp_ns)));
+        self.late_ns.iter().copied().chain(beyond).collect()
+    }
+}
+
+/// Pauses between messages that came as fast as they could be worked off.
+#[derive(Default)]
+struct Bursts {
+    arrivals_ns: Vec<u32>,
+    receives_ns: Vec<u32>,
+}
+
+impl Bursts {
+    fn read(&mut self, run: &Run) -> Result<(), Error> {
+        let mut arrivals = Vec::new();
+        read(
+            &run.folder.join(file_name::ARRIVALS),
+            ArrivalRow::COLUMNS,
+            |row: &ArrivalRow| arrivals.push(row.t_arrive_ns),
+        )?;
+        let mut receives = Vec::new();
+        read(
+            &run.folder.join(file_name::MESSAGES),
+            MessageRow::COLUMNS,
+            |row: &MessageRow| receives.extend(row.t_receive_ns),
+        )?;
+        for (times, pauses) in [
+            (&mut arrivals, &mut self.arrivals_ns),
+            (&mut receives, &mut self.receives_ns),
+        ] {
+            times.sort_unstable();
+            let all = times.windows(2).map(|pair| pair[1] - pair[0]);
+            pauses.extend(all.filter(|ns| *ns < BURST_NS).map(|ns| ns as u32));
+        }
+        Ok(())
+    }
+
+    /// The mean pause, which is what the end of a burst depends on; 0 where there were too few.
+    fn pause_ns(&mut self, of: impl Fn(&mut Self) -> &mut Vec<u32>) -> u32 {
+        let pauses = of(self);
+        if pauses.len() < BURST_PAUSES {
+            return 0;
+        }
+        let sum: u64 = pauses.iter().map(|ns| u64::from(*ns)).sum();
+        u32::try_from(sum / pauses.len() as u64).unwrap_or(u32::MAX)
+    }
+}
+
+fn middle(values: &mut [u32]) -> Option<u32> {
+    values.sort_unstable();
+    values.get(values.len() / 2).copied()
+}
+
+/// From one instant to a later one; more than four seconds is none of a program's.
+fn between(from_ns: u64, to_ns: u64) -> u32 {
+    u32::try_from(to_ns.saturating_sub(from_ns)).unwrap_or(u32::MAX)
+}

@@ -1,0 +1,221 @@
+//! Runs a plan's cells in containers: one Compose project, from the images to its end.
+//!
+//! The orchestrator in there writes into the campaign's folder, which it shares with this
+//! process; a cell's manifest says that the cell has ended.
+
+use std::fs::File;
+use std::path::Path;
+use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use backend::Manifest;
+use compose::{Cells, ComposeFile, Ended, Engine, Problem, Project};
+use plan::{Cell, Client, Verdict};
+
+use crate::error::Error;
+use crate::progress::{Begun, Progress};
+
+/// How often manifests, the containers, and whether to stop are looked at.
+const POLL: Duration = Duration::from_millis(200);
+
+/// What containers need, found before anything is made.
+#[derive(Debug)]
+pub struct ComposeRunner {
+    engine: Engine,
+    file: ComposeFile,
+    /// Whether the images are built first, as far as they are not up to date.
+    build: bool,
+}
+
+/// What the orchestrator in the containers is told.
+#[derive(Debug, Clone, Copy)]
+pub struct Inside<'a> {
+    /// The campaign's folder.
+    pub campaign: &'a Path,
+    /// How often a cell is run at most, while it is disturbed.
+    pub tries: u8,
+    /// What it is called with, beside the plan, the cells and the folder.
+    pub options: &'a [&'a str],
+}
+
+impl ComposeRunner {
+    /// Looks for engine, Compose and webloop's compose file; the images are to be built if
+    /// `build`, or else used as they are.
+    ///
+    /// # Errors
+    /// Where one of the three is missing.
+    pub fn find(build: bool) -> Result<ComposeRunner, Error> {
+        Ok(ComposeRunner {
+            engine: Engine::check()?,
+            file: ComposeFile::find(None)?,
+            build,
+        })
+    }
+
+    /// Runs `cells`, those that are complete already left out, and takes everything down.
+    ///
+    /// One client after another, since each has a container of its own kind.
+    ///
+    /// # Errors
+    /// When the engine fails, or ends before the cells have.
+    pub fn run(
+        &self,
+        cells: &[&Cell],
+        inside: &Inside<'_>,
+        stop: &AtomicBool,
+        progress: &dyn Progress,
+    ) -> Result<(), Error> {
+        for client in Client::ALL {
+            let cells: Vec<&Cell> = cells
+                .iter()
+                .copied()
+                .filter(|cell| cell.client == client)
+                .collect();
+            if !cells.is_empty() && !stop.load(Ordering::Relaxed) {
+                self.run_client(client, &cells, inside, stop, progress)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn run_client(
+        &self,
+        client: Client,
+        cells: &[&Cell],
+        inside: &Inside<'_>,
+        stop: &AtomicBool,
+        progress: &dyn Progress,
+    ) -> Result<(), Error> {
+        let (engine, client) = (self.engine.to_string(), client.to_string());
+        let mut project =
+            Project::new(self.file.clone(), inside.campaign, &engine, &client, leash)?;
+        if self.build {
+            progress.say("building the images; the first time that takes minutes");
+            match project.build(stop, |line| tracing::info!("{line}")) {
+                Err(Problem::Interrupted) => return Ok(()),
+                built => built?,
+            }
+        } else {
+            project.has_images()?;
+        }
+        let mut watch = Watch::new(cells, inside.campaign, inside.tries)?;
+        let indices = watch.indices();
+        if indices.is_empty() {
+            return Ok(());
+        }
+        let mut running = project.run_cells(&indices, inside.options)?;
+        let ended = watch.until_ended(&mut running, progress, stop);
+        drop(running);
+        let down = project.down();
+        let ended = ended?;
+        down?;
+        if watch.pending.is_empty() || stop.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        // Cells without a manifest: what was said last is all there is to tell.
+        Err(Error::Unfinished {
+            source: ended.words.into(),
+            code: ended.code,
+        })
+    }
+}
+
+/// Cells that are waited for.
+struct Watch<'a> {
+    campaign: &'a Path,
+    tries: u8,
+    /// With what an earlier try left.
+    pending: Vec<(&'a Cell, Option<Manifest>)>,
+}
+
+impl<'a> Watch<'a> {
+    fn new(cells: &[&'a Cell], campaign: &'a Path, tries: u8) -> Result<Watch<'a>, Error> {
+        let mut pending = Vec::new();
+        for cell in cells {
+            let before = manifest(campaign, cell)?;
+            let complete = before.as_ref().is_some_and(|before| {
+                before.verdict == Verdict::Complete && before.cell.is_same(cell)
+            });
+            if !complete {
+                pending.push((*cell, before));
+            }
+        }
+        Ok(Watch {
+            campaign,
+            tries,
+            pending,
+        })
+    }
+
+    fn indices(&self) -> Vec<usize> {
+        self.pending.iter().map(|(cell, _)| cell.index).collect()
+    }
+
+    /// Tells each cell's end as its manifest comes, until the orchestrator has ended.
+    fn until_ended(
+        &mut self,
+        running: &mut Cells<'_>,
+        progress: &dyn Progress,
+        stop: &AtomicBool,
+    ) -> Result<Ended, Error> {
+        let mut told = false;
+        let mut begun: Option<Begun<'_>> = None;
+        loop {
+            // In this order, so that what was written before the end is seen after it.
+            let ended = running.ended()?;
+            running.said().for_each(|line| tracing::info!("{line}"));
+            while let Some((cell, manifest)) = self.next()? {
+                drop(begun.take());
+                let reason = manifest.reasons.join("; ");
+                progress.on_ended(cell, manifest.verdict, &reason);
+            }
+            if let Some(ended) = ended {
+                return Ok(ended);
+            }
+            if stop.load(Ordering::Relaxed) && !told {
+                told = true;
+                running.terminate();
+            }
+            if begun.is_none()
+                && let Some((cell, _)) = self.pending.first()
+            {
+                begun = Some(Begun::new(progress, cell));
+            }
+            std::thread::sleep(POLL);
+        }
+    }
+
+    /// Whether a run that was disturbed is about to be made again.
+    fn is_asked_again(&self, manifest: &Manifest) -> bool {
+        manifest.verdict == Verdict::Disturbed
+            && manifest.earlier.len() + 1 < usize::from(self.tries)
+    }
+
+    /// The first cell, if its manifest has come.
+    fn next(&mut self) -> Result<Option<(&'a Cell, Manifest)>, Error> {
+        let Some((cell, before)) = self.pending.first() else {
+            return Ok(None);
+        };
+        let cell = *cell;
+        match manifest(self.campaign, cell)? {
+            Some(now)
+                if before.as_ref().is_none_or(|old| old.started != now.started)
+                    && !self.is_asked_again(&now) =>
+            {
+                self.pending.remove(0);
+                Ok(Some((cell, now)))
+            }
+            _ => Ok(None),
+        }
+    }
+}
+
+fn manifest(campaign: &Path, cell: &Cell) -> Result<Option<Manifest>, Error> {
+    backend::manifest(campaign, cell).map_err(Error::Manifest)
+}
+
+/// Ends docker with this process, whatever ends that.
+fn leash(command: &mut Command) -> std::io::Result<()> {
+    backend::spawn::bind(command, None::<&File>)
+}

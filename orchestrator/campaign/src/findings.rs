@@ -1,0 +1,85 @@
+//! What a sweep comes to: the summary, the borders and the maps, made of its rows and left beside them.
+
+use chart::Chart;
+use sweep::{Axis, Border, Cell, Limit, Row, Sweep};
+
+use crate::error::Error;
+use crate::sweep_folder::SweepFolder;
+
+/// What a sweep's rows say.
+#[derive(Debug)]
+pub struct Findings {
+    /// In words.
+    pub summary: String,
+    /// The borders as CSV, where there are any.
+    margins: Option<String>,
+    maps: Vec<Chart>,
+}
+
+impl Findings {
+    /// Of a sweep's rows, which are all there.
+    #[must_use]
+    pub fn of(sweep: &Sweep, rows: &[Row]) -> Findings {
+        let cells = Cell::all(sweep, rows);
+        let borders = sweep::borders(sweep, &cells);
+        Findings {
+            summary: sweep::summary(sweep, &cells, &borders),
+            margins: (!borders.is_empty()).then(|| margins(sweep, &borders)),
+            maps: sweep::maps(sweep, &cells, &borders),
+        }
+    }
+
+    /// Leaves them in the sweep's folder.
+    ///
+    /// # Errors
+    /// When they cannot be written.
+    pub fn leave(&self, folder: &SweepFolder<'_>) -> Result<(), Error> {
+        folder.leave("findings.txt", self.summary.as_bytes())?;
+        if let Some(margins) = &self.margins {
+            folder.leave("margins.csv", margins.as_bytes())?;
+        }
+        for map in &self.maps {
+            let name = |ending: &str| format!("maps/{}.{ending}", map.name);
+            folder.leave(&name("svg"), map.to_svg().as_bytes())?;
+            folder.leave(&name("pdf"), &map.to_pdf())?;
+            folder.leave(&name("csv"), map.to_csv().as_bytes())?;
+        }
+        Ok(())
+    }
+
+    /// The first map to look at, by its name in the folder.
+    #[must_use]
+    pub fn first_map(&self) -> Option<String> {
+        let map = self.maps.first()?;
+        Some(format!("maps/{}.svg", map.name))
+    }
+}
+
+/// The borders as CSV: a row for each combination of the other axes.
+fn margins(sweep: &Sweep, borders: &[Border]) -> String {
+    let dimensions = sweep.grid.dimensions();
+    let others = || {
+        let all = dimensions.iter().enumerate();
+        all.filter(|(_, d)| d.axis != Axis::Rtt)
+    };
+    let mut lines: Vec<String> = others().map(|(_, d)| d.axis.column().to_owned()).collect();
+    lines.extend(["found_ms", "lost_ms", "computed_ms", "off_ms"].map(str::to_owned));
+    let mut csv = lines.join(",") + "\n";
+    let figure = |x: Option<f64>| x.map_or_else(String::new, |x| x.to_string());
+    for border in borders {
+        let mut line: Vec<String> = others()
+            .map(|(at, d)| d.levels[border.place[at]].text.clone())
+            .collect();
+        line.push(figure(border.found_ms));
+        line.push(figure(border.lost_ms));
+        line.push(match border.limit {
+            Limit::Unknown => String::new(),
+            Limit::None => "none".to_owned(),
+            Limit::Until(ms) => ms.to_string(),
+        });
+        line.push(figure(border.off_ms()));
+        csv += &line.join(",");
+        csv.push('\n');
+    }
+    csv
+}

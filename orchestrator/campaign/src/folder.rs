@@ -1,0 +1,138 @@
+//! A results folder that this process, and no other, writes to: what tells whose it is, and its lock.
+//!
+//! What a campaign has in it is in `campaign_folder`, what a sweep has in `sweep_folder`.
+
+use std::fs::{self, File};
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+use backend::RunError;
+use rustix::fs::{FlockOperation, flock};
+
+use crate::attach;
+use crate::error::Error;
+use crate::open_error::{FullError, LOCK, OpenError, RESULTS};
+
+/// A folder with its lock.
+#[derive(Debug)]
+pub(crate) struct Folder {
+    path: PathBuf,
+    /// The file that says what the folder is of.
+    identity: &'static str,
+    /// Held, not read: the lock goes when the file is closed, however this process ends.
+    _lock: File,
+}
+
+impl Folder {
+    /// Opens a folder: a new one, or one that has a file of this name.
+    ///
+    /// # Errors
+    /// When it belongs to something else, is in use, or cannot be written.
+    pub(crate) fn open(path: &Path, identity: &'static str) -> Result<Folder, OpenError> {
+        fs::create_dir_all(path).map_err(|source| OpenError::NotWritable {
+            path: path.to_owned(),
+            remedy: remedy(),
+            source,
+        })?;
+        // Asked first of all: a folder of somebody else's is left as it was.
+        if is_of_others(path, identity)? {
+            return Err(OpenError::Foreign {
+                path: path.to_owned(),
+                identity,
+            });
+        }
+        let lock =
+            file::open_or_create(&path.join(LOCK)).map_err(|source| OpenError::NotLockable {
+                path: path.to_owned(),
+                remedy: remedy(),
+                source,
+            })?;
+        flock(&lock, FlockOperation::NonBlockingLockExclusive)
+            .map_err(|_| OpenError::InUse(path.to_owned()))?;
+        Ok(Folder {
+            path: path.to_owned(),
+            identity,
+            _lock: lock,
+        })
+    }
+
+    /// What the folder says that it is of; none where it is new.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub(crate) fn identity(&self) -> Result<Option<String>, OpenError> {
+        let path = self.identity_file();
+        match file::text(&path, file::PLAN_BYTES) {
+            Ok(text) => Ok(Some(text)),
+            Err(problem) if problem.kind() == ErrorKind::NotFound => Ok(None),
+            Err(problem) => Err(OpenError::Unreadable { path, problem }),
+        }
+    }
+
+    /// Says what the folder is of.
+    pub(crate) fn identify(&self, text: &str) -> Result<(), RunError> {
+        backend::write_whole(&self.identity_file(), text.as_bytes())
+    }
+
+    /// The file that says what the folder is of.
+    pub(crate) fn identity_file(&self) -> PathBuf {
+        self.path.join(self.identity)
+    }
+
+    /// Where it is.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Leaves a file that can be deleted and made again; its folders are made.
+    pub(crate) fn leave(&self, name: &str, content: &[u8]) -> Result<(), Error> {
+        let below = Path::new(name).parent().unwrap_or(Path::new(""));
+        let written = file::make_folder(&self.path, below)
+            .and_then(|_| file::write(&self.path.join(name), content));
+        Ok(written.map_err(|source| self.full(name, source))?)
+    }
+
+    /// A file of it cannot be written any more.
+    pub(crate) fn full(&self, name: &str, source: io::Error) -> FullError {
+        FullError {
+            path: self.path.join(name),
+            source,
+        }
+    }
+}
+
+/// What to do about a folder that cannot be written. In webloop's containers it is a mount, and
+/// who writes there is a setting.
+fn remedy() -> &'static str {
+    if attach::is_contained() {
+        "give RESULTS another folder, or OWNER somebody who may write there"
+    } else {
+        "choose another with --out"
+    }
+}
+
+/// Whether nothing in it says what it is of, but there is more than a run leaves that is killed in
+/// its first moment.
+fn is_of_others(path: &Path, identity: &str) -> Result<bool, OpenError> {
+    let cannot = |source| OpenError::NotListed {
+        path: path.to_owned(),
+        source,
+    };
+    let partial = Path::new(identity).with_extension("partial");
+    let mut others = false;
+    for entry in fs::read_dir(path).map_err(cannot)? {
+        let name = entry.map_err(cannot)?.file_name();
+        if name == identity {
+            return Ok(false);
+        }
+        others |= name != LOCK && name != partial.as_os_str();
+    }
+    Ok(others)
+}
+
+/// A folder that tells when, what and which seed: `results/smoke-20261121-041503-s1`.
+#[must_use]
+pub fn fresh(what: &str, seed: u64) -> PathBuf {
+    let now = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S");
+    Path::new(RESULTS).join(format!("{what}-{now}-s{seed}"))
+}

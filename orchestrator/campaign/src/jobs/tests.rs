@@ -1,0 +1,234 @@
+use std::fs;
+use std::sync::Mutex;
+
+use manifest::Manifest;
+use plan::{Cell, Plan};
+
+use super::*;
+use crate::sample::{manifest, now_ns, plan};
+
+/// What a made-up program does for a cell.
+#[derive(Clone, Copy)]
+enum Does {
+    /// Leaves a manifest with this verdict, and ends.
+    Ends(Verdict),
+    /// Ends, and leaves nothing but these words.
+    Says(&'static str),
+    /// Does nothing until it is told to end.
+    Hangs,
+    /// Does not even start.
+    Fails,
+}
+
+/// A program that does something for each cell of a plan, by its index.
+struct Made<'a> {
+    campaign: &'a Path,
+    does: &'a [Does],
+    /// The cells that were started, each with its tries.
+    started: Mutex<Vec<(usize, u8)>>,
+}
+
+impl Program for Made<'_> {
+    fn start(&self, turn: &Turn<'_>, tries: u8) -> Result<Box<dyn Running>, Error> {
+        let cell = turn.cell;
+        self.started
+            .lock()
+            .expect("no panic")
+            .push((cell.index, tries));
+        let does = self.does[cell.index];
+        if let Does::Ends(verdict) = does {
+            let folder = self.campaign.join(cell.folder());
+            let manifest = manifest(cell, verdict, &["why"]);
+            fs::create_dir_all(&folder)?;
+            fs::write(folder.join(Manifest::FILE), manifest.to_json())?;
+        }
+        match does {
+            Does::Fails => Err(Error::Io(std::io::Error::other("no more processes"))),
+            _ => Ok(Box::new(Step { does, told: 0 })),
+        }
+    }
+}
+
+struct Step {
+    does: Does,
+    /// How often it was told to end.
+    told: u8,
+}
+
+impl Running for Step {
+    fn ended(&mut self) -> Result<Option<String>, Error> {
+        Ok(match self.does {
+            Does::Says(words) => Some(words.to_owned()),
+            // It takes its time even then.
+            Does::Hangs => (self.told > 2).then(|| "interrupted".to_owned()),
+            Does::Ends(_) | Does::Fails => Some(String::new()),
+        })
+    }
+
+    fn terminate(&mut self) {
+        self.told += 1;
+    }
+}
+
+/// What was told, in order.
+#[derive(Default)]
+struct Told<'a> {
+    events: Mutex<Vec<String>>,
+    /// Set when this cell begins.
+    stop: Option<(usize, &'a AtomicBool)>,
+}
+
+impl Told<'_> {
+    fn add(&self, event: String) {
+        self.events.lock().expect("no panic").push(event);
+    }
+}
+
+impl Progress for Told<'_> {
+    fn say(&self, words: &str) {
+        self.add(words.to_owned());
+    }
+
+    fn on_begun(&self, cell: &Cell) {
+        self.add(format!("{} begun", cell.index));
+        if let Some((_, stop)) = self.stop.filter(|(index, _)| *index == cell.index) {
+            stop.store(true, Ordering::Relaxed);
+        }
+    }
+
+    fn on_left(&self, cell: &Cell) {
+        self.add(format!("{} left", cell.index));
+    }
+
+    fn on_ended(&self, cell: &Cell, verdict: Verdict, reason: &str) {
+        self.add(format!("{} {verdict}: {reason}", cell.index));
+    }
+}
+
+/// Four cells of which each runs alone.
+fn alone() -> Plan {
+    plan(&[(
+        "\"native\"",
+        "\"100ms\", \"200ms\", \"300ms\", \"400ms\"",
+        1,
+    )])
+}
+
+/// What came of running a plan.
+struct Came {
+    outcome: Result<(), Error>,
+    /// The cells that were started, each with its tries.
+    started: Vec<(usize, u8)>,
+    told: Vec<String>,
+}
+
+/// Runs a plan by a made-up program, and stops when a cell of this index begins.
+fn make(plan: &Plan, does: &[Does], stop_at: Option<usize>) -> Came {
+    let folder = tempfile::tempdir().expect("a folder");
+    let stop = AtomicBool::new(false);
+    let program = Made {
+        campaign: folder.path(),
+        does,
+        started: Mutex::default(),
+    };
+    let told = Told {
+        stop: stop_at.map(|index| (index, &stop)),
+        ..Told::default()
+    };
+    let cells: Vec<&Cell> = plan.cells.iter().collect();
+    let queue = Queue::new(&cells, None, now_ns);
+    let outcome = run(&queue, folder.path(), &program, 3, &stop, &told);
+    Came {
+        outcome,
+        started: program.started.into_inner().expect("no panic"),
+        told: told.events.into_inner().expect("no panic"),
+    }
+}
+
+#[test]
+fn each_cell_is_told_of_as_its_manifest_has_it_and_else_by_its_programs_last_words() {
+    let does = [
+        Does::Ends(Verdict::Complete),
+        Does::Says("the plant has gone"),
+        Does::Ends(Verdict::Disturbed),
+        Does::Ends(Verdict::Unsupported),
+    ];
+    let Came {
+        outcome,
+        started,
+        told,
+    } = make(&alone(), &does, None);
+    outcome.expect("cells that fail are no failure of the campaign");
+    // Whoever runs alone may be asked again, by its own program.
+    assert_eq!(started, [(0, 3), (1, 3), (2, 3), (3, 3)]);
+    let ends = [
+        "complete: why",
+        "failed: the plant has gone",
+        "disturbed: why",
+        "unsupported: why",
+    ];
+    let of_cell = |(n, end): (usize, &&str)| {
+        [
+            format!("{n} begun"),
+            format!("{n} left"),
+            format!("{n} {end}"),
+        ]
+    };
+    let expected: Vec<String> = ends.iter().enumerate().flat_map(of_cell).collect();
+    assert_eq!(told, expected);
+}
+
+#[test]
+fn a_cell_beside_others_is_not_asked_again() {
+    let plan = plan(&[("\"native\"", "\"100ms\", \"200ms\"", 2)]);
+    let Came {
+        outcome,
+        mut started,
+        ..
+    } = make(&plan, &[Does::Ends(Verdict::Disturbed); 2], None);
+    outcome.expect("both have ended");
+    started.sort_unstable();
+    assert_eq!(started, [(0, 1), (1, 1)]);
+}
+
+#[test]
+fn a_cell_that_hangs_is_told_to_end_once_the_campaign_is_and_no_other_begins() {
+    let does = [
+        Does::Ends(Verdict::Complete),
+        Does::Hangs,
+        Does::Hangs,
+        Does::Hangs,
+    ];
+    let Came {
+        outcome,
+        started,
+        told,
+    } = make(&alone(), &does, Some(1));
+    outcome.expect("being told to stop is no failure");
+    assert_eq!(started, [(0, 3), (1, 3)]);
+    assert_eq!(
+        told.last().map(String::as_str),
+        Some("1 failed: interrupted")
+    );
+}
+
+#[test]
+fn a_program_that_cannot_be_started_ends_the_campaign_and_its_cell_is_not_waited_for() {
+    let does = [
+        Does::Ends(Verdict::Complete),
+        Does::Fails,
+        Does::Hangs,
+        Does::Hangs,
+    ];
+    let Came {
+        outcome,
+        started,
+        told,
+    } = make(&alone(), &does, None);
+    assert_eq!(
+        outcome.expect_err("no process").to_string(),
+        "no more processes"
+    );
+    assert_eq!(started.len(), 2);
+    assert_eq!(told.last().map(String::as_str), Some("1 left"));
+}

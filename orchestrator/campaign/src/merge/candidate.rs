@@ -1,0 +1,130 @@
+//! A run of a cell that may be taken: which of several is, and how it is copied.
+
+use std::cmp::Reverse;
+use std::fs::{self, OpenOptions};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use analysis::{Damage, Run};
+use manifest::Manifest;
+use plan::{Cell, Verdict};
+
+use super::error::{Cause, MergeError};
+
+/// A run of a cell, in one of the folders.
+pub(super) struct Candidate {
+    pub(super) folder: PathBuf,
+    /// The manifest's text, byte by byte.
+    text: String,
+    manifest: Manifest,
+    /// Why it is not taken.
+    pub(super) damage: Vec<Damage>,
+    /// Whether it lies in the merged folder already.
+    pub(super) is_own: bool,
+}
+
+impl Candidate {
+    /// A run; `None` where it has no manifest, which comes last.
+    pub(super) fn of(run: Run, is_own: bool) -> Result<Option<Candidate>, Vec<Damage>> {
+        let Some(manifest) = run.manifest else {
+            return match run.damage.is_empty() {
+                true => Ok(None),
+                false => Err(run.damage),
+            };
+        };
+        let path = run.folder.join(Manifest::FILE);
+        let text = file::text(&path, file::MANIFEST_BYTES).map_err(|problem| {
+            let problem = problem.to_string();
+            vec![Damage { path, problem }]
+        })?;
+        Ok(Some(Candidate {
+            folder: run.folder,
+            text,
+            manifest,
+            damage: run.damage,
+            is_own,
+        }))
+    }
+
+    fn is_complete(&self) -> bool {
+        self.manifest.verdict == Verdict::Complete
+    }
+
+    /// The least is taken: complete before all, then what has most to look at, of equals the latest
+    /// and, so that the order of the folders tells nothing, by its text; the merged folder's own
+    /// before a copy of it.
+    pub(super) fn rank(&self) -> impl Ord + use<> {
+        let kind = match self.manifest.verdict {
+            Verdict::Complete => 0,
+            Verdict::Disturbed => 1,
+            Verdict::Invalid => 2,
+            Verdict::Failed => 3,
+            Verdict::Unsupported => 4,
+        };
+        let started = Reverse(self.manifest.started.clone());
+        (kind, started, self.text.clone(), !self.is_own)
+    }
+
+    /// Copies what its manifest names, in a folder that gets its name when all is there and proved.
+    pub(super) fn copy_to(&self, target: &Path) -> Result<(), Cause> {
+        let mut partial = target.as_os_str().to_owned();
+        partial.push(".partial");
+        let partial = PathBuf::from(partial);
+        if fs::symlink_metadata(&partial).is_ok() {
+            fs::remove_dir_all(&partial)?;
+        }
+        fs::create_dir(&partial)?;
+        for (name, fact) in &self.manifest.files {
+            copy(&self.folder.join(name), &partial.join(name), fact.bytes)?;
+        }
+        backend::write_whole(&partial.join(Manifest::FILE), self.text.as_bytes())?;
+        if let Some(damage) = Damage::of(&partial, &self.manifest).into_iter().next() {
+            return Err(damage.into());
+        }
+        backend::move_aside(target)?;
+        Ok(fs::rename(&partial, target)?)
+    }
+}
+
+/// Copies a file of so many bytes, in whole or not at all.
+fn copy(from: &Path, to: &Path, bytes: u64) -> io::Result<()> {
+    let mut copy = OpenOptions::new().write(true).create_new(true).open(to)?;
+    // What is longer is not what was looked at: its checksum tells.
+    io::copy(&mut file::open(from)?.take(bytes), &mut copy)?;
+    copy.sync_all()
+}
+
+/// Runs of two back-ends are two campaigns, whatever their plan.
+pub(super) fn check_backend(best: &[(&Cell, Candidate)]) -> Result<(), MergeError> {
+    let Some(((_, first), others)) = best.split_first() else {
+        return Ok(());
+    };
+    let backend = |candidate: &Candidate| candidate.manifest.backend.clone();
+    match others
+        .iter()
+        .find(|(_, other)| backend(other) != backend(first))
+    {
+        None => Ok(()),
+        Some((_, other)) => Err(MergeError::OtherBackend {
+            first: first.folder.clone(),
+            first_backend: backend(first),
+            other: other.folder.clone(),
+            other_backend: backend(other),
+        }),
+    }
+}
+
+/// Two runs that both came to their end cannot both be the cell's.
+pub(super) fn check_conflict(candidates: &[Candidate]) -> Result<(), MergeError> {
+    let mut complete = candidates.iter().filter(|one| one.is_complete());
+    let Some(first) = complete.next() else {
+        return Ok(());
+    };
+    match complete.find(|other| other.text != first.text) {
+        None => Ok(()),
+        Some(other) => Err(MergeError::Conflict {
+            first: first.folder.clone(),
+            other: other.folder.clone(),
+        }),
+    }
+}

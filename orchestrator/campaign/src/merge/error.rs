@@ -1,0 +1,100 @@
+//! Why folders are not merged.
+
+use std::io;
+use std::path::PathBuf;
+
+use plan::file_name::PLAN;
+
+/// What a step of copying failed by.
+pub(super) type Cause = Box<dyn std::error::Error + Send + Sync>;
+
+/// Why folders are not merged.
+#[derive(Debug, thiserror::Error)]
+pub enum MergeError {
+    /// A folder has no plan, and none of those in it has.
+    #[error("{} is not a results folder and contains none: {PLAN} is missing", .0.display())]
+    NoPlan(PathBuf),
+    /// There are no folders.
+    #[error("there is no folder to collect from")]
+    Nothing,
+    /// Two folders have different plans.
+    #[error(
+        "{} and {} have different plans: {difference}; collect folders of one plan only",
+        first.display(), other.display()
+    )]
+    OtherPlan {
+        /// A folder.
+        first: PathBuf,
+        /// The first one that has another plan.
+        other: PathBuf,
+        /// In what they differ.
+        difference: String,
+    },
+    /// A plan is none.
+    #[error("cannot use the plan {}: {problem}", path.display())]
+    BadPlan {
+        /// Its file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A plan cannot be read.
+    #[error("cannot read {}: {problem}", path.display())]
+    Unreadable {
+        /// Its file.
+        path: PathBuf,
+        /// What the system said.
+        problem: io::Error,
+    },
+    /// A folder's names cannot be read.
+    #[error("cannot read the folder {}", path.display())]
+    NotListed {
+        /// The folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Two runs were made by different back-ends: they are two campaigns, whatever their plan.
+    #[error(
+        "{} was run by {first_backend}, and {} by {other_backend}; collect folders of one back-end \
+         only. Nothing was copied", first.display(), other.display()
+    )]
+    OtherBackend {
+        /// A run's folder.
+        first: PathBuf,
+        /// Its back-end.
+        first_backend: String,
+        /// The first one of another.
+        other: PathBuf,
+        /// Its back-end.
+        other_backend: String,
+    },
+    /// Two runs that both came to their end cannot both be the cell's.
+    #[error(
+        "{} and {} are complete runs of one cell, and not the same run; collect without one of them, \
+         or move it away. Nothing was copied", first.display(), other.display()
+    )]
+    Conflict {
+        /// A run's folder.
+        first: PathBuf,
+        /// The other one's.
+        other: PathBuf,
+    },
+    /// A cell cannot be copied.
+    #[error("cannot copy {} to {}; give the same command again", from.display(), to.display())]
+    NotCopied {
+        /// Its folder.
+        from: PathBuf,
+        /// What it was to be.
+        to: PathBuf,
+        /// What is wrong.
+        source: Cause,
+    },
+}
+
+impl MergeError {
+    /// Whether the folders that were named are to blame, and nothing was copied.
+    pub(crate) fn is_usage(&self) -> bool {
+        !matches!(self, MergeError::NotCopied { .. })
+    }
+}

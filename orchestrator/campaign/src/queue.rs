@@ -1,0 +1,209 @@
+//! Whose turn it is: cells in batches, each of which runs together.
+//!
+//! To start a cell takes more of a machine than to run it, a browser's above all. So all cells of a
+//! batch are up before the first of them is measured, and the next batch begins when all of this one
+//! have ended. Batches begin in the plan's order; of a batch those that take longest to start begin first, so
+//! that the others wait the less with an open connection. A cell's running is `jobs`' work.
+
+use std::cmp::Reverse;
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use plan::Cell;
+
+/// How often one who waits looks whether to stop.
+const POLL: Duration = Duration::from_millis(50);
+
+/// What a batch waits beyond the longest start that is expected: a machine that starts many is slower.
+const SPARE_NS: u64 = 300_000_000;
+
+/// The cells that have not begun, and what is under way.
+pub struct Queue<'a> {
+    state: Mutex<State<'a>>,
+    ended: Condvar,
+    workers: usize,
+    now_ns: Clock,
+}
+
+/// A monotonic clock, in ns.
+pub type Clock = fn() -> u64;
+
+struct State<'a> {
+    batches: VecDeque<VecDeque<Turn<'a>>>,
+    /// What is left of the batch that has begun.
+    begun: VecDeque<Turn<'a>>,
+    /// When it began, ns on the monotonic clock.
+    begun_ns: u64,
+    running: usize,
+}
+
+/// A cell that may begin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turn<'a> {
+    /// The cell.
+    pub cell: &'a Cell,
+    /// How many there are in its batch.
+    pub together: u16,
+    /// When it is started; in the queue from its batch's begin, given out as an instant of the
+    /// monotonic clock.
+    pub start_ns: u64,
+    /// Before then it is not measured: the last of its batch is not up. Likewise.
+    pub not_before_ns: u64,
+}
+
+impl<'a> Queue<'a> {
+    /// Of these cells, in this order; `jobs` at a time, or else as many as each says of itself.
+    /// `now_ns` is the clock that cells are started by.
+    #[must_use]
+    pub fn new(cells: &[&'a Cell], jobs: Option<u16>, now_ns: Clock) -> Queue<'a> {
+        let batches = batches(cells, jobs);
+        let workers = batches.iter().map(Vec::len).max().unwrap_or(0);
+        let turns = batches.iter().map(|batch| turns(batch)).collect();
+        Queue::of(turns, workers, now_ns)
+    }
+
+    /// Of these cells, `jobs` at a time, each as soon as there is room: in virtual time nothing is
+    /// measured, so nothing is disturbed.
+    #[must_use]
+    pub fn unmeasured(cells: &[&'a Cell], jobs: u16) -> Queue<'a> {
+        let turn = |cell: &&'a Cell| Turn {
+            cell,
+            together: 1,
+            start_ns: 0,
+            not_before_ns: 0,
+        };
+        let all = cells.iter().map(turn).collect();
+        let workers = usize::from(jobs).min(cells.len());
+        // All may begin at once, at any hour.
+        Queue::of(VecDeque::from([all]), workers, || 0)
+    }
+
+    fn of(batches: VecDeque<VecDeque<Turn<'a>>>, workers: usize, now_ns: Clock) -> Queue<'a> {
+        Queue {
+            now_ns,
+            state: Mutex::new(State {
+                batches,
+                begun: VecDeque::new(),
+                begun_ns: 0,
+                running: 0,
+            }),
+            ended: Condvar::new(),
+            workers,
+        }
+    }
+
+    /// How many workers can ever be busy.
+    #[must_use]
+    pub fn workers(&self) -> usize {
+        self.workers
+    }
+
+    /// The next cell, once it may begin; none, when all have begun or `stop` is set.
+    pub fn next(&self, stop: &AtomicBool) -> Option<Turn<'a>> {
+        let mut state = self.lock();
+        while !stop.load(Ordering::Relaxed) {
+            let now_ns = (self.now_ns)();
+            if state.begun.is_empty() && state.running == 0 {
+                state.begun = state.batches.pop_front()?;
+                state.begun_ns = now_ns;
+            }
+            let begun_ns = state.begun_ns;
+            let next = state.begun.front().copied();
+            if next.is_none() && state.batches.is_empty() {
+                return None;
+            }
+            if let Some(turn) = next.filter(|turn| begun_ns + turn.start_ns <= now_ns) {
+                state.begun.pop_front();
+                state.running += 1;
+                return Some(Turn {
+                    start_ns: begun_ns + turn.start_ns,
+                    not_before_ns: begun_ns + turn.not_before_ns,
+                    ..turn
+                });
+            }
+            let waited = self.ended.wait_timeout(state, POLL);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+        None
+    }
+
+    /// A cell has ended.
+    pub fn end(&self) {
+        let mut state = self.lock();
+        state.running = state.running.saturating_sub(1);
+        self.ended.notify_all();
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State<'a>> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The cells in batches: as many in each as its first allows, or `jobs`, of those of its repeat that allow as
+/// many. A batch lasts as long as its longest cell, so its others are as long as the first where there are
+/// any, else shorter.
+pub(crate) fn batches<'a>(cells: &[&'a Cell], jobs: Option<u16>) -> Vec<Vec<&'a Cell>> {
+    // A plan by hand may say 0.
+    let own = |cell: &Cell| usize::from(jobs.unwrap_or(cell.together).max(1));
+    let mut batches: Vec<Vec<&Cell>> = Vec::new();
+    for round in cells.chunk_by(|one, next| one.repeat == next.repeat) {
+        let mut waiting: Vec<Option<&Cell>> = round.iter().copied().map(Some).collect();
+        for place in 0..waiting.len() {
+            let Some(first) = waiting[place].take() else {
+                continue;
+            };
+            let mut batch = vec![first];
+            for is_long_enough in [u64::eq, u64::gt] {
+                for other in &mut waiting[place + 1..] {
+                    if batch.len() >= own(first) {
+                        break;
+                    }
+                    let fits = |cell: &&Cell| {
+                        own(cell) == own(first)
+                            && is_long_enough(&first.duration_ns, &cell.duration_ns)
+                    };
+                    batch.extend(other.take_if(|cell| fits(cell)));
+                }
+            }
+            batch.sort_by_key(|cell| Reverse(backend::start_time(cell.client)));
+            batches.push(batch);
+        }
+    }
+    batches
+}
+
+/// How long a batch takes.
+pub(crate) fn batch_time(batch: &[&Cell]) -> Duration {
+    let ready_ns = turns(batch).front().map_or(0, |turn| turn.not_before_ns);
+    let longest_ns = batch.iter().map(|cell| cell.duration_ns).max().unwrap_or(0);
+    Duration::from_nanos(ready_ns + longest_ns + backend::AFTER_EPOCH_NS)
+}
+
+/// When each of a batch is started, one after another, and when all of them are up.
+fn turns<'a>(batch: &[&'a Cell]) -> VecDeque<Turn<'a>> {
+    let together = u16::try_from(batch.len()).unwrap_or(u16::MAX);
+    let (mut start_ns, mut not_before_ns) = (0, 0);
+    let mut turns = VecDeque::new();
+    for cell in batch {
+        turns.push_back(Turn {
+            cell,
+            together,
+            start_ns,
+            not_before_ns: 0,
+        });
+        not_before_ns = not_before_ns.max(start_ns + backend::lead_ns(cell.client));
+        start_ns += backend::stagger_ns(cell.client);
+    }
+    if together > 1 {
+        not_before_ns += SPARE_NS;
+    }
+    for turn in &mut turns {
+        turn.not_before_ns = not_before_ns;
+    }
+    turns
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,109 @@
+//! One cell, run until it is not disturbed: what a cell's own process does.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use analysis::Run;
+use backend::{Attempt, Backend, Player, RunError};
+use manifest::Manifest;
+use plan::{Cell, Plan, Verdict};
+
+use crate::earlier::Own;
+use crate::error::Error;
+
+/// How a cell is run.
+#[derive(Debug)]
+pub struct CellRun<'a> {
+    /// The campaign's folder.
+    pub campaign: &'a Path,
+    /// Where.
+    pub backend: &'a Backend,
+    /// What plays its link.
+    pub player: Player,
+    /// What earlier runs in the folder have to be like.
+    pub own: Own,
+    /// How often at most, while it is disturbed.
+    pub tries: u8,
+    /// How many run beside each other, with it.
+    pub together: u16,
+}
+
+/// How running a cell ended.
+#[derive(Debug)]
+pub enum Ended {
+    /// It was complete before.
+    Before,
+    /// It has been run.
+    Now(Box<Manifest>),
+    /// It was told to stop.
+    Interrupted,
+}
+
+/// Runs a cell of a plan, unless it is complete already.
+///
+/// # Errors
+/// Where what is there is of another kind, or damaged; when the folder cannot be written.
+pub fn run_cell(
+    plan: &Plan,
+    cell: &Cell,
+    how: &CellRun<'_>,
+    stop: &AtomicBool,
+) -> Result<Ended, Error> {
+    let before = Run::read(how.campaign, plan, cell);
+    if let Some(manifest) = &before.manifest {
+        how.own.check(plan, manifest, &before.folder)?;
+    }
+    match before.verdict() {
+        Some(Verdict::Complete) | None if !before.damage.is_empty() => {
+            let damage = before.damage.iter().map(ToString::to_string);
+            return Err(Error::DamagedCell(damage.collect::<Vec<_>>().join("; ")));
+        }
+        Some(Verdict::Complete) => return Ok(Ended::Before),
+        _ => {}
+    }
+    // The plan says how many may run together, the manifest how many did.
+    let cell = &Cell {
+        together: how.together,
+        ..cell.clone()
+    };
+    let attempt = |earlier| {
+        let attempt = Attempt {
+            started: jiff::Timestamp::now().to_string(),
+            earlier,
+        };
+        backend::run_cell(
+            plan,
+            cell,
+            how.campaign,
+            how.backend,
+            how.player,
+            attempt,
+            stop,
+        )
+    };
+    Ok(until_undisturbed(how.tries, stop, attempt)?)
+}
+
+/// Makes one attempt after another, each told what became of those before it, until one is not
+/// disturbed, there were so many, or `stop` is set.
+fn until_undisturbed(
+    tries: u8,
+    stop: &AtomicBool,
+    mut attempt: impl FnMut(Vec<String>) -> Result<Manifest, RunError>,
+) -> Result<Ended, RunError> {
+    let mut earlier: Vec<String> = Vec::new();
+    loop {
+        let manifest = attempt(earlier.clone())?;
+        if stop.load(Ordering::Relaxed) {
+            return Ok(Ended::Interrupted);
+        }
+        let made = earlier.len() + 1;
+        if manifest.verdict != Verdict::Disturbed || made >= usize::from(tries) {
+            return Ok(Ended::Now(Box::new(manifest)));
+        }
+        earlier.push(manifest.reasons.join("; "));
+    }
+}
+
+#[cfg(test)]
+mod tests;

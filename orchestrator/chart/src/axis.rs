@@ -1,0 +1,24 @@
+//! An axis before anything is drawn: its name, how its numbers are laid out, and from where to where.
+
+use serde::Serialize;
+
+/// An axis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Axis {
+    /// Its name with its unit: `time/s`.
+    pub label: String,
+    /// How its numbers are laid out.
+    pub scale: Scale,
+    /// From where to where; as the data need it if not given.
+    pub range: Option<(f64, f64)>,
+}
+
+/// How numbers are laid out on an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By their powers of ten; what is not above zero is not drawn.
+    Log,
+}

@@ -1,0 +1,58 @@
+//! A run's files, as its manifest knows them: length and checksum.
+
+use std::io::{self, Read};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+/// A file of a run, as the manifest knows it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FileFact {
+    /// Its length.
+    pub bytes: u64,
+    /// Its SHA-256 in hex.
+    pub sha256: String,
+}
+
+impl FileFact {
+    /// The fact about a file's content.
+    ///
+    /// # Errors
+    /// When it cannot be read to its end.
+    pub fn of(mut content: impl Read) -> io::Result<FileFact> {
+        let mut tally = Tally::default();
+        let mut buffer = vec![0; 1 << 16];
+        loop {
+            match content.read(&mut buffer)? {
+                0 => return Ok(tally.fact()),
+                n => tally.push(&buffer[..n]),
+            }
+        }
+    }
+}
+
+/// A file's fact under way, for whoever has its bytes in passing.
+#[derive(Debug, Clone, Default)]
+pub struct Tally {
+    hasher: Sha256,
+    bytes: u64,
+}
+
+impl Tally {
+    /// Takes the next bytes.
+    pub fn push(&mut self, bytes: &[u8]) {
+        self.hasher.update(bytes);
+        self.bytes += bytes.len() as u64;
+    }
+
+    /// The fact about all bytes so far.
+    #[must_use]
+    pub fn fact(self) -> FileFact {
+        let sha256 = self.hasher.finalize();
+        FileFact {
+            bytes: self.bytes,
+            sha256: sha256.iter().map(|byte| format!("{byte:02x}")).collect(),
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! The file `manifest.json`, written when everything else of a run is in place.
+
+use std::collections::BTreeMap;
+
+use certificate::{Certificate, LinkReport};
+use endpoint::report::Page;
+use judge::message::Messages;
+use judge::{Pulse, Watched};
+use plan::{Cell, Disturbance, Verdict, is_file_name};
+use serde::ser::Error;
+use serde::{Deserialize, Serialize, Serializer};
+
+use crate::fact::FileFact;
+use crate::report::{ControllerReport, PlantReport};
+
+/// The description of one run, complete enough to judge and to repeat it.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// Version of this format.
+    pub version: u32,
+    /// How the run ended.
+    pub verdict: Verdict,
+    /// Why it is not `complete`; empty if it is.
+    pub reasons: Vec<String>,
+    /// What was done to the run that nobody asked for; empty if nothing was.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub disturbances: Vec<Disturbance>,
+    /// What became of the tries before this one: a run that is disturbed is asked again, and the
+    /// folders of those tries lie beside this one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub earlier: Vec<String>,
+    /// The experiment's name.
+    pub experiment: String,
+    /// The campaign's seed.
+    pub campaign_seed: u64,
+    /// The cell, with every setting.
+    pub cell: Cell,
+    /// The link's profile: the file `profile.toml` beside this one is its text.
+    pub profile: String,
+    /// How the ends were connected: `netns`, `compose`, `attach` or `sim`.
+    pub backend: String,
+    /// The container engine and its Compose, where they are known.
+    #[serde(default)]
+    pub engine: Option<String>,
+    /// What played the link: `user`, `tc`, `model` in virtual time, or `none` on loopback.
+    pub player: String,
+    /// Version of webloop.
+    pub webloop: String,
+    /// The machine.
+    pub machine: Machine,
+    /// How the right to make namespaces was had: `privileged` or `user-namespace`; empty where
+    /// none were made.
+    pub authority: String,
+    /// Start of the run in UTC, RFC 3339. For people; every other time is monotonic.
+    pub started: String,
+    /// How long it took, in s.
+    pub wall_s: f64,
+    /// Link time 0, in ns of `CLOCK_MONOTONIC`.
+    pub epoch_ns: u64,
+    /// When the controller's first message was due, in ns of `CLOCK_MONOTONIC`.
+    pub start_ns: u64,
+    /// Whether the link was the one asked for; `null` where there was nothing to judge.
+    #[serde(serialize_with = "by_name")]
+    pub certificate: Option<Certificate>,
+    /// What the loop's own messages said of the link; `null` where the run did not come to its end.
+    #[serde(default, serialize_with = "by_name")]
+    pub messages: Option<Messages>,
+    /// What a thread on each processor that wakes every millisecond saw of the machine.
+    #[serde(default, serialize_with = "by_name")]
+    pub pulse: Option<Pulse>,
+    /// What was seen of the run's processes from outside while the controller ran, by their parts.
+    #[serde(default, serialize_with = "by_name")]
+    pub watched: Option<BTreeMap<String, Watched>>,
+    /// The plant's own report.
+    #[serde(serialize_with = "by_name")]
+    pub plant: Option<PlantReport>,
+    /// The controller's own report.
+    #[serde(serialize_with = "by_name")]
+    pub controller: Option<ControllerReport>,
+    /// The page's own report, where the client is a browser: which one, and how honest its clock
+    /// and its timers are.
+    #[serde(default, serialize_with = "by_name")]
+    pub page: Option<Page>,
+    /// The player's own report.
+    #[serde(serialize_with = "by_name")]
+    pub link: Option<LinkReport>,
+    /// Length and checksum of every other file in the folder.
+    pub files: BTreeMap<String, FileFact>,
+}
+
+impl Manifest {
+    /// Version of the format that this code writes and reads.
+    pub const VERSION: u32 = 1;
+    /// The file's name in a cell's folder.
+    pub const FILE: &'static str = "manifest.json";
+
+    /// The manifest as a JSON text.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // Plain data of strings and finite numbers: serialising it cannot fail.
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+
+    /// Reads a manifest's JSON text. The files that it lists lie beside it.
+    ///
+    /// # Errors
+    /// A sentence on what is wrong, with line and column, or with the name of a file.
+    pub fn from_json(text: &str) -> Result<Manifest, String> {
+        let manifest: Manifest = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        if manifest.version != Manifest::VERSION {
+            return Err(format!(
+                "this manifest has format version {}, and this webloop reads version {}",
+                manifest.version,
+                Manifest::VERSION
+            ));
+        }
+        let is_beside = |name: &str| is_file_name(name) && name != Manifest::FILE;
+        match manifest.files.keys().find(|name| !is_beside(name)) {
+            Some(name) => Err(format!(
+                "`{}` is not the name of a file beside it",
+                name.escape_debug()
+            )),
+            None => Ok(manifest),
+        }
+    }
+}
+
+/// Writes a part with its fields in the order of their names, whatever their order is in its type:
+/// so a manifest reads, and compares, alike whichever version of a role wrote the part.
+fn by_name<T: Serialize, S: Serializer>(part: &Option<T>, to: S) -> Result<S::Ok, S::Error> {
+    serde_json::to_value(part)
+        .map_err(S::Error::custom)?
+        .serialize(to)
+}
+
+/// The machine that a run was made on, in the words of its own kernel.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Machine {
+    /// Kernel name and release, such as `Linux 6.1.0`.
+    pub kernel: String,
+    /// Instruction set, such as `x86_64`.
+    pub architecture: String,
+    /// Processor model, as the kernel names it.
+    pub processor: String,
+    /// Processors that the run could use.
+    pub cores: usize,
+    /// Memory in MiB.
+    pub memory_mib: u64,
+    /// Where the kernel takes its time from, such as `tsc`.
+    pub clock_source: String,
+}

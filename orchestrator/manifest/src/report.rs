@@ -1,0 +1,187 @@
+//! The reports of plant and controller, whoever was it.
+
+use endpoint::Counts;
+use endpoint::report::{ControllerGranted, Native, Plant, Python, Scheduling, Visit, Written};
+use serde::{Deserialize, Deserializer, Serialize, de::Error, de::IgnoredAny};
+use serde_json::Value;
+use sim::Timing;
+
+/// A plant's report.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
+pub enum PlantReport {
+    /// Of a process.
+    Real(Box<Plant>),
+    /// Of virtual time.
+    Model(ModelPlant),
+}
+
+/// What virtual time says of its plant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelPlant {
+    /// Rows of `arrivals.csv`.
+    pub arrival_rows: Written,
+    /// Rows of `ticks.csv`.
+    pub tick_rows: Written,
+}
+
+impl PlantReport {
+    /// Of a process, if it is.
+    #[must_use]
+    pub fn real(&self) -> Option<&Plant> {
+        match self {
+            Self::Real(plant) => Some(plant),
+            Self::Model(_) => None,
+        }
+    }
+
+    /// Rows of `ticks.csv`.
+    #[must_use]
+    pub fn tick_rows(&self) -> Written {
+        match self {
+            Self::Real(plant) => plant.tick_rows,
+            Self::Model(plant) => plant.tick_rows,
+        }
+    }
+
+    /// Rows of `arrivals.csv`.
+    #[must_use]
+    pub fn arrival_rows(&self) -> Written {
+        match self {
+            Self::Real(plant) => plant.arrival_rows,
+            Self::Model(plant) => plant.arrival_rows,
+        }
+    }
+
+    /// Rows that pages sent, of all sessions; none in virtual time.
+    #[must_use]
+    pub fn page_rows(&self) -> Option<Written> {
+        self.real().map(|plant| plant.page_rows)
+    }
+
+    /// Sessions that pages have held.
+    #[must_use]
+    pub fn sessions(&self) -> u64 {
+        self.real().map_or(0, |plant| plant.sessions)
+    }
+
+    /// What the thread that steps the model was granted; none in virtual time.
+    #[must_use]
+    pub fn ticker(&self) -> Option<&Scheduling> {
+        self.real().map(|plant| &plant.granted.ticker)
+    }
+
+    /// Rows of all files that found no room.
+    #[must_use]
+    pub fn overflow(&self) -> u64 {
+        let page = self.page_rows().unwrap_or_default();
+        self.tick_rows().overflow + self.arrival_rows().overflow + page.overflow
+    }
+}
+
+impl<'de> Deserialize<'de> for PlantReport {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        struct Kind {
+            address: Option<IgnoredAny>,
+        }
+        let report = Value::deserialize(deserializer)?;
+        let kind = Kind::deserialize(&report).map_err(D::Error::custom)?;
+        match kind.address {
+            Some(_) => Plant::deserialize(report).map(|plant| Self::Real(plant.into())),
+            None => ModelPlant::deserialize(report).map(Self::Model),
+        }
+        .map_err(D::Error::custom)
+    }
+}
+
+/// A controller's report.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
+pub enum ControllerReport {
+    /// Of the native controller.
+    Native(Box<Native>),
+    /// Of Python's.
+    Python(Box<Python>),
+    /// Of whoever started a browser on the page, which has a report of its own.
+    Visit(Box<Visit>),
+    /// Of virtual time.
+    Model(Box<ModelController>),
+}
+
+/// What virtual time says of its controller, whichever client it stands for.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelController {
+    /// Connections opened.
+    pub connections: u64,
+    /// What became of the deadlines.
+    pub counts: Counts,
+    /// Packets that were lost and sent again.
+    pub resent: u64,
+    /// Rows of `messages.csv`.
+    pub rows: Written,
+    /// What the machine's programs were said to take.
+    pub timing: Timing,
+}
+
+impl ControllerReport {
+    /// Rows of `messages.csv`, as far as the controller knows: a page's are the plant's to count.
+    #[must_use]
+    pub fn rows(&self) -> Written {
+        match self {
+            Self::Native(native) => native.rows,
+            Self::Python(python) => python.rows,
+            Self::Visit(visit) => visit.rows,
+            Self::Model(model) => model.rows,
+        }
+    }
+
+    /// What became of the deadlines; a page's are in its own report.
+    #[must_use]
+    pub fn counts(&self) -> Option<&Counts> {
+        match self {
+            Self::Native(native) => Some(&native.counts),
+            Self::Python(python) => Some(&python.counts),
+            Self::Visit(_) => None,
+            Self::Model(model) => Some(&model.counts),
+        }
+    }
+
+    /// What its thread was granted, where it is one.
+    #[must_use]
+    pub fn scheduling(&self) -> Option<&Scheduling> {
+        let granted: &ControllerGranted = match self {
+            Self::Native(native) => &native.granted,
+            Self::Python(python) => &python.granted,
+            Self::Visit(_) | Self::Model(_) => return None,
+        };
+        Some(&granted.controller)
+    }
+}
+
+/// The kinds are told apart first, by a field that only one has, so that an error names what is
+/// wrong with the one that it is.
+impl<'de> Deserialize<'de> for ControllerReport {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        struct Kind {
+            python: Option<IgnoredAny>,
+            browser: Option<IgnoredAny>,
+            timing: Option<IgnoredAny>,
+        }
+        let report = Value::deserialize(deserializer)?;
+        let kind = Kind::deserialize(&report).map_err(D::Error::custom)?;
+        if kind.python.is_some() {
+            Python::deserialize(report).map(|python| Self::Python(python.into()))
+        } else if kind.browser.is_some() {
+            Visit::deserialize(report).map(|visit| Self::Visit(visit.into()))
+        } else if kind.timing.is_some() {
+            ModelController::deserialize(report).map(|model| Self::Model(model.into()))
+        } else {
+            Native::deserialize(report).map(|native| Self::Native(native.into()))
+        }
+        .map_err(D::Error::custom)
+    }
+}

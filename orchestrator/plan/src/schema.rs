@@ -1,0 +1,95 @@
+//! The JSON schemas of experiments and plans, made from the types that read them.
+//!
+//! Left out: what the ends' settings are in a plan, which is in `endpoint`.
+
+use std::borrow::Cow;
+
+use endpoint::{ControllerSettings, PageSettings};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema, schema_for};
+
+use crate::Plan;
+use crate::experiment::{Block, ExperimentFile, LISTS, List, NEEDED, Scaled};
+
+/// What is written in plans and experiments.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Document {
+    /// An experiment, as TOML: `orchestrator/experiments/experiment.schema.json`.
+    Experiment,
+    /// A plan: `orchestrator/experiments/plan.schema.json`.
+    Plan,
+}
+
+/// The JSON schema of a document, for editors and for other programs: what is committed.
+#[must_use]
+pub fn schema(document: Document) -> String {
+    let schema = match document {
+        Document::Experiment => schema_for!(ExperimentFile),
+        Document::Plan => schema_for!(Plan),
+    };
+    format!("{:#}\n", schema.as_value())
+}
+
+impl JsonSchema for List {
+    fn schema_name() -> Cow<'static, str> {
+        "List".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "One value, or a list of them.",
+            "type": ["string", "integer", "array"],
+            "items": { "type": ["string", "integer"] }
+        })
+    }
+}
+
+// A block is read by hand, so its keys are described by hand.
+impl JsonSchema for Block {
+    fn schema_name() -> Cow<'static, str> {
+        "Block".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let of_all = ControllerSettings::FIELDS
+            .iter()
+            .map(|field| (field.name, field.about));
+        let of_pages = PageSettings::FIELDS
+            .iter()
+            .map(|field| (field.name, field.about));
+        let lists = LISTS.into_iter().chain(of_all).chain(of_pages);
+        let mut properties: serde_json::Map<_, _> = lists
+            .map(|(name, about)| {
+                let mut list = generator.subschema_for::<List>();
+                list.insert("description".to_owned(), about.into());
+                (name.to_owned(), list.to_value())
+            })
+            .collect();
+        for (name, mut schema, about) in [
+            (
+                "repeats",
+                u32::json_schema(generator),
+                "How often each combination is run, each time on another realisation of the link",
+            ),
+            (
+                "together",
+                u16::json_schema(generator),
+                "How many of these cells may run at a time without being in each other's way",
+            ),
+            (
+                "scaled",
+                generator.subschema_for::<Scaled>(),
+                "The block in little, which is what is run unless the whole is asked for",
+            ),
+        ] {
+            schema.insert("description".to_owned(), about.into());
+            properties.insert(name.to_owned(), schema.to_value());
+        }
+        json_schema!({
+            "description": "A block `[[cells]]`: every combination of its lists is a cell.",
+            "type": "object",
+            "properties": properties,
+            "required": NEEDED,
+            "additionalProperties": false
+        })
+    }
+}

@@ -1,0 +1,42 @@
+//! The files that are made of a report.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::figure::Figure;
+use crate::report::Report;
+use crate::table::Table;
+use crate::{claim, digest, junit, page};
+
+impl Report<'_> {
+    /// Every file of the report: its name, and what is in it.
+    #[must_use]
+    pub fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
+        let text = |name: &str, content: String| (PathBuf::from(name), content.into_bytes());
+        let mut files = vec![
+            text("report.html", page::render(self)),
+            text("claims.json", claim::to_json(&self.claims)),
+            text("claims.csv", claim::to_csv(&self.claims)),
+            text("summary.md", digest::markdown(self)),
+            text("junit.xml", junit::xml(self)),
+        ];
+        files.extend(self.tables.iter().flat_map(Table::files));
+        files.extend(self.figures.iter().flat_map(Figure::files));
+        files
+    }
+}
+
+/// Writes a report's [files](Report::files) into `folder`, over those of an earlier one.
+///
+/// # Errors
+/// When the folder or a file cannot be written.
+pub fn write(files: &[(PathBuf, Vec<u8>)], folder: &Path) -> io::Result<()> {
+    fs::create_dir_all(folder)?;
+    for (name, content) in files {
+        // A report lies in a results folder, in which a name may have been made to lead elsewhere.
+        file::make_folder(folder, name.parent().unwrap_or(Path::new("")))?;
+        file::write(&folder.join(name), content)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,153 @@
+//! Settings by their names, for whoever reads, passes on or shows them without knowing which there are:
+//! experiments, command lines, a cell's setup in words.
+//!
+//! Mode, sample time and reference are not among them: those are a run's own. Which settings there are is
+//! where their types are declared.
+
+use std::fmt::{self, Display};
+use std::str::FromStr;
+
+/// A setting of `S` by its name.
+#[derive(Debug)]
+pub struct Field<S> {
+    /// As TOML has it, like `timer_floor`; a command line has `-` for `_`.
+    pub name: &'static str,
+    /// What it decides, and which words there are, in a line.
+    pub about: &'static str,
+    /// What stands for its word in a help text.
+    pub placeholder: &'static str,
+    /// Whether its words say by themselves whose they are: `websocket`, and not `new`.
+    pub is_telling: bool,
+    pub(crate) read: fn(&mut S, &str) -> Result<(), InvalidSetting>,
+    pub(crate) text: fn(&S) -> String,
+}
+
+/// Why a setting cannot be had, and what to do about it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InvalidSetting {
+    /// The setting's name.
+    pub name: &'static str,
+    /// What is wrong.
+    pub problem: String,
+    /// What to do; empty where the problem says it.
+    pub remedy: &'static str,
+}
+
+impl InvalidSetting {
+    /// Reads a word; its own error has the words to choose from.
+    pub(crate) fn word<T: FromStr<Err: Display>>(
+        name: &'static str,
+        text: &str,
+    ) -> Result<T, Self> {
+        text.parse().map_err(|error: T::Err| Self {
+            name,
+            problem: error.to_string(),
+            remedy: "",
+        })
+    }
+}
+
+impl Display for InvalidSetting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.remedy {
+            "" => f.write_str(&self.problem),
+            remedy => write!(f, "{}; {remedy}", self.problem),
+        }
+    }
+}
+
+impl std::error::Error for InvalidSetting {}
+
+impl<S> Field<S> {
+    /// Sets it to what `text` says.
+    ///
+    /// # Errors
+    /// [`InvalidSetting`] where that is none of its words.
+    pub fn read(&self, settings: &mut S, text: &str) -> Result<(), InvalidSetting> {
+        (self.read)(settings, text)
+    }
+
+    /// What it is set to, as people write it.
+    #[must_use]
+    pub fn text(&self, settings: &S) -> String {
+        (self.text)(settings)
+    }
+}
+
+/// A setting that is one of some words.
+macro_rules! word_field {
+    ($field:ident, $about:literal, $placeholder:literal, $is_telling:literal) => {
+        $crate::Field {
+            name: stringify!($field),
+            about: $about,
+            placeholder: $placeholder,
+            is_telling: $is_telling,
+            read: |settings, text| {
+                settings.$field = $crate::InvalidSetting::word(stringify!($field), text)?;
+                Ok(())
+            },
+            text: |settings| settings.$field.to_string(),
+        }
+    };
+}
+
+/// A setting that is a length of time.
+macro_rules! span_field {
+    ($name:literal, $field:ident, $about:literal, $read:path) => {
+        $crate::Field {
+            name: $name,
+            about: $about,
+            placeholder: "TIME",
+            is_telling: false,
+            read: |settings, text| {
+                settings.$field = $read(text).map_err(|problem| $crate::InvalidSetting {
+                    name: $name,
+                    problem,
+                    remedy: $crate::DURATION_REMEDY,
+                })?;
+                Ok(())
+            },
+            text: |settings| $crate::duration_text(settings.$field),
+        }
+    };
+}
+
+pub(crate) use {span_field, word_field};
+
+#[cfg(test)]
+mod tests {
+    use crate::{ControllerSettings, Mode, PageSettings, Preset};
+
+    #[test]
+    fn every_field_reads_what_it_writes() {
+        let h = "3ms".parse().expect("a sample time");
+        for preset in Preset::ALL {
+            let (settings, page) = (preset.settings(Mode::Closed, h), preset.page());
+            let (mut read, mut page_read) = (settings, page);
+            for field in ControllerSettings::FIELDS {
+                assert_eq!(field.read(&mut read, &field.text(&settings)), Ok(()));
+                let error = field.read(&mut read, "nonsense").expect_err(field.name);
+                assert!(error.to_string().contains("`nonsense`"), "{error}");
+            }
+            for field in PageSettings::FIELDS {
+                assert_eq!(field.read(&mut page_read, &field.text(&page)), Ok(()));
+            }
+            assert_eq!((read, page_read), (settings, page));
+        }
+    }
+
+    #[test]
+    fn every_setting_is_a_field_but_those_that_are_a_run_s_own() {
+        let h = "3ms".parse().expect("a sample time");
+        let settings = serde_json::to_value(Preset::Worker.settings(Mode::Closed, h));
+        let count = |value: serde_json::Value| value.as_object().map_or(0, serde_json::Map::len);
+        let all = count(settings.expect("plain fields"));
+        // mode, h and r
+        assert_eq!(ControllerSettings::FIELDS.len(), all - 3);
+        let page = serde_json::to_value(Preset::Worker.page());
+        assert_eq!(
+            PageSettings::FIELDS.len(),
+            count(page.expect("plain fields"))
+        );
+    }
+}

@@ -1,0 +1,67 @@
+//! What each role says of itself when it ends, as it leaves it in its file: data without behaviour,
+//! which whoever reads a run has to know as well as whoever writes it.
+//!
+//! Each refuses by its name a field that it does not know.
+
+mod controller;
+mod page;
+mod plant;
+mod visit;
+
+use serde::{Deserialize, Serialize};
+
+pub use controller::{ControllerGranted, Native, Python};
+pub use page::{Clock, Page, PageAsked};
+pub use plant::{Plant, PlantGranted};
+pub use visit::{Browser, Confinement, Engine, Sandbox, Session, UnknownEngine, Version, Visit};
+
+/// What a journal did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Written {
+    /// Rows in the file.
+    pub rows: u64,
+    /// Rows that found the ring full and are not in the file.
+    pub overflow: u64,
+}
+
+/// A scheduling class.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Policy {
+    /// `SCHED_FIFO`: runs whenever it can, before all ordinary threads.
+    Fifo,
+    /// `SCHED_OTHER`, or whatever else an ordinary thread has.
+    Other,
+}
+
+/// What a thread asked for and what it has.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scheduling {
+    /// The `SCHED_FIFO` priority asked for (1 to 99); none if not asked.
+    pub asked_priority: Option<u8>,
+    /// The class that the thread has.
+    pub policy: Policy,
+    /// Its real-time priority; 0 in the ordinary class.
+    pub priority: i32,
+    /// How late the kernel may let its timers be, to gather them. A `SCHED_FIFO`
+    /// thread has none, whatever this says.
+    pub slack_ns: u64,
+    /// Why less was granted than was asked.
+    pub refused: Option<String>,
+}
+
+impl Scheduling {
+    /// The scheduling of a thread that asked for nothing, on Linux's defaults.
+    #[must_use]
+    pub fn ordinary() -> Self {
+        Self {
+            asked_priority: None,
+            policy: Policy::Other,
+            priority: 0,
+            slack_ns: 50_000,
+            refused: None,
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! The reports of the native controller and of Python's.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Scheduling, Written};
+use crate::{Counts, Transport};
+
+/// What the native controller tells when it has ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Native {
+    /// The first deadline, on the run's clock.
+    pub start_ns: u64,
+    /// Where the deadlines ended.
+    pub stop_ns: u64,
+    /// What became of the deadlines.
+    pub counts: Counts,
+    /// Why the first message failed that did.
+    pub first_failure: Option<String>,
+    /// Whether it was told to end before its time. Messages under way then
+    /// count as failed.
+    pub interrupted: bool,
+    /// Rows of `messages.csv`.
+    pub rows: Written,
+    /// What the kernel granted.
+    pub granted: ControllerGranted,
+}
+
+/// What the kernel granted to a controller.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ControllerGranted {
+    /// To its thread.
+    pub controller: Scheduling,
+    /// Files and sockets that may be open.
+    pub open_files: u64,
+}
+
+/// What the controller in Python tells when it has ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Python {
+    /// The first deadline, on the run's clock.
+    pub start_ns: u64,
+    /// Where the deadlines ended.
+    pub stop_ns: u64,
+    /// What became of the deadlines.
+    pub counts: Counts,
+    /// Why the first message failed that did.
+    pub first_failure: Option<String>,
+    /// Whether it was told to end before its time.
+    pub interrupted: bool,
+    /// Rows of `messages.csv`.
+    pub rows: Written,
+    /// What the kernel granted.
+    pub granted: ControllerGranted,
+    /// `python`.
+    pub client: String,
+    /// The language's version.
+    pub python: String,
+    /// Which Python, such as `CPython`.
+    pub implementation: String,
+    /// What carried the messages.
+    pub transport: Transport,
+    /// Connections opened, those of the warm-up among them.
+    pub connections: u64,
+}
