@@ -14,6 +14,7 @@ use certificate::Echo;
 use link::{Profile, Way};
 use plan::{Cell, Client, file_name};
 use serde::Deserialize;
+use serde_json::json;
 use shaper::ProbePlan;
 
 use crate::remote_part::RemotePart;
@@ -77,9 +78,7 @@ impl Attach {
             followers: Vec::new(),
         };
         let clock = Instant::now();
-        let settings = RoleSettings::Hear {};
-        let role = settings.role();
-        attach.witness().start(role, role, settings.to_json())?;
+        attach.witness().start("hear", "hear", json!({}))?;
         attach.start_time = clock.elapsed();
         attach.followers = attach.follow(cell.client, folder)?;
         Ok(attach)
@@ -191,8 +190,7 @@ impl Site for Attach {
         let (run, name) = match &settings {
             RoleSettings::Link(role) => return Ok(Box::new(self.start_link(role)?)),
             RoleSettings::Plant(_) => (self.beside_plant(), "plant"),
-            RoleSettings::Hear {} => (self.witness(), "hear"),
-            RoleSettings::Controller(_) | RoleSettings::Ask(_) => (&self.controller, "controller"),
+            RoleSettings::Controller(_) => (&self.controller, "controller"),
         };
         let (part, _) = RemotePart::start(run, name, &settings)?;
         Ok(Box::new(part))

@@ -97,8 +97,8 @@ impl Netns {
     fn namespace(&self, settings: &RoleSettings) -> Option<&Namespace> {
         match settings {
             RoleSettings::Link(_) => self.lab.middle(),
-            RoleSettings::Plant(_) | RoleSettings::Hear {} => Some(self.lab.plant()),
-            RoleSettings::Controller(_) | RoleSettings::Ask(_) => Some(self.lab.controller()),
+            RoleSettings::Plant(_) => Some(self.lab.plant()),
+            RoleSettings::Controller(_) => Some(self.lab.controller()),
         }
     }
 }

@@ -10,7 +10,6 @@ use endpoint::{ControllerSettings, PageSettings, PlantSettings};
 use link::Way;
 use plan::{Cell, Client, ProfileText};
 use serde::{Deserialize, Serialize};
-use shaper::ProbePlan;
 
 use crate::Player;
 
@@ -81,10 +80,6 @@ pub(crate) enum RoleSettings {
     Plant(PlantRole),
     Controller(ControllerRole),
     Link(LinkRole),
-    /// One half of a probe, which asks.
-    Ask(ProbePlan),
-    /// The other half, which hears, and needs to know nothing.
-    Hear {},
 }
 
 impl RoleSettings {
@@ -98,8 +93,6 @@ impl RoleSettings {
                 Client::Chromium | Client::Firefox => "browser",
             },
             RoleSettings::Link(_) => "link",
-            RoleSettings::Ask(_) => "ask",
-            RoleSettings::Hear {} => "hear",
         }
     }
 

@@ -106,7 +106,7 @@ impl Site for MadeUp {
         let ends = match settings {
             RoleSettings::Plant(_) => self.plant,
             RoleSettings::Controller(_) => self.controller,
-            _ => Ends::WhenStopped,
+            RoleSettings::Link(_) => Ends::WhenStopped,
         };
         Ok(Box::new(MadeUpPart {
             site: self,
