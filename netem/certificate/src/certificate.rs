@@ -4,6 +4,7 @@
 //! Pure. The limits that the [verdict](crate::Verdict) rests on are in a file of their own.
 
 use link::{Profile, Timeline};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::echo::Echo;
@@ -14,7 +15,7 @@ use crate::verdict::{Evidence, Verdict, are_too_many, is_astray, is_quicker, mos
 
 /// How far residuals lie from zero on one way or over the round trip: measured minus
 /// predicted minus baseline, ms. The quantiles are of absolute values.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Residual {
     /// The mean with its sign.
@@ -25,7 +26,7 @@ pub struct Residual {
     pub p90_ms: f64,
     /// 99 of 100 are at most this.
     pub p99_ms: f64,
-    /// The greatest.
+    /// The greatest residual, in ms.
     pub max_ms: f64,
 }
 
@@ -44,7 +45,7 @@ impl Residual {
 }
 
 /// Residuals of the answered echoes.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Residuals {
     /// From controller to plant.
@@ -56,10 +57,10 @@ pub struct Residuals {
 }
 
 /// The proof that a link was the one that was asked for, or the evidence that it was not.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Certificate {
-    /// The judgement.
+    /// Whether the link held, and why not.
     pub verdict: Verdict,
     /// Echoes sent.
     pub sent: usize,
@@ -89,8 +90,8 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    /// Whether something speaks against the link that no machine does by standing still: echoes that
-    /// were quicker than it, or that it was to lose. A machine makes echoes late, and may lose them.
+    /// Whether there is evidence against the link that a machine's pause cannot explain: echoes
+    /// that were quicker than it, or that it should have lost. A machine makes echoes late, and may lose them.
     #[must_use]
     pub fn is_another(&self) -> bool {
         self.quicker > self.most_quicker || are_too_many(self.fates.came_though_lost, self.sent)
@@ -111,7 +112,7 @@ pub fn certify(
     certify_within(echoes, timeline, baseline, Edge::USER)
 }
 
-/// Of each answered echo: its residuals up, down and over the round trip, and the delay due, all ms.
+/// For each answered echo: its residuals up, down and over the round trip, and the delay due, in ms.
 fn residuals(
     echoes: &[Echo],
     predictions: &[Prediction],
@@ -146,7 +147,8 @@ pub fn certify_within(
         .iter()
         .any(|prediction| prediction.up.queued || prediction.down.queued);
     let answered = residuals(echoes, &predictions, baseline);
-    // Where a queue may add to the delay, only what comes too early speaks against a link.
+    // Where a queue may add to the delay, only a packet that comes too early is evidence against
+    // a link.
     let misses: Vec<f64> = answered
         .iter()
         .map(|&([_, _, rtt], _)| if exact { rtt.abs() } else { (-rtt).max(0.0) })

@@ -1,12 +1,13 @@
 //! Whether echoes were lost, and came, where the link said that they would.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::echo::Echo;
 use crate::prediction::{Expected, Prediction};
 
 /// Echoes whose fate was not the predicted one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fates {
     /// Crossed a way on which they were to be lost.
@@ -25,7 +26,7 @@ const TOGETHER_NS: u64 = 5_000_000;
 pub(crate) struct Doubtful {
     /// Were to be lost, but for the nearness of the change.
     pub(crate) due: usize,
-    /// Were lost.
+    /// Echoes that were lost.
     pub(crate) lost: usize,
 }
 

@@ -1,9 +1,10 @@
 //! How late the player's packets left: a histogram of fixed size, so that adding to it costs
 //! the same few instructions whenever.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Buckets to each doubling: a quantile is told to within a sixteenth, 6.25 %.
+/// Buckets in each doubling, so that a quantile is exact to a sixteenth, 6.25 %.
 const STEPS: u64 = 16;
 /// Sixteen buckets for each of the doublings of a 64-bit number, and the values below 16 ns
 /// in buckets of their own.
@@ -19,10 +20,10 @@ pub struct Histogram {
 }
 
 /// A histogram in five numbers, microseconds each.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Lateness {
-    /// The mean.
+    /// Mean lateness, in µs.
     pub mean_us: f64,
     /// Half of the packets were at most this late.
     pub p50_us: f64,
@@ -92,7 +93,7 @@ impl Histogram {
     }
 }
 
-/// Below `STEPS` each value has its bucket; from there on the bucket is told by the position
+/// Below `STEPS` each value has its bucket; from there on the bucket follows from the position
 /// of the highest bit and the four bits after it.
 fn bucket(ns: u64) -> usize {
     let octave = (ns | (STEPS - 1)).ilog2() - (STEPS.ilog2() - 1);

@@ -1,4 +1,4 @@
-//! Whether a link was the one that was asked for, and what its players say of it.
+//! Whether a link was the one that was asked for, and the reports of its players.
 //!
 //! - [`Echo`]: what crossed the link, held by [`certify`] against what the same
 //!   [`Timeline`](link::Timeline) had [predicted](predict); the [`Certificate`] has a [`Verdict`].

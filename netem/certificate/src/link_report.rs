@@ -1,8 +1,9 @@
-//! What was said of a link by whoever played it: by one player of both ways, by one beside each end,
+//! The players' reports on a link: by one player of both ways, by one beside each end,
 //! or by virtual time.
 
 use std::net::Ipv4Addr;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, de::Error};
 use serde_json::Value;
 
@@ -13,7 +14,7 @@ use crate::scheduling::Scheduling;
 use crate::tc_report::TcReport;
 
 /// The report of a link.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 #[allow(clippy::large_enum_variant)]
 pub enum LinkReport {
@@ -26,14 +27,14 @@ pub enum LinkReport {
 }
 
 /// What played a link.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlayedBy {
     /// webloop itself, packet by packet.
     User,
     /// The kernel's netem, changed in time.
     Tc,
-    /// Virtual time.
+    /// The simulation in virtual time.
     Model,
 }
 
@@ -49,16 +50,16 @@ impl PlayedBy {
     }
 }
 
-/// That nobody played.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+/// The report of a link without a player, in virtual time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Model {
-    /// [`PlayedBy::Model`].
+    /// Always [`PlayedBy::Model`].
     pub player: PlayedBy,
 }
 
 /// The reports of two players, beside an end each.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EachWay {
     /// Who played the way up.
@@ -70,18 +71,18 @@ pub struct EachWay {
 }
 
 /// The report of a player beside an end.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(tag = "player", rename_all = "kebab-case")]
 #[allow(clippy::large_enum_variant)]
 pub enum OneWay {
-    /// webloop's.
+    /// From webloop's player.
     User(Beside<WayPlayed>),
-    /// tc's.
+    /// From tc's player.
     Tc(Beside<TcReport>),
 }
 
 /// A report, with how the two ends called each other where the player knew it.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Beside<R> {
     /// The end that it was beside.
@@ -96,7 +97,7 @@ pub struct Beside<R> {
 }
 
 impl OneWay {
-    /// Whose it is.
+    /// The player that shaped this direction.
     #[must_use]
     pub fn player(&self) -> PlayedBy {
         match self {
@@ -153,7 +154,7 @@ impl LinkReport {
         })
     }
 
-    /// Who played.
+    /// The player that the report names.
     #[must_use]
     pub fn player(&self) -> PlayedBy {
         match self {
@@ -208,7 +209,7 @@ impl LinkReport {
     }
 }
 
-/// The kinds are told apart first, so that an error names what is wrong with the one that it is.
+/// The kind is read first, so that an error names the fault within that kind.
 impl<'de> Deserialize<'de> for LinkReport {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]

@@ -1,6 +1,7 @@
 //! What a player did that shapes one way beside an end, and what two of them did together.
 
 use link::Way;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::lateness::Lateness;
@@ -8,7 +9,7 @@ use crate::report::{Pause, PlayerReport, WayReport};
 use crate::scheduling::Scheduling;
 
 /// What a player did that shapes one way, beside one of the ends.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WayPlayed {
     /// The way that it shapes.
@@ -31,7 +32,7 @@ pub struct WayPlayed {
 }
 
 /// Packets that came shaped and were handed on at once.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Carried {
     /// IPv4 packets that came. What the other end's player delivered and did not come here

@@ -6,6 +6,7 @@
 //! delay can be.
 
 use link::{Timeline, Way};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::echo::{Echo, PACKET_BYTES};
@@ -114,9 +115,12 @@ impl Expected {
     /// may have been.
     pub(crate) fn excess_ms(&self, measured_ms: f64) -> f64 {
         let excess_ms = |due_ns: &u64| measured_ms - ms(*due_ns);
-        let nearer = |nearest: f64, excess: f64| match excess.abs() < nearest.abs() {
-            true => excess,
-            false => nearest,
+        let nearer = |nearest: f64, excess: f64| {
+            if excess.abs() < nearest.abs() {
+                excess
+            } else {
+                nearest
+            }
         };
         let beside = self.delays_beside_ns.iter().map(excess_ms);
         beside.fold(excess_ms(&self.delay_ns), nearer)
@@ -175,7 +179,7 @@ pub fn predict_within(echoes: &[Echo], timeline: &mut Timeline, edge: Edge) -> V
 
 /// What it costs to cross a player that has nothing to add: measured on the empty link and
 /// taken off all residuals, since it is this machine's and not the link's.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Baseline {
     /// From controller to plant, ms.

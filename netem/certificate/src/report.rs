@@ -2,6 +2,7 @@
 //! that shape a way each report together is in [`played`](crate::played).
 
 use link::Way;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::lateness::Lateness;
@@ -13,7 +14,7 @@ use crate::scheduling::Scheduling;
 pub struct LinkRow {
     /// The end of the second, monotonic.
     pub t_ns: u64,
-    /// Which way.
+    /// The direction that it is about.
     pub way: Way,
     /// IPv4 packets that entered.
     pub packets: u64,
@@ -39,7 +40,7 @@ pub struct LinkRow {
 ///
 /// `packets = delivered + lost + overflow + unplayed` and those of `dropped` that were lost
 /// in sending.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WayReport {
     /// IPv4 packets that entered.
@@ -64,7 +65,7 @@ pub struct WayReport {
 }
 
 /// A time that the player was kept from its processor, or stopped, though it had something to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pause {
     /// When it ended, monotonic.
@@ -74,7 +75,7 @@ pub struct Pause {
 }
 
 /// What the player did.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlayerReport {
     /// What the kernel granted the player's thread.

@@ -1,9 +1,10 @@
 //! How a player's thread was scheduled. Asking for it is the shaper's business.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How the kernel schedules a thread.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheduling {
     /// `SCHED_FIFO`: ahead of every ordinary thread.

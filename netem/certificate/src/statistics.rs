@@ -1,9 +1,10 @@
 //! The few statistics that `ping` prints, and quantiles.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Round trips as `ping` sums them up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RttStatistics {
     /// The least, ms.
@@ -53,7 +54,7 @@ pub(crate) fn quantile(sorted: &[f64], q: f64) -> f64 {
     sorted.get(rank - 1).copied().unwrap_or(0.0)
 }
 
-/// The middle one of the values, 0 of none.
+/// The median; 0 without values.
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     quantile(&values, 0.5)

@@ -1,6 +1,7 @@
 //! What the tc player says of its way: a row each second, and a report at the end.
 
 use link::Way;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -15,7 +16,7 @@ use crate::scheduling::Scheduling;
 pub struct TcRow {
     /// When the counters were asked for, monotonic.
     pub t_ns: u64,
-    /// Which way.
+    /// The direction that it is about.
     pub way: Way,
     /// Packets that left, ARP and the like included.
     pub delivered: u64,
@@ -38,7 +39,7 @@ pub struct TcRow {
 }
 
 /// What the tc player did on its way.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TcReport {
     /// What `tc -V` says.
@@ -55,7 +56,7 @@ pub struct TcReport {
     pub ended_ns: u64,
     /// The interface whose way out is shaped.
     pub device: String,
-    /// Which way that is.
+    /// The direction that it shaped.
     pub way: Way,
     /// The step in which a falling delay is followed.
     pub step_ns: u64,

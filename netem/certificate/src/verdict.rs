@@ -4,6 +4,7 @@
 //! within 1 ms. The limits are wider: they have to tell a link that is missing, or another
 //! one, from the right one on a machine that is busy.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::fate::{Doubtful, Fates};
@@ -34,7 +35,7 @@ const SPREAD_NEEDED_MS: f64 = 0.1;
 /// came at another time is off by all of its length.
 const ASTRAY_MS: f64 = 10.0;
 
-/// See [`ASTRAY_MS`].
+/// The share of a round trip that is added to [`ASTRAY_MS`].
 const ASTRAY_SHARE: f64 = 0.1;
 
 /// Whether a round trip that misses its prediction by so much is astray.
@@ -90,12 +91,12 @@ const ECHOES_PER_WRONG_FATE: usize = 500;
 const LOSS_DEVIATIONS: f64 = 3.0;
 
 /// Whether the link was the one that was asked for.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// It was.
+    /// The link was the one asked for.
     Holds,
-    /// It was not, or it could not be told, for these reasons.
+    /// The link was another, or there were too few answers to judge it, for these reasons.
     Broken(Vec<String>),
 }
 
@@ -131,26 +132,30 @@ impl Evidence {
         let cost_ms = self.baseline.up_ms.max(self.baseline.down_ms);
         if cost_ms > BASELINE_LIMIT_MS {
             reasons.push(format!(
-                "the empty link costs {cost_ms:.3} ms on a way (limit {BASELINE_LIMIT_MS} ms): something delays all packets"
+                "the empty link costs {cost_ms:.3} ms in one direction (limit {BASELINE_LIMIT_MS} \
+                 ms): something delays all packets"
             ));
         }
         if self.quicker > self.most_quicker {
             reasons.push(format!(
-                "{} of {} echoes were quicker than the link lets them, by more than {QUICKER_MS} ms (at most {} may)",
+                "{} of {} echoes were quicker than the link allows by more than {QUICKER_MS} ms \
+                 (limit {})",
                 self.quicker, self.sent, self.most_quicker
             ));
         }
         let wrong_fates = self.sent / ECHOES_PER_WRONG_FATE;
         if self.fates.came_though_lost > wrong_fates {
             reasons.push(format!(
-                "{} of {} echoes crossed the link though it was to lose them (at most {wrong_fates} may)",
+                "{} of {} echoes crossed the link when it should have lost them (limit \
+                 {wrong_fates})",
                 self.fates.came_though_lost, self.sent
             ));
         }
         // A full queue is no fault of the link.
         if self.exact && self.fates.lost_though_due > wrong_fates {
             reasons.push(format!(
-                "{} of {} echoes were lost though the link was to carry them (at most {wrong_fates} may)",
+                "{} of {} echoes were lost when the link should have carried them (limit \
+                 {wrong_fates})",
                 self.fates.lost_though_due, self.sent
             ));
         }
@@ -160,7 +165,7 @@ impl Evidence {
         let counts = self.exact || lost < due;
         if counts && due.abs_diff(lost) as f64 > 1.0 + LOSS_DEVIATIONS * deviation {
             reasons.push(format!(
-                "{lost} echoes were lost near changes of the link, which was to lose {due} there"
+                "{lost} echoes were lost near changes of the link, where it should have lost {due}"
             ));
         }
         if self.answered < ANSWERS_NEEDED {
@@ -179,13 +184,15 @@ impl Evidence {
         if self.spread_ms >= SPREAD_NEEDED_MS && self.median_ms > UNEXPLAINED_LIMIT * self.spread_ms
         {
             reasons.push(format!(
-                "the round trips do not follow their prediction: they lie {:.3} ms from it, which itself varies by {:.3} ms only",
+                "the round trips do not follow their prediction: they lie {:.3} ms from it, and it \
+                 varies by only {:.3} ms",
                 self.median_ms, self.spread_ms
             ));
         }
         if self.astray > ASTRAY_LIMIT {
             reasons.push(format!(
-                "{:.1} % of the round trips are more than {ASTRAY_MS} ms and a tenth from their prediction (limit {} %)",
+                "{:.1} % of the round trips miss their prediction by more than {ASTRAY_MS} ms plus \
+                 a tenth (limit {} %)",
                 100.0 * self.astray,
                 100.0 * ASTRAY_LIMIT
             ));

@@ -202,13 +202,13 @@ fn an_echo_that_should_be_lost_and_is_not_breaks_the_certificate() {
     let lossless = profile("[both.delay]\nbase = \"5ms\"\n");
     let came = judge(&cross(&lossless, 1, 200, 10 * MS, |_| 0), &lossy, 1);
     assert!(
-        broken(&came, "though it was to lose them"),
+        broken(&came, "when it should have lost them"),
         "{:?}",
         came.verdict
     );
     let lost = judge(&cross(&lossy, 1, 200, 10 * MS, |_| 0), &lossless, 1);
     assert!(
-        broken(&lost, "though the link was to carry them"),
+        broken(&lost, "when the link should have carried them"),
         "{:?}",
         lost.verdict
     );
@@ -357,10 +357,10 @@ fn loss_that_tc_does_not_play_is_found_out_in_the_sum() {
     let lossless = profile("[both.delay]\nbase = \"5ms\"\n");
     for seed in 0..10 {
         let came = judge_tc(&cross_tc(&lossless, seed, 600, 10 * MS), &lossy, seed);
-        assert!(broken(&came, "was to lose"), "{:?}", came.verdict);
+        assert!(broken(&came, "should have lost"), "{:?}", came.verdict);
         let lost = judge_tc(&cross_tc(&lossy, seed, 600, 10 * MS), &lossless, seed);
         assert!(
-            broken(&lost, "though the link was to carry them"),
+            broken(&lost, "when the link should have carried them"),
             "{:?}",
             lost.verdict
         );

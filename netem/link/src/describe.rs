@@ -44,7 +44,7 @@ fn path(text: &mut String, law: &PathLaw) {
             line(
                 "Delay",
                 &format!(
-                    "{} and on top {}",
+                    "{} plus {}",
                     time(level.base_ns as f64),
                     words(&level.spread)
                 ),
@@ -53,8 +53,8 @@ fn path(text: &mut String, law: &PathLaw) {
         }
         Delay::Trace(trace) => {
             let end = match trace.repeat_ns() {
-                Some(repeat_ns) => format!("again from the start every {}", time(repeat_ns as f64)),
-                None => "the last one for ever".to_owned(),
+                Some(repeat_ns) => format!("repeated every {}", time(repeat_ns as f64)),
+                None => "the last one stays".to_owned(),
             };
             line(
                 "Delay",
@@ -67,7 +67,7 @@ fn path(text: &mut String, law: &PathLaw) {
         line(
             "Stalls",
             &format!(
-                "one about every {}, in which packets wait for its end",
+                "one about every {}; packets wait until it ends",
                 time(*every_ns as f64)
             ),
         );
@@ -86,14 +86,14 @@ fn path(text: &mut String, law: &PathLaw) {
         Some(Rate::Constant { rate_bps, limit }) => line(
             "Rate",
             &format!(
-                "{} in front of it, behind a queue of {limit} packets",
+                "{} before the delay, with a queue of {limit} packets",
                 rate(*rate_bps)
             ),
         ),
         Some(Rate::Trace { limit }) => {
             line(
                 "Rate",
-                &format!("as the trace says, behind a queue of {limit} packets"),
+                &format!("from the trace, with a queue of {limit} packets"),
             );
         }
     }
@@ -185,7 +185,7 @@ fn loss(loss: &Loss) -> String {
             time(*hold_ns as f64)
         ),
         Loss::Trace { hold_ns } => {
-            format!("as the trace says, by slots of {}", time(*hold_ns as f64))
+            format!("from the trace, by slots of {}", time(*hold_ns as f64))
         }
     }
 }
@@ -236,7 +236,7 @@ fn round_trips(text: &mut String, prediction: &Prediction, asked: Option<Asked>)
             .map(|(name, ..)| *name)
             .collect();
         if outside.is_empty() {
-            text.push_str("What is asked lies inside the 99 % band in every figure.\n");
+            text.push_str("All figures that the profile asks for lie inside the 99 % band.\n");
         } else {
             let _ = writeln!(text, "Outside the 99 % band: {}.", outside.join(", "));
         }
@@ -301,8 +301,9 @@ fn short(x: f64) -> String {
         _ => 3,
     };
     let text = format!("{x:.decimals$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
     }
 }

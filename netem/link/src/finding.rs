@@ -1,4 +1,4 @@
-//! What is wrong or odd in a profile's source, and where.
+//! Errors and warnings in a profile's source, with their places.
 
 use std::ops::Range;
 
@@ -160,7 +160,7 @@ impl<'a> Findings<'a> {
     /// A rate in bit/s that is more than zero.
     pub(crate) fn rate_bps(&mut self, field: &str, text: &Spanned<String>) -> Option<u64> {
         let remedy = "write bits a second, such as \"1mbit\" (bit, kbit, mbit, gbit; tc's kbps \
-                      means kilobytes a second and is not taken)";
+                      means kilobytes a second and is not accepted)";
         self.quantity(field, text, unit::rate_bps, remedy)
     }
 

@@ -22,7 +22,7 @@ const RUNS: u64 = 500;
 /// A series of pings: one each `interval_ns`, whatever becomes of the others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Pings {
-    /// How many.
+    /// Number of pings.
     pub count: u32,
     /// From each to the next.
     pub interval_ns: u64,
@@ -54,9 +54,9 @@ pub struct Rtt {
 /// Two ends between which a statistic lies.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Band {
-    /// Lower end.
+    /// Lower end of the band.
     pub low: f64,
-    /// Upper end.
+    /// Upper end of the band.
     pub high: f64,
 }
 
@@ -72,7 +72,7 @@ impl Band {
 /// differs from seed to seed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Prediction {
-    /// The series.
+    /// The pings to predict.
     pub pings: Pings,
     /// Mean, standard deviation and loss over all simulated pings; median of
     /// the least and of the greatest RTT of a series.

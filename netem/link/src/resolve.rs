@@ -29,7 +29,7 @@ impl Profile {
     /// # Errors
     /// Every error found in the source; warnings alone do not count.
     pub fn parse(source: &str, origin: &str) -> Result<Profile, Vec<Finding>> {
-        let no_files = |_: &str| Err("this profile was given without its folder".to_owned());
+        let no_files = |_: &str| Err("the folder of this profile is unknown".to_owned());
         let (profile, mut findings) = Self::read(source, origin, &no_files);
         findings.retain(|finding| finding.severity == Severity::Error);
         profile.ok_or(findings)
@@ -89,8 +89,8 @@ fn profile(
                 path("down", down, files, findings),
             ),
             _ => {
-                let message = "a profile has [both], or [up] and [down], and not all three";
-                let remedy = "say each direction once; `loopback = true` if there is no link";
+                let message = "a profile has either [both], or [up] and [down]";
+                let remedy = "describe each direction once; `loopback = true` if there is no link";
                 findings.error("both", file.name.span(), message, remedy);
                 (None, None)
             }
@@ -140,7 +140,7 @@ fn asked(file: &Spanned<AskedFile>, findings: &mut Findings<'_>) -> Option<Asked
         asked.rtt_max_ms - asked.rtt_avg_ms,
     );
     if below < 0.0 || above < 0.0 {
-        let message = "the mean does not lie between the least and the greatest round trip";
+        let message = "avg is not between min and max";
         findings.error(
             "asked.avg",
             at.avg.span(),
@@ -150,7 +150,7 @@ fn asked(file: &Spanned<AskedFile>, findings: &mut Findings<'_>) -> Option<Asked
     } else if asked.rtt_sd_ms * asked.rtt_sd_ms > below * above {
         // Bhatia and Davis: variance <= (max - mean)(mean - min).
         let most_ms = (below * above).sqrt();
-        let message = format!("no law with this min, avg and max has an sd above {most_ms:.3} ms");
+        let message = format!("with this min, avg and max the sd is at most {most_ms:.3} ms");
         findings.error(
             "asked.sd",
             at.sd.span(),
@@ -171,7 +171,7 @@ fn check_floor(
     let floor_ms = (up.delay.floor_ns() + down.delay.floor_ns()) as f64 / NS_PER_MS;
     if floor_ms > asked.rtt_min_ms {
         let message = format!(
-            "the link's least round trip is {floor_ms:.3} ms, above the {:.3} ms asked",
+            "the link's minimum round trip is {floor_ms:.3} ms, above the {:.3} ms asked",
             asked.rtt_min_ms
         );
         let remedy = "lower the bases of the delays";
@@ -197,7 +197,7 @@ fn path(
             } else {
                 (
                     "a direction has no delay",
-                    "say delay.base, even if it is \"0ms\"",
+                    "write delay.base, even if it is \"0ms\"",
                 )
             };
             findings.error(&format!("{field}.delay"), file.span(), message, remedy);

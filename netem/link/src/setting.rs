@@ -1,4 +1,4 @@
-//! What tc's netem is told: one setting of the queueing discipline, and the commands that
+//! Settings for tc's netem: one setting of the queueing discipline, and the commands that
 //! put it in force and take it away.
 //!
 //! A setting is complete: nothing is left to what an earlier one has said, since a change
@@ -46,7 +46,7 @@ pub enum Pace {
     Limited(u64),
 }
 
-/// What is done with a setting.
+/// How tc applies a setting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verb {
     /// The device has no queueing discipline but the kernel's default.
@@ -72,7 +72,7 @@ impl Setting {
         format!("qdisc {verb} dev {device} root handle {HANDLE} netem {self}")
     }
 
-    /// The arguments of `tc` that take ours off `device`, and nobody else's: the kernel puts
+    /// The arguments of `tc` that remove our netem from `device`, and no other: the kernel puts
     /// its default back.
     #[must_use]
     pub fn removal(device: &str) -> String {

@@ -41,7 +41,7 @@ const GREATEST_LIMIT: u32 = 1_000_000;
 pub struct Change {
     /// Link time in ns.
     pub t_ns: u64,
-    /// What is in force from then on.
+    /// The setting from then on.
     pub setting: Setting,
 }
 
@@ -103,9 +103,10 @@ impl Staircase {
         let falling = fall_ns > 0 && fall_ns <= READING_NS;
         // Half a step below the delay now is half a step above that at the step's end. The
         // change comes at the last reading before it would be further off.
-        let (aim_ns, close_ns) = match falling {
-            true => (self.half_a_step_on(t_ns, now), STEP_NS / 2 - READING_NS),
-            false => (now.delay_ns, CLOSE_NS),
+        let (aim_ns, close_ns) = if falling {
+            (self.half_a_step_on(t_ns, now), STEP_NS / 2 - READING_NS)
+        } else {
+            (now.delay_ns, CLOSE_NS)
         };
         let pace = match (now.rate_bps, self.ordered) {
             (Some(rate_bps), _) => Pace::Limited(rate_bps.max(1)),
@@ -123,12 +124,13 @@ impl Staircase {
         };
         let apart_us = before.delay_us.abs_diff(Setting::delay_us(now.delay_ns));
         let close = u64::from(apart_us) * 1000 <= close_ns;
-        let setting = match close {
-            true => Setting {
+        let setting = if close {
+            Setting {
                 delay_us: before.delay_us,
                 ..setting(aim_ns)
-            },
-            false => setting(aim_ns),
+            }
+        } else {
+            setting(aim_ns)
         };
         (setting != before).then_some(setting)
     }

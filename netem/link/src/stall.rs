@@ -11,7 +11,7 @@ use crate::profile::{PathLaw, Profile};
 pub struct Stall {
     /// Its begin, or link time 0 where it began before.
     pub start_ns: u64,
-    /// Its end.
+    /// When it ends, in ns of link time.
     pub end_ns: u64,
 }
 

@@ -4,7 +4,7 @@
 
 use crate::{Fate, Link, Load, Passage, Path, PerWay, Profile, State, Way};
 
-/// A link as a run meets it, told in monotonic time.
+/// A link as a run meets it, in monotonic time.
 #[derive(Debug, Clone)]
 pub struct Timeline {
     empty: Link,
@@ -19,9 +19,10 @@ impl Timeline {
     #[must_use]
     pub fn new(profile: &Profile, seed: u64, epoch_ns: u64) -> Self {
         // Between two ends on one machine there is no link at any time.
-        let before = match profile.is_loopback() {
-            true => profile.clone(),
-            false => Profile::empty(),
+        let before = if profile.is_loopback() {
+            profile.clone()
+        } else {
+            Profile::empty()
         };
         Self {
             // The empty link is constant: its seed says nothing.

@@ -74,7 +74,7 @@ impl Trace {
             .unwrap_or(0)
     }
 
-    /// The greatest rate in bit/s, 0 where there is none.
+    /// The greatest rate in bit/s; 0 without rates.
     pub(crate) fn greatest_bps(&self) -> u64 {
         let rates = self.steps.iter().filter_map(|step| step.rate_bps);
         rates.max().unwrap_or(0)

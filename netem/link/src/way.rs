@@ -1,9 +1,19 @@
-//! The two directions of a link, which are always told apart.
+//! The two directions of a link, up and down, which are never mixed.
 
 use std::ops::{Index, IndexMut};
 
 /// A direction of the link.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Deserialize, serde::Serialize)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    serde::Deserialize,
+    serde::Serialize,
+    schemars::JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum Way {
     /// From controller to plant: the paper's `tau_ca`.

@@ -112,7 +112,7 @@ impl Wire {
 }
 
 /// Piece 0 begins at link time 0 and piece k >= 1 at a random instant of the
-/// k-th hold, so that nobody's sampling can be in step with the redraws.
+/// k-th hold, so that no periodic sampling is in step with the redraws.
 fn held_piece(level: &Level, draws: &mut Draws, t_ns: u64) -> Piece {
     let mut start_of = |piece: u64| match piece.checked_sub(1) {
         None => 0,
@@ -123,14 +123,13 @@ fn held_piece(level: &Level, draws: &mut Draws, t_ns: u64) -> Piece {
     };
     let mut piece = t_ns / level.hold_ns + 1;
     let mut start_ns = start_of(piece);
-    let end_ns = match start_ns > t_ns {
-        true => {
-            let end_ns = start_ns;
-            piece -= 1;
-            start_ns = start_of(piece);
-            end_ns
-        }
-        false => start_of(piece + 1),
+    let end_ns = if start_ns > t_ns {
+        let end_ns = start_ns;
+        piece -= 1;
+        start_ns = start_of(piece);
+        end_ns
+    } else {
+        start_of(piece + 1)
     };
     Piece {
         start_ns,

@@ -1,5 +1,5 @@
 //! Tests one after another, in a main of their own: what takes wall-clock time must not run beside
-//! itself, and what a machine does not let us test is said and not swallowed.
+//! itself, and tests that the machine does not allow are reported as skipped.
 //!
 //! Arguments and output are the usual harness's, as `libtest-mimic` has them. Each test runs in the
 //! calling thread, which stays the only one of the process as long as no test starts another.

@@ -47,9 +47,9 @@ const BATCH: usize = 64;
 /// What to play.
 #[derive(Debug)]
 pub struct PlayerConfig<P> {
-    /// The link.
+    /// The link to play.
     pub profile: Profile,
-    /// Its seed.
+    /// The seed of the link.
     pub seed: u64,
     /// The monotonic instant of link time 0. Before it, the empty link is played.
     pub epoch_ns: u64,
@@ -270,7 +270,7 @@ fn room(is_needed: bool) -> Vec<PacketRow> {
 
 fn receiving(way: Way) -> &'static str {
     match way {
-        Way::Up => "receive packets of the controller's",
-        Way::Down => "receive packets of the plant's",
+        Way::Up => "receive the controller's packets",
+        Way::Down => "receive the plant's packets",
     }
 }

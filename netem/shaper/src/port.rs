@@ -52,13 +52,13 @@ pub trait Port: AsFd {
     /// Sends one frame.
     ///
     /// # Errors
-    /// The kernel's; the frame has then not been sent.
+    /// If the kernel refuses; the frame has then not been sent.
     fn send(&mut self, frame: &[u8]) -> io::Result<()>;
 
     /// What has not been passed on so far.
     ///
     /// # Errors
-    /// The kernel's.
+    /// If the kernel does not give its counters.
     fn counters(&mut self) -> io::Result<PortCounters>;
 }
 

@@ -1,7 +1,7 @@
 //! Plays one way of a link by a netem at the root of an interface, changed in time by tc.
 //!
-//! The kernel delays and drops the packets, this thread tells tc each change when it is due.
-//! What there is to tell, and in which steps, is the [staircase](link::Staircase)'s business.
+//! The kernel delays and drops the packets; this thread passes each change to tc when it is due.
+//! The [staircase](link::Staircase) computes the changes and their steps.
 
 pub(crate) mod batch;
 pub(crate) mod command;
@@ -44,13 +44,13 @@ const ANSWER_NS: u64 = 2 * SECOND_NS;
 /// What to play.
 #[derive(Debug)]
 pub struct TcConfig {
-    /// The link.
+    /// The link to play.
     pub profile: Profile,
-    /// Its seed.
+    /// The seed of the link.
     pub seed: u64,
     /// The monotonic instant of link time 0. Before it, the empty link is played.
     pub epoch_ns: u64,
-    /// Which way of it.
+    /// The direction to play.
     pub way: Way,
     /// The interface, in the namespace of the calling thread, through which this way's
     /// packets leave.
@@ -240,7 +240,7 @@ impl TcPlayer {
             })
         };
         confirm()
-            .doing_with(|| format!("have `{}` play `{setting}`", self.device()))
+            .doing_with(|| format!("make `{}` play `{setting}`", self.device()))
             .map(Some)
     }
 

@@ -94,7 +94,7 @@ fn a_killed_run_leaves_no_process() {
     fs::remove_dir_all(cache_of(&mark)).unwrap();
 }
 
-/// The kernel that is prepared, under a path of our own, by which its processes can be told.
+/// The kernel that is prepared, under a path of our own, by which its processes can be found.
 fn cache_of(mark: &str) -> std::path::PathBuf {
     let home = std::env::var("HOME").unwrap_or_else(|_| "/root".to_owned());
     let real = std::env::var("XDG_CACHE_HOME").unwrap_or_else(|_| format!("{home}/.cache"));

@@ -26,9 +26,9 @@ pub(crate) struct Agent {
     run: Mutex<Option<Arc<Run>>>,
     /// Held while runs change, so that one is gone before the next begins.
     change: tokio::sync::Mutex<()>,
-    /// Told of each claim: it may end the agent sooner than the lack of one would have.
+    /// Gets each claim: it may end the agent sooner than the lack of one would have.
     pub(crate) claimed: Notify,
-    /// Told when the orchestrator wants the agent to end.
+    /// Notified when the orchestrator wants the agent to end.
     pub(crate) ending: Notify,
     ended: AtomicBool,
 }
@@ -93,7 +93,7 @@ impl Agent {
     }
 
     async fn wipe_current(&self) -> Result<(), Refusal> {
-        // Taken out first: from here on nobody starts another role in it.
+        // Taken out first, so that no other role starts in it.
         let run = lock(&self.run).take();
         if let Some(run) = run {
             run.end(STOP_WITHIN).await;

@@ -10,7 +10,7 @@ pub(crate) fn json(status: StatusCode, body: &impl Serialize) -> Response {
     respond(status, "application/json", text)
 }
 
-/// An answer of this kind, which nobody on the way is to keep.
+/// An answer of this kind, which no cache may keep.
 pub(crate) fn respond(status: StatusCode, kind: &'static str, body: Vec<u8>) -> Response {
     let headers = [
         (header::CONTENT_TYPE, kind),

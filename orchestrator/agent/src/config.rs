@@ -1,4 +1,4 @@
-//! What an agent is told, and why it ended.
+//! Settings of an agent, and why it ended.
 
 use std::fmt;
 use std::net::SocketAddr;
@@ -7,12 +7,12 @@ use std::time::Duration;
 
 use crate::{AgentName, Token};
 
-/// Everything that an agent is told.
+/// Settings of an agent.
 #[derive(Clone, Debug)]
 pub struct Config {
     /// Where it listens; port 0 takes a free one.
     pub listen: SocketAddr,
-    /// Which agent it is.
+    /// Name of the agent.
     pub name: AgentName,
     /// Where the folders of its runs are, in a folder of its own that goes when it ends.
     pub scratch: PathBuf,
@@ -41,7 +41,7 @@ pub enum Ended {
     Signalled,
     /// Its orchestrator asked for it.
     Asked,
-    /// Nobody claimed it within this time.
+    /// No orchestrator claimed it within this time.
     Unclaimed(Duration),
     /// Its orchestrator was not heard for this time.
     Silent(Duration),
@@ -58,8 +58,8 @@ impl Ended {
 impl fmt::Display for Ended {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Ended::Signalled => write!(formatter, "told to end by a signal"),
-            Ended::Asked => write!(formatter, "told to end by its orchestrator"),
+            Ended::Signalled => write!(formatter, "stopped by a signal"),
+            Ended::Asked => write!(formatter, "stopped by its orchestrator"),
             Ended::Unclaimed(after) => {
                 write!(
                     formatter,

@@ -12,7 +12,7 @@ pub enum Error {
     /// A role could not be started, or did not end well.
     #[error("the {role} {problem}")]
     Role {
-        /// Which one.
+        /// The role that failed.
         role: String,
         /// What happened.
         problem: String,
@@ -36,39 +36,41 @@ pub enum Error {
     /// The system refused a thread, a runtime or a signal handler.
     #[error("cannot start: {0}")]
     Start(#[from] io::Error),
-    /// A name of a run, a role or a file is none.
+    /// The name of a run, a role or a file is invalid.
     #[error(transparent)]
     Name(#[from] BadName),
-    /// An agent's address is none.
+    /// The address of an agent is invalid.
     #[error(
         "{agent}: `{authority}` is not the address of an agent; write it like plant.control:7070"
     )]
     Authority {
-        /// Which agent.
+        /// Name of the agent.
         agent: String,
         /// What was given.
         authority: String,
     },
     /// An agent does not answer.
     #[error(
-        "{agent}: does not answer at {authority}: {problem}; see that it runs and what it logged last, and that this address is on the network they share"
+        "{agent}: does not answer at {authority}: {problem}; check that it runs, its last log \
+         lines, and that this address is on the network they share"
     )]
     Unanswered {
-        /// Which agent.
+        /// Name of the agent.
         agent: String,
-        /// Where.
+        /// Host and port.
         authority: String,
         /// What happened instead.
         problem: String,
     },
     /// Something else answers at an agent's address.
     #[error(
-        "{agent}: at {authority} answers {found}; give each agent its own address, and all the same webloop"
+        "{agent}: at {authority} answers {found}; give each agent its own address, and run the \
+         same webloop everywhere"
     )]
     Stranger {
-        /// Which agent.
+        /// Name of the agent.
         agent: AgentName,
-        /// Where.
+        /// Host and port.
         authority: String,
         /// Who answers instead.
         found: String,
@@ -76,7 +78,7 @@ pub enum Error {
     /// An agent answers that it does not do it.
     #[error("{agent}: {problem}")]
     Refused {
-        /// Which agent.
+        /// Name of the agent.
         agent: String,
         /// Its reason, with the last words of a role that failed.
         problem: String,
@@ -84,11 +86,11 @@ pub enum Error {
         kind: Kind,
     },
     /// A file at the agent is not the one that was begun to be copied.
-    #[error("{agent}: the file {file} became shorter while it was copied; begin each run anew")]
+    #[error("{agent}: the file {file} shrank while it was copied; start each run afresh")]
     Shrunk {
-        /// Which agent.
+        /// Name of the agent.
         agent: AgentName,
-        /// The file.
+        /// Name of the file.
         file: String,
     },
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 use hyper::body::Bytes;
 use reqwest::header::{AUTHORIZATION, CONTENT_TYPE};
 use reqwest::{Client, Method, RequestBuilder, Response, Url, redirect};
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 use tokio::runtime::Runtime;
 
@@ -18,7 +19,7 @@ const CONNECT_WITHIN: Duration = Duration::from_secs(2);
 /// How long a kept connection may idle: less than the agent lets it, which is 10 s.
 const POOL_IDLE: Duration = Duration::from_secs(5);
 
-/// How much of an answer that is none of an agent's is repeated.
+/// How much of an unexpected answer is quoted, in characters.
 const EXCERPT_CHARS: usize = 200;
 
 /// A way to one agent. Its requests may come from several threads.
@@ -82,21 +83,20 @@ impl Exchange {
         path: &[&str],
         within: Duration,
     ) -> Result<Bytes, Error> {
-        self.send(self.request(method, path), within)
+        self.send(self.to(method, self.url(path)), within)
             .map(|(_, bytes)| bytes)
     }
 
-    /// Sends a request with a body.
+    /// Posts something in JSON.
     pub(crate) fn tell(
         &self,
-        method: Method,
         path: &[&str],
-        kind: &str,
-        body: Vec<u8>,
+        what: &impl Serialize,
         within: Duration,
     ) -> Result<Bytes, Error> {
-        let request = self.request(method, path);
-        self.send(request.header(CONTENT_TYPE, kind).body(body), within)
+        let body = serde_json::to_vec(what).expect("strings under fixed names");
+        let request = self.to(Method::POST, self.url(path)).body(body);
+        self.send(request.header(CONTENT_TYPE, "application/json"), within)
             .map(|(_, bytes)| bytes)
     }
 
@@ -117,10 +117,6 @@ impl Exchange {
                 "`{text}` is not an answer of an agent ({problem})"
             ))
         })
-    }
-
-    fn request(&self, method: Method, path: &[&str]) -> RequestBuilder {
-        self.to(method, self.url(path))
     }
 
     fn to(&self, method: Method, url: Url) -> RequestBuilder {
@@ -190,7 +186,7 @@ impl Exchange {
     fn odd(&self, problem: &str) -> Error {
         Error::Refused {
             agent: self.agent.clone(),
-            problem: format!("{} gives no proper answer: {problem}", self.authority),
+            problem: format!("{} gives an invalid answer: {problem}", self.authority),
             kind: Kind::Failed,
         }
     }

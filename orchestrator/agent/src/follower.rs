@@ -29,42 +29,34 @@ pub struct Follower {
 }
 
 impl RemoteRun {
-    /// Copies the named files into `folder` as they grow; see [`Follower`].
+    /// Copies `files` into `folder`, from now on. One that is not there yet is waited for; here they must
+    /// not be there yet.
     ///
     /// # Errors
     /// [`Error`] when a name is not plain, or there is no thread to be had.
     pub fn follow(&self, files: &[&str], folder: &Path) -> Result<Follower, Error> {
-        Follower::start(self, files, folder)
-    }
-}
-
-impl Follower {
-    /// Copies `files` of `run` into `folder`, from now on. One that is not there yet is waited for;
-    /// here they must not be there yet.
-    ///
-    /// # Errors
-    /// [`Error`] when a name is not plain, or there is no thread to be had.
-    pub fn start(run: &RemoteRun, files: &[&str], folder: &Path) -> Result<Follower, Error> {
         let names = files
             .iter()
             .map(|name| name.parse())
             .collect::<Result<Vec<Name>, _>>()?;
         let mut copying = Copying {
-            run: run.clone(),
+            run: self.clone(),
             folder: folder.to_owned(),
             names,
             copies: BTreeMap::new(),
         };
         let (last, asked) = mpsc::channel();
         let thread = thread::Builder::new()
-            .name(format!("follow-{}", run.remote().name()))
+            .name(format!("follow-{}", self.remote().name()))
             .spawn(move || copying.follow(&asked))?;
         Ok(Follower {
             last: Some(last),
             thread: Some(thread),
         })
     }
+}
 
+impl Follower {
     /// Whether it has given up; [`Follower::finish`] says why.
     #[must_use]
     pub fn ended(&self) -> bool {

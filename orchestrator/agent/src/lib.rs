@@ -3,7 +3,7 @@
 //! * [`Role`] and [`spawn`]: a role as a child that cannot outlive who started it.
 //!   [`Seen`] is what it looked like from outside: stopped, running, waiting for a processor.
 //! * [`serve`]: the agent, an HTTP server that starts roles, says how they are and hands out
-//!   their files. Whoever claims it first is its only master; without a master it ends.
+//!   their files. The first to claim it is its only master; without a master it ends.
 //! * [`Remote`]: the orchestrator's side of one agent; [`RemoteRun`] is a run there, and
 //!   [`Follower`] copies its files as they grow. [`health`] is a single look at an agent.
 //!

@@ -144,7 +144,7 @@ mod tests {
         let mut child = Command::new("sleep").arg("20").spawn().unwrap();
         let own = std::process::id();
         assert!(family(own).contains(&child.id()));
-        // Where the kernel keeps no such account there is none.
+        // Some kernels keep no such account.
         if fs::exists("/proc/self/schedstat").unwrap() {
             assert!(strain(&family(own)).ran_ns > 0);
         }

@@ -1,7 +1,7 @@
-//! Looks at a process and those beneath it every 10 ms, from a thread beside whoever started it.
+//! Looks at a process and its descendants every 10 ms, from a thread in the process that started it.
 //!
-//! What it saw is kept by time, so that whoever knows when a run was measured can ask for that part
-//! of it. What that says of the run is not known here.
+//! Its observations have times, so that a caller who knows when a run was measured can ask for that
+//! part. What they say about the run is judged elsewhere.
 
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -13,14 +13,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::look::{self, Strain};
 
-/// How often.
+/// Time between two looks.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
 /// Every so many looks the processes beneath it are looked at too, and what all their threads waited:
 /// that reads some hundred files of a browser.
 const LOOKS_PER_FAMILY: u64 = 25;
 
-/// So many times that it was found stopped are kept, the first ones.
+/// The first times at which it was found stopped are kept, up to this number.
 const MOST_STOPS: usize = 10_000;
 
 /// What was seen of a process. Times are monotonic.
@@ -31,7 +31,7 @@ pub struct Seen {
     pub first_ns: u64,
     /// When it was looked at last.
     pub last_ns: u64,
-    /// How often.
+    /// Number of looks so far.
     pub looks: u64,
     /// When it, or one beneath it, was found stopped, by a signal or by a debugger.
     pub stops_ns: Vec<u64>,

@@ -95,7 +95,7 @@ pub enum BadName {
     /// No agent is called so.
     #[error("an agent is plant, controller, plant-link or controller-link")]
     Agent,
-    /// It could lead out of a folder, or is none at all.
+    /// It is empty, or could lead out of a folder.
     #[error(
         "`{0}` is not a plain name; use 1 to 128 bytes without a slash, and no dot at the beginning"
     )]

@@ -1,4 +1,4 @@
-//! Why a request was refused, and what its answer says of it.
+//! Why a request was refused, and the text of the answer.
 
 use std::io;
 
@@ -16,7 +16,7 @@ pub(crate) enum Refusal {
     Path(String),
     #[error("{0} is not served here; use {1}")]
     Method(Method, &'static str),
-    #[error("`{0}` is not a query that this path takes; leave it out, or use from=N for a file")]
+    #[error("this path does not accept the query `{0}`; leave it out, or use from=N for a file")]
     Query(String),
     #[error(
         "the token is missing or wrong; send `Authorization: Bearer TOKEN` with the one that claimed this agent"
@@ -54,7 +54,7 @@ pub(crate) enum Refusal {
     /// A role that did not get ready.
     #[error("{words}")]
     NotReady { words: String, kind: Kind },
-    #[error("the run's folder does not work: {0}; see that there is space where --scratch points")]
+    #[error("cannot use the run's folder: {0}; make space where --scratch points")]
     Disk(#[from] io::Error),
 }
 

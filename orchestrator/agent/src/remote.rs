@@ -11,8 +11,8 @@ use reqwest::Method;
 
 use crate::exchange::{Exchange, Part};
 use crate::role::{READY_WITHIN, STOP_WITHIN};
-use crate::wire::{FILE_BYTES, StartRole, Started};
-use crate::{AgentName, Error, Health, Kind, Name, RoleState, Seen, Token};
+use crate::wire::{StartRole, Started};
+use crate::{AgentName, Error, Health, Name, RoleState, Seen, Token};
 
 /// How long the agent may take for what it does at once: a busy machine needs some ms.
 const PROMPT: Duration = Duration::from_secs(5);
@@ -42,7 +42,7 @@ pub struct RemoteRun {
 /// Who answers at `authority`, asked once and without a token: for health checks.
 ///
 /// # Errors
-/// [`Error`] when nobody does within 2 s, or no agent.
+/// [`Error`] when no agent answers within 2 s.
 pub fn health(authority: &str) -> Result<Health, Error> {
     let exchange = Exchange::open("agent", authority, None)?;
     let body = exchange.ask(Method::GET, &["health"], Duration::from_secs(2))?;
@@ -62,7 +62,7 @@ impl Remote {
         })
     }
 
-    /// Which agent it is.
+    /// Name of the agent.
     #[must_use]
     pub fn name(&self) -> AgentName {
         self.name
@@ -149,35 +149,11 @@ impl RemoteRun {
         &self.remote
     }
 
-    /// Leaves a file there for the roles, of at most 16 MiB.
-    ///
-    /// # Errors
-    /// [`Error`] when the agent does not take it, or `name` is no plain name.
-    pub fn put_file(&self, name: &str, content: &[u8]) -> Result<(), Error> {
-        let name: Name = name.parse()?;
-        // Said here: an agent that refuses it need not read it, and then cannot say so.
-        if content.len() > FILE_BYTES {
-            return Err(Error::Refused {
-                agent: self.remote.name.to_string(),
-                problem: format!(
-                    "the file {name} has {} bytes, and a run takes {FILE_BYTES} at most; make it shorter",
-                    content.len()
-                ),
-                kind: Kind::Usage,
-            });
-        }
-        let path = ["run", self.id.as_str(), "file", name.as_str()];
-        let kind = "application/octet-stream";
-        self.exchange()
-            .tell(Method::PUT, &path, kind, content.to_owned(), PROMPT)
-            .map(drop)
-    }
-
     /// Starts `role` there as `instance` and waits until it is ready; what it says then.
     ///
     /// # Errors
     /// [`Error::Refused`] with the role's last words when it did not get ready; the kind is
-    /// [`Kind::Unsupported`] when the machine there lacks something.
+    /// [`Kind::Unsupported`](crate::Kind::Unsupported) when the machine there lacks something.
     pub fn start(
         &self,
         instance: &str,
@@ -189,12 +165,9 @@ impl RemoteRun {
             role: role.to_owned(),
             settings,
         };
-        let body = serde_json::to_vec(&asked).expect("strings under fixed names");
         let path = ["run", self.id.as_str(), "role", instance.as_str()];
         let within = READY_WITHIN + MARGIN;
-        let answer = self
-            .exchange()
-            .tell(Method::POST, &path, "application/json", body, within)?;
+        let answer = self.exchange().tell(&path, &asked, within)?;
         let Started { ready } = self.exchange().read(&answer)?;
         Ok(ready)
     }

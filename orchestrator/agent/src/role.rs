@@ -34,13 +34,13 @@ pub(crate) const POLL: Duration = Duration::from_millis(5);
 /// What is to be started: `PROGRAM serve ROLE --settings - --out FOLDER`.
 #[derive(Clone, Copy, Debug)]
 pub struct Launch<'a> {
-    /// Webloop itself.
+    /// Path of webloop's own program.
     pub program: &'a Path,
     /// The role, as `webloop serve` calls it.
     pub role: &'a str,
     /// What its log and its errors call it.
     pub name: &'a str,
-    /// What it is told, on its standard input.
+    /// Its settings, for its standard input.
     pub settings: &'a serde_json::Value,
     /// Where its rows and its log go.
     pub folder: &'a Path,
@@ -197,7 +197,7 @@ impl Role {
         let _ = self.child.wait();
     }
 
-    /// That it took too long to get ready.
+    /// The error of a role that took too long to get ready.
     pub(crate) fn unready(&self) -> Error {
         Error::role(
             &self.name,
@@ -244,7 +244,7 @@ fn open_log(path: &Path) -> io::Result<File> {
     OpenOptions::new().create(true).append(true).open(path)
 }
 
-/// The last lines of a role's log, to be quoted in an error; empty where there is none.
+/// The last lines of a role's log, to quote in an error; empty without a log.
 #[must_use]
 pub fn last_words(folder: &Path, name: &str) -> String {
     const ENOUGH: u64 = 2_000;

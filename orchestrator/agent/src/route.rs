@@ -19,11 +19,11 @@ use crate::agent::{Agent, off_thread};
 use crate::answer::{json, respond};
 use crate::refusal::Refusal;
 use crate::role::STOP_WITHIN;
-use crate::wire::{FILE_BYTES, SIZE_HEADER, StartRole, Started};
+use crate::wire::{SIZE_HEADER, StartRole, Started};
 use crate::{Name, Token, shelf};
 
-/// The largest body that is not a file.
-const JSON_BYTES: usize = 16 << 20;
+/// The largest body.
+const BODY_BYTES: usize = 16 << 20;
 
 /// How long a body may take to come.
 const BODY_WITHIN: Duration = Duration::from_secs(10);
@@ -47,10 +47,7 @@ pub(crate) fn router(agent: Arc<Agent>) -> Router {
         .route("/run/{id}/role/{instance}/seen", only("GET", get(seen)))
         // Of these; a file, below, has a query.
         .route_layer(from_fn(refuse_query))
-        .route(
-            "/run/{id}/file/{name}",
-            only("GET, PUT", get(read_file).put(put_file)),
-        )
+        .route("/run/{id}/file/{name}", only("GET", get(read_file)))
         .fallback(nowhere)
         // Before all of these: who may not ask learns nothing.
         .layer(from_fn_with_state(Arc::clone(&agent), enter));
@@ -138,23 +135,9 @@ async fn read_file(
     Ok(response)
 }
 
-async fn put_file(
-    State(agent): Shared,
-    Names([id, name]): Names<2>,
-    RawQuery(query): RawQuery,
-    body: Body,
-) -> Result<StatusCode, Refusal> {
-    from(query)?;
-    let run = agent.run(&id)?;
-    let content = content(body, FILE_BYTES).await?;
-    let folder = run.folder.clone();
-    off_thread(move || Ok(shelf::put(&folder, &name, &content)?)).await?;
-    Ok(StatusCode::CREATED)
-}
-
 async fn start(State(agent): Shared, Names([id, instance]): Names<2>, body: Body) -> Answer {
     let run = agent.run(&id)?;
-    let asked = content(body, JSON_BYTES).await?;
+    let asked = content(body).await?;
     let asked: StartRole =
         serde_json::from_slice(&asked).map_err(|problem| Refusal::Body(problem.to_string()))?;
     // The body took its time, in which the run may have been ended.
@@ -201,15 +184,15 @@ fn from(query: Option<String>) -> Result<u64, Refusal> {
     from.ok_or_else(|| Refusal::Query(excerpt(&query)))
 }
 
-/// A body of at most `limit` bytes that comes in time.
-async fn content(body: Body, limit: usize) -> Result<Bytes, Refusal> {
+/// A body that is not too long and comes in time.
+async fn content(body: Body) -> Result<Bytes, Refusal> {
     // One that says beforehand that it is too long is not read at all.
-    if usize::try_from(body.size_hint().lower()).is_ok_and(|bytes| bytes > limit) {
-        return Err(Refusal::Large(limit));
+    if usize::try_from(body.size_hint().lower()).is_ok_and(|bytes| bytes > BODY_BYTES) {
+        return Err(Refusal::Large(BODY_BYTES));
     }
-    match timeout(BODY_WITHIN, Limited::new(body, limit).collect()).await {
+    match timeout(BODY_WITHIN, Limited::new(body, BODY_BYTES).collect()).await {
         Ok(Ok(body)) => Ok(body.to_bytes()),
-        Ok(Err(problem)) if problem.is::<LengthLimitError>() => Err(Refusal::Large(limit)),
+        Ok(Err(problem)) if problem.is::<LengthLimitError>() => Err(Refusal::Large(BODY_BYTES)),
         Ok(Err(problem)) => Err(Refusal::Body(problem.to_string())),
         Err(_) => Err(Refusal::Slow(BODY_WITHIN.as_secs())),
     }

@@ -1,7 +1,7 @@
 //! The connections of an agent: accepting them, and speaking HTTP/1 on them.
 //!
 //! There are few: an orchestrator, its followers, a health check. The limits are for what goes
-//! wrong, and cost a connection, never the agent; `axum::serve` can be told none of them.
+//! wrong, and cost a connection, never the agent; `axum::serve` has no settings for them.
 
 use std::convert::Infallible;
 use std::io;

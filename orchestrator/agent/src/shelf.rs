@@ -1,4 +1,4 @@
-//! A run's folder as seen from afar: plain files, read in parts and written whole.
+//! A run's folder as seen from afar: plain files, read in parts.
 //!
 //! These calls wait for the disk, so they belong on a thread that may.
 
@@ -24,20 +24,12 @@ pub(crate) fn make_empty(folder: &Path) -> io::Result<()> {
     fs::create_dir_all(folder)
 }
 
-/// Removes a folder with all that is in it; that there is none is fine.
+/// Removes a folder with all its files; a missing folder is fine.
 pub(crate) fn wipe(folder: &Path) -> io::Result<()> {
     match fs::remove_dir_all(folder) {
         Err(problem) if problem.kind() != io::ErrorKind::NotFound => Err(problem),
         _ => Ok(()),
     }
-}
-
-/// Leaves a file, so that nobody finds half of it.
-pub(crate) fn put(folder: &Path, name: &Name, content: &[u8]) -> io::Result<()> {
-    // A plain name never begins with a point, so no file is in the way.
-    let partial = folder.join(format!(".{name}.partial"));
-    fs::write(&partial, content)?;
-    fs::rename(partial, folder.join(name.as_str()))
 }
 
 /// Name and length of each file.
@@ -92,7 +84,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let name: Name = "rows.csv".parse().unwrap();
         let whole: Vec<u8> = (0..2 * PART_BYTES + 7).map(|n| (n % 251) as u8).collect();
-        put(folder.path(), &name, &whole).unwrap();
+        fs::write(folder.path().join(name.as_str()), &whole).unwrap();
         let mut got = Vec::new();
         loop {
             let part = read(folder.path(), &name, got.len() as u64).unwrap();

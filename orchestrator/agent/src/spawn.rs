@@ -55,7 +55,7 @@ pub fn die_with(parent: Option<Pid>) -> io::Result<()> {
 
 /// Sends SIGTERM to a child that still runs.
 pub fn terminate(child: &mut Child) {
-    // Until it has been waited for, its number belongs to nobody else.
+    // Its number is not reused until it has been waited for.
     if matches!(child.try_wait(), Ok(None))
         && let Some(pid) = i32::try_from(child.id()).ok().and_then(Pid::from_raw)
     {

@@ -12,13 +12,10 @@ pub(crate) const SIZE_HEADER: &str = "x-size";
 /// The most of a file that one answer brings.
 pub(crate) const PART_BYTES: u64 = 1 << 20;
 
-/// The largest file that can be left in a run: a trace of some hundred thousand steps.
-pub(crate) const FILE_BYTES: usize = 16 << 20;
-
-/// Who answers, to whoever asks.
+/// Who answers, for anyone who asks.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Health {
-    /// Which agent.
+    /// Name of the agent.
     pub agent: AgentName,
     /// Its version of webloop.
     pub webloop: String,
@@ -31,7 +28,7 @@ pub struct Health {
 #[serde(deny_unknown_fields)]
 pub(crate) struct StartRole {
     pub(crate) role: String,
-    /// Whatever it is told; the role knows.
+    /// The role's settings, which only the role reads.
     pub(crate) settings: serde_json::Value,
 }
 
@@ -45,7 +42,7 @@ pub(crate) struct Started {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "state", rename_all = "lowercase")]
 pub enum RoleState {
-    /// It runs.
+    /// The role runs.
     Running,
     /// It has ended.
     Ended {
@@ -76,7 +73,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Of a role that ended with this exit code.
+    /// The kind of failure of a role that ended with this exit code.
     pub(crate) fn of_exit(code: i32) -> Kind {
         match code {
             2 => Kind::Usage,

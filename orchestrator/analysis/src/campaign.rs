@@ -161,8 +161,8 @@ impl Run {
             let mut faults = whole::faults(manifest, plan, cell);
             if let Some(other) = backend.filter(|other| *other != manifest.backend) {
                 faults.push(format!(
-                    "it was run by {}, and the folder's first run by {other}; runs of two back-ends \
-                     are two campaigns",
+                    "it was run by {}, and the folder's first run by {other}; a campaign has one \
+                     back-end",
                     manifest.backend
                 ));
             }
@@ -226,9 +226,10 @@ fn read(folder: &Path, cell: &Cell, manifest: &Manifest) -> Result<Option<Metric
             Err(found) => damage.extend(found),
         }
     }
-    match damage.is_empty() {
-        true => Ok(None),
-        false => Err(damage),
+    if damage.is_empty() {
+        Ok(None)
+    } else {
+        Err(damage)
     }
 }
 

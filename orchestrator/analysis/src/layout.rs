@@ -1,7 +1,9 @@
-//! Columns of text and numbers, aligned, for people to read.
+//! Columns of text and numbers, aligned, for people to read, and rows for programs.
+
+use serde::Serialize;
 
 /// One column: its two lines of heading, whether numbers stand in it, and when it is left out.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Column {
     /// What it has in common with its neighbours; stands over the first of them that is shown.
     pub group: &'static str,
@@ -85,9 +87,10 @@ pub fn align(columns: &[Column], rows: &[Vec<String>]) -> String {
     let print = |entry: &dyn Fn(usize, &str) -> String| {
         let entries = layout.iter().map(|(i, over, width)| {
             let entry = entry(*i, over);
-            match columns[*i].number {
-                true => format!("{entry:>width$}"),
-                false => format!("{entry:<width$}"),
+            if columns[*i].number {
+                format!("{entry:>width$}")
+            } else {
+                format!("{entry:<width$}")
             }
         });
         entries.collect::<Vec<_>>().join("  ").trim_end().to_owned() + "\n"
@@ -98,6 +101,34 @@ pub fn align(columns: &[Column], rows: &[Vec<String>]) -> String {
         out += &print(&|i, _| row[i].clone());
     }
     out
+}
+
+/// Rows for programs: a header with the names of their fields, and a line for each; nothing of no rows.
+#[must_use]
+pub fn csv(rows: impl IntoIterator<Item = impl Serialize>) -> String {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        // A flat struct of words and numbers, into memory: neither can fail.
+        let _ = writer.serialize(row);
+    }
+    let bytes = writer.into_inner().unwrap_or_default();
+    String::from_utf8(bytes).unwrap_or_default()
+}
+
+/// Items by their keys, both in the order in which they come.
+pub fn grouped<K: PartialEq, T>(
+    items: impl IntoIterator<Item = T>,
+    key: impl Fn(&T) -> K,
+) -> Vec<(K, Vec<T>)> {
+    let mut groups: Vec<(K, Vec<T>)> = Vec::new();
+    for item in items {
+        let key = key(&item);
+        match groups.iter_mut().find(|(known, _)| *known == key) {
+            Some((_, members)) => members.push(item),
+            None => groups.push((key, vec![item])),
+        }
+    }
+    groups
 }
 
 /// A count, or `-`.

@@ -42,6 +42,7 @@ pub mod trace;
 mod whole;
 
 pub use campaign::{Campaign, CampaignError, Run};
+pub use layout::{csv, grouped};
 pub use metrics::{CellFacts, Metrics};
 pub use response::{LoopVerdict, Response};
 pub use rows::ReadError;

@@ -3,15 +3,15 @@
 //! A round trip is told by its median and by what nine of ten do not exceed. A mean over ten seconds is
 //! no figure for a link that stalls: whether one stall falls into them decides it.
 
-use crate::layout::{Column, Shown, align, digits, number, text};
+use crate::layout::{Column, Shown, align, digits, grouped, number, text};
 use crate::statistics::median;
 use crate::summary::Summary;
 
 const LEGEND: &str = "\
-50 %, 90 %: so many round trips are no longer, by the profile over a long time, by the link at the
-instants of the echoes, and as they measured it.";
-const LOOPBACK_LEGEND: &str = "50 %, 90 %: so many round trips are no longer, by the echoes.";
-const STALL_LEGEND: &str = " stalled: a share of a long time, and of these runs.";
+50 %, 90 %: quantiles of the round trip. asked: of the profile over a long time; due: of the link at
+the instants of the echoes; probed: of the echoes.";
+const LOOPBACK_LEGEND: &str = "50 %, 90 %: quantiles of the round trip of the echoes.";
+const STALL_LEGEND: &str = " stalled: share of time, over a long time and here.";
 
 const COLUMNS: [Column; 9] = [
     text("link"),
@@ -58,19 +58,11 @@ struct Link<'a> {
 }
 
 fn links(rows: &[Summary]) -> Vec<Link<'_>> {
-    let mut names: Vec<&str> = Vec::new();
-    for row in rows.iter().filter(|row| row.rtt_measured_ms.is_some()) {
-        if !names.contains(&row.topology.as_str()) {
-            names.push(&row.topology);
-        }
-    }
-    let of = |name| {
+    let measured = rows.iter().filter(|row| row.rtt_measured_ms.is_some());
+    let of = |(name, rows): (_, Vec<&Summary>)| {
         let figures = |figure: fn(&Summary) -> Option<f64>| {
-            let own = |row: &&Summary| row.topology == name && row.rtt_measured_ms.is_some();
-            rows.iter()
-                .filter(own)
-                .filter_map(figure)
-                .collect::<Vec<f64>>()
+            let figures = rows.iter().filter_map(|row| figure(row));
+            figures.collect::<Vec<f64>>()
         };
         let middle = |figure| median(&figures(figure));
         let here = figures(|row| row.stalled_due);
@@ -90,7 +82,8 @@ fn links(rows: &[Summary]) -> Vec<Link<'_>> {
             stalled: middle(|row| row.stalled_asked).map(|asked| (asked, here)),
         }
     };
-    names.into_iter().map(of).collect()
+    let links = grouped(measured, |row| row.topology.as_str());
+    links.into_iter().map(of).collect()
 }
 
 impl Link<'_> {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::statistics::{Quantiles, ms};
 
 /// The controller's deadlines and messages. Every deadline is one of the four outcomes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Messages {
     /// Deadlines.
     pub due: u64,
@@ -29,24 +29,20 @@ pub struct Messages {
 /// Messages under way.
 #[derive(Debug, Default)]
 pub(crate) struct MessageCount {
-    due: u64,
-    sent: u64,
-    answered: u64,
-    timeout: u64,
-    failed: u64,
-    missed: u64,
+    messages: Messages,
     rtt_ns: Vec<u64>,
 }
 
 impl MessageCount {
     pub(crate) fn push(&mut self, row: &MessageRow) {
-        self.due += 1;
-        self.sent += u64::from(row.t_send_ns.is_some());
+        let messages = &mut self.messages;
+        messages.due += 1;
+        messages.sent += u64::from(row.t_send_ns.is_some());
         *match row.outcome {
-            MessageOutcome::Answered => &mut self.answered,
-            MessageOutcome::Timeout => &mut self.timeout,
-            MessageOutcome::Failed => &mut self.failed,
-            MessageOutcome::Missed => &mut self.missed,
+            MessageOutcome::Answered => &mut messages.answered,
+            MessageOutcome::Timeout => &mut messages.timeout,
+            MessageOutcome::Failed => &mut messages.failed,
+            MessageOutcome::Missed => &mut messages.missed,
         } += 1;
         if let (Some(sent_ns), Some(received_ns)) = (row.t_send_ns, row.t_receive_ns) {
             self.rtt_ns.push(received_ns.saturating_sub(sent_ns));
@@ -54,24 +50,10 @@ impl MessageCount {
     }
 
     pub(crate) fn finish(self) -> Messages {
-        let Self {
-            due,
-            sent,
-            answered,
-            timeout,
-            failed,
-            missed,
-            rtt_ns,
-        } = self;
         Messages {
-            due,
-            sent,
-            answered,
-            timeout,
-            failed,
-            missed,
-            rtt_min_ms: rtt_ns.iter().min().copied().map(ms),
-            rtt: Quantiles::of(rtt_ns),
+            rtt_min_ms: self.rtt_ns.iter().min().copied().map(ms),
+            rtt: Quantiles::of(self.rtt_ns),
+            ..self.messages
         }
     }
 }

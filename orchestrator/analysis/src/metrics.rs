@@ -147,16 +147,17 @@ impl Reader<'_> {
         let messages = messages.finish();
 
         let probes = self.probes();
-        match self.faults.is_empty() {
-            true => Ok(Metrics {
+        if self.faults.is_empty() {
+            Ok(Metrics {
                 probes,
                 messages,
                 arrivals,
                 ticks,
                 response,
                 torn_lines: self.torn_lines,
-            }),
-            false => Err(self.faults),
+            })
+        } else {
+            Err(self.faults)
         }
     }
 
@@ -222,9 +223,10 @@ impl Reader<'_> {
             Ok(Content { rows, torn }) => {
                 self.torn_lines += u64::from(torn);
                 let Some(vouched) = self.vouched else { return };
-                let counted = match vouched.has_gaps {
-                    true => Ok(()),
-                    false => end(rows).and_then(|count| vouched.count(name, count)),
+                let counted = if vouched.has_gaps {
+                    Ok(())
+                } else {
+                    end(rows).and_then(|count| vouched.count(name, count))
                 };
                 let damaged = |problem| ReadError::Damaged { path, problem };
                 self.faults.extend(counted.map_err(damaged).err());

@@ -71,7 +71,7 @@ pub(crate) struct MessageOrder {
 impl MessageOrder {
     pub(crate) fn check(&mut self, row: &MessageRow) -> Result<(), String> {
         if row.seq < self.next || !self.beyond.insert(row.seq) {
-            return Err(format!("seq {} is there a second time", row.seq));
+            return Err(format!("seq {} appears twice", row.seq));
         }
         while self.beyond.remove(&self.next) {
             self.next += 1;
@@ -107,7 +107,7 @@ impl ProbeOrder {
                 .phase
                 .is_some_and(|phase| phase as u8 > row.phase as u8)
             {
-                return Err("its phase is over already".to_owned());
+                return Err("its phase has ended before".to_owned());
             }
             (self.phase, self.next) = (Some(row.phase), 0);
         }
@@ -119,11 +119,12 @@ impl ProbeOrder {
 }
 
 fn follows(name: &str, found: u64, due: u64) -> Result<(), String> {
-    match found == due {
-        true => Ok(()),
-        false => Err(format!(
-            "{name} is {found} where {due} is next: rows are missing, or in another order"
-        )),
+    if found == due {
+        Ok(())
+    } else {
+        Err(format!(
+            "{name} is {found}, and {due} is next: rows are missing or out of order"
+        ))
     }
 }
 

@@ -50,9 +50,10 @@ pub fn signed_rank_test(differences: &[f64]) -> f64 {
     let above: usize = above.filter(|(d, _)| **d > 0.0).map(|(_, r)| r).sum();
     let all: usize = ranks.iter().sum();
     let fewer = above.min(all - above);
-    match ranks.len() <= COUNTED {
-        true => (2.0 * share_up_to(&ranks, fewer)).min(1.0),
-        false => normal(&ranks, fewer),
+    if ranks.len() <= COUNTED {
+        (2.0 * share_up_to(&ranks, fewer)).min(1.0)
+    } else {
+        normal(&ranks, fewer)
     }
 }
 

@@ -14,93 +14,60 @@ pub trait Row: DeserializeOwned {
     fn plain(line: &[u8]) -> Option<Self>;
 }
 
-impl Row for TickRow {
-    fn plain(line: &[u8]) -> Option<Self> {
-        let mut fields = Fields::of(line);
-        let row = Self {
-            k: fields.count()?,
-            t_due_ns: fields.count()?,
-            t_tick_ns: fields.count()?,
-            u: fields.number()?,
-            y: fields.number()?,
-            seq: fields.maybe(Fields::count)?,
-        };
-        fields.end(row)
+/// A field in the plain form.
+trait Plain: Sized {
+    fn plain(fields: &mut Fields<'_>) -> Option<Self>;
+}
+
+impl Plain for u64 {
+    fn plain(fields: &mut Fields<'_>) -> Option<u64> {
+        fields.count()
     }
 }
 
-impl Row for ArrivalRow {
-    fn plain(line: &[u8]) -> Option<Self> {
-        let mut fields = Fields::of(line);
-        let row = Self {
-            n: fields.count()?,
-            seq: fields.count()?,
-            t_send_ns: fields.count()?,
-            t_arrive_ns: fields.count()?,
-            tick: fields.count()?,
-            u: fields.number()?,
-            outcome: match fields.text()? {
-                b"applied" => ArrivalOutcome::Applied,
-                b"stale" => ArrivalOutcome::Stale,
-                b"acknowledged" => ArrivalOutcome::Acknowledged,
-                _ => return None,
-            },
-        };
-        fields.end(row)
+impl Plain for u32 {
+    fn plain(fields: &mut Fields<'_>) -> Option<u32> {
+        u32::try_from(fields.count()?).ok()
     }
 }
 
-impl Row for MessageRow {
-    fn plain(line: &[u8]) -> Option<Self> {
-        let mut fields = Fields::of(line);
-        let row = Self {
-            seq: fields.count()?,
-            t_due_ns: fields.count()?,
-            t_send_ns: fields.maybe(Fields::count)?,
-            t_receive_ns: fields.maybe(Fields::count)?,
-            t_arrive_ns: fields.maybe(Fields::count)?,
-            r: fields.number()?,
-            y: fields.maybe(Fields::number)?,
-            e: fields.maybe(Fields::number)?,
-            u: fields.maybe(Fields::number)?,
-            tick: fields.maybe(Fields::count)?,
-            outcome: match fields.text()? {
-                b"answered" => MessageOutcome::Answered,
-                b"timeout" => MessageOutcome::Timeout,
-                b"failed" => MessageOutcome::Failed,
-                b"missed" => MessageOutcome::Missed,
-                _ => return None,
-            },
-        };
-        fields.end(row)
+impl<T: Plain> Plain for Option<T> {
+    fn plain(fields: &mut Fields<'_>) -> Option<Option<T>> {
+        fields.maybe(T::plain)
     }
 }
 
-impl Row for ProbeRow {
-    fn plain(line: &[u8]) -> Option<Self> {
-        let mut fields = Fields::of(line);
-        let row = Self {
-            phase: match fields.text()? {
-                b"empty" => Phase::Empty,
-                b"before" => Phase::Before,
-                b"during" => Phase::During,
-                b"after" => Phase::After,
-                _ => return None,
-            },
-            seq: u32::try_from(fields.count()?).ok()?,
-            t_send_ns: fields.count()?,
-            t_reach_ns: fields.maybe(Fields::count)?,
-            t_back_ns: fields.maybe(Fields::count)?,
-            due_up_ns: fields.count()?,
-            due_down_ns: fields.count()?,
-            due_lost: match fields.text()? {
-                b"true" => true,
-                b"false" => false,
-                _ => return None,
-            },
-        };
-        fields.end(row)
-    }
+/// What is read as its type reads words, by whose rules serde goes too; of numbers the nearest to the digits.
+macro_rules! words {
+    ($($type:ty),+) => {$(
+        impl Plain for $type {
+            fn plain(fields: &mut Fields<'_>) -> Option<$type> {
+                str::from_utf8(fields.text()?).ok()?.parse().ok()
+            }
+        }
+    )+};
+}
+
+words!(f64, bool, ArrivalOutcome, MessageOutcome, Phase);
+
+/// Reads rows field by field.
+macro_rules! rows {
+    ($($row:ident { $($field:ident),+ })+) => {$(
+        impl Row for $row {
+            fn plain(line: &[u8]) -> Option<Self> {
+                let mut fields = Fields::of(line);
+                let row = Self { $($field: Plain::plain(&mut fields)?),+ };
+                fields.end(row)
+            }
+        }
+    )+};
+}
+
+rows! {
+    TickRow { k, t_due_ns, t_tick_ns, u, y, seq }
+    ArrivalRow { n, seq, t_send_ns, t_arrive_ns, tick, u, outcome }
+    MessageRow { seq, t_due_ns, t_send_ns, t_receive_ns, t_arrive_ns, r, y, e, u, tick, outcome }
+    ProbeRow { phase, seq, t_send_ns, t_reach_ns, t_back_ns, due_up_ns, due_down_ns, due_lost }
 }
 
 /// The fields of a line, taken one after the other.
@@ -142,12 +109,6 @@ impl<'a> Fields<'a> {
             Some(_) => return None,
         };
         (1..=19).contains(&digits).then_some(count)
-    }
-
-    /// The next field as a number, by the rules of [`f64::from_str`](std::str::FromStr), which are
-    /// serde's too: the nearest to the digits.
-    fn number(&mut self) -> Option<f64> {
-        str::from_utf8(self.text()?).ok()?.parse().ok()
     }
 
     /// The next field as `read` takes it, or nothing where it is empty.

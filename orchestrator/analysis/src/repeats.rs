@@ -6,13 +6,13 @@
 use endpoint::Mode;
 use plan::{Client, Verdict};
 
-use crate::layout::{Column, Shown, align, digits, number, text};
+use crate::layout::{Column, Shown, align, digits, grouped, number, text};
 use crate::response::LoopVerdict;
 use crate::statistics;
 use crate::summary::Summary;
 use crate::table::head;
 
-const COLUMNS: [Column; 14] = [
+const COLUMNS: [Column; 10] = [
     text("topology"),
     text("client").shown(Shown::IfDiffers),
     text("setup").shown(Shown::IfDiffers),
@@ -23,16 +23,13 @@ const COLUMNS: [Column; 14] = [
     number("settling/ms", "quarter"),
     number("settling/ms", "3/4"),
     number("times", "first").shown(Shown::IfFilled),
-    number("times", "native").shown(Shown::IfFilled),
-    number("times", "python").shown(Shown::IfFilled),
-    number("rise", "ms"),
-    number("overshoot", "%"),
 ];
+/// After one for each yardstick.
+const LAST_COLUMNS: [Column; 2] = [number("rise", "ms"), number("overshoot", "%")];
 
 const LEGEND: &str = "Medians over complete runs of closed loops, with the quartiles of settling.";
-const FIRST_LEGEND: &str = "times first: against the first topology at the same rate";
-const CLIENT_LEGEND: &str =
-    "against that client with the same system on the same topology at the same rate.";
+const FIRST_LEGEND: &str = "times first: settling over that on the first topology at the same rate";
+const CLIENT_LEGEND: &str = "settling over that client's with the same system, topology and rate.";
 
 /// The runs that differ only in their repeat.
 struct Group<'a> {
@@ -42,10 +39,6 @@ struct Group<'a> {
 }
 
 impl Group<'_> {
-    fn is_like(&self, row: &Summary) -> bool {
-        self.first.topology == row.topology && self.is_set_up_like(row)
-    }
-
     /// The same client at the same rate, on whatever topology.
     fn is_set_up_like(&self, row: &Summary) -> bool {
         let kind = |row: &Summary| (row.client, row.setup.clone(), row.h_ns);
@@ -74,26 +67,22 @@ impl Group<'_> {
 /// those that were disturbed too where `with_disturbed` says so.
 #[must_use]
 pub fn render(rows: &[Summary], with_disturbed: bool) -> Option<String> {
-    let mut groups: Vec<Group> = Vec::new();
-    for row in rows.iter().filter(|row| row.mode == Mode::Closed) {
-        let at = groups
-            .iter()
-            .position(|group| group.is_like(row))
-            .unwrap_or_else(|| {
-                groups.push(Group {
-                    first: row,
-                    complete: Vec::new(),
-                    runs: 0,
-                });
-                groups.len() - 1
-            });
-        groups[at].runs += 1;
-        let is_disturbed = row.verdict == Some(Verdict::Disturbed);
-        if row.verdict == Some(Verdict::Complete) || with_disturbed && is_disturbed {
-            groups[at].complete.push(row);
-        }
-    }
-    groups.retain(|group| group.runs > 1);
+    let closed = rows.iter().filter(|row| row.mode == Mode::Closed);
+    let is_asked = |row: &&Summary| match row.verdict {
+        Some(Verdict::Disturbed) => with_disturbed,
+        verdict => verdict == Some(Verdict::Complete),
+    };
+    let kinds = grouped(closed, |row| {
+        (&row.topology, row.client, &row.setup, row.h_ns)
+    });
+    let groups: Vec<Group> = (kinds.into_iter())
+        .filter(|(_, rows)| rows.len() > 1)
+        .map(|(_, rows)| Group {
+            first: rows[0],
+            runs: rows.len(),
+            complete: rows.into_iter().filter(is_asked).collect(),
+        })
+        .collect();
     if groups.is_empty() {
         return None;
     }
@@ -103,11 +92,10 @@ pub fn render(rows: &[Summary], with_disturbed: bool) -> Option<String> {
             .any(|group| is_other(group.first, groups[0].first))
     };
     let clients = differ(|one, other| one.client != other.client);
-    let has = |client| clients && groups.iter().any(|group| group.first.client == client);
+    let has = |client: &Client| clients && groups.iter().any(|group| group.first.client == *client);
     let against = Against {
         first: differ(|one, other| one.topology != other.topology),
-        native: has(Client::Native),
-        python: has(Client::Python),
+        clients: Client::YARDSTICKS.into_iter().filter(has).collect(),
     };
     let lines: Vec<Vec<String>> = groups
         .iter()
@@ -115,56 +103,48 @@ pub fn render(rows: &[Summary], with_disturbed: bool) -> Option<String> {
         .collect();
     let mut legend = format!("{LEGEND}\n");
     if against.first {
-        let setup = match clients || differ(|one, other| one.setup != other.setup) {
-            true => ", with the same client and setup.",
-            false => ".",
+        let setup = if clients || differ(|one, other| one.setup != other.setup) {
+            ", with the same client and setup."
+        } else {
+            "."
         };
         legend += &format!("{FIRST_LEGEND}{setup}\n");
     }
-    match (against.native, against.python) {
-        (true, true) => legend += &format!("times native, python: {CLIENT_LEGEND}\n"),
-        (true, false) => legend += &format!("times native: {CLIENT_LEGEND}\n"),
-        (false, true) => legend += &format!("times python: {CLIENT_LEGEND}\n"),
-        (false, false) => {}
+    let names = against.clients.iter().map(|client| client.spec().name);
+    let names: Vec<&str> = names.collect();
+    if !names.is_empty() {
+        legend += &format!("times {}: {CLIENT_LEGEND}\n", names.join(", "));
     }
-    Some(format!(
-        "{}{}\n{legend}",
-        head(rows),
-        align(&COLUMNS, &lines)
-    ))
+    let yardsticks: Vec<Column> = names.iter().map(|name| number("times", name)).collect();
+    let columns = [&COLUMNS[..], &yardsticks, &LAST_COLUMNS].concat();
+    let table = align(&columns, &lines);
+    Some(format!("{}{table}\n{legend}", head(rows)))
 }
 
 /// What there is to compare settling with.
 struct Against {
     /// Another topology.
     first: bool,
-    /// Other clients than native, and native.
-    native: bool,
-    /// Other clients than Python, and Python.
-    python: bool,
+    /// Yardsticks, and other clients than one of them.
+    clients: Vec<Client>,
 }
 
 fn line(group: &Group, groups: &[Group], against: &Against) -> Vec<String> {
-    let times = |shown: bool, is_reference: &dyn Fn(&&Group) -> bool| {
-        if !shown {
-            return String::new();
-        }
+    let times = |is_reference: &dyn Fn(&&Group) -> bool| {
         let reference = groups.iter().find(is_reference);
         let reference_ms = reference.and_then(|other| other.settling_ms(0.5));
         let own_ms = group.settling_ms(0.5);
         digits(own_ms.zip(reference_ms).map(|(own, of)| own / of))
     };
-    let client = |shown: bool, client: Client| {
-        times(shown, &|other| {
-            other.first.client == client && other.is_beside(group.first)
-        })
-    };
+    let of_yardsticks = against.clients.iter().map(|client| {
+        times(&|other| other.first.client == *client && other.is_beside(group.first))
+    });
     let stable = group
         .complete
         .iter()
         .filter(|row| row.loop_verdict == Some(LoopVerdict::Stable))
         .count();
-    vec![
+    let first = [
         group.first.topology.clone(),
         group.first.client.to_string(),
         group.first.setup.clone(),
@@ -174,12 +154,17 @@ fn line(group: &Group, groups: &[Group], against: &Against) -> Vec<String> {
         digits(group.settling_ms(0.5)),
         digits(group.settling_ms(0.25)),
         digits(group.settling_ms(0.75)),
-        times(against.first, &|other| other.is_set_up_like(group.first)),
-        client(against.native, Client::Native),
-        client(against.python, Client::Python),
+        if against.first {
+            times(&|other| other.is_set_up_like(group.first))
+        } else {
+            String::new()
+        },
+    ];
+    let last = [
         digits(group.quantile(0.5, |row| row.rise_ms)),
         digits(group.quantile(0.5, |row| row.overshoot_pct)),
-    ]
+    ];
+    first.into_iter().chain(of_yardsticks).chain(last).collect()
 }
 
 #[cfg(test)]

@@ -148,7 +148,7 @@ pub fn read_whole<R: Row>(
         return Err(damaged(other_length(file.length, asked)));
     }
     if file.whole == 0 {
-        return Err(damaged("it has not even a header".to_owned()));
+        return Err(damaged("it has no header".to_owned()));
     }
     file.tally = Some(Tally::default());
     let content = file.each(columns, each)?;
@@ -157,14 +157,15 @@ pub fn read_whole<R: Row>(
         path: path.to_owned(),
         source,
     })?;
-    match file.tally.map(Tally::fact).as_ref() == Some(asked) {
-        true => Ok(content),
-        false => Err(damaged(OTHER_BYTES.to_owned())),
+    if file.tally.map(Tally::fact).as_ref() == Some(asked) {
+        Ok(content)
+    } else {
+        Err(damaged(OTHER_BYTES.to_owned()))
     }
 }
 
 /// What is said of a file that is as long as it should be.
-pub(crate) const OTHER_BYTES: &str = "its checksum is not the manifest's: a byte was changed";
+pub(crate) const OTHER_BYTES: &str = "its checksum differs from the manifest's: a byte was changed";
 
 /// What is said of a file that is not.
 pub(crate) fn other_length(bytes: u64, asked: &FileFact) -> String {
@@ -241,9 +242,10 @@ impl<'a> Rows<'a> {
         let next = |source: &mut BufReader<_>, line: &mut Vec<u8>, number| {
             let most = LINE_MAX as u64 + 1;
             let length = source.take(most).read_until(b'\n', line).map_err(fail)?;
-            match length > LINE_MAX {
-                true => Err(refuse(number, TOO_LONG.to_owned())),
-                false => Ok(length),
+            if length > LINE_MAX {
+                Err(refuse(number, TOO_LONG.to_owned()))
+            } else {
+                Ok(length)
             }
         };
         next(&mut source, &mut header, 1)?;
@@ -521,7 +523,7 @@ mod tests {
             assert!(said(&changed, asked).contains("checksum"), "{changed}");
         }
         assert!(said(&text, &torn).contains("bytes, and the manifest says"));
-        assert!(said("", "").contains("not even a header"));
+        assert!(said("", "").contains("it has no header"));
         for odd in [
             text.replace("2,20", "3,20"),
             quoted.replace("\"2\"", "\"3\""),

@@ -6,6 +6,7 @@ use manifest::Manifest;
 use plan::{Cell, Client, Disturbance, START_AT_NS, Verdict};
 use serde::{Deserialize, Serialize};
 
+use crate::layout;
 use crate::metrics::Metrics;
 use crate::response::LoopVerdict;
 use crate::statistics::{ms, share};
@@ -295,16 +296,7 @@ impl Summary {
     /// `summary.csv` as text: the header, and one row per cell.
     #[must_use]
     pub fn to_csv(rows: &[Summary]) -> String {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        for row in rows {
-            // A flat struct of words and numbers, into memory: neither can fail.
-            let _ = writer.serialize(row);
-        }
-        writer
-            .into_inner()
-            .ok()
-            .and_then(|bytes| String::from_utf8(bytes).ok())
-            .unwrap_or_default()
+        layout::csv(rows)
     }
 }
 

@@ -12,8 +12,8 @@ use crate::summary::Summary;
 const ZERO_LEGEND: &str = "zero: arrivals in the same ms as the one before.";
 const STEP_LEGEND: &str = "rise: 10 to 90 %. settling: into 2 %.";
 const DRIFT_LEGEND: &str = "\
-missed: due and not sent. slope: how much later messages arrive with each second of their schedule.
-lag: how late the last one was.";
+missed: due but not sent. slope: lateness gained for each second of schedule.
+lag: lateness of the last message.";
 
 const COLUMNS: [Column; 16] = [
     text("topology"),
@@ -59,13 +59,11 @@ impl Kind {
     }
 
     fn legend(&self) -> String {
-        let rest = match self.open {
-            true => DRIFT_LEGEND,
-            false => STEP_LEGEND,
-        };
-        match self.open {
-            true => format!("{ZERO_LEGEND}\n{rest}\n"),
-            false => format!("{ZERO_LEGEND} {rest}\n"),
+        let rest = if self.open { DRIFT_LEGEND } else { STEP_LEGEND };
+        if self.open {
+            format!("{ZERO_LEGEND}\n{rest}\n")
+        } else {
+            format!("{ZERO_LEGEND} {rest}\n")
         }
     }
 }
@@ -89,9 +87,10 @@ pub fn render(rows: &[Summary]) -> String {
 
 /// What stands over a table of runs that were none.
 pub(crate) fn head(rows: &[Summary]) -> &'static str {
-    match rows.iter().any(Summary::is_simulated) {
-        true => "All of it is simulated, in virtual time.\n\n",
-        false => "",
+    if rows.iter().any(Summary::is_simulated) {
+        "All runs are simulated, in virtual time.\n\n"
+    } else {
+        ""
     }
 }
 
@@ -268,7 +267,7 @@ mod tests {
             backend: Some(backend.to_owned()),
             ..measured("buccoo", [3.4, 3.4, 3.4], Some([114.0, 318.0, 5.6]))
         };
-        assert!(render(&[of("sim")]).starts_with("All of it is simulated"));
+        assert!(render(&[of("sim")]).starts_with("All runs are simulated"));
         assert!(!render(&[of("netns")]).contains("simulated"));
     }
 

@@ -71,9 +71,10 @@ fn problem(path: &Path, asked: &FileFact) -> Option<String> {
     let found = file::open(path).and_then(|file| {
         // A file with holes can be longer than anybody would wait for.
         let bytes = file.metadata()?.len();
-        match bytes == asked.bytes {
-            true => FileFact::of(file).map(Ok),
-            false => Ok(Err(bytes)),
+        if bytes == asked.bytes {
+            FileFact::of(file).map(Ok)
+        } else {
+            Ok(Err(bytes))
         }
     });
     match found {
@@ -90,11 +91,11 @@ fn problem(path: &Path, asked: &FileFact) -> Option<String> {
 pub(crate) fn faults(manifest: &Manifest, plan: &Plan, cell: &Cell) -> Vec<String> {
     let mut faults = Vec::new();
     if !manifest.cell.is_same(cell) {
-        faults.push("it is of another cell than the plan's of this name".to_owned());
+        faults.push("it describes another cell than the plan's of this name".to_owned());
     }
     if manifest.experiment != plan.experiment || manifest.campaign_seed != plan.seed {
         faults.push(format!(
-            "it is of {}, seed {}, and the plan is of {}, seed {}",
+            "it belongs to {}, seed {}, and the plan is {}, seed {}",
             manifest.experiment, manifest.campaign_seed, plan.experiment, plan.seed
         ));
     }
@@ -109,14 +110,15 @@ pub(crate) fn faults(manifest: &Manifest, plan: &Plan, cell: &Cell) -> Vec<Strin
         return faults;
     }
     if manifest.files.is_empty() {
-        faults.push("its list of files is empty, so it vouches for nothing".to_owned());
+        faults.push("its list of files is empty, so nothing can be checked".to_owned());
         return faults;
     }
     let is_loopback = plan.is_loopback(&cell.topology);
     let is_own_system = plan.systems.contains_key(&cell.system);
-    faults.extend(lacking(manifest, is_loopback, is_own_system).map(|name| {
-        format!("it does not list {name}, which such a run leaves, so it does not vouch for it")
-    }));
+    faults.extend(
+        lacking(manifest, is_loopback, is_own_system)
+            .map(|name| format!("it does not list {name}, which such a run writes")),
+    );
     if manifest.verdict == Verdict::Complete {
         faults.extend(contradictions(manifest, is_loopback));
     }
@@ -146,7 +148,7 @@ fn other_texts(manifest: &Manifest, plan: &Plan, cell: &Cell) -> Vec<String> {
                 |fact: &FileFact| FileFact::of(text.as_bytes()).is_ok_and(|own| own == *fact);
             listed.is_some_and(|fact| !is_own(fact))
         })
-        .map(|(name, _)| format!("its {name} is another than the plan's"))
+        .map(|(name, _)| format!("its {name} differs from the plan's"))
         .collect()
 }
 
@@ -173,17 +175,16 @@ fn lacking(
         asked.push(file_name::LINK_REPORT);
     } else if !is_loopback {
         // One player of both ways, or one of each.
-        asked.extend(
-            match manifest.files.contains_key(file_name::LINK_UP_REPORT) {
-                true => &[
-                    file_name::LINK_UP_REPORT,
-                    file_name::LINK_UP,
-                    file_name::LINK_DOWN_REPORT,
-                    file_name::LINK_DOWN,
-                ][..],
-                false => &[file_name::LINK_REPORT, file_name::LINK],
-            },
-        );
+        asked.extend(if manifest.files.contains_key(file_name::LINK_UP_REPORT) {
+            &[
+                file_name::LINK_UP_REPORT,
+                file_name::LINK_UP,
+                file_name::LINK_DOWN_REPORT,
+                file_name::LINK_DOWN,
+            ][..]
+        } else {
+            &[file_name::LINK_REPORT, file_name::LINK]
+        });
     }
     asked
         .into_iter()
@@ -194,7 +195,9 @@ fn lacking(
 fn contradictions(manifest: &Manifest, is_loopback: bool) -> Vec<String> {
     let mut found = Vec::new();
     if let Some(reason) = manifest.reasons.first() {
-        found.push(format!("it is complete and says why it is not: {reason}"));
+        found.push(format!(
+            "it says complete, and gives a reason against it: {reason}"
+        ));
     }
     let held = manifest
         .certificate
@@ -228,7 +231,7 @@ fn report<R: DeserializeOwned>(folder: &Path, name: &str) -> Result<Option<R>, V
         Err(problem) if problem.kind() == ErrorKind::NotFound => Ok(None),
         Err(problem) => Err(vec![Damage {
             path,
-            problem: format!("it is not a report that this webloop reads: {problem}"),
+            problem: format!("this webloop cannot read it: {problem}"),
         }]),
     }
 }

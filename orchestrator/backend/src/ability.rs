@@ -5,6 +5,7 @@
 
 use endpoint::report::Policy;
 use link::Profile;
+use plan::Client;
 
 use crate::Lab;
 
@@ -48,7 +49,7 @@ pub fn abilities(authority: &shaper::Result<shaper::Authority>) -> Vec<Ability> 
         need: Need::Must,
         found: match authority {
             Ok(_) => Lab::new(&Profile::empty())
-                .map(|_| "made and gone again".to_owned())
+                .map(|_| "made and removed".to_owned())
                 .map_err(|e| e.to_string()),
             Err(_) => Err("needs namespaces".into()),
         },
@@ -98,7 +99,7 @@ fn try_fifo() -> Result<String, String> {
         }
     })
     .join()
-    .unwrap_or_else(|_| Err("the trial ended badly".into()))
+    .unwrap_or_else(|_| Err("the trial failed".into()))
 }
 
 /// Has tc put a netem on an interface that nobody else sees.
@@ -122,24 +123,22 @@ fn open_files() -> Result<String, String> {
     }
 }
 
-/// The clients that are not webloop's own.
-fn clients() -> [Ability; 3] {
-    let remedy = "needed by the client of that name only: install it";
-    let ability = |what, found| Ability {
-        what,
-        need: Need::Better,
-        found,
-        remedy,
-    };
-    let browser = |engine| browser::found(engine).map_err(|missing| missing.why);
-    [
-        ability(
-            "Python",
-            python::version().map_err(|error| error.to_string()),
-        ),
-        ability("Chromium", browser(browser::Engine::Chromium)),
-        ability("Firefox", browser(browser::Engine::Firefox)),
-    ]
+/// What clients need that are more than this binary.
+fn clients() -> impl Iterator<Item = Ability> {
+    let specs = Client::ALL.into_iter().map(Client::spec);
+    specs.filter_map(|spec| {
+        let found = match (spec.engine, spec.role) {
+            (Some(engine), _) => browser::found(engine).map_err(|missing| missing.why),
+            (None, "python") => python::version().map_err(|error| error.to_string()),
+            (None, _) => return None,
+        };
+        Some(Ability {
+            what: spec.prose,
+            need: Need::Better,
+            found,
+            remedy: "needed by the client of that name only: install it",
+        })
+    })
 }
 
 /// What campaigns in containers need, in the order in which one would install it.

@@ -37,7 +37,7 @@ impl Agents {
                 .filter_map(|entry| entry.trim().split_once('='))
                 .find(|(key, _)| *key == name)
                 .map(|(_, address)| address.to_owned())
-                .ok_or_else(|| format!("no address is given for the agent `{name}`"))
+                .ok_or_else(|| format!("the agent `{name}` has no address"))
                 .and_then(|address| checked(name, address))
         };
         Ok(Agents {

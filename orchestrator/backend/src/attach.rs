@@ -20,7 +20,7 @@ use shaper::ProbePlan;
 use crate::remote_part::RemotePart;
 use crate::role::{LinkRole, RoleSettings};
 use crate::site::{Running, Site};
-use crate::{Agents, Player, RunError, client, schedule, sighting};
+use crate::{Agents, Player, RunError, schedule, sighting};
 
 /// How long an agent may take to answer at first: its container may just have been started.
 const HEALTHY_WITHIN: Duration = Duration::from_secs(30);
@@ -110,11 +110,11 @@ impl Attach {
             file_name::PLANT_REPORT,
             file_name::PLANT_LOG,
         ];
-        let (own, at_plant) = client::files(client);
+        let spec = client.spec();
         let mut followers = vec![
-            self.controller.follow(own, folder)?,
+            self.controller.follow(spec.files, folder)?,
             self.beside_plant()
-                .follow(&[&PLANT[..], at_plant].concat(), folder)?,
+                .follow(&[&PLANT[..], spec.files_at_plant].concat(), folder)?,
         ];
         if !self.loopback {
             let mut up = vec![
@@ -172,7 +172,7 @@ impl Attach {
         };
         let (up, said) = start(&self.controller_link, Way::Up, self.player)?;
         let playing: Playing = serde_json::from_str(&said).map_err(|problem| {
-            RunError::Link(format!("the player's `{said}` cannot be read: {problem}"))
+            RunError::Link(format!("cannot read `{said}` from the player: {problem}"))
         })?;
         let (down, _) = start(&self.plant_link, Way::Down, playing.player)?;
         self.playing.get_or_init(|| playing);
@@ -214,7 +214,7 @@ pub fn dismiss(agents: &Agents) {
         let ended = Remote::open(name, authority, agents.token.clone())
             .and_then(|remote| remote.claim().and_then(|()| remote.end()));
         if let Err(problem) = ended {
-            tracing::debug!(%problem, "an agent could not be told to end");
+            tracing::debug!(%problem, "cannot tell an agent to end");
         }
     }
 }

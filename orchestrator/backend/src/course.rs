@@ -3,6 +3,7 @@
 //! It only runs, and asks what the parts looked like meanwhile. What the echoes and the rows say of the
 //! link is in `evidence`; whether the loop survived is read from the rows later, by others.
 
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -16,13 +17,43 @@ use crate::link_check::{LinkCheck, NOTHING_ENTERED};
 use crate::pulse::Pulses;
 use crate::role::{ControllerRole, LinkRole, PlantRole, RoleSettings};
 use crate::site::{Running, Site};
-use crate::{RunError, client, schedule};
+use crate::{RunError, schedule};
 
-/// How often it is asked whether the parts have ended.
+/// How often it is asked whether the parts have ended, and an event is due.
 const POLL: Duration = Duration::from_millis(10);
 
-/// How often it is asked who had the processors.
-const SHARES_EVERY_NS: u64 = 250_000_000;
+/// How often it is asked who had the processors, ns.
+const COUNT_EVERY_NS: usize = 250_000_000;
+
+/// What happens at an instant that is known before the run. A fault of an experiment is one more of these.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Event {
+    /// It is asked who had the processors.
+    CountProcessors,
+    /// The controller has had its duration, its time-out and its grace.
+    GiveUp,
+}
+
+/// The events of a run, by their instants.
+struct Events(VecDeque<(u64, Event)>);
+
+impl Events {
+    /// Those of a run of `cell` whose controller has its deadlines between `from_ns` and `to_ns`.
+    fn of(cell: &Cell, from_ns: u64, to_ns: u64) -> Events {
+        let give_up_ns = to_ns
+            .saturating_add(cell.settings.timeout_ns)
+            .saturating_add(schedule::ns(cell.client.spec().grace));
+        let counts_ns = (from_ns..to_ns).step_by(COUNT_EVERY_NS);
+        let counts = counts_ns.map(|t_ns| (t_ns, Event::CountProcessors));
+        Events(counts.chain([(give_up_ns, Event::GiveUp)]).collect())
+    }
+
+    /// The next event, if its instant has come.
+    fn next(&mut self, now_ns: u64) -> Option<Event> {
+        let is_due = self.0.front().is_some_and(|(t_ns, _)| *t_ns <= now_ns);
+        is_due.then(|| self.0.pop_front())?.map(|(_, event)| event)
+    }
+}
 
 /// What was seen of the link in a run.
 #[derive(Debug)]
@@ -58,7 +89,7 @@ pub(crate) fn run(
     texts: Texts<'_>,
     stop: &AtomicBool,
 ) -> Result<Seen, RunError> {
-    let epoch_ns = site.now_ns() + site.lead_ns(client::start_time(cell.client));
+    let epoch_ns = site.now_ns() + site.lead_ns(cell.client.spec().start_time);
     let start_ns = epoch_ns + plan::START_AT_NS;
     let mut parts = Parts::start(site, cell, profile, texts, epoch_ns)?;
     let link_check = LinkCheck {
@@ -76,12 +107,14 @@ pub(crate) fn run(
         ));
     }
     let pulses = Pulses::start();
-    let mut shares = Shares::new(start_ns, start_ns + cell.duration_ns);
+    let end_ns = start_ns + cell.duration_ns;
+    let mut shares = Shares::new(start_ns, end_ns);
+    let mut events = Events::of(cell, start_ns, end_ns);
     let abandon = AtomicBool::new(false);
     let echoes = thread::scope(|scope| {
         let before = scope.spawn(|| send(schedule::before(epoch_ns), &abandon));
         let during = scope.spawn(|| send(schedule::during(start_ns, cell.duration_ns), &abandon));
-        let ended = parts.await_controller(site, cell, &mut shares, stop);
+        let ended = parts.await_controller(site, &mut events, &mut shares, stop);
         let after = ended.and_then(|()| send(schedule::after(site.now_ns()), stop));
         // A terminal's Ctrl-C ends the controller too, as if it had ended by itself.
         if after.is_err() || stop.load(Ordering::Relaxed) {
@@ -144,18 +177,14 @@ impl<'a> Parts<'a> {
         })
     }
 
-    /// Waits for the controller's own end, watching that the others live.
+    /// Waits for the controller's own end, watching that the others live, while `events` happen.
     fn await_controller(
         &mut self,
         site: &dyn Site,
-        cell: &Cell,
+        events: &mut Events,
         shares: &mut Shares,
         stop: &AtomicBool,
     ) -> Result<(), RunError> {
-        let deadline_ns = shares
-            .to_ns
-            .saturating_add(cell.settings.timeout_ns)
-            .saturating_add(schedule::ns(client::grace(cell.client)));
         while !self.controller.ended()? {
             if stop.load(Ordering::Relaxed) {
                 self.controller.terminate();
@@ -167,13 +196,17 @@ impl<'a> Parts<'a> {
                     "the plant or the link ended before the controller".into(),
                 ));
             }
-            if site.now_ns() > deadline_ns {
-                return Err(RunError::role(
-                    "controller",
-                    "did not end after its duration and time-out",
-                ));
+            while let Some(event) = events.next(site.now_ns()) {
+                match event {
+                    Event::CountProcessors => shares.count(site.now_ns()),
+                    Event::GiveUp => {
+                        return Err(RunError::role(
+                            "controller",
+                            "did not end after its duration and time-out",
+                        ));
+                    }
+                }
             }
-            shares.take(site.now_ns());
             site.sleep(POLL);
         }
         Ok(())
@@ -214,14 +247,10 @@ impl Shares {
         }
     }
 
-    fn take(&mut self, now: u64) {
-        let last_ns = self.taken.map(|[_, [last_ns, ..]]| last_ns);
-        let is_due = last_ns.is_none_or(|last_ns| now >= last_ns + SHARES_EVERY_NS);
-        if (self.from_ns..self.to_ns).contains(&now) && is_due {
-            let taken = [now, agent::busy_ns(), agent::own_strain().ran_ns];
-            let [first, _] = self.taken.unwrap_or([taken; 2]);
-            self.taken = Some([first, taken]);
-        }
+    fn count(&mut self, now_ns: u64) {
+        let taken = [now_ns, agent::busy_ns(), agent::own_strain().ran_ns];
+        let [first, _] = self.taken.unwrap_or([taken; 2]);
+        self.taken = Some([first, taken]);
     }
 
     /// What was seen of each part meanwhile. Of a controller beneath this process, which may be a

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
-use certificate::{Baseline, Certificate, Echo, Edge, LinkReport};
-use judge::{Allowance, Gap, Judgement, Messages, Pulse, Records, Watched};
+use certificate::{Baseline, Certificate, Echo, Edge, LinkReport, Pause};
+use judge::{Judgement, Messages, Pulse, Records, Watched};
 use manifest::{ControllerReport, PlantReport};
 use plan::{Cell, Phase};
 
@@ -66,13 +66,7 @@ pub(crate) fn judge(
     let rows = Rows::read(folder)?;
     let terms = terms(link_check, cell, seen, baseline, edge);
     let messages = judge::message::hold(&rows.messages, &rows.arrivals, &terms);
-    let pauses = link.into_iter().flat_map(LinkReport::pauses);
-    let pauses: Vec<Gap> = pauses
-        .map(|pause| Gap {
-            t_ns: pause.t_ns,
-            ns: pause.ns,
-        })
-        .collect();
+    let pauses: Vec<Pause> = link.into_iter().flat_map(LinkReport::pauses).collect();
     let plant = reports.plant.as_ref();
     let controller = reports.controller.as_ref();
     let records = Records {
@@ -109,11 +103,12 @@ fn terms(
         before_ns: edge.before_ns,
         fall_ns: edge.fall_ns,
         baseline_ms: [baseline.up_ms, baseline.down_ms],
-        allowance: Allowance::of(cell.client),
+        allowance: cell.client.spec().allowance,
         has_rate: link_check.profile.has_rate(),
         opens_always: judge::opens_always(settings),
         shares_one: judge::shares_one(settings),
         h_ms: settings.h.ns() as f64 * 1e-6,
+        still: judge::Still::of(seen.pulse.as_ref().map_or(&[], |pulse| &pulse.gaps)),
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! - [`run_cell`]: a cell from its plan to its [`Manifest`], on a [`Backend`] and by a [`Player`].
 //! - `course`: what is started when and waited for, the same everywhere; `schedule` has the times.
-//! - `role`: what plant, controller and link are told; `client`: how long each client takes, and what it leaves.
+//! - `role`: what plant, controller and link are told.
 //! - `site`: where the parts live. `netns` has a [`Lab`] of namespaces and the roles as processes
 //!   in them; `attach` has [`Agents`] that start them elsewhere, as `remote_part` parts, and echoes
 //!   with two halves (`sighting`).
@@ -14,7 +14,6 @@
 pub mod ability;
 mod agents;
 mod attach;
-mod client;
 mod course;
 mod error;
 mod evidence;
@@ -39,7 +38,6 @@ mod timings;
 
 pub use agents::Agents;
 pub use attach::dismiss;
-pub use client::start_time;
 
 pub use agent::spawn;
 pub use error::RunError;
@@ -49,7 +47,7 @@ pub use machine::machine;
 pub use manifest::Manifest;
 pub use player::Player;
 pub use probe::{Probed, probe};
-pub use role::{ControllerRole, LinkRole, PlantRole};
+pub use role::{ControllerRole, LinkRole, PlantRole, settings_schema};
 pub use run::{Attempt, Backend, cell_folder, manifest, run_cell};
 pub use schedule::{AFTER_EPOCH_NS, lead_ns, overhead_ns, stagger_ns};
-pub use timings::{InvalidTimings, Rates, Timings};
+pub use timings::{InvalidTimings, Program, Rates, Timings};

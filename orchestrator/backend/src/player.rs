@@ -1,9 +1,10 @@
 //! What plays a link on real packets.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A player, as it is asked for.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Player {
     /// `tc` between containers where the kernel has netem, else `user`.

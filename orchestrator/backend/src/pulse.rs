@@ -7,8 +7,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
+use certificate::Pause;
 use endpoint::report::{Policy, Scheduling};
-use judge::{Gap, Pulse};
+use judge::Pulse;
 use pace::{Pacer, now_ns};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
@@ -109,7 +110,7 @@ fn beat(cpu: usize, stop: &AtomicBool) -> Pulse {
         pulse.beats += 1;
         pulse.longest_ms = pulse.longest_ms.max(late_ns as f64 * 1e-6);
         if late_ns >= GAP_NS && pulse.gaps.len() < KEPT {
-            pulse.gaps.push(Gap {
+            pulse.gaps.push(Pause {
                 t_ns: now,
                 ns: late_ns,
             });

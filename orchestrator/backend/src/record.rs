@@ -46,7 +46,7 @@ pub(crate) fn entered(folder: &Path) -> Result<[Option<Vec<PacketRow>>; 2], RunE
 fn rows<R: DeserializeOwned>(path: &Path) -> Result<Vec<R>, RunError> {
     let unread = |problem: csv::Error| {
         RunError::Link(format!(
-            "the rows of this run cannot be read to be judged: {}: {problem}",
+            "cannot read this run's rows to judge them: {}: {problem}",
             path.display()
         ))
     };

@@ -91,7 +91,7 @@ fn one<R: DeserializeOwned>(folder: &Path, name: &str, unread: &mut Vec<String>)
         Err(problem) if problem.kind() == ErrorKind::NotFound => None,
         Err(problem) => {
             unread.push(format!(
-                "the report {name}.json is not one that this webloop reads: {problem}"
+                "this webloop cannot read the report {name}.json: {problem}"
             ));
             None
         }

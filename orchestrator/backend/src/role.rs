@@ -9,12 +9,13 @@ use std::net::SocketAddr;
 use endpoint::{ControllerSettings, PageSettings, PlantSettings};
 use link::Way;
 use plan::{Cell, Client, ProfileText};
+use schemars::{JsonSchema, schema_for};
 use serde::{Deserialize, Serialize};
 
 use crate::Player;
 
 /// What the plant is told.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlantRole {
     /// Where it listens.
@@ -27,7 +28,7 @@ pub struct PlantRole {
 }
 
 /// What a controller is told, whichever the client.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ControllerRole {
     /// Which program it is.
@@ -52,7 +53,7 @@ pub struct ControllerRole {
 }
 
 /// What a player of the link is told.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LinkRole {
     /// The profile, with its traces.
@@ -65,7 +66,7 @@ pub struct LinkRole {
     /// The one way that it plays, beside the end whose packets go that way; both, if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub way: Option<Way>,
-    /// What plays that way.
+    /// What plays that direction.
     #[serde(default)]
     pub player: Player,
     /// The interface that tc shapes; the one towards the peer, if not given.
@@ -74,12 +75,20 @@ pub struct LinkRole {
 }
 
 /// A role with what it is told.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
+#[schemars(title = "webloop serve --settings")]
 pub(crate) enum RoleSettings {
     Plant(PlantRole),
     Controller(ControllerRole),
     Link(LinkRole),
+}
+
+/// The JSON schema of what `webloop serve ROLE --settings` takes, for other programs: what is committed as
+/// `orchestrator/backend/settings.schema.json`.
+#[must_use]
+pub fn settings_schema() -> String {
+    format!("{:#}\n", schema_for!(RoleSettings).as_value())
 }
 
 impl RoleSettings {
@@ -87,11 +96,7 @@ impl RoleSettings {
     pub(crate) fn role(&self) -> &'static str {
         match self {
             RoleSettings::Plant(_) => "plant",
-            RoleSettings::Controller(role) => match role.client {
-                Client::Native => "controller",
-                Client::Python => "python",
-                Client::Chromium | Client::Firefox => "browser",
-            },
+            RoleSettings::Controller(role) => role.client.spec().role,
             RoleSettings::Link(_) => "link",
         }
     }

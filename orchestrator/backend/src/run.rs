@@ -88,9 +88,10 @@ pub fn run_cell(
     let described = describe(backend);
     let outcome = execute(plan, cell, &folder, backend, player, stop);
     // A terminal's Ctrl-C reaches the roles too, which then end as if by themselves.
-    let outcome = match stop.load(Ordering::Relaxed) {
-        true => Err(RunError::Interrupted),
-        false => outcome,
+    let outcome = if stop.load(Ordering::Relaxed) {
+        Err(RunError::Interrupted)
+    } else {
+        outcome
     };
     let reports = Reports::read(&folder);
     let trouble = match backend {

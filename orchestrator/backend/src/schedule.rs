@@ -13,8 +13,6 @@ use std::time::Duration;
 pub(crate) use plan::series::{Series, after, before, during, empty};
 use plan::{Client, START_AT_NS};
 
-use crate::client;
-
 const MS: u64 = 1_000_000;
 
 /// From the first part's start to the epoch, on this machine: what two busy cores need to start
@@ -40,14 +38,14 @@ pub const AFTER_EPOCH_NS: u64 = START_AT_NS + 1_700 * MS;
 /// From a cell's start to its link's epoch, on this machine, typically.
 #[must_use]
 pub fn lead_ns(client: Client) -> u64 {
-    LEAD_NS + ns(client::start_time(client))
+    LEAD_NS + ns(client.spec().start_time)
 }
 
 /// From a cell's start to the next one's of its batch. Nobody is measured meanwhile, so they may
 /// overlap: half of what a client needs between two busy cores, and what the other parts need.
 #[must_use]
 pub fn stagger_ns(client: Client) -> u64 {
-    300 * MS + ns(client::start_time(client)) / 2
+    300 * MS + ns(client.spec().start_time) / 2
 }
 
 /// What a run takes beyond the client's own duration, typically: for the time that is left.

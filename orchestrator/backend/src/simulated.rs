@@ -59,9 +59,10 @@ pub(crate) fn run(
         hold: cell.hold,
         tick_noise: cell.plant_settings().tick_noise,
         law: own.law,
-        pool: match cell.client.keeps_own_connections() {
-            true => Pool::Own,
-            false => Pool::Shared,
+        pool: if cell.client.spec().keeps_own_connections {
+            Pool::Own
+        } else {
+            Pool::Shared
         },
         message_bytes: cell.client.message_bytes(cell.settings.transport),
         echoes: &echoes,

@@ -1,6 +1,6 @@
 //! How long each client and its plant take over messages, by measurement: for virtual time.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use endpoint::{SampleTime, Thread};
 use plan::{Cell, Client};
@@ -10,23 +10,13 @@ use sim::Timing;
 /// What was measured on the machine that webloop is built on; `webloop calibrate` does it on yours.
 const BUILT_IN: &str = include_str!("timings.toml");
 
-/// How long each client takes, at each sample time that was measured.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct Timings {
-    /// webloop's own client.
-    pub native: Rates,
-    /// The paper's.
-    pub python: Rates,
-    /// A page in Chromium, in a worker.
-    pub chromium: Rates,
-    /// The same on its main thread, with setTimeout.
-    pub chromium_main: Rates,
-    /// A page in Firefox, in a worker.
-    pub firefox: Rates,
-    /// The same on its main thread, with setTimeout.
-    pub firefox_main: Rates,
-}
+/// Who is timed: a client, and where it is a page, its thread.
+pub type Program = (Client, Option<Thread>);
+
+/// How long each client takes, at each sample time that was measured, by its name: `firefox` is its page in a
+/// worker, and `firefox-main` the same on its main thread, with setTimeout.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Timings(BTreeMap<String, Rates>);
 
 /// A [`Timing`] for each sample time that was measured: who sends seldom sleeps between, and is
 /// slower to wake.
@@ -48,9 +38,10 @@ impl Rates {
             (Some((below, timing)), Some((above, other))) => {
                 // h/below < above/h, without a quotient.
                 let square = u128::from(h.ns()) * u128::from(h.ns());
-                match square < u128::from(below.ns()) * u128::from(above.ns()) {
-                    true => timing,
-                    false => other,
+                if square < u128::from(below.ns()) * u128::from(above.ns()) {
+                    timing
+                } else {
+                    other
                 }
             }
             (None, None) => &Timing::IDEAL,
@@ -62,9 +53,10 @@ impl TryFrom<BTreeMap<SampleTime, Timing>> for Rates {
     type Error = &'static str;
 
     fn try_from(rates: BTreeMap<SampleTime, Timing>) -> Result<Self, Self::Error> {
-        match rates.is_empty() {
-            true => Err("a client needs the timing of at least one sample time"),
-            false => Ok(Self(rates)),
+        if rates.is_empty() {
+            Err("a client needs timings for at least one sample time")
+        } else {
+            Ok(Self(rates))
         }
     }
 }
@@ -92,9 +84,20 @@ impl Timings {
     /// Reads them from a TOML text, as `webloop calibrate` writes it.
     ///
     /// # Errors
-    /// What is wrong, with line and column.
+    /// What is wrong, with line and column, or who is lacking, or not to be there.
     pub fn read(text: &str) -> Result<Timings, InvalidTimings> {
-        toml::from_str(text).map_err(|problem| InvalidTimings(problem.to_string()))
+        let read = toml::from_str(text).map_err(|problem| InvalidTimings(problem.to_string()));
+        let rates: BTreeMap<String, Rates> = read?;
+        let asked: BTreeSet<String> = programs().map(name).collect();
+        let given: BTreeSet<String> = rates.keys().cloned().collect();
+        match asked.symmetric_difference(&given).next() {
+            Some(name) if given.contains(name) => {
+                Err(format!("`{name}` is no client that is timed"))
+            }
+            Some(name) => Err(format!("the timings of `{name}` are missing")),
+            None => Ok(Timings(rates)),
+        }
+        .map_err(InvalidTimings)
     }
 
     /// Them as a TOML text.
@@ -104,28 +107,54 @@ impl Timings {
 # How long programs take over a message, in ns, as measured: one number, or the quantiles from 0 to 1
 # in steps of 1/32. What each is, is in orchestrator/sim/src/timing.rs.
 ";
-        // Plain data of numbers: serialising it cannot fail.
-        HEAD.to_owned() + &toml::to_string(self).unwrap_or_default()
+        let section = |program| {
+            let rates = BTreeMap::from([(name(program), self.rates(program))]);
+            // Plain data of numbers: serialising it cannot fail.
+            toml::to_string(&rates).unwrap_or_default()
+        };
+        HEAD.to_owned() + &programs().map(section).collect::<Vec<_>>().join("\n")
+    }
+
+    /// Those that `rates` finds of each program.
+    ///
+    /// # Errors
+    /// What `rates` fails with.
+    pub fn found<E>(rates: impl Fn(Program) -> Result<Rates, E>) -> Result<Timings, E> {
+        let found = programs().map(|program| Ok((name(program), rates(program)?)));
+        found.collect::<Result<_, E>>().map(Timings)
     }
 
     /// Those of a cell's client, at its sample time.
     #[must_use]
     pub fn of(&self, cell: &Cell) -> &Timing {
-        let on_main = cell.page.is_some_and(|page| page.thread == Thread::Main);
-        self.rates(cell.client, on_main).near(cell.settings.h)
+        let program = (cell.client, cell.page.map(|page| page.thread));
+        self.rates(program).near(cell.settings.h)
     }
 
-    /// Those of a client, which on its page's main thread has others than in a worker.
+    /// Those of a program.
     #[must_use]
-    pub fn rates(&self, client: Client, on_main: bool) -> &Rates {
-        match (client, on_main) {
-            (Client::Native, _) => &self.native,
-            (Client::Python, _) => &self.python,
-            (Client::Chromium, false) => &self.chromium,
-            (Client::Chromium, true) => &self.chromium_main,
-            (Client::Firefox, false) => &self.firefox,
-            (Client::Firefox, true) => &self.firefox_main,
+    pub fn rates(&self, program: Program) -> &Rates {
+        &self.0[&name(program)]
+    }
+}
+
+/// All of them, in the order of the file.
+fn programs() -> impl Iterator<Item = Program> {
+    let of = |client: Client| {
+        if client.is_browser() {
+            vec![(client, Some(Thread::Worker)), (client, Some(Thread::Main))]
+        } else {
+            vec![(client, None)]
         }
+    };
+    Client::ALL.into_iter().flat_map(of)
+}
+
+/// As the file has it.
+fn name((client, thread): Program) -> String {
+    match thread {
+        Some(Thread::Main) => format!("{client}-main"),
+        Some(Thread::Worker) | None => client.to_string(),
     }
 }
 
@@ -140,12 +169,18 @@ mod tests {
     #[test]
     fn the_built_in_ones_are_whole() {
         let timings = Timings::built_in().expect("built in");
-        let median_ns = |rates: &Rates| rates.near(h("3ms")).up_ns.median_ns();
-        assert!(median_ns(&timings.native) < median_ns(&timings.python));
+        let near = |client, thread| timings.rates((client, thread)).near(h("3ms"));
+        let median_ns = |client| near(client, None).up_ns.median_ns();
+        assert!(median_ns(Client::Native) < median_ns(Client::Python));
         // HTML has it that timers within timers wait at least 4 ms.
-        for main in [&timings.chromium_main, &timings.firefox_main] {
-            assert!((3_500_000..5_000_000).contains(&main.near(h("3ms")).clamp_ns));
+        for client in [Client::Chromium, Client::Firefox] {
+            let main = near(client, Some(Thread::Main));
+            assert!((3_500_000..5_000_000).contains(&main.clamp_ns));
         }
+        // The file leaves out the kernel's rate, which is the usual one.
+        assert_eq!(timings.to_toml().replace("hz = 250\n", ""), BUILT_IN);
+        let other = Timings::read(&BUILT_IN.replace("[python.", "[lynx."));
+        assert!(other.is_err_and(|problem| problem.0.contains("`lynx` is no client")));
     }
 
     #[test]

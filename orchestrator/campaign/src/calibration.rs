@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 
 use analysis::rows::read;
 use analysis::{Campaign, Run};
-use backend::{Rates, Timings};
-use endpoint::{ArrivalRow, Connection, MessageRow, Mode, SampleTime, Schedule, Thread};
-use plan::{Client, file_name};
+use backend::{Program, Rates, Timings};
+use endpoint::{ArrivalRow, Connection, MessageRow, Mode, SampleTime, Schedule};
+use plan::file_name;
 use sim::{Spread, Timing};
 
 use crate::error::Error;
@@ -26,19 +26,11 @@ const BURST_PAUSES: usize = 100;
 /// Where the folder is damaged, a client has no complete run on loopback, or rows cannot be read.
 pub fn timings(campaign: &Campaign) -> Result<Timings, Error> {
     check_whole(campaign)?;
-    let rates = |client, thread| rates(campaign, client, thread);
-    Ok(Timings {
-        native: rates(Client::Native, None)?,
-        python: rates(Client::Python, None)?,
-        chromium: rates(Client::Chromium, Some(Thread::Worker))?,
-        chromium_main: rates(Client::Chromium, Some(Thread::Main))?,
-        firefox: rates(Client::Firefox, Some(Thread::Worker))?,
-        firefox_main: rates(Client::Firefox, Some(Thread::Main))?,
-    })
+    Timings::found(|program| rates(campaign, program))
 }
 
-/// A client's timings at each sample time of its runs on loopback.
-fn rates(campaign: &Campaign, client: Client, thread: Option<Thread>) -> Result<Rates, Error> {
+/// A program's timings at each sample time of its runs on loopback.
+fn rates(campaign: &Campaign, (client, thread): Program) -> Result<Rates, Error> {
     let runs = campaign.runs.iter().filter(|run| {
         run.is_complete()
             && run.cell.client == client
@@ -68,9 +60,10 @@ fn rates(campaign: &Campaign, client: Client, thread: Option<Thread>) -> Result<
         up_ns: Spread::of(&mut passages.up_ns),
         down_ns: Spread::of(&mut passages.down_ns),
         // Where nothing was opened, opening costs nothing beyond its handshake.
-        opened_up_ns: match opened.up_ns.is_empty() {
-            true => Spread::of(&mut passages.up_ns.clone()),
-            false => Spread::of(&mut opened.up_ns.clone()),
+        opened_up_ns: if opened.up_ns.is_empty() {
+            Spread::of(&mut passages.up_ns.clone())
+        } else {
+            Spread::of(&mut opened.up_ns.clone())
         },
         // A client that works off a burst of answers sends none meanwhile: its two halves are not
         // told apart by rows, and are about alike.

@@ -91,7 +91,7 @@ impl ComposeRunner {
         let mut project =
             Project::new(self.file.clone(), inside.campaign, &engine, &client, leash)?;
         if self.build {
-            progress.say("building the images; the first time that takes minutes");
+            progress.say("building the images; the first time this takes minutes");
             match project.build(stop, |line| tracing::info!("{line}")) {
                 Err(Problem::Interrupted) => return Ok(()),
                 built => built?,

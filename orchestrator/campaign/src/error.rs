@@ -25,8 +25,8 @@ pub enum Error {
     Merge(#[from] MergeError),
     /// What is there was made otherwise than is asked now.
     #[error(
-        "{}: this run's {what} is {earlier}, and now {own} is asked for; one folder holds runs of \
-         one kind, so choose another with --out", manifest.display()
+        "{}: the {what} is {earlier}, and now {own} is asked for; a folder holds runs of one kind, so \
+         choose another with --out", manifest.display()
     )]
     OtherKind {
         /// The earlier run's manifest.
@@ -40,8 +40,8 @@ pub enum Error {
     },
     /// Files of a campaign are damaged: no figure of it is to be believed.
     #[error(
-        "{0} is not whole: {count} of its files are not what they have to be; restore them, or make \
-         their cells again with `webloop run .. --out {0} --failed`",
+        "{0} is not whole: {count} of its files are damaged or missing; restore them, or run their \
+         cells again with `webloop run .. --out {0} --failed`",
         folder.display(), count = damage.len()
     )]
     NotWhole {
@@ -124,8 +124,8 @@ pub enum Error {
     },
     /// A campaign does not show what a client takes.
     #[error(
-        "no complete run of {client} in closed loop on loopback is in {}; `webloop calibrate` \
-         without a folder makes them", folder.display()
+        "no complete closed loop of {client} over loopback is in {}; `webloop calibrate` without a \
+         folder runs them", folder.display()
     )]
     NoRates {
         /// The client.

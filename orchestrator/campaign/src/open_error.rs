@@ -73,8 +73,8 @@ pub enum OpenError {
     OtherPlan(PathBuf),
     /// None has this plan.
     #[error(
-        "no folder in {RESULTS}/ has this plan, so there is nothing to continue; leave --resume and \
-         --failed out to begin, or name a folder with --out"
+        "no folder in {RESULTS}/ has this plan, so there is nothing to continue; to begin, omit \
+         --resume and --failed, or name a folder with --out"
     )]
     NoneBegun,
     /// It has another sweep.
@@ -102,7 +102,7 @@ pub enum OpenError {
     },
     /// A row of its sweep is damaged.
     #[error(
-        "{}:{line}: {problem}; delete the line, and its run is made again", path.display()
+        "{}:{line}: {problem}; delete the line to repeat its run", path.display()
     )]
     DamagedRow {
         /// The file of rows.
@@ -133,7 +133,7 @@ pub enum OpenError {
 
 /// A file of a folder cannot be written any more.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write {}; free space and give the same command again", path.display())]
+#[error("cannot write {}; free space and run the same command again", path.display())]
 pub struct FullError {
     pub(crate) path: PathBuf,
     pub(crate) source: io::Error,

@@ -167,7 +167,7 @@ pub(crate) fn batches<'a>(cells: &[&'a Cell], jobs: Option<u16>) -> Vec<Vec<&'a 
                     batch.extend(other.take_if(|cell| fits(cell)));
                 }
             }
-            batch.sort_by_key(|cell| Reverse(backend::start_time(cell.client)));
+            batch.sort_by_key(|cell| Reverse(cell.client.spec().start_time));
             batches.push(batch);
         }
     }

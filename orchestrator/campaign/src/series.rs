@@ -82,9 +82,12 @@ fn each_with_rows(
 
 /// What every row of a cell starts with. Only a setup and the name of a topology can need quotes.
 fn start(cell: &Cell) -> String {
-    let quoted = |text: &str| match text.contains(['"', ',', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
+    let quoted = |text: &str| {
+        if text.contains(['"', ',', '\n', '\r']) {
+            format!("\"{}\"", text.replace('"', "\"\""))
+        } else {
+            text.to_owned()
+        }
     };
     [
         quoted(&cell.id),

@@ -228,7 +228,7 @@ fn read(sweep: &Sweep, path: &Path) -> Result<Found, OpenError> {
         };
         if line == 0 {
             if content != sweep.header() {
-                return Err(damaged("this is not the header of the sweep's rows"));
+                return Err(damaged("the header is not that of the sweep's rows"));
             }
             continue;
         }

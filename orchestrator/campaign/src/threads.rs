@@ -5,6 +5,7 @@ use std::sync::mpsc;
 use std::thread;
 
 use backend::Timings;
+use endpoint::Thread;
 use sim::Timing;
 use sweep::{Bench, Machine, Row, Sweep, Unfit};
 
@@ -70,7 +71,7 @@ fn one(sweep: &Sweep, number: usize, timings: &Timings, bench: &mut Bench) -> Re
     let timing = match point.client {
         Machine::Ideal => &Timing::IDEAL,
         // A browser as it does best: in a worker.
-        Machine::Of(client) => timings.rates(client, false).near(point.h),
+        Machine::Of(client) => timings.rates((client, Some(Thread::Worker))).near(point.h),
     };
     bench.run(sweep, run, &point, timing)
 }

@@ -123,9 +123,10 @@ fn topologies() -> Chart {
     for rounds in [1.6, 1.3, 1.1, 1.0] {
         for rtt_ms in rtts_ms {
             let used: f64 = rtt_ms * rounds / 300.0;
-            tiles.push(match used < 0.95 {
-                true => Tile::Value(4.0 + 55.0 * used),
-                false => Tile::Hatched,
+            tiles.push(if used < 0.95 {
+                Tile::Value(4.0 + 55.0 * used)
+            } else {
+                Tile::Hatched
             });
         }
     }

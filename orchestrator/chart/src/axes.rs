@@ -56,9 +56,10 @@ fn shown<'a>(names: &'a [String], span: &Span) -> &'a [String] {
         let part = span.fraction(at as f64);
         part.is_some_and(|part| (0.0..=1.0).contains(&part))
     };
-    match (0..names.len()).all(is_inside) {
-        true => names,
-        false => &[],
+    if (0..names.len()).all(is_inside) {
+        names
+    } else {
+        &[]
     }
 }
 
@@ -135,7 +136,7 @@ impl Axes {
         }
     }
 
-    /// What is under the data.
+    /// The parts under the data.
     pub(crate) fn grid(&self, frame: &Frame) -> Layer {
         let lines = self
             .y_ticks

@@ -13,11 +13,23 @@ pub struct Axis {
     pub range: Option<(f64, f64)>,
 }
 
+impl Axis {
+    /// As long as its data need it.
+    #[must_use]
+    pub fn new(label: &str, scale: Scale) -> Axis {
+        Axis {
+            label: label.to_owned(),
+            scale,
+            range: None,
+        }
+    }
+}
+
 /// How numbers are laid out on an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Scale {
-    /// Evenly.
+    /// Evenly spaced.
     Linear,
     /// By their powers of ten; what is not above zero is not drawn.
     Log,

@@ -10,7 +10,7 @@ use crate::map::Map;
 pub struct Chart {
     /// What its files are called: `fig-3`.
     pub name: String,
-    /// Its heading.
+    /// Heading of the figure.
     pub title: String,
     /// What there is to see, for those who cannot: the text alternative.
     pub about: String,
@@ -46,6 +46,23 @@ pub struct Panel {
     pub empty: String,
 }
 
+impl Panel {
+    /// With nothing in it yet.
+    #[must_use]
+    pub fn new(x: Axis, y: Axis, empty: &str) -> Panel {
+        Panel {
+            letter: String::new(),
+            title: String::new(),
+            x,
+            y,
+            map: None,
+            series: Vec::new(),
+            guides: Vec::new(),
+            empty: empty.to_owned(),
+        }
+    }
+}
+
 /// One set of points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Series {
@@ -53,13 +70,27 @@ pub struct Series {
     pub name: String,
     /// How it is drawn.
     pub mark: Mark,
-    /// What it is drawn in.
+    /// Its tone: colour, dash and marker.
     pub tone: Tone,
     /// The points, x and y.
     pub points: Vec<(f64, f64)>,
     /// Below and above each point, as long as `points` or empty: an interval, drawn as a band or as
     /// whiskers.
     pub band: Vec<(f64, f64)>,
+}
+
+impl Series {
+    /// Points without an interval about them.
+    #[must_use]
+    pub fn new(name: String, mark: Mark, tone: Tone, points: Vec<(f64, f64)>) -> Series {
+        Series {
+            name,
+            mark,
+            tone,
+            points,
+            band: Vec::new(),
+        }
+    }
 }
 
 /// How points are drawn.
@@ -70,7 +101,7 @@ pub enum Mark {
     Line,
     /// Joined by steps that hold until the next.
     Steps,
-    /// Dots.
+    /// Drawn as dots.
     Dots,
     /// Bars of this width about x, from zero to y.
     Bars(f64),
@@ -84,7 +115,7 @@ pub struct Tone {
     pub name: &'static str,
     /// Red, green and blue on white paper.
     pub rgb: [u8; 3],
-    /// Which of the dashes and markers it begins with: at 0 a whole line, and discs.
+    /// Number of its first dash and marker: 0 is a solid line, and discs.
     pub dash: u8,
 }
 

@@ -12,7 +12,7 @@ const BEFORE_FONTS: usize = 5;
 
 /// The operators that draw a page, and what they use.
 pub(crate) struct Content {
-    /// Of the page: PDF counts upwards from the bottom.
+    /// Height of the page: PDF counts upwards from the bottom.
     pub(crate) height: f64,
     pub(crate) operators: String,
     pub(crate) opacities: BTreeSet<Percent>,

@@ -9,7 +9,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use subsetter::{GlyphRemapper, subset};
-use ttf_parser::{Face, GlyphId};
+
+use crate::face::Face;
 
 static REGULAR: &[u8] = include_bytes!("font/LiberationSans-Regular.ttf");
 static BOLD: &[u8] = include_bytes!("font/LiberationSans-Bold.ttf");
@@ -21,7 +22,7 @@ const ENTRIES: usize = 100;
 pub(crate) struct Font {
     name: &'static str,
     data: &'static [u8],
-    face: Face<'static>,
+    face: Face,
     glyphs: GlyphRemapper,
     /// The character of each glyph that is used, by the glyph's number in the document.
     characters: BTreeMap<u16, char>,
@@ -40,7 +41,7 @@ impl Font {
         Self {
             name,
             data,
-            face: Face::parse(data, 0).expect("a font in this crate, which tests parse"),
+            face: Face::parse(data).expect("a font in this crate, which tests parse"),
             glyphs: GlyphRemapper::new(),
             characters: BTreeMap::new(),
         }
@@ -51,9 +52,9 @@ impl Font {
     pub(crate) fn glyph(&mut self, c: char) -> u16 {
         // A hyphen that is no place to break at looks like any other.
         let c = if c == '‑' { '-' } else { c };
-        let known = |c| self.face.glyph_index(c).map(|glyph| (glyph, c));
-        let (glyph, c) = known(c).or_else(|| known('?')).unwrap_or((GlyphId(0), '?'));
-        let number = self.glyphs.remap(glyph.0);
+        let known = |c| self.face.glyph(c).map(|glyph| (glyph, c));
+        let (glyph, c) = known(c).or_else(|| known('?')).unwrap_or((0, '?'));
+        let number = self.glyphs.remap(glyph);
         self.characters.insert(number, c);
         number
     }
@@ -73,19 +74,18 @@ impl Font {
             .characters
             .iter()
             .map(|(number, c)| {
-                let glyph = self.face.glyph_index(*c).unwrap_or(GlyphId(0));
-                let units = self.face.glyph_hor_advance(glyph).unwrap_or_default();
+                let units = self.face.advance(self.face.glyph(*c).unwrap_or_default());
                 format!("{number} [{}] ", thousandths(f64::from(units)))
             })
             .collect();
-        let bounds = self.face.global_bounding_box();
-        let bounds = [bounds.x_min, bounds.y_min, bounds.x_max, bounds.y_max]
+        let bounds = self
+            .face
+            .bounds()
             .map(|units| thousandths(f64::from(units)).to_string())
             .join(" ");
         let ascent = thousandths(f64::from(self.face.ascender()));
         let descent = thousandths(f64::from(self.face.descender()));
-        let capital = self.face.capital_height().unwrap_or(self.face.ascender());
-        let capital = thousandths(f64::from(capital));
+        let capital = thousandths(f64::from(self.face.capital_height()));
         // Thickness of stems: by eye, it is only a hint for a reader that has lost the font.
         let stem = if self.face.is_bold() { 120 } else { 80 };
         // A font in this crate can be subset, as tests show; else it is carried whole.

@@ -26,7 +26,7 @@ pub(crate) struct Lane {
     pub(crate) index: usize,
     /// Where it was asked for, in the axis's numbers.
     pub(crate) middle: f64,
-    /// Its ends.
+    /// Lower and upper end.
     pub(crate) from: f64,
     pub(crate) to: f64,
 }

@@ -1,4 +1,4 @@
-//! Which name stands where: once for the chart, or with the one panel that it is of.
+//! Places each name: once for the chart, or in the only panel that has it.
 //!
 //! A name is in the chart's legend if nothing else in the chart looks like it. Names that share a
 //! look, such as a client's slope in each of six panels, stand above their own panels.

@@ -24,7 +24,7 @@ const DIGITS: [&[f64]; 4] = [
     &[1.0],
 ];
 
-/// As many decades between two bounds as there are numbers for.
+/// The largest number of decades between two bounds.
 const MOST_DECADES: i32 = 100;
 
 /// The levels of all maps of a chart, by the label of their values.

@@ -1,7 +1,7 @@
 //! Figures as values, and the three forms in which they are published: SVG, PDF and CSV.
 //!
 //! A [`Chart`] says what is drawn, in panels with axes and series; it knows nothing of what the
-//! numbers mean. Its data are thinned once to what can be told apart on paper; all three forms
+//! numbers mean. Its data are thinned once to what can be distinguished on paper; all three forms
 //! show the same points, and the same chart is the same bytes wherever and whenever it is drawn.
 //!
 //! An SVG's colours are those of the page that it stands in, if the page sets them:
@@ -18,6 +18,7 @@ mod clip;
 mod csv;
 mod document;
 mod extent;
+mod face;
 mod field;
 mod font;
 mod grid;

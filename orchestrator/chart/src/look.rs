@@ -1,7 +1,7 @@
-//! What tells one series from another: the colour of its tone, and a dash and a marker so that
+//! What distinguishes series: the colour of their tone, and a dash and a marker so that
 //! print in grey can be read too.
 //!
-//! Series of one tone are told apart by their dashes. A name looks the same in all panels of a
+//! Series of one tone differ by their dashes. A name looks the same in all panels of a
 //! chart; two names look alike only if no panel has both.
 
 use std::collections::BTreeMap;

@@ -73,7 +73,7 @@ impl Along {
 }
 
 impl Tile {
-    /// The tile, but a number that cannot be drawn is none.
+    /// The tile; without a value if its number cannot be drawn.
     pub(crate) fn drawable(self) -> Self {
         match self {
             Tile::Value(value) if !value.is_finite() => Tile::None,

@@ -96,7 +96,7 @@ impl Boxes {
     }
 }
 
-/// What is on the page so far, and where it goes on.
+/// The page so far, and the place of the next element.
 struct Sheet {
     layers: Vec<Layer>,
     top: f64,

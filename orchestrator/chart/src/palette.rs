@@ -7,7 +7,7 @@
 
 use crate::chart::Tone;
 
-/// More colours than these cannot be told apart side by side.
+/// More colours than these cannot be distinguished side by side.
 pub(crate) const MOST: usize = 9;
 
 /// What something is drawn in.
@@ -15,7 +15,7 @@ pub(crate) const MOST: usize = 9;
 pub(crate) enum Colour {
     /// Text and axes.
     Ink,
-    /// What is behind everything.
+    /// The background.
     Paper,
     /// Data of this tone.
     Of(Tone),
@@ -74,7 +74,7 @@ impl Tone {
     }
 }
 
-/// A level's entry; beyond the last there is none, so it is that of the last.
+/// A level's entry; beyond the last, the last one's.
 fn entry(level: usize) -> (&'static str, [u8; 3]) {
     LEVELS.get(level).copied().unwrap_or(LEVELS[MOST - 1])
 }
@@ -87,15 +87,17 @@ mod tests {
     fn lightness(colour: Colour) -> f64 {
         let [red, green, blue] = colour.rgb().map(|part| {
             let part = f64::from(part) / 255.0;
-            match part <= 0.040_45 {
-                true => part / 12.92,
-                false => ((part + 0.055) / 1.055).powf(2.4),
+            if part <= 0.040_45 {
+                part / 12.92
+            } else {
+                ((part + 0.055) / 1.055).powf(2.4)
             }
         });
         let y = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
-        match y <= 216.0 / 24_389.0 {
-            true => y * 24_389.0 / 27.0,
-            false => 116.0 * y.cbrt() - 16.0,
+        if y <= 216.0 / 24_389.0 {
+            y * 24_389.0 / 27.0
+        } else {
+            116.0 * y.cbrt() - 16.0
         }
     }
 

@@ -58,7 +58,7 @@ impl<'a> Prepared<'a> {
         Some(Strip { name, levels })
     }
 
-    /// What is drawn of its map.
+    /// The shapes of its map.
     fn map(&self, axes: &Axes, frame: &Frame) -> Vec<Layer> {
         let (Some(map), Some(strip)) = (&self.panel.map, self.strip) else {
             return Vec::new();
@@ -77,7 +77,7 @@ impl<'a> Prepared<'a> {
         self.strip.filter(|_| !self.shares_strip)
     }
 
-    /// What is drawn of its series, the last on top.
+    /// The shapes of its series, the last on top.
     fn data(&self, axes: &Axes, looks: &Looks, frame: &Frame) -> Vec<Layer> {
         let bars = |mark: &Mark| matches!(mark, Mark::Bars(_));
         let many_bars = self.panel.series.iter().filter(|s| bars(&s.mark)).count() > 1;

@@ -209,15 +209,17 @@ impl Content {
 
     /// The operators that write a text, in stretches of one level.
     fn written(&mut self, text: &Text) -> String {
-        let (font, name) = match text.bold {
-            true => (&mut self.bold, "B"),
-            false => (&mut self.regular, "F"),
+        let (font, name) = if text.bold {
+            (&mut self.bold, "B")
+        } else {
+            (&mut self.regular, "F")
         };
         let mut operators = String::new();
         for run in text::runs(&text.content) {
-            let (size, rise) = match run.raised {
-                true => (text.size * RAISED_SIZE, text.size * RAISED_BY),
-                false => (text.size, 0.0),
+            let (size, rise) = if run.raised {
+                (text.size * RAISED_SIZE, text.size * RAISED_BY)
+            } else {
+                (text.size, 0.0)
             };
             let glyphs: String = run
                 .content

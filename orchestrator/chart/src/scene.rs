@@ -78,7 +78,7 @@ pub(crate) enum Shape {
     Markers {
         places: Vec<Place>,
         shape: Marker,
-        /// Its width.
+        /// Width of the shape, in points.
         size: f64,
         colour: Colour,
         opacity: Percent,
@@ -195,7 +195,7 @@ impl Text {
     }
 }
 
-/// Which end of a text its place is.
+/// The end of a text that lies at its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Anchor {
     Start,

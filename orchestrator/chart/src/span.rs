@@ -4,7 +4,7 @@
 
 use crate::axis::{Axis, Scale};
 
-/// Beyond this many axis lengths from an axis, places are not told apart.
+/// Places farther than this many axis lengths from an axis are drawn as one.
 const FAR: f64 = 1e4;
 
 /// From where to where an axis goes; `lo` below `hi`, both finite, above zero if by powers of ten.

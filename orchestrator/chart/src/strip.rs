@@ -187,9 +187,10 @@ impl Strip<'_> {
         // Each goes on under those that follow, as the areas of a map do.
         for level in 0..levels.count() {
             let start = left + swatch * level as f64;
-            let mut area = match level == 0 && levels.is_open_below {
-                true => vec![(start, bottom), (start - POINT, middle), (start, top)],
-                false => vec![(start, bottom), (start, top)],
+            let mut area = if level == 0 && levels.is_open_below {
+                vec![(start, bottom), (start - POINT, middle), (start, top)]
+            } else {
+                vec![(start, bottom), (start, top)]
             };
             area.push((right, top));
             if levels.is_open_above {

@@ -244,9 +244,10 @@ fn eight_thousand_tiles_are_a_small_file() {
     let tiles = (0..columns * rows)
         .map(|n| {
             let (x, y) = ((n % columns) as f64 / 100.0, (n / columns) as f64 / 80.0);
-            match x * y > 0.6 {
-                true => Tile::Hatched,
-                false => Tile::Value(0.1 + y / (0.61 - x * y) + 0.2 * (9.0 * x).sin()),
+            if x * y > 0.6 {
+                Tile::Hatched
+            } else {
+                Tile::Value(0.1 + y / (0.61 - x * y) + 0.2 * (9.0 * x).sin())
             }
         })
         .collect();

@@ -47,7 +47,7 @@ pub(crate) use system::{SystemCommand, SystemLint, SystemShow};
 pub(crate) struct Argument {
     #[command(subcommand)]
     pub(crate) command: Command,
-    /// How log lines on standard error look; RUST_LOG chooses which (default: warn)
+    /// Format of log lines on standard error; RUST_LOG chooses which are shown (default: warn)
     #[arg(long, global = true, value_enum, default_value_t = LogFormat::Text, value_name = "FORMAT", hide_possible_values = true, help_heading = "Logging")]
     pub(crate) log_format: LogFormat,
     /// Become this folder's owner, for good, before anything else; for containers
@@ -81,25 +81,25 @@ pub(crate) enum LogFormat {
 pub(crate) enum Command {
     /// Run an experiment and print its table
     Run(Run),
-    /// Run one cell of a plan; does nothing where it is already complete
+    /// Run one cell of a plan, unless it is already complete
     RunCell(RunCell),
     /// Print the table of a results folder again
     Show(Show),
-    /// Make the paper's tables, figures and claims of a results folder, and a page to open
+    /// Make the paper's tables, figures and claims from a results folder, and a page to open
     Report(Report),
     /// Compare two results folders: is the second worse?
     Compare(Compare),
     /// Does a results folder in virtual time agree with one over real sockets?
     Agree(Agree),
-    /// Measure how long programs take over messages here, for --backend sim
+    /// Measure how long programs take for a message on this machine, for --backend sim
     Calibrate(Calibrate),
-    /// Share an experiment out into jobs, for CI
+    /// Split an experiment into jobs, for CI
     Matrix(Matrix),
-    /// Merge results folders of one plan, such as the jobs', into one
+    /// Merge results folders of one plan, such as those of jobs, into one
     Collect(Collect),
     /// How much delay a loop survives, and how often a link stays within it
     Margin(Margin),
-    /// How the loop does over a grid of network conditions and settings, in virtual time
+    /// Run the loop over a grid of network conditions and settings, in virtual time
     Sweep(Sweep),
     /// List, show and check systems: plants with their control laws
     #[command(subcommand)]
@@ -111,7 +111,7 @@ pub(crate) enum Command {
     Probe(Probe),
     /// Say what this machine can do, what is missing, and what to do about it
     Doctor,
-    /// Remove containers and networks that killed runs left, and nothing else
+    /// Remove the containers and networks that killed runs left, and nothing else
     Gc(Gc),
     /// Run one role by hand
     #[command(subcommand)]

@@ -68,9 +68,10 @@ impl Progress {
     /// How long the rest takes, at the pace so far.
     fn left(&self, done: Duration) -> Duration {
         let left = self.expected.saturating_sub(done);
-        match done < SETTLED {
-            true => left,
-            false => left.mul_f64(self.began.elapsed().as_secs_f64() / done.as_secs_f64()),
+        if done < SETTLED {
+            left
+        } else {
+            left.mul_f64(self.began.elapsed().as_secs_f64() / done.as_secs_f64())
         }
     }
 

@@ -42,7 +42,7 @@ pub(crate) fn are_whole(both: [(&Campaign, &Path); 2], allow_missing: bool) -> b
         }
     }
     if missing > 0 {
-        eprintln!("webloop: what is missing was not looked at; --allow-missing lets it be so");
+        eprintln!("webloop: the missing runs were not compared; --allow-missing accepts that");
     }
     damaged + missing == 0
 }

@@ -30,9 +30,10 @@ pub(crate) fn profile_text(asked: &str) -> Result<ProfileText, String> {
         });
     }
     let own = Path::new(PROFILES).join(format!("{asked}.toml"));
-    let path = match looks_like_a_path(asked) || !own.is_file() {
-        true => Path::new(asked),
-        false => &own,
+    let path = if looks_like_a_path(asked) || !own.is_file() {
+        Path::new(asked)
+    } else {
+        &own
     };
     let source = fs::read_to_string(path).map_err(|problem| {
         if looks_like_a_path(asked) {
@@ -220,7 +221,8 @@ pub(crate) fn plan_of(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
     let seed = instead.seed.unwrap_or(plan.seed);
     if instead.full {
         return Err(Failure::usage(anyhow!(
-            "{asked} is a plan with its runs' lengths; leave --full out, or give the experiment"
+            "{asked} is a plan, which fixes the length of its runs; leave --full out, or give the \
+             experiment"
         )));
     }
     let instead = (&instead.topology, &instead.client);
@@ -231,8 +233,8 @@ pub(crate) fn plan_of(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
             plan.seed
         ))),
         _ => Err(Failure::usage(anyhow!(
-            "{asked} is a plan with its topologies and clients; choose of its cells with --only, \
-             or give the experiment"
+            "{asked} is a plan, which fixes topologies and clients; choose among its cells with \
+             --only, or give the experiment"
         ))),
     }
 }

@@ -157,7 +157,7 @@ fn its_folder_is_like_any_other_and_agrees_with_itself() {
     let agreed = webloop(&["agree", folder, folder], &[]);
     let said = String::from_utf8_lossy(&agreed.stdout).into_owned();
     assert_eq!(agreed.status.code(), Some(0), "{said}");
-    assert!(said.contains("and 0 part."), "{said}");
+    assert!(said.contains("and 0 differ."), "{said}");
 }
 
 #[test]

@@ -79,7 +79,7 @@ fn the_folder_is_the_same_whatever_the_jobs_and_however_often_it_was_broken_off(
     assert_eq!(again.status.code(), Some(0));
     let told = said(&again);
     assert!(
-        told.contains("is torn") && told.contains("39 others are there"),
+        told.contains("is cut off") && told.contains("39 others are there"),
         "{told}"
     );
     assert_eq!(files(&place.path().join("three")), want);

@@ -67,7 +67,7 @@ impl<'project> Cells<'project> {
     pub(crate) fn new(project: &'project Project, mut child: Child) -> Self {
         let (sender, lines) = mpsc::channel();
         let tail = Tail::of(&mut child, move |line| {
-            // Nobody may be interested any more.
+            // The receiver may be gone.
             let _ = sender.send(line.to_owned());
         });
         Cells {
@@ -109,7 +109,7 @@ impl<'project> Cells<'project> {
     /// Tells the orchestrator to end: it still writes its rows and ends the agents.
     ///
     /// Compose does not pass a signal on but leaves its containers alone; so this asks the
-    /// engine. Where the orchestrator is not there yet, Compose itself is told.
+    /// engine. If the orchestrator is not there yet, Compose itself gets the signal.
     pub fn terminate(&mut self) {
         let name = self.project.orchestrator();
         let told = ask(&["container", "kill", "--signal", "TERM", &name], WITHIN)

@@ -1,4 +1,4 @@
-//! One call of the command `docker`: bounded in time, out of the terminal's reach, told apart.
+//! One call of the command `docker`: bounded in time, without a terminal, with its own errors.
 
 use std::io::{self, Read};
 use std::os::unix::process::CommandExt;
@@ -67,10 +67,7 @@ pub(crate) fn call(mut command: Command, within: Duration) -> Result<Answer, Pro
                 kill(&mut child);
                 return Err(Problem::failed(
                     sentence(&command),
-                    &format!(
-                        "no answer within {} s; see whether the engine is well",
-                        within.as_secs()
-                    ),
+                    &format!("no answer within {} s; check the engine", within.as_secs()),
                 ));
             }
             Err(problem) => return Err(Problem::failed(sentence(&command), &problem)),
@@ -95,7 +92,7 @@ pub(crate) fn unstarted(problem: &io::Error) -> Problem {
 
 /// Kills a child made from [`docker`], with the plugins that it started, and waits for it.
 pub(crate) fn kill(child: &mut Child) {
-    // Until it has been waited for, its number belongs to nobody else.
+    // Its number is not reused until it has been waited for.
     if matches!(child.try_wait(), Ok(None))
         && let Some(group) = i32::try_from(child.id()).ok().and_then(Pid::from_raw)
     {

@@ -121,7 +121,7 @@ pub fn composes() -> Result<Version, Problem> {
     let version: Version = said
         .version
         .parse()
-        .map_err(|problem| Problem::failed("tell the version of Compose", &problem))?;
+        .map_err(|problem| Problem::failed("read the version of Compose", &problem))?;
     if version < Version::OLDEST {
         return Err(Problem::lacks(
             format!(
@@ -142,7 +142,7 @@ pub fn composes() -> Result<Version, Problem> {
 /// When the engine is on this machine and the device is not.
 pub fn tunnels(server: &Server) -> Result<&'static str, Problem> {
     if !server.is_here() {
-        return Ok("on the engine's own machine, not looked for");
+        return Ok("on the engine's own machine, not checked");
     }
     if Path::new(TUN).exists() {
         return Ok(TUN);

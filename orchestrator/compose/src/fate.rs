@@ -14,27 +14,27 @@ use crate::inventory::{PROJECT, Thing};
 /// so long a project of which nothing runs yet is taken to be coming up.
 const COMING_UP: SignedDuration = SignedDuration::from_secs(60);
 
-/// Why a thing is left as it is.
+/// Why a thing is kept.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reason {
     /// The webloop that made it still runs.
     Alive {
-        /// Its number.
+        /// Process number of the owner.
         pid: u32,
     },
     /// It was made from another machine, whose processes cannot be seen from here.
     Elsewhere {
-        /// That machine.
+        /// The machine that made it, as its label says.
         host: String,
     },
     /// Brought up by hand, and a container of its project runs.
     Running {
-        /// The project.
+        /// Name of the project.
         project: String,
     },
     /// Brought up by hand, a moment ago.
     ComingUp {
-        /// The project.
+        /// Name of the project.
         project: String,
     },
     /// Its label names no process and no project.
@@ -52,7 +52,8 @@ impl fmt::Display for Reason {
             }
             Reason::Running { project } => write!(
                 f,
-                "the project {project} runs; end it by `docker compose -p {project} down`, or give --force"
+                "the project {project} runs; end it with `docker compose -p {project} down`, or \
+                 give --force"
             ),
             Reason::ComingUp { project } => write!(
                 f,
@@ -69,9 +70,9 @@ impl fmt::Display for Reason {
 /// A thing that stays.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Left {
-    /// Which.
+    /// The container, network or volume.
     pub thing: Thing,
-    /// Why.
+    /// Why it is kept.
     pub reason: Reason,
 }
 
@@ -79,13 +80,13 @@ pub struct Left {
 pub(crate) struct Circumstances {
     /// The Compose projects of which a container runs.
     pub(crate) running: BTreeSet<String>,
-    /// The time.
+    /// The time of the decision.
     pub(crate) now: Timestamp,
     /// Whether projects that a person brought up go too while they run.
     pub(crate) force: bool,
 }
 
-/// Which of `things` have to go, and why each other one stays.
+/// The `things` to remove, and why each other one stays.
 pub(crate) fn decide(things: Vec<Thing>, circumstances: &Circumstances) -> (Vec<Thing>, Vec<Left>) {
     let coming_up = coming_up(&things, circumstances.now);
     let (mut go, mut stay) = (Vec::new(), Vec::new());
@@ -202,7 +203,7 @@ mod tests {
                 pid: std::process::id()
             })
         );
-        // Running or young, it does not matter: there is nobody who would still use it. The
+        // Running or young, it does not matter: no process would still use it. The
         // number is beyond what the kernel gives to a process.
         assert_eq!(
             reason(of(&format!("{host}:4194305:1")), &["p"], false),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::{Owner, Problem};
 
-/// What it is called, here and in every checkout.
+/// Its name in every checkout.
 const NAME: &str = "docker-compose.yml";
 
 /// The path of webloop's own docker-compose.yml, absolute.
@@ -46,7 +46,7 @@ impl ComposeFile {
             })
     }
 
-    /// The file.
+    /// Path of the compose file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.0

@@ -48,7 +48,7 @@ impl Swept {
     }
 }
 
-/// Sweeps: removes what webloop's label is on and nobody uses any more.
+/// Sweeps: removes what has webloop's label and is no longer used.
 ///
 /// # Errors
 /// When the engine does not say what it holds. That a thing cannot be removed is no error but

@@ -64,8 +64,8 @@ impl Project {
             let inspected = ask(&["image", "inspect", "--format", ".", image], ASKED_WITHIN)?;
             if !inspected.status.success() {
                 return Err(Problem::Usage(format!(
-                    "there is no image {image}, and it is not to be built; run `docker compose \
-                     build` first, or leave --no-build out"
+                    "there is no image {image}, and --no-build forbids building it; run `docker \
+                     compose build` first, or leave --no-build out"
                 )));
             }
         }

@@ -139,7 +139,7 @@ fn of_kind(kind: Kind, label: &str) -> Result<Vec<Thing>, Problem> {
         return Err(Problem::failed(format!("inspect {word}s"), &answer.words()));
     }
     read(kind, &answer.out)
-        .map_err(|problem| Problem::failed(format!("understand docker {word} inspect"), &problem))
+        .map_err(|problem| Problem::failed(format!("parse docker {word} inspect"), &problem))
 }
 
 /// Whether docker says that a thing is not there, or is already being removed.

@@ -3,7 +3,7 @@
 //! - [`Engine`]: what has to be there first, each lack with its remedy; also piece by piece.
 //! - [`ComposeFile`]: webloop's docker-compose.yml, found from where one stands.
 //! - [`Project`]: one campaign's containers and networks: build, run cells, take down.
-//! - [`gc()`]: removes what killed campaigns left, which it tells by their labels ([`Owner`]).
+//! - [`gc()`]: removes what killed campaigns left, found by their labels ([`Owner`]).
 //!
 //! All of it goes through the commands `docker` and `docker compose`, which know the user's
 //! contexts and speak to every engine; what they answer is read as JSON. Every call has its

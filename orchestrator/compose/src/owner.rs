@@ -93,7 +93,7 @@ fn host() -> String {
         .into_owned()
 }
 
-/// When a process started; none where there is none, or where it has ended and nobody has
+/// When a process started; `None` if there is none, or if it has ended and no parent has
 /// waited for it yet.
 fn start_ticks(pid: u32) -> Option<u64> {
     stat(&fs::read_to_string(format!("/proc/{pid}/stat")).ok()?)

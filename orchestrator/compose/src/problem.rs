@@ -6,7 +6,7 @@ pub enum Problem {
     /// This machine lacks something that containers need; it will lack it on every try.
     #[error("{lack}; {remedy}")]
     Unsupported {
-        /// What is missing.
+        /// The missing requirement.
         lack: String,
         /// What whoever owns the machine can do about it.
         remedy: &'static str,

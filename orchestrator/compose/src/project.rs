@@ -15,7 +15,7 @@ use crate::{ComposeFile, Owner, Problem};
 /// The label that says which campaign a container or network is of.
 const RUN: &str = "webloop.run";
 
-/// Compose gives each service the two seconds that it is told to.
+/// Compose gives each service the two seconds that this sets.
 const DOWN_WITHIN: Duration = Duration::from_secs(30);
 
 /// How often what is left after that is looked for, and how long in between: a request of a
@@ -35,7 +35,7 @@ pub struct Project {
     results: PathBuf,
     /// What manifests say of the engine.
     engine: String,
-    /// Which controller there is.
+    /// The client, which chooses the controller's image.
     client: String,
     owner: Owner,
     leash: Leash,
@@ -56,8 +56,8 @@ impl Project {
         client: &str,
         leash: Leash,
     ) -> Result<Project, Problem> {
-        let owner = Owner::this()
-            .map_err(|problem| Problem::failed("say who makes the containers", &problem))?;
+        let owner =
+            Owner::this().map_err(|problem| Problem::failed("identify this process", &problem))?;
         // The hash is seeded by the system, each time anew.
         let digits = RandomState::new().hash_one(owner.to_string()) >> 32;
         Ok(Project {
@@ -108,7 +108,7 @@ impl Project {
         Err(refused.unwrap_or_else(|| {
             Problem::failed(
                 format!("take the project {} down", self.name),
-                "something of it is made again and again; run `webloop gc`",
+                "something keeps making it again; run `webloop gc`",
             )
         }))
     }

@@ -1,4 +1,4 @@
-//! Opens and writes what a results folder holds, and nothing that was put in its place.
+//! Opens and writes the files of a results folder, and never what a link or a pipe stands for.
 //!
 //! A folder may come from anywhere: a copy, an archive, another machine. So a name in it is taken
 //! for a file of its own only if it is one: no link is followed, since it may lead out of the folder,
@@ -39,7 +39,7 @@ pub fn open(path: &Path) -> io::Result<File> {
 /// followed, and what is in it stays.
 ///
 /// # Errors
-/// As [`open`].
+/// Those of [`open`].
 pub fn open_or_create(path: &Path) -> io::Result<File> {
     let flags = OFlags::RDWR | OFlags::CREATE | OFlags::NONBLOCK | OFlags::NOCTTY;
     regular(path, flags | OFlags::NOFOLLOW)
@@ -124,12 +124,13 @@ fn regular(path: &Path, flags: OFlags) -> io::Result<File> {
         Err(problem) => return Err(problem.into()),
     };
     let found = file.metadata()?.file_type();
-    match found.is_file() {
-        true => Ok(file),
-        false => Err(refused(format!(
+    if found.is_file() {
+        Ok(file)
+    } else {
+        Err(refused(format!(
             "it is {}, not a regular file",
             kind(found)
-        ))),
+        )))
     }
 }
 
@@ -146,9 +147,10 @@ fn bounded(file: &File, most_bytes: u64) -> io::Result<String> {
     let mut text = String::new();
     // It may have grown since.
     let read = file.take(most_bytes + 1).read_to_string(&mut text)? as u64;
-    match read > most_bytes {
-        true => Err(too_long(read)),
-        false => Ok(text),
+    if read > most_bytes {
+        Err(too_long(read))
+    } else {
+        Ok(text)
     }
 }
 

@@ -13,7 +13,7 @@ use std::error::Error;
 use std::time::Instant;
 
 use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow};
-use judge::Terms;
+use judge::{Still, Terms};
 use link::{Profile, Timeline, Way};
 use plan::Client;
 
@@ -35,11 +35,12 @@ fn main() -> Result<(), Box<dyn Error>> {
             before_ns: 0,
             fall_ns: 0,
             baseline_ms: [0.02; 2],
-            allowance: judge::Allowance::of(Client::Native),
+            allowance: Client::Native.spec().allowance,
             opens_always: false,
             has_rate: profile.has_rate(),
             shares_one: false,
             h_ms: H_NS as f64 * 1e-6,
+            still: Still::default(),
         };
         let clock = Instant::now();
         let held = judge::message::hold(&messages, &arrivals, &terms);

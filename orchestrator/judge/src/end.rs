@@ -143,9 +143,9 @@ fn judge(
         from_ns,
         longest_ms,
         format!(
-            "the {what} was held up: {behind} of {count} {things} were {limit_ms:.0} ms or more late or \
-             missed with no reason in the link (at most {:.0} % may), the worst by {longest_ms:.0} ms \
-             (limit {:.0} ms)",
+            "the {what} was held up: {behind} of {count} {things} were {limit_ms:.0} ms or more \
+             late or missed, and the link does not explain it (limit {:.0} %), the worst by \
+             {longest_ms:.0} ms (limit {:.0} ms)",
             100.0 * limit.share,
             limit.longest_ms
         ),

@@ -1,5 +1,6 @@
 //! All that speaks for and against a run, and what it makes of the verdict.
 
+use certificate::Pause;
 use endpoint::{
     Connection, ControllerSettings, MessageRow, Schedule, TickNoise, TickRow, Transport,
 };
@@ -7,8 +8,10 @@ use plan::{Disturbance, Verdict};
 use serde::{Deserialize, Serialize};
 
 use crate::end;
-use crate::machine::{self, Gap, Pulse, Watched};
-use crate::message::{Fault, Messages, Swamped, Terms};
+use crate::fault::Fault;
+use crate::machine::{self, Pulse, Watched};
+use crate::message::Messages;
+use crate::terms::{Swamped, Terms};
 
 /// What a run recorded of itself.
 #[derive(Debug)]
@@ -30,7 +33,7 @@ pub struct Records<'a> {
     /// The controller's deadlines.
     pub messages: &'a [MessageRow],
     /// When the player was held up, and whether it had real-time scheduling.
-    pub pauses: &'a [Gap],
+    pub pauses: &'a [Pause],
     /// See `pauses`.
     pub player_real_time: bool,
     /// The pulse, where one was taken.

@@ -10,13 +10,19 @@
 //! itself fared, stable or not, is the analysis'.
 #![forbid(unsafe_code)]
 
+mod crossing;
 pub mod end;
+mod fault;
 mod judgement;
 pub mod limit;
 pub mod machine;
 pub mod message;
+mod terms;
 
+pub use crossing::Crossed;
+pub use fault::Fault;
 pub use judgement::{Judgement, Records, judge, opens_always, shares_one};
 pub use limit::Allowance;
-pub use machine::{Gap, Pulse, Watched};
-pub use message::{Messages, Terms};
+pub use machine::{Pulse, Watched};
+pub use message::Messages;
+pub use terms::{Still, Terms};

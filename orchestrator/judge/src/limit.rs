@@ -1,9 +1,9 @@
-//! Every limit that a run is judged by, with its reason. Those of the echoes are beside the echoes'
-//! certificate, in the shaper.
+//! Every limit that a run is judged by, with its reason. What a client is allowed is in its entry in
+//! `plan`; the limits of the echoes are beside their certificate, in `certificate`.
 //!
 //! Figures "on a quiet machine" are of two cores of a virtual machine, idle but for the run.
 
-use plan::Client;
+pub use plan::Allowance;
 
 /// Messages that may cross a way quicker than the link lets them, of a thousand. None ever does; this
 /// is room for a page whose clock is a little off.
@@ -72,6 +72,10 @@ pub const DRAIN_SHARE: f64 = 0.1;
 /// A stall is looked for this often.
 pub const STALL_LOOK_NS: u64 = 50_000_000;
 
+/// Answers that a link lets go at once are read one after the other ([`Allowance::message_ms`]). Where h
+/// is short a client takes at most this share of it over one, or it would never have kept up.
+pub const READING_SHARE: f64 = 0.5;
+
 /// For how long, and for how much of a run, a part of it may be held up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stillness {
@@ -99,9 +103,10 @@ impl Stillness {
     /// Which of the two.
     #[must_use]
     pub fn of(real_time: bool) -> Stillness {
-        match real_time {
-            true => Stillness::REAL_TIME,
-            false => Stillness::ORDINARY,
+        if real_time {
+            Stillness::REAL_TIME
+        } else {
+            Stillness::ORDINARY
         }
     }
 }
@@ -114,64 +119,3 @@ pub const WAITED_SHARE: f64 = 0.15;
 /// Of all processors' time, what is no part of the run may have this share. A quiet machine's other
 /// programs have a hundredth; a compiler on one of two processors has half.
 pub const OTHERS_SHARE: f64 = 0.1;
-
-/// What a client and the kernels take of a message's time beside the link.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Allowance {
-    /// From the stamp of sending to the first packet's entry into the link, at most as a rule, ms: in
-    /// this window the link's state counts.
-    pub enters_within_ms: f64,
-    /// Likewise, at the very most: a loss in this window excuses a message that came late. Between stamp
-    /// and sending an interpreter's thread may lose its turn for 5 ms, twice, and any thread its
-    /// processor.
-    pub strays_within_ms: f64,
-    /// What nine of ten messages need on the way up beyond the link, at most, ms.
-    pub up_floor_ms: f64,
-    /// Likewise on the way down: the plant's answer, the client's reading.
-    pub down_floor_ms: f64,
-    /// What an answer takes the client when hundreds are there at once, at most, ms. Python's threads took
-    /// 0.6 each for the 600 of a stall of 1.9 s at 333 Hz.
-    pub message_ms: f64,
-    /// How far the client's clock may be from the plant's, ms: what it adds to one way it takes off the
-    /// other. A page's is the wall clock of when the page began.
-    pub clock_ms: f64,
-    /// Whether a deadline that is missed says something of the machine. Where the client is an
-    /// interpreter or a page it may be the client's own doing; then only the kernel's word counts.
-    pub keeps_time: bool,
-}
-
-impl Allowance {
-    /// What `client` is allowed.
-    #[must_use]
-    pub fn of(client: Client) -> Allowance {
-        match client {
-            Client::Native => Allowance {
-                enters_within_ms: 1.0,
-                strays_within_ms: 3.0,
-                up_floor_ms: 0.8,
-                down_floor_ms: 0.8,
-                message_ms: 0.1,
-                clock_ms: 0.0,
-                keeps_time: true,
-            },
-            Client::Python => Allowance {
-                enters_within_ms: 3.0,
-                strays_within_ms: 10.0,
-                up_floor_ms: 1.2,
-                down_floor_ms: 1.2,
-                message_ms: 1.0,
-                clock_ms: 0.0,
-                keeps_time: false,
-            },
-            Client::Chromium | Client::Firefox => Allowance {
-                enters_within_ms: 10.0,
-                strays_within_ms: 20.0,
-                up_floor_ms: 5.0,
-                down_floor_ms: 5.0,
-                message_ms: 2.0,
-                clock_ms: 1.5,
-                keeps_time: false,
-            },
-        }
-    }
-}

@@ -1,23 +1,15 @@
 //! What was held up and cannot say it by rows of its own: the player, a process that was stopped or
 //! starved, a processor that stood still.
 
+use certificate::Pause;
 use plan::Disturbance;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::limit::{OTHERS_SHARE, Stillness, WAITED_SHARE};
 
-/// A time in which something did not run though it should have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Gap {
-    /// When it ended, monotonic.
-    pub t_ns: u64,
-    /// How long it was.
-    pub ns: u64,
-}
-
 /// What threads saw that wake each millisecond, one on each processor.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pulse {
     /// Processors that had one.
@@ -31,11 +23,11 @@ pub struct Pulse {
     /// What the host took from this machine's processors meanwhile, ms of one processor.
     pub stolen_ms: f64,
     /// Beats that were late by 2 ms or more: the first two hundred of each processor.
-    pub gaps: Vec<Gap>,
+    pub gaps: Vec<Pause>,
 }
 
 /// What was seen of a process from outside while the controller ran.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Watched {
     /// How often it was looked at.
@@ -72,7 +64,7 @@ pub(crate) fn describe(
 /// Whether gaps between `from_ns` and `to_ns` are too long, or too many.
 fn still(
     what: &str,
-    gaps: &[Gap],
+    gaps: &[Pause],
     real_time: bool,
     processors: usize,
     from_ns: u64,
@@ -110,7 +102,7 @@ fn still(
 
 /// Whether the player was held up.
 #[must_use]
-pub fn player(pauses: &[Gap], real_time: bool, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
+pub fn player(pauses: &[Pause], real_time: bool, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
     still("player", pauses, real_time, 1, from_ns, to_ns, "")
 }
 
@@ -118,9 +110,10 @@ impl Pulse {
     /// Whether a processor stood still, or was taken away from all parts of the run.
     #[must_use]
     pub fn judge(&self, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
-        let hint = match self.stolen_ms >= 1.0 {
-            true => format!("; the host took {:.0} ms of them", self.stolen_ms),
-            false => String::new(),
+        let hint = if self.stolen_ms >= 1.0 {
+            format!("; the host took {:.0} ms of them", self.stolen_ms)
+        } else {
+            String::new()
         };
         still(
             "machine",
@@ -147,7 +140,7 @@ impl Watched {
                 from_ns,
                 share * time_ms,
                 format!(
-                    "the {what} was stopped, by a signal or a debugger: so found {} times of {}",
+                    "the {what} was stopped by a signal or a debugger in {} of {} looks",
                     self.stopped, self.looks
                 ),
             ));
@@ -181,8 +174,8 @@ mod tests {
     const MS: u64 = 1_000_000;
     const S: u64 = 1_000 * MS;
 
-    fn gap(t_ms: u64, ms: u64) -> Gap {
-        Gap {
+    fn gap(t_ms: u64, ms: u64) -> Pause {
+        Pause {
             t_ns: t_ms * MS,
             ns: ms * MS,
         }
@@ -190,13 +183,13 @@ mod tests {
 
     #[test]
     fn one_long_pause_and_many_short_ones_count_and_those_outside_the_run_do_not() {
-        let player = |gaps: &[Gap]| player(gaps, true, S, 3 * S);
+        let player = |gaps: &[Pause]| player(gaps, true, S, 3 * S);
         assert_eq!(player(&[gap(900, 300)]), None);
         assert_eq!(player(&[gap(3400, 300)]), None);
         assert_eq!(player(&[gap(1500, 6), gap(2000, 6)]), None);
         let once = player(&[gap(1500, 300)]).expect("300 ms");
         assert_eq!((once.at_s, once.longest_ms), (0.5, 300.0));
-        let often: Vec<Gap> = (0..10).map(|n| gap(1000 + 100 * n, 6)).collect();
+        let often: Vec<Pause> = (0..10).map(|n| gap(1000 + 100 * n, 6)).collect();
         assert!(
             player(&often)
                 .expect("3 % of the time")

@@ -1,9 +1,10 @@
 //! Messages made up from a link's own function of time, then tampered with: the right link is borne
 //! out by them, and each thing that is done to it is found and named.
 
+use certificate::Pause;
 use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow};
-use judge::message::{Fault, hold};
-use judge::{Allowance, Messages, Terms};
+use judge::message::hold;
+use judge::{Fault, Messages, Still, Terms};
 use link::{Profile, Timeline, Way};
 use plan::Client;
 use proptest::prelude::*;
@@ -90,17 +91,34 @@ fn messages(
     (rows, arrivals)
 }
 
+/// As a client reads them that takes `each_ns` over an answer: one after the other, in the order in
+/// which they come.
+fn read_in_turn(rows: &mut [MessageRow], each_ns: u64) {
+    let mut came: Vec<&mut u64> = rows
+        .iter_mut()
+        .filter_map(|row| row.t_receive_ns.as_mut())
+        .collect();
+    came.sort_unstable();
+    let mut free_ns = 0;
+    for t_ns in came {
+        *t_ns = free_ns.max(*t_ns);
+        free_ns = *t_ns + each_ns;
+    }
+}
+
 fn judged(
     profile: &Profile,
     seed: u64,
     rows: &(Vec<MessageRow>, Vec<ArrivalRow>),
     client: Client,
 ) -> (Messages, Vec<Fault>) {
-    judged_where_a_way_costs(0.0, profile, seed, rows, client)
+    judged_on(0.0, Still::default(), profile, seed, rows, client)
 }
 
-fn judged_where_a_way_costs(
+/// On a machine whose player costs that much a way, and whose processors stood still then.
+fn judged_on(
     cost_ms: f64,
+    still: Still,
     profile: &Profile,
     seed: u64,
     rows: &(Vec<MessageRow>, Vec<ArrivalRow>),
@@ -112,11 +130,12 @@ fn judged_where_a_way_costs(
         before_ns: 0,
         fall_ns: 0,
         baseline_ms: [cost_ms; 2],
-        allowance: Allowance::of(client),
+        allowance: client.spec().allowance,
         opens_always: false,
         has_rate: profile.has_rate(),
         shares_one: false,
         h_ms: (rows.0[1].t_due_ns - rows.0[0].t_due_ns) as f64 * 1e-6,
+        still,
     };
     let messages = hold(&rows.0, &rows.1, &terms);
     let faults = messages.faults(&terms);
@@ -140,6 +159,17 @@ proptest! {
         let (messages, faults) = judged(&profile, seed, &rows, Client::Native);
         prop_assert!(faults.is_empty(), "{} {faults:?} {messages:?}", LINKS[which]);
         prop_assert_eq!(messages.up.quicker + messages.down.quicker, 0);
+    }
+
+    #[test]
+    fn a_stall_that_lets_go_of_hundreds_at_once_makes_no_link_late_nor_less_lossy(seed in any::<u64>()) {
+        let profile = profile("couva");
+        for (client, each_us) in [(Client::Native, 60), (Client::Python, 600), (Client::Chromium, 1_200)] {
+            let mut rows = messages(&profile, seed, 3 * MS, [NOTHING; 2]);
+            read_in_turn(&mut rows.0, each_us * 1_000);
+            let (messages, faults) = judged(&profile, seed, &rows, client);
+            prop_assert!(faults.is_empty(), "{client} {faults:?} {messages:?}");
+        }
     }
 
     #[test]
@@ -173,7 +203,9 @@ proptest! {
     }
 
     #[test]
-    fn two_milliseconds_more_are_found_for_a_program_and_ten_for_a_page(seed in any::<u64>(), which in 0..5_usize, way in 0..2_usize) {
+    fn two_milliseconds_more_are_found_for_a_program_and_ten_for_a_page(seed in any::<u64>(), which in 0..4_usize, way in 0..2_usize) {
+        // Not couva, which may stall for all of these two seconds.
+        let which = [0, 1, 3, 4][which];
         let profile = profile(LINKS[which]);
         for (client, delay_ms) in [(Client::Native, 2), (Client::Python, 2), (Client::Chromium, 10)] {
             let late = Tampering { delay_ns: delay_ms * MS, ..NOTHING };
@@ -197,12 +229,39 @@ fn a_slow_machine_is_allowed_more_and_no_machine_three_milliseconds() {
             ..NOTHING
         };
         let rows = messages(&profile, 1, 3 * MS, [late; 2]);
-        let (_, faults) = judged_where_a_way_costs(cost_ms, &profile, 1, &rows, Client::Native);
+        let still = Still::default();
+        let (_, faults) = judged_on(cost_ms, still, &profile, 1, &rows, Client::Native);
         let found = faults
             .iter()
             .any(|fault| fault.words.contains("more than the link"));
         assert_eq!(found, is_found, "{delay_us} us, {cost_ms} ms: {faults:?}");
     }
+}
+
+#[test]
+fn what_waits_for_a_processor_that_stands_still_is_not_late() {
+    let profile = profile("buccoo");
+    let (mut rows, arrivals) = messages(&profile, 1, 3 * MS, [NOTHING; 2]);
+    // Of both processors, at times the same.
+    let ends_ns = [1, 2, 3, 4].map(|n| START_NS + n * 400 * MS);
+    let gap = |t_ns, ns| Pause { t_ns, ns };
+    let of_both = |t_ns| [gap(t_ns, 40 * MS), gap(t_ns - 5 * MS, 20 * MS)];
+    let gaps: Vec<Pause> = ends_ns.into_iter().flat_map(of_both).collect();
+    for t_ns in rows.iter_mut().filter_map(|row| row.t_receive_ns.as_mut()) {
+        let held_until = ends_ns
+            .into_iter()
+            .find(|end_ns| (end_ns - 40 * MS..*end_ns).contains(t_ns));
+        *t_ns = held_until.unwrap_or(*t_ns);
+    }
+    let rows = (rows, arrivals);
+    let on = |still| judged_on(0.0, still, &profile, 1, &rows, Client::Native).1;
+    let faults = on(Still::default());
+    assert!(
+        faults.iter().any(|fault| fault.words.contains("late")),
+        "{faults:?}"
+    );
+    let faults = on(Still::of(&gaps));
+    assert!(faults.is_empty(), "{faults:?}");
 }
 
 #[test]

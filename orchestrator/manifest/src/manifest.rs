@@ -7,6 +7,7 @@ use endpoint::report::Page;
 use judge::message::Messages;
 use judge::{Pulse, Watched};
 use plan::{Cell, Disturbance, Verdict, is_file_name};
+use schemars::{JsonSchema, schema_for};
 use serde::ser::Error;
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -14,8 +15,9 @@ use crate::fact::FileFact;
 use crate::report::{ControllerReport, PlantReport};
 
 /// The description of one run, complete enough to judge and to repeat it.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "webloop manifest")]
 pub struct Manifest {
     /// Version of this format.
     pub version: u32,
@@ -95,6 +97,13 @@ impl Manifest {
     /// The file's name in a cell's folder.
     pub const FILE: &'static str = "manifest.json";
 
+    /// The JSON schema of a manifest, for other programs: what is committed as
+    /// `orchestrator/manifest/manifest.schema.json`.
+    #[must_use]
+    pub fn schema() -> String {
+        format!("{:#}\n", schema_for!(Manifest).as_value())
+    }
+
     /// The manifest as a JSON text.
     #[must_use]
     pub fn to_json(&self) -> String {
@@ -135,7 +144,7 @@ fn by_name<T: Serialize, S: Serializer>(part: &Option<T>, to: S) -> Result<S::Ok
 }
 
 /// The machine that a run was made on, in the words of its own kernel.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Machine {
     /// Kernel name and release, such as `Linux 6.1.0`.

@@ -2,12 +2,13 @@
 
 use endpoint::Counts;
 use endpoint::report::{ControllerGranted, Native, Plant, Python, Scheduling, Visit, Written};
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, de::Error, de::IgnoredAny};
 use serde_json::Value;
 use sim::Timing;
 
 /// A plant's report.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum PlantReport {
     /// Of a process.
@@ -17,7 +18,7 @@ pub enum PlantReport {
 }
 
 /// What virtual time says of its plant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ModelPlant {
     /// Rows of `arrivals.csv`.
@@ -97,7 +98,7 @@ impl<'de> Deserialize<'de> for PlantReport {
 }
 
 /// A controller's report.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ControllerReport {
     /// Of the native controller.
@@ -111,7 +112,7 @@ pub enum ControllerReport {
 }
 
 /// What virtual time says of its controller, whichever client it stands for.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ModelController {
     /// Connections opened.

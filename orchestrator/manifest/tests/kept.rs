@@ -47,6 +47,19 @@ fn what_a_run_left_is_written_again_as_it_was() {
 }
 
 #[test]
+fn the_schema_beside_the_crate_is_the_type() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/manifest.schema.json");
+    if std::env::var_os("WEBLOOP_TEST_WRITE").is_some() {
+        fs::write(path, Manifest::schema()).unwrap();
+    }
+    let remedy = "WEBLOOP_TEST_WRITE=1 writes it anew";
+    assert!(
+        fs::read_to_string(path).unwrap() == Manifest::schema(),
+        "{remedy}"
+    );
+}
+
+#[test]
 fn a_field_that_no_report_has_is_refused_by_its_name_wherever_it_is() {
     const PLACES: [&str; 14] = [
         "",

@@ -1,6 +1,5 @@
 //! The unit of work: one topology, client, mode, rate and repeat, with everything a run needs.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use endpoint::{
@@ -35,7 +34,6 @@ pub struct Cell {
     pub client: Client,
     /// What the client's settings are called, and what they are but for words of the experiment.
     #[serde(default = "paper_python")]
-    #[schemars(with = "String")]
     pub preset: Preset,
     /// Which repeat it is, from 1.
     pub repeat: u32,
@@ -43,21 +41,17 @@ pub struct Cell {
     pub link_seed: u64,
     /// How long the controller sends, in ns.
     pub duration_ns: u64,
-    /// What the controller is set up with; the plant takes h and `late` from here too.
-    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
+    /// The controller's settings; the plant takes h and `late` from here too.
     pub settings: ControllerSettings,
     /// How long the plant holds a command when no other comes.
     #[serde(default, skip_serializing_if = "Hold::is_last")]
-    #[schemars(with = "String")]
     pub hold: Hold,
     /// How late the plant ticks by its own machine, drawn by the link's seed; absent, it is as punctual as it
     /// can be.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(with = "Option<String>")]
     pub tick_noise: Option<NoiseLaw>,
     /// How the page goes about it, where the client is a browser.
     #[serde(default)]
-    #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
     pub page: Option<PageSettings>,
     /// How many cells may run together with this one, itself among them; 1 is alone. What it measures
     /// does not depend on it, or the experiment would not say so: its id does not tell. In a manifest, how
@@ -113,17 +107,19 @@ impl Cell {
 
     /// The system, where it is not the paper's.
     fn system_label(&self) -> String {
-        match is_paper_system(&self.system) {
-            true => String::new(),
-            false => format!("-{}", self.system),
+        if is_paper_system(&self.system) {
+            String::new()
+        } else {
+            format!("-{}", self.system)
         }
     }
 
     /// The client, with its preset where that says more: a browser is known by its page.
     fn client_label(&self) -> String {
-        match !self.client.is_browser() && self.preset == self.client.preset() {
-            true => self.client.to_string(),
-            false => format!("{}-{}", self.client, self.preset),
+        if !self.client.is_browser() && self.preset == self.client.spec().preset {
+            self.client.to_string()
+        } else {
+            format!("{}-{}", self.client, self.preset)
         }
     }
 

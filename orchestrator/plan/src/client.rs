@@ -1,86 +1,207 @@
-//! Who closes the loop: the paper's question.
+//! Who closes the loop, the paper's question: each client's entry, which is all that webloop knows of it.
 
 use std::fmt;
 use std::str::FromStr;
+use std::time::Duration;
 
+use endpoint::report::Engine;
 use endpoint::{Preset, Transport};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A program that can be the controller.
-#[derive(
-    Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(rename_all = "lowercase")]
-pub enum Client {
+use crate::allowance::Allowance;
+use crate::file_name::{CONTROLLER_LOG, CONTROLLER_REPORT, MESSAGES, PAGE_REPORT};
+
+/// What is known of a client.
+#[derive(Debug, Clone, Copy)]
+pub struct ClientSpec {
+    /// What it is called in plans, tables and commands; its image is `webloop-` with that.
+    pub name: &'static str,
+    /// What it is called in a sentence.
+    pub prose: &'static str,
+    /// What runs it, as `webloop serve` calls it.
+    pub role: &'static str,
+    /// The browser that it needs, where it is a page.
+    pub engine: Option<Engine>,
+    /// From its start to where it waits for its first deadline, on this machine: a browser has to
+    /// start, with two busy cores, and its page to be loaded and to look at its clock.
+    pub start_time: Duration,
+    /// How long after its last deadline and time-out it may take to end. A page has its last rows to
+    /// send, over the link.
+    pub grace: Duration,
+    /// The files that it leaves beside itself.
+    pub files: &'static [&'static str],
+    /// Those that it leaves beside the plant: a page can write none, and sends its rows there.
+    pub files_at_plant: &'static [&'static str],
+    /// A message's IP packets over HTTP, a request up and its answer down, on average: what takes time
+    /// where there is a rate limit. As counted on real links, but for browsers: theirs are reckoned from
+    /// their heads.
+    pub http_bytes: [u32; 2],
+    /// Whether a message that finds no connection idle waits for the one that is opened for it, and
+    /// not for whichever is free first: each worker of the Python client keeps its own.
+    pub keeps_own_connections: bool,
+    /// Its settings where an experiment names none: what suits it best.
+    pub preset: Preset,
+    /// What the judge allows it.
+    pub allowance: Allowance,
+    /// The red, green and blue that it is drawn in, of Okabe and Ito's set
+    /// (<https://jfly.uni-koeln.de/color/>), which is made to be told apart with any kind of colour vision.
+    pub rgb: [u8; 3],
+    /// Which of the dashes and markers its line begins with, so that browsers are told apart from the
+    /// others, and from each other, in grey too.
+    pub dash: u8,
+}
+
+/// Makes [`Client`] of the entries, so that each client is told once.
+macro_rules! clients {
+    ($($(#[$meta:meta])* $client:ident = $spec:expr;)+) => {
+        /// A program that can be the controller.
+        #[derive(
+            Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+        )]
+        #[serde(rename_all = "lowercase")]
+        pub enum Client {
+            $($(#[$meta])* $client,)+
+        }
+
+        impl Client {
+            /// All of them.
+            pub const ALL: [Client; [$(Client::$client),+].len()] = [$(Client::$client),+];
+
+            /// What is known of it.
+            #[must_use]
+            pub const fn spec(self) -> &'static ClientSpec {
+                const SPECS: &[ClientSpec] = &[$($spec),+];
+                &SPECS[self as usize]
+            }
+        }
+    };
+}
+
+clients! {
     /// webloop's own, in Rust.
     #[default]
-    Native,
+    Native = ClientSpec {
+        name: "native",
+        prose: "native",
+        role: "controller",
+        engine: None,
+        start_time: Duration::ZERO,
+        grace: Duration::from_secs(10),
+        files: &[MESSAGES, CONTROLLER_REPORT, CONTROLLER_LOG],
+        files_at_plant: &[],
+        http_bytes: [166, 288],
+        keeps_own_connections: false,
+        preset: Preset::PaperPython,
+        allowance: Allowance {
+            enters_within_ms: 1.0,
+            strays_within_ms: 3.0,
+            up_floor_ms: 0.8,
+            down_floor_ms: 0.8,
+            message_ms: 0.1,
+            clock_ms: 0.0,
+            keeps_time: true,
+        },
+        rgb: [0x30, 0x30, 0x30],
+        dash: 0,
+    };
     /// The paper's, in Python.
-    Python,
+    Python = ClientSpec {
+        name: "python",
+        prose: "Python",
+        role: "python",
+        engine: None,
+        start_time: Duration::from_millis(300),
+        grace: Duration::from_secs(10),
+        files: &[MESSAGES, CONTROLLER_REPORT, CONTROLLER_LOG],
+        files_at_plant: &[],
+        http_bytes: [179, 287],
+        keeps_own_connections: true,
+        preset: Preset::PaperPython,
+        allowance: Allowance {
+            enters_within_ms: 3.0,
+            strays_within_ms: 10.0,
+            up_floor_ms: 1.2,
+            down_floor_ms: 1.2,
+            message_ms: 1.0,
+            clock_ms: 0.0,
+            keeps_time: false,
+        },
+        // The paper's blue.
+        rgb: [0x00, 0x72, 0xb2],
+        dash: 0,
+    };
     /// A page in Chromium, or in Chrome.
-    Chromium,
+    Chromium = page("chromium", "Chromium", Engine::Chromium, [0xd5, 0x5e, 0x00], 2);
+    // The paper's green.
     /// A page in Firefox.
-    Firefox,
+    Firefox = page("firefox", "Firefox", Engine::Firefox, [0x00, 0x9e, 0x73], 1);
+}
+
+/// The page in a browser: the same in each.
+const fn page(
+    name: &'static str,
+    prose: &'static str,
+    engine: Engine,
+    rgb: [u8; 3],
+    dash: u8,
+) -> ClientSpec {
+    ClientSpec {
+        name,
+        prose,
+        role: "browser",
+        engine: Some(engine),
+        start_time: Duration::from_secs(6),
+        grace: Duration::from_secs(70),
+        files: &[CONTROLLER_REPORT, CONTROLLER_LOG],
+        files_at_plant: &[MESSAGES, PAGE_REPORT],
+        http_bytes: [520, 400],
+        keeps_own_connections: false,
+        preset: Preset::Worker,
+        allowance: Allowance {
+            enters_within_ms: 10.0,
+            strays_within_ms: 20.0,
+            up_floor_ms: 5.0,
+            down_floor_ms: 5.0,
+            message_ms: 2.0,
+            clock_ms: 1.5,
+            keeps_time: false,
+        },
+        rgb,
+        dash,
+    }
 }
 
 impl Client {
-    /// All of them.
-    pub const ALL: [Client; 4] = [
-        Client::Native,
-        Client::Python,
-        Client::Chromium,
-        Client::Firefox,
-    ];
+    /// Those against which every client's settling is held: webloop's own, and the paper's.
+    pub const YARDSTICKS: [Client; 2] = [Client::Native, Client::Python];
 
     /// Whether it is a page in a browser.
     #[must_use]
     pub fn is_browser(self) -> bool {
-        matches!(self, Client::Chromium | Client::Firefox)
+        self.spec().engine.is_some()
     }
 
-    /// Whether a message that finds no connection idle waits for the one that is opened for it, and
-    /// not for whichever is free first: each worker of the Python client keeps its own.
-    #[must_use]
-    pub fn keeps_own_connections(self) -> bool {
-        self == Client::Python
-    }
-
-    /// A message's IP packets, a request up and its answer down, on average: what takes time where
-    /// there is a rate limit. As counted on real links, but for browsers: theirs are reckoned from
-    /// their heads.
+    /// A message's IP packets, up and down, on average; see [`ClientSpec::http_bytes`].
     #[must_use]
     pub fn message_bytes(self, transport: Transport) -> [u32; 2] {
-        match (transport, self) {
-            (Transport::WebSocket, _) => [112, 139],
-            (Transport::Http, Client::Native) => [166, 288],
-            (Transport::Http, Client::Python) => [179, 287],
-            (Transport::Http, Client::Chromium | Client::Firefox) => [520, 400],
+        match transport {
+            Transport::WebSocket => [112, 139],
+            Transport::Http => self.spec().http_bytes,
         }
     }
 
-    /// Its settings where an experiment names none: what suits it best.
+    /// What there is to choose from: `native, python, chromium or firefox`.
     #[must_use]
-    pub fn preset(self) -> Preset {
-        match self.is_browser() {
-            true => Preset::Worker,
-            false => Preset::PaperPython,
-        }
-    }
-
-    fn word(self) -> &'static str {
-        match self {
-            Client::Native => "native",
-            Client::Python => "python",
-            Client::Chromium => "chromium",
-            Client::Firefox => "firefox",
-        }
+    pub fn choices() -> String {
+        let [others @ .., last] = Client::ALL.map(|client| client.spec().name);
+        format!("{} or {last}", others.join(", "))
     }
 }
 
 /// A word that no client has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("client `{0}` is unknown; choose native, python, chromium or firefox")]
+#[error("client `{0}` is unknown; choose {choices}", choices = Client::choices())]
 pub struct UnknownClient(String);
 
 impl FromStr for Client {
@@ -89,14 +210,14 @@ impl FromStr for Client {
     fn from_str(word: &str) -> Result<Self, UnknownClient> {
         Client::ALL
             .into_iter()
-            .find(|client| client.word() == word)
+            .find(|client| client.spec().name == word)
             .ok_or_else(|| UnknownClient(word.to_owned()))
     }
 }
 
 impl fmt::Display for Client {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.word())
+        f.pad(self.spec().name)
     }
 }
 

@@ -26,9 +26,10 @@ impl Plan {
         let mut pairs = self.cells.iter().zip(&other.cells);
         if let Some((one, two)) = pairs.find(|(one, two)| one != two) {
             let index = one.index;
-            return Some(match one.id == two.id {
-                true => format!("cell {index}, {}, in two ways", one.id),
-                false => format!("cell {index}, {} and {}", one.id, two.id),
+            return Some(if one.id == two.id {
+                format!("cell {index}, {}, in two ways", one.id)
+            } else {
+                format!("cell {index}, {} and {}", one.id, two.id)
             });
         }
         let mut names = self.profiles.keys().chain(other.profiles.keys());
@@ -36,6 +37,6 @@ impl Plan {
         {
             return Some(format!("the profile {name} in two ways"));
         }
-        (self != other).then(|| "what they say of themselves".to_owned())
+        (self != other).then(|| "their other fields".to_owned())
     }
 }

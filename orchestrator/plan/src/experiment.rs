@@ -72,7 +72,7 @@ pub(crate) const LISTS: [(&str, &str); 10] = [
     ),
     (
         "hold",
-        "How long the plant holds a command when no other comes: last, or a time, and then 0",
+        "How long the plant holds a command when no other comes: last (for ever), or a time, then 0",
     ),
     (
         "tick_noise",
@@ -110,9 +110,9 @@ pub(crate) struct Block {
     lists: BTreeMap<&'static str, List>,
     /// How often each combination is run, each time on another realisation of the link.
     pub(crate) repeats: u32,
-    /// The block in little, which is what is run unless the whole is asked for.
+    /// The scaled block, which is run unless --full asks for the whole.
     scaled: Option<Scaled>,
-    /// How many of these cells may run at a time without being in each other's way.
+    /// How many of these cells may run at a time without disturbing each other.
     pub(crate) together: Spanned<u16>,
 }
 
@@ -307,9 +307,10 @@ impl<'de> Visitor<'de> for Reading {
     type Value = Written;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self.is_list {
-            true => "a value in quotes, or a list of them",
-            false => "a value in quotes",
+        f.write_str(if self.is_list {
+            "a value in quotes, or a list of them"
+        } else {
+            "a value in quotes"
         })
     }
 

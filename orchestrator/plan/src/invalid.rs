@@ -2,6 +2,11 @@
 
 use std::ops::Range;
 
+use endpoint::{DURATION_REMEDY, duration_ns};
+use serde::de::DeserializeOwned;
+use system::is_name;
+use toml::Spanned;
+
 /// An experiment that cannot be run.
 ///
 /// It keeps the place in the source, so that the cli can draw it; `Display` is the one-line form.
@@ -42,5 +47,62 @@ impl InvalidFile {
             problem: problem.into(),
             remedy: remedy.to_owned(),
         }
+    }
+}
+
+/// A text being read, for the places of errors.
+#[derive(Debug, Clone, Copy)]
+pub struct Reader<'a> {
+    /// The text.
+    pub source: &'a str,
+    /// What it is called.
+    pub origin: &'a str,
+}
+
+impl Reader<'_> {
+    /// What its TOML says.
+    ///
+    /// # Errors
+    /// [`InvalidFile`] at what is none, with this remedy.
+    pub fn parse<T: DeserializeOwned>(&self, remedy: &str) -> Result<T, InvalidFile> {
+        toml::from_str(self.source).map_err(|error| {
+            let place = Spanned::new(error.span().unwrap_or(0..0), ());
+            self.invalid(&place, error.message(), remedy)
+        })
+    }
+
+    /// What is wrong at a place.
+    pub fn invalid<T>(
+        &self,
+        at: &Spanned<T>,
+        problem: impl Into<String>,
+        remedy: &str,
+    ) -> InvalidFile {
+        InvalidFile::new(self.source, self.origin, at.span(), problem, remedy)
+    }
+
+    /// A name that can start a folder's name.
+    ///
+    /// # Errors
+    /// [`InvalidFile`] at any other.
+    pub fn name(&self, name: &Spanned<String>) -> Result<String, InvalidFile> {
+        let text = name.get_ref();
+        if is_name(text) {
+            Ok(text.clone())
+        } else {
+            Err(self.invalid(
+                name,
+                format!("`{text}` is not a valid name of a results folder"),
+                "use up to 40 of a-z, 0-9 and -",
+            ))
+        }
+    }
+
+    /// A duration, ns.
+    ///
+    /// # Errors
+    /// [`InvalidFile`] at what is none.
+    pub fn duration(&self, text: &Spanned<String>) -> Result<u64, InvalidFile> {
+        duration_ns(text.get_ref()).map_err(|problem| self.invalid(text, problem, DURATION_REMEDY))
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! `experiment` is the TOML as typed, [`Instead`] what is asked for in place of it, `matrix`
 //! resolves both, and `named` what they name, from a [`Library`]. [`Plan`] and [`Cell`] are the
-//! result, [`Client`] says who closes a cell's loop, `setup` says how in words, [`Selection`]
+//! result, [`Client`] says who closes a cell's loop and has all that is known of it, `setup` says how in words, [`Selection`]
 //! chooses cells, [`Job`] is a share of them: a topology's, or a [`Shard`]. `difference` says in
 //! what two plans differ, [`file_name`] has the names of a folder's files, `sound` refuses plans
 //! that no experiment comes to, `seed` derives the links' seeds, [`schema`] says in JSON what an
@@ -11,6 +11,7 @@
 //! cli reads and writes the files.
 #![forbid(unsafe_code)]
 
+mod allowance;
 mod cell;
 mod client;
 mod difference;
@@ -35,11 +36,12 @@ mod sound;
 mod stall;
 mod verdict;
 
+pub use allowance::Allowance;
 pub use cell::{Cell, START_AT_NS};
-pub use client::{Client, UnknownClient};
+pub use client::{Client, ClientSpec, UnknownClient};
 pub use echo::{Phase, ProbeRow};
 pub use instead::Instead;
-pub use invalid::InvalidFile;
+pub use invalid::{InvalidFile, Reader};
 pub use job::{Job, Part};
 pub use library::Library;
 pub use plan::{Plan, ProfileText};
@@ -54,6 +56,7 @@ pub use verdict::{Disturbance, Verdict};
 /// The experiments that the binary carries, by name: the paper's, parts of it, and the quick
 /// ones.
 pub const EXPERIMENTS: &[(&str, &str)] = &[
+    ("quick", include_str!("../../experiments/quick.toml")),
     ("smoke", include_str!("../../experiments/smoke.toml")),
     ("paper", include_str!("../../experiments/paper.toml")),
     ("settling", include_str!("../../experiments/settling.toml")),

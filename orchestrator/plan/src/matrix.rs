@@ -5,11 +5,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
 
-use endpoint::{
-    ControllerSettings, DURATION_REMEDY, Field, Hold, Mode, NoiseLaw, PageSettings, Preset,
-    SampleTime, duration_ns,
-};
-use system::{System, is_name};
+use endpoint::{ControllerSettings, Field, Hold, Mode, NoiseLaw, PageSettings, Preset, SampleTime};
+use system::System;
 use toml::Spanned;
 
 use crate::cell::Cell;
@@ -17,7 +14,7 @@ use crate::client::Client;
 use crate::experiment::{Block, Combination, ExperimentFile, Word};
 use crate::seed::link_seed;
 use crate::stall::stalling_seed;
-use crate::{Instead, InvalidFile, Library, Plan};
+use crate::{Instead, InvalidFile, Library, Plan, Reader};
 
 /// The most cells at a time, as with `--jobs`.
 pub(crate) const TOGETHER_MAX: u16 = 64;
@@ -40,23 +37,13 @@ impl Plan {
         instead: &Instead,
         mut library: impl Library,
     ) -> Result<Plan, InvalidFile> {
-        let file: ExperimentFile = toml::from_str(source).map_err(|error| {
-            let span = error.span().unwrap_or(0..0);
-            InvalidFile::new(
-                source,
-                origin,
-                span,
-                error.message(),
-                "see the experiments in orchestrator/experiments for examples",
-            )
-        })?;
         let reader = Reader { source, origin };
+        let examples = "see the experiments in orchestrator/experiments for examples";
+        let file: ExperimentFile = reader.parse(examples)?;
         let name = reader.name(&file.name)?;
         if file.cells.is_empty() {
-            return Err(InvalidFile::new(
-                source,
-                origin,
-                0..0,
+            return Err(reader.invalid(
+                &Spanned::new(0..0, ()),
                 "the experiment has no cells",
                 "add a [[cells]] block with topology, client, mode, h and duration",
             ));
@@ -104,35 +91,7 @@ impl Plan {
     }
 }
 
-/// The text being read, for the places of errors.
-pub(crate) struct Reader<'a> {
-    source: &'a str,
-    origin: &'a str,
-}
-
 impl Reader<'_> {
-    pub(crate) fn invalid<T>(
-        &self,
-        at: &Spanned<T>,
-        problem: impl Into<String>,
-        remedy: &str,
-    ) -> InvalidFile {
-        InvalidFile::new(self.source, self.origin, at.span(), problem, remedy)
-    }
-
-    /// A name that can start a folder's name.
-    fn name(&self, name: &Spanned<String>) -> Result<String, InvalidFile> {
-        let text = name.get_ref();
-        if !is_name(text) {
-            return Err(self.invalid(
-                name,
-                format!("`{text}` cannot name a results folder"),
-                "use up to 40 of a-z, 0-9 and -",
-            ));
-        }
-        Ok(text.clone())
-    }
-
     /// Adds every combination of a block's lists to the plan.
     fn block(
         &self,
@@ -203,7 +162,7 @@ impl Reader<'_> {
             {
                 let link_seed = self.link_seed(block, plan, topology, repeat)?;
                 for (named, client) in &clients {
-                    let preset = preset.unwrap_or(client.preset());
+                    let preset = preset.unwrap_or(client.spec().preset);
                     for (place, h) in &rates {
                         if h.ns() > duration_ns {
                             return Err(self.invalid(
@@ -343,20 +302,14 @@ impl Reader<'_> {
             .map_err(|error: T::Err| self.invalid(word, error.to_string(), ""))
     }
 
-    fn duration(&self, text: &Word) -> Result<u64, InvalidFile> {
-        duration_ns(text.get_ref()).map_err(|problem| self.invalid(text, problem, DURATION_REMEDY))
-    }
-
     /// Two equal cells would write into one folder.
     fn no_twins(&self, plan: &Plan) -> Result<(), InvalidFile> {
         let mut seen = BTreeMap::new();
         for cell in &plan.cells {
             if seen.insert(&cell.id, cell.index).is_some() {
-                return Err(InvalidFile::new(
-                    self.source,
-                    self.origin,
-                    0..0,
-                    format!("the experiment asks twice for the cell {}", cell.id),
+                return Err(self.invalid(
+                    &Spanned::new(0..0, ()),
+                    format!("the experiment has the cell {} twice", cell.id),
                     "remove one of the two, or use `repeats`",
                 ));
             }

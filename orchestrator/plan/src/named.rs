@@ -7,8 +7,7 @@ use system::System;
 use toml::Spanned;
 
 use crate::experiment::Block;
-use crate::matrix::Reader;
-use crate::{InvalidFile, Library, ProfileText};
+use crate::{InvalidFile, Library, ProfileText, Reader};
 
 impl Reader<'_> {
     /// Looks a topology's profile up, checks it, and keeps its source under its own name.
@@ -91,13 +90,14 @@ impl Reader<'_> {
         }
         let name = system.name().to_owned();
         if name == System::PAPER {
-            return match System::built_in(System::PAPER) == Some(text.as_str()) {
-                true => Ok(system),
-                false => Err(self.invalid(
+            return if System::built_in(System::PAPER) == Some(text.as_str()) {
+                Ok(system)
+            } else {
+                Err(self.invalid(
                     asked,
-                    format!("`{name}` is the paper's system, and no other can have its name"),
+                    format!("`{name}` is the name of the paper's system"),
                     "give yours another `name`",
-                )),
+                ))
             };
         }
         match systems.insert(name.clone(), text.clone()) {

@@ -73,12 +73,12 @@ impl JsonSchema for Block {
             (
                 "together",
                 u16::json_schema(generator),
-                "How many of these cells may run at a time without being in each other's way",
+                "How many of these cells may run at a time without disturbing each other",
             ),
             (
                 "scaled",
                 generator.subschema_for::<Scaled>(),
-                "The block in little, which is what is run unless the whole is asked for",
+                "The scaled block, which is run unless --full asks for the whole",
             ),
         ] {
             schema.insert("description".to_owned(), about.into());

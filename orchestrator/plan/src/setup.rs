@@ -17,7 +17,7 @@ impl Cell {
             system: System::PAPER.to_owned(),
             ..self.clone()
         };
-        with_the_papers.setup() == self.client.preset().to_string()
+        with_the_papers.setup() == self.client.spec().preset.to_string()
     }
 
     /// The cell's setup in words; equal words are equal settings but for rate and mode.

@@ -87,9 +87,10 @@ impl FromStr for Shard {
         let (number, of) = text.split_once('/').ok_or_else(unknown)?;
         let count = |text: &str| text.parse::<u32>().map_err(|_| unknown());
         let (number, of) = (count(number)?, count(of)?);
-        match (1..=of).contains(&number) && of <= Shard::MOST {
-            true => Ok(Shard { number, of }),
-            false => Err(unknown()),
+        if (1..=of).contains(&number) && of <= Shard::MOST {
+            Ok(Shard { number, of })
+        } else {
+            Err(unknown())
         }
     }
 }
@@ -171,10 +172,7 @@ mod tests {
             let loads = shards.iter().map(|(_, cells)| cells.iter().map(|cell| time(cell).max(1)).sum());
             let loads: Vec<u64> = loads.collect();
             let most = loads.iter().max().copied().unwrap_or(0);
-            let least = match shards.len() == of as usize {
-                true => loads.iter().min().copied().unwrap_or(0),
-                false => 0,
-            };
+            let least = if shards.len() == of as usize { loads.iter().min().copied().unwrap_or(0) } else { 0 };
             let longest = times_s.iter().max().copied().unwrap_or(0).max(1);
             prop_assert!(most - least <= longest, "{:?}", loads);
         }

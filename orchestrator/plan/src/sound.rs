@@ -25,7 +25,7 @@ impl Plan {
     pub(crate) fn check(&self) -> Result<(), String> {
         if !is_name(&self.experiment) {
             return Err(format!(
-                "`{}` cannot name a results folder; use up to 40 of a-z, 0-9 and -",
+                "`{}` is not a valid name of a results folder; use up to 40 of a-z, 0-9 and -",
                 self.experiment
             ));
         }
@@ -41,7 +41,7 @@ impl Plan {
                 .map_err(|problem| format!("{place}: {problem}"))?;
             if !ids.insert(&cell.id) {
                 return Err(format!(
-                    "{place}: another cell has this id, and so its folder"
+                    "{place}: another cell has the same id, so the same folder"
                 ));
             }
             if !indices.insert(cell.index) {
@@ -67,8 +67,8 @@ impl Plan {
             let other = |trace: &&String| !is_file_name(trace) || is_ours(trace);
             if let Some(trace) = text.traces.keys().find(other) {
                 return Err(format!(
-                    "its profile `{name}` has a trace `{}`, which lies beside a run's own files and \
-                     cannot be called so; call it something like {name}-trace.csv",
+                    "its profile `{name}` has a trace `{}`, a name that a run's own files may \
+                     have; call it something like {name}-trace.csv",
                     trace.escape_debug()
                 ));
             }
@@ -106,8 +106,8 @@ impl Plan {
     fn check_cell(&self, cell: &Cell) -> Result<(), String> {
         if !is_id(&cell.id) {
             return Err(format!(
-                "this id cannot name a folder; ids are up to {ID_MAX} letters, digits, `-`, `.` and `_`, \
-                 and begin with no point"
+                "this id cannot name a folder; use up to {ID_MAX} letters, digits, `-`, `.` and \
+                 `_`, and no dot at the beginning"
             ));
         }
         if !self.profiles.contains_key(&cell.topology) {
@@ -256,7 +256,7 @@ mod tests {
         assert!(said("/cells/0/id", json!(long)).contains("cannot name a folder"));
         let other = plan().cells[1].id.clone();
         let cases = [
-            ("/cells/0/id", json!(other), "another cell has this id"),
+            ("/cells/0/id", json!(other), "another cell has the same id"),
             ("/cells/0/index", json!(1), "another cell has this index"),
             (
                 "/cells/0/topology",
@@ -281,7 +281,7 @@ mod tests {
             (
                 "/experiment",
                 json!("../../x"),
-                "cannot name a results folder",
+                "is not a valid name of a results folder",
             ),
             (
                 "/profiles/couva/source",

@@ -1,40 +1,29 @@
 //! How a run ended: the five words that every manifest, table and exit code use.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The verdict on a run, not on the loop: a loop that goes unstable over a link that held is a
-/// `complete` run with a result.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Verdict {
-    /// It ran to its end, and its link held.
-    Complete,
-    /// This machine cannot run it; the reason says what is missing.
-    Unsupported,
-    /// It ran over the link that was asked for, but something was done to it that the experiment
-    /// did not ask for: the machine stood still, an end or the player was stopped or starved. Shown
-    /// and marked, and left out of medians.
-    Disturbed,
-    /// It ran, but its link was not the one asked for, or rows were lost: not to be plotted.
-    Invalid,
-    /// It did not run to its end.
-    Failed,
-}
-
-impl std::fmt::Display for Verdict {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(match self {
-            Verdict::Complete => "complete",
-            Verdict::Unsupported => "unsupported",
-            Verdict::Disturbed => "disturbed",
-            Verdict::Invalid => "invalid",
-            Verdict::Failed => "failed",
-        })
+endpoint::choice!(
+    /// The verdict on a run, not on the loop: a loop that goes unstable over a link that held is a
+    /// `complete` run with a result.
+    Verdict, "verdict", "complete, unsupported, disturbed, invalid or failed", {
+        /// It ran to its end, and its link held.
+        Complete = "complete",
+        /// This machine cannot run it; the reason says what is missing.
+        Unsupported = "unsupported",
+        /// It ran over the link that was asked for, but something was done to it that the experiment
+        /// did not ask for: the machine stood still, an end or the player was stopped or starved. Shown
+        /// and marked, and left out of medians.
+        Disturbed = "disturbed",
+        /// It ran, but its link was not the one asked for, or rows were lost: not to be plotted.
+        Invalid = "invalid",
+        /// It did not run to its end.
+        Failed = "failed",
     }
-}
+);
 
 /// Something that was done to a run and that its experiment did not ask for.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Disturbance {
     /// What was held up, in a word or two: `plant`, `player`, `machine`.

@@ -1,5 +1,5 @@
 //! Experiments become the cells they say, and mistakes in them are placed and answered.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 
 use std::collections::BTreeSet;
 
@@ -35,7 +35,7 @@ fn every_experiment_that_the_binary_carries_resolves() {
 
 /// Of an experiment that also has a scaled form.
 fn in_full(name: &str) -> Vec<plan::Cell> {
-    let (_, source) = EXPERIMENTS.iter().find(|(n, _)| *n == name).unwrap();
+    let source = built_in(name);
     let full = Instead {
         full: true,
         ..Instead::default()
@@ -44,8 +44,13 @@ fn in_full(name: &str) -> Vec<plan::Cell> {
     plan.cells
 }
 
+/// The text of an experiment that is built in.
+fn built_in(name: &str) -> &'static str {
+    EXPERIMENTS.iter().find(|(n, _)| *n == name).unwrap().1
+}
+
 fn cells_of(name: &str) -> Vec<plan::Cell> {
-    let (_, source) = EXPERIMENTS.iter().find(|(n, _)| *n == name).unwrap();
+    let source = built_in(name);
     resolve(source).unwrap().cells
 }
 
@@ -101,7 +106,7 @@ fn drift_and_clients_compare_clients_by_their_setup_on_equal_links() {
 
 #[test]
 fn cells_of_one_topology_and_repeat_share_the_link_whatever_their_rate_and_mode() {
-    let plan = resolve(EXPERIMENTS[0].1).unwrap();
+    let plan = resolve(built_in("smoke")).unwrap();
     let seeds = |topology: &str| {
         let mut seeds: Vec<_> = plan
             .cells
@@ -118,13 +123,13 @@ fn cells_of_one_topology_and_repeat_share_the_link_whatever_their_rate_and_mode(
 
 #[test]
 fn a_plan_survives_its_json() {
-    let plan = resolve(EXPERIMENTS[0].1).unwrap();
+    let plan = resolve(built_in("smoke")).unwrap();
     assert_eq!(Plan::from_json(&plan.to_json()).unwrap(), plan);
 }
 
 #[test]
 fn a_link_that_is_to_stall_has_another_seed_and_all_others_keep_theirs() {
-    let smoke = EXPERIMENTS[0].1;
+    let smoke = built_in("smoke");
     let (met, any) = (
         resolve(smoke).unwrap(),
         resolve(&smoke.replace("stall_met = [\"couva\"]\n", "")).unwrap(),
@@ -147,7 +152,7 @@ fn a_link_that_is_to_stall_has_another_seed_and_all_others_keep_theirs() {
 
 #[test]
 fn a_selection_takes_whole_cells_by_pattern_or_by_index() {
-    let plan = resolve(EXPERIMENTS[0].1).unwrap();
+    let plan = resolve(built_in("smoke")).unwrap();
     let indices = |selection: &Selection| -> Vec<usize> {
         let chosen = plan.chosen(selection);
         chosen.iter().map(|cell| cell.index).collect()
@@ -163,7 +168,7 @@ fn a_selection_takes_whole_cells_by_pattern_or_by_index() {
 
 #[test]
 fn jobs_share_out_the_cells_by_topology_each_to_one_job() {
-    let plan = resolve(EXPERIMENTS[1].1).unwrap();
+    let plan = resolve(built_in("paper")).unwrap();
     let jobs = plan.jobs_by_topology(&plan.chosen(&Selection::All));
     let topologies: Vec<_> = jobs.iter().map(|job| topology(&job.part)).collect();
     assert_eq!(topologies, link::Profile::BUILTIN);
@@ -450,10 +455,17 @@ fn times(n: usize) -> Vec<String> {
 
 #[test]
 fn the_schemas_beside_them_are_the_types_and_each_names_its_own() {
-    let experiment = include_str!("../../experiments/experiment.schema.json");
-    let plan = include_str!("../../experiments/plan.schema.json");
-    for (document, text) in [(Document::Experiment, experiment), (Document::Plan, plan)] {
-        let remedy = "write `webloop matrix --schema=experiment`, or `=plan`, there";
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../experiments");
+    for (document, name) in [
+        (Document::Experiment, "experiment"),
+        (Document::Plan, "plan"),
+    ] {
+        let path = format!("{folder}/{name}.schema.json");
+        if std::env::var_os("WEBLOOP_TEST_WRITE").is_some() {
+            std::fs::write(&path, plan::schema(document)).unwrap();
+        }
+        let remedy = "WEBLOOP_TEST_WRITE=1 writes it anew";
+        let text = std::fs::read_to_string(&path).unwrap();
         assert_eq!(plan::schema(document), text, "{remedy}");
     }
     for (name, text) in EXPERIMENTS {

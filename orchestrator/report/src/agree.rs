@@ -174,11 +174,11 @@ pub struct Agreement {
 }
 
 const LEGEND: &str = "\
-In pairs: the median of A's share of B's, run by run over the same link.
-The law's spread: the link stalls, or changes, so few times in a run that medians differ by which runs
-it met; run by run, over equal draws, most agree. That is no difference, and no failure.
-After a round trip that parts: how much longer A's messages take than B's over each part of their way,
-at the same quantile. late: from the deadline to the sending; up: to the plant; down: back again.
+In pairs: the median ratio of A to B, run by run over the same link.
+The law's spread: the link stalls or changes so rarely in a run that medians depend on which runs it
+met; run by run, over equal draws, most agree. This is neither a difference nor a failure.
+After a round trip that is off: how much longer A's messages take than B's in each part of it, at the
+same quantile. late: from the deadline to sending; up: to the plant; down: back to the controller.
 ";
 
 impl Agreement {
@@ -249,7 +249,7 @@ impl Agreement {
         }
         let mut out = align(&columns, &rows);
         if !self.lone.is_empty() {
-            out += "\nNot held against each other:\n";
+            out += "\nNot compared:\n";
         }
         for one in &self.lone {
             out += &format!("  {}: {}\n", one.kind, one.reason);
@@ -260,10 +260,10 @@ impl Agreement {
         let spread = figures.filter(|held| held.spread).count();
         let apart = match spread {
             0 => String::new(),
-            _ => format!(" ({spread} of them in pairs, apart by their law's spread)"),
+            _ => format!(" ({spread} of them only in pairs, by their law's spread)"),
         };
         out += &format!(
-            "\nOf {all} figures {} agree{apart} and {parts} part.\n",
+            "\nOf {all} figures {} agree{apart} and {parts} differ.\n",
             all - parts
         );
         if spread + parts > 0 {
@@ -280,16 +280,15 @@ impl Held {
             .iter()
             .filter_map(|(a, b)| Some((figures(a)?, figures(b)?)))
             .collect();
-        let (a, b) = match both.is_empty() {
-            false => (
+        let (a, b) = if both.is_empty() {
+            let of_a: Vec<f64> = runs.iter().filter_map(|(a, _)| figures(a)).collect();
+            let of_b: Vec<f64> = runs.iter().filter_map(|(_, b)| figures(b)).collect();
+            return Held::lone(figure, median(&of_a), median(&of_b));
+        } else {
+            (
                 median(&both.iter().map(|(a, _)| *a).collect::<Vec<_>>())?,
                 median(&both.iter().map(|(_, b)| *b).collect::<Vec<_>>())?,
-            ),
-            true => {
-                let of_a: Vec<f64> = runs.iter().filter_map(|(a, _)| figures(a)).collect();
-                let of_b: Vec<f64> = runs.iter().filter_map(|(_, b)| figures(b)).collect();
-                return Held::lone(figure, median(&of_a), median(&of_b));
-            }
+            )
         };
         let ratios: Vec<f64> = both
             .iter()
@@ -377,9 +376,10 @@ fn few_draws(campaign: &Campaign, runs: &[(&Run, &Run)]) -> Option<f64> {
 }
 
 fn value(x: f64) -> String {
-    match x.is_infinite() {
-        false => digits(Some(x).filter(|x| !x.is_nan())),
-        true => "never".to_owned(),
+    if x.is_infinite() {
+        "never".to_owned()
+    } else {
+        digits(Some(x).filter(|x| !x.is_nan()))
     }
 }
 

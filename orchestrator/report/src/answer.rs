@@ -225,8 +225,7 @@ fn rows(closed: &[&Run], topologies: &[String]) -> Vec<Row> {
     rows
 }
 
-/// Gives each loop its settling in settlings of native's and of Python's with the same system and without
-/// a network.
+/// Gives each loop its settling in settlings of the yardsticks with the same system and without a network.
 fn hold_against(rows: &mut [Row], topologies: &[String], reference: Option<&str>) {
     let Some(column) = topologies
         .iter()
@@ -236,7 +235,7 @@ fn hold_against(rows: &mut [Row], topologies: &[String], reference: Option<&str>
     };
     let references: Vec<(Client, String, u64, Estimate)> = rows
         .iter()
-        .filter(|row| matches!(row.client, Client::Native | Client::Python) && row.is_plain)
+        .filter(|row| Client::YARDSTICKS.contains(&row.client) && row.is_plain)
         .filter_map(|row| {
             let settling_ms = row.standings.get(column)?.as_ref()?.settling_ms?;
             Some((row.client, row.system.clone(), row.h_ns, settling_ms))

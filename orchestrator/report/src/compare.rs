@@ -15,8 +15,7 @@ mod text;
 
 use analysis::pairs::{holm, least_probability, sign_test, signed_rank_test, worth_making};
 use analysis::statistics::median;
-use analysis::{Campaign, LoopVerdict};
-use plan::Verdict;
+use analysis::{Campaign, LoopVerdict, grouped};
 use serde::Serialize;
 
 pub use measure::Measure;
@@ -24,7 +23,7 @@ pub use pairing::{Kind, Lone};
 
 pub(crate) use pairing::pair;
 
-use pairing::Paired;
+use pairing::{Paired, is_complete};
 
 /// How likely a false alarm among all groups of a measure may be.
 pub const LEVEL: f64 = 0.05;
@@ -182,14 +181,11 @@ impl Comparison {
 
 impl Side {
     fn of(campaign: &Campaign) -> Side {
-        let complete = |run: &&analysis::Run| {
-            run.summary.verdict == Some(Verdict::Complete) && run.damage.is_empty()
-        };
         Side {
             experiment: campaign.plan.experiment.clone(),
             seed: campaign.plan.seed,
             cells: campaign.runs.len(),
-            complete: campaign.runs.iter().filter(complete).count(),
+            complete: campaign.runs.iter().filter(|run| is_complete(run)).count(),
             simulated: campaign.is_simulated(),
         }
     }
@@ -267,27 +263,18 @@ fn judge(of_all: &mut [&mut Compared], least_change: f64) {
 }
 
 fn changed_loops(paired: &Paired<'_>) -> Vec<ChangedLoop> {
-    let mut changed: Vec<ChangedLoop> = Vec::new();
-    for (a, b) in &paired.runs {
-        let verdicts = a.summary.loop_verdict.zip(b.summary.loop_verdict);
-        let Some((from, to)) = verdicts.filter(|(from, to)| from != to) else {
-            continue;
-        };
-        let repeat = a.cell.repeat;
-        match changed
-            .iter_mut()
-            .find(|one| (one.from, one.to) == (from, to))
-        {
-            Some(one) => one.repeats.push(repeat),
-            None => changed.push(ChangedLoop {
-                kind: paired.kind.clone(),
-                from,
-                to,
-                repeats: vec![repeat],
-            }),
-        }
-    }
-    changed
+    let changed = paired.runs.iter().filter_map(|(a, b)| {
+        let (from, to) = a.summary.loop_verdict.zip(b.summary.loop_verdict)?;
+        (from != to).then_some((from, to, a.cell.repeat))
+    });
+    let of_kind = |((from, to), runs): (_, Vec<(_, _, u32)>)| ChangedLoop {
+        kind: paired.kind.clone(),
+        from,
+        to,
+        repeats: runs.iter().map(|(.., repeat)| *repeat).collect(),
+    };
+    let changed = grouped(changed, |(from, to, _)| (*from, *to));
+    changed.into_iter().map(of_kind).collect()
 }
 
 #[cfg(test)]

@@ -117,12 +117,13 @@ fn readings(report: &Report<'_>) -> String {
         Some(format!("{} {verdict}", finding.reading_of?))
     });
     let readings: Vec<String> = readings.collect();
-    match readings.is_empty() {
-        true => String::new(),
-        false => format!(
+    if readings.is_empty() {
+        String::new()
+    } else {
+        format!(
             "\nAs the text also allows to read them: {}.\n",
             text(&readings.join(", "))
-        ),
+        )
     }
 }
 

@@ -13,9 +13,12 @@ mod tick;
 use std::path::PathBuf;
 
 use analysis::{Campaign, ReadError};
-use chart::{Axis, Chart, Panel, Scale, Series};
+use chart::{Axis, Chart, Panel, Scale};
 use plan::Verdict;
 use serde::Serialize;
+
+use crate::origin::Origin;
+use crate::subject::TONES;
 
 /// A figure of the paper, and what it looks like here.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -87,6 +90,49 @@ fn disturbed(campaign: &Campaign) -> Option<String> {
 }
 
 impl Figure {
+    /// Of so many columns, with nothing drawn yet.
+    fn new(
+        number: &'static str,
+        title: &str,
+        columns: usize,
+        caption: &str,
+        paper: &'static str,
+    ) -> Figure {
+        Figure {
+            number,
+            caption: caption.to_owned(),
+            paper,
+            chart: Chart {
+                tones: &TONES,
+                name: format!("fig-{number}"),
+                title: title.to_owned(),
+                about: String::new(),
+                source: String::new(),
+                columns,
+                panels: Vec::new(),
+            },
+            runs: Vec::new(),
+        }
+    }
+
+    /// With its panels, what they show in sentences, and where that came from.
+    fn drawn(
+        mut self,
+        panels: Vec<Panel>,
+        sentences: &[String],
+        origin: &Origin<'_>,
+        campaign: &Campaign,
+    ) -> Figure {
+        self.chart.panels = panels;
+        self.chart.about = match sentences {
+            [] => "Nothing has been run for this figure.".to_owned(),
+            _ => sentences.join(" "),
+        };
+        self.chart.source = origin.line(campaign);
+        self.runs = origin.ids();
+        self
+    }
+
     /// Its files in a report's folder: `figures/fig-3.svg`, `.pdf` and `.csv`.
     #[must_use]
     pub fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
@@ -104,38 +150,10 @@ const NOT_RUN: &str = "not run";
 
 /// A panel with linear axes as long as its data, and nothing in it yet.
 fn panel(letter: &str, title: impl Into<String>, x: &str, y: &str) -> Panel {
-    let axis = |label: &str| Axis {
-        label: label.to_owned(),
-        scale: Scale::Linear,
-        range: None,
-    };
+    let axis = |label| Axis::new(label, Scale::Linear);
     Panel {
         letter: letter.to_owned(),
         title: title.into(),
-        x: axis(x),
-        y: axis(y),
-        map: None,
-        series: Vec::new(),
-        guides: Vec::new(),
-        empty: NOT_RUN.to_owned(),
-    }
-}
-
-/// The text alternative, of a figure's sentences.
-fn about(sentences: &[String]) -> String {
-    match sentences.is_empty() {
-        true => "Nothing has been run for this figure.".to_owned(),
-        false => sentences.join(" "),
-    }
-}
-
-/// Points without an interval about them.
-fn series(name: String, mark: chart::Mark, tone: chart::Tone, points: Vec<(f64, f64)>) -> Series {
-    Series {
-        name,
-        mark,
-        tone,
-        points,
-        band: Vec::new(),
+        ..Panel::new(axis(x), axis(y), NOT_RUN)
     }
 }

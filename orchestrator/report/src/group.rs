@@ -172,9 +172,10 @@ impl Estimate {
 
     /// A value with the ends of its interval, or without them where `n` values are too few for one.
     pub(crate) fn within(value: f64, ends: (f64, f64), n: u64) -> Estimate {
-        let (low, high) = match n < INTERVAL_MIN {
-            true => (f64::NEG_INFINITY, f64::INFINITY),
-            false => ends,
+        let (low, high) = if n < INTERVAL_MIN {
+            (f64::NEG_INFINITY, f64::INFINITY)
+        } else {
+            ends
         };
         Estimate {
             value,

@@ -134,9 +134,10 @@ fn part(part: &Part) -> String {
         unit => format!("{x} {unit}"),
     };
     let ours = part.ours.map_or("not run".to_owned(), |ours| {
-        let interval = match ours.has_interval() {
-            true => format!("{} to {}", ours.low, ours.high),
-            false => "no interval".to_owned(),
+        let interval = if ours.has_interval() {
+            format!("{} to {}", ours.low, ours.high)
+        } else {
+            "no interval".to_owned()
         };
         format!("{} ({interval}, n {})", with_unit(ours.value), ours.n)
     });

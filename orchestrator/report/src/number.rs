@@ -36,9 +36,10 @@ pub(crate) fn number(number: f64) -> String {
 /// Milliseconds to three digits in the unit that suits them: `0.964 ms`, `331 ms`, `3.21 s`.
 pub(crate) fn duration(ms: f64) -> String {
     // From where it would be rounded to 1000 ms.
-    match ms.abs() >= 999.5 {
-        true => format!("{} s", significant(ms / 1e3, 3)),
-        false => format!("{} ms", significant(ms, 3)),
+    if ms.abs() >= 999.5 {
+        format!("{} s", significant(ms / 1e3, 3))
+    } else {
+        format!("{} ms", significant(ms, 3))
     }
 }
 
@@ -46,15 +47,29 @@ pub(crate) fn duration(ms: f64) -> String {
 pub(crate) fn brief(number: f64) -> String {
     const SHORT: usize = 8;
     let whole = number.to_string();
-    match whole.len() <= SHORT {
-        true => whole,
-        false => significant(number, 4),
+    if whole.len() <= SHORT {
+        whole
+    } else {
+        significant(number, 4)
     }
 }
 
 /// A share from 0 to 1 in percent, to two digits: `1.6 %`.
 pub(crate) fn percent(share: f64) -> String {
     format!("{} %", significant(share * 100.0, 2))
+}
+
+/// A number up to twelve as people write it: `ten`.
+pub(crate) fn spelled(number: f64) -> String {
+    const WORDS: [&str; 13] = [
+        "zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten",
+        "eleven", "twelve",
+    ];
+    let word = WORDS
+        .iter()
+        .zip(0u8..)
+        .find(|(_, n)| f64::from(*n) == number);
+    word.map_or_else(|| number.to_string(), |(word, _)| (*word).to_owned())
 }
 
 #[cfg(test)]

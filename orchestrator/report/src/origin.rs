@@ -98,9 +98,10 @@ impl<'a> Origin<'a> {
             .iter()
             .all(|run| run.cell.settings.mode == Mode::Open);
         let s = seconds.join(", ");
-        match open {
-            true => format!("{s} s of the paper's {} s", paper::OPEN_LOOP_S),
-            false => format!("{s} s each"),
+        if open {
+            format!("{s} s of the paper's {} s", paper::OPEN_LOOP_S)
+        } else {
+            format!("{s} s each")
         }
     }
 }

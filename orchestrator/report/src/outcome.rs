@@ -4,7 +4,9 @@
 //! testbed: a loop that goes unstable over a link that held is a result, and its cell is
 //! [`Complete`](Kind::Complete).
 
-use analysis::Run;
+use std::fmt::Write as _;
+
+use analysis::{Campaign, Run};
 use plan::Verdict;
 
 use crate::{Report, claim};
@@ -49,6 +51,20 @@ impl Kind {
         Kind::NotRun,
     ];
 
+    /// Of a run.
+    #[must_use]
+    pub fn of(run: &Run) -> Kind {
+        match run.verdict() {
+            _ if !run.damage.is_empty() => Kind::Damaged,
+            None => Kind::NotRun,
+            Some(Verdict::Complete) => Kind::Complete,
+            Some(Verdict::Disturbed) => Kind::Disturbed,
+            Some(Verdict::Invalid) => Kind::Invalid,
+            Some(Verdict::Failed) => Kind::Failed,
+            Some(Verdict::Unsupported) => Kind::Unsupported,
+        }
+    }
+
     /// The word for it.
     #[must_use]
     pub fn word(self) -> &'static str {
@@ -71,25 +87,13 @@ impl Outcome {
         let faults = run.damage.iter().map(|damage| {
             let name = damage.path.strip_prefix(&run.folder);
             let name = name.unwrap_or(&damage.path).display();
-            relative(report, &format!("{name}: {}", damage.problem))
+            without_folder(report.campaign, &format!("{name}: {}", damage.problem))
         });
         let faults: Vec<String> = faults.collect();
-        if !faults.is_empty() {
-            return Outcome {
-                kind: Kind::Damaged,
-                reason: faults.join("; "),
-            };
-        }
-        let kind = match run.verdict() {
-            None => Kind::NotRun,
-            Some(Verdict::Complete) => Kind::Complete,
-            Some(Verdict::Disturbed) => Kind::Disturbed,
-            Some(Verdict::Invalid) => Kind::Invalid,
-            Some(Verdict::Failed) => Kind::Failed,
-            Some(Verdict::Unsupported) => Kind::Unsupported,
-        };
+        let kind = Kind::of(run);
         let reasons = run.manifest.iter().flat_map(|manifest| &manifest.reasons);
         let reason = match kind {
+            Kind::Damaged => faults.join("; "),
             Kind::NotRun => "it has not been run here".to_owned(),
             _ => reasons.cloned().collect::<Vec<_>>().join("; "),
         };
@@ -112,7 +116,7 @@ pub fn answered(verdict: claim::Verdict) -> &'static str {
     match verdict {
         claim::Verdict::Agrees => "agrees",
         claim::Verdict::Differs => "differs",
-        claim::Verdict::CannotBeTold => "cannot be told",
+        claim::Verdict::CannotBeTold => "undecided",
         claim::Verdict::NotRun => "not run",
     }
 }
@@ -129,8 +133,14 @@ pub fn topologies<'a>(report: &Report<'a>) -> Vec<&'a str> {
     found
 }
 
-/// Words about a file without the results folder's own place, which is another on each machine.
-fn relative(report: &Report<'_>, words: &str) -> String {
-    let folder = format!("{}/", report.campaign.folder.display());
-    words.replace(&folder, "")
+/// A message without the way to the folder that was read: the page is the same wherever that is.
+pub(crate) fn without_folder(campaign: &Campaign, message: &str) -> String {
+    let mut folder = campaign.folder.display().to_string();
+    if folder.is_empty() {
+        return message.to_owned();
+    }
+    if !folder.ends_with('/') {
+        let _ = folder.write_char('/');
+    }
+    message.replace(&folder, "")
 }

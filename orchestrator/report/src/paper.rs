@@ -22,8 +22,6 @@ pub const OPEN_LOOP_S: f64 = 600.0;
 pub struct Ping {
     /// The network position, by its name here.
     pub topology: &'static str,
-    /// Its name in the paper.
-    pub name: &'static str,
     /// Least round trip, ms.
     pub min_ms: f64,
     /// Mean round trip, ms.
@@ -38,52 +36,26 @@ pub struct Ping {
 
 /// Table 2, in its order.
 pub const TABLE_2: [Ping; 5] = [
-    Ping {
-        topology: "arima",
-        name: "arima",
-        min_ms: 0.031,
-        avg_ms: 0.108,
-        max_ms: 0.625,
-        sd_ms: 0.069,
-        loss: 0.0,
-    },
-    Ping {
-        topology: "buccoo",
-        name: "buccoo",
-        min_ms: 1.360,
-        avg_ms: 3.376,
-        max_ms: 4.539,
-        sd_ms: 0.484,
-        loss: 0.0,
-    },
-    Ping {
-        topology: "couva",
-        name: "couva",
-        min_ms: 4.896,
-        avg_ms: 104.188,
-        max_ms: 3033.374,
-        sd_ms: 336.043,
-        loss: 0.016,
-    },
-    Ping {
-        topology: "diego-lan",
-        name: "diego[1]",
-        min_ms: 0.943,
-        avg_ms: 3.155,
-        max_ms: 13.42,
-        sd_ms: 0.752,
-        loss: 0.009,
-    },
-    Ping {
-        topology: "diego-vpn",
-        name: "diego[2]",
-        min_ms: 39.01,
-        avg_ms: 53.14,
-        max_ms: 145.2,
-        sd_ms: 21.75,
-        loss: 0.0,
-    },
+    ping("arima", [0.031, 0.108, 0.625, 0.069], 0.0),
+    ping("buccoo", [1.360, 3.376, 4.539, 0.484], 0.0),
+    ping("couva", [4.896, 104.188, 3033.374, 336.043], 0.016),
+    // The paper calls it diego[1].
+    ping("diego-lan", [0.943, 3.155, 13.42, 0.752], 0.009),
+    // The paper calls it diego[2].
+    ping("diego-vpn", [39.01, 53.14, 145.2, 21.75], 0.0),
 ];
+
+const fn ping(topology: &'static str, rtt_ms: [f64; 4], loss: f64) -> Ping {
+    let [min_ms, avg_ms, max_ms, sd_ms] = rtt_ms;
+    Ping {
+        topology,
+        min_ms,
+        avg_ms,
+        max_ms,
+        sd_ms,
+        loss,
+    }
+}
 
 /// How many of the JavaScript client's messages came at the same time as the one before (Table 3).
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,33 +1,28 @@
 //! Whom tables, figures and claims are about: a client with its preset, under one name and in one
 //! colour everywhere.
 
+use std::sync::LazyLock;
+
 use chart::Tone;
 use endpoint::Preset;
 use plan::Client;
 
-/// webloop's own client.
-const NATIVE_TONE: Tone = tone("native", [0x30, 0x30, 0x30], 0);
-/// The paper's blue.
-const PYTHON_TONE: Tone = tone("python", [0x00, 0x72, 0xb2], 0);
-/// Browsers are told apart from the others, and from each other, in grey too.
-const CHROMIUM_TONE: Tone = tone("chromium", [0xd5, 0x5e, 0x00], 2);
-/// The paper's green.
-const FIREFOX_TONE: Tone = tone("firefox", [0x00, 0x9e, 0x73], 1);
 /// The plant's.
 pub(crate) const PLANT_TONE: Tone = tone("plant", [0x7a, 0x7a, 0x7a], 0);
 /// Anything else: quiet.
 pub(crate) const OTHER_TONE: Tone = tone("other", [0x9c, 0x9c, 0x9c], 0);
 
-/// The tones of all figures. The clients' are from Okabe and Ito's set
-/// (<https://jfly.uni-koeln.de/color/>), which is made to be told apart with any kind of colour vision.
-pub(crate) const TONES: [Tone; 6] = [
-    NATIVE_TONE,
-    PYTHON_TONE,
-    CHROMIUM_TONE,
-    FIREFOX_TONE,
-    PLANT_TONE,
-    OTHER_TONE,
-];
+/// The tones of all figures.
+pub(crate) static TONES: LazyLock<Vec<Tone>> = LazyLock::new(|| {
+    let clients = Client::ALL.into_iter().map(tone_of);
+    clients.chain([PLANT_TONE, OTHER_TONE]).collect()
+});
+
+/// A client's.
+fn tone_of(client: Client) -> Tone {
+    let spec = client.spec();
+    tone(spec.name, spec.rgb, spec.dash)
+}
 
 const fn tone(name: &'static str, rgb: [u8; 3], dash: u8) -> Tone {
     Tone { name, rgb, dash }
@@ -84,11 +79,6 @@ impl Subject {
 
     /// The client's.
     pub(crate) fn tone(self) -> Tone {
-        match self.client {
-            Client::Native => NATIVE_TONE,
-            Client::Python => PYTHON_TONE,
-            Client::Chromium => CHROMIUM_TONE,
-            Client::Firefox => FIREFOX_TONE,
-        }
+        tone_of(self.client)
     }
 }

@@ -11,11 +11,11 @@ mod zero;
 
 use std::path::PathBuf;
 
+use analysis::layout::Column;
 use analysis::{Campaign, ReadError};
-use serde::Serialize;
 
 /// A table.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     /// What its files are called: `table-2`.
     pub name: String,
@@ -23,24 +23,14 @@ pub struct Table {
     pub title: String,
     /// What has to be known to read it: units, runs, seed, back-end, player.
     pub notes: Vec<String>,
-    /// Its columns.
+    /// Its columns. Whether numbers stand in one follows from the rows.
     pub columns: Vec<Column>,
     /// Its rows, an entry for each column.
     pub rows: Vec<Vec<Entry>>,
 }
 
-/// A column.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Column {
-    /// Its name with its unit: `avg/ms`.
-    pub name: String,
-    /// What its neighbours have in common: `the paper`, `here`.
-    pub group: String,
-}
-
 /// What stands in a table.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(untagged)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Entry {
     /// Words.
     Text(String),
@@ -78,15 +68,11 @@ impl Table {
             (path("txt"), self.to_text().into_bytes()),
         ]
     }
-}
 
-impl Column {
-    /// A column of a group; the group's name is empty where it stands alone.
-    fn of(group: &str, name: &str) -> Column {
-        Column {
-            name: name.to_owned(),
-            group: group.to_owned(),
-        }
+    /// Whether a column holds numbers, which are aligned at the right with their heading.
+    pub(crate) fn is_number(&self, at: usize) -> bool {
+        let mut entries = self.rows.iter().filter_map(|row| row.get(at));
+        entries.any(|entry| matches!(entry, Entry::Number(..)))
     }
 }
 

@@ -131,9 +131,10 @@ fn without_runs_no_claim_agrees_or_differs() {
     for experiment in [EXPERIMENT, include_str!("../../experiments/paper.toml")] {
         for finding in board(&Lab::new(experiment)) {
             let id = finding.id;
-            match id.starts_with("future") {
-                true => assert_eq!(finding.verdict, Verdict::CannotBeTold, "{id}"),
-                false => assert_eq!(finding.verdict, Verdict::NotRun, "{id}"),
+            if id.starts_with("future") {
+                assert_eq!(finding.verdict, Verdict::CannotBeTold, "{id}");
+            } else {
+                assert_eq!(finding.verdict, Verdict::NotRun, "{id}");
             }
             assert!(
                 finding.runs.is_empty() && !finding.reason.is_empty(),

@@ -99,9 +99,10 @@ fn write(lab: &Lab, cell: &Cell, verdict: Verdict) {
         t_arrive_ns: t_arrive_ns(k),
         tick: t_arrive_ns(k) / h_ns,
         u: 1.0,
-        outcome: match closed {
-            true => ArrivalOutcome::Applied,
-            false => ArrivalOutcome::Acknowledged,
+        outcome: if closed {
+            ArrivalOutcome::Applied
+        } else {
+            ArrivalOutcome::Acknowledged
         },
     });
 

@@ -17,7 +17,7 @@ pub(crate) enum Acknowledged {
     /// There was none yet.
     #[default]
     Never,
-    /// So long after it was there.
+    /// This long after its arrival, in ns.
     After(u64),
     /// With the next message; it was there at this time.
     WithMessage { answered_ns: u64 },

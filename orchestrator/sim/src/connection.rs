@@ -11,7 +11,7 @@ use endpoint::{Answer, Command, Connection as Keeping};
 use crate::acknowledgement::{Acknowledged, Acknowledger};
 use crate::retransmission::{RoundTrip, Wheel};
 
-/// Which connection carries a message that found none idle.
+/// The connection for a message that found no idle one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pool {
     /// Whichever is free first, as in the native client and in browsers.
@@ -190,9 +190,10 @@ impl Connections {
                 // Where the acknowledgement was lost with the message, the plant may have sent its
                 // answer again meanwhile, and that was acknowledged at once.
                 let probed_ns = wheel.rings_ns(answered_ns, connection.plant.probe_ns());
-                match probed_ns < now_ns {
-                    true => 0,
-                    false => now_ns - answered_ns,
+                if probed_ns < now_ns {
+                    0
+                } else {
+                    now_ns - answered_ns
                 }
             }
         };
@@ -271,13 +272,14 @@ impl Connections {
     /// What an end knows of its round trip.
     pub(crate) fn round_trip(&self, id: Id, of_plant: bool) -> RoundTrip {
         let connection = &self.all[id as usize];
-        match of_plant {
-            true => connection.plant,
-            false => connection.client,
+        if of_plant {
+            connection.plant
+        } else {
+            connection.client
         }
     }
 
-    /// A connection.
+    /// The connection with this number.
     pub(crate) fn get(&self, id: Id) -> &Connection {
         &self.all[id as usize]
     }
@@ -285,9 +287,10 @@ impl Connections {
     /// What is under way on it was lost: the answer, or the request.
     pub(crate) fn loses(&mut self, id: Id, is_answer: bool) {
         let connection = &mut self.all[id as usize];
-        match is_answer {
-            true => connection.answer_lost = true,
-            false => connection.request_lost = true,
+        if is_answer {
+            connection.answer_lost = true;
+        } else {
+            connection.request_lost = true;
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The course of a run: what happens next, and what comes of it.
+//! The event loop of a run: takes the next event and computes its consequences.
 //!
 //! There are four sources of what happens: the plant's next tick, the controller's next waking,
 //! the next message that runs out of time, and packets, which have a queue. At equal times they
@@ -37,7 +37,7 @@ const TIMER_STEP_NS: u64 = 1_000_000;
 /// Simulates a run, and gives its rows to `record`.
 ///
 /// # Errors
-/// [`Unfit`] where the controller's settings are none.
+/// [`Unfit`] if the controller's settings are invalid.
 pub fn run(setup: &Setup, record: &mut impl Record) -> Result<Outcome, Unfit> {
     let mut course = Course::try_new(setup, record)?;
     course.run();

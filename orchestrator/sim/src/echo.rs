@@ -22,7 +22,7 @@ pub struct Series {
     pub start: Start,
     /// From one to the next, ns.
     pub interval_ns: u64,
-    /// How many.
+    /// Number of echoes.
     pub count: u32,
 }
 

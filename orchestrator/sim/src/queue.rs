@@ -1,4 +1,4 @@
-//! What is to happen, in order of time; what is due at one instant, in the order it was put in.
+//! Future events in order of time; events of one instant in the order of insertion.
 //!
 //! Times are integers, so the order is the same on every machine.
 

@@ -26,7 +26,7 @@ pub trait Record {
         let _ = (series, echo);
     }
 
-    /// A packet of `bytes` (of IP) enters the link at `t_ns`, whatever becomes of it. Told of links
+    /// A packet of `bytes` (of IP) enters the link at `t_ns`, whatever becomes of it. Called for links
     /// with a rate limit on either way and from link time 0 on, in order of entry for each way.
     fn packet(&mut self, way: Way, t_ns: u64, bytes: u32) {
         let _ = (way, t_ns, bytes);

@@ -1,7 +1,7 @@
 //! When TCP sends a lost packet again: the timers of RFC 6298 and RFC 8985 as Linux 6.5 to 6.18 has
 //! them, on the wheel that its timers are kept in.
 //!
-//! A message is one packet and alone on its connection, so nothing after it tells of its loss:
+//! A message is one packet and alone on its connection, so no later packet reveals its loss:
 //! only timers do. The first to end is the tail loss probe, which with one packet under way is
 //! due after two round trips and 200 ms, or with the retransmission timeout if that is earlier; it
 //! sends the packet again and does not double the timeout. Each that follows does
@@ -16,7 +16,7 @@ const VARIATION_MIN_NS: u64 = 200_000_000;
 pub(crate) const INITIAL_NS: u64 = 1_000_000_000;
 /// The greatest timeout (`TCP_RTO_MAX`).
 const GREATEST_NS: u64 = 120_000_000_000;
-/// So many times a SYN is sent again before its timeout doubles (`tcp_syn_linear_timeouts`).
+/// Number of SYNs resent before the timeout doubles (`tcp_syn_linear_timeouts`).
 const LINEAR_SYNS: u16 = 4;
 
 /// Linux's timer wheel since 4.8 (`calc_wheel_index` in `kernel/time/timer.c`): timers end with a
@@ -67,7 +67,7 @@ pub(crate) struct RoundTrip {
     smoothed_ns: u64,
     /// Four mean deviations.
     deviation_ns: u64,
-    /// What is waited beyond the smoothed round trip.
+    /// The wait beyond the smoothed round trip.
     variation_ns: u64,
 }
 

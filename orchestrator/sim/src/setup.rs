@@ -1,4 +1,4 @@
-//! What a simulated run is set up with, and what it comes to.
+//! Settings and result of a simulated run.
 
 use control::{Law, Stepper};
 use endpoint::{ControllerSettings, Counts, Hold, InvalidSettings, TickNoise};
@@ -11,11 +11,11 @@ use crate::timing::Timing;
 /// A run to be simulated. All times are virtual, in ns.
 #[derive(Debug, Clone)]
 pub struct Setup<'a> {
-    /// The link.
+    /// The profile of the link.
     pub profile: &'a Profile,
     /// Seed of the link and of the machine's times.
     pub seed: u64,
-    /// What the controller is set up with; the plant takes h and `late` from here too.
+    /// The controller's settings; the plant takes h and `late` from here too.
     pub settings: ControllerSettings,
     /// The least that a timer of the client's waits, 0 for none: what browsers of 2011 had.
     pub timer_floor_ns: u64,

@@ -5,6 +5,7 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::Rng;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Steps between quantiles: a draw's upper five bits choose one, the others where within it.
@@ -12,7 +13,7 @@ const STEPS: usize = 32;
 const STEP_BITS: u32 = 32 - STEPS.trailing_zeros();
 
 /// A distribution of times in ns, by its quantiles 0, 1/32, ... 1.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Vec<u32>", into = "Vec<u32>")]
 pub struct Spread {
     quantiles_ns: [u32; STEPS + 1],
@@ -44,7 +45,7 @@ impl Spread {
         }
     }
 
-    /// The distribution of these times, in ns and in any order; 0 where there are none.
+    /// The distribution of these times, in ns and in any order; 0 for an empty list.
     ///
     /// The ends are the quantiles 0.5 and 99.5 %: of the very slowest a model need not know, since
     /// they are the machine's moments and not the program's.
@@ -109,9 +110,10 @@ impl TryFrom<Vec<u32>> for Spread {
 
 impl From<Spread> for Vec<u32> {
     fn from(spread: Spread) -> Self {
-        match spread.constant {
-            true => vec![spread.quantiles_ns[0]],
-            false => spread.quantiles_ns.to_vec(),
+        if spread.constant {
+            vec![spread.quantiles_ns[0]]
+        } else {
+            spread.quantiles_ns.to_vec()
         }
     }
 }

@@ -1,6 +1,6 @@
 //! All messages on one connection, as a WebSocket carries them: what is lost holds up what follows.
 //!
-//! Packets that are sent after a lost one tell of it, so it is sent again about a round trip later
+//! Packets that are sent after a lost one reveal it, so it is sent again about a round trip later
 //! and not when a timer ends (RACK, RFC 8985): as soon as the next packet is acknowledged and a
 //! quarter of the shortest round trip has passed beyond its own. Where a client waits for each answer there is
 //! no next packet, and the timer remains. What is left out: that a connection starts slowly, with

@@ -4,12 +4,13 @@
 //! `t_arrive - t_send` less the link, `down` is `t_receive - t_arrive` less the link. They are
 //! given as spreads, as measured; `webloop calibrate` measures them on the machine it runs on.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::spread::Spread;
 
 /// How long a client and its plant take over messages, whatever the link.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Timing {
     /// From a deadline to the message's leaving.

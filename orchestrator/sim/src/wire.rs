@@ -61,9 +61,10 @@ impl Wire {
         let Some([empty, link]) = &mut self.links else {
             return Some(t_ns);
         };
-        let (link, origin_ns) = match t_ns < self.epoch_ns {
-            true => (empty, 0),
-            false => (link, self.epoch_ns),
+        let (link, origin_ns) = if t_ns < self.epoch_ns {
+            (empty, 0)
+        } else {
+            (link, self.epoch_ns)
         };
         match link.path_mut(way).transmit(t_ns - origin_ns, bytes) {
             Fate::Deliver { at_ns } => Some(at_ns + origin_ns + self.player_ns),

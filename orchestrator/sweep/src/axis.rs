@@ -4,125 +4,91 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// Something that a sweep varies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Axis {
+/// How an axis is called.
+struct Names {
+    word: &'static str,
+    column: &'static str,
+    heading: &'static str,
+    label: &'static str,
+    unit: &'static str,
+}
+
+/// Declares the axes, each with what it is called: its word, its column, its heading, its name along a
+/// figure's axis, and what stands behind its numbers in a sentence.
+macro_rules! axes {
+    ($($(#[$meta:meta])* $axis:ident: $word:literal $column:literal $heading:literal $label:literal $unit:literal,)+) => {
+        /// Something that a sweep varies.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum Axis {
+            $($(#[$meta])* $axis,)+
+        }
+
+        impl Axis {
+            /// All of them, the slowest to change first: runs over one link follow each other.
+            pub const ALL: [Axis; [$($word),+].len()] = [$(Axis::$axis),+];
+
+            const fn names(self) -> Names {
+                let (word, column, heading, label, unit) = match self {
+                    $(Axis::$axis => ($word, $column, $heading, $label, $unit),)+
+                };
+                Names { word, column, heading, label, unit }
+            }
+        }
+    };
+}
+
+axes! {
     /// A whole link, by its profile.
-    Topology,
+    Topology: "topology" "topology" "topology" "topology" "",
     /// The constant part of the round trip, half of it each way.
-    Rtt,
+    Rtt: "rtt" "rtt_ms" "rtt/ms" "constant round trip/ms" " ms",
     /// The mean of an exponential variation on top of it, half of it each way.
-    Jitter,
+    Jitter: "jitter" "jitter_ms" "jitter/ms" "mean jitter of the round trip/ms" " ms",
     /// The share of packets lost, each way.
-    Loss,
+    Loss: "loss" "loss_pct" "loss/%" "packets lost each way/%" " %",
     /// The rate limit, each way.
-    Rate,
-    /// Whose timings the two ends have.
-    Client,
-    /// What is controlled, and by what law.
-    System,
+    Rate: "rate" "rate_bps" "rate/(bit/s)" "rate/(bit/s)" " bit/s",
+    /// The client whose timings the two ends have.
+    Client: "client" "client" "client" "client" "",
+    /// The plant with its law.
+    System: "system" "system" "system" "system" "",
     /// The sample time of plant and controller.
-    H,
+    H: "h" "h_ms" "h/ms" "h/ms" " ms",
     /// Requests that may be under way.
-    Outstanding,
-    /// Proportional gain.
-    Kp,
-    /// Integral gain.
-    Ki,
+    Outstanding: "outstanding" "outstanding" "outstanding" "requests that may be under way" "",
+    /// Proportional gain kp.
+    Kp: "kp" "kp" "kp" "proportional gain kp" "",
+    /// Integral gain ki, in 1/s.
+    Ki: "ki" "ki_per_s" "ki/(1/s)" "integral gain ki/(1/s)" "/s",
 }
 
 impl Axis {
-    /// All of them, the slowest to change first: runs over one link follow each other.
-    pub const ALL: [Axis; 11] = [
-        Axis::Topology,
-        Axis::Rtt,
-        Axis::Jitter,
-        Axis::Loss,
-        Axis::Rate,
-        Axis::Client,
-        Axis::System,
-        Axis::H,
-        Axis::Outstanding,
-        Axis::Kp,
-        Axis::Ki,
-    ];
-
     /// Its key in a file, and on the command line.
     #[must_use]
     pub fn word(self) -> &'static str {
-        match self {
-            Axis::Topology => "topology",
-            Axis::Rtt => "rtt",
-            Axis::Jitter => "jitter",
-            Axis::Loss => "loss",
-            Axis::Rate => "rate",
-            Axis::Client => "client",
-            Axis::System => "system",
-            Axis::H => "h",
-            Axis::Outstanding => "outstanding",
-            Axis::Kp => "kp",
-            Axis::Ki => "ki",
-        }
+        self.names().word
     }
 
     /// Its column in a table of rows, with its unit.
     #[must_use]
     pub fn column(self) -> &'static str {
-        match self {
-            Axis::Rtt => "rtt_ms",
-            Axis::Jitter => "jitter_ms",
-            Axis::Loss => "loss_pct",
-            Axis::Rate => "rate_bps",
-            Axis::H => "h_ms",
-            Axis::Ki => "ki_per_s",
-            Axis::Topology | Axis::Client | Axis::System | Axis::Outstanding | Axis::Kp => {
-                self.word()
-            }
-        }
+        self.names().column
     }
 
     /// Its heading in a table for people.
     pub(crate) fn heading(self) -> &'static str {
-        match self {
-            Axis::Rtt => "rtt/ms",
-            Axis::Jitter => "jitter/ms",
-            Axis::Loss => "loss/%",
-            Axis::Rate => "rate/(bit/s)",
-            Axis::H => "h/ms",
-            Axis::Ki => "ki/(1/s)",
-            Axis::Topology | Axis::Client | Axis::System | Axis::Outstanding | Axis::Kp => {
-                self.word()
-            }
-        }
+        self.names().heading
     }
 
     /// Its name along the axis of a figure.
     #[must_use]
     pub fn label(self) -> &'static str {
-        match self {
-            Axis::Topology => "topology",
-            Axis::Rtt => "constant round trip/ms",
-            Axis::Jitter => "mean jitter of the round trip/ms",
-            Axis::Loss => "packets lost each way/%",
-            Axis::Rate => "rate/(bit/s)",
-            Axis::Client => "client",
-            Axis::System => "system",
-            Axis::H => "h/ms",
-            Axis::Outstanding => "requests that may be under way",
-            Axis::Kp => "proportional gain kp",
-            Axis::Ki => "integral gain ki/(1/s)",
-        }
+        self.names().label
     }
 
     /// What stands behind its numbers in a sentence.
     fn unit(self) -> &'static str {
-        match self {
-            Axis::Rtt | Axis::Jitter | Axis::H => " ms",
-            Axis::Loss => " %",
-            Axis::Rate => " bit/s",
-            Axis::Ki => "/s",
-            Axis::Topology | Axis::Client | Axis::System | Axis::Outstanding | Axis::Kp => "",
-        }
+        self.names().unit
     }
 
     /// One of its levels in a sentence or a heading: `h = 3 ms`, `over couva`.

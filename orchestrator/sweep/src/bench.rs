@@ -22,9 +22,9 @@ const START_NS: u64 = EPOCH_NS + plan::START_AT_NS;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("point {number} cannot be run: {problem}")]
 pub struct Unfit {
-    /// Its number.
+    /// Number of the point.
     pub number: usize,
-    /// Why.
+    /// Why it cannot run.
     pub problem: String,
 }
 
@@ -40,7 +40,7 @@ impl Bench {
     /// Runs a point once; `timing` is that of its client.
     ///
     /// # Errors
-    /// [`Unfit`] where its link, its loop or its settings are none that can be run.
+    /// [`Unfit`] if its link, its loop or its settings cannot be run.
     pub fn run(
         &mut self,
         sweep: &Sweep,
@@ -95,9 +95,10 @@ impl Bench {
             hold: Hold::Last,
             tick_noise: None,
             law: design.law,
-            pool: match client.keeps_own_connections() {
-                true => Pool::Own,
-                false => Pool::Shared,
+            pool: if client.spec().keeps_own_connections {
+                Pool::Own
+            } else {
+                Pool::Shared
             },
             message_bytes: client.message_bytes(settings.transport),
             echoes: &echoes,

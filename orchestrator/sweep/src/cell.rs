@@ -5,7 +5,7 @@ use analysis::statistics::median;
 use crate::row::Row;
 use crate::sweep::Sweep;
 
-/// What is mapped and compared.
+/// A measure that is mapped and compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Measure {
     /// Into 2 % of the reference for good, ms.
@@ -101,13 +101,8 @@ impl Cell {
     /// A figure; infinite where half of its runs or more have none.
     #[must_use]
     pub fn figure(&self, measure: Measure) -> f64 {
-        let [settling, overshoot, iae, cost] = self.medians;
-        match measure {
-            Measure::Settling => settling,
-            Measure::Overshoot => overshoot,
-            Measure::Iae => iae,
-            Measure::Cost => cost,
-        }
+        // In the order of `Measure::ALL`, which is that of its variants.
+        self.medians[measure as usize]
     }
 
     /// Whether more than half of its runs were stable.

@@ -40,80 +40,53 @@ pub(crate) struct SweepFile {
     pub(crate) axes: Spanned<AxesFile>,
 }
 
-/// The table `[axes]`: a single value is a setting, several are an axis.
-#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct AxesFile {
-    /// A whole link: a built-in profile by name, or the path of a profile file.
-    #[schemars(with = "Option<Given>")]
-    topology: Option<Spanned<Given>>,
-    /// The constant part of the round trip, half of it each way, such as `"40ms"`.
-    #[schemars(with = "Option<Given>")]
-    rtt: Option<Spanned<Given>>,
-    /// The mean of an exponential variation on top of it, half of it each way.
-    #[schemars(with = "Option<Given>")]
-    jitter: Option<Spanned<Given>>,
-    /// The share of packets lost, each way, such as `"1%"`.
-    #[schemars(with = "Option<Given>")]
-    loss: Option<Spanned<Given>>,
-    /// The rate limit, each way, such as `"2mbit"`.
-    #[schemars(with = "Option<Given>")]
-    rate: Option<Spanned<Given>>,
-    /// Whose timings the two ends have: `native`, `python`, `chromium`, `firefox`.
-    #[schemars(with = "Option<Given>")]
-    client: Option<Spanned<Given>>,
-    /// A built-in system by name, or the path of a system file.
-    #[schemars(with = "Option<Given>")]
-    system: Option<Spanned<Given>>,
-    /// The sample time of plant and controller, such as `"3ms"`.
-    #[schemars(with = "Option<Given>")]
-    h: Option<Spanned<Given>>,
-    /// Requests that may be under way: `1`, `8`, `"unlimited"`.
-    #[schemars(with = "Option<Given>")]
-    outstanding: Option<Spanned<Given>>,
-    /// Proportional gain.
-    #[schemars(with = "Option<Given>")]
-    kp: Option<Spanned<Given>>,
-    /// Integral gain, 1/s.
-    #[schemars(with = "Option<Given>")]
-    ki: Option<Spanned<Given>>,
+/// Declares the table `[axes]` from the axes' keys.
+macro_rules! axes_file {
+    ($($(#[$meta:meta])* $key:ident: $axis:ident,)+) => {
+        /// The table `[axes]`: a single value is a setting, several are an axis.
+        #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub(crate) struct AxesFile {
+            $($(#[$meta])* #[schemars(with = "Option<Given>")] $key: Option<Spanned<Given>>,)+
+        }
+
+        impl AxesFile {
+            /// What is given for an axis.
+            pub(crate) fn get(&self, axis: Axis) -> Option<&Spanned<Given>> {
+                match axis { $(Axis::$axis => self.$key.as_ref(),)+ }
+            }
+
+            /// Gives an axis something else.
+            pub(crate) fn set(&mut self, axis: Axis, given: Spanned<Given>) {
+                *match axis { $(Axis::$axis => &mut self.$key,)+ } = Some(given);
+            }
+        }
+    };
 }
 
-impl AxesFile {
-    /// What is given for an axis.
-    pub(crate) fn get(&self, axis: Axis) -> Option<&Spanned<Given>> {
-        match axis {
-            Axis::Topology => self.topology.as_ref(),
-            Axis::Rtt => self.rtt.as_ref(),
-            Axis::Jitter => self.jitter.as_ref(),
-            Axis::Loss => self.loss.as_ref(),
-            Axis::Rate => self.rate.as_ref(),
-            Axis::Client => self.client.as_ref(),
-            Axis::System => self.system.as_ref(),
-            Axis::H => self.h.as_ref(),
-            Axis::Outstanding => self.outstanding.as_ref(),
-            Axis::Kp => self.kp.as_ref(),
-            Axis::Ki => self.ki.as_ref(),
-        }
-    }
-
-    /// Gives an axis something else.
-    pub(crate) fn set(&mut self, axis: Axis, given: Spanned<Given>) {
-        let place = match axis {
-            Axis::Topology => &mut self.topology,
-            Axis::Rtt => &mut self.rtt,
-            Axis::Jitter => &mut self.jitter,
-            Axis::Loss => &mut self.loss,
-            Axis::Rate => &mut self.rate,
-            Axis::Client => &mut self.client,
-            Axis::System => &mut self.system,
-            Axis::H => &mut self.h,
-            Axis::Outstanding => &mut self.outstanding,
-            Axis::Kp => &mut self.kp,
-            Axis::Ki => &mut self.ki,
-        };
-        *place = Some(given);
-    }
+axes_file! {
+    /// A whole link: a built-in profile by name, or the path of a profile file.
+    topology: Topology,
+    /// The constant part of the round trip, half of it each way, such as `"40ms"`.
+    rtt: Rtt,
+    /// The mean of an exponential variation on top of it, half of it each way.
+    jitter: Jitter,
+    /// The share of packets lost, each way, such as `"1%"`.
+    loss: Loss,
+    /// The rate limit, each way, such as `"2mbit"`.
+    rate: Rate,
+    /// Whose timings the two ends have: `native`, `python`, `chromium`, `firefox`.
+    client: Client,
+    /// A built-in system by name, or the path of a system file.
+    system: System,
+    /// The sample time of plant and controller, such as `"3ms"`.
+    h: H,
+    /// Requests that may be under way: `1`, `8`, `"unlimited"`.
+    outstanding: Outstanding,
+    /// Proportional gain.
+    kp: Kp,
+    /// Integral gain, 1/s.
+    ki: Ki,
 }
 
 /// The JSON schema of a sweep, for editors: what is committed as

@@ -16,16 +16,16 @@ use crate::sweep::Sweep;
 
 /// Axes of more levels are for maps: there each level is a small step.
 const LEVELS_MAX: usize = 12;
-/// A ratio that changes by less than this factor is not told.
+/// A ratio that changes by less than this factor is not a finding.
 const FACTOR: f64 = 1.25;
-/// How many are told, and how many of one pair of axes.
+/// The most findings printed, in all and for one pair of axes.
 const TOLD: usize = 4;
 const OF_A_PAIR: usize = 2;
 
 /// One level's effect, which another axis changes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
-    /// Whose effect.
+    /// The axis whose effect it is.
     pub axis: Axis,
     /// Of which level.
     pub level: String,
@@ -37,7 +37,7 @@ pub struct Finding {
     pub at: String,
     /// Against which: the first of that axis.
     pub home: String,
-    /// So many times as late does the step settle there; infinite where it does not.
+    /// Settling there over settling at the baseline; infinite if it does not settle.
     pub ratio: f64,
     /// And at home.
     pub at_home: f64,
@@ -56,16 +56,17 @@ impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let there = capital(&self.by.say(&self.at));
         let (level, baseline) = (self.axis.say(&self.level), self.axis.say(&self.baseline));
-        match self.ratio.is_finite() {
-            true => write!(
+        if self.ratio.is_finite() {
+            write!(
                 f,
                 "{there} the step settles {} times as late {level} as {baseline}",
                 digits(Some(self.ratio))
-            )?,
-            false => write!(
+            )?;
+        } else {
+            write!(
                 f,
                 "{there} the step does not settle {level}, though it does {baseline}"
-            )?,
+            )?;
         }
         let home = self.by.say(&self.home);
         write!(f, "; {home} {} times as late.", digits(Some(self.at_home)))
@@ -83,9 +84,10 @@ pub fn findings(sweep: &Sweep, cells: &[Cell]) -> Vec<Finding> {
         for other in &few[first + 1..] {
             // Whichever of two is held against the other, the factor is the same; a name reads
             // better as the one whose effect it is.
-            let (axis, by) = match one.axis.is_ordered() && !other.axis.is_ordered() {
-                true => (other, one),
-                false => (one, other),
+            let (axis, by) = if one.axis.is_ordered() && !other.axis.is_ordered() {
+                (other, one)
+            } else {
+                (one, other)
             };
             let settling = Settling::of(sweep, cells, axis, by);
             let levels = 1..axis.levels.len();

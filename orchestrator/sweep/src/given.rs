@@ -1,11 +1,11 @@
-//! The values of an axis as a file gives them: one, a list, or so many steps between two.
+//! The values of an axis in a file: one, a list, or a number of steps between two.
 
 use std::fmt;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
-use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
 use toml::Spanned;
 
 /// A number, or a text that says one with its unit.
@@ -46,77 +46,67 @@ pub(crate) struct Range {
 // Not untagged enums: their errors name no place, and what is wrong with a range would be lost.
 impl<'de> Deserialize<'de> for Word {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Words;
-
-        impl Visitor<'_> for Words {
-            type Value = Word;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number, or a text such as \"3ms\"")
-            }
-
-            fn visit_str<E>(self, text: &str) -> Result<Word, E> {
-                Ok(Word::Text(text.to_owned()))
-            }
-
-            fn visit_f64<E>(self, number: f64) -> Result<Word, E> {
-                Ok(Word::Number(number))
-            }
-
-            fn visit_i64<E>(self, number: i64) -> Result<Word, E> {
-                Ok(Word::Number(number as f64))
-            }
-
-            fn visit_u64<E>(self, number: u64) -> Result<Word, E> {
-                Ok(Word::Number(number as f64))
-            }
+        match deserializer.deserialize_any(Reading { is_axis: false })? {
+            Given::One(word) => Ok(word),
+            Given::Many(_) | Given::Range(_) => Err(D::Error::custom("a list in a list")),
         }
-
-        deserializer.deserialize_any(Words)
     }
 }
 
 impl<'de> Deserialize<'de> for Given {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Values;
+        deserializer.deserialize_any(Reading { is_axis: true })
+    }
+}
 
-        impl<'de> Visitor<'de> for Values {
-            type Value = Given;
+/// Reads a word, or whatever an axis can be given.
+struct Reading {
+    is_axis: bool,
+}
 
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a value, a list of values, or { from, to, steps }")
-            }
+impl<'de> Visitor<'de> for Reading {
+    type Value = Given;
 
-            fn visit_str<E>(self, text: &str) -> Result<Given, E> {
-                Ok(Given::One(Word::Text(text.to_owned())))
-            }
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.is_axis {
+            "a value, a list of values, or { from, to, steps }"
+        } else {
+            "a number, or a text such as \"3ms\""
+        })
+    }
 
-            fn visit_f64<E>(self, number: f64) -> Result<Given, E> {
-                Ok(Given::One(Word::Number(number)))
-            }
+    fn visit_str<E>(self, text: &str) -> Result<Given, E> {
+        Ok(Given::One(Word::Text(text.to_owned())))
+    }
 
-            fn visit_i64<E>(self, number: i64) -> Result<Given, E> {
-                Ok(Given::One(Word::Number(number as f64)))
-            }
+    fn visit_f64<E>(self, number: f64) -> Result<Given, E> {
+        Ok(Given::One(Word::Number(number)))
+    }
 
-            fn visit_u64<E>(self, number: u64) -> Result<Given, E> {
-                Ok(Given::One(Word::Number(number as f64)))
-            }
+    fn visit_i64<E>(self, number: i64) -> Result<Given, E> {
+        Ok(Given::One(Word::Number(number as f64)))
+    }
 
-            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Given, A::Error> {
-                let mut words = Vec::new();
-                while let Some(word) = list.next_element()? {
-                    words.push(word);
-                }
-                Ok(Given::Many(words))
-            }
+    fn visit_u64<E>(self, number: u64) -> Result<Given, E> {
+        Ok(Given::One(Word::Number(number as f64)))
+    }
 
-            fn visit_map<A: MapAccess<'de>>(self, keys: A) -> Result<Given, A::Error> {
-                let range = Range::deserialize(MapAccessDeserializer::new(keys))?;
-                Ok(Given::Range(Box::new(range)))
-            }
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Given, A::Error> {
+        if !self.is_axis {
+            return Err(A::Error::invalid_type(Unexpected::Seq, &self));
         }
+        let mut words = Vec::new();
+        while let Some(word) = list.next_element()? {
+            words.push(word);
+        }
+        Ok(Given::Many(words))
+    }
 
-        deserializer.deserialize_any(Values)
+    fn visit_map<A: MapAccess<'de>>(self, keys: A) -> Result<Given, A::Error> {
+        if !self.is_axis {
+            return Err(A::Error::invalid_type(Unexpected::Map, &self));
+        }
+        let range = Range::deserialize(MapAccessDeserializer::new(keys))?;
+        Ok(Given::Range(Box::new(range)))
     }
 }

@@ -25,7 +25,7 @@ pub struct Level {
 /// An axis and its levels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dimension<'a> {
-    /// Which.
+    /// The axis that the level is on.
     pub axis: Axis,
     /// At least one.
     pub levels: &'a [Level],

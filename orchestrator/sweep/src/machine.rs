@@ -1,4 +1,4 @@
-//! Whose timings the two ends have: a client's, as they were measured, or none at all.
+//! The timings of the two ends: a client's, as measured, or ideal ones of 0.
 
 use std::fmt;
 use std::str::FromStr;
@@ -16,7 +16,7 @@ pub enum Machine {
 
 /// A word that is neither `ideal` nor a client's.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("client `{0}` is unknown; choose ideal, native, python, chromium or firefox")]
+#[error("client `{0}` is unknown; choose ideal, {choices}", choices = Client::choices())]
 pub struct UnknownMachine(String);
 
 impl FromStr for Machine {

@@ -106,6 +106,6 @@ mod tests {
             hold_ns: 1_000,
         };
         let problem = restless.profile().map(|_| ()).expect_err("too restless");
-        assert!(problem.contains("drawn anew"), "{problem}");
+        assert!(problem.contains("redrawn"), "{problem}");
     }
 }

@@ -1,13 +1,16 @@
 //! Figures of a sweep: a map where two axes are long, lines where they are short.
 //!
 //! What is drawn along which axis is decided from the axes alone, in `layout`; how, in
-//! `tiles` and `lines`. What is left over is told apart by panels.
+//! `tiles` and `lines`. Each remaining level has a panel of its own.
 
 mod layout;
 mod lines;
 mod tiles;
 
-use chart::{Axis as Scaled, Chart, Panel, Scale, Tone};
+use std::sync::LazyLock;
+
+use chart::{Chart, Panel, Scale, Tone};
+use plan::Client;
 
 use crate::axis::Axis;
 use crate::cell::{Cell, Measure};
@@ -18,14 +21,12 @@ use crate::sweep::Sweep;
 use layout::{Form, Layout};
 
 /// The tones that a page may set, which are those of a report's figures; the line of analysis has the first.
-const TONES: [Tone; 6] = [
-    tone("native", [0x30, 0x30, 0x30], 0),
-    tone("python", [0x00, 0x72, 0xb2], 0),
-    tone("chromium", [0xd5, 0x5e, 0x00], 2),
-    tone("firefox", [0x00, 0x9e, 0x73], 1),
-    tone("plant", [0x7a, 0x7a, 0x7a], 0),
-    tone("other", [0x9c, 0x9c, 0x9c], 0),
-];
+static TONES: LazyLock<Vec<Tone>> = LazyLock::new(|| {
+    let clients = Client::ALL.into_iter().map(Client::spec);
+    let clients = clients.map(|spec| tone(spec.name, spec.rgb, spec.dash));
+    let others = [tone("plant", [0x7a; 3], 0), tone("other", [0x9c; 3], 0)];
+    clients.chain(others).collect()
+});
 
 const fn tone(name: &'static str, rgb: [u8; 3], dash: u8) -> Tone {
     Tone { name, rgb, dash }
@@ -55,7 +56,7 @@ pub fn maps(sweep: &Sweep, cells: &[Cell], borders: &[Border]) -> Vec<Chart> {
         .into()
 }
 
-/// What is drawn, and all that a drawing needs of it.
+/// The data of a drawing.
 struct Subject<'a> {
     sweep: &'a Sweep,
     dimensions: Vec<Dimension<'a>>,
@@ -238,27 +239,6 @@ fn scale(measure: Measure) -> Scale {
     match measure {
         Measure::Overshoot => Scale::Linear,
         Measure::Settling | Measure::Iae | Measure::Cost => Scale::Log,
-    }
-}
-
-fn scaled(label: &str, scale: Scale) -> Scaled {
-    Scaled {
-        label: label.to_owned(),
-        scale,
-        range: None,
-    }
-}
-
-fn empty_panel(x: Scaled, y: Scaled) -> Panel {
-    Panel {
-        letter: String::new(),
-        title: String::new(),
-        x,
-        y,
-        map: None,
-        series: Vec::new(),
-        guides: Vec::new(),
-        empty: NOTHING.to_owned(),
     }
 }
 

@@ -30,7 +30,7 @@ pub enum Limit {
 pub struct Border {
     /// The place of the point with the shortest round trip.
     pub place: Vec<usize>,
-    /// By analysis.
+    /// The computed limit.
     pub limit: Limit,
     /// The longest round trip that all runs survived, as they did every shorter one, ms.
     pub found_ms: Option<f64>,
@@ -85,7 +85,7 @@ pub fn limit(point: &Point) -> Limit {
     }
 }
 
-/// The borders of a sweep that has several round trips; of any other there are none.
+/// The borders of a sweep with several round trips; empty for others.
 #[must_use]
 pub fn borders(sweep: &Sweep, cells: &[Cell]) -> Vec<Border> {
     let dimensions = sweep.grid.dimensions();

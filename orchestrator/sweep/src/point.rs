@@ -19,7 +19,7 @@ pub enum Between {
 }
 
 impl Between {
-    /// By what its seeds are derived.
+    /// The name from which its seeds are derived.
     #[must_use]
     pub fn name(&self) -> &str {
         match self {
@@ -32,19 +32,19 @@ impl Between {
 /// One combination of the axes' levels.
 #[derive(Debug, Clone)]
 pub struct Point {
-    /// The link.
+    /// The link between the ends.
     pub between: Between,
-    /// Whose timings.
+    /// The client whose timings the controller has.
     pub client: Machine,
-    /// What is controlled, and by what law.
+    /// The plant with its law.
     pub system: Arc<System>,
     /// Sample time of plant and controller.
     pub h: SampleTime,
     /// Requests that may be under way.
     pub outstanding: Outstanding,
-    /// Another proportional gain than the system's.
+    /// Proportional gain, instead of the system's.
     pub kp: Option<f64>,
-    /// Another integral gain, 1/s.
+    /// Integral gain in 1/s, instead of the system's.
     pub ki: Option<f64>,
 }
 
@@ -52,9 +52,9 @@ pub struct Point {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NoLoop {
     /// The law has no such gains.
-    #[error("the law of {system} has no kp and ki to be given others")]
+    #[error("the law of {system} has no kp and ki to replace")]
     Gains {
-        /// Its system.
+        /// Name of the system.
         system: String,
     },
     /// The system does not go with h.

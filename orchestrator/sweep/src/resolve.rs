@@ -8,7 +8,7 @@ mod level;
 use std::sync::Arc;
 
 use control::preset;
-use endpoint::{DURATION_REMEDY, Outstanding, SampleTime};
+use endpoint::{Outstanding, SampleTime};
 use link::{duration_ns, rate_bps, share};
 use plan::{InvalidFile, Library};
 use system::System;
@@ -49,26 +49,20 @@ impl Sweep {
         instead: &Instead,
         mut library: impl Library,
     ) -> Result<Sweep, InvalidFile> {
-        let mut file: SweepFile = toml::from_str(source).map_err(|error| {
-            let span = error.span().unwrap_or(0..0);
-            let remedy = "see the sweeps in orchestrator/sweeps for examples";
-            InvalidFile::new(source, origin, span, error.message(), remedy)
-        })?;
+        let text = plan::Reader { source, origin };
+        let mut file: SweepFile =
+            text.parse("see the sweeps in orchestrator/sweeps for examples")?;
         for (axis, word) in &instead.fixed {
             let axes = file.axes.get_mut();
             let span = axes.get(*axis).map_or(0..0, Spanned::span);
             let given = Given::One(Word::Text(word.clone()));
             axes.set(*axis, Spanned::new(span, given));
         }
-        let reader = Reader {
-            source,
-            origin,
-            file: &file,
-        };
+        let reader = Reader { text, file: &file };
         let sweep = Sweep {
-            name: reader.name()?,
+            name: text.name(&file.name)?,
             about: file.about.clone(),
-            duration_ns: reader.duration(&file.duration)?,
+            duration_ns: text.duration(&file.duration)?,
             repeats: reader.repeats()?,
             seed: instead.seed.unwrap_or(file.seed),
             rho: reader.rho()?,
@@ -81,28 +75,13 @@ impl Sweep {
 
 /// The text being read, for the places of errors.
 struct Reader<'a> {
-    source: &'a str,
-    origin: &'a str,
+    text: plan::Reader<'a>,
     file: &'a SweepFile,
 }
 
 impl Reader<'_> {
     fn invalid<T>(&self, at: &Spanned<T>, problem: impl Into<String>, remedy: &str) -> InvalidFile {
-        InvalidFile::new(self.source, self.origin, at.span(), problem, remedy)
-    }
-
-    /// A name that can stand in a folder's name.
-    fn name(&self) -> Result<String, InvalidFile> {
-        let name = &self.file.name;
-        let text = name.get_ref();
-        match system::is_name(text) {
-            true => Ok(text.clone()),
-            false => Err(self.invalid(
-                name,
-                format!("`{text}` cannot name a results folder"),
-                "use up to 40 of a-z, 0-9 and -",
-            )),
-        }
+        self.text.invalid(at, problem, remedy)
     }
 
     fn repeats(&self) -> Result<u32, InvalidFile> {
@@ -118,19 +97,15 @@ impl Reader<'_> {
 
     fn rho(&self) -> Result<f64, InvalidFile> {
         let rho = *self.file.rho.get_ref();
-        match rho.is_finite() && rho >= 0.0 {
-            true => Ok(rho),
-            false => Err(self.invalid(
+        if rho.is_finite() && rho >= 0.0 {
+            Ok(rho)
+        } else {
+            Err(self.invalid(
                 &self.file.rho,
-                format!("`rho` is {rho}, and no cost"),
-                "give 0, or how much a squared command costs beside a squared error",
-            )),
+                format!("`rho` is {rho}, which is not a cost"),
+                "give 0 or more: the cost of a squared command relative to a squared error",
+            ))
         }
-    }
-
-    fn duration(&self, text: &Spanned<String>) -> Result<u64, InvalidFile> {
-        endpoint::duration_ns(text.get_ref())
-            .map_err(|problem| self.invalid(text, problem, DURATION_REMEDY))
     }
 
     fn grid(&self, library: Texts<'_>) -> Result<Grid, InvalidFile> {
@@ -142,7 +117,7 @@ impl Reader<'_> {
             Links::Made { .. } => "ideal",
         };
         let system = self.systems(library)?;
-        // With one system its own gains can be told in numbers.
+        // With one system its own gains can be given in numbers.
         let is_paper = matches!(system.values(), [only] if only.is_paper());
         let grid = Grid {
             client: self.words(Axis::Client, Some(client), |word| {
@@ -180,7 +155,7 @@ impl Reader<'_> {
         match (axes.get(Axis::Topology), made) {
             (Some(_), Some((axis, given))) => Err(self.invalid(
                 given,
-                format!("the link is given twice: `topology` names it, and `{axis}` makes one"),
+                format!("the link is described twice: `topology` names it, and `{axis}` makes one"),
                 "leave out `topology`, or all of rtt, jitter, loss and rate",
             )),
             (Some(_), None) => self.topologies(library).map(Links::Named),
@@ -220,7 +195,7 @@ impl Reader<'_> {
     fn made(&self) -> Result<Links, InvalidFile> {
         let time = |ns: f64| Ok((ns.round() as u64, number(ns.round() / 1e6)));
         let hold_ns = match &self.file.hold {
-            Some(hold) => self.duration(hold)?,
+            Some(hold) => self.text.duration(hold)?,
             None => duration_ns(HOLD).map_or(1, |ns| ns as u64),
         };
         Ok(Links::Made {
@@ -241,9 +216,12 @@ impl Reader<'_> {
                         .map(|bps| bps as f64)
                         .map_err(|why| why.to_string()),
                 },
-                |bps| match bps.is_infinite() {
-                    true => Ok((None, said("none"))),
-                    false => Ok((Some(bps as u64), number(bps.round()))),
+                |bps| {
+                    if bps.is_infinite() {
+                        Ok((None, said("none")))
+                    } else {
+                        Ok((Some(bps as u64), number(bps.round())))
+                    }
                 },
             )?,
             hold_ns,
@@ -253,7 +231,7 @@ impl Reader<'_> {
     /// What only shows in numbers taken together: made links that cannot be played, loops that are
     /// none, responses with too few samples.
     fn check(&self, grid: &Grid) -> Result<(), InvalidFile> {
-        let duration_ns = self.duration(&self.file.duration)?;
+        let duration_ns = self.text.duration(&self.file.duration)?;
         for h in grid.h.values() {
             let samples = duration_ns / h.ns();
             if !SAMPLES.contains(&samples) {
@@ -311,13 +289,14 @@ impl Reader<'_> {
 
     fn size(&self, sweep: &Sweep) -> Result<(), InvalidFile> {
         let runs = sweep.grid.points().saturating_mul(sweep.repeats as usize);
-        match runs <= RUNS_MAX {
-            true => Ok(()),
-            false => Err(self.invalid(
+        if runs <= RUNS_MAX {
+            Ok(())
+        } else {
+            Err(self.invalid(
                 &self.file.axes,
                 format!("the sweep has {runs} runs, more than {RUNS_MAX}"),
                 "take fewer steps or repeats, or --fix an axis",
-            )),
+            ))
         }
     }
 }

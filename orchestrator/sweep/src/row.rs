@@ -1,13 +1,13 @@
 //! A run as a line of `points.csv`: its number, its axes' levels, what it came to.
 
 use crate::number::brief;
-use crate::outcome::Outcome;
+use crate::outcome::{COLUMNS, Outcome};
 use crate::sweep::{Run, Sweep};
 
 /// One run and what it came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// Which run.
+    /// The run that it belongs to.
     pub run: Run,
     /// What it came to.
     pub outcome: Outcome,
@@ -20,7 +20,8 @@ impl Sweep {
         let mut columns = vec!["point", "repeat", "seed"];
         let dimensions = self.grid.dimensions();
         columns.extend(dimensions.iter().map(|dimension| dimension.axis.column()));
-        columns.extend(Outcome::COLUMNS);
+        columns.push("stable");
+        columns.extend(COLUMNS);
         columns.join(",")
     }
 
@@ -29,10 +30,7 @@ impl Sweep {
     #[must_use]
     pub fn line(&self, row: &Row) -> String {
         let mut line = self.key(row.run);
-        line += match row.outcome.stable {
-            true => ",yes",
-            false => ",no",
-        };
+        line += if row.outcome.stable { ",yes" } else { ",no" };
         for figure in row.outcome.figures() {
             line.push(',');
             line += &figure.map_or_else(String::new, brief);
@@ -43,7 +41,7 @@ impl Sweep {
     /// Reads a line; what was written is read as the same, to nine digits.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The fault in the row.
     pub fn read(&self, line: &str) -> Result<Row, String> {
         let mut fields = line.split(',');
         let mut field = || fields.next().ok_or("it has too few fields");
@@ -75,9 +73,9 @@ impl Sweep {
         let stable = match field()? {
             "yes" => true,
             "no" => false,
-            other => return Err(format!("`stable` is `{other}`, neither yes nor no")),
+            other => return Err(format!("`stable` is `{other}`; it must be yes or no")),
         };
-        let mut figures = [None; 10];
+        let mut figures = [None; COLUMNS.len()];
         for figure in &mut figures {
             *figure = match field()? {
                 "" => None,

@@ -1,8 +1,8 @@
 //! Whether a loop is stable, by one response of finite length.
 //!
 //! Near its margin a loop rings for a long time, whichever way it goes, so whether it has settled
-//! says nothing. What tells is whether its error dies out: over half the run the slowest mode of a
-//! stable loop has shrunk, that of an unstable one has grown. The paper's loop, one sample of 1 ms
+//! says nothing. The criterion is whether its error dies out: over half the run the slowest mode
+//! of a stable loop has shrunk, that of an unstable one has grown. The paper's loop, one sample of 1 ms
 //! from its margin, changes by 0.045 a second, which makes a fifth over half of ten seconds.
 //!
 //! With a link that varies, the same is true of its error on average: at rest a delay changes
@@ -48,9 +48,12 @@ fn errors(y: &[f64], r: f64) -> Option<(f64, f64)> {
     let worst = |part: usize| {
         let part = &y[y.len() * part / PARTS..y.len() * (part + 1) / PARTS];
         let errors = part.iter().map(|y| (y - r).abs());
-        errors.fold(0.0, |worst: f64, e| match e.is_finite() {
-            true => worst.max(e),
-            false => f64::INFINITY,
+        errors.fold(0.0, |worst: f64, e| {
+            if e.is_finite() {
+                worst.max(e)
+            } else {
+                f64::INFINITY
+            }
         })
     };
     Some((worst(1), worst(PARTS - 1)))

@@ -11,7 +11,7 @@ use crate::point::Point;
 pub struct Sweep {
     /// Short name.
     pub name: String,
-    /// Its question.
+    /// The question that it answers.
     pub about: String,
     /// How long the controller sends, virtual time.
     pub duration_ns: u64,
@@ -21,7 +21,7 @@ pub struct Sweep {
     pub seed: u64,
     /// What a squared command costs beside a squared error.
     pub rho: f64,
-    /// The points.
+    /// The points to run.
     pub grid: Grid,
 }
 
@@ -39,7 +39,7 @@ pub struct Instead {
 pub struct Run {
     /// The point's number.
     pub point: usize,
-    /// Which time, from 1.
+    /// Number of the repeat, from 1.
     pub repeat: u32,
 }
 

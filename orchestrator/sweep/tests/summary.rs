@@ -1,4 +1,4 @@
-//! What people are told and shown of a sweep: a table, sentences, figures.
+//! How a sweep's result is printed and drawn: a table, sentences, figures.
 
 use chart::{Along, Tile};
 use plan::ProfileText;

@@ -8,7 +8,9 @@ import { Run } from "./run.js";
 import { readSettings } from "./setting.js";
 
 const display = new Display();
+/** @type {any} */
 const button = document.getElementById("go");
+/** @type {any} */
 const download = document.getElementById("download");
 let run = null;
 let chosen = null;

@@ -1,6 +1,6 @@
 // The course of a run in the loop's own thread: measure, look at the plant, start, drive.
 //
-// Called on the main thread or by worker.js. Everything that happens is told; the one who
+// Called on the main thread or by worker.js. Every event is reported; the one who
 // listens (run.js) keeps the session with the plant and shows it.
 
 import { Clock, measureOffset, monotonic_ns } from "./clock.js";

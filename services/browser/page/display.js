@@ -169,6 +169,7 @@ function grouped(count) {
   return String(count).replace(/\B(?=(\d{3})+$)/g, "\u202f");
 }
 
+/** @returns {any} an element, of the kind that the page has there */
 function byId(id) {
   return document.getElementById(id);
 }

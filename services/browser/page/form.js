@@ -9,7 +9,9 @@ import { InvalidSettings, PRESETS, WORDS, check, readSettings } from "./setting.
 
 /** The controls of the page. */
 export class Form {
+  /** @type {any} */
   #form;
+  /** @type {any} */
   #preset;
   #presetHint;
   #error;

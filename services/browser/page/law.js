@@ -25,7 +25,7 @@ const FIELDS = {
 };
 const WINDUPS = ["off", "conditional", "back-calculation"];
 
-/** A law that is none. Its text names the field. */
+/** An invalid law. Its text names the field. */
 export class InvalidLaw extends Error {
   constructor(why) {
     super(`the plant's law: ${why}`);
@@ -152,7 +152,10 @@ function numbers(at, value, count) {
 }
 
 function list(at, value) {
-  return Array.isArray(value) ? value : refuse(at, value, "a list");
+  if (!Array.isArray(value)) {
+    refuse(at, value, "a list");
+  }
+  return value;
 }
 
 /** The object, if it has the fields `names` and no other. */

@@ -18,7 +18,7 @@ const FIELDS = {
   state: ["t_ns", "tick", "y", "u"],
 };
 
-/** A message that is none. Its text names the field. */
+/** An invalid message. Its text names the field. */
 export class InvalidMessage extends Error {}
 
 /** A command as a query, its time counted from `epoch_ns`. */
@@ -79,7 +79,7 @@ function fields(text, names) {
       );
     }
     if (name in values) {
-      throw new InvalidMessage(`field \`${name}\` is there twice: give it once`);
+      throw new InvalidMessage(`field \`${name}\` appears twice: give it once`);
     }
     values[name] = value;
   }

@@ -3,7 +3,7 @@
 // A port of services/control/src/pid.rs, sum by sum in the same order, so that both give the
 // same bits. What a law may be is checked in law.js.
 
-/** A command without limits; a bound that is none is infinite. */
+/** A command without limits: both bounds are infinite. */
 export const UNLIMITED = { min: -Infinity, max: Infinity, anti_windup: "off", gain_per_s: null };
 
 /** The nearest value within limits; what is not a number stays that. */

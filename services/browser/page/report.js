@@ -36,5 +36,7 @@ export function reportText(run) {
 
 /** A BigInt as a number in JSON, with all its digits where the browser can write them. */
 function exact(value) {
-  return typeof JSON.rawJSON === "function" ? JSON.rawJSON(String(value)) : Number(value);
+  /** @type {any} */
+  const json = JSON;
+  return typeof json.rawJSON === "function" ? json.rawJSON(String(value)) : Number(value);
 }

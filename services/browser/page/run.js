@@ -70,7 +70,7 @@ export class Run {
   stop() {
     this.#stopped = true;
     this.#thread?.stop();
-    this.#view.state("stopping", "Stopping: a message under way is waited for.");
+    this.#view.state("stopping", "Stopping: waiting for a message under way.");
   }
 
   /** All rows so far, as messages.csv. */
@@ -109,7 +109,7 @@ export class Run {
       throw this.#request.invalid;
     }
     check(settings);
-    // The loop's thread will read it again; one that is none is refused before all else.
+    // The loop's thread will read it again; an invalid law is refused before all else.
     readLaw(law);
     this.#view.began(settings, this.#session.plant);
     this.#view.state("preparing", "Measuring this browser's clock and timers.");
@@ -168,7 +168,7 @@ export class Run {
     if (this.#session === null) {
       return "";
     }
-    this.#view.state("delivering", "Giving the plant its rows.");
+    this.#view.state("delivering", "Sending the rows to the plant.");
     try {
       await this.#session.end(() => {
         const { broken } = this.#session;

@@ -1,7 +1,7 @@
 // The page's control of the plant: claimed, kept, given its rows and its report, and ended.
 //
 // Rows go out in chunks, one at a time and in order, each again until it is taken. While a
-// session is held nobody else commands the plant.
+// session is held no other client commands the plant.
 
 /** How often rows are sent. */
 const FLUSH_MS = 1000;
@@ -63,7 +63,7 @@ export class Session {
     while (this.#pending !== "" && this.broken === null) {
       await this.#send();
       if (this.#pending !== "" && performance.now() > until_ms) {
-        throw new Error("the plant does not answer, so it has not all of the rows");
+        throw new Error("the plant does not answer, so it lacks some rows");
       }
     }
     for (;;) {
@@ -83,7 +83,7 @@ export class Session {
     }
   }
 
-  /** Gives the plant back while the page is being left; nobody waits for the answer. */
+  /** Gives the plant back while the page is being left, without waiting for the answer. */
   leave(report) {
     clearInterval(this.#beat);
     post("/session/end", "application/json", report, this.token, true).catch(() => {});

@@ -66,7 +66,7 @@ export function readSettings(query) {
       );
     }
     if (name in given) {
-      throw new InvalidSettings(`setting \`${name}\` is there twice: give it once`);
+      throw new InvalidSettings(`setting \`${name}\` appears twice: give it once`);
     }
     given[name] = READERS[name](word);
   }
@@ -96,7 +96,7 @@ export function check(settings, page = { isolated: globalThis.crossOriginIsolate
   }
   if (timer === "wait" && !page.isolated) {
     refuse(
-      "timer `wait` needs a SharedArrayBuffer, which this page has not: it is not cross-origin " +
+      "timer `wait` needs a SharedArrayBuffer, which this page lacks: it is not cross-origin " +
         "isolated (over plain http a browser isolates only localhost, unless it is told to " +
         "trust the address)",
       "timer `channel`",
@@ -174,7 +174,7 @@ const READERS = {
     if (word !== "keep") {
       throw new InvalidSettings(
         `connection \`${excerpt(word)}\`: ` +
-          "a browser keeps its connections, whatever a page wants; choose keep",
+          "a browser keeps its connections; choose keep",
       );
     }
     return word;

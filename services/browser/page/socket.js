@@ -79,7 +79,7 @@ export class SocketSender {
     try {
       seq = this.#readSeq(text);
     } catch (error) {
-      // Nobody can say which message this would have answered.
+      // It is not known which message this would have answered.
       socket.close();
       this.#lost(socket, error.message);
       return;

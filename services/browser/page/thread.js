@@ -1,6 +1,6 @@
 // Where the loop runs: a worker of its own, or the page's main thread.
 //
-// Both tell the same. A worker that does not end when it is told to is ended from outside.
+// Both report the same. A worker that does not end when asked is ended from outside.
 
 import { NOTHING, beginCourse } from "./course.js";
 
@@ -37,7 +37,7 @@ function inWorker(task, tell) {
   });
   worker.addEventListener("error", (error) => {
     const why = error.message ?? "its script could not be loaded";
-    const reason = `the worker broke: ${why}`;
+    const reason = `the worker failed: ${why}`;
     end({ ...NOTHING, event: "ended", counts, outcome: "failed", reason });
   });
   worker.postMessage({ task: { ...task, word } });

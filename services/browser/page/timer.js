@@ -10,7 +10,7 @@ const SPIN_NS = 1_000_000;
 const CHANNEL_NS = 6_000_000;
 /** How long before the deadline that setTimeout ends: the clamp of 4 ms, and some lateness. */
 const CHANNEL_AHEAD_NS = 5_000_000;
-/** setTimeout cannot be told more: 2^31 - 1 ms. */
+/** The longest time that setTimeout takes: 2^31 - 1 ms. */
 const LONGEST_MS = 2_147_483_647;
 
 /** setTimeout until the deadline, in whole milliseconds rounded up as it takes no others. */

@@ -17,5 +17,5 @@ addEventListener("message", ({ data }) => {
 
 function tell(event) {
   const moved = event.event === "progress" ? [event.sends.buffer, event.ends.buffer] : [];
-  postMessage(event, moved);
+  postMessage(event, { transfer: moved });
 }

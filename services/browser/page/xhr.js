@@ -6,7 +6,7 @@
 import { excerpt } from "./message.js";
 
 const EXCERPT_CHARS = 200;
-const IN_WORKER = typeof WorkerGlobalScope !== "undefined";
+const IN_WORKER = "WorkerGlobalScope" in globalThis;
 
 /** One request at a time, ended before `send` returns. */
 export class XhrSender {

@@ -1,4 +1,4 @@
-//! The page's address: everything that it is told, as a query.
+//! The page's address, with the page's settings as its query.
 //!
 //! All values are numbers or words of settings, so none needs escaping.
 
@@ -6,7 +6,7 @@ use std::{fmt::Write, net::SocketAddr};
 
 use endpoint::{ControllerSettings, PageSettings};
 
-/// What the page is told beside its settings.
+/// What the page's address holds beside the settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Times {
     /// The first deadline; soon after loading, if not given.
@@ -37,7 +37,7 @@ pub(crate) fn url(
     // Numbers and words under fixed names: making values of them cannot fail.
     for value in told.into_iter().flatten() {
         for (name, value) in value.as_object().into_iter().flatten() {
-            // JavaScript is told times in whole nanoseconds.
+            // JavaScript gets times in whole nanoseconds.
             if name != "h" {
                 let value = value
                     .as_str()

@@ -22,7 +22,7 @@ const CHROMIUM: &[&str] = &[
     // What is kept of answers is in memory alone: they are not to be kept, and
     // looking for them on disk takes half a millisecond of each request.
     "--incognito",
-    // A page that nobody sees is slowed down.
+    // Chromium slows down hidden pages.
     "--disable-background-timer-throttling",
     "--disable-renderer-backgrounding",
     "--disable-backgrounding-occluded-windows",
@@ -44,7 +44,7 @@ const CHROMIUM: &[&str] = &[
      HttpsFirstBalancedModeAutoEnable",
 ];
 
-/// What of this machine the arguments depend on.
+/// Properties of this machine that the arguments depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Circumstance {
     /// Whether Chromium is to have its own sandbox.

@@ -128,7 +128,7 @@ impl Visit<'_> {
     /// A fresh folder for the browser's own files, with what it is to prefer.
     fn profile(&self) -> Result<Profile, VisitError> {
         let Config { engine, plant, .. } = *self.config;
-        let no_folder = refused(engine, "make a folder for it");
+        let no_folder = refused(engine, "make its folder");
         let profile = Profile::make(&self.config.scratch).map_err(&no_folder)?;
         if engine == Engine::Firefox {
             let text = user_js(plant);
@@ -150,11 +150,11 @@ impl Visit<'_> {
                     attempt.user = Some(NOBODY);
                     return Ok(process);
                 }
-                Err(error) => tracing::warn!("no browser as user {NOBODY}: {error}"),
+                Err(error) => tracing::warn!("cannot start the browser as user {NOBODY}: {error}"),
             }
             let own = rustix::process::geteuid().as_raw();
             let own = profile.give_to(own);
-            own.map_err(refused(self.config.engine, "take its folder back"))?;
+            own.map_err(refused(self.config.engine, "take back its folder"))?;
         }
         start(None).map_err(refused(self.config.engine, "start it"))
     }
@@ -178,7 +178,7 @@ impl Visit<'_> {
             let status = tokio::select! {
                 status = &mut asking => status,
                 _ = looks.tick() => {
-                    let ended = process.ended().map_err(refused(engine, "look at it"))?;
+                    let ended = process.ended().map_err(refused(engine, "check its process"))?;
                     if ended.is_some() {
                         // The page may have ended before.
                         let last = self.plant.status().await;
@@ -221,7 +221,7 @@ impl Visit<'_> {
         match self.plant.status().await {
             Ok(status) => Some(status),
             Err(why) => {
-                tracing::debug!("no word of the session: {why}");
+                tracing::debug!("the plant does not report the session: {why}");
                 None
             }
         }
@@ -248,7 +248,7 @@ impl Visit<'_> {
                 late_s: (limits.finish + self.timeout()).as_secs(),
                 seen: watch.session().map_or_else(String::new, |session| {
                     let (commands, rows) = (session.commands, session.rows);
-                    format!("{commands} commands and {rows} rows of it were at the plant")
+                    format!("the plant had {commands} commands and {rows} rows from it")
                 }),
             },
             Trouble::Page { outcome, reason } => VisitError::Page {

@@ -2,7 +2,7 @@
 //!
 //! A page knows the time of day at which it began, and how long ago that is. The
 //! run's clock is `CLOCK_MONOTONIC`. On one machine the difference is the same
-//! for both, as long as nobody sets the time of day.
+//! for both, as long as the system time is not set.
 
 use rustix::time::{ClockId, clock_gettime};
 

@@ -1,4 +1,4 @@
-//! What a visit is told, and why it may fail. What it tells at its end is
+//! Settings of a visit, and why it may fail. What it reports at its end is
 //! [`endpoint::report::Visit`].
 
 use std::{
@@ -18,10 +18,10 @@ use crate::{Engine, Missing, Version};
 /// crate's business.
 pub type Leash = fn(&mut Command) -> io::Result<()>;
 
-/// Everything that a visit is told.
+/// Settings of a visit.
 #[derive(Clone, Debug)]
 pub struct Config {
-    /// Which browser.
+    /// The browser to start.
     pub engine: Engine,
     /// The plant, which serves the page.
     pub plant: SocketAddr,
@@ -49,14 +49,14 @@ pub struct Limits {
     /// From the browser's start until the page holds the session. On a slow
     /// disk a browser alone takes ten seconds.
     pub open: Duration,
-    /// A page that says nothing, beyond its own time-out.
+    /// How long a page may be silent beyond its own time-out.
     pub silence: Duration,
     /// From the last deadline, and a time-out, until the page has ended: its
     /// last rows go over the run's link.
     pub finish: Duration,
     /// Between two looks at the session. They go over the run's link, too.
     pub look: Duration,
-    /// A browser that was told to end, before it is killed.
+    /// From the signal to end a browser until it is killed.
     pub end: Duration,
 }
 
@@ -85,7 +85,8 @@ pub enum VisitError {
     Settings(#[from] InvalidSetting),
     /// The plant does not answer before the browser is started.
     #[error(
-        "no plant answers at http://{plant} after {waited_s} s: {why}; is it started, and is this its address?"
+        "no plant answers at http://{plant} after {waited_s} s: {why}; start it, or correct the \
+         address"
     )]
     Unreachable {
         /// What was asked.
@@ -100,19 +101,20 @@ pub enum VisitError {
         "the plant at http://{plant} is controlled by `{client}`; wait for the end of that session"
     )]
     Taken {
-        /// The plant.
+        /// Address of the plant.
         plant: SocketAddr,
         /// What that page calls itself.
         client: String,
     },
     /// The browser ended before the page did.
     #[error(
-        "{version} ended before its page did, with {status}; its last words: {words}; start {program} by hand to see more"
+        "{version} ended before its page did, with {status}; its last output: {words}; start \
+         {program} by hand to see more"
     )]
     Crashed {
-        /// Which.
+        /// The browser's version.
         version: Version,
-        /// The program.
+        /// Path of the browser's program.
         program: String,
         /// How it ended.
         status: ExitStatus,
@@ -121,10 +123,11 @@ pub enum VisitError {
     },
     /// The page did not come to be.
     #[error(
-        "{version} runs, but no page of it took control of the plant within {waited_s} s; its last words: {words}; open {url} by hand to see more"
+        "{version} runs, but no page of it took control of the plant within {waited_s} s; its last \
+         output: {words}; open {url} by hand to see more"
     )]
     NeverOpened {
-        /// Which.
+        /// The browser's version.
         version: Version,
         /// How long it was waited for.
         waited_s: u64,
@@ -135,10 +138,11 @@ pub enum VisitError {
     },
     /// The page fell silent.
     #[error(
-        "the page in {version} hangs: the plant heard nothing of it for {silent_s} s after {commands} commands; the rows that it sent before are at the plant"
+        "the page in {version} hangs: the plant heard nothing from it for {silent_s} s after \
+         {commands} commands; the plant has the rows that it sent before"
     )]
     Hung {
-        /// Which.
+        /// The browser's version.
         version: Version,
         /// How long, at least.
         silent_s: u64,
@@ -150,7 +154,7 @@ pub enum VisitError {
         "the page in {version} has not ended {late_s} s after its last deadline; {seen}; is the link too slow for its rows?"
     )]
     Unfinished {
-        /// Which.
+        /// The browser's version.
         version: Version,
         /// How long it was waited for.
         late_s: u64,
@@ -160,7 +164,7 @@ pub enum VisitError {
     /// The page says itself that it did not do what was asked.
     #[error("the page in {version} ended as {outcome}: {reason}")]
     Page {
-        /// Which.
+        /// The browser's version.
         version: Version,
         /// The page's word for it: `late`, `failed` or `stopped`.
         outcome: String,
@@ -170,7 +174,7 @@ pub enum VisitError {
     /// The system refused a folder, a process or a signal handler.
     #[error("cannot run {engine}: {what}: {source}")]
     System {
-        /// Which.
+        /// The browser that failed.
         engine: Engine,
         /// What could not be done.
         what: &'static str,

@@ -1,4 +1,4 @@
-//! Which browser: how it is called, where it is found, and which version it is.
+//! A browser's names, its program and its version.
 //!
 //! How it is started is in [`crate::argument`] and [`crate::preference`].
 
@@ -55,7 +55,7 @@ pub(crate) fn runs_a_page(engine: Engine, arguments: &[&str]) -> bool {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no {engine} on this machine: {why}; {remedy}")]
 pub struct Missing {
-    /// Which was looked for.
+    /// The browser that was looked for.
     pub engine: Engine,
     /// Where, and what was there instead.
     pub why: String,
@@ -204,7 +204,7 @@ mod tests {
         let path = env::join_paths([&a, &b]).expect("a path");
         let names = ["first", "second"];
         assert_eq!(in_path(&names, Some(&path)), None);
-        // A file that cannot be run is none.
+        // A file that cannot be run does not count.
         std::fs::write(a.join("first"), "").expect("a file");
         let program = |path: PathBuf| {
             std::fs::write(&path, "").expect("a file");

@@ -13,7 +13,7 @@ pub struct File {
     pub path: &'static str,
     /// Its content type.
     pub kind: &'static str,
-    /// What is in it.
+    /// Its content.
     pub bytes: &'static [u8],
 }
 

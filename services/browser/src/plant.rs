@@ -18,9 +18,9 @@ const WARM_UP_PAUSE: Duration = Duration::from_millis(50);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum State {
-    /// No page.
+    /// No page holds the session.
     Free,
-    /// A page.
+    /// A page holds the session.
     Held,
     /// No page any more: the last one said that it ended.
     Ended,
@@ -91,9 +91,10 @@ impl Plant {
         let response = self.client.get(url).send().await.map_err(sentence)?;
         let status = response.status();
         let text = response.text().await.map_err(sentence)?;
-        match status.is_success() {
-            true => Ok(text),
-            false => Err(format!("{path}: {status}")),
+        if status.is_success() {
+            Ok(text)
+        } else {
+            Err(format!("{path}: {status}"))
         }
     }
 }

@@ -25,17 +25,17 @@ const PREFERENCES: &[(&str, &str)] = &[
     ("startup.homepage_welcome_url", "\"\""),
     ("termsofuse.bypassNotification", "true"),
     ("trailhead.firstrun.didSeeAboutWelcome", "true"),
-    // An earlier session is none of this one's.
+    // Do not restore an earlier session.
     ("browser.sessionstore.resume_from_crash", "false"),
     ("toolkit.startup.max_resumed_crashes", "-1"),
-    // A page that nobody sees is slowed down, one that costs much too.
+    // Browsers slow down hidden pages, and costly ones too.
     ("dom.timeout.enable_budget_timer_throttling", "false"),
     ("browser.tabs.unloadOnLowMemory", "false"),
     // A thread that blocks on purpose hangs.
     ("dom.ipc.processHangMonitor", "false"),
     ("dom.ipc.reportProcessHangs", "false"),
     ("dom.max_script_run_time", "0"),
-    // The plant speaks HTTP, and there is nobody else to ask.
+    // The plant speaks HTTP, and there is no other server.
     ("dom.security.https_first", "false"),
     ("dom.security.https_first_schemeless", "false"),
     ("dom.security.https_only_mode", "false"),

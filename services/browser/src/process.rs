@@ -113,16 +113,16 @@ impl Process {
     /// # Errors
     /// If something is there that cannot be killed.
     pub(crate) fn end(&mut self, within: Duration) -> io::Result<()> {
-        // Until it has been waited for, its number belongs to nobody else.
+        // Its number is not reused until it has been waited for.
         if self.child.try_wait()?.is_none()
             && let Some(group) = Pid::from_raw(self.number())
         {
             let _ = kill_process_group(group, Signal::TERM);
         }
-        if self.is_gone_within(within, |_| {})? {
+        if self.wait_until_gone(within, |_| {})? {
             return Ok(());
         }
-        if self.is_gone_within(KILL_WITHIN, |process| process.family.kill(process.number()))? {
+        if self.wait_until_gone(KILL_WITHIN, |process| process.family.kill(process.number()))? {
             return Ok(());
         }
         let left: Vec<_> = self.members().iter().map(ToString::to_string).collect();
@@ -130,7 +130,7 @@ impl Process {
         Err(io::Error::other(format!("processes {left} do not end")))
     }
 
-    fn is_gone_within(&mut self, within: Duration, press: impl Fn(&Self)) -> io::Result<bool> {
+    fn wait_until_gone(&mut self, within: Duration, press: impl Fn(&Self)) -> io::Result<bool> {
         let deadline = Instant::now() + within;
         loop {
             press(self);

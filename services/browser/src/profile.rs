@@ -71,13 +71,13 @@ impl Profile {
         chown(&home, Some(user), Some(user))
     }
 
-    /// Removes it.
+    /// Deletes the folder.
     pub(crate) fn remove(self) -> io::Result<()> {
         self.folder.close()
     }
 }
 
-/// Removes what nobody holds. What cannot be removed is left to the next one.
+/// Removes folders that no process holds. What cannot be removed is left to the next call.
 fn sweep(scratch: &Path) {
     for entry in fs::read_dir(scratch).into_iter().flatten().flatten() {
         let ours = entry.file_name().to_string_lossy().starts_with(PREFIX);

@@ -17,7 +17,7 @@ use crate::{
 /// the leash sees to it.
 ///
 /// # Errors
-/// [`VisitError`] names every ending that is none, each after a bounded time.
+/// [`VisitError`] names every failure, each after a bounded time.
 /// The browser is gone by then, too.
 pub fn visit(config: &Config, ready: impl FnOnce()) -> Result<report::Visit, VisitError> {
     visit_until(config, pace::told_to_end(), ready)
@@ -26,7 +26,7 @@ pub fn visit(config: &Config, ready: impl FnOnce()) -> Result<report::Visit, Vis
 /// Like [`visit`], or until `stop` is done.
 ///
 /// # Errors
-/// See [`visit`].
+/// Those of [`visit`].
 pub fn visit_until(
     config: &Config,
     stop: impl Future<Output = io::Result<()>>,
@@ -43,7 +43,7 @@ pub fn visit_until(
         let mut ready = Some(ready);
         let mut stop = pin!(stop);
         let plant = Plant::at(config.plant).map_err(|error| {
-            refused(config.engine, "ask its plant")(io::Error::other(error))
+            refused(config.engine, "connect to its plant")(io::Error::other(error))
         })?;
         let mut visit = Visit {
             config,
@@ -72,7 +72,7 @@ pub fn visit_until(
 }
 
 impl Visit<'_> {
-    /// Waits for the plant, which nobody else may control.
+    /// Waits for the plant, which no other client may control.
     async fn plant_is_free(&self) -> Result<(), VisitError> {
         let (plant, within) = (self.config.plant, self.config.limits.plant);
         let unreachable = |why| VisitError::Unreachable {

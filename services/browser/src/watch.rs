@@ -1,6 +1,5 @@
 //! What to make of a page, from what the plant says of its session.
-//!
-//! Pure: it is told the time, since the browser was started. Processes, and
+//! Pure: the time since the browser was started is an argument. Processes, and
 //! asking the plant, are in [`crate::attempt`].
 
 use std::time::Duration;
@@ -15,7 +14,7 @@ use crate::{
 /// A page that goes on, or has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Step {
-    /// Nothing new.
+    /// No change since the last look.
     Wait,
     /// The page holds the session now.
     Opened,
@@ -23,10 +22,10 @@ pub(crate) enum Step {
     Ended,
 }
 
-/// An ending that is none.
+/// Why a page did not end as it should.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Trouble {
-    /// Nobody took the session.
+    /// No page took the session.
     NeverOpened,
     /// The page is silent.
     Hung { silent_s: u64 },
@@ -133,9 +132,10 @@ impl Watch {
             limits,
         } = self.course;
         let Some(opened) = self.opened else {
-            return match now > limits.open {
-                true => Err(Trouble::NeverOpened),
-                false => Ok(()),
+            return if now > limits.open {
+                Err(Trouble::NeverOpened)
+            } else {
+                Ok(())
             };
         };
         let end = start
@@ -143,9 +143,10 @@ impl Watch {
             .saturating_add(length)
             .saturating_add(timeout)
             .saturating_add(limits.finish);
-        match now > end {
-            true => Err(Trouble::Unfinished),
-            false => Ok(()),
+        if now > end {
+            Err(Trouble::Unfinished)
+        } else {
+            Ok(())
         }
     }
 

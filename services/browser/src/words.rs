@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Lines that are kept, and told.
+/// Number of last lines that are kept and quoted.
 const LINES: usize = 3;
 
 /// How much of a line is kept.
@@ -25,7 +25,7 @@ pub(crate) struct Words {
 
 impl Words {
     /// Reads on a thread of its own, so that the program never waits for a
-    /// full pipe. The thread ends when nobody can write any more.
+    /// full pipe. The thread ends when all writers have closed the pipe.
     pub(crate) fn of(stream: impl Read + Send + 'static) -> Self {
         let lines = Arc::new(Mutex::new(VecDeque::new()));
         let kept = Arc::clone(&lines);
@@ -65,9 +65,10 @@ impl Words {
             thread::sleep(Duration::from_millis(5));
         }
         let lines = self.lines.lock().unwrap_or_else(PoisonError::into_inner);
-        match lines.is_empty() {
-            true => "none".to_owned(),
-            false => Vec::from_iter(lines.iter().map(String::as_str)).join(" / "),
+        if lines.is_empty() {
+            "none".to_owned()
+        } else {
+            Vec::from_iter(lines.iter().map(String::as_str)).join(" / ")
         }
     }
 }

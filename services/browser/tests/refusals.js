@@ -1,4 +1,4 @@
-// What the page refuses: answers that are none, settings that cannot be, and laws that are none.
+// What the page refuses: invalid answers, settings and laws.
 //
 // Each refusal has to name what is wrong.
 
@@ -12,7 +12,7 @@ const STATE = "seq=1&tick=2&t_arrive_ns=3&y=0.5&u=0.1";
 /** An answer in closed loop, and what its refusal names. */
 const ANSWERS = [
   ["seq=1&tick=2&t_arrive_ns=3&y=0.5", "`u` is missing"],
-  [`${STATE}&u=0.1`, "`u` is there twice"],
+  [`${STATE}&u=0.1`, "`u` appears twice"],
   [`${STATE}&v=1`, "`v` is unknown"],
   [STATE.replace("seq=1", "seq=-1"), "`seq`"],
   [STATE.replace("seq=1", "seq=%2B1"), "`seq`"],
@@ -29,7 +29,7 @@ const ANSWERS = [
 const QUERIES = [
   ["mode=opened", "mode `opened`"],
   ["speed=1", "`speed` is unknown"],
-  ["h_ns=3000000&h_ns=3000000", "`h_ns` is there twice"],
+  ["h_ns=3000000&h_ns=3000000", "`h_ns` appears twice"],
   ["h_ns=9999", "h_ns `9999`"],
   ["h_ns=3ms", "h_ns `3ms`"],
   ["timeout_ns=0", "timeout_ns `0`"],

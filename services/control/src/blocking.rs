@@ -16,7 +16,7 @@ use crate::transfer::InvalidTransferFunction;
 /// A plant that has forgotten its state to this share has forgotten it: what is held longer
 /// changes nothing more.
 const FORGOTTEN: f64 = 1e-12;
-/// Beyond this many ticks between two commands nobody asks.
+/// The most ticks between two commands; longer round trips are not examined.
 const LONGEST_TICKS: usize = 1_000_000;
 /// With more states than this the poles of every round trip take too long.
 const MOST_STATES: usize = 60;
@@ -26,13 +26,13 @@ const MOST_STATES: usize = 60;
 pub enum Untold {
     /// Too many states, as a dead time of hundreds of samples has.
     #[error(
-        "plant and law have {states} states; the poles of every round trip are worked out for at \
+        "plant and law have {states} states; the poles for every round trip can be computed for at \
          most {most}"
     )]
     States {
-        /// Of both together.
+        /// States of plant and law together.
         states: usize,
-        /// For so many they are.
+        /// The limit.
         most: usize,
     },
     /// The law's numbers overflow.

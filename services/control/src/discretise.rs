@@ -33,24 +33,24 @@ pub enum InvalidDiscretisation {
         "with h = {h_s} s the pole at {pole_rad_s} rad/s makes {method:?} singular; use another h or method"
     )]
     Singular {
-        /// The substitution.
+        /// The method of discretisation.
         method: Method,
         /// The sample time in seconds.
         h_s: f64,
         /// The (real) pole, in rad/s.
         pole_rad_s: f64,
     },
-    /// A dead time that is no whole number of samples, by a method that knows nothing between them.
+    /// A dead time that is not a whole number of samples, with a method that cannot represent it.
     #[error(
-        "a dead time of {dead_time_ns} ns is not a multiple of h = {h_ns} ns, and {method:?} knows \
-         nothing between samples; use zero-order hold, or another h"
+        "a dead time of {dead_time_ns} ns is not a multiple of h = {h_ns} ns, and {method:?} \
+         handles whole samples only; use zero-order hold, or another h"
     )]
     DeadTime {
         /// What was asked for, in ns.
         dead_time_ns: u64,
         /// The sample time in ns.
         h_ns: u64,
-        /// The method.
+        /// The method of discretisation.
         method: Method,
     },
     /// The result overflows, as e^(Ah) does for a very unstable plant and a long h.

@@ -5,7 +5,7 @@
 //! - [`Smith`]: a PID that looks past a known dead time, in `law::smith`;
 //! - [`StateFeedback`]: gains on the states that a Kalman filter makes out, in `law::feedback`.
 //!
-//! But for [`Pid`], which is told how long ago the last update was, a law advances by the h that it
+//! Except [`Pid`], which gets the time since the last update, a law advances by the h that it
 //! was sampled with, one step a message. What is not finite changes nothing and repeats the last
 //! command, in all of them. Laws in Python and JavaScript give the same bits: they are held against
 //! vectors. Choosing gains for somebody is left out, but for the two that follow from weights.
@@ -68,7 +68,7 @@ pub enum InvalidLaw {
     },
     /// No constant input holds the output at a reference.
     #[error(
-        "no constant command holds this plant's output at a reference: its gain at rest is 0; \
+        "this plant's DC gain is 0, so no constant command holds its output at a reference; \
          control another output"
     )]
     NoRest,

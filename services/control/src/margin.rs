@@ -22,9 +22,9 @@ pub struct Margins {
     /// `pm` in degrees: the phase lag that brings L to -1, the one nearest to 0; infinite when
     /// there is none.
     pub phase_deg: f64,
-    /// `wpc`: where `gain` was read, rad/s (NaN when there is none).
+    /// `wpc`: where `gain` was read, rad/s (NaN without one).
     pub phase_crossover_rad_s: f64,
-    /// `wgc`: where `phase_deg` was read, rad/s (NaN when there is none).
+    /// `wgc`: where `phase_deg` was read, rad/s (NaN without one).
     pub gain_crossover_rad_s: f64,
     /// The shortest further dead time that brings L to -1, in seconds; infinite when there is none.
     /// For a loop that is stable without it, the least delay that makes it unstable.
@@ -49,7 +49,7 @@ pub enum InvalidDeadTime {
         dead_time_s: f64,
         /// The highest frequency of interest.
         end_rad_s: f64,
-        /// Their product.
+        /// Dead time times frequency, in radians.
         radians: f64,
     },
 }

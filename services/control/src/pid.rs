@@ -13,7 +13,7 @@ use crate::transfer::{InvalidTransferFunction, TransferFunction};
 /// Gains of the parallel form.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gains {
-    /// Proportional gain.
+    /// Proportional gain kp.
     pub kp: f64,
     /// Integral gain, 1/s.
     pub ki: f64,
@@ -101,9 +101,10 @@ impl Saturation {
     /// Refuses limits that leave no room.
     pub(crate) fn check(&self) -> Result<(), InvalidPid> {
         let Self { min, max, .. } = *self;
-        match min.is_nan() || max.is_nan() || min >= max {
-            true => Err(InvalidPid::EmptyRange { min, max }),
-            false => Ok(()),
+        if min.is_nan() || max.is_nan() || min >= max {
+            Err(InvalidPid::EmptyRange { min, max })
+        } else {
+            Ok(())
         }
     }
 }
@@ -221,7 +222,7 @@ impl Pid {
         self.output
     }
 
-    /// Its gains.
+    /// The gains of the law.
     #[must_use]
     pub fn gains(&self) -> Gains {
         self.gains

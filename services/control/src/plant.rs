@@ -1,6 +1,6 @@
 //! A plant: a linear model behind a dead time, and how it is sampled.
 //!
-//! A dead time is at the input here; at the output it would be the same to whoever sees input and
+//! A dead time is at the input here; at the output it would look the same to all who see input and
 //! output alone.
 
 use nalgebra::{DMatrix, DVector, RowDVector};
@@ -97,7 +97,7 @@ impl Plant {
 }
 
 impl SampledPlant {
-    /// It at rest, to be stepped.
+    /// A stepper that starts at rest.
     #[must_use]
     pub fn stepper(&self) -> Stepper {
         Stepper::delayed(&self.system, self.delay_ticks)

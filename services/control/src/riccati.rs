@@ -7,8 +7,8 @@ use thiserror::Error;
 /// An equation without a solution that stabilises.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error(
-    "the Riccati equation has no stabilising solution: an unstable mode is not reached by the \
-     input, or not seen in the output; give weights above zero, or another model"
+    "the Riccati equation has no stabilising solution: an unstable mode is not controllable or not \
+     observable; give weights above zero, or another model"
 )]
 pub struct NoSolution;
 
@@ -53,9 +53,10 @@ pub(crate) fn solve(
             let gains = b.transpose() * &x * original / (r + (b.transpose() * &x * b)[0]);
             let poles = (original - b * gains).complex_eigenvalues();
             // A mode that nothing reaches converges too, to nothing that stabilises it.
-            return match poles.iter().all(|pole| pole.norm() < 1.0) {
-                true => Ok(x),
-                false => Err(NoSolution),
+            return if poles.iter().all(|pole| pole.norm() < 1.0) {
+                Ok(x)
+            } else {
+                Err(NoSolution)
             };
         }
     }

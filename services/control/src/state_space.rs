@@ -89,7 +89,7 @@ impl<T: Timebase> StateSpace<T> {
         self.b.len()
     }
 
-    /// A, n×n.
+    /// The state matrix A, n×n.
     #[must_use]
     pub fn a(&self) -> &DMatrix<f64> {
         &self.a

@@ -133,10 +133,8 @@ fn figures(
     }
     let sign = if end == 0.0 { 0.0 } else { end.signum() };
     let reached = |part: f64| y.iter().position(|y| sign * (y - part * end) >= 0.0);
-    let (lower, upper) = (
-        reached(settings.rise_limits.0),
-        reached(settings.rise_limits.1),
-    );
+    let (low, high) = settings.rise_limits;
+    let (lower, upper) = (reached(low), reached(high));
     let rise_time = lower
         .zip(upper)
         .map_or(f64::NAN, |(from, to)| t(to) - t(from));
@@ -149,9 +147,10 @@ fn figures(
         .iter()
         .rposition(|y| (y / end - 1.0).abs() >= settings.settling_threshold);
     let inside = outside.map_or(0, |last| last + 1);
-    let settling_time = match inside < y.len() {
-        true => t(inside),
-        false => f64::NAN,
+    let settling_time = if inside < y.len() {
+        t(inside)
+    } else {
+        f64::NAN
     };
 
     let mut extremes = Extremes::NONE;

@@ -11,7 +11,7 @@ use crate::timebase::Discrete;
 /// before it gets here.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stepper {
-    /// See [`rows`].
+    /// The matrix row by row, as made by [`rows`].
     rows: Vec<f64>,
     c: Vec<f64>,
     d: f64,

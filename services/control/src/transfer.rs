@@ -41,7 +41,8 @@ pub enum InvalidTransferFunction {
     LeadingZero,
     /// The numerator's degree is higher than the denominator's.
     #[error(
-        "num has degree {num} and den only {den}: it looks into the future; add poles (a derivative needs a filter)"
+        "num has degree {num} and den only {den}: it is not causal; add poles (a derivative needs \
+         a filter)"
     )]
     Improper {
         /// Degree of the numerator.

@@ -1,4 +1,4 @@
-//! What a controller is told, and why it may fail. What it tells at its end is
+//! Settings of a controller, and why it may fail. What it reports at its end is
 //! [`endpoint::report::Native`].
 
 use std::{io, path::PathBuf};
@@ -7,7 +7,7 @@ use control::Law;
 use endpoint::{ControllerSettings, InvalidSetting, InvalidSettings};
 use journal::JournalError;
 
-/// Everything that a controller is told.
+/// Settings of a controller.
 #[derive(Clone, Debug)]
 pub struct Config {
     /// The plant, as `http://10.77.0.2:8080`.
@@ -38,7 +38,7 @@ pub enum DriveError {
     Address {
         /// What was asked.
         plant: String,
-        /// What is wrong with it.
+        /// The fault in the address.
         why: String,
     },
     /// The settings make no controller.
@@ -49,7 +49,7 @@ pub enum DriveError {
     Conflict(#[from] InvalidSetting),
     /// No answer before the start.
     #[error(
-        "no plant answers at {plant} after {waited_s} s: {why}; is it started, and is this its address?"
+        "no plant answers at {plant} after {waited_s} s: {why}; start it, or correct the address"
     )]
     Unreachable {
         /// What was asked.

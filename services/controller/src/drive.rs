@@ -37,7 +37,7 @@ pub fn drive(config: &Config) -> Result<report::Native, DriveError> {
 /// Like [`drive`], or until `stop` is done.
 ///
 /// # Errors
-/// See [`drive`].
+/// Those of [`drive`].
 pub fn drive_until(
     config: &Config,
     stop: impl Future<Output = io::Result<()>>,

@@ -26,7 +26,7 @@ pub(crate) enum ExchangeError {
     /// No answer in time.
     #[error("no answer in time")]
     Timeout,
-    /// The connection broke, or the answer is none.
+    /// The connection broke, or the answer is invalid.
     #[error("{0}")]
     Failed(String),
 }

@@ -9,6 +9,7 @@
 use std::collections::VecDeque;
 
 use control::{Law, seconds};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -48,12 +49,12 @@ pub enum Loss {
 ///
 /// `due = sent + missed`, and `sent = answered + timeout + failed` plus those
 /// still under way.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Counts {
     /// Deadlines so far.
     pub due: u64,
-    /// Messages sent.
+    /// Number of messages sent.
     pub sent: u64,
     /// Deadlines at which nothing was sent.
     pub missed: u64,
@@ -271,12 +272,11 @@ impl ControllerEnd {
     #[inline]
     fn end(&mut self, seq: u64, now_ns: u64) -> Option<MessageRow> {
         // Mostly it is the oldest.
-        let row = match self.under_way.front()?.seq == seq {
-            true => self.under_way.pop_front(),
-            false => {
-                let found = self.under_way.binary_search_by_key(&seq, |row| row.seq);
-                self.under_way.remove(found.ok()?)
-            }
+        let row = if self.under_way.front()?.seq == seq {
+            self.under_way.pop_front()
+        } else {
+            let found = self.under_way.binary_search_by_key(&seq, |row| row.seq);
+            self.under_way.remove(found.ok()?)
         }?;
         // Only a relative schedule with one outstanding waits for this.
         let h_ns = self.settings.h.ns();

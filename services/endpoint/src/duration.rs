@@ -30,7 +30,7 @@ pub fn duration_ns(text: &str) -> Result<u64, String> {
 pub(crate) fn floor_ns(text: &str) -> Result<u64, String> {
     let duration: SignedDuration = text
         .parse()
-        .map_err(|_| format!("`{text}` is not a length of time"))?;
+        .map_err(|_| format!("`{text}` is not a duration"))?;
     u64::try_from(duration.as_nanos())
         .ok()
         .filter(|ns| *ns <= DURATION_MAX_NS)

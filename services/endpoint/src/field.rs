@@ -1,4 +1,4 @@
-//! Settings by their names, for whoever reads, passes on or shows them without knowing which there are:
+//! Settings by their names, for code that reads, passes on or shows them without a list of its own:
 //! experiments, command lines, a cell's setup in words.
 //!
 //! Mode, sample time and reference are not among them: those are a run's own. Which settings there are is
@@ -62,12 +62,12 @@ impl<S> Field<S> {
     /// Sets it to what `text` says.
     ///
     /// # Errors
-    /// [`InvalidSetting`] where that is none of its words.
+    /// [`InvalidSetting`] if that is not one of its words.
     pub fn read(&self, settings: &mut S, text: &str) -> Result<(), InvalidSetting> {
         (self.read)(settings, text)
     }
 
-    /// What it is set to, as people write it.
+    /// Its value, as people write it.
     #[must_use]
     pub fn text(&self, settings: &S) -> String {
         (self.text)(settings)

@@ -1,16 +1,19 @@
 //! How long the plant holds a command when no other comes: for ever, or for a time and then 0.
 //!
-//! Holding the last is what the paper's plant does, and a plant that nobody controls any more goes
-//! on with it. One whose input goes to 0 after a time is what a watchdog makes of it.
+//! Holding the last is what the paper's plant does, and such a plant keeps the last command when
+//! its controller is gone. With a watchdog its input goes to 0 after a time.
 
 use std::{fmt, str::FromStr};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::span::{span_ns, span_text};
 
 /// What the plant's input is while no command comes. Written `last`, or as a time: `100ms`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(try_from = "String", into = "String")]
 pub enum Hold {
     /// The last command, for ever.
@@ -26,8 +29,8 @@ pub enum Hold {
 /// A word that is no holding.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "hold `{text}` is neither `last` nor a time above zero with its unit, like 100ms, after which \
-     the plant's input is 0"
+    "hold `{text}` is unknown; write `last`, or a time above zero like 100ms, after which the \
+     plant's input is 0"
 )]
 pub struct InvalidHold {
     /// What was asked.
@@ -35,7 +38,7 @@ pub struct InvalidHold {
 }
 
 impl Hold {
-    /// Whether it is what plants do if nobody says otherwise.
+    /// Whether it is the default of plants.
     #[must_use]
     pub fn is_last(&self) -> bool {
         *self == Self::Last

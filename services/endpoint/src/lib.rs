@@ -3,7 +3,7 @@
 //! * [`Command`], [`State`], [`Acknowledgement`], [`Observation`]: what the
 //!   ends say to each other, and how it is written ([`message`], [`query`]).
 //! * [`ControllerEnd`] and [`PlantEnd`]: what each end does, as state machines
-//!   that are told the time ([`controller`], [`plant`]).
+//!   that get the time as an argument ([`controller`], [`plant`]).
 //! * [`TickRow`], [`ArrivalRow`], [`MessageRow`]: what each end records ([`row`]).
 //! * [`ControllerSettings`], [`PlantSettings`]: how an experiment sets them up
 //!   ([`setting`]), [`PageSettings`] where a page is the controller ([`page`]),

@@ -24,7 +24,7 @@ pub struct Command {
     pub seq: u64,
     /// When it was sent, on the controller's clock.
     pub t_send_ns: u64,
-    /// The input.
+    /// The input u of the plant.
     pub u: f64,
 }
 

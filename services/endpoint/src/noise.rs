@@ -1,12 +1,13 @@
 //! How late a plant ticks by its own machine: a seeded extra time for each tick.
 //!
-//! A plant that keeps its deadlines is what a loop should have, and what the paper's desktop had not: its
+//! A loop should have a plant that keeps its deadlines, which the paper's desktop did not: its
 //! sample intervals scattered by as much as they were long. Each tick waits its extra time, drawn by number
 //! and seed alone, after it was due; its row keeps both times. The model is still stepped once a tick, so
 //! simulated time keeps to `k h`, and a tick that came late may be followed by the next at once.
 
 use std::{fmt, str::FromStr};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::span::{span_ns, span_text};
@@ -15,7 +16,9 @@ use crate::span::{span_ns, span_text};
 const SIZE_MAX_NS: u64 = 10_000_000_000;
 
 /// The law of the extra time. Written `uniform 3ms` or `normal 1ms`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(try_from = "String", into = "String")]
 pub enum NoiseLaw {
     /// Anything from nothing to so much, alike.
@@ -33,21 +36,21 @@ pub enum NoiseLaw {
 /// Words that are no law.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "tick noise `{text}` is no law; write `uniform` and the longest extra time of a tick, like uniform 3ms, \
-     or `normal` and a standard deviation, like normal 1ms, up to 10s"
+    "tick noise `{text}` is not a law; write `uniform` and the longest extra time of a tick, like \
+     uniform 3ms, or `normal` and a standard deviation, like normal 1ms, up to 10s"
 )]
 pub struct InvalidNoise {
     /// What was asked.
     text: String,
 }
 
-/// A law with the seed that it is drawn by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// A law of extra times, with its seed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TickNoise {
-    /// The law.
+    /// Distribution of the extra times.
     pub law: NoiseLaw,
-    /// The seed.
+    /// The seed of the draws.
     pub seed: u64,
 }
 

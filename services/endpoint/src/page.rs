@@ -4,13 +4,12 @@
 //! [`PageSettings::check`] says what it cannot. The page itself, which says so
 //! too, is not here.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::duration::floor_ns;
 use crate::field::{span_field, word_field};
-use crate::setting::{
-    Connection, ControllerSettings, Outstanding, Schedule, Transport, UnknownWord, choice,
-};
+use crate::setting::{Connection, ControllerSettings, Outstanding, Schedule, Transport, choice};
 use crate::{Field, InvalidSetting};
 
 choice!(
@@ -49,7 +48,7 @@ choice!(
 );
 
 /// How a page goes about its loop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PageSettings {
     /// Where the loop runs.
@@ -93,19 +92,19 @@ impl PageSettings {
         } else if timer == Timer::Wait && !(http && sender == Sender::Xhr) {
             (
                 "timer",
-                "timer `wait` lets nothing else happen on its thread, so no answer would be heard",
+                "timer `wait` blocks its thread, so no answer would arrive",
                 "use sender xhr over http, or timer channel",
             )
         } else if timer == Timer::Interval && !relative {
             (
                 "timer",
-                "timer `interval` keeps its own time",
+                "timer `interval` sets its own schedule",
                 "use schedule relative",
             )
         } else if settings.connection == Connection::New {
             (
                 "connection",
-                "connection `new` is not a page's to choose",
+                "a page cannot choose connection `new`",
                 "use keep",
             )
         } else {
@@ -125,7 +124,7 @@ impl PageSettings {
     pub const FIELDS: &[Field<Self>] = &[
         word_field!(thread, "Where in the page the loop runs: main or worker", "THREAD", false),
         word_field!(sender, "What sends its requests: xhr or fetch", "SENDER", true),
-        word_field!(timer, "What it waits for a deadline with: timeout, interval, channel or wait", "TIMER", true),
+        word_field!(timer, "How it waits for a deadline: timeout, interval, channel or wait", "TIMER", true),
         span_field!("timer_floor", floor_ns, "The least delay of a timer, like 10ms for a browser of 2011", floor_ns),
     ];
 }

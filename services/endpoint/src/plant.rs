@@ -39,7 +39,7 @@ pub struct Output {
 ///
 /// The age of a command is its sequence number, so with [`Late::Drop`] a
 /// controller that starts again from 0 finds all its commands stale, unless
-/// the inbox was told of it ([`Inbox::welcome`]).
+/// [`Inbox::welcome`] was called for it.
 #[derive(Clone, Debug)]
 pub struct Inbox {
     late: Late,
@@ -188,10 +188,13 @@ impl Process {
         let input = match self.hold {
             Hold::Last => input,
             // By when the tick is due: a tick that is caught up is stepped as one in time.
-            Hold::For { ns } => match self.next_due_ns.saturating_sub(input.t_ns) > ns {
-                true => Input::default(),
-                false => input,
-            },
+            Hold::For { ns } => {
+                if self.next_due_ns.saturating_sub(input.t_ns) > ns {
+                    Input::default()
+                } else {
+                    input
+                }
+            }
         };
         let y = self.stepper.step(input.u);
         self.output = Output { tick: k, y };

@@ -6,7 +6,7 @@
 use crate::{
     SampleTime,
     page::{PageSettings, Sender, Thread, Timer},
-    setting::{ControllerSettings, Mode, Outstanding, Schedule, Transport, UnknownWord, choice},
+    setting::{ControllerSettings, Mode, Outstanding, Schedule, Transport, choice},
 };
 
 choice!(

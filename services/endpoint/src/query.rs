@@ -19,21 +19,21 @@ pub enum InvalidMessage {
     /// The whole text is too long.
     #[error("query of {bytes} bytes: a message has at most {MAX_BYTES}")]
     TooLong {
-        /// Its length.
+        /// Length of the query in bytes.
         bytes: usize,
     },
     /// A field is not there.
     #[error("field `{field}` is missing: this message has the fields {expected}")]
     Missing {
-        /// The field.
+        /// Name of the missing field.
         field: &'static str,
         /// All fields of the message.
         expected: String,
     },
     /// A field is there twice.
-    #[error("field `{field}` is there twice: give it once")]
+    #[error("field `{field}` appears twice: give it once")]
     Duplicate {
-        /// The field.
+        /// Name of the repeated field.
         field: &'static str,
     },
     /// A field that the message does not have.
@@ -47,7 +47,7 @@ pub enum InvalidMessage {
     /// Not a whole number from 0 to 2^64 - 1.
     #[error("field `{field}`: `{value}` is not a whole number from 0 to 18446744073709551615")]
     NotCount {
-        /// The field.
+        /// Name of the field.
         field: &'static str,
         /// Its value, shortened.
         value: String,
@@ -57,7 +57,7 @@ pub enum InvalidMessage {
         "field `{field}`: `{value}` is not a finite decimal number; write it like 0.35 or -1e-3"
     )]
     NotFinite {
-        /// The field.
+        /// Name of the field.
         field: &'static str,
         /// Its value, shortened.
         value: String,

@@ -1,5 +1,5 @@
 //! What each role says of itself when it ends, as it leaves it in its file: data without behaviour,
-//! which whoever reads a run has to know as well as whoever writes it.
+//! which readers and writers of a run share.
 //!
 //! Each refuses by its name a field that it does not know.
 
@@ -8,15 +8,16 @@ mod page;
 mod plant;
 mod visit;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use controller::{ControllerGranted, Native, Python};
 pub use page::{Clock, Page, PageAsked};
 pub use plant::{Plant, PlantGranted};
-pub use visit::{Browser, Confinement, Engine, Sandbox, Session, UnknownEngine, Version, Visit};
+pub use visit::{Browser, Confinement, Engine, Sandbox, Session, Version, Visit};
 
 /// What a journal did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Written {
     /// Rows in the file.
@@ -26,7 +27,7 @@ pub struct Written {
 }
 
 /// A scheduling class.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Policy {
     /// `SCHED_FIFO`: runs whenever it can, before all ordinary threads.
@@ -36,7 +37,7 @@ pub enum Policy {
 }
 
 /// What a thread asked for and what it has.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scheduling {
     /// The `SCHED_FIFO` priority asked for (1 to 99); none if not asked.

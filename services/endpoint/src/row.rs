@@ -5,143 +5,139 @@
 //! empty field means that there was nothing to record. Writing and reading the
 //! files is left to others.
 
-use serde::{Deserialize, Serialize};
+use crate::setting::choice;
 
-/// One tick of the plant (`ticks.csv`): a row every h, whatever happens.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TickRow {
-    /// Number of the tick, from 0.
-    pub k: u64,
-    /// When the tick was due: start + k h.
-    pub t_due_ns: u64,
-    /// When it really happened.
-    pub t_tick_ns: u64,
-    /// The input that the plant was stepped with.
-    pub u: f64,
-    /// The output after the step.
-    pub y: f64,
-    /// Sequence number of the command that set `u`; empty before the first.
-    pub seq: Option<u64>,
+/// Declares a row: a struct with a field for each column, and the columns' names.
+#[macro_export]
+macro_rules! row {
+    ($(#[$meta:meta])* $name:ident { $($(#[$field_meta:meta])* $field:ident: $type:ty,)+ }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+        pub struct $name {
+            $($(#[$field_meta])* pub $field: $type,)+
+        }
+
+        impl $name {
+            /// The columns of its file, in order.
+            pub const COLUMNS: &'static [&'static str] = &[$(stringify!($field)),+];
+        }
+    };
 }
 
-/// One command that reached the plant (`arrivals.csv`), in order of arrival.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ArrivalRow {
-    /// Number of the arrival, from 0.
-    pub n: u64,
-    /// The command's sequence number.
-    pub seq: u64,
-    /// When the controller says that it sent the command.
-    pub t_send_ns: u64,
-    /// When the plant had the whole request.
-    pub t_arrive_ns: u64,
-    /// The plant's latest tick at that moment.
-    pub tick: u64,
-    /// The commanded input.
-    pub u: f64,
-    /// What became of it.
-    pub outcome: ArrivalOutcome,
-}
+row!(
+    /// One tick of the plant (`ticks.csv`): a row every h, whatever happens.
+    TickRow {
+        /// Number of the tick, from 0.
+        k: u64,
+        /// When the tick was due: start + k h.
+        t_due_ns: u64,
+        /// When it really happened.
+        t_tick_ns: u64,
+        /// The input that the plant was stepped with.
+        u: f64,
+        /// The output after the step.
+        y: f64,
+        /// Sequence number of the command that set `u`; empty before the first.
+        seq: Option<u64>,
+    }
+);
 
-/// What became of a command at the plant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ArrivalOutcome {
-    /// It became the plant's input, held from the next tick on.
-    Applied,
-    /// It was older than the newest applied one and was dropped.
-    Stale,
-    /// Open loop: it was acknowledged, and the input left alone.
-    Acknowledged,
-}
+row!(
+    /// One command that reached the plant (`arrivals.csv`), in order of arrival.
+    ArrivalRow {
+        /// Number of the arrival, from 0.
+        n: u64,
+        /// The command's sequence number.
+        seq: u64,
+        /// When the controller says that it sent the command.
+        t_send_ns: u64,
+        /// When the plant had the whole request.
+        t_arrive_ns: u64,
+        /// The plant's latest tick at that moment.
+        tick: u64,
+        /// The commanded input.
+        u: f64,
+        /// What became of it.
+        outcome: ArrivalOutcome,
+    }
+);
 
-/// One deadline of the controller (`messages.csv`), and the message it sent.
-///
-/// Rows are in the order in which the messages ended, not in order of `seq`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MessageRow {
-    /// Number of the deadline, from 0, and the sequence number of its message.
-    pub seq: u64,
-    /// When the message was due.
-    pub t_due_ns: u64,
-    /// When it was really sent; empty if it was not.
-    pub t_send_ns: Option<u64>,
-    /// When its answer was received.
-    pub t_receive_ns: Option<u64>,
-    /// When it reached the plant, by the plant's answer.
-    pub t_arrive_ns: Option<u64>,
-    /// The reference.
-    pub r: f64,
-    /// The newest output known at the moment of sending, from which `u` follows;
-    /// empty in open loop. (The answer's own `y` is in the next message.)
-    pub y: Option<f64>,
-    /// The error r - y.
-    pub e: Option<f64>,
-    /// The commanded input.
-    pub u: Option<f64>,
-    /// The plant's latest tick when the message arrived there, by its answer.
-    pub tick: Option<u64>,
-    /// What became of it.
-    pub outcome: MessageOutcome,
-}
+choice!(
+    /// What became of a command at the plant.
+    ArrivalOutcome, "outcome", "applied, stale or acknowledged", {
+        /// It became the plant's input, held from the next tick on.
+        Applied = "applied",
+        /// It was older than the newest applied one and was dropped.
+        Stale = "stale",
+        /// Open loop: it was acknowledged, and the input left alone.
+        Acknowledged = "acknowledged",
+    }
+);
 
-/// What became of a deadline of the controller.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum MessageOutcome {
-    /// The message was sent and a valid answer came.
-    Answered,
-    /// The message was sent and no answer came within the timeout.
-    Timeout,
-    /// The message was sent, and the connection or the answer was broken.
-    Failed,
-    /// Nothing was sent: no request was free, or the moment had passed.
-    Missed,
-}
+row!(
+    /// One deadline of the controller (`messages.csv`), and the message it sent.
+    ///
+    /// Rows are in the order in which the messages ended, not in order of `seq`.
+    MessageRow {
+        /// Number of the deadline, from 0, and the sequence number of its message.
+        seq: u64,
+        /// When the message was due.
+        t_due_ns: u64,
+        /// When it was really sent; empty if it was not.
+        t_send_ns: Option<u64>,
+        /// When its answer was received.
+        t_receive_ns: Option<u64>,
+        /// When it reached the plant, by the plant's answer.
+        t_arrive_ns: Option<u64>,
+        /// The reference.
+        r: f64,
+        /// The newest output known at the moment of sending, from which `u` follows;
+        /// empty in open loop. (The answer's own `y` is in the next message.)
+        y: Option<f64>,
+        /// The error r - y.
+        e: Option<f64>,
+        /// The commanded input.
+        u: Option<f64>,
+        /// The plant's latest tick when the message arrived there, by its answer.
+        tick: Option<u64>,
+        /// What became of it.
+        outcome: MessageOutcome,
+    }
+);
+
+choice!(
+    /// What became of a deadline of the controller.
+    MessageOutcome, "outcome", "answered, timeout, failed or missed", {
+        /// The message was sent and a valid answer came.
+        Answered = "answered",
+        /// The message was sent and no answer came within the timeout.
+        Timeout = "timeout",
+        /// The message was sent, and the connection or the answer was broken.
+        Failed = "failed",
+        /// Nothing was sent: no request was free, or the moment had passed.
+        Missed = "missed",
+    }
+);
 
 impl TickRow {
     /// The file of these rows, in a run's folder.
     pub const FILE: &str = "ticks.csv";
-    /// The columns of `ticks.csv`, in order.
-    pub const COLUMNS: &[&str] = &["k", "t_due_ns", "t_tick_ns", "u", "y", "seq"];
 }
 
 impl ArrivalRow {
     /// The file of these rows, in a run's folder.
     pub const FILE: &str = "arrivals.csv";
-    /// The columns of `arrivals.csv`, in order.
-    pub const COLUMNS: &[&str] = &[
-        "n",
-        "seq",
-        "t_send_ns",
-        "t_arrive_ns",
-        "tick",
-        "u",
-        "outcome",
-    ];
 }
 
 impl MessageRow {
     /// The file of these rows, in a run's folder.
     pub const FILE: &str = "messages.csv";
-    /// The columns of `messages.csv`, in order.
-    pub const COLUMNS: &[&str] = &[
-        "seq",
-        "t_due_ns",
-        "t_send_ns",
-        "t_receive_ns",
-        "t_arrive_ns",
-        "r",
-        "y",
-        "e",
-        "u",
-        "tick",
-        "outcome",
-    ];
 }
 
 #[cfg(test)]
 mod tests {
+    use serde::Serialize;
+
     use super::*;
 
     /// A file is written with a header even when it stays empty, so the header

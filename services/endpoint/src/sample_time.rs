@@ -2,6 +2,7 @@
 
 use std::{fmt, str::FromStr};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::span::{span_ns, span_text};
@@ -10,7 +11,9 @@ use crate::span::{span_ns, span_text};
 ///
 /// Deadlines are start + k h in integers, so they do not drift, however long
 /// the run. It is read and written with its unit: `3ms`, `100us`, `0.3s`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(try_from = "String", into = "String")]
 pub struct SampleTime(u64);
 

@@ -4,8 +4,9 @@
 //! and in a manifest. What the words do is in [`crate::controller`] and
 //! [`crate::plant`].
 
-use std::{fmt, num::NonZeroU16, str::FromStr};
+use std::{borrow::Cow, fmt, num::NonZeroU16, str::FromStr};
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use crate::duration::duration_ns;
@@ -16,7 +17,7 @@ use crate::{Field, Hold, InvalidSetting, SampleTime, TickNoise};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{setting} `{word}` is unknown; choose {choices}")]
 pub struct UnknownWord {
-    /// The setting.
+    /// Name of the setting.
     pub setting: &'static str,
     /// What was asked.
     pub word: String,
@@ -26,12 +27,16 @@ pub struct UnknownWord {
 
 /// Declares a setting that is a choice of words: the enum, and its reading and
 /// writing (`FromStr`, `Display`, serde) from one list.
+#[macro_export]
 macro_rules! choice {
     ($(#[$meta:meta])* $name:ident, $setting:literal, $choices:literal, {
         $($(#[$variant_meta:meta])* $variant:ident = $word:literal,)+
     }) => {
         $(#[$meta])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+        #[derive(
+            Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord,
+            serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+        )]
         pub enum $name {
             $($(#[$variant_meta])* #[serde(rename = $word)] $variant,)+
         }
@@ -42,12 +47,12 @@ macro_rules! choice {
         }
 
         impl std::str::FromStr for $name {
-            type Err = UnknownWord;
+            type Err = $crate::UnknownWord;
 
             fn from_str(word: &str) -> Result<Self, Self::Err> {
                 match word {
                     $($word => Ok(Self::$variant),)+
-                    _ => Err(UnknownWord {
+                    _ => Err($crate::UnknownWord {
                         setting: $setting,
                         word: word.to_owned(),
                         choices: $choices,
@@ -152,7 +157,7 @@ impl Default for Transport {
 pub enum Outstanding {
     /// At most this many. With 1 the client is blocking: it waits for each answer.
     Limited(NonZeroU16),
-    /// As many as come to be, up to [`Outstanding::CAP`].
+    /// No limit below [`Outstanding::CAP`].
     Unlimited,
 }
 
@@ -202,6 +207,22 @@ impl fmt::Display for Outstanding {
     }
 }
 
+impl JsonSchema for Outstanding {
+    fn schema_name() -> Cow<'static, str> {
+        "Outstanding".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "How many requests may be under way: a number, or `unlimited`.",
+            "type": ["integer", "string"],
+            "minimum": 1,
+            "maximum": Outstanding::Unlimited.limit(),
+            "pattern": "^(unlimited|[0-9]+)$",
+        })
+    }
+}
+
 impl Serialize for Outstanding {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
@@ -240,7 +261,7 @@ impl<'de> Deserialize<'de> for Outstanding {
 }
 
 /// Everything that the controller's end is set up with.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ControllerSettings {
     /// Whether the answers steer the plant.
@@ -258,7 +279,7 @@ pub struct ControllerSettings {
     pub connection: Connection,
     /// Where the next deadline is.
     pub schedule: Schedule,
-    /// By what time the integrator advances.
+    /// The time by which the integrator advances.
     pub integrate: Integrate,
     /// What becomes of an answer that a newer one has overtaken.
     pub late: Late,
@@ -309,13 +330,13 @@ impl ControllerSettings {
         word_field!(connection, "keep or new", "CONNECTION", false),
         word_field!(schedule, "absolute, relative or since-send", "SCHEDULE", true),
         word_field!(integrate, "h or elapsed", "INTEGRATE", false),
-        word_field!(late, "Answers that a newer one has overtaken: apply or drop", "LATE", false),
-        span_field!("timeout", timeout_ns, "After this a request is given up", duration_ns),
+        word_field!(late, "Overtaken answers: apply or drop", "LATE", false),
+        span_field!("timeout", timeout_ns, "A request is given up after this time", duration_ns),
     ];
 }
 
 /// Everything that the plant's end is set up with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlantSettings {
     /// Sample time.

@@ -1,4 +1,4 @@
-//! Being told to end.
+//! The signal to end.
 
 use std::io;
 

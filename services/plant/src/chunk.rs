@@ -35,7 +35,7 @@ pub(crate) enum OutOfTurn {
 }
 
 impl Chunks {
-    /// Whose turn it is.
+    /// Whether this chunk is the next one, or was taken before; a later one is refused.
     pub(crate) fn turn(self, chunk: u64) -> Result<Turn, OutOfTurn> {
         let Self { next, .. } = self;
         match chunk.cmp(&next) {
@@ -56,7 +56,7 @@ impl Chunks {
         Ok(())
     }
 
-    /// Rows taken.
+    /// Number of rows accepted.
     pub(crate) fn rows(self) -> u64 {
         self.rows
     }

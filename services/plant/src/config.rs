@@ -1,4 +1,4 @@
-//! What a plant is told, and why it may fail. What it tells at its end is
+//! Settings of a plant, and why it may fail. What it reports at its end is
 //! [`endpoint::report::Plant`].
 
 use std::{io, net::SocketAddr, path::PathBuf};
@@ -8,7 +8,7 @@ use endpoint::PlantSettings;
 use journal::JournalError;
 use serde::{Deserialize, Serialize};
 
-/// Everything that a plant is told.
+/// Settings of a plant.
 #[derive(Clone, Debug)]
 pub struct Config {
     /// Where it listens; port 0 takes a free one, which [`Ready`] names.
@@ -56,6 +56,6 @@ pub enum ServeError {
     #[error("cannot start the plant: {0}")]
     Start(#[from] io::Error),
     /// The thread that steps the model ended by itself.
-    #[error("the plant's tick thread ended before it was told to; its rows end early")]
+    #[error("the plant's tick thread ended too early, and so do its rows")]
     Ticker,
 }

@@ -1,6 +1,6 @@
 //! How a page's session ended, in the page's own word.
 //!
-//! Of a page's report the plant reads no more than that. The rest is filed as
+//! The plant reads no more of a page's report. The rest is filed as
 //! it was sent, for others to read.
 
 use serde::{Deserialize, Deserializer, Serialize};
@@ -21,7 +21,7 @@ pub(crate) struct Ending {
     reason: Option<String>,
 }
 
-/// The beginning of a text; what is none says nothing.
+/// The beginning of a text; `None` for other values.
 fn excerpt<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D::Error> {
     let value = serde_json::Value::deserialize(deserializer)?;
     Ok(value

@@ -30,7 +30,7 @@ use crate::{
 /// Why something was not filed.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum FilingError {
-    #[error("no row of this chunk is taken: {0}")]
+    #[error("no row of this chunk was accepted: {0}")]
     Row(#[from] InvalidRow),
     #[error(transparent)]
     Turn(#[from] OutOfTurn),
@@ -42,7 +42,7 @@ pub(crate) enum FilingError {
     Create(#[from] JournalError),
     #[error("cannot write {path}: {source}; make room in that folder and send it again")]
     Write { path: PathBuf, source: io::Error },
-    #[error("the thread that files rows has ended; start the plant again")]
+    #[error("the thread that writes rows has ended; start the plant again")]
     Gone,
 }
 
@@ -121,7 +121,7 @@ impl Filer {
 
     fn order<T>(&self, order: impl FnOnce(Done<T>) -> Order) -> Receipt<T> {
         let (done, receipt) = oneshot::channel();
-        // An order that nobody takes drops `done`, and the receipt says so.
+        // An order that is not taken drops `done`, and the receipt says so.
         let _ = self.orders.send(order(done));
         Receipt(receipt)
     }

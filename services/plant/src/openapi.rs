@@ -46,7 +46,7 @@ fn document() -> Value {
         &json!({"seq": seq(), "tick": tick(), "t_arrive_ns": arrive(), "y": y(), "u": held()}),
     );
     let acknowledgement = object(&json!({"seq": seq(), "t_arrive_ns": arrive()}));
-    let now = count("when the plant was looked at, on its clock, in nanoseconds");
+    let now = count("when the state was read, on the plant's clock, in nanoseconds");
     let observation = object(&json!({"t_ns": now, "tick": tick(), "y": y(), "u": held()}));
 
     let command = || {
@@ -58,7 +58,7 @@ fn document() -> Value {
         ]
     };
     let refusals = [
-        (409, "somebody else is in control, or the session is over"),
+        (409, "another client is in control, or the session is over"),
         (413, "a body, where a command has none"),
         (500, "the plant's output is not finite any more"),
     ];
@@ -80,7 +80,10 @@ fn document() -> Value {
         "info": {
             "title": "webloop plant",
             "version": env!("CARGO_PKG_VERSION"),
-            "description": "A plant that runs free and takes its input over HTTP. Answers are URI-encoded queries, or JSON if the request accepts application/json. A page that is to command it holds a session; while one is held, commands need its token. The page itself is at /.",
+            "description": "A free-running plant that takes its input over HTTP. Answers are \
+                            URI-encoded queries, or JSON if the request accepts application/json. \
+                            A page needs a session to command it; while a page holds one, commands \
+                            need its token. The page itself is at /.",
         },
         "paths": {
             "/closed": operation("Use this input and give the state", command(), message("State")),
@@ -107,10 +110,13 @@ fn socket() -> Value {
     let mut session = parameter("query", "session", &token);
     session["required"] = false.into();
     let refusals = [
-        (409, "somebody else is in control, or the session is over"),
+        (409, "another client is in control, or the session is over"),
         (426, "not the handshake of RFC 6455"),
     ];
-    let done = json!({"description": "a WebSocket: each text message is the query of a command, each answer the one that it would get over HTTP; what cannot be read closes it with 1008, what is longer than 1024 bytes with 1009"});
+    let done = json!({"description": "a WebSocket: each text message is the query of a command, \
+                                      each answer the one that it would get over HTTP; an \
+                                      unreadable message closes it with 1008, one longer than 1024 \
+                                      bytes with 1009"});
     json!({"get": {
         "summary": "Carry commands over a WebSocket",
         "parameters": [parameter("query", "mode", &mode), session],
@@ -126,7 +132,9 @@ fn session() -> Value {
     let mut grant = object(&json!({
         "session": {"type": "string", "pattern": TOKEN, "description": "the token"},
         "h_ns": h,
-        "late": {"type": "string", "enum": ["apply", "drop"], "description": "what becomes of a command that was overtaken"},
+        "late": {"type": "string", "enum": ["apply", "drop"], "description": "what the plant does \
+                                                                              with an overtaken \
+                                                                              command"},
         "law": {"type": "object", "description": "the control law to follow; the paper's PI, if there is none"},
     }));
     grant["required"] = json!(["session", "h_ns", "late"]);
@@ -137,7 +145,8 @@ fn session() -> Value {
         "commands": count("commands of the session"),
         "rows": count("rows that it has sent"),
         "idle_ms": count("milliseconds since it was last heard"),
-        "outcome": {"type": "string", "description": "how it ended, in the page's word; only once it has"},
+        "outcome": {"type": "string", "description": "how it ended, as the page reports it; absent \
+                                                      until then"},
         "reason": {"type": "string", "description": "why"},
     }));
     // The last two are there once it has ended.
@@ -151,7 +160,7 @@ fn session() -> Value {
         "post": {
             "summary": "Begin a session",
             "requestBody": {"required": true, "content": {"application/json": {"schema": client}}},
-            "responses": responses("200", &json(&grant), &[(409, "somebody else is in control"), BODY[0], BODY[1], BODY[2]]),
+            "responses": responses("200", &json(&grant), &[(409, "another client is in control"), BODY[0], BODY[1], BODY[2]]),
         },
     })
 }

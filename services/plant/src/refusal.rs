@@ -55,15 +55,11 @@ pub(crate) enum Refusal {
     Denied(#[from] Denied),
     #[error(transparent)]
     FilingError(#[from] FilingError),
-    #[error("no randomness for a session: {0}; claim again")]
+    #[error("cannot make a session token: {0}; claim again")]
     Randomness(#[from] std::io::Error),
-    #[error(
-        "`{field}` is not that of a WebSocket; /socket takes the handshake of RFC 6455, version 13"
-    )]
+    #[error("`{field}` is not a WebSocket's; /socket takes the handshake of RFC 6455, version 13")]
     Handshake { field: &'static str },
-    #[error(
-        "the plant's output is {y}: the loop has left the finite numbers; start the plant again"
-    )]
+    #[error("the plant's output is {y}: the loop has diverged; start the plant again")]
     Diverged { y: f64 },
 }
 

@@ -16,7 +16,7 @@ const EXCERPT_CHARS: usize = 40;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {problem}")]
 pub(crate) struct InvalidRow {
-    /// Which line, from 1.
+    /// Number of the line, from 1.
     line: usize,
     problem: Problem,
 }

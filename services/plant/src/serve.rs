@@ -4,15 +4,17 @@ use std::{
     cell::RefCell,
     future::{Future, poll_fn},
     io,
+    net::SocketAddr,
     pin::pin,
     rc::Rc,
     task::Poll,
 };
 
+use control::Stepper;
 use endpoint::{ArrivalRow, Inbox, Input, Process, TickRow, report};
 use journal::Journal;
 use pace::now_ns;
-use tokio::{sync::watch, task::LocalSet};
+use tokio::{net::TcpListener, runtime::Runtime, sync::watch, task::LocalSet};
 
 use crate::{
     config::{Config, Ready, ServeError},
@@ -44,78 +46,39 @@ pub fn serve(config: &Config, ready: impl FnOnce(Ready)) -> Result<report::Plant
 /// Like [`serve`], until `stop` is done.
 ///
 /// # Errors
-/// See [`serve`].
+/// Those of [`serve`].
 pub fn serve_until(
     config: &Config,
     stop: impl Future<Output = io::Result<()>>,
     ready: impl FnOnce(Ready),
 ) -> Result<report::Plant, ServeError> {
-    let settings = &config.settings;
-    let sampled = config.plant.sampled(settings.h.ns())?;
-
+    let sampled = config.plant.sampled(config.settings.h.ns())?;
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()?;
-    let listener = {
-        let _context = runtime.enter();
-        server::listen(config.listen)
-    };
-    let listen_error = |source| ServeError::Listen {
-        address: config.listen,
-        source,
-    };
-    let listener = listener.map_err(listen_error)?;
-    let address = listener.local_addr().map_err(listen_error)?;
-
-    // In this order: the threads that write files must not inherit real-time
-    // scheduling, and no file is made for a plant that cannot listen.
-    let (tick_rows, tick_journal) =
-        Journal::create::<TickRow>(&config.out.join(TickRow::FILE), TickRow::COLUMNS)?;
-    let (arrival_rows, arrival_journal) =
-        Journal::create::<ArrivalRow>(&config.out.join(ArrivalRow::FILE), ArrivalRow::COLUMNS)?;
-    let filer = Filer::start(&config.out)?;
-    let (input_publisher, input_reader) = latest(input_words(Input::default()));
-    let (output_publisher, output_reader) = latest([0; 2]);
-    let start_ns = now_ns() + START_AHEAD_NS;
-    let mut ticker = Ticker {
-        process: Process::new(settings, sampled.stepper(), start_ns),
-        h_ns: settings.h.ns(),
-        input: input_reader,
-        output: output_publisher,
-        rows: tick_rows,
-        fifo: config.fifo,
-    }
-    .start()?;
-    let server_scheduling = pace::ask(config.fifo.then_some(FIFO_PRIORITY));
+    let (listener, address) = listen(config.listen, &runtime)?;
+    // No file is made for a plant that cannot listen.
+    let Started {
+        start_ns,
+        mut ticker,
+        tick_journal,
+        arrival_journal,
+        handler,
+        server: server_scheduling,
+    } = Started::new(config, sampled.stepper())?;
     let open_files = pace::raise_open_files();
 
-    let handler = Rc::new(RefCell::new(Handler {
-        settings: *settings,
-        law: config.law.clone(),
-        inbox: Inbox::new(settings.late),
-        input: input_publisher,
-        output: output_reader,
-        rows: arrival_rows,
-        refused: 0,
-        control: Control::new(),
-        filer,
-        over: watch::Sender::new(0),
-    }));
+    let handler = Rc::new(RefCell::new(handler));
     let accepted = RefCell::new(0);
     let tasks = LocalSet::new();
-    let ended = tasks.block_on(&runtime, async {
-        let mut stop = pin!(stop);
-        // Asked once before `ready`, so that a signal right after it is caught.
-        if let Poll::Ready(result) = poll_fn(|context| Poll::Ready(stop.as_mut().poll(context))).await {
-            return result.map_err(ServeError::Start);
-        }
-        ready(Ready { address, start_ns });
+    let served = async {
         tokio::select! {
-            result = stop => result.map_err(ServeError::Start),
-            _ = &mut ticker.ended => Err(ServeError::Ticker),
+            _ = &mut ticker.ended => ServeError::Ticker,
             never = server::accept(listener, Rc::clone(&handler), &accepted, open_files) => match never {},
         }
-    });
+    };
+    let ready = || ready(Ready { address, start_ns });
+    let ended = tasks.block_on(&runtime, end(stop, ready, served));
     // The connections hold the handler: they end here.
     drop(tasks);
     let ticked = Running::stop(ticker).ok_or(ServeError::Ticker)?;
@@ -123,13 +86,12 @@ pub fn serve_until(
         .expect("all connections are gone")
         .into_inner();
 
-    // All files are ended before any's error is told.
+    // All files are closed before the first error is returned.
     let tick_written = tick_journal.finish(ticked.rows);
     let arrival_written = arrival_journal.finish(handler.rows);
     let filed = handler.filer.finish();
     ended?;
-    let tick_rows = tick_written?;
-    let arrival_rows = arrival_written?;
+    let (tick_rows, arrival_rows) = (tick_written?, arrival_written?);
     if let Some(problem) = filed.problem {
         return Err(problem.into());
     }
@@ -151,4 +113,88 @@ pub fn serve_until(
             open_files,
         },
     })
+}
+
+/// The threads of a plant, started, with what they share and where they write.
+struct Started {
+    /// When tick 0 is due.
+    start_ns: u64,
+    ticker: Running,
+    tick_journal: Journal,
+    arrival_journal: Journal,
+    handler: Handler,
+    /// What the calling thread was granted, which is to speak HTTP.
+    server: report::Scheduling,
+}
+
+impl Started {
+    /// In this order: the threads that write files must not inherit real-time scheduling.
+    fn new(config: &Config, stepper: Stepper) -> Result<Started, ServeError> {
+        let settings = config.settings;
+        let (tick_rows, tick_journal) =
+            Journal::create::<TickRow>(&config.out.join(TickRow::FILE), TickRow::COLUMNS)?;
+        let (arrival_rows, arrival_journal) =
+            Journal::create::<ArrivalRow>(&config.out.join(ArrivalRow::FILE), ArrivalRow::COLUMNS)?;
+        let filer = Filer::start(&config.out)?;
+        let (input, input_reader) = latest(input_words(Input::default()));
+        let (output_publisher, output) = latest([0; 2]);
+        let start_ns = now_ns() + START_AHEAD_NS;
+        let ticker = Ticker {
+            process: Process::new(&settings, stepper, start_ns),
+            h_ns: settings.h.ns(),
+            input: input_reader,
+            output: output_publisher,
+            rows: tick_rows,
+            fifo: config.fifo,
+        }
+        .start()?;
+        let handler = Handler {
+            settings,
+            law: config.law.clone(),
+            inbox: Inbox::new(settings.late),
+            input,
+            output,
+            rows: arrival_rows,
+            refused: 0,
+            control: Control::new(),
+            filer,
+            over: watch::Sender::new(0),
+        };
+        Ok(Started {
+            start_ns,
+            ticker,
+            tick_journal,
+            arrival_journal,
+            handler,
+            server: pace::ask(config.fifo.then_some(FIFO_PRIORITY)),
+        })
+    }
+}
+
+fn listen(address: SocketAddr, runtime: &Runtime) -> Result<(TcpListener, SocketAddr), ServeError> {
+    let _context = runtime.enter();
+    let listened = server::listen(address).and_then(|listener| {
+        let address = listener.local_addr()?;
+        Ok((listener, address))
+    });
+    listened.map_err(|source| ServeError::Listen { address, source })
+}
+
+/// Calls `ready` and waits: for `stop`, or for `served`, which is an error.
+async fn end(
+    stop: impl Future<Output = io::Result<()>>,
+    ready: impl FnOnce(),
+    served: impl Future<Output = ServeError>,
+) -> Result<(), ServeError> {
+    let mut stop = pin!(stop);
+    // Asked once before `ready`, so that a signal right after it is caught.
+    let asked = poll_fn(|context| Poll::Ready(stop.as_mut().poll(context))).await;
+    if let Poll::Ready(result) = asked {
+        return result.map_err(ServeError::Start);
+    }
+    ready();
+    tokio::select! {
+        result = stop => result.map_err(ServeError::Start),
+        error = served => Err(error),
+    }
 }

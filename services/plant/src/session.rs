@@ -1,9 +1,8 @@
-//! Who is in control of the plant: a page that holds a session, controllers
-//! without one, or nobody.
+//! Who is in control of the plant: a page with a session, controllers without one, or no client.
 //!
-//! A pure state machine that is told the time. A session is one page's sole
+//! A pure state machine that gets the time as an argument. A session is one page's sole
 //! right to command: it begins with a claim, is kept by being used, and is over
-//! when its page says so or is silent. Native controllers hold none; a page
+//! when its page says so or is silent. Native controllers need no session; a page
 //! cannot take the plant from one that is running.
 
 use serde::Serialize;
@@ -54,7 +53,8 @@ pub(crate) enum InvalidClient {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum Denied {
     #[error(
-        "`{}` is in control, heard {idle_ms} ms ago; wait for the end of its session, which comes at the latest after {} s of silence",
+        "`{}` is in control, heard {idle_ms} ms ago; wait until its session ends, at the latest \
+         after {} s of silence",
         client.0,
         SILENCE_NS / 1_000_000_000
     )]
@@ -64,7 +64,7 @@ pub(crate) enum Denied {
         PLAIN_NS / 1_000_000_000
     )]
     Plain { idle_ms: u64 },
-    #[error("this session is over, or never was; begin another with POST /session")]
+    #[error("this session is over or unknown; begin another with POST /session")]
     Over,
     #[error("this needs a session; begin one with POST /session")]
     Missing,
@@ -110,7 +110,7 @@ struct Session {
 }
 
 impl Control {
-    /// Nobody is in control.
+    /// No client is in control.
     pub(crate) fn new() -> Self {
         Self {
             state: State::Free,

@@ -1,7 +1,7 @@
 //! What a page asks for with a body: to begin a session, to take rows, to end.
 //!
 //! The head was judged in `route`; here the body is read, within limits of size
-//! and time, and what comes of it is awaited from the filer. All of it runs
+//! and time, and the filer returns the result. All of it runs
 //! beside the commands of the loop, never before them.
 
 use std::{cell::RefCell, rc::Rc, time::Duration};
@@ -39,14 +39,14 @@ pub(crate) enum Upload {
     Claim,
     /// Take a chunk of rows.
     Rows {
-        /// Its number.
+        /// Number of the chunk, from 0.
         chunk: u64,
-        /// Whose it is.
+        /// The token of its session.
         pass: Pass,
     },
     /// Take the report and end the session.
     End {
-        /// Whose it is.
+        /// The token of its session.
         pass: Pass,
     },
 }

@@ -1,4 +1,4 @@
-//! Which Python there is, and becoming it.
+//! Finds a Python interpreter, and becomes it by `exec`.
 
 use std::{
     convert::Infallible,
@@ -20,7 +20,7 @@ const VARIABLE: &str = "WEBLOOP_PYTHON";
 /// The oldest Python that the controller is written for.
 const OLDEST: (u32, u32) = (3, 9);
 
-/// What is asked of an interpreter. The newest digits come last, and any Python
+/// Prints an interpreter's version. The newest digits come last, and any Python
 /// since 2.6 understands it.
 const ASK: &str = "import sys; sys.stdout.write('%d.%d.%d' % (sys.version_info[0], sys.version_info[1], sys.version_info[2]))";
 

@@ -126,7 +126,7 @@ class Arguments(unittest.TestCase):
             ("--transport carrier", "transport `carrier`", "choose http or websocket"),
             ("--outstanding 0", "outstanding `0`", "from 1 to 8192"),
             ("--r nan", "`nan`", "like 1 or -0.5"),
-            ("--law pi", "`pi` is no JSON", "write it like"),
+            ("--law pi", "`pi` is not JSON", "write it like"),
             ('--law {"law":"pi"}', "`law`: `\"pi\"`", "one of pid, transfer"),
             ("--timeout 0s", "`0s`", "like 5s"),
             ("--start-ns -1", "--start-ns", "--help"),

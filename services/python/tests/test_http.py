@@ -6,6 +6,7 @@ import time
 import unittest
 
 from test_inbox import within
+
 from webloop_controller.argument import read
 from webloop_controller.http_exchange import HttpExchange
 from webloop_controller.inbox import Inbox

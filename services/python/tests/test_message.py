@@ -30,7 +30,7 @@ class Messages(unittest.TestCase):
         for text, why in [
             ("", "`seq` is missing"),
             ("seq=1", "`t_arrive_ns` is missing"),
-            ("seq=1&t_arrive_ns=2&seq=1", "`seq` is there twice"),
+            ("seq=1&t_arrive_ns=2&seq=1", "`seq` appears twice"),
             ("seq=1&t_arrive_ns=2&tick=3", "`tick` is unknown"),
             ("seq=-1&t_arrive_ns=2", "`seq`: `-1` is not a whole number"),
             ("seq=+1&t_arrive_ns=2", "`seq`: ` 1` is not a whole number"),

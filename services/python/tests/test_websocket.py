@@ -10,6 +10,7 @@ from queue import SimpleQueue
 
 from test_frame import served
 from test_inbox import within
+
 from webloop_controller.argument import read
 from webloop_controller.exchange import ExchangeError
 from webloop_controller.frame import CLOSE, PING, TEXT, close_payload

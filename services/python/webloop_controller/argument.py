@@ -107,7 +107,7 @@ def parse_plant(text: str) -> Tuple[str, int]:
 
 def _parse_start(text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) <= 20 and int(text) <= MAX_COUNT):
-        raise ValueError(f"`{text}` is no time; give whole nanoseconds of CLOCK_MONOTONIC")
+        raise ValueError(f"`{text}` is not a time; give whole nanoseconds of CLOCK_MONOTONIC")
     return int(text)
 
 
@@ -169,7 +169,7 @@ def _parser() -> _Parser:
         "start-ns",
         _parse_start,
         None,
-        "when to send the first message, in ns of CLOCK_MONOTONIC; soon, if not given",
+        "when to send the first message, in ns of CLOCK_MONOTONIC (default: soon)",
         "T",
     )
     option(

@@ -1,7 +1,7 @@
 """The loop: warms up, passes the deadlines, waits for what is under way.
 
 One thread asks the `ControllerEnd` and waits: for the next deadline, for a
-message that ended, or to be told to end. The messages are beside it, in an
+message that ended, or a signal to end. The messages are beside it, in an
 `Exchange`, and how they ended comes in by an `Inbox`.
 """
 
@@ -44,7 +44,7 @@ class Unreachable(Exception):
 
 
 class _Stop:
-    """In the inbox: told to end."""
+    """In the inbox: the request to end."""
 
 
 def inbox_with_signals() -> Inbox:
@@ -57,7 +57,7 @@ def inbox_with_signals() -> Inbox:
 
 def drive(config: Config, ended: Inbox) -> Report:
     """Runs a controller for its duration, or until it finds in its inbox that
-    it is told to end.
+    it is asked to end.
 
     Raises `Unreachable` or `JournalError`. A message that fails is a row, not
     an error.
@@ -109,7 +109,7 @@ def drive(config: Config, ended: Inbox) -> Report:
 
 def _warm_up(config: Config, exchange: Exchange, ended: Inbox) -> Optional[Observation]:
     """Waits for the plant, has a connection opened, and looks at the plant.
-    None if it was told to end first."""
+    None if it was stopped first."""
     give_up_ns = monotonic_ns() + WARM_UP_S * 1_000_000_000
     why = "no attempt ended"
 
@@ -126,7 +126,7 @@ def _warm_up(config: Config, exchange: Exchange, ended: Inbox) -> Optional[Obser
                 why = str(error)
             sleep(WARM_UP_PAUSE_S)
 
-    # In a thread, so that being told to end need not wait for an attempt.
+    # In a thread, so that the signal to end need not wait for an attempt.
     threading.Thread(target=attempts, name="warm-up", daemon=True).start()
     while True:
         left_ns = give_up_ns - monotonic_ns()
@@ -137,7 +137,7 @@ def _warm_up(config: Config, exchange: Exchange, ended: Inbox) -> Optional[Obser
         if left_ns <= 0:
             raise Unreachable(
                 f"no plant answers at http://{authority(config.plant)} after {WARM_UP_S} s:"
-                f" {why}; is it started, and is this its address?"
+                f" {why}; start it, or correct the address"
             )
 
 
@@ -158,7 +158,7 @@ class _Run:
         self._ended = ended
 
     def deadlines(self) -> bool:
-        """Passes all deadlines and waits for all messages; whether it was told
+        """Passes all deadlines and waits for all messages; whether it was asked
         to end first."""
         end, ended = self.end, self._ended
         while True:

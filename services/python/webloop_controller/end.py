@@ -145,7 +145,7 @@ class ControllerEnd:
             # The plant's tick, not seq, is the age of a measurement: a command
             # that was overtaken on its way up brings home the newer output.
             overtaken = tick < self._y_tick
-            if not (overtaken and self.settings.late == "drop"):
+            if answer.y is not None and not (overtaken and self.settings.late == "drop"):
                 self._y = answer.y
                 self._y_tick = tick
         return row

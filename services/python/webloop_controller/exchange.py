@@ -14,7 +14,7 @@ from webloop_controller.message import Answer, Command, Observation
 
 
 class ExchangeError(Exception):
-    """The connection broke, or the answer is none; its text says why."""
+    """The connection broke, or the answer is invalid; its text says why."""
 
 
 class NoAnswer(Exception):

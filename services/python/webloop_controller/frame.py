@@ -129,7 +129,7 @@ class Decoder:
         if first & 0x70:
             raise FrameError(PROTOCOL_ERROR, "reserved bits are set")
         if second & 0x80:
-            raise FrameError(PROTOCOL_ERROR, "the frame is masked, which only a client's is")
+            raise FrameError(PROTOCOL_ERROR, "the frame is masked; only a client's may be")
         if opcode not in (CONTINUATION, TEXT, BINARY, CLOSE, PING, PONG):
             raise FrameError(PROTOCOL_ERROR, f"opcode {opcode} does not exist")
         if opcode >= CLOSE and (not final or length > MAX_CONTROL_BYTES):

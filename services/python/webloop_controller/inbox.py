@@ -37,7 +37,7 @@ class Inbox:
             self._bell.acquire(timeout=-1 if timeout_s is None else timeout_s)
 
     def take(self) -> Optional[object]:
-        """The thing that came first; None if there is none."""
+        """The thing that came first; None if the inbox is empty."""
         try:
             return self._things.popleft()
         except IndexError:

@@ -64,7 +64,7 @@ def parse_law(text: str) -> Law:
         raise
     except (ValueError, RecursionError) as error:
         raise InvalidLaw(
-            f"the law `{excerpt(text)}` is no JSON ({error});"
+            f"the law `{excerpt(text)}` is not JSON ({error});"
             ' write it like {"law":"pid","kp":0.1701,"ki":0.378,"kd":0.0,'
             '"filter_rad_s":null,"limits":null}'
         ) from None

@@ -19,7 +19,7 @@ INTERRUPTED = 130
 def main(arguments: Sequence[str]) -> int:
     """Runs the controller, and gives the exit code."""
     config = argument.read(arguments)
-    # Before anybody is told that it is ready, and may tell it to end.
+    # Before it reports that it is ready, and may get the signal to end.
     ended = inbox_with_signals()
     # Its arguments are fine; the plant it waits for by itself. That nobody
     # reads the line is no error.

@@ -61,7 +61,7 @@ def parse_answer(mode: str, text: str) -> Answer:
     """Reads an answer in the form that a loop of this mode gets."""
     if mode == "closed":
         seq, tick, t_arrive_ns, y, u = fields(text, _STATE)
-        # The plant's u is read, for a number that is none is a broken answer,
+        # The plant's u is read, since an invalid number is a broken answer,
         # and left: what the plant holds is the plant's row.
         finite("u", u)
         return Answer(

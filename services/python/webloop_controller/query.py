@@ -46,7 +46,7 @@ def fields(text: str, names: Tuple[str, ...]) -> List[str]:
                 f" {', '.join(names)}"
             )
         if key in found:
-            raise InvalidMessage(f"field `{key}` is there twice: give it once")
+            raise InvalidMessage(f"field `{key}` appears twice: give it once")
         found[key] = _decoded(value)
     for name in names:
         if name not in found:

@@ -30,7 +30,7 @@ class Report(NamedTuple):
     first_failure: Optional[str]
     """Why the first message failed that did."""
     interrupted: bool
-    """Whether it was told to end before its time."""
+    """Whether it was stopped before its time."""
     rows: Dict[str, int]
     """Rows of messages.csv, and those lost."""
     scheduling: Dict[str, object]

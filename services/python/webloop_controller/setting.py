@@ -1,13 +1,13 @@
 """How the controller is set up, as checked values.
 
 Each setting is declared here once, with its words, which are those of the crate `endpoint`, and so
-are the limits. How settings are typed or told is in `argument`.
+are the limits. How settings are typed or read is in `argument`.
 """
 
 from __future__ import annotations
 
 from math import isfinite
-from typing import Callable, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, NamedTuple, Optional, Sequence, Tuple
 
 from webloop_controller.law import Law
 from webloop_controller.span import parse_sample_time, parse_span
@@ -34,7 +34,7 @@ def parse_reference(word: str) -> float:
     except ValueError:
         r = float("nan")
     if not isfinite(r):
-        raise ValueError(f"`{word}` is no reference; give a finite number, like 1 or -0.5")
+        raise ValueError(f"`{word}` is not a reference; give a finite number, like 1 or -0.5")
     return r
 
 
@@ -77,7 +77,7 @@ class Settings(NamedTuple):
 
 
 class Declared(NamedTuple):
-    """A setting by its name: how it is typed, and told as JSON."""
+    """A setting by its name: how it is typed, and how JSON has it."""
 
     name: str
     """As an option has it."""
@@ -97,7 +97,7 @@ class Declared(NamedTuple):
         """As JSON has it: a time is there in nanoseconds, but a sample time with its unit."""
         return self.name if self.field == "h_ns" else self.field
 
-    def told(self, value: object) -> object:
+    def told(self, value: object) -> Any:
         """Its value from JSON. Raises `ValueError`."""
         if self.key.endswith("_ns"):
             if isinstance(value, int) and not isinstance(value, bool) and value > 0:
@@ -113,7 +113,7 @@ def _choice(name: str, words: Sequence[str], default: str, about: str) -> Declar
 
 DECLARED = (
     Declared("h", "h_ns", parse_sample_time, "3ms", "sample time", "TIME"),
-    _choice("mode", ("open", "closed"), "closed", "whether the answers steer the plant"),
+    _choice("mode", ("open", "closed"), "closed", "whether the plant applies the commands"),
     Declared("r", "r", parse_reference, "1", "reference", "NUMBER"),
     Declared(
         "outstanding",
@@ -124,22 +124,22 @@ DECLARED = (
         "N",
     ),
     _choice("transport", ("http", "websocket"), "http", "how messages go"),
-    _choice("connection", ("keep", "new"), "keep", "what a request does for its connection"),
+    _choice("connection", ("keep", "new"), "keep", "whether a request keeps its connection"),
     _choice(
         "schedule",
         ("absolute", "relative", "since-send"),
         "absolute",
-        "where the next deadline is",
+        "what the next deadline counts from",
     ),
     _choice("integrate", ("h", "elapsed"), "h", "what the integrator advances by"),
-    _choice("late", ("apply", "drop"), "apply", "answers that a newer one has overtaken"),
-    Declared("timeout", "timeout_ns", parse_span, "5s", "after this a request is given up", "TIME"),
+    _choice("late", ("apply", "drop"), "apply", "overtaken answers"),
+    Declared("timeout", "timeout_ns", parse_span, "5s", "a request is given up after this time", "TIME"),
 )
 """Every setting, in the order of the help."""
 
 
 class Config(NamedTuple):
-    """Everything that a controller is told."""
+    """Settings of a controller."""
 
     settings: Settings
     """How it sends."""

@@ -33,7 +33,7 @@ _SPAN = re.compile(rf"(?:{_PART.pattern})(?:\s*{_PART.pattern})*")
 def parse_sample_time(text: str) -> int:
     """A sample time h in nanoseconds, such as `3ms`."""
     if len(_PART.findall(text)) != 1 or not _SPAN.fullmatch(text):
-        raise ValueError(f"`{text}` is no sample time; write it like 3ms, 100us or 0.3s")
+        raise ValueError(f"`{text}` is not a sample time; write it like 3ms, 100us or 0.3s")
     h_ns = parse_span(text)
     if not MIN_H_NS <= h_ns <= MAX_H_NS:
         raise ValueError(
@@ -58,7 +58,8 @@ def parse_span(text: str) -> int:
 
 def _part_ns(whole: str, fraction: str, unit: str) -> int:
     scaled = int(whole + fraction) * UNITS_NS[unit]
-    part_ns, rest = divmod(scaled, 10 ** len(fraction))
+    parts: int = 10 ** len(fraction)
+    part_ns, rest = divmod(scaled, parts)
     if rest:
         raise ValueError(f"`{whole}.{fraction}{unit}` is not a whole number of nanoseconds")
     return part_ns

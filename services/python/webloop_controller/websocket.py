@@ -71,7 +71,7 @@ class WebSocket:
         self._send(frame.TEXT, text.encode("utf-8"))
 
     def receive(self, timeout_ns: int) -> List[str]:
-        """The text messages that come first; none if there is none in time.
+        """The text messages that come first; empty if none comes in time.
 
         Answers pings. Raises `Closed`.
         """
@@ -154,11 +154,11 @@ class WebSocket:
             self._socket.sendall(request.encode("ascii"))
             while b"\r\n\r\n" not in head:
                 if len(head) > _MAX_HEAD_BYTES:
-                    raise ExchangeError("the response to the opening does not end")
+                    raise ExchangeError("the answer to the handshake does not end")
                 self._socket.settimeout(_left_s(give_up_ns))
                 data = self._socket.recv(_RECEIVE_BYTES)
                 if not data:
-                    raise ExchangeError("the plant hung up at the opening of the socket")
+                    raise ExchangeError("the plant hung up during the handshake")
                 head += data
         except socket.timeout:
             raise NoAnswer from None
@@ -174,7 +174,7 @@ def _check(head: bytes, key: bytes, body: bytes) -> None:
     status, *lines = head.decode("latin-1").split("\r\n")
     words = status.split(" ", 2)
     if len(words) < 2 or not words[0].startswith("HTTP/1."):
-        raise ExchangeError(f"the response to the opening is not HTTP: `{excerpt(status)}`")
+        raise ExchangeError(f"the answer to the handshake is not HTTP: `{excerpt(status)}`")
     if words[1] != "101":
         said = excerpt(body.decode("utf-8", "replace").rstrip(), 200)
         raise ExchangeError(f"{' '.join(words[1:])}: {said}")
@@ -185,7 +185,7 @@ def _check(head: bytes, key: bytes, body: bytes) -> None:
     accept = base64.b64encode(hashlib.sha1(key + _GUID).digest()).decode("ascii")
     connection = [word.strip().lower() for word in headers.get("connection", "").split(",")]
     if headers.get("upgrade", "").lower() != "websocket" or "upgrade" not in connection:
-        raise ExchangeError("the response to the opening upgrades to something else")
+        raise ExchangeError("the answer to the handshake upgrades to another protocol")
     if headers.get("sec-websocket-accept") != accept:
         raise ExchangeError("the response to the opening belongs to another key")
 

@@ -126,7 +126,7 @@ class WebSocketExchange(Exchange):
             except Closed as error:
                 return str(error)
             except InvalidMessage as error:
-                # Whose answer it was cannot be told.
+                # It is not known whose answer it was.
                 socket.close(INVALID, str(error))
                 return str(error)
             self._give_up()

@@ -1,6 +1,6 @@
-//! A law in numbers, as clients in other languages are told it: one JSON object.
+//! A law as numbers, in the form that clients in other languages get: one JSON object.
 //!
-//! What a client does with them is in `control::law`, sum by sum; vectors hold all clients to it.
+//! `control::law` says what a client does with them, sum by sum; test vectors check all clients.
 
 use control::{AntiWindup, Discrete, Gains, Saturation, StateSpace};
 use serde::Serialize;
@@ -13,9 +13,9 @@ pub enum Design {
     Pid(PidNumbers),
     /// A sampled system of the error.
     Transfer {
-        /// The system.
+        /// The controller as a sampled model, from error to command.
         model: Model,
-        /// The actuator's.
+        /// The limits of the command.
         limits: Option<Limits>,
     },
     /// A PID around a model without its dead time.
@@ -37,7 +37,7 @@ pub enum Design {
         observer: Vec<f64>,
         /// The factor of the reference.
         reference: f64,
-        /// The actuator's.
+        /// The limits of the command.
         limits: Option<Limits>,
     },
 }
@@ -45,7 +45,7 @@ pub enum Design {
 /// A PID's gains.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PidNumbers {
-    /// Proportional gain.
+    /// Proportional gain kp.
     pub kp: f64,
     /// Integral gain, 1/s.
     pub ki: f64,
@@ -53,7 +53,7 @@ pub struct PidNumbers {
     pub kd: f64,
     /// The derivative's filter, rad/s; none: a plain difference.
     pub filter_rad_s: Option<f64>,
-    /// The actuator's.
+    /// The limits of the command.
     pub limits: Option<Limits>,
 }
 
@@ -73,13 +73,13 @@ pub struct Limits {
 /// next x = a x + b u, y = c x + d u.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Model {
-    /// Rows.
+    /// The state matrix A, as rows.
     pub a: Vec<Vec<f64>>,
     /// One for each state.
     pub b: Vec<f64>,
     /// One for each state.
     pub c: Vec<f64>,
-    /// The feed-through.
+    /// The feed-through D.
     pub d: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What is wrong with a system's text, and where.
+//! A fault in a system's text, with its place.
 
 use std::ops::Range;
 

@@ -14,7 +14,7 @@ type Numbers = Option<Spanned<Vec<f64>>>;
 #[serde(deny_unknown_fields)]
 #[schemars(title = "webloop system")]
 pub(crate) struct SystemFile {
-    /// Its name: what experiments and results call it.
+    /// Its name in experiments and results.
     #[schemars(with = "String")]
     pub(crate) name: Spanned<String>,
     /// A sentence on what it is.
@@ -23,10 +23,10 @@ pub(crate) struct SystemFile {
     /// The reference; 1 if not given.
     #[schemars(with = "Option<f64>")]
     pub(crate) r: Number,
-    /// What is controlled.
+    /// The plant to control.
     #[schemars(with = "PlantFile")]
     pub(crate) plant: Spanned<PlantFile>,
-    /// By what.
+    /// The law that controls it.
     #[schemars(with = "ControllerFile")]
     pub(crate) controller: Spanned<ControllerFile>,
 }
@@ -98,19 +98,19 @@ pub(crate) struct ControllerFile {
     /// transfer: as the plant's; `tustin` if not given.
     #[schemars(with = "Option<String>")]
     pub(crate) sampling: Option<Spanned<String>>,
-    /// smith, state-feedback: the round trip that is reckoned with; `"0ms"` if not given.
+    /// smith, state-feedback: the round trip that the law is designed for; `"0ms"` if not given.
     #[schemars(with = "Option<String>")]
     pub(crate) round_trip: Option<Spanned<String>>,
     /// state-feedback: a gain for each state, instead of weights.
     #[schemars(with = "Option<Vec<f64>>")]
     pub(crate) gains: Numbers,
-    /// state-feedback: what the optimal regulator weighs.
+    /// state-feedback: the weights of the optimal regulator.
     #[schemars(with = "Option<WeightsFile>")]
     pub(crate) weights: Option<Spanned<WeightsFile>>,
-    /// state-feedback: what the Kalman filter reckons with.
+    /// state-feedback: the noise that the Kalman filter assumes.
     #[schemars(with = "Option<NoiseFile>")]
     pub(crate) noise: Option<Spanned<NoiseFile>>,
-    /// The actuator's.
+    /// The limits of the command.
     #[schemars(with = "Option<LimitsFile>")]
     pub(crate) limits: Option<Spanned<LimitsFile>>,
 }
@@ -131,10 +131,10 @@ pub(crate) struct WeightsFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct NoiseFile {
-    /// What is added to the command.
+    /// Standard deviation of the noise on the command.
     #[schemars(with = "f64")]
     pub(crate) disturbance: Spanned<f64>,
-    /// What is added to the output.
+    /// Standard deviation of the noise on the output.
     #[schemars(with = "f64")]
     pub(crate) measurement: Spanned<f64>,
 }
@@ -143,10 +143,10 @@ pub(crate) struct NoiseFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LimitsFile {
-    /// The smallest command; none if not given.
+    /// The smallest command; no limit by default.
     #[schemars(with = "Option<f64>")]
     pub(crate) min: Number,
-    /// The largest command; none if not given.
+    /// The largest command; no limit by default.
     #[schemars(with = "Option<f64>")]
     pub(crate) max: Number,
     /// pid, smith: `off`, `conditional` (if not given) or `back-calculation`.

@@ -1,4 +1,4 @@
-//! The law of a system's text, and what it is at a sample time.
+//! The law in a system's text, and the law that follows at a sample time.
 
 use control::{
     Estimator, Gains, InvalidLaw, Law, Method, Pid, SampledPlant, Saturation, Smith, StateFeedback,
@@ -99,7 +99,7 @@ impl Recipe {
             "transfer" => {
                 let (Some(num), Some(den)) = (&file.num, &file.den) else {
                     let remedy = "give the coefficients of both, highest power first";
-                    return Err(source.fault(asked, "the law has not both num and den", remedy));
+                    return Err(source.fault(asked, "the law needs both num and den", remedy));
                 };
                 Ok(Self::Transfer {
                     model: StateSpace::from(&ratio(source, num, den)?),
@@ -130,7 +130,7 @@ impl Recipe {
         matches!(self, Self::Pid { .. })
     }
 
-    /// Whether it estimates states that nobody measures.
+    /// Whether it estimates states that are not measured.
     pub(crate) fn has_estimator(&self) -> bool {
         matches!(self, Self::StateFeedback { .. })
     }
@@ -203,11 +203,12 @@ impl Recipe {
     }
 }
 
-/// As many as a law can look past.
+/// The most ticks of dead time and round trip that a law can span.
 fn within(law: &'static str, ticks: usize, most: usize) -> Result<usize, Obstacle> {
-    match ticks <= most {
-        true => Ok(ticks),
-        false => Err(Obstacle::Ticks { law, ticks, most }),
+    if ticks <= most {
+        Ok(ticks)
+    } else {
+        Err(Obstacle::Ticks { law, ticks, most })
     }
 }
 
@@ -237,7 +238,7 @@ fn read_gains(
 ) -> Result<Gains, Fault> {
     let file = asked.get_ref();
     let Some(kp) = &file.kp else {
-        let remedy = "give kp, and ki and kd where there are some";
+        let remedy = "give kp, and ki and kd if wanted";
         return Err(source.fault(asked, "the law has no kp", remedy));
     };
     let number = |field, value: &Option<Spanned<f64>>, none| match value {

@@ -16,7 +16,7 @@ pub(crate) fn read(
     let has_integral = matches!(law, "pid" | "smith");
     let anti_windup = match (&file.anti_windup, &file.gain) {
         (Some(word), _) if !has_integral => {
-            let problem = format!("a law `{law}` has no integral to hold back");
+            let problem = format!("law `{law}` has no integrator, so no anti-windup");
             return Err(source.fault(word, problem, "leave anti_windup out"));
         }
         (None, None) if has_integral => AntiWindup::Conditional,
@@ -38,8 +38,8 @@ pub(crate) fn read(
             }
         },
         (None, Some(gain)) => {
-            let remedy = "say anti_windup = \"back-calculation\", or leave gain out";
-            return Err(source.fault(gain, "the gain belongs to no anti-windup", remedy));
+            let remedy = "write anti_windup = \"back-calculation\", or leave gain out";
+            return Err(source.fault(gain, "`gain` needs anti_windup back-calculation", remedy));
         }
     };
     let limits = Saturation {
@@ -53,15 +53,13 @@ pub(crate) fn read(
         },
         anti_windup,
     };
-    match limits.min < limits.max {
-        true => Ok(limits),
-        false => Err(source.fault(
+    if limits.min < limits.max {
+        Ok(limits)
+    } else {
+        Err(source.fault(
             asked,
-            format!(
-                "the limits from {} to {} leave no room",
-                limits.min, limits.max
-            ),
+            format!("the limits from {} to {} are empty", limits.min, limits.max),
             "give a min below max",
-        )),
+        ))
     }
 }

@@ -1,24 +1,24 @@
-//! What keeps a system from being run at a sample time.
+//! Why a system cannot run at a sample time.
 
 use control::{InvalidDiscretisation, InvalidLaw};
 
-/// What keeps a system from a sample time.
+/// Why a system cannot run at a sample time.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Obstacle {
     /// The plant or the law cannot be sampled.
     #[error(transparent)]
     Sampling(#[from] InvalidDiscretisation),
-    /// The law does not come out.
+    /// The law cannot be computed.
     #[error(transparent)]
     Law(#[from] InvalidLaw),
-    /// Dead time and round trip are more ticks than a law can look past.
-    #[error("a law `{law}` would have to look past {ticks} ticks, and can at most past {most}")]
+    /// Dead time and round trip are more ticks than the law can span.
+    #[error("law `{law}` must span {ticks} ticks of dead time and round trip; the limit is {most}")]
     Ticks {
-        /// Which law.
+        /// Name of the law.
         law: &'static str,
-        /// As many as dead time and round trip are.
+        /// Dead time and round trip, in ticks.
         ticks: usize,
-        /// As many as it can.
+        /// The most ticks that the law can span.
         most: usize,
     },
 }

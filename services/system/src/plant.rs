@@ -115,7 +115,7 @@ fn from_matrices(source: Source, asked: &Spanned<PlantFile>) -> Result<StateSpac
     let file = asked.get_ref();
     let (Some(a), Some(b), Some(c)) = (&file.a, &file.b, &file.c) else {
         let remedy = "give a as a list of rows, and b and c as lists of as many numbers; d is 0 if not given";
-        return Err(source.fault(asked, "the plant has not all of a, b and c", remedy));
+        return Err(source.fault(asked, "the plant needs all of a, b and c", remedy));
     };
     let rows = a.get_ref();
     let n = rows.len();

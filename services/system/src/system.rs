@@ -1,4 +1,4 @@
-//! A system, read and found valid, and what it is at a sample time.
+//! A valid system, and its plant and law at a sample time.
 
 use control::{Discrete, InvalidTransferFunction, Law, Plant, SampledPlant, TransferFunction};
 use endpoint::{ControllerSettings, Integrate, InvalidSetting, SampleTime};
@@ -34,38 +34,37 @@ pub struct Loop {
 
 /// A system that cannot be run at a sample time.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("the system {system} does not go with h = {h}: {obstacle}")]
+#[error("system {system} cannot run at h = {h}: {obstacle}")]
 pub struct Unfit {
-    /// Its name.
+    /// Name of the system.
     pub system: String,
     /// The sample time.
     pub h: SampleTime,
-    /// Why not.
+    /// Why it cannot run.
     pub obstacle: Obstacle,
 }
 
-/// Stability is asked of all coefficients against all: with these, seconds.
+/// Testing stability compares all coefficients with all: with this many it takes seconds.
 const PLANT_TICKS: usize = 50_000;
-/// Margins are looked for around a law's poles, each of which has to be found.
+/// Margins are searched for around a law's poles, each of which must be found first.
 const LAW_ORDER: usize = 1_000;
 
 /// A loop that cannot be written down as one transfer function.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NotOpened {
-    /// Numbers overflow.
+    /// A coefficient overflows.
     #[error(transparent)]
     Overflow(#[from] InvalidTransferFunction),
     /// It would have too many coefficients.
     #[error(
-        "its {what} looks back over {order} ticks, and margins are worked out for at most {most}; \
-         use a longer h"
+        "its {what} has order {order}, and margins can be computed up to order {most}; use a longer h"
     )]
     Order {
         /// The plant or the law.
         what: &'static str,
-        /// So many.
+        /// The order that it would have.
         order: usize,
-        /// For so many they are.
+        /// The limit.
         most: usize,
     },
 }
@@ -130,7 +129,7 @@ impl System {
         if !is_name(name) {
             return Err(source.fault(
                 &file.name,
-                format!("`{name}` cannot name a system"),
+                format!("`{name}` is not a valid system name"),
                 "use up to 40 of a-z, 0-9 and -",
             ));
         }
@@ -147,7 +146,7 @@ impl System {
         })
     }
 
-    /// Its name.
+    /// Name of the system.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -197,10 +196,7 @@ impl System {
         if settings.integrate == Integrate::Elapsed && !self.recipe.takes_elapsed() {
             return Err(InvalidSetting {
                 name: "integrate",
-                problem: format!(
-                    "the law of {} advances by h, whatever has passed",
-                    self.name
-                ),
+                problem: format!("the law of {} always advances by h", self.name),
                 remedy: "leave `elapsed` out",
             });
         }

@@ -45,9 +45,10 @@ fn case(name: &str, text: &str, h: &str) -> Value {
                 _ => h_s,
             };
             let u = law.update(r, y, dt_s);
-            let y = match y.is_finite() {
-                true => json!(y),
-                false => json!(y.to_string()),
+            let y = if y.is_finite() {
+                json!(y)
+            } else {
+                json!(y.to_string())
             };
             json!({"r": r, "y": y, "dt_s": dt_s, "u": u})
         })

@@ -40,7 +40,7 @@ pub(super) fn delay(
         findings.error(
             &key("max"),
             max.span(),
-            "max lies below min",
+            "max is below min",
             "correct min or max",
         );
         return None;
@@ -80,7 +80,7 @@ pub(super) fn delay(
         && reach_ns / hold_ns > MOST_HOLDS_IN_FLIGHT
     {
         let message = format!(
-            "the level is drawn anew {:.0} times while a packet is under way",
+            "the level is redrawn {:.0} times while a packet is under way",
             reach_ns / hold_ns
         );
         let remedy = format!(

@@ -64,7 +64,7 @@ pub(super) fn form(
             let (min_ns, max_ns, mean_ns, sd_ns) = (min_ns?, max_ns?, mean_ns?, sd_ns?);
             ordered(&key("beta.max"), min_ns, max, max_ns, findings)?;
             if mean_ns <= min_ns || mean_ns >= max_ns {
-                let message = "the mean does not lie between min and max";
+                let message = "the mean is not between min and max";
                 findings.error(
                     &key("beta.mean"),
                     mean.span(),
@@ -79,7 +79,7 @@ pub(super) fn form(
             let shapes = [share * total, (1.0 - share) * total];
             if !shapes.iter().all(|shape| BETA_SHAPES.contains(shape)) {
                 let message = format!(
-                    "a beta law with this min, max and mean has an sd below {:.3} ms",
+                    "a beta law with this min, max and mean needs an sd below {:.3} ms",
                     most_ns / 1e6
                 );
                 let remedy = "write a smaller sd, though not a thousandth of the range";

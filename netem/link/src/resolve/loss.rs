@@ -75,13 +75,8 @@ pub(super) fn loss(
                 return None;
             }
             if p_good >= p_bad {
-                let message = "the good state loses no less than the bad one";
-                findings.warning(
-                    &key("good"),
-                    good.span(),
-                    message,
-                    "exchange the two states",
-                );
+                let message = "the good state loses as much as the bad one, or more";
+                findings.warning(&key("good"), good.span(), message, "swap the two states");
             }
             Some(Loss::GilbertElliott {
                 good_ns: good_ns as u64,
@@ -168,7 +163,7 @@ pub(super) fn rate(
     }
 }
 
-/// What is wrong with a rate at which nothing gets through.
+/// The fault of a rate at which nothing gets through.
 pub(super) fn too_slow(rate_bps: u64) -> Option<String> {
     if rate_bps == 0 {
         return Some("a rate of 0 bit/s lets nothing through".to_owned());

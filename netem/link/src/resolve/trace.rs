@@ -26,7 +26,7 @@ pub(super) fn trace(
         (Some(name), true) => from_csv(&format!("{field}.file"), name, files, findings)?,
         (None, false) => from_toml(&format!("{field}.steps"), &at.steps, findings)?,
         _ => {
-            let message = "a trace has steps or a file, one of the two";
+            let message = "a trace has either steps or a file";
             let remedy = "write steps = [{ t = \"0s\", delay = \"10ms\" }, ...] or file = \"...\"";
             findings.error(field, file.span(), message, remedy);
             return None;
@@ -36,7 +36,7 @@ pub(super) fn trace(
     let repeat_ns = repeat_ns?.map(|repeat_ns| repeat_ns as u64);
     if repeat_ns.is_some_and(|repeat_ns| repeat_ns <= last_ns) {
         let span = at.repeat.as_ref().map_or(file.span(), Spanned::span);
-        let message = "the trace begins again before its last step";
+        let message = "the trace repeats before its last step";
         findings.error(
             &format!("{field}.repeat"),
             span,
@@ -135,7 +135,7 @@ fn from_csv(
             field,
             name.span(),
             name.get_ref(),
-            "there is no step".to_owned(),
+            "the trace has no steps".to_owned(),
             findings,
         );
         return None;
@@ -181,7 +181,7 @@ fn follows(before: &[Step], step: &Step) -> Result<(), String> {
             return Err("a step is not later than the one before it".to_owned());
         }
         Some(last) if step.rate_bps.is_some() != last.rate_bps.is_some() => {
-            return Err("a rate belongs to every step or to none".to_owned());
+            return Err("give every step a rate, or none".to_owned());
         }
         _ => {}
     }

@@ -25,7 +25,7 @@ const PAUSE: Duration = Duration::from_millis(20);
 /// [`Error::Failed`] if the peer does not answer within 4 s or is no neighbour on that
 /// device, or if the kernel refuses.
 pub fn prefill_neighbour(device: &str, peer: Ipv4Addr) -> Result<()> {
-    /// Nobody listens on `discard`, and nobody needs to: the packet is there to make the
+    /// Nothing listens on `discard`, and nothing needs to: the packet makes the
     /// kernel ask for the address.
     const DISCARD: u16 = 9;
     let action = || format!("find `{peer}` on `{device}`");

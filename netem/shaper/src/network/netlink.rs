@@ -56,7 +56,7 @@ pub(crate) struct Netlink {
 impl Netlink {
     /// Opens a conversation about the namespace of this thread.
     pub(crate) fn open() -> Result<Self> {
-        let action = "speak netlink with the kernel";
+        let action = "talk netlink to the kernel";
         let mut socket = Socket::new(NETLINK_ROUTE).doing(action)?;
         socket.bind_auto().doing(action)?;
         socket.connect(&SocketAddr::new(0, 0)).doing(action)?;
@@ -182,7 +182,7 @@ impl Netlink {
             NeighbourAttribute::LinkLayerAddress(mac.to_vec()),
         ];
         self.request(RouteNetlinkMessage::NewNeighbour(message), flags)
-            .doing_with(|| format!("tell interface {index} where {address} is"))
+            .doing_with(|| format!("add {address} to the neighbours of interface {index}"))
     }
 
     /// The kernel's number of the interface of this name.

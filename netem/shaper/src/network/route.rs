@@ -1,4 +1,4 @@
-//! Which interface leads to an address, as the kernel's routing table has it.
+//! The interface that leads to an address, from the kernel's routing table.
 
 use std::fs;
 use std::io;

@@ -40,7 +40,7 @@ const NETWORK_INTERFACE: &str = "network0";
 /// The ends' addresses on that network, the controller's first.
 const NETWORK_ADDRESSES: [Ipv4Addr; 2] = [Ipv4Addr::new(10, 78, 0, 1), Ipv4Addr::new(10, 78, 0, 2)];
 
-/// Locally administered (the bit `0x02`), fixed, so that each end can be told the other's.
+/// Locally administered (the bit `0x02`), fixed, so that each end can learn the other's.
 const CONTROLLER_MAC: Mac = [0x02, 0x77, 0, 0, 0, 1];
 const PLANT_MAC: Mac = [0x02, 0x77, 0, 0, 0, 2];
 const MIDDLE_CONTROLLER_MAC: Mac = [0x02, 0x77, 0, 0, 1, 1];

@@ -23,7 +23,7 @@ pub(crate) struct Departure {
     pub(crate) at_ns: u64,
     /// The number of packets that entered before it.
     sequence: u64,
-    /// Where it goes.
+    /// Where it is sent.
     pub(crate) way: Way,
     frame: Frame,
     frame_bytes: usize,

@@ -14,7 +14,7 @@ pub(crate) struct Tally {
     /// The counts at the last row.
     counted: Counts,
     late: Histogram,
-    /// Of the departures since the last row.
+    /// Lateness of the departures since the last row.
     late_max_ns: u64,
 }
 

@@ -1,4 +1,4 @@
-//! When a player was kept from its processor, or stopped, though it had something to do.
+//! When a player had something to do but was stopped, or got no processor.
 //!
 //! Pure: instants come in as arguments. A player that works without a rest is not held up, however
 //! late its packets are by then: that is in their lateness.
@@ -16,6 +16,8 @@ const KEPT: usize = 100;
 pub(crate) struct Watch {
     /// Until when it had reason to be idle, or when it was last seen at work.
     busy_from_ns: u64,
+    /// When it was last seen at work: whatever waits for longer, waits for its turn.
+    worked_ns: u64,
     /// Whether it has just rested: what it finds first may have waited for it.
     rested: bool,
     pub(crate) pauses: Vec<Pause>,
@@ -25,6 +27,7 @@ impl Watch {
     pub(crate) fn new(now_ns: u64) -> Self {
         Self {
             busy_from_ns: now_ns,
+            worked_ns: now_ns,
             rested: false,
             pauses: Vec::with_capacity(KEPT),
         }
@@ -39,7 +42,8 @@ impl Watch {
     /// It takes a packet that the kernel received at `stamp_ns`: the first after a rest ended that.
     pub(crate) fn on_arrival(&mut self, stamp_ns: u64) {
         if self.rested {
-            self.busy_from_ns = self.busy_from_ns.min(stamp_ns);
+            let waits_from_ns = stamp_ns.max(self.worked_ns);
+            self.busy_from_ns = self.busy_from_ns.min(waits_from_ns);
             self.rested = false;
         }
     }
@@ -51,6 +55,7 @@ impl Watch {
             self.pauses.push(Pause { t_ns: now_ns, ns });
         }
         self.busy_from_ns = now_ns;
+        self.worked_ns = now_ns;
         self.rested = false;
     }
 }
@@ -85,6 +90,20 @@ mod tests {
         watch.on_arrival(9 * MS);
         watch.beat(40 * MS);
         assert_eq!(pauses(&watch), [(40, 30)]);
+    }
+
+    #[test]
+    fn packets_that_wait_for_their_turn_in_a_burst_are_no_pause_though_it_looks_for_more_between() {
+        let mut watch = Watch::new(0);
+        for t_ms in 20..30 {
+            watch.beat(t_ms * MS);
+            watch.rest_until(50 * MS);
+            // It came with the burst, before those that were taken before it.
+            watch.on_arrival(MS);
+        }
+        assert_eq!(pauses(&watch), [(20, 20)]);
+        watch.beat(36 * MS);
+        assert_eq!(pauses(&watch), [(20, 20), (36, 7)]);
     }
 
     #[test]

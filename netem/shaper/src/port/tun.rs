@@ -29,7 +29,7 @@ use crate::sys;
 /// Where the kernel hands out TUN devices.
 const CONTROL: &str = "/dev/net/tun";
 
-/// What is refused where there is no TUN, or no right to it.
+/// The action that fails without a TUN device or the right to use it.
 const ACTION: &str = "make the TUN device";
 
 /// The longest packet: in a datagram it fills one of a network that carries 1500 bytes.
@@ -66,8 +66,8 @@ impl TunPort {
                 },
                 Some(Errno::BUSY | Errno::INVAL) => Error::Failed {
                     action: format!(
-                        "make the TUN device `{END_INTERFACE}` (is another player at work \
-                         beside this end?)"
+                        "make the TUN device `{END_INTERFACE}` (does another player run beside \
+                         this end?)"
                     ),
                     source,
                 },
@@ -103,7 +103,7 @@ impl TunPort {
         self.way
     }
 
-    /// Takes a packet out of the device that the tap has heard already. That there is none
+    /// Takes a packet out of the device that the tap has heard already. A missing packet
     /// does no harm, nor that one stays: what the device has no room for is heard all the
     /// same.
     fn discard(&self) -> io::Result<()> {
@@ -139,8 +139,8 @@ fn open_control(path: &str) -> Result<File> {
             // A container without leave to use the device is told so; anyone else has not
             // the rights of the file.
             ErrorKind::PermissionDenied => unsupported(
-                "/dev/net/tun is there but not for this process: run webloop as root, or make \
-                 it readable and writable; in a container, --device /dev/net/tun",
+                "/dev/net/tun is not accessible to this process: run webloop as root, or make it \
+                 readable and writable; in a container, --device /dev/net/tun",
             )(source),
             _ => unsupported(
                 "there is no /dev/net/tun: load the kernel module (modprobe tun), or use a \

@@ -19,7 +19,7 @@ use crate::sys;
 /// Bytes that carrying a packet costs: a header of IPv4 without options, and one of UDP.
 pub(crate) const UDP_HEADERS: u32 = 20 + 8;
 
-/// The UDP port of both players, unless they are told otherwise.
+/// The default UDP port of both players.
 pub const TUNNEL_PORT: u16 = 7077;
 
 /// A UDP socket that hears one peer.

@@ -1,10 +1,10 @@
-//! Which echoes a probe sends, and when.
+//! The echoes of a probe and their instants.
 
 use std::net::Ipv4Addr;
 
 use serde::{Deserialize, Serialize};
 
-/// Which echoes to send, and when.
+/// The echoes to send and their instants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProbePlan {
@@ -15,7 +15,7 @@ pub struct ProbePlan {
     pub start_ns: u64,
     /// The time from one to the next.
     pub interval_ns: u64,
-    /// How many.
+    /// Number of echoes.
     pub count: u32,
     /// Where it is given, each leaves at an instant of its interval that is drawn by it, so that
     /// nothing that keeps a period can pass between them. Without it they leave at its beginning.

@@ -33,7 +33,7 @@ impl Witness {
         Hearer::open(icmp::REQUEST).map(|hearer| Self { hearer })
     }
 
-    /// Tells each request as it comes, until `stop` is set; what came before that is told.
+    /// Reports each request as it comes, until `stop` is set; all that came before are reported.
     ///
     /// It does so on a thread of its own, for which it asks real-time scheduling, and waits
     /// for that. So `on_sighting` must neither wait nor write.

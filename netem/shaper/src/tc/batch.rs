@@ -24,7 +24,7 @@ const ACTION: &str = "play the link through `tc -batch`";
 /// The running program.
 pub(crate) struct Batch {
     child: Child,
-    /// `None` once it has been told to end.
+    /// `None` after the batch has been closed.
     commands: Option<ChildStdin>,
     answers: ChildStdout,
     /// The beginning of an answer that is not whole yet.
@@ -112,9 +112,10 @@ impl Batch {
         self.end().doing(ACTION)?;
         let mut words = String::new();
         self.read_words(&mut words);
-        match words.is_empty() {
-            true => Ok(()),
-            false => Err(refused(&self.last, &words)),
+        if words.is_empty() {
+            Ok(())
+        } else {
+            Err(refused(&self.last, &words))
         }
     }
 
@@ -152,7 +153,7 @@ impl Batch {
     }
 }
 
-/// Where it answers, to wait for.
+/// The descriptor of its answers, to wait on.
 impl AsFd for Batch {
     fn as_fd(&self) -> BorrowedFd<'_> {
         self.answers.as_fd()

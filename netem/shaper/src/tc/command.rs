@@ -14,7 +14,7 @@ use crate::tc::qdisc::{Owner, Root};
 /// The program, found by the path.
 pub(crate) const TC: &str = "tc";
 
-/// What is at the root of an interface, and all that tc says of it.
+/// The queueing discipline at the root of an interface, with tc's listing.
 pub(crate) struct Listing {
     pub(crate) root: Root,
     pub(crate) text: Value,
@@ -37,17 +37,14 @@ pub fn tc_available(device: &str) -> Result<()> {
     Ok(())
 }
 
-/// Makes sure that nobody else shapes `device`, and takes away what a killed player of ours
+/// Makes sure that no other program shapes `device`, and removes what a killed player of ours
 /// has left there. Gives what was found.
 pub(crate) fn claim(device: &str) -> Result<Listing> {
     let found = list(device)?;
     match found.root.owner() {
         Owner::Kernel => Ok(found),
         Owner::Ours => {
-            tracing::info!(
-                device,
-                "the netem of a player that was killed is taken away"
-            );
+            tracing::info!(device, "removing the netem that a killed player left");
             command(&Setting::removal(device))?;
             Ok(found)
         }
@@ -57,8 +54,8 @@ pub(crate) fn claim(device: &str) -> Result<Listing> {
 
 fn foreign(device: &str, qdisc: &str) -> Error {
     let why = format!(
-        "its root queueing discipline is `{qdisc}`, which is not webloop's and is left as it \
-         is; take it away with `tc qdisc del dev {device} root`, or choose another interface"
+        "its root queueing discipline is `{qdisc}`, which is not webloop's and stays; remove it \
+         with `tc qdisc del dev {device} root`, or choose another interface"
     );
     Error::Failed {
         action: format!("shape `{device}`"),
@@ -94,9 +91,10 @@ fn run(options: &[&str], line: &str) -> Result<Output> {
         .args(line.split_whitespace())
         .output()
         .map_err(not_started)?;
-    match output.status.success() {
-        true => Ok(output),
-        false => Err(refused(line, &String::from_utf8_lossy(&output.stderr))),
+    if output.status.success() {
+        Ok(output)
+    } else {
+        Err(refused(line, &String::from_utf8_lossy(&output.stderr)))
     }
 }
 
@@ -145,7 +143,7 @@ pub(crate) fn refused(line: &str, words: &str) -> Error {
         };
     }
     Error::Failed {
-        action: format!("do `tc {line}`"),
+        action: format!("run `tc {line}`"),
         source,
     }
 }
@@ -162,7 +160,7 @@ impl Drop for Restore {
             && let Err(error) = command(&Setting::removal(device))
         {
             // It may not have come to be, or its interface may be gone.
-            tracing::debug!(%error, device, "no netem was taken away");
+            tracing::debug!(%error, device, "no netem was removed");
         }
     }
 }
@@ -184,7 +182,7 @@ mod tests {
         let error = refused("qdisc add dev no", "Cannot find device \"no\"\n");
         assert_eq!(
             error.to_string(),
-            "cannot do `tc qdisc add dev no`: Cannot find device \"no\""
+            "cannot run `tc qdisc add dev no`: Cannot find device \"no\""
         );
     }
 }

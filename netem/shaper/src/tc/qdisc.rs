@@ -58,7 +58,7 @@ struct Options {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 struct Delay {
-    /// Seconds.
+    /// Delay in seconds.
     delay: f64,
 }
 
@@ -76,7 +76,7 @@ struct Rate {
     rate: u64,
 }
 
-/// Whose a root is.
+/// The owner of a root queueing discipline.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Owner {
     /// The kernel's default.
@@ -111,7 +111,7 @@ impl Root {
         }
     }
 
-    /// That what is in force is `asked`, or what differs.
+    /// Checks that `asked` is in force; the error says what differs.
     pub(crate) fn confirm(&self, asked: &Setting) -> Result<(), String> {
         if self.owner() != Owner::Ours {
             return Err(format!("{} {} has taken its place", self.kind, self.handle));
@@ -128,9 +128,10 @@ impl Root {
             && (options.loss.loss > 0.5) == asked.lost
             && options.limit == Some(asked.limit)
             && rate;
-        match agrees {
-            true => Ok(()),
-            false => Err(format!("it plays {}", self.options)),
+        if agrees {
+            Ok(())
+        } else {
+            Err(format!("it plays {}", self.options))
         }
     }
 }

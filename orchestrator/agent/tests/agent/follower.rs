@@ -65,7 +65,7 @@ fn rows_that_are_here_already_are_not_added_to() {
     let run = served.remote().begin("r1").unwrap();
     let here = tempfile::tempdir().unwrap();
     fs::write(here.path().join("ticks.csv"), "of an earlier run").unwrap();
-    run.put_file("ticks.csv", b"new").unwrap();
+    fs::write(served.scratch().join("r1/ticks.csv"), "new").unwrap();
     let error = run
         .follow(&["ticks.csv"], here.path())
         .unwrap()
@@ -81,14 +81,15 @@ fn a_file_that_became_shorter_is_not_copied_on() {
     let served = Served::unclaimed(|_| {});
     let run = served.remote().begin("r1").unwrap();
     let here = tempfile::tempdir().unwrap();
-    run.put_file("ticks.csv", b"long enough").unwrap();
+    let there = served.scratch().join("r1/ticks.csv");
+    fs::write(&there, "long enough").unwrap();
     let follower = run.follow(&["ticks.csv"], here.path()).unwrap();
     let deadline = Instant::now() + SOON;
     while read(here.path(), "ticks.csv").is_empty() {
         assert!(Instant::now() < deadline);
         thread::sleep(Duration::from_millis(10));
     }
-    run.put_file("ticks.csv", b"short").unwrap();
+    fs::write(&there, "short").unwrap();
     while !follower.ended() {
         assert!(Instant::now() < deadline);
         thread::sleep(Duration::from_millis(10));

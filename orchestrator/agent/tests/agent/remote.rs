@@ -1,5 +1,6 @@
 //! The orchestrator's side: a run from its beginning to its end, and errors that help.
 
+use std::fs;
 use std::io::Write;
 use std::net::TcpListener;
 use std::thread;
@@ -18,8 +19,13 @@ fn settings(how: &str) -> serde_json::Value {
 fn a_run_from_its_beginning_to_its_end() {
     let mut served = Served::unclaimed(|_| {});
     let remote = served.remote();
-    let run = remote.begin("couva native-333hz-r01-ä").unwrap();
-    run.put_file("my profile.toml", b"name = \"x\"").unwrap();
+    let id = "couva native-333hz-r01-ä";
+    let run = remote.begin(id).unwrap();
+    fs::write(
+        served.scratch().join(id).join("my rows.csv"),
+        "n,x\n1,2.5\n",
+    )
+    .unwrap();
     assert!(
         run.start("plant", "plant", settings("ready"))
             .unwrap()
@@ -42,11 +48,8 @@ fn a_run_from_its_beginning_to_its_end() {
     let seen = run.seen("python").unwrap();
     assert!(seen.looks > 0 && seen.stops_ns.is_empty(), "{seen:?}");
     assert!(run.seen("controller").is_err());
-    assert_eq!(run.files().unwrap()["my profile.toml"], 10);
-    assert_eq!(
-        run.file("my profile.toml").unwrap().unwrap(),
-        b"name = \"x\""
-    );
+    assert_eq!(run.files().unwrap()["my rows.csv"], 10);
+    assert_eq!(run.file("my rows.csv").unwrap().unwrap(), b"n,x\n1,2.5\n");
     assert_eq!(run.file("absent").unwrap(), None);
     run.finish().unwrap();
     remote.end().unwrap();
@@ -111,7 +114,7 @@ fn nobody_there_is_said_with_the_place_and_the_remedy() {
         "{error}"
     );
     assert!(
-        error.contains("refused") && error.contains("see that it runs"),
+        error.contains("refused") && error.contains("check that it runs"),
         "{error}"
     );
 

@@ -7,10 +7,9 @@ use serde_json::json;
 use crate::served::{Answer, OTHER, SOON, Served, TOKEN};
 
 /// Every route that needs the token.
-const ROUTES: [(&str, &str); 10] = [
+const ROUTES: [(&str, &str); 9] = [
     ("PUT", "/run/r1"),
     ("DELETE", "/run/r1"),
-    ("PUT", "/run/r1/file/a"),
     ("GET", "/run/r1/file/a"),
     ("GET", "/run/r1/files"),
     ("POST", "/run/r1/role/plant"),
@@ -134,7 +133,7 @@ fn a_body_that_is_too_long_is_not_kept() {
     refused(&served.ask("POST", "/run/r1/role/a", &long), 413, "usage");
     // By its own word too long: refused before a byte of it has come.
     let head = format!(
-        "PUT /run/r1/file/a HTTP/1.1\r\nHost: a\r\nAuthorization: Bearer {TOKEN}\r\nContent-Length: {}\r\n\r\n",
+        "POST /run/r1/role/a HTTP/1.1\r\nHost: a\r\nAuthorization: Bearer {TOKEN}\r\nContent-Length: {}\r\n\r\n",
         (16 << 20) + 1
     );
     refused(&served.raw(head.as_bytes()), 413, "usage");
@@ -199,7 +198,7 @@ fn a_wrong_method_is_told_the_right_ones() {
         ("GET", "/end", "POST"),
         ("GET", "/run/r1", "PUT, DELETE"),
         ("POST", "/run/r1/files", "GET"),
-        ("DELETE", "/run/r1/file/a", "GET, PUT"),
+        ("PUT", "/run/r1/file/a", "GET"),
         ("PUT", "/run/r1/role/a", "GET, POST, DELETE"),
     ] {
         let answer = served.ask(method, path, b"");
@@ -219,14 +218,9 @@ fn a_wrong_method_is_told_the_right_ones() {
 }
 
 #[test]
-fn a_file_comes_back_as_it_was_left_from_any_byte_on() {
+fn a_file_comes_as_it_is_from_any_byte_on() {
     let served = Served::claimed();
-    assert_eq!(
-        served
-            .ask("PUT", "/run/r1/file/my%20trace.csv", b"0123456789")
-            .status,
-        201
-    );
+    fs::write(served.scratch().join("r1/my trace.csv"), "0123456789").unwrap();
     let expected = json!({"my trace.csv": 10});
     assert_eq!(served.ask("GET", "/run/r1/files", b"").json(), expected);
     for (from, text) in [("", "0123456789"), ("?from=4", "456789"), ("?from=10", "")] {
@@ -257,12 +251,12 @@ fn a_run_begins_empty_and_leaves_nothing() {
     let mut served = Served::claimed();
     let bystander = served.folder.path().join("scratch/r1");
     fs::write(&bystander, "not the agent's").unwrap();
-    served.ask("PUT", "/run/r1/file/a", b"x");
+    fs::write(served.scratch().join("r1/a"), "x").unwrap();
     refused(&served.ask("GET", "/run/r2/files", b""), 404, "usage");
     assert_eq!(served.ask("PUT", "/run/r2", b"").status, 201);
     refused(&served.ask("GET", "/run/r1/files", b""), 404, "usage");
     assert_eq!(served.ask("GET", "/run/r2/files", b"").json(), json!({}));
-    served.ask("PUT", "/run/r2/file/a", b"x");
+    fs::write(served.scratch().join("r2/a"), "x").unwrap();
     assert_eq!(served.ask("PUT", "/run/r2", b"").status, 201);
     assert_eq!(served.ask("GET", "/run/r2/files", b"").json(), json!({}));
     assert_eq!(served.ask("DELETE", "/run/r2", b"").status, 204);

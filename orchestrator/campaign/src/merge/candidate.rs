@@ -27,9 +27,10 @@ impl Candidate {
     /// A run; `None` where it has no manifest, which comes last.
     pub(super) fn of(run: Run, is_own: bool) -> Result<Option<Candidate>, Vec<Damage>> {
         let Some(manifest) = run.manifest else {
-            return match run.damage.is_empty() {
-                true => Ok(None),
-                false => Err(run.damage),
+            return if run.damage.is_empty() {
+                Ok(None)
+            } else {
+                Err(run.damage)
             };
         };
         let path = run.folder.join(Manifest::FILE);

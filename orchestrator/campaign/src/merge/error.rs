@@ -71,8 +71,8 @@ pub enum MergeError {
     },
     /// Two runs that both came to their end cannot both be the cell's.
     #[error(
-        "{} and {} are complete runs of one cell, and not the same run; collect without one of them, \
-         or move it away. Nothing was copied", first.display(), other.display()
+        "{} and {} are two different complete runs of one cell; leave one of them out, or move it \
+         away. Nothing was copied", first.display(), other.display()
     )]
     Conflict {
         /// A run's folder.
@@ -81,7 +81,7 @@ pub enum MergeError {
         other: PathBuf,
     },
     /// A cell cannot be copied.
-    #[error("cannot copy {} to {}; give the same command again", from.display(), to.display())]
+    #[error("cannot copy {} to {}; run the same command again", from.display(), to.display())]
     NotCopied {
         /// Its folder.
         from: PathBuf,

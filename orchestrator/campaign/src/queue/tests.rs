@@ -74,7 +74,7 @@ fn nobody_is_measured_before_the_last_of_its_batch_is_up_and_none_starts_beside_
                 let up_ns = turn.start_ns + backend::lead_ns(turn.cell.client);
                 assert!(turns.iter().all(|any| up_ns <= any.not_before_ns));
             }
-            let clients = batch.iter().map(|cell| backend::start_time(cell.client));
+            let clients = batch.iter().map(|cell| cell.client.spec().start_time);
             assert!(clients.is_sorted_by(|a, b| a >= b), "the slowest first");
         }
     }

@@ -23,19 +23,22 @@ static EXPERIMENT: LazyLock<String> = LazyLock::new(|| {
 #[derive(Debug, Args)]
 pub(crate) struct Run {
     #[arg(default_value = "smoke", help = EXPERIMENT.as_str())]
-    pub(crate) experiment: String,
+    experiment: String,
+    /// A first table in 20 s: the experiment `quick`
+    #[arg(long, conflicts_with = "experiment")]
+    quick: bool,
     #[command(flatten)]
     pub(crate) choice: Choice,
-    /// The experiment in full, where it also has a scaled form (paper: 600 s instead of 120)
+    /// Run the full experiment, not its scaled form (paper: 600 s instead of 120)
     #[arg(long)]
     pub(crate) full: bool,
-    /// Cells run at a time, instead of what the experiment says; more share the processors and it shows
+    /// How many cells run at a time, instead of the experiment's number; they share the processors
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=64))]
     pub(crate) jobs: Option<u16>,
-    /// Run it on this topology, or profile file, instead of the experiment's own
+    /// Use this topology or profile file instead of the experiment's
     #[arg(long, value_name = "NAME")]
     pub(crate) topology: Option<String>,
-    /// Run it with this client instead of the experiment's own
+    /// Use this client instead of the experiment's
     #[arg(long, value_name = "NAME")]
     pub(crate) client: Option<String>,
     /// The campaign's seed; equal seeds give equal links
@@ -50,10 +53,10 @@ pub(crate) struct Run {
     /// What plays the link
     #[arg(long, value_enum, default_value_t = Player::Auto, value_name = "WHO")]
     pub(crate) player: Player,
-    /// With --backend sim, how long programs take: a file that `calibrate` wrote; else the built-in
+    /// With --backend sim, use the timings in this file from `calibrate` instead of the built-in ones
     #[arg(long, value_name = "FILE")]
     pub(crate) timing: Option<PathBuf>,
-    /// How often a cell is run at most, while something disturbs it; each try is kept
+    /// Maximum number of tries for a cell that is disturbed; each try is kept
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..))]
     pub(crate) tries: u8,
     /// Print the cells and how long they will take, and run nothing
@@ -65,12 +68,23 @@ pub(crate) struct Run {
     /// Continue the newest folder in results/ that has this plan
     #[arg(long, conflicts_with = "out")]
     pub(crate) resume: bool,
-    /// Run again only what was run and is not complete, or damaged; without --out as with --resume
+    /// Repeat only runs that are incomplete or damaged; without --out, in the folder of --resume
     #[arg(long)]
     pub(crate) failed: bool,
     /// How progress is shown
     #[arg(long, value_enum, default_value_t = Progress::Auto, value_name = "HOW")]
     pub(crate) progress: Progress,
+}
+
+impl Run {
+    /// The name or path of what is run.
+    pub(crate) fn experiment(&self) -> &str {
+        if self.quick {
+            "quick"
+        } else {
+            &self.experiment
+        }
+    }
 }
 
 /// Where cells run.
@@ -80,7 +94,7 @@ pub(crate) enum Backend {
     Netns,
     /// In containers, through Docker Compose
     Compose,
-    /// By agents that run already: WEBLOOP_AGENTS says where
+    /// By agents that already run at the addresses in WEBLOOP_AGENTS
     Attach,
     /// In virtual time: nothing is started, and a seed gives the same rows everywhere
     Sim,
@@ -89,7 +103,7 @@ pub(crate) enum Backend {
 /// What plays a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Player {
-    /// user in namespaces; in containers tc, where the kernel has netem
+    /// In namespaces user; in containers tc, if the kernel has netem
     Auto,
     /// webloop itself, packet by packet
     User,
@@ -114,10 +128,10 @@ pub(crate) fn word(choice: &impl ValueEnum) -> String {
         .map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
-/// Which cells are meant.
+/// Which cells.
 #[derive(Debug, Args)]
 pub(crate) struct Choice {
-    /// Only cells whose id contains PATTERN, or is spelled by it with * (repeatable)
+    /// Only cells whose id contains PATTERN, or matches it if it has a * (repeatable)
     #[arg(long, value_name = "PATTERN")]
     pub(crate) only: Vec<String>,
     /// Only cells with these indices, like 0,3,4, as `matrix` gives them
@@ -128,7 +142,7 @@ pub(crate) struct Choice {
         conflicts_with = "only"
     )]
     pub(crate) cells: Vec<usize>,
-    /// Only the I-th of N shares of these cells, like 2/7: shares take about equally long
+    /// Only share I of N of these cells, like 2/7; all shares take about equally long
     #[arg(long, value_name = "I/N")]
     pub(crate) shard: Option<Shard>,
 }
@@ -173,7 +187,7 @@ pub(crate) struct RunCell {
     /// A plan, as `run` leaves it in its results folder
     #[arg(long, value_name = "FILE")]
     pub(crate) plan: PathBuf,
-    /// The cell's index, or several: 0,3,4; SLURM_ARRAY_TASK_ID or JOB_COMPLETION_INDEX where it is not given
+    /// The cell's index, or several: 0,3,4; default: SLURM_ARRAY_TASK_ID or JOB_COMPLETION_INDEX
     #[arg(long, value_name = "I", value_delimiter = ',')]
     pub(crate) index: Vec<usize>,
     /// Results folder; the cell goes into its `cells` folder
@@ -185,16 +199,16 @@ pub(crate) struct RunCell {
     /// What plays the link
     #[arg(long, value_enum, default_value_t = Player::Auto, value_name = "WHO")]
     pub(crate) player: Player,
-    /// With --backend sim, how long programs take: a file that `calibrate` wrote; else the built-in
+    /// With --backend sim, use the timings in this file from `calibrate` instead of the built-in ones
     #[arg(long, value_name = "FILE")]
     pub(crate) timing: Option<PathBuf>,
-    /// How often a cell is run at most, while something disturbs it; each try is kept
+    /// Maximum number of tries for a cell that is disturbed; each try is kept
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..))]
     pub(crate) tries: u8,
-    /// How many cells run together with this one, itself among them: for the manifest
+    /// How many cells run at the same time, with this one, for the manifest
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) together: u16,
-    /// With --backend netns, the link's time begins no earlier, in ns of the monotonic clock: who runs beside is not up before
+    /// With --backend netns, earliest start of the link, in ns of the monotonic clock, when the cells beside it are ready
     #[arg(long, default_value_t = 0, value_name = "NS")]
     pub(crate) not_before_ns: u64,
 }
@@ -204,7 +218,7 @@ pub(crate) struct Gc {
     /// Say what would be removed, and remove nothing
     #[arg(long)]
     pub(crate) dry_run: bool,
-    /// Remove what was brought up by hand even while it runs; never what a running webloop uses
+    /// Also remove running projects started by hand, but never those of a running webloop
     #[arg(long)]
     pub(crate) force: bool,
     /// Look at this Compose project only
@@ -219,7 +233,7 @@ pub(crate) struct Show {
     /// How it is printed
     #[arg(long, value_enum, default_value_t = ShowFormat::Table)]
     pub(crate) format: ShowFormat,
-    /// Runs that were disturbed count in medians too
+    /// Include disturbed runs in medians
     #[arg(long)]
     pub(crate) with_disturbed: bool,
 }
@@ -231,7 +245,7 @@ pub(crate) enum ShowFormat {
     Table,
     /// Every figure, as in summary.csv
     Csv,
-    /// As CSV, how late each message arrived against its schedule, a row each
+    /// As CSV, the lateness of each message against its schedule
     Lateness,
     /// As CSV, histograms of the time between arrivals, in ms and in ticks of the plant
     Intervals,
@@ -246,7 +260,7 @@ pub(crate) struct Matrix {
     /// The campaign's seed; equal seeds give equal links
     #[arg(long)]
     pub(crate) seed: Option<u64>,
-    /// The experiment in full, where it also has a scaled form
+    /// Take the full experiment, not its scaled form
     #[arg(long)]
     pub(crate) full: bool,
     /// N jobs that take about equally long, instead of one for each topology
@@ -285,10 +299,10 @@ pub(crate) enum MatrixFormat {
 
 #[derive(Debug, Args)]
 pub(crate) struct Collect {
-    /// Results folders of one plan, or folders with such folders in them
+    /// Results folders of one plan, or folders that contain them
     #[arg(required = true, value_name = "DIR")]
     pub(crate) folders: Vec<PathBuf>,
-    /// Where they are merged; may be one of them
+    /// Where to merge them; may be one of them
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
 }
@@ -297,12 +311,12 @@ pub(crate) struct Collect {
 pub(crate) struct Compare {
     /// The results folder to compare with
     pub(crate) a: PathBuf,
-    /// The one that may be worse
+    /// The results folder that may be worse
     pub(crate) b: PathBuf,
-    /// Changes of less than this do not matter, in percent
+    /// Smallest change that matters, in percent
     #[arg(long = "change", value_name = "PERCENT", default_value = "5", value_parser = percent)]
     pub(crate) change_pct: f64,
-    /// Pass although runs are missing or not complete: they are not looked at
+    /// Ignore missing and incomplete runs instead of failing
     #[arg(long)]
     pub(crate) allow_missing: bool,
     /// How the comparison is printed
@@ -314,9 +328,9 @@ pub(crate) struct Compare {
 pub(crate) struct Agree {
     /// A results folder, such as one in virtual time
     pub(crate) a: PathBuf,
-    /// What it should agree with, such as one over real sockets
+    /// The results folder that it should agree with, such as one over real sockets
     pub(crate) b: PathBuf,
-    /// Pass although runs are missing or not complete: they are not looked at
+    /// Ignore missing and incomplete runs instead of failing
     #[arg(long)]
     pub(crate) allow_missing: bool,
     /// How the agreement is printed
@@ -343,25 +357,25 @@ pub(crate) struct Margin {
         default_value = "1ms,3ms,10ms"
     )]
     pub(crate) h: Vec<SampleTime>,
-    /// What is controlled, and by what law: a built-in system, or the path of a system file
+    /// The plant with its law: a built-in system, or the path of a system file
     #[arg(long, default_value = "motor", value_name = "NAME")]
     pub(crate) system: String,
-    /// Another proportional gain than the system's
+    /// Proportional gain, instead of the system's
     #[arg(long, allow_negative_numbers = true)]
     pub(crate) kp: Option<f64>,
-    /// Another integral gain, 1/s
+    /// Integral gain in 1/s, instead of the system's
     #[arg(long, allow_negative_numbers = true)]
     pub(crate) ki: Option<f64>,
-    /// Topologies, or profile files, whose chance to stay inside is wanted; all built-in ones, if not given
+    /// Topologies or profile files to hold against the margin (default: all built-in ones)
     #[arg(long, value_name = "NAME")]
     pub(crate) topology: Vec<String>,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Calibrate {
-    /// The results folder of an experiment `calibrate` that was run already; else it is run now
+    /// The results folder of a finished experiment `calibrate` (default: run it now)
     pub(crate) folder: Option<PathBuf>,
-    /// Where the timings go, for `run --backend sim --timing FILE`
+    /// File to write the timings to, for `run --backend sim --timing FILE`
     #[arg(long, value_name = "FILE", default_value = "timings.toml")]
     pub(crate) out: PathBuf,
 }

@@ -24,8 +24,7 @@ pub(crate) enum LinkCommand {
 pub(crate) struct LinkShow {
     /// A built-in topology, or the path of a profile file
     pub(crate) profile: String,
-    /// Print the tc commands that play one way of it, as a script to read or replay by hand;
-    /// webloop itself feeds them to one `tc -batch -`, each at its time
+    /// Print the tc commands for one direction, as a script to read or replay by hand; webloop itself feeds them to one `tc -batch -`, each at its time
     #[arg(long)]
     pub(crate) tc: bool,
     /// The link's seed
@@ -34,7 +33,7 @@ pub(crate) struct LinkShow {
     /// Which way
     #[arg(long, value_enum, default_value_t = Way::Up, requires = "tc")]
     pub(crate) way: Way,
-    /// How much of the link's time
+    /// How long a time of the link to print
     #[arg(long = "for", default_value = "10s", value_name = "TIME", value_parser = span, requires = "tc")]
     pub(crate) span: SignedDuration,
 }

@@ -9,9 +9,9 @@ use clap::Args;
 
 #[derive(Debug, Args)]
 pub(crate) struct Report {
-    /// A results folder, wherever it came from
+    /// A results folder, from any machine
     pub(crate) folder: PathBuf,
-    /// Where the report goes, instead of the folder's own `report`; the folder is then left as it is
+    /// Write the report here instead of into the folder's `report`; the folder stays unchanged
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }

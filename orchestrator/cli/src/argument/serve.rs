@@ -23,19 +23,19 @@ pub(crate) enum ServeCommand {
     Controller(ServeController),
     /// The controller in Python, with the same options
     Python(ServeController),
-    /// The controller as a page in a real browser, which this starts and watches
+    /// The controller as a page in a real browser, which it starts and watches
     Browser(ServeBrowser),
-    /// The link: plays its profile between two interfaces, or one way of it beside an end
+    /// The link: plays its profile between two interfaces, or one direction of it beside an end
     Link(ServeLink),
     /// One half of a probe: sends echoes beside the controller
     #[command(hide = true)]
     Ask(ServeHalf),
-    /// The other half: writes down which reach the plant
+    /// The other half of a probe: records the echoes that reach the plant
     #[command(hide = true)]
     Hear(ServeHalf),
     /// An agent: starts the other roles for an orchestrator on another machine or container
     Agent(ServeAgent),
-    /// Ask an agent whether it is there, and exit with 0 if so: for containers' health checks
+    /// Exit with 0 if an agent answers: for containers' health checks
     Health(ServeHealth),
 }
 
@@ -49,19 +49,19 @@ pub(crate) struct ServePlant {
     /// Sample time
     #[arg(long, default_value = "3ms", value_name = "TIME")]
     pub(crate) h: SampleTime,
-    /// Commands that a newer one has overtaken: apply or drop
+    /// Overtaken commands: apply or drop
     #[arg(long, default_value = "apply")]
     pub(crate) late: Late,
-    /// How long a command is held when no other comes: last, or a time, and then 0
+    /// How long a command holds when no other comes: last (for ever), or a time, then 0
     #[arg(long, default_value = "last", value_name = "TIME")]
     pub(crate) hold: Hold,
-    /// How late ticks are: a law of an extra time for each, like "uniform 3ms" or "normal 1ms"
+    /// Law of each tick's extra delay, like "uniform 3ms" or "normal 1ms"
     #[arg(long, value_name = "LAW")]
     pub(crate) tick_noise: Option<NoiseLaw>,
-    /// The seed that extra times are drawn by
+    /// The seed of these delays
     #[arg(long, default_value_t = 0, value_name = "SEED")]
     pub(crate) noise_seed: u64,
-    /// What is controlled: a built-in system, or the path of a system file
+    /// The system to control: a built-in one, or the path of a system file
     #[arg(long, default_value = "motor")]
     pub(crate) system: String,
     /// Where ticks.csv, arrivals.csv and plant.json go
@@ -90,7 +90,7 @@ pub(crate) struct ServeController {
     /// open or closed
     #[arg(long, default_value = "closed")]
     pub(crate) mode: Mode,
-    /// Reference; the system's, if not given
+    /// Reference (default: the system's)
     #[arg(long, value_parser = reference, allow_negative_numbers = true)]
     pub(crate) r: Option<f64>,
     /// How long to send
@@ -98,10 +98,10 @@ pub(crate) struct ServeController {
     pub(crate) duration: SignedDuration,
     #[command(flatten)]
     pub(crate) settings: Fields<ControllerSettings>,
-    /// By what law: a built-in system, or the path of a system file. A page has the plant's
+    /// The system whose law to use: a built-in one, or the path of a system file; a page uses the plant's
     #[arg(long, default_value = "motor")]
     pub(crate) system: String,
-    /// When to send the first message, in ns of CLOCK_MONOTONIC; soon, if not given
+    /// When to send the first message, in ns of CLOCK_MONOTONIC (default: soon)
     #[arg(long, value_name = "T")]
     pub(crate) start_ns: Option<u64>,
     /// Where messages.csv and controller.json go
@@ -130,28 +130,28 @@ pub(crate) struct ServeLink {
     /// The link's seed
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Link time 0, in ns of CLOCK_MONOTONIC; the link is empty before it. Now, if not given
+    /// Link time 0, in ns of CLOCK_MONOTONIC; the link is empty before (default: now)
     #[arg(long, value_name = "T")]
     pub(crate) epoch_ns: Option<u64>,
-    /// Interface towards the controller, where both ways are played
+    /// Interface towards the controller, when both directions are played
     #[arg(long, default_value = "controller", value_name = "NAME")]
     pub(crate) controller: String,
-    /// Interface towards the plant, where both ways are played
+    /// Interface towards the plant, when both directions are played
     #[arg(long, default_value = "plant", value_name = "NAME")]
     pub(crate) plant: String,
-    /// Play one way only, beside the end whose packets go that way
+    /// Play one direction only, beside the end that sends in it
     #[arg(long, value_enum, value_name = "WAY")]
     pub(crate) way: Option<Way>,
-    /// What plays that way
+    /// What plays that direction
     #[arg(long, value_enum, default_value_t = Player::Auto, value_name = "WHO")]
     pub(crate) player: Player,
-    /// This end's host name or address on the network that the link runs over
+    /// Host name or address of this end on the network of the link
     #[arg(long, env = "WEBLOOP_LOCAL", value_name = "HOST")]
     pub(crate) local: Option<String>,
-    /// The other end's
+    /// Host name or address of the other end on that network
     #[arg(long, env = "WEBLOOP_PEER", value_name = "HOST")]
     pub(crate) peer: Option<String>,
-    /// Interface that tc shapes; the one towards the peer, if not given
+    /// Interface that tc shapes (default: the one towards the peer)
     #[arg(long, value_name = "NAME")]
     pub(crate) device: Option<String>,
     /// Where link.csv and link.json go
@@ -162,7 +162,7 @@ pub(crate) struct ServeLink {
 /// A half of a probe: it is told all of it at once, by an agent.
 #[derive(Debug, Args)]
 pub(crate) struct ServeHalf {
-    /// Which echoes, as JSON; - is standard input
+    /// JSON file of the echoes to send or expect; - is standard input
     #[arg(long, value_name = "FILE")]
     pub(crate) settings: PathBuf,
     /// Where its rows go
@@ -174,13 +174,13 @@ pub(crate) struct ServeHalf {
 pub(crate) struct ServeAgent {
     /// plant, controller, plant-link or controller-link
     pub(crate) name: AgentName,
-    /// Where to listen, on the network of the orchestrator alone; a name is looked up at the start
+    /// Address to listen on, in the orchestrator's network only; a name is resolved at the start
     #[arg(long, default_value = "127.0.0.1:7070", value_name = "ADDRESS:PORT")]
     pub(crate) listen: String,
-    /// Where the rows of a run are until the orchestrator has them
+    /// Folder for a run's rows until the orchestrator has copied them
     #[arg(long, value_name = "DIR")]
     pub(crate) scratch: PathBuf,
-    /// End when no orchestrator has come for this long; a slow machine needs more
+    /// End if no orchestrator claims the agent within this time; a slow machine needs more
     #[arg(
         long,
         env = "WEBLOOP_PATIENCE",
@@ -195,7 +195,7 @@ pub(crate) struct ServeHealth {
     /// The agent
     #[arg(long, default_value = "127.0.0.1:7070", value_name = "ADDRESS:PORT")]
     pub(crate) agent: String,
-    /// Stay while the agent is at work, so that a container engine asks once and not each second
+    /// Do not exit while the agent works, so that a container engine asks only once
     #[arg(long)]
     pub(crate) hold: bool,
 }

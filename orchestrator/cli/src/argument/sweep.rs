@@ -23,16 +23,16 @@ static SWEEP: LazyLock<String> = LazyLock::new(|| {
 pub(crate) struct Sweep {
     #[arg(help = SWEEP.as_str())]
     pub(crate) sweep: Option<String>,
-    /// One value of an axis in place of all of them, such as kp=0.17 (repeatable)
+    /// Fix an axis to one value, such as kp=0.17 (repeatable)
     #[arg(long, value_name = "AXIS=VALUE", value_parser = fixed)]
     pub(crate) fix: Vec<(sweep::Axis, String)>,
     /// The seed; equal seeds give equal links
     #[arg(long)]
     pub(crate) seed: Option<u64>,
-    /// How long programs take: a file that `calibrate` wrote; else the built-in
+    /// Use the timings in this file from `calibrate` instead of the built-in ones
     #[arg(long, value_name = "FILE")]
     pub(crate) timing: Option<PathBuf>,
-    /// Runs at a time, instead of one for each core
+    /// How many runs at a time, instead of one for each core
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
     /// Print the axes, and run nothing

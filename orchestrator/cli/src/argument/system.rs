@@ -9,9 +9,9 @@ use clap::{Args, Subcommand};
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum SystemCommand {
-    /// List the systems that webloop brings
+    /// List the built-in systems
     List,
-    /// Print a system's TOML, to start your own from
+    /// Print a system's TOML, as a start for your own
     Show(SystemShow),
     /// Check system files
     Lint(SystemLint),

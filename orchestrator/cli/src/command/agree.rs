@@ -33,7 +33,7 @@ pub(crate) fn run(argument: &Agree) -> Outcome {
         tell_damage(&a);
         tell_damage(&b);
         return Err(Failure::usage(anyhow!(
-            "no run of {} has its like in {}; give campaigns of equal seeds that are complete",
+            "no run of {} has a counterpart in {}; give complete campaigns of equal seeds",
             argument.a.display(),
             argument.b.display()
         )));
@@ -50,8 +50,9 @@ pub(crate) fn run(argument: &Agree) -> Outcome {
 
 /// What is said of a folder in virtual time.
 fn simulated(campaign: &Campaign) -> &'static str {
-    match campaign.is_simulated() {
-        true => ", simulated",
-        false => "",
+    if campaign.is_simulated() {
+        ", simulated"
+    } else {
+        ""
     }
 }

@@ -24,7 +24,7 @@ pub(crate) fn run(argument: &Calibrate) -> Outcome {
             let plan = source::plan_of(EXPERIMENT, &Instead::default())?;
             let folder = CampaignFolder::fresh(&plan);
             let Command::Run(run) = Argument::of_run(EXPERIMENT, &folder).command else {
-                return Err(anyhow!("`run` is not its own command").into());
+                return Err(anyhow!("`webloop run` cannot be parsed").into());
             };
             match run::run(&run)? {
                 Exit::Fine => folder,

@@ -45,12 +45,10 @@ pub(crate) fn python(argument: &ServeController) -> Outcome {
 
 /// Starts a real browser at the plant's page, and watches it to its end.
 pub(crate) fn browser(argument: &ServeBrowser) -> Outcome {
-    let client = match argument.engine {
-        Engine::Chromium => Client::Chromium,
-        Engine::Firefox => Client::Firefox,
-    };
-    let page = argument.page.0;
-    let (role, _) = controller_role(&argument.controller, Some((client, page)))?;
+    let is_asked = |client: &Client| client.spec().engine == Some(argument.engine);
+    let client = Client::ALL.into_iter().find(is_asked);
+    let page = client.map(|client| (client, argument.page.0));
+    let (role, _) = controller_role(&argument.controller, page)?;
     let (engine, page) = of_page(&role)?;
     let config = ::browser::Config {
         engine,
@@ -80,12 +78,7 @@ pub(crate) fn browser(argument: &ServeBrowser) -> Outcome {
 
 /// The browser, and how its page goes about the loop.
 fn of_page(role: &ControllerRole) -> Result<(Engine, endpoint::PageSettings), Failure> {
-    let engine = match role.client {
-        Client::Chromium => Some(Engine::Chromium),
-        Client::Firefox => Some(Engine::Firefox),
-        Client::Native | Client::Python => None,
-    };
-    engine.zip(role.page).ok_or_else(|| {
+    role.client.spec().engine.zip(role.page).ok_or_else(|| {
         Failure::usage(anyhow!(
             "the settings are not a browser's; give `client` chromium or firefox, and `page`"
         ))

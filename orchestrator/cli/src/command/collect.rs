@@ -74,8 +74,9 @@ pub(crate) fn run(argument: &Collect) -> Outcome {
         )?;
     }
     writeln!(out, "\nResults: {}", folder.display())?;
-    match damage.is_empty() {
-        true => Ok(exit(verdicts.into_iter(), false)),
-        false => Ok(Exit::Failed),
+    if damage.is_empty() {
+        Ok(exit(verdicts.into_iter(), false))
+    } else {
+        Ok(Exit::Failed)
     }
 }

@@ -35,12 +35,13 @@ pub(crate) fn run(argument: &Compare) -> Outcome {
         tell_damage(&both.0);
         tell_damage(&both.1);
         return Err(Failure::usage(anyhow!(
-            "no run of {a} has its like in {b}; compare campaigns of equal seeds that are complete"
+            "no run of {a} has a counterpart in {b}; compare complete campaigns of equal seeds"
         )));
     }
     let are_whole = are_whole([(&both.0, paths.0), (&both.1, paths.1)], *allow_missing);
-    match are_whole && !comparison.is_worse() {
-        true => Ok(Exit::Fine),
-        false => Ok(Exit::Failed),
+    if are_whole && !comparison.is_worse() {
+        Ok(Exit::Fine)
+    } else {
+        Ok(Exit::Failed)
     }
 }

@@ -11,14 +11,13 @@ use crate::{diagnostic, source};
 /// Says in plain words what a link does, or in tc's.
 pub(crate) fn show(show: &LinkShow) -> Outcome {
     let profile = source::profile(&show.profile)?;
-    let text = match show.tc {
-        false => ::link::describe(&profile),
-        true => {
-            let way = show.way.into();
-            // The argument's reading has bounded it.
-            let span_ns = show.span.as_nanos().unsigned_abs() as u64;
-            ::link::script(&profile, show.seed, way, span_ns)
-        }
+    let text = if show.tc {
+        let way = show.way.into();
+        // The argument's reading has bounded it.
+        let span_ns = show.span.as_nanos().unsigned_abs() as u64;
+        ::link::script(&profile, show.seed, way, span_ns)
+    } else {
+        ::link::describe(&profile)
     };
     write!(std::io::stdout(), "{text}")?;
     Ok(Exit::Fine)

@@ -84,12 +84,12 @@ fn title(system: &System, argument: &Margin) -> String {
 }
 
 const LEGEND: &str = "\
-Margins: of the loop without a network, which takes two ticks by itself; `-` where it is unstable.
-Longest round trip: a constant one with which the loop is still stable, every shorter one too. One
-request: a client that waits for each answer, whose commands a longer round trip makes rarer too;
-unknown with a dead time of many samples.
-Within: of the time, how much a link's round trip is no longer than that and nothing is lost. A link
-that leaves it for moments need not make the loop unstable; one that stays outside does.";
+Margins: of the loop without a network, which itself takes two ticks; `-` if it is unstable.
+Longest round trip: the loop is stable at this constant round trip and at every shorter one. One
+request: for a client that waits for each answer, so that longer round trips also make commands rarer;
+unknown if the dead time is many samples.
+Within: share of time in which the link's round trip is at most that, and nothing is lost. A link that
+exceeds it for moments need not make the loop unstable; one that stays beyond it does.";
 
 fn look(h: SampleTime, system: &System) -> Result<Loop, Failure> {
     let own = at(system, h)?;
@@ -158,9 +158,10 @@ fn of_links(loops: &[Loop], names: &[&str], profiles: &[Profile]) -> String {
     let mut rows = Vec::new();
     for (name, profile) in names.iter().zip(profiles) {
         for of in loops {
-            let (alone, together) = match profile.has_rate() {
-                true => (APART, every(of.h)),
-                false => (LOOKS, LOOKS),
+            let (alone, together) = if profile.has_rate() {
+                (APART, every(of.h))
+            } else {
+                (LOOKS, LOOKS)
             };
             let within = |limit_s: Option<f64>, looks: Pings| {
                 let Some(limit_s) = limit_s else {
@@ -202,8 +203,9 @@ fn longest(s: Option<f64>) -> String {
 }
 
 fn figure(x: f64) -> String {
-    match x.is_infinite() {
-        true => "any".to_owned(),
-        false => digits(Some(x)),
+    if x.is_infinite() {
+        "any".to_owned()
+    } else {
+        digits(Some(x))
     }
 }

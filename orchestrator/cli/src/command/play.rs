@@ -133,8 +133,8 @@ fn beside(argument: &ServeLink, way: Way, piece: Piece, stop: &AtomicBool) -> Ou
         }
         (Player::User, _, Some(neighbours)) => by_user(argument, way, piece, neighbours, stop),
         _ => Err(Failure::usage(anyhow!(
-            "one way of a link needs its two ends: give --local and --peer, or --player tc and \
-             --device"
+            "one direction of a link needs both its ends: give --local and --peer, or --player tc \
+             and --device"
         ))),
     }
 }
@@ -232,9 +232,10 @@ fn packets(
     name: &str,
     profile: &Profile,
 ) -> anyhow::Result<Option<Record<PacketRow>>> {
-    match profile.has_rate() {
-        true => record(folder, name).map(Some),
-        false => Ok(None),
+    if profile.has_rate() {
+        record(folder, name).map(Some)
+    } else {
+        Ok(None)
     }
 }
 

@@ -214,7 +214,8 @@ fn proof(out: &mut impl Write, certificate: &Certificate) -> io::Result<()> {
     let fates = certificate.fates.came_though_lost + certificate.fates.lost_though_due;
     writeln!(
         out,
-        "Against the model, echo by echo: median {:.3} ms, 99 % {:.3} ms, greatest {:.3} ms; {} of {} met the fate it foretold.",
+        "Against the model, echo by echo: median {:.3} ms, 99 % {:.3} ms, greatest {:.3} ms; the \
+         model predicted the fate of {} of {}.",
         rtt.median_ms,
         rtt.p99_ms,
         rtt.max_ms,
@@ -225,7 +226,7 @@ fn proof(out: &mut impl Write, certificate: &Certificate) -> io::Result<()> {
         _ if certificate.sent < ANSWERS_NEEDED => {
             writeln!(
                 out,
-                "Too few to judge the link; it takes {ANSWERS_NEEDED} answers."
+                "Too few answers to judge the link; it takes {ANSWERS_NEEDED}."
             )
         }
         Verdict::Holds => writeln!(out, "The link held."),

@@ -20,7 +20,8 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
     // A folder of which only what is made from the rows was kept keeps it.
     if campaign.absent().count() == campaign.runs.len() {
         return Err(Failure::usage(anyhow!(
-            "{} has the rows of no cell, so there is nothing to report; `webloop run {} --out DIR` makes them",
+            "{} has no cell's rows, so there is nothing to report; `webloop run {} --out DIR` \
+             makes them",
             argument.folder.display(),
             argument.folder.join(file_name::PLAN).display()
         )));
@@ -54,9 +55,10 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
     for trouble in &troubles {
         eprintln!("webloop: {trouble}");
     }
-    Ok(match troubles.is_empty() {
-        true => Exit::Fine,
-        false => Exit::Failed,
+    Ok(if troubles.is_empty() {
+        Exit::Fine
+    } else {
+        Exit::Failed
     })
 }
 
@@ -86,7 +88,7 @@ fn claims(report: &Report<'_>) -> String {
         report.strict().filter(of_it).count()
     };
     format!(
-        "Of {} claims of the paper {} agree, {} differ, {} cannot be told, {} were not run.",
+        "Of {} claims of the paper {} agree, {} differ, {} are undecided, {} were not run.",
         report.strict().count(),
         count(Verdict::Agrees),
         count(Verdict::Differs),

@@ -39,8 +39,8 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
         client: argument.client.clone(),
         full: argument.full,
     };
-    let plan = source::plan_of(&argument.experiment, &instead)?;
-    let chosen = choose(&plan, &argument.choice, &argument.experiment)?;
+    let plan = source::plan_of(argument.experiment(), &instead)?;
+    let chosen = choose(&plan, &argument.choice, argument.experiment())?;
     let pace = pace(argument)?;
     if argument.dry_run {
         return dry_run(&chosen, pace);
@@ -159,7 +159,7 @@ fn conclude(
             out,
             "{} did not hold; again: webloop run {} --out {folder} --failed",
             cells(count),
-            argument.experiment
+            argument.experiment()
         )?,
     }
     // After the table, so that a full disk does not keep it from being seen.
@@ -188,12 +188,13 @@ pub(crate) fn choose<'a>(
         return Ok(chosen);
     };
     let share = shard.of(&chosen, time_ns);
-    match share.is_empty() {
-        true => Err(Failure::usage(anyhow!(
+    if share.is_empty() {
+        Err(Failure::usage(anyhow!(
             "--shard {shard} has nothing to do: {} can be shared out",
             cells(chosen.len())
-        ))),
-        false => Ok(share),
+        )))
+    } else {
+        Ok(share)
     }
 }
 

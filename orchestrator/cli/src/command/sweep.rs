@@ -38,13 +38,14 @@ pub(crate) fn run(argument: &Sweep) -> Outcome {
     let mut folder = SweepFolder::open(&sweep, &text, &timings, &instead, &path)?;
     if let Some(torn) = folder.torn() {
         let torn = torn.display();
-        eprintln!("webloop: the last row of {torn} is torn; it is dropped and run again");
+        eprintln!("webloop: the last row of {torn} is cut off; its run is repeated");
     }
     if run_pending(argument, &sweep, &timings, &mut folder, &path)? {
         conclude(&sweep, folder, &path)
     } else {
         eprintln!(
-            "webloop: interrupted; {} of {} are kept, and the same command with --out {} goes on",
+            "webloop: interrupted; {} of {} are kept; to continue, run the same command with --out \
+             {}",
             folder.rows().len(),
             runs(sweep.runs()),
             path.display()

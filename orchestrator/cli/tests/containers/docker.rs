@@ -46,9 +46,10 @@ const SETTINGS: &[&str] = &[
 pub(crate) fn docker(arguments: &[&str]) -> Result<String, String> {
     let output = command(arguments).output().map_err(|e| e.to_string())?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
-    match output.status.success() {
-        true => Ok(text(&output.stdout)),
-        false => Err(text(&output.stderr)),
+    if output.status.success() {
+        Ok(text(&output.stdout))
+    } else {
+        Err(text(&output.stderr))
     }
 }
 

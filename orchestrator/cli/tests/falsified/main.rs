@@ -86,9 +86,10 @@ fn a_run_without_its_manifest_did_not_end_and_is_made_again_where_that_is_asked(
     for whole in [false, true] {
         let gone = |command: &str| {
             let victim = place.victim();
-            match whole {
-                true => fs::remove_dir_all(&victim.cell).unwrap(),
-                false => fs::remove_file(victim.cell.join("manifest.json")).unwrap(),
+            if whole {
+                fs::remove_dir_all(&victim.cell).unwrap();
+            } else {
+                fs::remove_file(victim.cell.join("manifest.json")).unwrap();
             }
             place.run(command)
         };

@@ -24,7 +24,7 @@ pub(crate) fn every_client_closes_the_loop_over_a_link() -> Result<(), String> {
     for _ in 0..TRIES {
         let folder = tempfile::tempdir().unwrap();
         let experiment = of_all_clients(folder.path());
-        let (cells, lack) = complete(&experiment);
+        let (cells, lack) = complete(&experiment)?;
         let mut disturbed = false;
         for (cell, manifest) in cells {
             disturbed |= !it_was_closed(&manifest, &cell);
@@ -49,7 +49,7 @@ pub(crate) fn every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit() 
                  client = [\"native\", \"python\", \"chromium\", \"firefox\"]\n\
                  mode = \"closed\"\nh = [\"10ms\"]\nduration = \"3s\"\n";
     fs::write(&experiment.file, format!("name = \"test\"\n{cells}")).unwrap();
-    let (cells, lack) = complete(&experiment);
+    let (cells, lack) = complete(&experiment)?;
     let system = System::read(System::built_in("pendulum").unwrap()).unwrap();
     for (cell, manifest) in cells {
         let client = manifest.cell.client;
@@ -79,10 +79,12 @@ pub(crate) fn every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit() 
     lack
 }
 
+type Complete = (Vec<(PathBuf, Manifest)>, Result<(), String>);
+
 /// Runs an experiment: the cells of the clients that are here, each complete, and which clients this
 /// machine lacks.
-fn complete(experiment: &Experiment) -> (Vec<(PathBuf, Manifest)>, Result<(), String>) {
-    let output = experiment.complete();
+fn complete(experiment: &Experiment) -> Result<Complete, String> {
+    let output = experiment.complete()?;
     let (mut cells, mut lacking) = (Vec::new(), Vec::new());
     for cell in experiment.cells() {
         let manifest = manifest(&cell);
@@ -95,7 +97,7 @@ fn complete(experiment: &Experiment) -> (Vec<(PathBuf, Manifest)>, Result<(), St
         assert_eq!(manifest.verdict, Verdict::Complete, "{client}: {reasons}");
         cells.push((cell, manifest));
     }
-    (cells, nothing_lacks(&lacking))
+    Ok((cells, nothing_lacks(&lacking)))
 }
 
 fn nothing_lacks(lacking: &[String]) -> Result<(), String> {

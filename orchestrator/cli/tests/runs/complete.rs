@@ -20,7 +20,7 @@ pub(crate) fn a_run_leaves_a_folder_that_proves_itself_and_is_not_made_twice() -
 {
     let folder = tempfile::tempdir().unwrap();
     let experiment = Experiment::new(folder.path(), &["arima", "office"], "3ms", "1.5s");
-    let first = experiment.complete();
+    let first = experiment.complete()?;
     assert_eq!(code(&first), Some(0), "{}", said(&first));
     for cell in experiment.cells() {
         let manifest = manifest(&cell);

@@ -32,8 +32,7 @@ pub(crate) fn a_full_disk_is_told_and_the_run_is_made_once_there_is_space() -> R
             .spawn(|| {
                 mount_here(&experiment.out)
                     .map_err(|problem| format!("cannot mount a small disk: {problem}"))?;
-                fill_and_free(&experiment);
-                Ok(())
+                fill_and_free(&experiment)
             })
             .join()
             .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
@@ -56,7 +55,7 @@ fn mount_here(out: &Path) -> rustix::io::Result<()> {
     )
 }
 
-fn fill_and_free(experiment: &Experiment) {
+fn fill_and_free(experiment: &Experiment) -> Result<(), String> {
     let full = experiment.run(command()).output().unwrap();
     assert_eq!(code(&full), Some(1), "{}", said(&full));
     let words = said(&full);
@@ -74,7 +73,8 @@ fn fill_and_free(experiment: &Experiment) {
     assert!(!rows["ticks.csv"].is_empty());
 
     mount_remount(&experiment.out, MountFlags::empty(), ENOUGH).unwrap();
-    let freed = experiment.complete();
+    let freed = experiment.complete()?;
     assert_eq!(code(&freed), Some(0), "{}", said(&freed));
     assert_eq!(manifest(cell).verdict, Verdict::Complete);
+    Ok(())
 }

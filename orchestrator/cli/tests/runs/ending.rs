@@ -161,7 +161,7 @@ pub(crate) fn a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued() -
     }
     println!("  {count} of {count} left nothing, the slowest after {longest:?}");
 
-    let output = experiment.complete();
+    let output = experiment.complete()?;
     assert_eq!(code(&output), Some(0), "{}", said(&output));
     came_to_its_end(&manifest(&experiment.cells()[0]));
     // What each killed run left lies beside the cell, byte by byte.

@@ -1,7 +1,7 @@
 //! The whole program: real processes, real namespaces, real signals.
 //!
 //! This test has a main of its own instead of the usual harness: what takes wall-clock time must
-//! not run beside itself, and what a machine does not let us test is said and not swallowed.
+//! not run beside itself, and tests that the machine does not allow are reported as skipped.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 mod alone;

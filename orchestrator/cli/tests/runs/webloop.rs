@@ -17,9 +17,20 @@ const OFFICE: &str = "name = \"office\"\nabout = \"5 ms and a little loss each w
 /// measurement is made so often at most.
 pub(crate) const TRIES: usize = 5;
 
-/// Whether it was the machine, or something else on it, that kept a run from being complete.
+/// Whether it was the machine, or something else on it, that kept a run from being complete. Where
+/// not even the empty link could be measured in time, there is no run.
 pub(crate) fn was_busy(manifest: &Manifest) -> bool {
-    matches!(manifest.verdict, Verdict::Invalid | Verdict::Disturbed)
+    let reasons = || manifest.reasons.join("; ");
+    match manifest.verdict {
+        Verdict::Invalid | Verdict::Disturbed => true,
+        Verdict::Failed => reasons().contains("too busy"),
+        _ => false,
+    }
+}
+
+/// Why a test cannot be made on a machine that was busy each time.
+pub(crate) fn too_busy(for_what: &str) -> String {
+    format!("the machine was too busy for {for_what}, {TRIES} times")
 }
 
 /// The program that this test was built with, without what the tester's own shell sets.
@@ -97,9 +108,9 @@ impl Experiment {
     ///
     /// A machine that is busy with something else can be too late for the link, which makes a
     /// run `invalid`, or hold up a part of it, which makes it `disturbed`: then it must say so, and
-    /// whoever asks again must get a new one.
-    pub(crate) fn complete(&self) -> Output {
-        for _ in 1..TRIES {
+    /// whoever asks again must get a new one. A machine that is busy each time is the error.
+    pub(crate) fn complete(&self) -> Result<Output, String> {
+        for _ in 0..TRIES {
             let output = self.run(command()).output().unwrap();
             let manifests: Vec<_> = self.cells().iter().map(|cell| manifest(cell)).collect();
             let busy = manifests
@@ -108,11 +119,11 @@ impl Experiment {
                 .inspect(|manifest| println!("  too busy: {:?}", manifest.reasons))
                 .count();
             if busy == 0 {
-                return output;
+                return Ok(output);
             }
             assert_eq!(code(&output), Some(1), "{}", said(&output));
         }
-        self.run(command()).output().unwrap()
+        Err(too_busy("this run"))
     }
 
     pub(crate) fn plan(&self) -> Plan {

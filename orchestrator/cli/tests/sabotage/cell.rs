@@ -13,7 +13,7 @@ use tempfile::TempDir;
 use crate::effect::Effect;
 use crate::player::OtherPlayer;
 use crate::sabotage::Sabotage;
-use crate::target::Target;
+use crate::target::{NOT_THERE, Target};
 
 /// What makes a wired link one with a rate, wide enough for the loop.
 const NARROW: &str = "
@@ -117,14 +117,25 @@ impl Series {
         let manifest: Value = serde_json::from_str(&text).unwrap();
         let reasons = manifest["reasons"].as_array().into_iter().flatten();
         let epoch_ns = manifest["epoch_ns"].as_u64().unwrap_or(0);
-        Outcome {
+        let outcome = Outcome {
             verdict: manifest["verdict"].as_str().unwrap_or("none").to_owned(),
             reasons: reasons
                 .filter_map(|reason| reason.as_str().map(str::to_owned))
                 .collect(),
             done,
             effect: Effect::read(&self.plan, cell, &folder, epoch_ns),
-        }
+        };
+        let is_found = outcome
+            .done
+            .as_ref()
+            .err()
+            .is_none_or(|said| said != NOT_THERE);
+        assert!(
+            outcome.has_failed() || is_found,
+            "{NOT_THERE}, and yet it is {}",
+            outcome.verdict
+        );
+        outcome
     }
 
     /// Runs the cell to its end, and gives what it said.
@@ -132,10 +143,10 @@ impl Series {
         let program = Path::new(env!("CARGO_BIN_EXE_webloop"));
         let folder = self.folder.path();
         let other = match sabotage {
-            Sabotage::Seed => Some(OtherPlayer::told("seed", OTHER_SEED, program, folder)?),
+            Sabotage::Seed => Some(OtherPlayer::with("seed", OTHER_SEED, program, folder)?),
             Sabotage::Rate(rate) => {
-                let profile = self.with_rate(index, rate);
-                Some(OtherPlayer::told("profile", &profile, program, folder)?)
+                let source = Value::from(self.with_rate(index, rate)).to_string();
+                Some(OtherPlayer::with("source", &source, program, folder)?)
             }
             _ => None,
         };
@@ -159,16 +170,14 @@ impl Series {
         Ok(crate::webloop::said(&output))
     }
 
-    /// The path of a cell's profile with this rate in place of its own, or of none.
+    /// A cell's profile with this rate in place of its own, or of none.
     fn with_rate(&self, index: usize, rate: &str) -> String {
         let source = &self.plan.profiles[&self.plan.cells[index].topology].source;
-        let text = match source.contains(NARROW) {
-            true => source.replace(NARROW, &narrow_to(rate)),
-            false => source.clone() + &narrow_to(rate),
-        };
-        let path = self.folder.path().join("other-profile.toml");
-        fs::write(&path, text).unwrap();
-        path.display().to_string()
+        if source.contains(NARROW) {
+            source.replace(NARROW, &narrow_to(rate))
+        } else {
+            source.clone() + &narrow_to(rate)
+        }
     }
 
     fn plan_file(&self) -> PathBuf {
@@ -180,6 +189,12 @@ impl Outcome {
     /// Whether the cell did not run to its end, whatever was done to it.
     pub(crate) fn has_failed(&self) -> bool {
         ["failed", "none"].contains(&self.verdict.as_str())
+    }
+
+    /// Whether the host took processors away from it, as the kernel has counted.
+    pub(crate) fn is_host_s(&self) -> bool {
+        let mut reasons = self.reasons.iter();
+        self.verdict == "disturbed" && reasons.any(|reason| reason.contains("the host took"))
     }
 
     fn none(problem: String) -> Self {

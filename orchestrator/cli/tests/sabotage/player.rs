@@ -11,17 +11,17 @@ use std::path::{Path, PathBuf};
 use rustix::mount::{MountPropagationFlags, mount_bind, mount_change};
 use rustix::thread::{UnshareFlags, unshare_unsafe};
 
-/// Changes what follows an option that only the player has, and goes on as webloop.
+/// Changes the player's settings, which it reads from its standard input, and goes on as webloop.
 const SCRIPT: &str = "#!/bin/sh
-before=
-for word in \"$@\"; do
-    shift
-    [ \"$before\" = --OPTION ] && word=VALUE
-    before=$word
-    set -- \"$@\" \"$word\"
-done
+if [ \"$1 $2\" = 'serve link' ]; then
+    sed -E -f FOLDER/other-player.sed > FOLDER/other-player.json
+    exec WEBLOOP \"$@\" < FOLDER/other-player.json
+fi
 exec WEBLOOP \"$@\"
 ";
+
+/// Puts another value, a number or a text, at a key of JSON.
+const EDIT: &str = r#"s/"KEY":([0-9]+|"([^"\\]|\\.)*")/"KEY":VALUE/"#;
 
 /// Webloop's own file behind the script: what is started by it is webloop, and what that starts by
 /// its own name is the script.
@@ -31,10 +31,10 @@ pub(crate) struct OtherPlayer {
 
 impl OtherPlayer {
     /// Puts the script over `program` for the calling thread, which should end soon after, and for
-    /// the processes that it starts, so that the player is told `--option value`. `folder` keeps
-    /// the script.
-    pub(crate) fn told(
-        option: &str,
+    /// the processes that it starts, so that the player has `value`, in JSON, at `key` of its settings.
+    /// `folder` keeps the script.
+    pub(crate) fn with(
+        key: &str,
         value: &str,
         program: &Path,
         folder: &Path,
@@ -42,9 +42,16 @@ impl OtherPlayer {
         let put = || -> std::io::Result<Self> {
             let (script, real) = (folder.join("other-player.sh"), folder.join("webloop"));
             let text = SCRIPT
-                .replace("OPTION", option)
-                .replace("VALUE", value)
+                .replace("FOLDER", &folder.display().to_string())
                 .replace("WEBLOOP", &real.display().to_string());
+            // What follows stands for itself: sed has three letters that do not.
+            let literal = ['\\', '/', '&']
+                .into_iter()
+                .fold(value.to_owned(), |text, letter| {
+                    text.replace(letter, &format!("\\{letter}"))
+                });
+            let edit = EDIT.replace("KEY", key).replace("VALUE", &literal);
+            fs::write(folder.join("other-player.sed"), edit)?;
             fs::write(&script, text)?;
             fs::set_permissions(&script, fs::Permissions::from_mode(0o755))?;
             fs::write(&real, "")?;

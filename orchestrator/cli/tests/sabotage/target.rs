@@ -21,6 +21,9 @@ const AHEAD_NS: u64 = 100 * MS;
 /// What is switched off by commands is off before the echoes after the run.
 const BEHIND_NS: u64 = 50 * MS;
 
+/// Of a cell that came to its end this is no excuse: its processes are not looked for as they are now.
+pub(crate) const NOT_THERE: &str = "the cell ended before its controller was there";
+
 /// The processes of a cell that has begun, and when its controller has its part.
 pub(crate) struct Target<'a> {
     pub(crate) controller: u32,
@@ -53,11 +56,10 @@ impl<'a> Target<'a> {
                     .find(|(_, words)| words.windows(2).any(|pair| pair == ["serve", role]))
                     .map(|(number, _)| *number)
             };
-            let told = roles.iter().find_map(|(number, words)| {
-                let at = words.iter().position(|word| word == "--start-ns")?;
-                Some((*number, words.get(at + 1)?.parse().ok()?))
-            });
-            if let (Some(plant), Some((controller, start_ns))) = (of("plant"), told) {
+            let started = roles
+                .iter()
+                .find_map(|(number, _)| Some((*number, start_ns(*number)?)));
+            if let (Some(plant), Some((controller, start_ns))) = (of("plant"), started) {
                 return Ok(Self {
                     controller,
                     plant,
@@ -69,7 +71,7 @@ impl<'a> Target<'a> {
             }
             thread::sleep(Duration::from_millis(2));
         }
-        Err("the cell ended before its controller was there".to_owned())
+        Err(NOT_THERE.to_owned())
     }
 
     /// The process at the end from which the packets of `way` come.
@@ -162,6 +164,13 @@ fn parent(process: u32) -> Option<u32> {
     line.trim().parse().ok()
 }
 
+/// When a role begins, by the settings that it was started with; none but a controller has that.
+fn start_ns(process: u32) -> Option<u64> {
+    let settings = fs::read(format!("/proc/{process}/fd/0")).ok()?;
+    let settings: serde_json::Value = serde_json::from_slice(&settings).ok()?;
+    settings.get("start_ns")?.as_u64()
+}
+
 /// Every process with its command line, word by word.
 fn processes() -> impl Iterator<Item = (u32, Vec<String>)> {
     fs::read_dir("/proc")
@@ -213,11 +222,12 @@ pub(crate) fn tool(line: &str) -> Result<String, String> {
         .stdin(Stdio::null())
         .output()
         .map_err(|problem| format!("`{line}`: {problem}"))?;
-    match output.status.success() {
-        true => Ok(String::from_utf8_lossy(&output.stdout).into_owned()),
-        false => Err(format!(
+    if output.status.success() {
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    } else {
+        Err(format!(
             "`{line}`: {}",
             String::from_utf8_lossy(&output.stderr).trim()
-        )),
+        ))
     }
 }

@@ -111,7 +111,7 @@ fn what_few_draws_spread_is_no_difference_where_most_pairs_agree() {
     assert_eq!(agreement.partings().count(), 0);
     let text = agreement.to_text();
     assert!(text.contains("by the law's spread"), "{text}");
-    assert!(text.contains("1 of them in pairs"), "{text}");
+    assert!(text.contains("1 of them only in pairs"), "{text}");
     // Where most pairs differ it is one, over whatever link.
     let all = changed(whole(), ["couva", "closed"], |_, run| {
         scale(&mut run.message_rtt_p90_ms, 1.3);

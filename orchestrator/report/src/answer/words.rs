@@ -3,7 +3,7 @@
 use plan::Client;
 
 use super::{Answer, Row, Standing, Survival};
-use crate::number::{duration, significant};
+use crate::number::{duration, significant, spelled};
 
 /// More loops than these are counted, not named.
 const NAMED: usize = 4;
@@ -15,7 +15,7 @@ impl Answer {
         [
             Some(self.headline()),
             self.simulated
-                .then(|| "All of it is simulated, in virtual time.".to_owned()),
+                .then(|| "All runs are simulated, in virtual time.".to_owned()),
             self.exceptions(),
             self.settling(),
             Some(self.coverage.words()),
@@ -65,18 +65,20 @@ impl Answer {
         let is_partial = self
             .loops()
             .any(|(_, _, standing)| standing.survival() == Survival::Unknown);
-        let opening = match is_partial {
-            true => "As far as it was run, the loop survives",
-            false => "The loop survives",
+        let opening = if is_partial {
+            "As far as it was run, the loop survives"
+        } else {
+            "The loop survives"
         };
         let places = self.places();
         if places.is_empty() {
             return format!("{opening} in some runs only: no client keeps it stable in all.");
         }
         let but = self.elsewhere();
-        match but.is_empty() {
-            true => format!("{opening} {}.", listed(&places)),
-            false => format!("{opening} {}, but {}.", listed(&places), listed(&but)),
+        if but.is_empty() {
+            format!("{opening} {}.", listed(&places))
+        } else {
+            format!("{opening} {}, but {}.", listed(&places), listed(&but))
         }
     }
 
@@ -94,7 +96,7 @@ impl Answer {
                 let such: Vec<&str> = clients
                     .iter()
                     .filter(|(_, own)| *own == survival)
-                    .map(|(client, _)| name(*client))
+                    .map(|(client, _)| client.spec().prose)
                     .collect();
                 match such.len() {
                     0 => {}
@@ -135,7 +137,7 @@ impl Answer {
             }
         }
         let part = |(topologies, clients): &(Vec<&str>, Vec<Client>)| {
-            let clients: Vec<&str> = clients.iter().map(|client| name(*client)).collect();
+            let clients: Vec<&str> = clients.iter().map(|client| client.spec().prose).collect();
             format!("{} from {}", self.on(topologies), listed(&clients))
         };
         together.iter().map(part).collect()
@@ -146,7 +148,7 @@ impl Answer {
         let all = topologies.len() == self.topologies.len();
         match (topologies.len(), all) {
             (2, true) => format!("on both topologies, {}", listed(topologies)),
-            (n @ 3.., true) => format!("on all {} topologies", counted(n)),
+            (n @ 3.., true) => format!("on all {} topologies", spelled(n as f64)),
             _ => format!("on {}", listed(topologies)),
         }
     }
@@ -175,7 +177,7 @@ impl Answer {
             .collect();
         let mut named: Vec<String> = failing.iter().take(NAMED).cloned().collect();
         if failing.len() > NAMED {
-            named.push(format!("{} more", counted(failing.len() - NAMED)));
+            named.push(format!("{} more", spelled((failing.len() - NAMED) as f64)));
         }
         Some(format!("It does not always survive {}.", listed(&named)))
     }
@@ -183,11 +185,12 @@ impl Answer {
     /// `from Chromium (paper-2011) on arima at 333 Hz`.
     fn named(&self, row: &Row, topology: &str) -> String {
         let same = |other: &&Row| other.client == row.client && other.setup != row.setup;
-        let setup = match self.rows.iter().any(|other| same(&other)) || !row.is_usual() {
-            true => format!(" ({})", row.setup),
-            false => String::new(),
+        let setup = if self.rows.iter().any(|other| same(&other)) || !row.is_usual() {
+            format!(" ({})", row.setup)
+        } else {
+            String::new()
         };
-        let client = name(row.client);
+        let client = row.client.spec().prose;
         format!("from {client}{setup} on {topology} at {}", row.rate)
     }
 
@@ -215,7 +218,7 @@ impl Answer {
                 significant(times.factor, 2),
                 match times.of {
                     Client::Native => "the native client’s".to_owned(),
-                    client => format!("{}’s", name(client)),
+                    client => format!("{}’s", client.spec().prose),
                 }
             ),
             _ => String::new(),
@@ -239,37 +242,17 @@ fn all_of<'a>(standings: impl Iterator<Item = &'a Standing>) -> Option<Survival>
     sum.map(|sum| sum.survival())
 }
 
-/// A client's name in a sentence.
-fn name(client: Client) -> &'static str {
-    match client {
-        Client::Native => "native",
-        Client::Python => "Python",
-        Client::Chromium => "Chromium",
-        Client::Firefox => "Firefox",
-    }
-}
-
 /// `a`, `a and b`, `a, b and c`; where a part has an `and` of its own, `a and b, and c`.
 pub(super) fn listed<S: AsRef<str>>(parts: &[S]) -> String {
     let parts: Vec<&str> = parts.iter().map(AsRef::as_ref).collect();
-    let and = match parts.iter().any(|part| part.contains(" and ")) {
-        true => ", and ",
-        false => " and ",
+    let and = if parts.iter().any(|part| part.contains(" and ")) {
+        ", and "
+    } else {
+        " and "
     };
     match parts.split_last() {
         None => String::new(),
         Some((last, [])) => (*last).to_owned(),
         Some((last, before)) => format!("{}{and}{last}", before.join(", ")),
     }
-}
-
-/// A small number as a word.
-fn counted(n: usize) -> String {
-    const WORDS: [&str; 13] = [
-        "none", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten",
-        "eleven", "twelve",
-    ];
-    WORDS
-        .get(n)
-        .map_or_else(|| n.to_string(), |word| (*word).to_owned())
 }

@@ -8,9 +8,9 @@ use super::evidence::{Evidence, Source};
 use super::row::{Accepted, Claim, Judged, Metric, NEAR, Row, Than};
 use super::rule::ANY;
 use super::slope::{Residuals, Series};
-use super::words::{fraction, spelled};
+use super::words::fraction;
 use crate::group::{Asked, Estimate};
-use crate::number::number;
+use crate::number::{number, spelled};
 use crate::paper;
 use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON, Subject};
 
@@ -209,7 +209,8 @@ fn note_tilts(evidence: &mut Evidence, judged: &[Judged<'_>]) {
             )
         });
         evidence.note(format!(
-            "Stalls tilt the line of {}, whose slope is only known to be {} to {} s/s{middle}.",
+            "Stalls tilt the line of {}, whose slope is only known to lie between {} and {} \
+             s/s{middle}.",
             source.label(),
             number(ours.low),
             number(ours.high)

@@ -68,9 +68,10 @@ impl Estimate {
 
     fn over(self, that: Estimate) -> Estimate {
         let value = self.value / that.value;
-        let (low, high) = match self.has_interval() && that.has_interval() {
-            true => (self.low / that.high, self.high / that.low),
-            false => (f64::NEG_INFINITY, f64::INFINITY),
+        let (low, high) = if self.has_interval() && that.has_interval() {
+            (self.low / that.high, self.high / that.low)
+        } else {
+            (f64::NEG_INFINITY, f64::INFINITY)
         };
         Estimate {
             value,

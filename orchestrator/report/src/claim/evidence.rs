@@ -188,15 +188,16 @@ impl Evidence {
                     n => format!(" Of the {} parts {n} agree.", self.deciding.len()),
                 };
                 let cannot_tell = match verdict {
-                    Verdict::CannotBeTold => "It cannot be told: ",
+                    Verdict::CannotBeTold => "Undecided: ",
                     _ => "",
                 };
                 format!("{cannot_tell}{}.{agree}", list(&mut with(verdict)))
             }
             Verdict::NotRun => {
-                let missing = match self.missing.is_empty() {
-                    true => "nothing that it needs".to_owned(),
-                    false => self.missing.join("; "),
+                let missing = if self.missing.is_empty() {
+                    "nothing that it needs".to_owned()
+                } else {
+                    self.missing.join("; ")
                 };
                 let run = list(
                     &mut self
@@ -205,9 +206,10 @@ impl Evidence {
                         .chain(&self.beside)
                         .filter(|part| part.ours.is_some()),
                 );
-                match run.is_empty() {
-                    true => format!("Not run: {missing}."),
-                    false => format!("Not run: {missing}. What was run: {run}."),
+                if run.is_empty() {
+                    format!("Not run: {missing}.")
+                } else {
+                    format!("Not run: {missing}. What was run: {run}.")
                 }
             }
         }

@@ -36,13 +36,7 @@ struct Row<'a> {
 /// `claims.csv`: a row for each part, and one for a claim without any.
 #[must_use]
 pub fn to_csv(findings: &[Finding]) -> String {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for row in findings.iter().flat_map(rows) {
-        // A flat struct of words and numbers, into memory: neither can fail.
-        let _ = writer.serialize(row);
-    }
-    let bytes = writer.into_inner().unwrap_or_default();
-    String::from_utf8(bytes).unwrap_or_default()
+    analysis::csv(findings.iter().flat_map(rows))
 }
 
 fn rows(finding: &Finding) -> Vec<Row<'_>> {

@@ -249,9 +249,9 @@ fn note_phase(evidence: &mut Evidence, judged: &[Judged<'_>]) {
     let tick = tick.ours.filter(Estimate::has_interval);
     if let (Some(zero), Some(tick)) = (zero.ours, tick) {
         evidence.note(format!(
-            "On arima {} of the intervals are below h/10, and {} to {} of the commands share a tick: \
-             commands and ticks have one period, so that hangs on the phase that a run happens to \
-             have.",
+            "On arima {} of the intervals are below h/10, and {} to {} of the commands share a \
+             tick: commands and ticks have one period, so this depends on the phase that a run \
+             happens to have.",
             number(zero.value),
             number(tick.low),
             number(tick.high)

@@ -172,9 +172,9 @@ fn explain_whole(evidence: &mut Evidence, judged: &[Judged<'_>]) {
         return;
     };
     evidence.explain(format!(
-        "A message took {} ms in the paper and takes {} ms here: the page's one thread waits for each \
-         answer, {} ms in the median and {} ms in one of a hundred, and what of it goes beyond the \
-         timer's 10 ms delays all that follow.",
+        "A message took {} ms in the paper and takes {} ms here: the page's one thread waits for \
+         each answer, {} ms in the median and {} ms in one of a hundred, and what exceeds the \
+         timer's 10 ms delays all later messages.",
         number(whole_ms()),
         number(ours_ms),
         number(p50_ms),
@@ -190,12 +190,13 @@ fn explain_start(evidence: &mut Evidence, judged: &[Judged<'_>]) {
     };
     let start_ms = paper::FIG_2_600TH_S * 1e3 / 599.0;
     let whole_ms = whole_ms();
-    let nearer = match (ours_ms - whole_ms).abs() < (ours_ms - start_ms).abs() {
-        true => "the ten minutes and not the start",
-        false => "the start and not the ten minutes",
+    let nearer = if (ours_ms - whole_ms).abs() < (ours_ms - start_ms).abs() {
+        "the ten minutes and not the start"
+    } else {
+        "the start and not the ten minutes"
     };
     evidence.explain(format!(
-        "The paper's numbers are of two paces, {} ms a message over the first 600 and {} ms over ten \
+        "The paper's numbers have two paces, {} ms a message over the first 600 and {} ms over ten \
          minutes; ours takes {} ms, like {nearer}.",
         number(start_ms),
         number(whole_ms),

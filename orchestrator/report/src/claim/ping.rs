@@ -7,10 +7,10 @@ use super::echo::{ECHOES_MIN, Series};
 use super::evidence::Evidence;
 use super::row::Claim;
 use super::rule::ANY;
-use super::words::{between, spelled};
+use super::words::between;
 use super::{Finding, Part, Verdict};
 use crate::group::Estimate;
-use crate::number::number;
+use crate::number::{number, spelled};
 use crate::paper::{Ping, TABLE_2};
 
 /// On loopback there is no law to be in the band of; this much, ms, is what a machine may take.
@@ -167,7 +167,7 @@ fn through(evidence: &mut Evidence, series: &Series<'_>, profile: &Profile, row:
     ));
     if !outside.is_empty() {
         evidence.explain(format!(
-            "Beyond what 99 of 100 realisations of the profile give: the echoes' {}.",
+            "Outside what 99 of 100 realisations of the profile give: the echoes' {}.",
             outside.join(", ")
         ));
     }

@@ -105,11 +105,9 @@ fn open(campaign: &Campaign, what: &str, is_meant: fn(&System) -> bool, claim: C
     let mut finding = evidence.on(claim);
     finding.reason = match asking {
         0 => format!(
-            "Beyond the paper, and no runs here ask it: none of the {n} cells of the plan has it."
+            "Beyond the paper, and not asked here: none of the {n} cells of the plan has it."
         ),
-        _ => format!(
-            "Beyond the paper, which has no number to hold the {asking} cells that ask it against."
-        ),
+        _ => format!("Beyond the paper, which has no number for the {asking} cells that ask it."),
     };
     finding
 }

@@ -166,8 +166,8 @@ fn figure_9b([arima, vpn]: [Asked<'static>; 2]) -> [Claim; 2] {
 fn note_peaks(evidence: &mut Evidence, judged: &[Judged<'_>]) {
     if let Some(at_h) = judged.get(2).and_then(|judged| judged.ours) {
         evidence.note(format!(
-            "By the same stamps {} of the intervals on arima are at h, where Figure 8a has peaks: what this \
-             plant does to Figure 9b it does to that too, so both are not had at once.",
+            "By the same stamps {} of the intervals on arima are at h, where Figure 8a has peaks: \
+             this plant changes both figures alike, so they cannot both come out at once.",
             number(at_h.value)
         ));
     }

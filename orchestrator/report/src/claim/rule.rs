@@ -15,7 +15,7 @@
 //! Some statements need no interval, and their numbers are exact: that there are any, or none; what a
 //! run did, where the claim is of what one run did; and what is held against a band that holds already
 //! what chance makes of so many. But where [fewer than three](COUNT_MIN) of something rare are to be
-//! expected, some cannot be told from none.
+//! expected, some cannot be distinguished from none.
 
 use super::Verdict;
 use crate::group::{Estimate, INTERVAL_MIN};

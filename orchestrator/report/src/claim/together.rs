@@ -10,9 +10,9 @@ use super::interval::neighbours;
 use super::rare::{Count, TAIL, alike};
 use super::row::Claim;
 use super::rule::COUNT_MIN;
-use super::words::{fraction, percent, spelled};
+use super::words::{fraction, percent};
 use super::{Finding, Part, Verdict};
-use crate::number::number;
+use crate::number::{number, spelled};
 use crate::paper::{self, SameTime, TABLE_3};
 use crate::subject::{CHROMIUM_2011, FIREFOX_2011, Subject};
 
@@ -25,9 +25,9 @@ const STAMP_NS: u64 = 10_000_000;
 pub(super) fn table_3(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
     let rare = |messages: &str| {
         format!(
-            "the count of neighbours in the same 10 ms and the paper's, of {messages} messages, can have \
-             one rate (conditional binomial test, {}); where fewer than {} are to be expected, some \
-             cannot be told from none",
+            "the count of neighbours in the same 10 ms and the paper's, of {messages} messages, \
+             can have one rate (conditional binomial test, {}); where fewer than {} are to be \
+             expected, some cannot be distinguished from none",
             percent(2.0 * TAIL),
             spelled(COUNT_MIN)
         )

@@ -82,19 +82,6 @@ pub(super) fn percent(share: f64) -> String {
     format!("{} %", (share * 1e6).round() / 1e4)
 }
 
-/// A number up to twelve as people write it: `ten`.
-pub(super) fn spelled(number: f64) -> String {
-    const WORDS: [&str; 13] = [
-        "zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten",
-        "eleven", "twelve",
-    ];
-    let word = WORDS
-        .iter()
-        .zip(0u8..)
-        .find(|(_, n)| f64::from(*n) == number);
-    word.map_or_else(|| number.to_string(), |(word, _)| (*word).to_owned())
-}
-
 /// A part of a whole as people write it: `half`, `a fifth`.
 pub(super) fn fraction(share: f64) -> String {
     match (1.0 / share).round() as u64 {
@@ -110,6 +97,7 @@ pub(super) fn fraction(share: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::number::spelled;
 
     #[test]
     fn limits_are_written_as_people_write_them() {

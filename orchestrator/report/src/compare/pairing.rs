@@ -1,7 +1,7 @@
 //! Which run of one campaign stands beside which of another.
 
 use analysis::layout::{Column, Shown, number, text};
-use analysis::{Campaign, Run};
+use analysis::{Campaign, Run, grouped};
 use endpoint::Mode;
 use plan::{Cell, Client, Verdict};
 use serde::Serialize;
@@ -91,25 +91,15 @@ pub(crate) struct Paired<'a> {
 
 /// The groups of both campaigns, in the order of A's plan and then of B's.
 pub(crate) fn pair<'a>(a: &'a Campaign, b: &'a Campaign) -> (Vec<Paired<'a>>, Vec<Lone>) {
-    let mut kinds: Vec<(Kind, Members<'a>)> = Vec::new();
-    let runs = a.runs.iter().map(|run| (run, true));
-    for (run, is_a) in runs.chain(b.runs.iter().map(|run| (run, false))) {
-        let kind = Kind::of(&run.cell);
-        let at = kinds
-            .iter()
-            .position(|(known, _)| *known == kind)
-            .unwrap_or_else(|| {
-                kinds.push((kind, Members::default()));
-                kinds.len() - 1
-            });
-        let members = &mut kinds[at].1;
-        match is_a {
-            true => members.a.push(run),
-            false => members.b.push(run),
-        }
-    }
+    let of_a = a.runs.iter().map(|run| (run, true));
+    let runs = of_a.chain(b.runs.iter().map(|run| (run, false)));
     let (mut paired, mut lone) = (Vec::new(), Vec::new());
-    for (kind, members) in kinds {
+    for (kind, runs) in grouped(runs, |(run, _)| Kind::of(&run.cell)) {
+        let own = |of_a| runs.iter().filter(move |(_, is_a)| *is_a == of_a);
+        let members = Members {
+            a: own(true).map(|(run, _)| *run).collect(),
+            b: own(false).map(|(run, _)| *run).collect(),
+        };
         match members.reason_against(a, b, &kind) {
             Some(reason) => lone.push(Lone { kind, reason }),
             None => paired.push(Paired {
@@ -123,7 +113,6 @@ pub(crate) fn pair<'a>(a: &'a Campaign, b: &'a Campaign) -> (Vec<Paired<'a>>, Ve
 }
 
 /// The runs of a kind.
-#[derive(Default)]
 struct Members<'a> {
     a: Vec<&'a Run>,
     b: Vec<&'a Run>,
@@ -144,11 +133,12 @@ impl<'a> Members<'a> {
     /// Why there is no pair; `None` if there is.
     fn reason_against(&self, a: &Campaign, b: &Campaign, kind: &Kind) -> Option<String> {
         let (Some(one), Some(other)) = (self.a.first(), self.b.first()) else {
-            let (has, lacks) = match self.b.is_empty() {
-                true => ("A", "B"),
-                false => ("B", "A"),
+            let (has, lacks) = if self.b.is_empty() {
+                ("A", "B")
+            } else {
+                ("B", "A")
             };
-            return Some(format!("{has}'s plan has it, and {lacks}'s has not"));
+            return Some(format!("{has}'s plan has it, and {lacks}'s does not"));
         };
         let profile = |campaign: &Campaign| campaign.plan.profiles.get(&kind.topology).cloned();
         if profile(a) != profile(b) {
@@ -157,22 +147,23 @@ impl<'a> Members<'a> {
         if self.pairs(|_| true).is_empty() {
             let (one, other) = (&one.cell, &other.cell);
             let s = |ns: u64| ns as f64 / 1e9;
-            return Some(match one.duration_ns == other.duration_ns {
-                false => format!(
+            return Some(if one.duration_ns == other.duration_ns {
+                format!(
+                    "no run met the same link: A has seed {}, B has {}",
+                    a.plan.seed, b.plan.seed
+                )
+            } else {
+                format!(
                     "A's runs last {} s, B's {} s",
                     s(one.duration_ns),
                     s(other.duration_ns)
-                ),
-                true => format!(
-                    "no run met the same link: A is of seed {}, B of {}",
-                    a.plan.seed, b.plan.seed
-                ),
+                )
             });
         }
         if self.pairs(is_complete).is_empty() {
             let complete = |runs: &[&Run]| runs.iter().filter(|run| is_complete(run)).count();
             return Some(format!(
-                "no run is complete in both: {} of {} are in A, {} of {} in B",
+                "no run is complete in both: {} of {} are complete in A, {} of {} in B",
                 complete(&self.a),
                 self.a.len(),
                 complete(&self.b),
@@ -184,6 +175,6 @@ impl<'a> Members<'a> {
 }
 
 /// Its figures are whole: it ran to its end over a link that held, and so is its folder.
-fn is_complete(run: &Run) -> bool {
+pub(super) fn is_complete(run: &Run) -> bool {
     run.summary.verdict == Some(Verdict::Complete) && run.damage.is_empty()
 }

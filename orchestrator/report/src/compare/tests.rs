@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
 use analysis::{LinkFacts, Run, Summary};
-use plan::{Instead, Plan, ProfileText};
+use plan::{Instead, Plan, ProfileText, Verdict};
 use proptest::prelude::*;
 
 use super::*;

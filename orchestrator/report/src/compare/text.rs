@@ -22,7 +22,7 @@ const COLUMNS: [Column; 9] = [
 ];
 
 const TOO_FEW_LEGEND: &str = "\
-Too few pairs: one group by itself needs six, and the more groups there are, the more they need.
+Too few pairs: a single group needs six, and more groups need more each.
 ";
 
 /// A row of the CSV.
@@ -64,7 +64,7 @@ impl Comparison {
             }
         }
         if !self.changed.is_empty() {
-            out += "\nLoops whose verdict is not what it was:\n";
+            out += "\nLoops whose verdict changed:\n";
         }
         for one in &self.changed {
             let repeats: Vec<String> = one.repeats.iter().map(u32::to_string).collect();
@@ -83,36 +83,30 @@ impl Comparison {
     /// A row for each measure of each group: `a` and `b` in its unit, the change as a share.
     #[must_use]
     pub fn to_csv(&self) -> String {
-        let mut writer = csv::Writer::from_writer(Vec::new());
         let finite = |value: f64| Some(value).filter(|value| value.is_finite());
-        for group in &self.groups {
+        let rows = self.groups.iter().flat_map(|group| {
             let kind = &group.kind;
-            for of in &group.measures {
-                let row = Row {
-                    topology: &kind.topology,
-                    client: kind.client,
-                    setup: &kind.setup,
-                    mode: kind.mode,
-                    rate: &kind.rate,
-                    h_ns: kind.h_ns,
-                    measure: of.measure,
-                    unit: of.measure.unit(),
-                    pairs: of.pairs,
-                    planned: group.planned,
-                    a: finite(of.a),
-                    b: finite(of.b),
-                    change: of.change.and_then(finite),
-                    p_sign: of.p_sign,
-                    p_rank: of.p_rank,
-                    p_holm: of.p_holm,
-                    outcome: of.outcome,
-                };
-                // A flat struct of words and numbers, into memory: neither can fail.
-                let _ = writer.serialize(row);
-            }
-        }
-        let bytes = writer.into_inner().unwrap_or_default();
-        String::from_utf8(bytes).unwrap_or_default()
+            group.measures.iter().map(move |of| Row {
+                topology: &kind.topology,
+                client: kind.client,
+                setup: &kind.setup,
+                mode: kind.mode,
+                rate: &kind.rate,
+                h_ns: kind.h_ns,
+                measure: of.measure,
+                unit: of.measure.unit(),
+                pairs: of.pairs,
+                planned: group.planned,
+                a: finite(of.a),
+                b: finite(of.b),
+                change: of.change.and_then(finite),
+                p_sign: of.p_sign,
+                p_rank: of.p_rank,
+                p_holm: of.p_holm,
+                outcome: of.outcome,
+            })
+        });
+        analysis::csv(rows)
     }
 
     /// All of it in a sentence or two.
@@ -192,9 +186,10 @@ fn percent(change: f64) -> String {
 }
 
 fn chance(p: f64) -> String {
-    match p < 0.001 {
-        true => "<0.001".to_owned(),
-        false => format!("{p:.3}"),
+    if p < 0.001 {
+        "<0.001".to_owned()
+    } else {
+        format!("{p:.3}")
     }
 }
 
@@ -212,10 +207,10 @@ fn legend(least_change: f64) -> String {
     format!(
         "\
 Pairs met the same second of the same link. RTT: a message's median, closed loop and open.
-change: the median over the pairs of B against A; of overshoot as a share of the reference, of slope
-and sent of the schedule, of the others of A's own. Below {:.1} % it does not matter.
-chance: how likely no difference would look like this one, by the sign test, by the signed-rank test,
-and by that over all groups (Holm). From {LEVEL} on a difference may be chance.
+change: the median over the pairs of B against A, as a share of the reference for overshoot, of the
+schedule for slope and sent, and of A's value for the others. Below {:.1} % it does not matter.
+chance: the probability of such a difference by chance: sign test, signed-rank test, and the latter
+corrected for all groups (Holm). From {LEVEL} on a difference may be chance.
 ",
         least_change * 1e2
     )

@@ -224,9 +224,10 @@ fn action(run: &Run, manifest: &Manifest) -> Entity {
         Verdict::Complete | Verdict::Disturbed | Verdict::Invalid
     );
     // Words and not references, as the profile's validator wants them.
-    let status = match completed {
-        true => "http://schema.org/CompletedActionStatus",
-        false => "http://schema.org/FailedActionStatus",
+    let status = if completed {
+        "http://schema.org/CompletedActionStatus"
+    } else {
+        "http://schema.org/FailedActionStatus"
     };
     let reasons = (!manifest.reasons.is_empty()).then(|| manifest.reasons.join("; "));
     let machine = &manifest.machine;

@@ -2,13 +2,13 @@
 //! network.
 
 use analysis::{Campaign, ReadError, Run, lateness};
-use chart::{Chart, Guide, GuideAt, Mark, Tone};
+use chart::{Guide, GuideAt, Mark, Series, Tone};
 use endpoint::Mode;
 
-use super::{Figure, about, panel, series};
+use super::{Figure, panel};
 use crate::origin::Origin;
 use crate::paper;
-use crate::subject::{CHROMIUM_2011, FIREFOX_2011, FIREFOX_WORKER, OTHER_TONE, Subject, TONES};
+use crate::subject::{CHROMIUM_2011, FIREFOX_2011, FIREFOX_WORKER, OTHER_TONE, Subject};
 
 /// How many messages the paper's figure shows.
 const MESSAGES: u64 = 600;
@@ -40,7 +40,7 @@ pub(super) fn figure(campaign: &Campaign) -> Result<Figure, ReadError> {
         let tone = quiet.unwrap_or(subject.tone());
         panel
             .series
-            .push(series(subject.name(), Mark::Line, tone, points));
+            .push(Series::new(subject.name(), Mark::Line, tone, points));
     }
     if !panel.series.is_empty() {
         let last = MESSAGES as f64;
@@ -55,26 +55,17 @@ pub(super) fn figure(campaign: &Campaign) -> Result<Figure, ReadError> {
             },
         ];
     }
-    Ok(Figure {
-        number: "2",
-        caption:
-            "Arrival of the first 600 messages at the plant, from the first on. The client of \
-                  2011 sets its timer anew for each message, so what each is late adds up; the \
-                  worker of today sleeps until its deadlines."
-                .to_owned(),
-        paper: "Firefox on arima: the 600th message is two seconds late, at 8 s, and not quite 400 \
-                arrive in the first six.",
-        chart: Chart {
-            tones: &TONES,
-            name: "fig-2".to_owned(),
-            title: "First 600 arrivals, JavaScript at 100 Hz on arima".to_owned(),
-            about: about(&sentences),
-            source: origin.line(campaign),
-            columns: 1,
-            panels: vec![panel],
-        },
-        runs: origin.ids(),
-    })
+    let figure = Figure::new(
+        "2",
+        "First 600 arrivals, JavaScript at 100 Hz on arima",
+        1,
+        "Arrival of the first 600 messages at the plant, from the first on. The client of \
+         2011 sets its timer anew for each message, so what each is late adds up; the \
+         worker of today sleeps until its deadlines.",
+        "Firefox on arima: the 600th message is two seconds late, at 8 s, and not quite 400 \
+         arrive in the first six.",
+    );
+    Ok(figure.drawn(vec![panel], &sentences, &origin, campaign))
 }
 
 /// When the n-th message was asked for, from the first on, s.

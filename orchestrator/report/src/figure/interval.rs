@@ -4,13 +4,13 @@
 //! [`analysis::interval`] reach further and widen on the way.
 
 use analysis::{Campaign, ReadError, trace};
-use chart::{Chart, Guide, GuideAt, Mark, Panel, Scale};
+use chart::{Guide, GuideAt, Mark, Panel, Scale, Series};
 use endpoint::Mode;
 
-use super::{Figure, about, panel, series};
+use super::{Figure, panel};
 use crate::origin::Origin;
 use crate::paper;
-use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON, Subject, TONES};
+use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON, Subject};
 
 const H_MS: f64 = paper::H_333_HZ_NS as f64 / 1e6;
 
@@ -27,17 +27,16 @@ pub(super) fn near(campaign: &Campaign) -> Result<Figure, ReadError> {
     figure(
         campaign,
         &shown,
-        Figure {
-            number: "8",
-            caption: "Share of the intervals between commands that reach the plant, by their \
-                      length, all repeats together. The scale is logarithmic: a bar at 1 % is a \
-                      hundredth of all. Where some are longer than the axis, the title says how many."
-                .to_owned(),
-            paper: "On arima intervals gather at multiples of h, with some zeros; on buccoo and \
-                    couva they are spread more flatly, with more zeros.",
-            chart: chart("fig-8", "Control intervals of Python at 333 Hz"),
-            runs: Vec::new(),
-        },
+        Figure::new(
+            "8",
+            "Control intervals of Python at 333 Hz",
+            3,
+            "Share of the intervals between commands that reach the plant, by their \
+             length, all repeats together. The scale is logarithmic: a bar at 1 % is a \
+             hundredth of all. Where some are longer than the axis, the title says how many.",
+            "On arima intervals gather at multiples of h, with some zeros; on buccoo and \
+             couva they are spread more flatly, with more zeros.",
+        ),
     )
 }
 
@@ -51,36 +50,20 @@ pub(super) fn far(campaign: &Campaign) -> Result<Figure, ReadError> {
     figure(
         campaign,
         &shown,
-        Figure {
-            number: "9",
-            caption: "The same from the JavaScript client of 2011, and from Python over the VPN. \
-                      The third panel is the same page in another browser."
-                .to_owned(),
-            paper: "JavaScript's intervals are spread widely and have no peak at h = 3 ms; over \
-                    the VPN there are more zeros, gaps of 40 ms and no peak at h either.",
-            chart: chart(
-                "fig-9",
-                "Control intervals of JavaScript and over the VPN, 333 Hz",
-            ),
-            runs: Vec::new(),
-        },
+        Figure::new(
+            "9",
+            "Control intervals of JavaScript and over the VPN, 333 Hz",
+            3,
+            "The same from the JavaScript client of 2011, and from Python over the VPN. \
+             The third panel is the same page in another browser.",
+            "JavaScript's intervals are spread widely and have no peak at h = 3 ms; over \
+             the VPN there are more zeros, gaps of 40 ms and no peak at h either.",
+        ),
     )
 }
 
-fn chart(name: &str, title: &str) -> Chart {
-    Chart {
-        tones: &TONES,
-        name: name.to_owned(),
-        title: title.to_owned(),
-        about: String::new(),
-        source: String::new(),
-        columns: 3,
-        panels: Vec::new(),
-    }
-}
-
-fn figure(campaign: &Campaign, shown: &[Shown], mut figure: Figure) -> Result<Figure, ReadError> {
-    let (mut origin, mut sentences) = (Origin::default(), Vec::new());
+fn figure(campaign: &Campaign, shown: &[Shown], figure: Figure) -> Result<Figure, ReadError> {
+    let (mut origin, mut sentences, mut panels) = (Origin::default(), Vec::new(), Vec::new());
     for (letter, subject, topology, reach) in shown {
         let group = subject.runs(campaign, topology, Mode::Closed, paper::H_333_HZ_NS);
         origin.all(&group);
@@ -105,12 +88,9 @@ fn figure(campaign: &Campaign, shown: &[Shown], mut figure: Figure) -> Result<Fi
             ));
             draw(&mut panel, *subject, &histogram);
         }
-        figure.chart.panels.push(panel);
+        panels.push(panel);
     }
-    figure.chart.about = about(&sentences);
-    figure.chart.source = origin.line(campaign);
-    figure.runs = origin.ids();
-    Ok(figure)
+    Ok(figure.drawn(panels, &sentences, &origin, campaign))
 }
 
 /// Least share that the scale reaches, %: below one interval of all that a panel has.
@@ -118,7 +98,7 @@ const LEAST_PERCENT: f64 = 0.001;
 
 fn draw(panel: &mut Panel, subject: Subject, histogram: &Histogram) {
     let mark = Mark::Bars(histogram.width_ms);
-    panel.series.push(series(
+    panel.series.push(Series::new(
         subject.name(),
         mark,
         subject.tone(),

@@ -2,14 +2,14 @@
 //! `k h`, from Python and from JavaScript in three places.
 
 use analysis::{Campaign, ReadError, Run, lateness};
-use chart::{Chart, Mark, Panel};
+use chart::{Mark, Panel, Series};
 use endpoint::Mode;
 
-use super::{Figure, about, panel, series};
+use super::{Figure, panel};
 use crate::number::significant;
 use crate::origin::Origin;
 use crate::paper;
-use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON, Subject, TONES};
+use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON, Subject};
 
 const TOPOLOGIES: [&str; 3] = ["arima", "buccoo", "couva"];
 
@@ -40,17 +40,16 @@ pub(super) fn slow(campaign: &Campaign) -> Result<Figure, ReadError> {
     figure(
         campaign,
         &rates,
-        Figure {
-            number: "3",
-            caption: "How much later each message came than its schedule has it, from the first \
-                      on. Each slope is that of the least-squares line: how much later messages come \
-                      with each second. The browsers' client is that of 2011."
-                .to_owned(),
-            paper: "Python stays on a level line everywhere, at 10 Hz but for impulses; JavaScript \
-                    climbs away from it in all six panels.",
-            chart: chart("fig-3", "Lateness against the schedule at 3.3 and 10 Hz"),
-            runs: Vec::new(),
-        },
+        Figure::new(
+            "3",
+            "Lateness against the schedule at 3.3 and 10 Hz",
+            TOPOLOGIES.len(),
+            "How much later each message came than its schedule has it, from the first \
+             on. Each slope is that of the least-squares line: how much later messages come \
+             with each second. The browsers' client is that of 2011.",
+            "Python stays on a level line everywhere, at 10 Hz but for impulses; JavaScript \
+             climbs away from it in all six panels.",
+        ),
     )
 }
 
@@ -64,35 +63,21 @@ pub(super) fn fast(campaign: &Campaign) -> Result<Figure, ReadError> {
     figure(
         campaign,
         &rates,
-        Figure {
-            number: "4",
-            caption:
-                "The same at 100 Hz, where a millisecond is a tenth of the interval. A line ends \
-                      where the client had got to when its time was over."
-                    .to_owned(),
-            paper: "JavaScript diverges much faster than at 10 Hz, and Python's line is no longer \
-                    level.",
-            chart: chart("fig-4", "Lateness against the schedule at 100 Hz"),
-            runs: Vec::new(),
-        },
+        Figure::new(
+            "4",
+            "Lateness against the schedule at 100 Hz",
+            TOPOLOGIES.len(),
+            "The same at 100 Hz, where a millisecond is a tenth of the interval. A line ends \
+             where the client had got to when its time was over.",
+            "JavaScript diverges much faster than at 10 Hz, and Python's line is no longer \
+             level.",
+        ),
     )
 }
 
-fn chart(name: &str, title: &str) -> Chart {
-    Chart {
-        tones: &TONES,
-        name: name.to_owned(),
-        title: title.to_owned(),
-        about: String::new(),
-        source: String::new(),
-        columns: TOPOLOGIES.len(),
-        panels: Vec::new(),
-    }
-}
-
 /// The figure with its panels, a row for each rate.
-fn figure(campaign: &Campaign, rates: &[Rate], mut figure: Figure) -> Result<Figure, ReadError> {
-    let (mut origin, mut sentences) = (Origin::default(), Vec::new());
+fn figure(campaign: &Campaign, rates: &[Rate], figure: Figure) -> Result<Figure, ReadError> {
+    let (mut origin, mut sentences, mut panels) = (Origin::default(), Vec::new(), Vec::new());
     for rate in rates {
         for (topology, letter) in TOPOLOGIES.into_iter().zip(rate.letters) {
             let title = format!("{topology}, {}", rate.words);
@@ -107,13 +92,10 @@ fn figure(campaign: &Campaign, rates: &[Rate], mut figure: Figure) -> Result<Fig
                 let names: Vec<&str> = panel.series.iter().map(|s| s.name.as_str()).collect();
                 sentences.push(format!("{}: {}.", panel.title, names.join(", ")));
             }
-            figure.chart.panels.push(panel);
+            panels.push(panel);
         }
     }
-    figure.chart.about = about(&sentences);
-    figure.chart.source = origin.line(campaign);
-    figure.runs = origin.ids();
-    Ok(figure)
+    Ok(figure.drawn(panels, &sentences, &origin, campaign))
 }
 
 fn draw(panel: &mut Panel, subject: Subject, run: &Run, h_ns: u64) -> Result<(), ReadError> {
@@ -129,7 +111,9 @@ fn draw(panel: &mut Panel, subject: Subject, run: &Run, h_ns: u64) -> Result<(),
         None => subject.client.to_string(),
     };
     let tone = subject.tone();
-    panel.series.push(series(name, Mark::Line, tone, points));
+    panel
+        .series
+        .push(Series::new(name, Mark::Line, tone, points));
     Ok(())
 }
 

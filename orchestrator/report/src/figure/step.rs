@@ -1,18 +1,18 @@
 //! Figures 5 and 6: unit step responses, the median over the repeats with their quartiles.
 
 use analysis::{Campaign, ReadError};
-use chart::{Chart, Guide, GuideAt, Panel, Series};
+use chart::{Guide, GuideAt, Panel, Series};
 use endpoint::Mode;
 
 use super::median::Traces;
-use super::{Figure, about, panel};
+use super::{Figure, panel};
 use crate::group::Group;
 use crate::number::significant;
 use crate::origin::Origin;
 use crate::paper;
 use crate::subject::{
     CHROMIUM_2011, CHROMIUM_WORKER, FIREFOX_2011, FIREFOX_WORKER, NATIVE, OTHER_TONE, PYTHON,
-    Subject, TONES,
+    Subject,
 };
 
 /// The reference of a unit step, and how near to it a response has settled.
@@ -57,18 +57,17 @@ pub(super) fn near(campaign: &Campaign) -> Result<Figure, ReadError> {
     figure(
         campaign,
         &shown,
-        Figure {
-            number: "5",
-            caption: "Unit step responses with Python's controller wherever it ran, from the first \
-                      command that the plant applied: the median over the repeats at each instant, \
-                      and the band in which half of them lie, cut where it leaves its panel. Behind \
-                      it, native at the same place. The time is the median settling into 2 % of \
-                      the reference, and what it is in settlings on arima."
-                .to_owned(),
-            paper: "Python closes the loop on arima, buccoo and couva, at 333 Hz and at 1 kHz.",
-            chart: chart("fig-5", "Unit step responses with Python", 3),
-            runs: Vec::new(),
-        },
+        Figure::new(
+            "5",
+            "Unit step responses with Python",
+            3,
+            "Unit step responses with Python's controller wherever it ran, from the first \
+             command that the plant applied: the median over the repeats at each instant, \
+             and the band in which half of them lie, cut where it leaves its panel. Behind \
+             it, native at the same place. The time is the median settling into 2 % of \
+             the reference, and what it is in settlings on arima.",
+            "Python closes the loop on arima, buccoo and couva, at 333 Hz and at 1 kHz.",
+        ),
     )
 }
 
@@ -101,35 +100,21 @@ pub(super) fn far(campaign: &Campaign) -> Result<Figure, ReadError> {
     figure(
         campaign,
         &shown,
-        Figure {
-            number: "6",
-            caption:
-                "Unit step responses at 333 Hz, as in Figure 5; behind each, Python on arima, \
-                      in whose settling the others' is given. The fourth panel is not in the \
-                      paper: the same browsers with the loop in a worker of its own."
-                    .to_owned(),
-            paper: "Settling takes ten times as long from JavaScript on arima, four times as long \
-                    from Python over the VPN, and no longer from Python over the campus LAN.",
-            chart: chart("fig-6", "Unit step responses at 333 Hz", 2),
-            runs: Vec::new(),
-        },
+        Figure::new(
+            "6",
+            "Unit step responses at 333 Hz",
+            2,
+            "Unit step responses at 333 Hz, as in Figure 5; behind each, Python on arima, \
+             in whose settling the others' is given. The fourth panel is not in the \
+             paper: the same browsers with the loop in a worker of its own.",
+            "Settling takes ten times as long from JavaScript on arima, four times as long \
+             from Python over the VPN, and no longer from Python over the campus LAN.",
+        ),
     )
 }
 
-fn chart(name: &str, title: &str, columns: usize) -> Chart {
-    Chart {
-        tones: &TONES,
-        name: name.to_owned(),
-        title: title.to_owned(),
-        about: String::new(),
-        source: String::new(),
-        columns,
-        panels: Vec::new(),
-    }
-}
-
-fn figure(campaign: &Campaign, shown: &[Shown], mut figure: Figure) -> Result<Figure, ReadError> {
-    let (mut origin, mut sentences) = (Origin::default(), Vec::new());
+fn figure(campaign: &Campaign, shown: &[Shown], figure: Figure) -> Result<Figure, ReadError> {
+    let (mut origin, mut sentences, mut panels) = (Origin::default(), Vec::new(), Vec::new());
     let mut traces = Traces::default();
     for shown in shown {
         let groups: Vec<(Subject, Group<'_>)> = shown
@@ -154,7 +139,7 @@ fn figure(campaign: &Campaign, shown: &[Shown], mut figure: Figure) -> Result<Fi
         if let Some(behind) = behind {
             origin.all(&behind);
         }
-        figure.chart.panels.push(panel);
+        panels.push(panel);
     }
     if !sentences.is_empty() {
         sentences.insert(
@@ -162,10 +147,7 @@ fn figure(campaign: &Campaign, shown: &[Shown], mut figure: Figure) -> Result<Fi
             "Median settling, and in settlings of Python on arima:".to_owned(),
         );
     }
-    figure.chart.about = about(&sentences);
-    figure.chart.source = origin.line(campaign);
-    figure.runs = origin.ids();
-    Ok(figure)
+    Ok(figure.drawn(panels, &sentences, &origin, campaign))
 }
 
 /// A panel, and the group that stands behind its subjects; without runs of a subject it is empty.
@@ -185,9 +167,10 @@ fn draw<'a>(
     let (subject, topology) = shown.behind;
     let behind = closed(campaign, subject, topology, shown.h_ns);
     if !behind.runs.is_empty() {
-        let name = match shown.subjects == [PYTHON] && topology == shown.topology {
-            true => subject.name(),
-            false => format!("{} on {topology}", subject.name()),
+        let name = if shown.subjects == [PYTHON] && topology == shown.topology {
+            subject.name()
+        } else {
+            format!("{} on {topology}", subject.name())
         };
         let median = traces.median(&behind, shown.h_ns, end_s)?;
         panel.series.push(Series {

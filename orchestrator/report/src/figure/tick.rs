@@ -1,14 +1,14 @@
 //! Figure 7: the plant's own intervals from tick to tick, at h = 1 ms and 3 ms.
 
 use analysis::{Campaign, ReadError, Run, trace};
-use chart::{Chart, Guide, GuideAt, Mark, Panel};
+use chart::{Guide, GuideAt, Mark, Panel, Series};
 use endpoint::Mode;
 
-use super::{Figure, about, panel, series};
+use super::{Figure, panel};
 use crate::group::Group;
 use crate::origin::Origin;
 use crate::paper::{self, SampleIntervals};
-use crate::subject::{NATIVE, PLANT_TONE, PYTHON, TONES};
+use crate::subject::{NATIVE, PLANT_TONE, PYTHON};
 
 pub(super) fn figure(campaign: &Campaign) -> Result<Figure, ReadError> {
     let (mut origin, mut sentences, mut panels) = (Origin::default(), Vec::new(), Vec::new());
@@ -24,32 +24,25 @@ pub(super) fn figure(campaign: &Campaign) -> Result<Figure, ReadError> {
         }
         panels.push(panel);
     }
-    Ok(Figure {
-        number: "7",
-        caption: "Time from each tick of the plant to the next, in the first closed loop without \
-                  a network. The paper's mean and standard deviation are lines."
-            .to_owned(),
-        paper: "Scattered widely about h on a desktop's operating system: mean 3.0 and 1.004 ms, \
-                standard deviation 2.984 and 3.705 ms.",
-        chart: Chart {
-            tones: &TONES,
-            name: "fig-7".to_owned(),
-            title: "The plant's sample intervals".to_owned(),
-            about: about(&sentences),
-            source: origin.line(campaign),
-            columns: 2,
-            panels,
-        },
-        runs: origin.ids(),
-    })
+    let figure = Figure::new(
+        "7",
+        "The plant's sample intervals",
+        2,
+        "Time from each tick of the plant to the next, in the first closed loop without \
+         a network. The paper's mean and standard deviation are lines.",
+        "Scattered widely about h on a desktop's operating system: mean 3.0 and 1.004 ms, \
+         standard deviation 2.984 and 3.705 ms.",
+    );
+    Ok(figure.drawn(panels, &sentences, &origin, campaign))
 }
 
 /// Python's runs on arima, as in the paper; native's where there are none.
 fn runs(campaign: &Campaign, h_ns: u64) -> Group<'_> {
     let python = PYTHON.runs(campaign, "arima", Mode::Closed, h_ns);
-    match python.runs.is_empty() {
-        true => NATIVE.runs(campaign, "arima", Mode::Closed, h_ns),
-        false => python,
+    if python.runs.is_empty() {
+        NATIVE.runs(campaign, "arima", Mode::Closed, h_ns)
+    } else {
+        python
     }
 }
 
@@ -61,9 +54,12 @@ fn draw(panel: &mut Panel, run: &Run, h_ns: u64) -> Result<(), ReadError> {
     }
     let points = (1..).map(f64::from).zip(intervals_ms.iter().copied());
     let points: Vec<(f64, f64)> = points.collect();
-    panel
-        .series
-        .push(series("ticks".to_owned(), Mark::Dots, PLANT_TONE, points));
+    panel.series.push(Series::new(
+        "ticks".to_owned(),
+        Mark::Dots,
+        PLANT_TONE,
+        points,
+    ));
     let theirs = paper::FIG_7.iter().find(|theirs| theirs.h_ns == h_ns);
     panel.guides = theirs.map(guides).unwrap_or_default();
     panel.y.range = theirs.map(|theirs| range(theirs, &intervals_ms));

@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use crate::answer::Survival;
 use crate::claim;
+use crate::outcome::answered;
 use analysis::LoopVerdict;
 
 /// How good the news is, which decides the colour.
@@ -51,17 +52,7 @@ pub(super) fn of_claim(verdict: claim::Verdict) -> Markup {
         claim::Verdict::CannotBeTold => Tone::Mixed,
         claim::Verdict::NotRun => Tone::Quiet,
     };
-    badge(tone, claim_word(verdict))
-}
-
-/// The word for a claim's verdict.
-pub(super) fn claim_word(verdict: claim::Verdict) -> &'static str {
-    match verdict {
-        claim::Verdict::Agrees => "agrees",
-        claim::Verdict::Differs => "differs",
-        claim::Verdict::CannotBeTold => "cannot be told",
-        claim::Verdict::NotRun => "not run",
-    }
+    badge(tone, answered(verdict))
 }
 
 /// The verdict on a run; `None` where it was not made.

@@ -2,12 +2,13 @@
 
 use maud::{Markup, html};
 
-use super::badge::{claim_word, of_claim};
+use super::badge::of_claim;
 use super::place::anchor_of;
 use super::scroll::scroll;
 use crate::claim::{Finding, Part, Verdict};
 use crate::group::Estimate;
 use crate::number::{brief, significant};
+use crate::outcome::answered;
 use crate::report::Report;
 
 /// In the order in which they are offered.
@@ -34,8 +35,8 @@ pub(super) fn render(report: &Report<'_>) -> Option<Markup> {
         @if !readings.is_empty() {
             p {
                 b { "Readings. " }
-                "Claims under settings, or by a look at the same rows, that the paper's text allows and does \
-                 not state. They are not counted above."
+                "Claims under settings, or readings of the same rows, that the paper's text allows \
+                 but does not state. They are not counted above."
             }
             div #readings.board {
                 @for finding in readings { (card(report, finding)) }
@@ -50,13 +51,8 @@ fn count(findings: &[&Finding], verdict: Verdict) -> usize {
 }
 
 /// The word for a verdict that programs use.
-fn key(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Agrees => "agrees",
-        Verdict::Differs => "differs",
-        Verdict::CannotBeTold => "cannot-be-told",
-        Verdict::NotRun => "not-run",
-    }
+fn key(verdict: Verdict) -> String {
+    answered(verdict).replace(' ', "-")
 }
 
 /// A verdict as what so many claims do.
@@ -66,7 +62,8 @@ fn said_of(verdict: Verdict, n: usize) -> &'static str {
         (Verdict::Agrees, _) => "agree",
         (Verdict::Differs, 1) => "differs",
         (Verdict::Differs, _) => "differ",
-        (Verdict::CannotBeTold, _) => "cannot be told",
+        (Verdict::CannotBeTold, 1) => "is undecided",
+        (Verdict::CannotBeTold, _) => "are undecided",
         (Verdict::NotRun, 1) => "was not run",
         (Verdict::NotRun, _) => "were not run",
     }
@@ -84,13 +81,13 @@ fn filter(findings: &[&Finding]) -> Markup {
                 @if at > 0 { ", " }
                 (count(findings, *verdict)) " " (said_of(*verdict, count(findings, *verdict)))
             }
-            ". Verdicts are worked out of the runs within the limits that each claim states."
+            ". Verdicts are computed from the runs, within the limits that each claim states."
         }
         div.filter.needs-script role="group" aria-label="Show claims by verdict" {
             button type="button" data-show="" aria-pressed="true" { "all " (findings.len()) }
             @for verdict in &present {
                 button type="button" data-show=(key(*verdict)) aria-pressed="false" {
-                    (claim_word(*verdict)) " " (count(findings, *verdict))
+                    (answered(*verdict)) " " (count(findings, *verdict))
                 }
             }
         }
@@ -206,17 +203,19 @@ fn with_unit(number: &str, unit: &str) -> String {
 /// `9.4 to 10.3, n = 7`; without an interval `n = 3`.
 fn interval(estimate: &Estimate) -> String {
     let n = format!("n = {}", estimate.n);
-    match estimate.low == estimate.high || !estimate.has_interval() {
-        true => n,
-        false => format!("{} to {}, {n}", end(estimate.low), end(estimate.high)),
+    if estimate.low == estimate.high || !estimate.has_interval() {
+        n
+    } else {
+        format!("{} to {}, {n}", end(estimate.low), end(estimate.high))
     }
 }
 
 /// An interval over runs of which some never settled has no end.
 fn end(x: f64) -> String {
-    match x.is_infinite() {
-        true => "∞".to_owned(),
-        false => significant(x, 3),
+    if x.is_infinite() {
+        "∞".to_owned()
+    } else {
+        significant(x, 3)
     }
 }
 

@@ -52,19 +52,19 @@ fn made(manifest: &Manifest) -> Markup {
         ]))
         @if let Some(certificate) = &manifest.certificate { (proof(certificate)) }
         @if let Some(messages) = &manifest.messages {
-            h4 { "What its messages say of the link" }
+            h4 { "What its messages say about the link" }
             (lines(messages))
         }
         @if !manifest.earlier.is_empty() {
-            h4 { "Tries before, that were disturbed" }
+            h4 { "Earlier tries, which were disturbed" }
             @for reason in &manifest.earlier { p.reason { (reason) } }
         }
         @if let Some(page) = &manifest.page {
-            h4 { "What the page says of itself" }
+            h4 { "The page's own report" }
             (lines(page))
         }
         @if let Some(controller) = &manifest.controller {
-            h4 { "What the controller says of itself" }
+            h4 { "The controller's own report" }
             (lines(controller))
         }
         @if !manifest.files.is_empty() {

@@ -1,11 +1,12 @@
 //! What is missing: damaged files, runs that are not complete, cells that were not run.
 
-use analysis::{Campaign, Run};
+use analysis::{Campaign, Run, grouped};
 use maud::{Markup, html};
 use plan::Verdict;
 
 use super::badge;
-use super::place::{anchor, without_folder};
+use super::place::anchor;
+use crate::outcome::without_folder;
 use crate::report::Report;
 
 pub(super) fn render(report: &Report<'_>) -> Option<Markup> {
@@ -33,8 +34,8 @@ fn damage(report: &Report<'_>) -> Markup {
         div.notice.bad role="note" {
             h3 { "Damaged files" }
             p {
-                "These are not what they have to be, so nothing below was worked out of their cells; \
-                 restore them, or run their cells again."
+                "Nothing below uses the cells of these files; restore the files, or run the cells \
+                 again."
             }
             ul {
                 @for damage in &report.damage {
@@ -48,22 +49,12 @@ fn damage(report: &Report<'_>) -> Markup {
 
 /// Runs that ended alike for the same reasons stand together.
 fn incomplete(campaign: &Campaign, runs: &[&Run]) -> Markup {
-    let mut alike: Vec<(Option<Verdict>, Vec<String>, Vec<&Run>)> = Vec::new();
-    for run in runs {
-        let (verdict, reasons) = (run.verdict(), reasons(campaign, run));
-        match alike
-            .iter_mut()
-            .find(|(same, why, _)| *same == verdict && *why == reasons)
-        {
-            Some((_, _, runs)) => runs.push(run),
-            None => alike.push((verdict, reasons, vec![run])),
-        }
-    }
+    let alike = grouped(runs, |run| (run.verdict(), reasons(campaign, run)));
     html! {
         div.notice.bad role="note" {
             h3 { (counted(runs.len(), "run that is", "runs that are")) " not complete" }
             p { "No table, figure or claim uses them." }
-            @for (verdict, reasons, runs) in &alike {
+            @for ((verdict, reasons), runs) in &alike {
                 details {
                     summary {
                         (counted(runs.len(), "run", "runs")) " " (badge::of_run(*verdict))

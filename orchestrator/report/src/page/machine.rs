@@ -1,6 +1,6 @@
 //! The machines that the runs were made on, and the versions of what ran there.
 
-use analysis::Campaign;
+use analysis::{Campaign, grouped};
 use manifest::{ControllerReport, Manifest};
 use maud::{Markup, html};
 
@@ -8,32 +8,20 @@ use super::scroll::scroll;
 
 pub(super) fn render(campaign: &Campaign) -> Option<Markup> {
     let manifests = || campaign.runs.iter().filter_map(|run| run.manifest.as_ref());
-    let places = counted(manifests().map(place));
+    let places = grouped(manifests().map(place), Clone::clone);
     if places.is_empty() {
         return None;
     }
-    let clients = counted(manifests().filter_map(client));
+    let clients = grouped(manifests().filter_map(client), Clone::clone);
     Some(html! {
         @for (place, runs) in &places {
             dl.facts {
                 @for (name, value) in place { div { dt { (name) } dd { (value) } } }
-                div { dt { "runs" } dd { (runs) } }
+                div { dt { "runs" } dd { (runs.len()) } }
             }
         }
         @if !clients.is_empty() { (scroll("Clients", &versions(&clients))) }
     })
-}
-
-/// Equal values once each, in order of their first, and how often they came.
-fn counted<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<(T, usize)> {
-    let mut counts: Vec<(T, usize)> = Vec::new();
-    for value in values {
-        match counts.iter_mut().find(|(same, _)| *same == value) {
-            Some((_, count)) => *count += 1,
-            None => counts.push((value, 1)),
-        }
-    }
-    counts
 }
 
 fn place(manifest: &Manifest) -> Vec<(&'static str, String)> {
@@ -55,7 +43,9 @@ fn place(manifest: &Manifest) -> Vec<(&'static str, String)> {
 }
 
 /// A client, and the version of what it runs in.
-fn client(manifest: &Manifest) -> Option<(String, String)> {
+type Client = (String, String);
+
+fn client(manifest: &Manifest) -> Option<Client> {
     let version = match (&manifest.page, &manifest.controller) {
         (Some(page), _) => page.user_agent.clone(),
         (None, Some(ControllerReport::Python(of))) => {
@@ -67,7 +57,7 @@ fn client(manifest: &Manifest) -> Option<(String, String)> {
     Some((manifest.cell.client.to_string(), version))
 }
 
-fn versions(clients: &[((String, String), usize)]) -> Markup {
+fn versions(clients: &[(Client, Vec<Client>)]) -> Markup {
     html! {
         table {
             caption.unseen { "Clients" }
@@ -80,7 +70,7 @@ fn versions(clients: &[((String, String), usize)]) -> Markup {
             }
             tbody {
                 @for ((client, version), runs) in clients {
-                    tr { th scope="row" { (client) } td { (version) } td.number { (runs) } }
+                    tr { th scope="row" { (client) } td { (version) } td.number { (runs.len()) } }
                 }
             }
         }

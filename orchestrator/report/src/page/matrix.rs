@@ -107,7 +107,7 @@ fn legend(answer: &Answer) -> Markup {
             "Settling is into 2 % of the reference, the median of the complete runs; one that never \
              settled counts as later than any."
             @if let Some(reference) = &answer.reference {
-                @if times(Client::Native) || times(Client::Python) {
+                @if Client::YARDSTICKS.into_iter().any(times) {
                     " × native and × python: that median in medians of the client’s on " (reference)
                     ", which has no network, at the same rate."
                 }

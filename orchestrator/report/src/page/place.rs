@@ -1,6 +1,4 @@
-//! Where a run is in the page, and what is said of it there without the way to its folder.
-
-use std::fmt::Write as _;
+//! Where a run is in the page.
 
 use analysis::{Campaign, Run};
 use plan::Verdict;
@@ -17,18 +15,6 @@ pub(super) fn anchor_of(campaign: &Campaign, id: &str) -> Option<String> {
         .iter()
         .find(|run| run.cell.id == id)
         .map(anchor)
-}
-
-/// A message without the way to the folder that was read: the page is the same wherever that is.
-pub(super) fn without_folder(campaign: &Campaign, message: &str) -> String {
-    let mut folder = campaign.folder.display().to_string();
-    if folder.is_empty() {
-        return message.to_owned();
-    }
-    if !folder.ends_with('/') {
-        let _ = folder.write_char('/');
-    }
-    message.replace(&folder, "")
 }
 
 /// Whether a run left something to look at.

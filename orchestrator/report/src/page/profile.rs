@@ -137,9 +137,10 @@ fn held(sum: &Sum, is_loopback: bool) -> Markup {
         (_, 0) if is_loopback => badge(Tone::Quiet, "no link"),
         (_, 0) => badge(Tone::Quiet, "none"),
         (_, all) => {
-            let tone = match sum.held == all {
-                true => Tone::Good,
-                false => Tone::Bad,
+            let tone = if sum.held == all {
+                Tone::Good
+            } else {
+                Tone::Bad
             };
             badge(tone, &format!("{} of {all}", sum.held))
         }

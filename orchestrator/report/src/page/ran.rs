@@ -1,58 +1,42 @@
 //! Every run: a line each, by topology and client, with its details folded in.
 
-use analysis::{Campaign, Run};
+use analysis::{Campaign, Run, grouped};
+use endpoint::Mode;
 use maud::{Markup, html};
+use plan::Client;
 
 use super::badge;
 use super::detail;
 use super::place::anchor;
 use crate::number::duration;
 
-/// The runs of one topology, client, setup, mode and rate.
-type Group<'a> = Vec<&'a Run>;
-
 pub(super) fn render(campaign: &Campaign) -> Option<Markup> {
     if campaign.runs.is_empty() {
         return None;
     }
-    let mut topologies: Vec<(&str, Vec<Group<'_>>)> = Vec::new();
-    for run in &campaign.runs {
-        let topology = run.cell.topology.as_str();
-        if !topologies.iter().any(|(name, _)| *name == topology) {
-            topologies.push((topology, Vec::new()));
-        }
-        let Some((_, groups)) = topologies.iter_mut().find(|(name, _)| *name == topology) else {
-            continue;
-        };
-        match groups
-            .iter_mut()
-            .find(|group| group.first().is_some_and(|first| is_like(first, run)))
-        {
-            Some(group) => group.push(run),
-            None => groups.push(vec![run]),
-        }
-    }
-    for (_, groups) in &mut topologies {
-        groups.sort_by_key(|group| group.first().map(|run| run.cell.client));
-    }
+    let topologies = grouped(&campaign.runs, |run| run.cell.topology.as_str());
+    let topologies = topologies.into_iter().map(|(topology, runs)| {
+        let mut groups = grouped(runs, kind);
+        groups.sort_by_key(|((client, ..), _)| *client);
+        (topology, groups)
+    });
     Some(html! {
         p {
             "A line for each run: how it ended, what became of its loop, settling, messages sent of \
              due, and the median round trip of a message. Certificate and checksums are inside; the raw rows are in " code { "cells/" } " beside the report."
         }
-        @for (topology, groups) in &topologies {
+        @for (topology, groups) in topologies {
             h3 { (topology) }
-            @for group in groups { (folded(campaign, group)) }
+            @for (_, group) in &groups { (folded(campaign, group)) }
         }
     })
 }
 
-fn is_like(one: &Run, other: &Run) -> bool {
-    let key = |run: &Run| {
-        let cell = &run.cell;
-        (cell.client, cell.settings.mode, cell.settings.h.ns())
-    };
-    key(one) == key(other) && one.summary.setup == other.summary.setup
+/// What the runs of a group have in common.
+fn kind<'a>(run: &&'a Run) -> (Client, Mode, u64, &'a str) {
+    let Run { cell, summary, .. } = *run;
+    let settings = &cell.settings;
+    (cell.client, settings.mode, settings.h.ns(), &summary.setup)
 }
 
 fn folded(campaign: &Campaign, group: &[&Run]) -> Markup {

@@ -1,10 +1,11 @@
 //! The paper's tables.
 
+use analysis::layout::Column;
 use maud::{Markup, html};
 
 use super::scroll::scroll;
 use crate::number::significant;
-use crate::table::{Column, Entry, Table};
+use crate::table::{Entry, Table};
 
 pub(super) fn render(tables: &[Table]) -> Option<Markup> {
     (!tables.is_empty()).then(|| {
@@ -42,7 +43,7 @@ fn grid(table: &Table) -> Markup {
                 @if is_grouped {
                     tr {
                         @for group in &groups {
-                            @let name = group.first().map_or("", |column| column.group.as_str());
+                            @let name = group.first().map_or("", |column| column.group);
                             @if name.is_empty() {
                                 td colspan=(group.len()) {}
                             } @else {
@@ -53,23 +54,17 @@ fn grid(table: &Table) -> Markup {
                 }
                 tr {
                     @for (at, column) in table.columns.iter().enumerate() {
-                        th.number[is_number(table, at)] scope="col" { (column.name) }
+                        th.number[table.is_number(at)] scope="col" { (column.name) }
                     }
                 }
             }
             tbody {
                 @for row in &table.rows {
-                    tr { @for (at, entry) in row.iter().enumerate() { (cell(at, entry, is_number(table, at))) } }
+                    tr { @for (at, entry) in row.iter().enumerate() { (cell(at, entry, table.is_number(at))) } }
                 }
             }
         }
     }
-}
-
-/// Whether a column holds numbers, which are aligned at the right with their heading.
-fn is_number(table: &Table, at: usize) -> bool {
-    let mut entries = table.rows.iter().filter_map(|row| row.get(at));
-    entries.any(|entry| matches!(entry, Entry::Number(..)))
 }
 
 fn cell(at: usize, entry: &Entry, is_number: bool) -> Markup {

@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use analysis::layout::number as column;
 use analysis::{Campaign, Damage, LoopVerdict};
 use chart::{Axis, Chart, Guide, GuideAt, Mark, Panel, Scale, Series, Tone};
 
@@ -9,7 +10,7 @@ use crate::figure::Figure;
 use crate::group::Estimate;
 use crate::report::Report;
 use crate::sample::{Outcome, campaign};
-use crate::table::{Column, Entry, Table};
+use crate::table::{Entry, Table};
 
 const CELLS: &str = "
 [[cells]]
@@ -87,10 +88,6 @@ fn report(campaign: &Campaign) -> Report<'_> {
 }
 
 fn table() -> Table {
-    let column = |group: &str, name: &str| Column {
-        name: name.to_owned(),
-        group: group.to_owned(),
-    };
     Table {
         name: "table-2".to_owned(),
         title: "Table 2: round trips".to_owned(),

@@ -207,9 +207,10 @@ impl<'a> AxisTrace<'a> {
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
             (low.min(value), high.max(value))
         });
-        let (from, step) = match high > low {
-            true => (low, (high - low) / STEPS),
-            false => (if low.is_finite() { low } else { 0.0 }, 1.0),
+        let (from, step) = if high > low {
+            (low, (high - low) / STEPS)
+        } else {
+            (if low.is_finite() { low } else { 0.0 }, 1.0)
         };
         AxisTrace {
             label: &axis.label,

@@ -1,6 +1,8 @@
 //! A table for programs.
 
-use super::{Column, Entry, Table};
+use analysis::layout::Column;
+
+use super::{Entry, Table};
 
 impl Table {
     /// The table as CSV (RFC 4180, but lines end in a newline alone): a line of names, each with
@@ -18,9 +20,10 @@ impl Table {
 }
 
 fn name(column: &Column) -> String {
-    quoted(match column.group.is_empty() {
-        true => column.name.clone(),
-        false => format!("{} {}", column.group, column.name),
+    quoted(if column.group.is_empty() {
+        column.name.to_owned()
+    } else {
+        format!("{} {}", column.group, column.name)
     })
 }
 
@@ -33,8 +36,9 @@ fn entry(entry: &Entry) -> String {
 }
 
 fn quoted(field: String) -> String {
-    match field.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", field.replace('"', "\"\"")),
-        false => field,
+    if field.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", field.replace('"', "\"\""))
+    } else {
+        field
     }
 }

@@ -3,11 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use analysis::Campaign;
+use analysis::layout::number as column;
 use endpoint::report::{Policy, Scheduling};
 use manifest::{ControllerReport, Manifest, PlantReport};
 use plan::Client;
 
-use super::{Column, Entry, Table};
+use super::{Entry, Table};
 
 /// A row of the paper's Table 1: machine, Firefox, Python, processor.
 const THE_PAPERS: [[&str; 4]; 4] = [
@@ -65,7 +66,7 @@ pub(super) fn table(campaign: &Campaign) -> Table {
              a program."
                 .to_owned(),
         ],
-        columns: columns.map(|(group, name)| Column::of(group, name)).into(),
+        columns: columns.map(|(group, name)| column(group, name)).into(),
         rows,
     }
 }
@@ -73,21 +74,18 @@ pub(super) fn table(campaign: &Campaign) -> Table {
 /// The paper's machine, a row for each client that ran on it.
 fn the_papers(row: [&str; 4]) -> Vec<Vec<Entry>> {
     let [machine, firefox, python, processor] = row;
-    [
-        ("firefox", "Firefox", firefox),
-        ("python", "Python", python),
-    ]
-    .into_iter()
-    .filter(|(_, _, version)| !version.is_empty())
-    .map(|(client, program, version)| {
-        vec![
-            Entry::text(format!("the paper, {machine}")),
-            Entry::text(client),
-            Entry::text(format!("{program} {version}")),
-            Entry::text(processor),
-        ]
-    })
-    .collect()
+    [(Client::Firefox, firefox), (Client::Python, python)]
+        .into_iter()
+        .filter(|(_, version)| !version.is_empty())
+        .map(|(client, version)| {
+            vec![
+                Entry::text(format!("the paper, {machine}")),
+                Entry::text(client.to_string()),
+                Entry::text(format!("{} {version}", client.spec().prose)),
+                Entry::text(processor),
+            ]
+        })
+        .collect()
 }
 
 fn padded(mut row: Vec<Entry>, length: usize) -> Vec<Entry> {
@@ -125,9 +123,10 @@ fn here(campaign: &Campaign) -> Vec<Vec<Entry>> {
 }
 
 fn known(words: String) -> Entry {
-    match words.is_empty() {
-        true => Entry::None,
-        false => Entry::Text(words),
+    if words.is_empty() {
+        Entry::None
+    } else {
+        Entry::Text(words)
     }
 }
 

@@ -1,21 +1,22 @@
 //! Table 2: round trips of the echoes, beside the paper's pings and beside what the link had at the
 //! same instants.
 
+use analysis::layout::number as column;
 use analysis::statistics::Spread;
 use analysis::{Campaign, Run};
 use endpoint::Mode;
 
-use super::{Column, Entry, Table};
+use super::{Entry, Table};
 use crate::group::Group;
 use crate::origin::Origin;
 use crate::paper::{self, Ping};
 
 pub(super) fn table(campaign: &Campaign) -> Table {
-    let mut columns = vec![Column::of("", "topology")];
+    let mut columns = vec![column("", "topology")];
     for (group, counted) in [("the paper", false), ("here", true), ("the link", false)] {
         let names = ["min/ms", "avg/ms", "max/ms", "sd/ms", "loss/%"];
-        columns.extend(names.map(|name| Column::of(group, name)));
-        columns.extend(counted.then(|| Column::of(group, "echoes")));
+        columns.extend(names.map(|name| column(group, name)));
+        columns.extend(counted.then(|| column(group, "echoes")));
     }
     let mut origin = Origin::default();
     let rows = paper::TABLE_2
@@ -47,14 +48,7 @@ pub(super) fn table(campaign: &Campaign) -> Table {
 fn open_loops<'a>(campaign: &'a Campaign, topology: &str) -> Group<'a> {
     let is_asked =
         |run: &&Run| run.cell.topology == topology && run.cell.settings.mode == Mode::Open;
-    let planned: Vec<&Run> = campaign.runs.iter().filter(is_asked).collect();
-    Group {
-        planned: planned.len(),
-        runs: planned
-            .into_iter()
-            .filter(|run| run.is_complete())
-            .collect(),
-    }
+    Group::complete(campaign.runs.iter().filter(is_asked))
 }
 
 /// The longest run of each of the links' seeds: others of that seed met the same link at the same

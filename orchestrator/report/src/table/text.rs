@@ -1,5 +1,7 @@
 //! A table for people at a terminal: aligned, with its groups over its columns' names.
 
+use analysis::layout::{Column, align};
+
 use super::{Entry, Table};
 use crate::number::significant;
 
@@ -8,72 +10,20 @@ impl Table {
     /// numbers right; `-` is nothing to say.
     #[must_use]
     pub fn to_text(&self) -> String {
-        let printed: Vec<Vec<String>> = self
-            .rows
-            .iter()
-            .map(|row| row.iter().map(Entry::words).collect())
-            .collect();
-        let mut group = "";
-        let layout: Vec<Layout<'_>> = self
-            .columns
-            .iter()
-            .enumerate()
-            .map(|(i, column)| {
-                let over = match column.group == group {
-                    true => "",
-                    false => column.group.as_str(),
-                };
-                group = &column.group;
-                let entries = printed.iter().filter_map(|row| row.get(i));
-                let width = entries.map(|entry| length(entry)).fold(0, usize::max);
-                Layout {
-                    over,
-                    name: &column.name,
-                    number: self
-                        .rows
-                        .iter()
-                        .any(|row| matches!(row.get(i), Some(Entry::Number(..)))),
-                    width: width.max(length(over)).max(length(&column.name)),
-                }
+        let columns: Vec<Column> = (self.columns.iter().enumerate())
+            .map(|(at, column)| Column {
+                number: self.is_number(at),
+                ..*column
             })
             .collect();
-        let mut out = format!("{}\n\n", self.title);
-        out += &line(&layout, layout.iter().map(|column| column.over));
-        out += &line(&layout, layout.iter().map(|column| column.name));
-        for row in &printed {
-            out += &line(&layout, row.iter().map(String::as_str));
-        }
+        let words = |row: &Vec<Entry>| row.iter().map(Entry::words).collect();
+        let rows: Vec<Vec<String>> = self.rows.iter().map(words).collect();
+        let mut out = format!("{}\n\n{}", self.title, align(&columns, &rows));
         if !self.notes.is_empty() {
             out += &format!("\n{}\n", self.notes.join("\n"));
         }
         out
     }
-}
-
-/// How a column is laid out.
-struct Layout<'a> {
-    /// The group's name, over the first of its columns.
-    over: &'a str,
-    name: &'a str,
-    number: bool,
-    /// Characters.
-    width: usize,
-}
-
-fn line<'a>(layout: &[Layout<'_>], entries: impl Iterator<Item = &'a str>) -> String {
-    let padded: Vec<String> = layout
-        .iter()
-        .zip(entries)
-        .map(|(column, entry)| match column.number {
-            true => format!("{entry:>0$}", column.width),
-            false => format!("{entry:<0$}", column.width),
-        })
-        .collect();
-    padded.join("  ").trim_end().to_owned() + "\n"
-}
-
-fn length(text: &str) -> usize {
-    text.chars().count()
 }
 
 impl Entry {

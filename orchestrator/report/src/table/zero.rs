@@ -3,9 +3,10 @@
 
 use analysis::Campaign;
 use analysis::arrival::Arrivals;
+use analysis::layout::number as column;
 use endpoint::Mode;
 
-use super::{Column, Entry, Table};
+use super::{Entry, Table};
 use crate::group::Group;
 use crate::origin::Origin;
 use crate::paper;
@@ -24,10 +25,10 @@ const RATES: [(&str, u64); 3] = [
 const SUBJECTS: [Subject; 4] = [FIREFOX_2011, CHROMIUM_2011, PYTHON, NATIVE];
 
 pub(super) fn table(campaign: &Campaign) -> Table {
-    let mut columns = vec![Column::of("", "topology"), Column::of("", "client")];
+    let mut columns = vec![column("", "topology"), column("", "client")];
     for (rate, _) in RATES {
         let names = ["the paper", "exact", "1 ms", "10 ms", "arrivals"];
-        columns.extend(names.map(|name| Column::of(rate, name)));
+        columns.extend(names.map(|name| column(rate, name)));
     }
     let mut origin = Origin::default();
     let mut rows = Vec::new();
@@ -37,9 +38,10 @@ pub(super) fn table(campaign: &Campaign) -> Table {
             for (_, h_ns) in RATES {
                 let group = subject.runs(campaign, topology, Mode::Open, h_ns);
                 origin.all(&group);
-                row.push(match subject == FIREFOX_2011 {
-                    true => theirs(topology, h_ns),
-                    false => Entry::None,
+                row.push(if subject == FIREFOX_2011 {
+                    theirs(topology, h_ns)
+                } else {
+                    Entry::None
                 });
                 row.extend(ours(&group));
             }
@@ -83,9 +85,10 @@ fn ours(group: &Group<'_>) -> [Entry; 4] {
         share(|run| run.zero_exact),
         share(|run| run.zero_1ms),
         share(|run| run.zero_10ms),
-        match runs.is_empty() {
-            true => Entry::None,
-            false => Entry::count(arrivals),
+        if runs.is_empty() {
+            Entry::None
+        } else {
+            Entry::count(arrivals)
         },
     ]
 }

@@ -176,9 +176,10 @@ fn manifest(
         profile: cell.topology.clone(),
         backend: "netns".to_owned(),
         engine: None,
-        player: match is_loopback(plan, cell) {
-            true => "none".to_owned(),
-            false => "user".to_owned(),
+        player: if is_loopback(plan, cell) {
+            "none".to_owned()
+        } else {
+            "user".to_owned()
         },
         webloop: "0.1.0".to_owned(),
         machine: Machine {
@@ -379,9 +380,10 @@ impl Rows {
             t_arrive_ns,
             tick,
             u: 0.0,
-            outcome: match closed {
-                true => ArrivalOutcome::Applied,
-                false => ArrivalOutcome::Acknowledged,
+            outcome: if closed {
+                ArrivalOutcome::Applied
+            } else {
+                ArrivalOutcome::Acknowledged
             },
         });
         self.messages.push(MessageRow {

@@ -20,9 +20,9 @@ pub(super) enum Packet {
     Syn,
     /// The plant's kernel agrees.
     SynAck,
-    /// A command.
+    /// A command on its way up.
     Request,
-    /// Its answer.
+    /// An answer on its way down.
     Answer,
 }
 
@@ -33,7 +33,7 @@ pub(super) struct Ping {
     pub(super) seq: u32,
 }
 
-/// What is in the queue.
+/// An event in the queue.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Event {
     /// A packet is with the program, or the kernel, that it is for.
@@ -79,10 +79,13 @@ impl<R: Record> Course<'_, R> {
             let takes_ns = match packet {
                 Packet::Syn | Packet::SynAck => 0,
                 Packet::Answer => timing.down_ns.draw(&mut self.random),
-                Packet::Request => match self.connections.get(id).fresh {
-                    true => timing.opened_up_ns.draw(&mut self.random),
-                    false => timing.up_ns.draw(&mut self.random),
-                },
+                Packet::Request => {
+                    if self.connections.get(id).fresh {
+                        timing.opened_up_ns.draw(&mut self.random)
+                    } else {
+                        timing.up_ns.draw(&mut self.random)
+                    }
+                }
             };
             // Whatever a machine takes over packets, it takes them in the order in which they come.
             let read_ns = self.wire.read_ns(way, out_ns, takes_ns);
@@ -103,7 +106,7 @@ impl<R: Record> Course<'_, R> {
             .push(again_ns, Event::Again(id, packet, tries.saturating_add(1)));
     }
 
-    /// Which way a packet goes, and how long it is.
+    /// A packet's direction and length.
     pub(super) fn shape(&self, packet: Packet) -> (Way, u32) {
         let [up_bytes, down_bytes] = self.message_bytes;
         match packet {
@@ -219,9 +222,10 @@ impl<R: Record> Course<'_, R> {
 
     /// The client's thread turns to an answer.
     fn attends(&mut self, id: Id, now_ns: u64) {
-        match self.connections.get(id).abandoned {
-            true => self.connections.close(id),
-            false => self.takes(id, now_ns),
+        if self.connections.get(id).abandoned {
+            self.connections.close(id);
+        } else {
+            self.takes(id, now_ns);
         }
     }
 
@@ -232,12 +236,11 @@ impl<R: Record> Course<'_, R> {
         let (row, answer) = self.plant.command(self.mode, &command, now_ns);
         self.outcome.arrivals += 1;
         self.record.arrival(&row);
-        match self.connections.get(id).abandoned {
-            true => self.connections.close(id),
-            false => {
-                self.connections.answers(id, answer);
-                self.transmit(id, Packet::Answer, 1, now_ns);
-            }
+        if self.connections.get(id).abandoned {
+            self.connections.close(id);
+        } else {
+            self.connections.answers(id, answer);
+            self.transmit(id, Packet::Answer, 1, now_ns);
         }
     }
 

@@ -1,18 +1,18 @@
-//! Which axis lies along x, which along y or in lines, and which in panels.
+//! Places the axes: along x, along y or as lines, and in panels.
 
 use crate::axis::Axis;
 use crate::grid::Dimension;
 
 /// From so many levels on an axis is long.
 const LONG: usize = 6;
-/// Which axes go where, by their positions among the dimensions.
+/// The place of each axis, by its position among the dimensions.
 pub(super) struct Layout {
     pub(super) form: Form,
     /// Along the horizontal axis.
     pub(super) x: usize,
-    /// Along the vertical axis of a map, or told apart by lines.
+    /// Along the vertical axis of a map, or as separate lines.
     pub(super) other: Option<usize>,
-    /// Told apart by panels.
+    /// In separate panels.
     pub(super) panels: Vec<usize>,
 }
 
@@ -40,9 +40,10 @@ impl Layout {
         if let [one, two, ..] = long[..] {
             // A round trip lies along x, with its limit across it.
             let is_rtt = |at: usize| dimensions[at].axis == Axis::Rtt;
-            let (x, y) = match is_rtt(two) || !is_rtt(one) && two < one {
-                true => (two, one),
-                false => (one, two),
+            let (x, y) = if is_rtt(two) || !is_rtt(one) && two < one {
+                (two, one)
+            } else {
+                (one, two)
             };
             return Some(Layout {
                 form: Form::Tiles,
@@ -56,7 +57,7 @@ impl Layout {
             .filter(|at| dimensions[**at].axis.is_ordered());
         let x = *ordered.max_by_key(|at| size(at)).or(varied.first())?;
         let rest = without(&[x]);
-        // Names are told apart by lines, and else what changes fastest is.
+        // Names become lines, and otherwise the axis that changes fastest does.
         let named = rest.iter().find(|at| !dimensions[**at].axis.is_ordered());
         let other = named.or(rest.last()).copied();
         Some(Layout {

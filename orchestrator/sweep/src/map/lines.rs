@@ -1,10 +1,10 @@
 //! A line for each level of one axis along another.
 
 use analysis::layout::digits;
-use chart::{Along, Guide, GuideAt, Map, Mark, Panel, Scale, Series, Tone};
+use chart::{Along, Axis, Guide, GuideAt, Map, Mark, Panel, Scale, Series, Tone};
 
 use super::layout::{Layout, is_numeric};
-use super::{Subject, empty_panel, scale, scaled};
+use super::{NOTHING, Subject, scale};
 use crate::cell::Measure;
 use crate::margin::Limit;
 
@@ -20,14 +20,15 @@ pub(super) fn panel(
 ) -> Panel {
     let x = &subject.dimensions[layout.x];
     let lines = layout.other.map(|at| &subject.dimensions[at]);
-    let mut panel = empty_panel(
-        scaled(x.axis.label(), Scale::Linear),
-        scaled(measure.label(), scale(measure)),
+    let mut panel = Panel::new(
+        Axis::new(x.axis.label(), Scale::Linear),
+        Axis::new(measure.label(), scale(measure)),
+        NOTHING,
     );
     if !is_numeric(x) {
         // A map of names alone: they stand where numbers would.
         panel.map = Some(Map {
-            value: scaled("", Scale::Linear),
+            value: Axis::new("", Scale::Linear),
             x: Along::Names(x.levels.iter().map(|level| level.text.clone()).collect()),
             y: Along::Numbers(Vec::new()),
             tiles: Vec::new(),
@@ -42,19 +43,16 @@ pub(super) fn panel(
         });
         let points = (0..x.levels.len()).filter_map(|at| {
             let figure = subject.cell(layout, place, at, line)?.figure(measure);
-            let along = match is_numeric(x) {
-                true => x.levels[at].number?,
-                false => at as f64,
+            let along = if is_numeric(x) {
+                x.levels[at].number?
+            } else {
+                at as f64
             };
             figure.is_finite().then_some((along, figure))
         });
-        panel.series.push(Series {
-            name: name.clone(),
-            mark: Mark::Line,
-            tone: Tone::nth(u8::try_from(line).unwrap_or(u8::MAX)),
-            points: points.collect(),
-            band: Vec::new(),
-        });
+        let tone = Tone::nth(u8::try_from(line).unwrap_or(u8::MAX));
+        let series = Series::new(name.clone(), Mark::Line, tone, points.collect());
+        panel.series.push(series);
         if let Some(Limit::Until(ms)) = subject.limit(layout, place, line)
             && ms.is_finite()
             && count <= LIMITS_MAX

@@ -1,8 +1,8 @@
 //! A tile for each point, and the analytic limit as a line across them.
 
-use chart::{Along, Map, Mark, Panel, Scale, Series, Tile};
+use chart::{Along, Axis, Map, Mark, Panel, Scale, Series, Tile};
 
-use super::{LIMIT, Layout, Subject, TONES, empty_panel, scale, scaled};
+use super::{LIMIT, Layout, NOTHING, Subject, TONES, scale};
 use crate::cell::{Cell, Measure};
 use crate::grid::Dimension;
 use crate::margin::Limit;
@@ -23,12 +23,13 @@ pub(super) fn panel(
         })
     });
     let numbers = |levels: &[(f64, usize)]| levels.iter().map(|(number, _)| *number).collect();
-    let mut panel = empty_panel(
-        scaled(x.axis.label(), spacing(&columns)),
-        scaled(y.axis.label(), spacing(&rows)),
+    let mut panel = Panel::new(
+        Axis::new(x.axis.label(), spacing(&columns)),
+        Axis::new(y.axis.label(), spacing(&rows)),
+        NOTHING,
     );
     panel.map = Some(Map {
-        value: scaled(measure.label(), scale(measure)),
+        value: Axis::new(measure.label(), scale(measure)),
         x: Along::Numbers(numbers(&columns)),
         y: Along::Numbers(numbers(&rows)),
         tiles: tiles.collect(),
@@ -42,13 +43,8 @@ pub(super) fn panel(
         })
         .collect();
     if !points.is_empty() {
-        panel.series.push(Series {
-            name: LIMIT.to_owned(),
-            mark: Mark::Line,
-            tone: TONES[0],
-            points,
-            band: Vec::new(),
-        });
+        let series = Series::new(LIMIT.to_owned(), Mark::Line, TONES[0], points);
+        panel.series.push(series);
     }
     panel
 }
@@ -83,11 +79,12 @@ fn spacing(levels: &[(f64, usize)]) -> Scale {
     else {
         return Scale::Linear;
     };
-    // A geometric row grows by more in its last step than in its first: by a tenth of the whole
-    // range the two are told apart.
+    // A geometric row grows by more in its last step than in its first; a difference of a tenth of
+    // the whole range is enough to take it for one.
     let share = (second - first) / (last - first) * (levels.len() - 1) as f64;
-    match *first > 0.0 && share < 0.9 {
-        true => Scale::Log,
-        false => Scale::Linear,
+    if *first > 0.0 && share < 0.9 {
+        Scale::Log
+    } else {
+        Scale::Linear
     }
 }

@@ -34,9 +34,12 @@ impl Reader<'_> {
                     .parse()
                     .map_err(|_| format!("`{text}` is not a number")),
             },
-            |gain: f64| match gain.is_finite() {
-                true => Ok((Some(gain), number(gain))),
-                false => Err(format!("a gain must be finite, and {gain} is not")),
+            |gain: f64| {
+                if gain.is_finite() {
+                    Ok((Some(gain), number(gain)))
+                } else {
+                    Err(format!("the gain {gain} is not finite"))
+                }
             },
         )
     }
@@ -52,7 +55,7 @@ impl Reader<'_> {
         if let Given::Range(range) = given.get_ref() {
             return Err(self.invalid(
                 &range.from,
-                format!("`{axis}` takes words, so it has no steps between two values"),
+                format!("`{axis}` takes names, so there are no steps between two of them"),
                 "write a list",
             ));
         }
@@ -94,7 +97,7 @@ impl Reader<'_> {
                 if !(2..=LEVELS_MAX).contains(&steps) {
                     return Err(self.invalid(
                         &range.steps,
-                        format!("`steps` is {steps}; from and to are two of them"),
+                        format!("`steps` is {steps}, but from and to alone are two"),
                         &format!("give 2 to {LEVELS_MAX}"),
                     ));
                 }
@@ -110,14 +113,15 @@ impl Reader<'_> {
                     },
                 };
                 if is_log && !(from > 0.0 && to > 0.0) {
-                    let problem = "a logarithmic scale has no zero, and nothing below it";
+                    let problem = "a logarithmic scale needs values above zero";
                     return Err(self.invalid(&range.from, problem, "begin above zero"));
                 }
                 for step in 0..steps {
                     let part = f64::from(step) / f64::from(steps - 1);
-                    let value = match is_log {
-                        true => from * (to / from).powf(part),
-                        false => from + (to - from) * part,
+                    let value = if is_log {
+                        from * (to / from).powf(part)
+                    } else {
+                        from + (to - from) * part
                     };
                     found.push((range.from.clone(), tidy(value)));
                 }

@@ -24,12 +24,12 @@ pub struct Weights {
     pub input: f64,
 }
 
-/// What a Kalman filter reckons with, as standard deviations.
+/// The noise that a Kalman filter assumes, as standard deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimator {
-    /// Of a white disturbance at the plant's input.
+    /// Standard deviation of a white disturbance at the plant's input.
     pub disturbance: f64,
-    /// Of white noise on the output, more than zero.
+    /// Standard deviation of white noise on the output, more than zero.
     pub noise: f64,
 }
 
@@ -37,7 +37,7 @@ pub struct Estimator {
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateFeedback {
     model: StateSpace<Discrete>,
-    /// See [`rows`].
+    /// The matrix row by row, as made by [`rows`].
     rows: Vec<f64>,
     c: Vec<f64>,
     gains: Vec<f64>,
@@ -54,7 +54,7 @@ impl Weights {
     /// The gains of the optimal regulator: as many as states.
     ///
     /// # Errors
-    /// [`InvalidLaw::Riccati`] where there is none.
+    /// [`InvalidLaw::Riccati`] if it has no solution.
     pub fn gains(&self, model: &StateSpace<Discrete>) -> Result<Vec<f64>, InvalidLaw> {
         let b = column(model.b());
         let q = model.c().transpose() * model.c() * self.output;
@@ -72,7 +72,7 @@ impl Estimator {
     /// states, then for the line of outputs.
     ///
     /// # Errors
-    /// [`InvalidLaw::Riccati`] where there is none.
+    /// [`InvalidLaw::Riccati`] if it has no solution.
     pub fn observer(
         &self,
         model: &StateSpace<Discrete>,

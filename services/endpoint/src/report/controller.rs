@@ -1,12 +1,13 @@
 //! The reports of the native controller and of Python's.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Scheduling, Written};
 use crate::{Counts, Transport};
 
 /// What the native controller tells when it has ended.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Native {
     /// The first deadline, on the run's clock.
@@ -17,7 +18,7 @@ pub struct Native {
     pub counts: Counts,
     /// Why the first message failed that did.
     pub first_failure: Option<String>,
-    /// Whether it was told to end before its time. Messages under way then
+    /// Whether it was stopped before its time. Messages under way then
     /// count as failed.
     pub interrupted: bool,
     /// Rows of `messages.csv`.
@@ -27,7 +28,7 @@ pub struct Native {
 }
 
 /// What the kernel granted to a controller.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ControllerGranted {
     /// To its thread.
@@ -37,7 +38,7 @@ pub struct ControllerGranted {
 }
 
 /// What the controller in Python tells when it has ended.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Python {
     /// The first deadline, on the run's clock.
@@ -48,7 +49,7 @@ pub struct Python {
     pub counts: Counts,
     /// Why the first message failed that did.
     pub first_failure: Option<String>,
-    /// Whether it was told to end before its time.
+    /// Whether it was stopped before its time.
     pub interrupted: bool,
     /// Rows of `messages.csv`.
     pub rows: Written,
@@ -58,7 +59,7 @@ pub struct Python {
     pub client: String,
     /// The language's version.
     pub python: String,
-    /// Which Python, such as `CPython`.
+    /// The implementation of Python, such as `CPython`.
     pub implementation: String,
     /// What carried the messages.
     pub transport: Transport,

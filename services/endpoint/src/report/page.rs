@@ -1,5 +1,6 @@
 //! The page's report of a run, as the page writes it and the plant files it.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Number;
 
@@ -10,7 +11,7 @@ use crate::{
 
 /// What a page tells when it has ended. What JavaScript writes without a point where it is whole is
 /// a [`Number`] here, so that it stays as it was written.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Page {
     /// `complete`, `late`, `failed` or `stopped`.
@@ -33,7 +34,7 @@ pub struct Page {
     pub secure: bool,
     /// Whether it was hidden at any time.
     pub hidden: bool,
-    /// Its clock.
+    /// The page's clock.
     pub clock: Clock,
     /// The least that its timers within timers wait, ms; none where that was not measured.
     pub timer_clamp_ms: Option<Number>,
@@ -48,7 +49,7 @@ pub struct Page {
 }
 
 /// How honest a page's clock is.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Clock {
     /// `given` by whoever started it, or `measured` against the plant's.
@@ -60,14 +61,14 @@ pub struct Clock {
 }
 
 /// A page's settings, in its own words.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PageAsked {
     /// Closed loop or open.
     pub mode: Mode,
     /// The sample time; none where it never heard the plant's.
     pub h_ns: Option<u64>,
-    /// The reference.
+    /// The reference r.
     pub r: Number,
     /// Deadlines end this long after the first.
     pub duration_ns: u64,

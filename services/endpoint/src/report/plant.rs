@@ -2,19 +2,20 @@
 
 use std::net::SocketAddr;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Scheduling, Written};
 
 /// What a plant tells when it has stopped.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plant {
     /// Where it listened.
     pub address: SocketAddr,
     /// When tick 0 was due, on the run's clock.
     pub start_ns: u64,
-    /// Ticks done.
+    /// Number of ticks done.
     pub ticks: u64,
     /// Ticks that came a whole sample time late or more, and were caught up.
     pub missed: u64,
@@ -23,7 +24,7 @@ pub struct Plant {
     /// Requests that were refused, with a 4xx or 5xx, and messages over a
     /// WebSocket that ended it.
     pub refused: u64,
-    /// Connections accepted.
+    /// Number of connections accepted.
     pub connections: u64,
     /// Rows of `ticks.csv`.
     pub tick_rows: Written,
@@ -38,7 +39,7 @@ pub struct Plant {
 }
 
 /// What the kernel granted to the two threads that are in the loop.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlantGranted {
     /// To the thread that steps the model.

@@ -1,14 +1,16 @@
-//! The report of whoever started a browser on the page: the browser, as seen from outside.
+//! The launcher's report on the browser with the page, as seen from outside.
 
-use std::{fmt, path::PathBuf, str::FromStr};
+use std::{fmt, path::PathBuf};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Written;
+use crate::setting::choice;
 
 /// What a visit tells when it has ended. What became of the deadlines only the
 /// page knows, and tells the plant.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Visit {
     /// Who was the controller.
@@ -17,19 +19,19 @@ pub struct Visit {
     pub start_ns: Option<u64>,
     /// Where the deadlines ended, likewise.
     pub stop_ns: Option<u64>,
-    /// Whether it was told to end before its time. What the page had not sent
+    /// Whether it was stopped before its time. What the page had not sent
     /// to the plant by then is lost.
     pub interrupted: bool,
     /// Rows that the plant had of the page when it was looked at last.
     pub rows: Written,
-    /// The page's session as the plant last told of it.
+    /// The page's session, from the plant's last answer.
     pub session: Option<Session>,
-    /// The browser.
+    /// The browser that ran the page.
     pub browser: Browser,
 }
 
 /// A page's session as the plant tells of it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Session {
     /// What the page calls itself.
@@ -40,14 +42,14 @@ pub struct Session {
     pub rows: u64,
 }
 
-/// Which browser it was, and how it was started.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// The browser, and how it was started.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Browser {
     /// Its own name and version.
     #[serde(flatten)]
     pub version: Version,
-    /// The program.
+    /// Path of the browser's program.
     pub program: PathBuf,
     /// What it was started with.
     pub arguments: Vec<String>,
@@ -57,54 +59,23 @@ pub struct Browser {
     pub opened_ms: Option<u64>,
 }
 
-/// A browser's family.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Engine {
-    /// Chromium, or Google's Chrome.
-    Chromium,
-    /// Firefox.
-    Firefox,
-}
-
-impl Engine {
-    /// Each of them.
-    pub const ALL: &[Self] = &[Self::Chromium, Self::Firefox];
-}
-
-impl fmt::Display for Engine {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Chromium => "chromium",
-            Self::Firefox => "firefox",
-        })
+choice!(
+    /// A browser's family.
+    Engine, "browser", "chromium or firefox", {
+        /// Chromium, or Google's Chrome.
+        Chromium = "chromium",
+        /// Mozilla Firefox.
+        Firefox = "firefox",
     }
-}
-
-/// A word that no browser has.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("browser `{0}` is unknown; choose chromium or firefox")]
-pub struct UnknownEngine(String);
-
-impl FromStr for Engine {
-    type Err = UnknownEngine;
-
-    fn from_str(word: &str) -> Result<Self, UnknownEngine> {
-        Self::ALL
-            .iter()
-            .copied()
-            .find(|engine| engine.to_string() == word)
-            .ok_or_else(|| UnknownEngine(word.to_owned()))
-    }
-}
+);
 
 /// A browser's own name and version.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Version {
-    /// Such as `Chromium`.
+    /// Name, such as `Chromium`.
     pub name: String,
-    /// Such as `156.0.8078.79`.
+    /// Version, such as `156.0.8078.79`.
     pub number: String,
 }
 
@@ -115,7 +86,9 @@ impl fmt::Display for Version {
 }
 
 /// What holds a page's process.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Confinement {
     /// No process of a page was seen.
@@ -129,7 +102,7 @@ pub enum Confinement {
 }
 
 /// A browser's sandbox.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sandbox {
     /// What holds the pages' processes: the least of them counts.

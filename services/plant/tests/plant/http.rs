@@ -97,7 +97,7 @@ fn bad_requests_are_refused_by_name_and_leave_the_input_alone() {
         (
             closed("seq=2&t_send_ns=5&u=1&u=1"),
             400,
-            "`u` is there twice",
+            "`u` appears twice",
         ),
         (closed("seq=2&t_send_ns=5&u=1&v=1"), 400, "`v` is unknown"),
         (closed(&format!("{good}{}", "0".repeat(1100))), 414, "1024"),

@@ -21,7 +21,7 @@ pub(super) fn all() -> Vec<Forgery> {
         says("no object of its own", &["manifest.json"], |m| {
             *m = json!({});
         }),
-        says("an empty list of files", &["vouches for nothing"], |m| {
+        says("an empty list of files", &["nothing can be checked"], |m| {
             m["files"] = json!({});
         }),
         says("no list of files", &["missing field `files`"], |m| {
@@ -62,7 +62,7 @@ pub(super) fn all() -> Vec<Forgery> {
             &["format version 7"],
             |m| m["version"] = json!(7),
         ),
-        says("complete for failed", &["says why it is not"], |m| {
+        says("complete for failed", &["a reason against it"], |m| {
             m["reasons"] = json!(["the controller ended with exit code 1"]);
         }),
         says("complete with a broken link", &["did not hold"], |m| {
@@ -81,7 +81,7 @@ pub(super) fn all() -> Vec<Forgery> {
         says("another campaign's seed", &["seed"], |m| {
             m["campaign_seed"] = json!(2);
         }),
-        says("another experiment", &["it is of theirs"], |m| {
+        says("another experiment", &["it belongs to theirs"], |m| {
             m["experiment"] = json!("theirs");
         }),
         says("another profile", &["its profile is arima"], |m| {

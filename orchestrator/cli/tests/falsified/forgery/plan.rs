@@ -56,7 +56,7 @@ pub(super) fn all() -> Vec<Forgery> {
         // As an experiment could have it, and not as it was run.
         cell("/duration_ns", json!(2_000_000_000_u64), &["another cell"]),
         cell("/settings/r", json!(2.0), &["another cell"]),
-        says("an id twice", &["another cell has this id"], |plan| {
+        says("an id twice", &["another cell has the same id"], |plan| {
             plan["cells"][1]["id"] = plan["cells"][0]["id"].clone();
         }),
         says("an index twice", &["another cell has this index"], |plan| {
@@ -68,19 +68,19 @@ pub(super) fn all() -> Vec<Forgery> {
         says("another seed", &["link_seed"], |plan| {
             plan["seed"] = json!(2);
         }),
-        says("another name", &["it is of mine"], |plan| {
+        says("another name", &["it belongs to mine"], |plan| {
             plan["experiment"] = json!("theirs");
         }),
         says(
             "a path for a name",
-            &["cannot name a results folder"],
+            &["is not a valid name of a results folder"],
             |plan| {
                 plan["experiment"] = json!("../../theirs");
             },
         ),
         says(
             "another profile",
-            &["profile.toml is another than the plan's"],
+            &["profile.toml differs from the plan's"],
             |plan| {
                 let text = plan["profiles"]["couva"]["source"]
                     .as_str()

@@ -173,7 +173,7 @@ pub(super) fn sealed() -> Vec<Forgery> {
         sealed(
             "ticks.csv",
             "emptied",
-            "ticks.csv: it has not even a header",
+            "ticks.csv: it has no header",
             nothing,
         ),
         sealed(
@@ -224,12 +224,7 @@ pub(super) fn sealed() -> Vec<Forgery> {
             "rows, and controller.json says",
             greatest,
         ),
-        sealed(
-            "messages.csv",
-            "a row doubled",
-            "is there a second time",
-            double,
-        ),
+        sealed("messages.csv", "a row doubled", "appears twice", double),
         sealed(
             "probes.csv",
             "first row deleted",

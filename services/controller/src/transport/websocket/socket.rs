@@ -1,5 +1,5 @@
 //! One socket from its opening to its end: what goes out, what comes in, and
-//! what is told to those who wait when it is over.
+//! and the errors for those who wait when it is over.
 
 use std::{
     net::SocketAddr,
@@ -158,7 +158,7 @@ async fn read(mode: Mode, stream: &mut Incoming, under_way: &Mutex<UnderWay>) ->
         match message {
             Ok(Message::Text(text)) => match answer(mode, &text) {
                 Ok(answer) => lock(under_way).answered(answer),
-                // Without a number it is nobody's, so it is everybody's.
+                // Without a number it cannot be assigned to a message, so all of them fail.
                 Err(error) => return format!("the plant's answer cannot be read: {error}"),
             },
             Ok(Message::Binary(_)) => return "the plant's answer is bytes, not text".to_owned(),

@@ -12,7 +12,7 @@ use crate::transport::ExchangeError;
 pub(super) struct Waiting {
     /// The number of its command.
     pub(super) seq: u64,
-    /// Where the answer goes. It is closed when nobody waits any more.
+    /// Where the answer goes. It is closed when its receiver has given up.
     pub(super) answer: oneshot::Sender<Result<Answer, ExchangeError>>,
 }
 
@@ -24,7 +24,7 @@ pub(super) struct UnderWay {
 }
 
 impl UnderWay {
-    /// One more. Those before it that nobody waits for any more are forgotten;
+    /// One more. Earlier ones whose receivers gave up are forgotten;
     /// as all have the same timeout, they are in front.
     pub(super) fn add(&mut self, waiting: Waiting) {
         while self

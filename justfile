@@ -1,0 +1,38 @@
+# What a developer runs. `just` lists it; CONTRIBUTING.md has the times. Each recipe is a line that one can also type.
+
+# Format and lints: no comma is told late
+lint:
+    cargo fmt --all --check
+    .ci/lint
+    cargo clippy --workspace --all-targets -- -D warnings
+
+# What needs neither network, browser nor container
+quick:
+    cargo fmt --all --check
+    cargo test -p webloop-control -p webloop-endpoint -p webloop-system -p webloop-link -p webloop-certificate -p webloop-plan -p webloop-judge --lib
+
+# Real runs in network namespaces
+net:
+    cargo test -p webloop-shaper
+    cargo test -p webloop --test runs --test sabotage
+
+# The page in both browsers, and Python's own tests
+browsers:
+    cargo test -p webloop-browser -p webloop-python
+
+# Containers, with images of this tree
+containers:
+    for client in native python chromium firefox; do CLIENT=$client docker compose build || exit; done
+    cargo test -p webloop --test containers
+
+# The book: its links, commands, tables and reference
+book:
+    cargo test -p webloop --test book
+
+# All of it, as CI has it
+all: lint
+    cargo test --workspace
+
+# What is made from types and help texts: schemas and the book's reference
+write:
+    WEBLOOP_TEST_WRITE=1 cargo test -p webloop-manifest --test kept -p webloop-backend --test settings -p webloop-plan --test experiments -p webloop --test book

@@ -1,0 +1,122 @@
+//! What a PDF has to know of a TrueType font: glyphs of characters, advances, and a few metrics.
+//!
+//! It reads the fonts in this crate and no others: one table of characters (format 4), horizontal
+//! text. The readers of fonts that are maintained bring a dozen crates for this. Numbers are those of
+//! OpenType 1.9; what a damaged file does not have is `None`.
+
+/// A font's tables.
+pub(crate) struct Face {
+    data: &'static [u8],
+    head: usize,
+    hhea: usize,
+    hmtx: usize,
+    os2: usize,
+    /// Start of the table from characters to glyphs, within `cmap`.
+    map: usize,
+}
+
+impl Face {
+    pub(crate) fn parse(data: &'static [u8]) -> Option<Self> {
+        let cmap = table(data, *b"cmap")?;
+        let maps = (0..word(data, cmap + 2)?).map(|i| cmap + 4 + 8 * usize::from(i));
+        // Platform 3, encoding 1: Windows, the basic plane of Unicode.
+        let map = maps
+            .filter(|at| word(data, *at) == Some(3) && word(data, at + 2) == Some(1))
+            .find_map(|at| Some(cmap + long(data, at + 4)?))
+            .filter(|at| word(data, *at) == Some(4))?;
+        Some(Self {
+            data,
+            head: table(data, *b"head")?,
+            hhea: table(data, *b"hhea")?,
+            hmtx: table(data, *b"hmtx")?,
+            os2: table(data, *b"OS/2")?,
+            map,
+        })
+    }
+
+    fn word(&self, at: usize) -> Option<u16> {
+        word(self.data, at)
+    }
+
+    fn signed(&self, at: usize) -> i16 {
+        self.word(at).unwrap_or_default().cast_signed()
+    }
+
+    /// A character's glyph. Each segment of characters has an end, a start, a difference and an
+    /// offset to a list of glyphs; without a list the glyph is the character plus the difference.
+    pub(crate) fn glyph(&self, c: char) -> Option<u16> {
+        let c = u16::try_from(u32::from(c)).ok()?;
+        let doubled = usize::from(self.word(self.map + 6)?);
+        let ends = self.map + 14;
+        let segment = (0..doubled)
+            .step_by(2)
+            .find(|i| self.word(ends + i).is_some_and(|end| c <= end))?;
+        let starts = ends + doubled + 2 + segment;
+        let start = self.word(starts)?;
+        let difference = self.word(starts + doubled)?;
+        let offsets = starts + 2 * doubled;
+        let past = usize::from(c.checked_sub(start)?);
+        let glyph = match usize::from(self.word(offsets)?) {
+            0 => c.wrapping_add(difference),
+            offset => match self.word(offsets + offset + 2 * past)? {
+                0 => 0,
+                glyph => glyph.wrapping_add(difference),
+            },
+        };
+        (glyph != 0).then_some(glyph)
+    }
+
+    /// The width of a glyph, in units. Glyphs behind the table's end have its last width.
+    pub(crate) fn advance(&self, glyph: u16) -> u16 {
+        let widths = self.word(self.hhea + 34).unwrap_or_default();
+        let i = glyph.min(widths.saturating_sub(1));
+        self.word(self.hmtx + 4 * usize::from(i))
+            .unwrap_or_default()
+    }
+
+    pub(crate) fn units_per_em(&self) -> u16 {
+        self.word(self.head + 18).unwrap_or(1)
+    }
+
+    /// Left, bottom, right and top of all glyphs, in units.
+    pub(crate) fn bounds(&self) -> [i16; 4] {
+        [36, 38, 40, 42].map(|at| self.signed(self.head + at))
+    }
+
+    /// In units, above the line.
+    pub(crate) fn ascender(&self) -> i16 {
+        self.signed(self.hhea + 4)
+    }
+
+    /// In units, negative below the line.
+    pub(crate) fn descender(&self) -> i16 {
+        self.signed(self.hhea + 6)
+    }
+
+    /// Height of capital letters, in units.
+    pub(crate) fn capital_height(&self) -> i16 {
+        self.signed(self.os2 + 88)
+    }
+
+    pub(crate) fn is_bold(&self) -> bool {
+        self.word(self.os2 + 62).unwrap_or_default() & 0x20 != 0
+    }
+}
+
+fn word(data: &[u8], at: usize) -> Option<u16> {
+    let bytes = data.get(at..at.checked_add(2)?)?;
+    Some(u16::from_be_bytes(bytes.try_into().ok()?))
+}
+
+fn long(data: &[u8], at: usize) -> Option<usize> {
+    let bytes = data.get(at..at.checked_add(4)?)?;
+    usize::try_from(u32::from_be_bytes(bytes.try_into().ok()?)).ok()
+}
+
+/// Where a table begins.
+fn table(data: &[u8], name: [u8; 4]) -> Option<usize> {
+    let count = usize::from(word(data, 4)?);
+    let mut records = (0..count).map(|i| 12 + 16 * i);
+    let record = records.find(|at| data.get(*at..at + 4) == Some(name.as_slice()))?;
+    long(data, record + 8)
+}

@@ -1,0 +1,207 @@
+//! What a link would do to a message, and for how long programs are busy when it stalls.
+//!
+//! A message is stamped a little before its first packet enters, so it is asked of the link for a window
+//! of time. What became of the messages is in `crossing`.
+
+use std::ops::Range;
+
+use certificate::Pause;
+use link::{Timeline, Way};
+
+use crate::limit::{
+    Allowance, DRAIN_MS, DRAIN_SHARE, FLOOR_AT_MOST, FLOOR_PER_COST, STALL_LOOK_NS, STALL_MS,
+};
+
+/// The least IP length of a request or an answer, longer than an echo's. It matters where there is a
+/// rate limit; what really entered is then known, and the message is taken to be the first of it.
+pub(crate) const MESSAGE_BYTES: u32 = 90;
+/// IP length of a handshake's packet.
+const HANDSHAKE_BYTES: u32 = 60;
+
+/// The link's state is looked at this often within a window: loss is decided by the millisecond.
+const LOOK_NS: u64 = 250_000;
+
+/// What has to be known to judge messages.
+#[derive(Debug)]
+pub struct Terms {
+    /// The link as it was to be.
+    pub timeline: Timeline,
+    /// The time of the run, monotonic ns: rows that a client stamped outside it are believed in nothing.
+    pub run_ns: Range<u64>,
+    /// How long a state of the link that has ended may still be met, ns, by how its player works.
+    pub before_ns: u64,
+    /// How far a falling delay may be off, ns, likewise.
+    pub fall_ns: u64,
+    /// What crossing the player itself costs up and down, ms.
+    pub baseline_ms: [f64; 2],
+    /// What the client is allowed.
+    pub allowance: Allowance,
+    /// Whether each message has a connection of its own.
+    pub opens_always: bool,
+    /// Whether the link has a rate limit.
+    pub has_rate: bool,
+    /// Whether all share one connection, on which what is lost holds up what follows.
+    pub shares_one: bool,
+    /// The sample time, ms: how many messages wait in a stall.
+    pub h_ms: f64,
+    /// When a processor stood still.
+    pub still: Still,
+}
+
+/// When what enters in a window leaves, and how likely it is lost.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Window {
+    pub(crate) earliest_ns: u64,
+    pub(crate) latest_ns: u64,
+    pub(crate) lossy: f64,
+}
+
+impl Terms {
+    /// What nine of ten messages may take on a way beyond the link, on this machine.
+    pub(crate) fn floor_ms(&self, way: Way) -> f64 {
+        let usual_ms = match way {
+            Way::Up => self.allowance.up_floor_ms,
+            Way::Down => self.allowance.down_floor_ms,
+        };
+        let cost_ms = self.baseline_ms[way as usize].max(0.0);
+        (usual_ms + FLOOR_PER_COST * cost_ms).min(FLOOR_AT_MOST * usual_ms)
+    }
+
+    /// What enters a way within `within_ns` after `t_ns`; it is of `bytes`, or longer by what entered.
+    pub(crate) fn window(
+        &self,
+        link: &mut Timeline,
+        way: Way,
+        t_ns: u64,
+        within_ns: u64,
+        bytes: u32,
+    ) -> Window {
+        let bytes = match bytes {
+            MESSAGE_BYTES => link.bytes_entered(way, t_ns, within_ns, bytes),
+            _ => None,
+        }
+        .unwrap_or(bytes);
+        let (mut earliest_ns, mut latest_ns, mut looks, mut lossy) = (u64::MAX, 0, 0_u32, 0_u32);
+        // A window that is wide is looked at as often as a narrow one needs.
+        let step_ns = LOOK_NS.max(within_ns / 16);
+        let mut look_ns = t_ns.saturating_sub(self.before_ns);
+        let last_ns = t_ns.saturating_add(within_ns);
+        while look_ns <= last_ns {
+            let passage = link.passage(way, look_ns, bytes);
+            let leaves_ns = look_ns.max(t_ns).saturating_add(passage.delay_ns);
+            earliest_ns = earliest_ns.min(leaves_ns);
+            latest_ns = latest_ns.max(match passage.queued {
+                // It is not known how long the queue was.
+                true => u64::MAX,
+                false => leaves_ns,
+            });
+            looks += 1;
+            lossy += u32::from(passage.lost);
+            look_ns = look_ns.saturating_add(step_ns);
+            if look_ns == u64::MAX {
+                break;
+            }
+        }
+        Window {
+            earliest_ns: earliest_ns.saturating_sub(self.fall_ns),
+            latest_ns: latest_ns.saturating_add(self.fall_ns),
+            lossy: f64::from(lossy) / f64::from(looks.max(1)),
+        }
+    }
+
+    /// The latest that a message leaves the way up for which a connection is opened: its handshake
+    /// crosses the link both ways before.
+    pub(crate) fn opened(&self, link: &mut Timeline, t_ns: u64, within_ns: u64) -> Window {
+        let syn = self.window(link, Way::Up, t_ns, within_ns, HANDSHAKE_BYTES);
+        if syn.latest_ns == u64::MAX {
+            // Of a queue that nobody knows nothing is late.
+            return syn;
+        }
+        let back = self.window(link, Way::Down, syn.latest_ns, LOOK_NS, HANDSHAKE_BYTES);
+        if back.latest_ns == u64::MAX {
+            return back;
+        }
+        let up = self.window(link, Way::Up, back.latest_ns, within_ns, MESSAGE_BYTES);
+        let kept = (1.0 - syn.lossy) * (1.0 - back.lossy) * (1.0 - up.lossy);
+        Window {
+            lossy: 1.0 - kept,
+            ..up
+        }
+    }
+}
+
+/// When the link stalls, and programs are busy with what it then lets go of.
+#[derive(Debug)]
+pub(crate) struct Swamped(Vec<Range<u64>>);
+
+impl Swamped {
+    /// Of a run's link.
+    pub(crate) fn of(terms: &Terms) -> Swamped {
+        let mut link = terms.timeline.clone();
+        // A message each h waits, and the client has each of them to read.
+        let share = DRAIN_SHARE + terms.allowance.message_ms / terms.h_ms;
+        let mut found: Vec<Range<u64>> = Vec::new();
+        let mut look_ns = terms.run_ns.start;
+        while look_ns < terms.run_ns.end {
+            let mut delay_ns = |way| link.passage(way, look_ns, MESSAGE_BYTES).delay_ns;
+            let delay_ns = delay_ns(Way::Up).max(delay_ns(Way::Down));
+            if delay_ns > ns(STALL_MS) {
+                let drain_ms = DRAIN_MS + share * ms(delay_ns);
+                let until_ns = look_ns + delay_ns + ns(drain_ms);
+                match found.last_mut() {
+                    Some(last) if last.end >= look_ns => last.end = last.end.max(until_ns),
+                    _ => found.push(look_ns..until_ns),
+                }
+            }
+            look_ns += STALL_LOOK_NS;
+        }
+        Swamped(found)
+    }
+
+    /// Whether an instant is in one of these times.
+    pub(crate) fn contains(&self, t_ns: u64) -> bool {
+        let at = self.0.partition_point(|time| time.end <= t_ns);
+        self.0.get(at).is_some_and(|time| time.contains(&t_ns))
+    }
+}
+
+/// When a processor stood still: times that do not meet, in order.
+#[derive(Debug, Clone, Default)]
+pub struct Still(Vec<Range<u64>>);
+
+impl Still {
+    /// Of the gaps in the pulse of all processors: any of them may have carried the message.
+    #[must_use]
+    pub fn of(gaps: &[Pause]) -> Still {
+        let times = gaps
+            .iter()
+            .map(|gap| gap.t_ns.saturating_sub(gap.ns)..gap.t_ns);
+        let mut times: Vec<Range<u64>> = times.collect();
+        times.sort_unstable_by_key(|time| time.start);
+        let mut apart: Vec<Range<u64>> = Vec::new();
+        for time in times {
+            match apart.last_mut() {
+                Some(last) if time.start <= last.end => last.end = last.end.max(time.end),
+                _ => apart.push(time),
+            }
+        }
+        Still(apart)
+    }
+
+    /// For how long it did between two instants, ms.
+    pub(crate) fn between_ms(&self, from_ns: u64, to_ns: u64) -> f64 {
+        let first = self.0.partition_point(|time| time.end <= from_ns);
+        let times = self.0.get(first..).unwrap_or_default().iter();
+        let met = times.take_while(|time| time.start < to_ns);
+        met.map(|time| ms(time.end.min(to_ns).saturating_sub(time.start.max(from_ns))))
+            .sum()
+    }
+}
+
+pub(crate) fn ms(ns: u64) -> f64 {
+    ns as f64 * 1e-6
+}
+
+pub(crate) fn ns(ms: f64) -> u64 {
+    (ms * 1e6) as u64
+}
