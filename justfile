@@ -27,7 +27,7 @@ containers:
 
 # The book: its links, commands, tables and reference
 book:
-    cargo test -p webloop --test book
+    cargo test -p webloop --test command book
 
 # All of it, as CI has it
 all: lint
@@ -35,4 +35,4 @@ all: lint
 
 # What is made from types and help texts: schemas and the book's reference
 write:
-    WEBLOOP_TEST_WRITE=1 cargo test -p webloop-manifest --test kept -p webloop-backend --test settings -p webloop-plan --test experiments -p webloop --test book
+    WEBLOOP_TEST_WRITE=1 cargo test -p webloop-manifest -p webloop-backend -p webloop-plan -p webloop --test kept --test settings --test all --test command

@@ -1,9 +1,8 @@
-//! Whether a link was the one that was asked for: echoes that crossed it, held against their
-//! prediction one by one.
+//! Decides whether a link was the one asked for: compares each echo that crossed it with its prediction.
 //!
-//! Pure. The limits that the [verdict](crate::Verdict) rests on are in a file of their own.
+//! Pure functions. The limits behind the [verdict](crate::Verdict) are in a file of their own.
 
-use link::{Profile, Timeline};
+use link::{Epoch, Profile, Timeline};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -90,29 +89,28 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    /// Whether there is evidence against the link that a machine's pause cannot explain: echoes
-    /// that were quicker than it, or that it should have lost. A machine makes echoes late, and may lose them.
+    /// Whether there is evidence of another link that a pause of the machine cannot explain: echoes that were
+    /// quicker than the link, or that it should have lost. A machine can only delay or lose echoes.
     #[must_use]
     pub fn is_another(&self) -> bool {
         self.quicker > self.most_quicker || are_too_many(self.fates.came_though_lost, self.sent)
     }
 }
 
-/// Holds echoes against the link of `profile` and `seed` whose time 0 is `epoch_ns`, played in
-/// user space.
+/// Compares echoes with the link of `profile` and `seed` that begins at `epoch`, played in user space.
 #[must_use]
 pub fn certify(
     echoes: &[Echo],
     profile: &Profile,
     seed: u64,
-    epoch_ns: u64,
+    epoch: Epoch,
     baseline: Baseline,
 ) -> Certificate {
-    let timeline = Timeline::new(profile, seed, epoch_ns);
+    let timeline = Timeline::new(profile, seed, epoch);
     certify_within(echoes, timeline, baseline, Edge::USER)
 }
 
-/// For each answered echo: its residuals up, down and over the round trip, and the delay due, in ms.
+/// The residuals of each answered echo, up, down and over the round trip, and its predicted delay, in ms.
 fn residuals(
     echoes: &[Echo],
     predictions: &[Prediction],
@@ -133,8 +131,8 @@ fn residuals(
         .collect()
 }
 
-/// Holds echoes against the link that they were to meet, by a player of whom this much is
-/// known about when a state is in force.
+/// Compares echoes with the link that they should have met; `edge` says how exactly its player keeps
+/// the times of the link's states.
 #[must_use]
 pub fn certify_within(
     echoes: &[Echo],
@@ -147,8 +145,7 @@ pub fn certify_within(
         .iter()
         .any(|prediction| prediction.up.queued || prediction.down.queued);
     let answered = residuals(echoes, &predictions, baseline);
-    // Where a queue may add to the delay, only a packet that comes too early is evidence against
-    // a link.
+    // Where a queue may add to the delay, only an early packet is evidence against the link.
     let misses: Vec<f64> = answered
         .iter()
         .map(|&([_, _, rtt], _)| if exact { rtt.abs() } else { (-rtt).max(0.0) })

@@ -1,15 +1,14 @@
-//! Echoes, as the two halves of a probe know them and both together. Sending and hearing them is the
-//! shaper's business.
+//! Echoes: as each half of a probe knows them, and both together. The shaper sends and receives them.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// Bytes of an echo's packet, which is what a link counts: 20 of IPv4 header, 8 of ICMP header, and
+/// Length of an echo's IP packet, which a link counts: 20 bytes of IPv4 header, 8 of ICMP header, and
 /// the 56 that `ping` sends by default.
 pub const PACKET_BYTES: u32 = 84;
 
-/// One echo and the times of its way, all monotonic.
+/// One echo and its times, all monotonic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Echo {
@@ -36,16 +35,16 @@ impl Echo {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sighting {
-    /// The id of the probe that it belongs to.
+    /// The id of its probe.
     pub id: u16,
-    /// Its number in that.
+    /// The number of the echo in that probe.
     pub seq: u32,
     /// When the plant's kernel received it, monotonic.
     pub t_reach_ns: u64,
 }
 
-/// What the asker of the probe `id` knows, together with what the witness saw of it: the
-/// first sighting of each echo, in whatever order they come.
+/// Adds to the asker's echoes of probe `id` the times at which the witness saw them: the first
+/// sighting of each echo, in whatever order the sightings come.
 #[must_use]
 pub fn merge(echoes: &[Echo], id: u16, sightings: &[Sighting]) -> Vec<Echo> {
     let mut reached: BTreeMap<u32, u64> = BTreeMap::new();
@@ -81,9 +80,9 @@ mod tests {
     }
 
     proptest! {
-        /// Of each echo any number of sightings, in any order, among those of another probe
-        /// and of numbers that were never sent: the first in time is what counts, an echo
-        /// without one did not arrive, and what the asker knew stays.
+        /// Each echo has any number of sightings, in any order, mixed with those of another probe and
+        /// of numbers that were never sent. The earliest counts, an echo without one did not arrive,
+        /// and the asker's data remain.
         #[test]
         fn the_first_sighting_counts_in_whatever_order_they_come(
             delays_ns in prop::collection::vec(prop::collection::vec(1_u64..1000, 0..3), 0..50),

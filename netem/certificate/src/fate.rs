@@ -1,4 +1,4 @@
-//! Whether echoes were lost, and came, where the link said that they would.
+//! Compares the fate of each echo, lost or not, with the one that the link predicts.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -16,21 +16,21 @@ pub struct Fates {
     pub lost_though_due: usize,
 }
 
-/// Crossings of a way that begin within this time of each other meet the same loss: where a
-/// stall lets go of all that waited in it, they say no more than one does.
+/// Crossings of a way that begin within this time of each other meet the same loss. All packets that
+/// a stall releases at once therefore count as one.
 const TOGETHER_NS: u64 = 5_000_000;
 
-/// Crossings of a way so near to a change that either fate was as predicted. One by one they
-/// say nothing; together as many of them must have been lost as were to be.
+/// Crossings of a way so close to a change that either fate agrees with the prediction. One alone
+/// proves nothing; together, as many of them must have been lost as were predicted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Doubtful {
-    /// Were to be lost, but for the nearness of the change.
+    /// Crossings that were predicted to be lost.
     pub(crate) due: usize,
-    /// Echoes that were lost.
+    /// Crossings that were lost.
     pub(crate) lost: usize,
 }
 
-/// What an echo's prediction and its fate say to each other.
+/// The result of comparing an echo's fate with its prediction.
 enum Comparison {
     Agrees,
     Doubtful { due: bool, lost: bool },
@@ -38,9 +38,9 @@ enum Comparison {
     LostThoughDue,
 }
 
-/// Counts the echoes of which prediction and fate differ, and those that either fate suits.
+/// Counts the echoes whose fate differs from the prediction, and those for which either fate agrees.
 pub(crate) fn fates(echoes: &[Echo], predictions: &[Prediction]) -> (Fates, Doubtful) {
-    // What had not come by the last instant that the probe is known to have listened at may
+    // An echo that had not come by the last instant at which the probe is known to have listened may
     // have come later.
     let listened_ns = echoes
         .iter()

@@ -1,16 +1,15 @@
-//! How late the player's packets left: a histogram of fixed size, so that adding to it costs
-//! the same few instructions whenever.
+//! How late the player's packets left: a histogram of fixed size, so that each entry costs the same
+//! few instructions.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Buckets in each doubling, so that a quantile is exact to a sixteenth, 6.25 %.
+/// Buckets per doubling, so that a quantile is exact to a sixteenth, 6.25 %.
 const STEPS: u64 = 16;
-/// Sixteen buckets for each of the doublings of a 64-bit number, and the values below 16 ns
-/// in buckets of their own.
+/// Sixteen buckets for each doubling of a 64-bit number, and one bucket each for the values below 16 ns.
 const BUCKETS: usize = (STEPS * (64 - STEPS.ilog2() as u64 + 1)) as usize;
 
-/// Counts of lateness in nanoseconds.
+/// Counts of lateness, in nanoseconds.
 #[derive(Clone, Debug)]
 pub struct Histogram {
     counts: Box<[u64; BUCKETS]>,
@@ -44,7 +43,7 @@ impl Default for Histogram {
 }
 
 impl Histogram {
-    /// With nothing in it.
+    /// An empty histogram.
     #[must_use]
     pub fn new() -> Self {
         Self {
@@ -55,7 +54,7 @@ impl Histogram {
         }
     }
 
-    /// Counts one of so many nanoseconds.
+    /// Counts a lateness of `ns` nanoseconds.
     pub fn add(&mut self, ns: u64) {
         self.counts[bucket(ns)] += 1;
         self.count += 1;
@@ -63,7 +62,7 @@ impl Histogram {
         self.max_ns = self.max_ns.max(ns);
     }
 
-    /// Zeros if nothing was counted.
+    /// The histogram in five numbers; zeros if it is empty.
     #[must_use]
     pub fn summary(&self) -> Lateness {
         if self.count == 0 {
@@ -78,8 +77,8 @@ impl Histogram {
         }
     }
 
-    /// The upper edge of the bucket in which the count reaches this many thousandths, and no
-    /// more than the maximum.
+    /// The upper edge of the bucket in which the count reaches this many thousandths, but at most the
+    /// maximum.
     fn quantile_us(&self, thousandths: u64) -> f64 {
         let needed = (self.count * thousandths).div_ceil(1000).max(1);
         let mut seen = 0;
@@ -93,8 +92,8 @@ impl Histogram {
     }
 }
 
-/// Below `STEPS` each value has its bucket; from there on the bucket follows from the position
-/// of the highest bit and the four bits after it.
+/// Below `STEPS` each value has its own bucket; above, the position of the highest bit and the four
+/// bits after it give the bucket.
 fn bucket(ns: u64) -> usize {
     let octave = (ns | (STEPS - 1)).ilog2() - (STEPS.ilog2() - 1);
     let step = if octave == 0 {

@@ -1,12 +1,12 @@
-//! Whether a link was the one that was asked for, and the reports of its players.
+//! Decides whether a link was the one asked for, and defines the reports of its players.
 //!
-//! - [`Echo`]: what crossed the link, held by [`certify`] against what the same
-//!   [`Timeline`](link::Timeline) had [predicted](predict); the [`Certificate`] has a [`Verdict`].
-//! - [`PlayerReport`], [`WayPlayed`], [`TcReport`] and their rows: what a player did, as it leaves it
-//!   in its files, and as one [`LinkReport`]; a [`Histogram`] of how late it was.
+//! - [`Echo`]: a packet that crossed the link; [`certify`] compares it with what the same
+//!   [`Timeline`](link::Timeline) [predicts](predict). The [`Certificate`] has a [`Verdict`].
+//! - [`PlayerReport`], [`WayPlayed`], [`TcReport`] and their rows: what a player did, as it writes it
+//!   to its files, and as one [`LinkReport`]; a [`Histogram`] of its lateness.
 //!
-//! All times are nanoseconds of one monotonic clock. There is no clock, socket, file or thread in
-//! this crate: sending echoes and playing a link are the shaper's.
+//! All times are nanoseconds of one monotonic clock. This crate has no clock, socket, file or thread:
+//! the shaper sends echoes and plays links.
 #![forbid(unsafe_code)]
 
 #[allow(clippy::module_inception)]

@@ -1,5 +1,5 @@
-//! The players' reports on a link: by one player of both ways, by one beside each end,
-//! or by virtual time.
+//! The players' reports on a link: from one player of both ways, from one beside each end, or from
+//! virtual time.
 
 use std::net::Ipv4Addr;
 
@@ -136,7 +136,7 @@ impl OneWay {
 }
 
 impl LinkReport {
-    /// Of two players' reports.
+    /// The report of two players, one for each way.
     #[must_use]
     pub fn of_each(up: OneWay, down: OneWay) -> Self {
         Self::Each(EachWay {
@@ -146,7 +146,7 @@ impl LinkReport {
         })
     }
 
-    /// Of virtual time.
+    /// The report of virtual time.
     #[must_use]
     pub fn model() -> Self {
         Self::Model(Model {
@@ -172,7 +172,7 @@ impl LinkReport {
         each.into_iter().flatten()
     }
 
-    /// Packets that players themselves lost. Anything but 0 makes a run invalid.
+    /// Packets that the players themselves lost. Anything but 0 makes a run invalid.
     #[must_use]
     pub fn dropped(&self) -> u64 {
         match self {
@@ -192,7 +192,7 @@ impl LinkReport {
             .copied()
     }
 
-    /// Whether all players had real-time scheduling; so in virtual time, which needs none.
+    /// Whether all players had real-time scheduling; true in virtual time, which needs none.
     #[must_use]
     pub fn is_real_time(&self) -> bool {
         let is_fifo = |scheduling| scheduling == Scheduling::Fifo;
@@ -202,14 +202,14 @@ impl LinkReport {
         }
     }
 
-    /// How exactly the link's times were kept to: webloop always does, tc says it in its reports.
+    /// How exactly the players kept the link's times: webloop's own always does; tc reports it.
     #[must_use]
     pub fn edge(&self) -> Edge {
         self.each().map(OneWay::edge).fold(Edge::USER, Edge::or)
     }
 }
 
-/// The kind is read first, so that an error names the fault within that kind.
+/// Reads the kind first, so that an error names the fault within that kind.
 impl<'de> Deserialize<'de> for LinkReport {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]

@@ -1,6 +1,6 @@
-//! What a player did that shapes one way beside an end, and what two of them did together.
+//! What a player beside an end did that shapes one way, and what two of them did together.
 
-use link::Way;
+use link::{Epoch, Way};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +17,8 @@ pub struct WayPlayed {
     /// What the kernel granted its thread.
     pub scheduling: Scheduling,
     /// The monotonic instant of link time 0.
-    pub epoch_ns: u64,
+    #[serde(rename = "epoch_ns")]
+    pub epoch: Epoch,
     /// When it began to play, monotonic.
     pub started_ns: u64,
     /// When it ended, monotonic.
@@ -61,8 +62,8 @@ impl From<WayReport> for Carried {
 }
 
 impl WayPlayed {
-    /// Packets that this player delivered and the one beside the other end did not get: lost
-    /// by the network between the two, or sent after the other had ended.
+    /// Packets that this player delivered and the one beside the other end did not get: lost by the
+    /// network between them, or sent after the other had stopped.
     #[must_use]
     pub fn astray(&self, other: &Self) -> u64 {
         self.shaped.delivered.saturating_sub(other.carried.packets)
@@ -70,11 +71,11 @@ impl WayPlayed {
 }
 
 impl PlayerReport {
-    /// The report of the link that two players made together, in whatever order they are
-    /// given; `None` if they are not the two ways of one link, with one epoch.
+    /// The report of the link that two players make together, in either order; `None` if they are not
+    /// the two ways of one link with one epoch.
     ///
-    /// What a player lost of the packets that it was to carry is lost on their way. What the
-    /// network between the two lost is not in it: see [`WayPlayed::astray`].
+    /// A packet that a player lost while carrying it counts as lost on its way. Packets that the
+    /// network between the players lost are not included: see [`WayPlayed::astray`].
     #[must_use]
     pub fn of_ways(one: &WayPlayed, other: &WayPlayed) -> Option<Self> {
         let (up, down) = match (one.way, other.way) {
@@ -86,13 +87,13 @@ impl PlayerReport {
             dropped: shaping.shaped.dropped + carrying.carried.dropped,
             ..shaping.shaped
         };
-        (up.epoch_ns == down.epoch_ns).then(|| Self {
+        (up.epoch == down.epoch).then(|| Self {
             scheduling: match (up.scheduling, down.scheduling) {
                 (Scheduling::Fifo, Scheduling::Fifo) => Scheduling::Fifo,
                 _ => Scheduling::Other,
             },
-            epoch_ns: up.epoch_ns,
-            // There is a link while both play.
+            epoch: up.epoch,
+            // The link exists while both play.
             started_ns: up.started_ns.max(down.started_ns),
             ended_ns: up.ended_ns.min(down.ended_ns),
             pauses: [&up.pauses[..], &down.pauses[..]].concat(),
@@ -106,7 +107,7 @@ impl PlayerReport {
 mod tests {
     use super::*;
 
-    /// Of so many packets, all were delivered but those that the port dropped before.
+    /// A report on `packets` packets, all delivered except `dropped`, which the port lost before.
     fn report(packets: u64, dropped: u64) -> WayReport {
         WayReport {
             packets,
@@ -129,7 +130,7 @@ mod tests {
         WayPlayed {
             way,
             scheduling,
-            epoch_ns: 7,
+            epoch: Epoch::at_ns(7),
             started_ns,
             ended_ns: started_ns + 100,
             pauses: Vec::new(),
@@ -157,7 +158,7 @@ mod tests {
         let down = played(Way::Down, 1_000, Scheduling::Fifo);
         assert_eq!(PlayerReport::of_ways(&up, &up), None);
         let of_another = WayPlayed {
-            epoch_ns: 8,
+            epoch: Epoch::at_ns(8),
             ..down.clone()
         };
         assert_eq!(PlayerReport::of_ways(&up, &of_another), None);

@@ -1,9 +1,8 @@
-//! What each echo of a probe should have met: the timeline of the same profile and seed,
-//! asked at the instants at which the echo entered it.
+//! What each echo of a probe should have met: the timeline of the same profile and seed at the
+//! instants when the echo entered the link.
 //!
-//! Pure. The part of a link that depends on other traffic, the queue in front of a rate limit, is
-//! predicted where the player recorded what entered; else the prediction is the least that the
-//! delay can be.
+//! Pure functions. The queue in front of a rate limit depends on other traffic. It is predicted if
+//! the player recorded what entered; otherwise the prediction is the least possible delay.
 
 use link::{Timeline, Way};
 use schemars::JsonSchema;
@@ -12,39 +11,37 @@ use serde::{Deserialize, Serialize};
 use crate::echo::{Echo, PACKET_BYTES};
 use crate::statistics::{median, ms};
 
-/// How far the instant at which a packet meets the link's state may lie from the instant that
-/// is known of it. A packet that comes this close to a change of the state may have met it as
-/// it was before or after.
+/// How far the instant at which a packet meets the link's state may differ from the instant known of
+/// it. A packet this close to a change may have met the state before or after the change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
-    /// How long a state that has ended may still be met.
+    /// How long a state may still act after its end.
     pub before_ns: u64,
-    /// How early one that is to come may be met.
+    /// How early a coming state may act.
     pub after_ns: u64,
-    /// How far a falling delay may be off, where it is followed in steps.
+    /// How far a falling delay may be off, if it is followed in steps.
     pub fall_ns: u64,
 }
 
 impl Edge {
-    /// Of the player in user space. A packet enters the link a few microseconds after the
-    /// instant that is known of it: after the time at which it was handed to the kernel, or
-    /// reached the plant that answers. The player itself decides by the packet's stamp and is
-    /// never late.
+    /// The player in user space. A packet enters the link a few microseconds after the instant known
+    /// of it, at which it was handed to the kernel or reached the plant that answers. The player
+    /// decides by the packet's stamp and is never late.
     pub const USER: Edge = Edge {
         before_ns: 0,
         after_ns: 200_000,
         fall_ns: 0,
     };
 
-    /// Of tc, whose changes take effect when they have been carried out. What is known of
-    /// how late that was makes an edge wider; see [`TcReport::edge`](crate::TcReport::edge).
+    /// The tc player, whose changes act only once they have been carried out. How late they were
+    /// makes the edge wider; see [`TcReport::edge`](crate::TcReport::edge).
     pub const TC: Edge = Edge {
         before_ns: link::STEP_NS,
         after_ns: Edge::USER.after_ns,
         fall_ns: link::STEP_NS / 2,
     };
 
-    /// The wider of the two at either side.
+    /// The wider of two edges on each side.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self {
@@ -55,8 +52,8 @@ impl Edge {
     }
 }
 
-/// The states within an edge are looked at this often. It divides the millisecond in which
-/// loss is decided.
+/// The states within an edge are sampled at this interval. It divides the millisecond in which loss
+/// is decided.
 const LOOK_NS: u64 = 200_000;
 
 /// What a packet should meet on one way.
@@ -64,14 +61,14 @@ const LOOK_NS: u64 = 200_000;
 pub struct Expected {
     /// Its delay, ns.
     pub delay_ns: u64,
-    /// What it may be as well: as before or after a step of the delay that is near, or half a
-    /// step from where a fall is.
+    /// Other delays that are possible: those before or after a nearby step of the delay, or half a
+    /// step from a falling one.
     pub delays_beside_ns: Vec<u64>,
     /// Whether it is lost.
     pub lost: bool,
-    /// Whether a change of that is near, so that either fate is as predicted.
+    /// Whether its loss changes nearby, so that either fate agrees with the prediction.
     pub either_fate: bool,
-    /// Whether there is a queue of which nothing is known: it may delay it more, or drop it.
+    /// Whether there is a queue of unknown length, which may delay it more, or drop it.
     pub queued: bool,
 }
 
@@ -91,8 +88,7 @@ impl Expected {
         for beside_ns in before.chain(after) {
             let beside = timeline.passage(way, beside_ns, PACKET_BYTES);
             let delay_ns = beside.delay_ns;
-            // Where packets wait in order for something, their delay falls by a second each
-            // second. That is no step.
+            // While packets wait in order, their delay falls by one second per second. That is no step.
             match delay_ns.abs_diff(expected.delay_ns) {
                 0 => {}
                 apart_ns if apart_ns > beside_ns.abs_diff(t_ns) => {
@@ -111,8 +107,7 @@ impl Expected {
         expected
     }
 
-    /// How much longer than expected a delay was, in ms, against the nearest of those that it
-    /// may have been.
+    /// How much longer than expected a delay was, in ms, compared with the nearest of the possible delays.
     pub(crate) fn excess_ms(&self, measured_ms: f64) -> f64 {
         let excess_ms = |due_ns: &u64| measured_ms - ms(*due_ns);
         let nearer = |nearest: f64, excess: f64| {
@@ -130,14 +125,14 @@ impl Expected {
 /// What an echo should have met on both ways.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Prediction {
-    /// From the controller, entering when it was sent.
+    /// From the controller; it enters when it was sent.
     pub up: Expected,
-    /// From the plant, entering when it reached that or, if it did not, should have.
+    /// From the plant; it enters when it reached the plant or, if it did not, should have.
     pub down: Expected,
 }
 
 impl Prediction {
-    /// The round trip time; `None` if the echo was to be lost.
+    /// The round-trip time; `None` if the echo should be lost.
     #[must_use]
     pub fn rtt_ns(&self) -> Option<u64> {
         (!self.up.lost && !self.down.lost)
@@ -145,13 +140,13 @@ impl Prediction {
     }
 }
 
-/// Predicts each of the echoes, in their order, through the player in user space.
+/// Predicts each echo, in order, for the player in user space.
 #[must_use]
 pub fn predict(echoes: &[Echo], timeline: &mut Timeline) -> Vec<Prediction> {
     predict_within(echoes, timeline, Edge::USER)
 }
 
-/// Predicts each of the echoes, in their order.
+/// Predicts each echo, in order.
 #[must_use]
 pub fn predict_within(echoes: &[Echo], timeline: &mut Timeline, edge: Edge) -> Vec<Prediction> {
     let up: Vec<Expected> = echoes
@@ -162,8 +157,8 @@ pub fn predict_within(echoes: &[Echo], timeline: &mut Timeline, edge: Edge) -> V
         echo.t_reach_ns
             .unwrap_or(echo.t_send_ns.saturating_add(up.delay_ns))
     };
-    // Paths are asked in order of time and remember only so much, but a link that keeps no
-    // order lets echoes reach the plant in another order than they were sent in.
+    // Paths must be asked in order of time, since they remember only so much; but if a link does not
+    // keep the order, echoes reach the plant in another order than they were sent.
     let mut entries: Vec<(u64, usize)> = echoes.iter().zip(&up).map(entry_ns).zip(0..).collect();
     entries.sort_unstable();
     let mut down: Vec<(usize, Expected)> = entries
@@ -193,12 +188,11 @@ pub struct Baseline {
 impl Baseline {
     /// Medians over echoes through the empty link; `None` if none came back.
     ///
-    /// Where there is no player, as on loopback, there is nothing to take off:
-    /// [`Baseline::default`].
+    /// Without a player, as on loopback, there is nothing to subtract: [`Baseline::default`].
     #[must_use]
     pub fn of(echoes: &[Echo]) -> Option<Self> {
-        // With an epoch that never comes the timeline is the empty link throughout.
-        let mut empty = Timeline::new(&link::Profile::empty(), 0, u64::MAX);
+        // With an epoch that never comes the timeline stays the empty link.
+        let mut empty = Timeline::new(&link::Profile::empty(), 0, link::Epoch::at_ns(u64::MAX));
         let excesses: Vec<[f64; 3]> = echoes
             .iter()
             .zip(predict(echoes, &mut empty))
@@ -213,8 +207,8 @@ impl Baseline {
     }
 }
 
-/// How much longer than predicted the way up, the way down and the round trip of an echo
-/// were, ms; `None` if it was not answered.
+/// How much longer than predicted an echo's way up, way down and round trip were, ms; `None` if it
+/// was not answered.
 pub(crate) fn excesses_ms(echo: &Echo, prediction: &Prediction) -> Option<[f64; 3]> {
     let (reach, back) = (echo.t_reach_ns?, echo.t_back_ns?);
     let up = prediction

@@ -1,7 +1,7 @@
-//! What a player says of both ways: a row each second, and a report at the end. What two players
-//! that shape a way each report together is in [`played`](crate::played).
+//! What a player reports on both ways: a row each second, and a report at the end.
+//! [`played`](crate::played) has what two players report together that shape a way each.
 
-use link::Way;
+use link::{Epoch, Way};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ use crate::scheduling::Scheduling;
 pub struct LinkRow {
     /// The end of the second, monotonic.
     pub t_ns: u64,
-    /// The direction that it is about.
+    /// The direction that the row describes.
     pub way: Way,
     /// IPv4 packets that entered.
     pub packets: u64,
@@ -26,9 +26,9 @@ pub struct LinkRow {
     pub lost: u64,
     /// Packets that found the link's queue full.
     pub overflow: u64,
-    /// Frames that were no IPv4, or a stranger's, and are not forwarded.
+    /// Frames without IPv4, or from an unknown sender, which are not forwarded.
     pub foreign: u64,
-    /// Packets that the player itself lost, which it must not.
+    /// Packets that the player itself lost; it should lose none.
     pub dropped: u64,
     /// Mean lateness of the departures, us; 0 if there were none.
     pub late_mean_us: f64,
@@ -81,7 +81,8 @@ pub struct PlayerReport {
     /// What the kernel granted the player's thread.
     pub scheduling: Scheduling,
     /// The monotonic instant of link time 0.
-    pub epoch_ns: u64,
+    #[serde(rename = "epoch_ns")]
+    pub epoch: Epoch,
     /// When it began to play, monotonic.
     pub started_ns: u64,
     /// When it ended, monotonic.

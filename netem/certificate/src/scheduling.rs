@@ -1,4 +1,4 @@
-//! How a player's thread was scheduled. Asking for it is the shaper's business.
+//! How a player's thread was scheduled. The shaper requests it.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

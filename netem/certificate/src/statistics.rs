@@ -21,8 +21,8 @@ pub struct RttStatistics {
 }
 
 impl RttStatistics {
-    /// Of so many echoes sent, and the round trips of those that were answered. The times
-    /// are zeros if none was.
+    /// Statistics of `sent` echoes and the round trips of the answered ones. The times are 0 if none
+    /// was answered.
     #[must_use]
     pub fn of(sent: usize, rtts_ms: &[f64]) -> Self {
         if rtts_ms.is_empty() {
@@ -48,7 +48,7 @@ impl RttStatistics {
     }
 }
 
-/// The least value that at least a share `q` of the values do not exceed; 0 of none.
+/// The least value that at least a share `q` of the values do not exceed; 0 without values.
 pub(crate) fn quantile(sorted: &[f64], q: f64) -> f64 {
     let rank = (q * sorted.len() as f64).ceil().max(1.0) as usize;
     sorted.get(rank - 1).copied().unwrap_or(0.0)
@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn two_round_trips_of_four_echoes_by_hand() {
-        // Mean of 1 and 3 is 2, each lies 1 from it, and half were lost.
+        // The mean of 1 and 3 is 2, each lies 1 from it, and half were lost.
         assert_eq!(
             RttStatistics::of(4, &[1.0, 3.0]),
             RttStatistics {

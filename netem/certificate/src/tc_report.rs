@@ -1,6 +1,6 @@
-//! What the tc player says of its way: a row each second, and a report at the end.
+//! What the tc player reports on its way: a row each second, and a report at the end.
 
-use link::Way;
+use link::{Epoch, Way};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -14,9 +14,9 @@ use crate::scheduling::Scheduling;
 /// alone, so that a column can be summed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TcRow {
-    /// When the counters were asked for, monotonic.
+    /// When the counters were read, monotonic.
     pub t_ns: u64,
-    /// The direction that it is about.
+    /// The direction that the row describes.
     pub way: Way,
     /// Packets that left, ARP and the like included.
     pub delivered: u64,
@@ -26,13 +26,13 @@ pub struct TcRow {
     pub lost: u64,
     /// Packets that may have found the link's queue full.
     pub overflow: u64,
-    /// Packets that the player itself may have lost, which it must not.
+    /// Packets that the player itself may have lost; it should lose none.
     pub dropped: u64,
     /// Packets in netem at the end of the second: under way, or in the queue.
     pub queued: u64,
     /// Changes of the setting.
     pub changes: u64,
-    /// Mean lateness of these, us; 0 if there were none.
+    /// Mean lateness of the changes, us; 0 if there were none.
     pub late_mean_us: f64,
     /// Greatest lateness of a change, us.
     pub late_max_us: f64,
@@ -49,7 +49,8 @@ pub struct TcReport {
     /// What the kernel granted the player's thread, and with it tc.
     pub scheduling: Scheduling,
     /// The monotonic instant of link time 0.
-    pub epoch_ns: u64,
+    #[serde(rename = "epoch_ns")]
+    pub epoch: Epoch,
     /// When it began to play, monotonic.
     pub started_ns: u64,
     /// When it ended, monotonic.
@@ -82,8 +83,8 @@ pub struct TcReport {
 const WIDEST_EDGE_NS: u64 = 5_000_000;
 
 impl TcReport {
-    /// The edge of the link's states as it was played: how late 99 of 100 changes were handed
-    /// over, and how long tc took over one as a rule. At least a step, at most 5 ms.
+    /// The edge of the link's states as played: the lateness at which 99 of 100 changes were handed
+    /// over, plus tc's median time for a change. At least a step, at most 5 ms.
     #[must_use]
     pub fn edge(&self) -> Edge {
         let late_us = self.traffic.lateness.p99_us + self.answer.p50_us;

@@ -1,8 +1,8 @@
-//! When a link counts as the one that was asked for: the limits, each with its reason.
+//! When a link counts as the one asked for: the limits, each with its reason.
 //!
-//! On a quiet machine half of the round trips lie within 0.1 ms of their prediction and 99 %
-//! within 1 ms. The limits are wider: they have to tell a link that is missing, or another
-//! one, from the right one on a machine that is busy.
+//! On a quiet machine half of the round trips lie within 0.1 ms of their prediction and 99 % within 1
+//! ms. The limits are wider: on a busy machine, too, they have to tell the right link from a missing
+//! or another one.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,60 +10,62 @@ use serde::{Deserialize, Serialize};
 use crate::fate::{Doubtful, Fates};
 use crate::prediction::{Baseline, Edge};
 
-/// Fewer answers than these can neither prove nor refute a tail of one in fifty.
+/// Fewer answers than this can neither prove nor refute a tail of one in fifty.
 pub const ANSWERS_NEEDED: usize = 20;
 
-/// Half of the round trips must lie this close to their prediction. It is five times what a
-/// quiet machine gives, and less than half of the shortest round trip in the paper, so no
-/// link at all is not taken for a short one.
+/// Half of the round trips must lie this close to their prediction. It is five times the value of a
+/// quiet machine, and less than half of the shortest round trip in the paper, so that a missing link
+/// does not pass for a short one.
 const MEDIAN_LIMIT_MS: f64 = 0.5;
 
-/// Predicting each echo must beat predicting the same for all: the median residual must be
-/// at most this share of the median distance of the predictions from their own median.
-/// Against a link of the same law and another seed it would be about 1.4, which is the
-/// spread of a difference of two independent draws.
+/// Predicting each echo must be better than predicting the same for all: the median residual must be
+/// at most this share of the median distance of the predictions from their own median. For a link of
+/// the same law and another seed the ratio would be about 1.4, the spread of a difference of two
+/// independent draws.
 const UNEXPLAINED_LIMIT: f64 = 0.7;
 
-/// That comparison is left out where the predictions' median distance is less than this, a
-/// link as good as constant.
+/// That comparison is left out if the predictions' median distance is less than this, because the
+/// link is almost constant.
 const SPREAD_NEEDED_MS: f64 = 0.1;
 
-/// A round trip this far from its prediction, and a tenth of the prediction on top, is astray.
-/// A processor that is taken away from the player for a time slice or two gives less than the
-/// first. The second is for the end of a stall: what it lets go at that instant takes its time
-/// to send, 20 ms for the 6700 packets of a client that sent at 1 kHz for 1.3 s. A stall that
-/// came at another time is off by all of its length.
+/// A round trip is astray if it misses its prediction by more than this plus a tenth of the
+/// prediction. A player that loses its processor for a time slice or two causes less than the first
+/// part. The second part is for the end of a stall: the packets that it releases at once take time to
+/// send, 20 ms for the 6700 packets of a client that sent at 1 kHz for 1.3 s. A stall that comes at
+/// another time is off by its whole length.
 const ASTRAY_MS: f64 = 10.0;
 
 /// The share of a round trip that is added to [`ASTRAY_MS`].
 const ASTRAY_SHARE: f64 = 0.1;
 
-/// Whether a round trip that misses its prediction by so much is astray.
+/// Whether a round trip that misses its prediction by `miss_ms` is astray.
 pub(crate) fn is_astray(miss_ms: f64, predicted_ms: f64) -> bool {
     miss_ms > ASTRAY_MS + ASTRAY_SHARE * predicted_ms
 }
 
-/// An echo is quicker than the link only by more than this: the edges of its states are known to less.
+/// An echo counts as quicker than the link only by more than this, since the edges of its states are
+/// not known more exactly.
 const QUICKER_MS: f64 = 0.5;
 
-/// Whether a way that took so much longer than predicted, less if negative, was quicker than the link.
+/// Whether a way with this residual, measured minus predicted, was quicker than the link.
 pub(crate) fn is_quicker(residual_ms: f64) -> bool {
     residual_ms < -QUICKER_MS
 }
 
-/// At most one echo in so many may be quicker than the link, or have come though it was to be lost,
-/// and one on top, before another link is the only explanation.
+/// One echo in this many, plus one, may be quicker than the link or have come although it should have
+/// been lost. With more, another link is the only explanation.
 const ECHOES_PER_IMPOSSIBLE: usize = 100;
 
-/// Whether so many impossible echoes are more than a little error of a clock.
+/// Whether this many impossible echoes are more than a small clock error explains.
 pub(crate) fn are_too_many(impossible: usize, sent: usize) -> bool {
     impossible > 1 + sent / ECHOES_PER_IMPOSSIBLE
 }
 
-/// How many echoes may be quicker than the link. Where it is played in changes, those that come later
-/// than the edge says let an older state act for longer: on a quiet machine one in a hundred, and an echo
-/// crosses two ways; in an emulated kernel on one core, where this was one to five echoes in a hundred,
-/// more. Around a link go all of them, and by another seed's half.
+/// How many echoes may be quicker than the link. If the link is played in changes (tc), a change that
+/// is later than the edge lets the older state act for longer. On a quiet machine this is one change
+/// in a hundred, and an echo crosses two ways; in an emulated kernel on one core it is more, and one
+/// to five echoes in a hundred were quicker. If the traffic bypasses the link, all echoes are
+/// quicker; with another seed, half of them.
 pub(crate) fn most_quicker(sent: usize, edge: Edge) -> usize {
     let share = match edge.before_ns {
         0 => 1,
@@ -72,22 +74,23 @@ pub(crate) fn most_quicker(sent: usize, edge: Edge) -> usize {
     1 + share * sent / ECHOES_PER_IMPOSSIBLE
 }
 
-/// What the empty link costs each way, at most: an interrupt, a wake and a copy or two on a machine
-/// that is slow. More is a delay that somebody else adds, and would be taken off what is measured.
+/// Most that the empty link may cost each way: an interrupt, a wake-up and a copy or two on a slow
+/// machine. More than that is a delay that something else adds, which would be subtracted from the
+/// measurement.
 const BASELINE_LIMIT_MS: f64 = 1.5;
 
-/// At most this share of the echoes may be astray. A link whose stalls come at other times
-/// leads more of them astray than that.
+/// At most this share of the echoes may be astray. A link whose stalls come at other times makes more
+/// of them astray.
 const ASTRAY_LIMIT: f64 = 0.02;
 
-/// At most one echo in so many may have a fate other than predicted, rounded down: none in
-/// the first 499. It takes an interruption at the wrong microsecond on top of a change of
-/// the link's state.
+/// At most one echo in this many may have a fate other than predicted, rounded down: none in the
+/// first 499. Such an echo takes an interruption at the wrong microsecond as well as a change of the
+/// link's state.
 const ECHOES_PER_WRONG_FATE: usize = 500;
 
-/// Losses that were due and losses that were found, near changes of the link's state, may
-/// differ by so many standard deviations of their sum, and by one. That is a false alarm in
-/// some hundreds of runs, and eleven losses of which none came about are found out.
+/// Predicted losses and actual losses near changes of the link's state may differ by this many
+/// standard deviations of their sum, plus one. That is one false alarm in some hundreds of runs, and
+/// it detects eleven predicted losses of which none happened.
 const LOSS_DEVIATIONS: f64 = 3.0;
 
 /// Whether the link was the one that was asked for.
@@ -100,19 +103,19 @@ pub enum Verdict {
     Broken(Vec<String>),
 }
 
-/// All that the verdict rests on.
+/// The evidence for the verdict.
 pub(crate) struct Evidence {
     /// Echoes sent.
     pub(crate) sent: usize,
     /// Echoes answered.
     pub(crate) answered: usize,
-    /// Whether delays could be predicted, and not only their least values.
+    /// Whether delays could be predicted exactly, not only their least values.
     pub(crate) exact: bool,
     /// Answered echoes that were quicker than the link.
     pub(crate) quicker: usize,
-    /// How many of them there may be.
+    /// How many of them are allowed.
     pub(crate) most_quicker: usize,
-    /// What the empty link costs.
+    /// The cost of the empty link.
     pub(crate) baseline: Baseline,
     /// Median distance of a round trip from its prediction.
     pub(crate) median_ms: f64,
@@ -120,7 +123,7 @@ pub(crate) struct Evidence {
     pub(crate) spread_ms: f64,
     /// Share of round trips that are astray.
     pub(crate) astray: f64,
-    /// Fates other than predicted.
+    /// Echoes with a fate other than predicted.
     pub(crate) fates: Fates,
     /// Losses near changes.
     pub(crate) doubtful: Doubtful,
@@ -151,7 +154,7 @@ impl Evidence {
                 self.fates.came_though_lost, self.sent
             ));
         }
-        // A full queue is no fault of the link.
+        // A full queue is not a fault of the link.
         if self.exact && self.fates.lost_though_due > wrong_fates {
             reasons.push(format!(
                 "{} of {} echoes were lost when the link should have carried them (limit \
@@ -161,7 +164,7 @@ impl Evidence {
         }
         let Doubtful { due, lost } = self.doubtful;
         let deviation = ((due + lost) as f64).sqrt();
-        // A full queue is no fault of the link.
+        // A full queue is not a fault of the link.
         let counts = self.exact || lost < due;
         if counts && due.abs_diff(lost) as f64 > 1.0 + LOSS_DEVIATIONS * deviation {
             reasons.push(format!(

@@ -3,13 +3,14 @@
 #![allow(clippy::unwrap_used)]
 
 use certificate::{Baseline, Certificate, Echo, Edge, Verdict, certify, certify_within};
-use link::{Change, Profile, Staircase, Timeline, Way};
+use link::{Change, Epoch, LinkTime, Profile, Staircase, Timeline, Way};
 use proptest::prelude::*;
 
 const MS: u64 = 1_000_000;
 const SECOND: u64 = 1_000 * MS;
 /// Any instant will do; a machine has been up for an hour, say.
 const EPOCH_NS: u64 = 3_600 * SECOND;
+const EPOCH: Epoch = Epoch::at_ns(EPOCH_NS);
 
 fn builtin(name: &str) -> Profile {
     Profile::parse(Profile::builtin(name).unwrap(), name).unwrap()
@@ -28,7 +29,7 @@ fn cross(
     interval_ns: u64,
     mut late_ns: impl FnMut(u32) -> u64,
 ) -> Vec<Echo> {
-    let mut timeline = Timeline::new(profile, seed, EPOCH_NS);
+    let mut timeline = Timeline::new(profile, seed, EPOCH);
     (0..count)
         .map(|seq| {
             let t_send_ns = EPOCH_NS + u64::from(seq) * interval_ns;
@@ -49,17 +50,17 @@ fn cross(
 }
 
 fn judge(echoes: &[Echo], profile: &Profile, seed: u64) -> Certificate {
-    certify(echoes, profile, seed, EPOCH_NS, Baseline::default())
+    certify(echoes, profile, seed, EPOCH, Baseline::default())
 }
 
 fn judge_tc(echoes: &[Echo], profile: &Profile, seed: u64) -> Certificate {
-    let timeline = Timeline::new(profile, seed, EPOCH_NS);
+    let timeline = Timeline::new(profile, seed, EPOCH);
     certify_within(echoes, timeline, Baseline::default(), Edge::TC)
 }
 
 /// As wide as an edge gets.
 fn judge_late_tc(echoes: &[Echo], profile: &Profile, seed: u64) -> Certificate {
-    let timeline = Timeline::new(profile, seed, EPOCH_NS);
+    let timeline = Timeline::new(profile, seed, EPOCH);
     let edge = Edge {
         before_ns: 5 * MS,
         ..Edge::TC
@@ -107,7 +108,7 @@ fn the_baseline_takes_off_what_the_empty_link_costs() {
     assert!((baseline.up_ms - 0.03).abs() < 1e-6 && (baseline.rtt_ms - 0.06).abs() < 1e-6);
     let buccoo = builtin("buccoo");
     let echoes = cross(&buccoo, 3, 400, 10 * MS, |_| 30_000);
-    let certificate = certify(&echoes, &buccoo, 3, EPOCH_NS, baseline);
+    let certificate = certify(&echoes, &buccoo, 3, EPOCH, baseline);
     assert!(certificate.residuals.rtt.median_ms < 0.001);
 }
 
@@ -186,7 +187,7 @@ fn a_busy_machine_raises_no_false_alarm() {
                 down_ms: 0.042,
                 rtt_ms: 0.1,
             };
-            let certificate = certify(&echoes, &asked, seed, EPOCH_NS, baseline);
+            let certificate = certify(&echoes, &asked, seed, EPOCH, baseline);
             assert_eq!(
                 certificate.verdict,
                 Verdict::Holds,
@@ -263,10 +264,10 @@ fn behind_a_rate_limit_the_queue_is_known_where_it_is_known_what_entered() {
         packets.push((t_ns + 100_000, 84));
     }
     let through = |rate: &str| {
-        let mut link = Timeline::new(&narrow(rate), 1, EPOCH_NS);
+        let mut link = Timeline::new(&narrow(rate), 1, EPOCH);
         let mut echoes = Vec::new();
         for &(t_ns, bytes) in &packets {
-            let link::Fate::Deliver { at_ns } = link.transmit(Way::Up, t_ns, bytes) else {
+            let link::Fate::Deliver { at: at_ns } = link.transmit(Way::Up, t_ns, bytes) else {
                 panic!("the queue has room");
             };
             if bytes == 84 {
@@ -284,7 +285,7 @@ fn behind_a_rate_limit_the_queue_is_known_where_it_is_known_what_entered() {
         let back = echoes
             .iter()
             .filter_map(|echo| Some((echo.t_reach_ns?, 84)));
-        let timeline = Timeline::new(&narrow("1mbit"), 1, EPOCH_NS)
+        let timeline = Timeline::new(&narrow("1mbit"), 1, EPOCH)
             .with_load(Way::Up, packets.iter().copied())
             .with_load(Way::Down, back);
         certify_within(echoes, timeline, Baseline::default(), Edge::USER)
@@ -303,16 +304,16 @@ fn behind_a_rate_limit_the_queue_is_known_where_it_is_known_what_entered() {
 fn cross_tc(profile: &Profile, seed: u64, count: u32, interval_ns: u64) -> Vec<Echo> {
     let mut ways = [Way::Up, Way::Down].map(|way| {
         let mut staircase = Staircase::new(profile, seed, way);
-        let mut next = staircase.next_before(1);
+        let mut next = staircase.next_before(LinkTime::ZERO.after(1));
         let (mut in_force, mut last_ns) = (None, 0);
         move |t_ns: u64| {
-            let link_ns = t_ns - EPOCH_NS;
-            let late_ns = |change: &Change| change.t_ns * 7 % 500_000;
+            let now = EPOCH.link_time(t_ns).unwrap();
+            let late_ns = |change: &Change| change.at.ns() * 7 % 500_000;
             while let Some(change) = next
-                && (change.t_ns == 0 || change.t_ns + late_ns(&change) <= link_ns)
+                && (change.at == LinkTime::ZERO || change.at.after(late_ns(&change)) <= now)
             {
                 in_force = Some(change.setting);
-                next = staircase.next_before(link_ns + SECOND);
+                next = staircase.next_before(now.after(SECOND));
             }
             let setting = in_force.unwrap();
             last_ns = (t_ns + u64::from(setting.delay_us) * 1_000).max(last_ns);

@@ -1,4 +1,4 @@
-//! A profile in plain words, with what `ping` will see and what it should.
+//! A profile in plain words, with the round trips that `ping` will see and those that it should see.
 
 use std::fmt::Write as _;
 
@@ -266,7 +266,7 @@ fn row(text: &mut String, name: &str, cells: &[String; 5]) {
     );
 }
 
-/// A time in the unit in which it reads best, to four digits.
+/// A time to four digits, in the unit that reads best.
 fn time(ns: f64) -> String {
     let (scale, unit) = match ns {
         _ if ns >= 1e9 => (1e9, "s"),

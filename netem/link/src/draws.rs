@@ -1,14 +1,13 @@
-//! Seeded uniform draws that can be asked for in any order.
+//! Seeded uniform draws that can be requested in any order.
 //!
-//! ChaCha is a function from a counter to bits, so draw number `index` of a
-//! stream exists without its predecessors: that is what makes a link's state a
-//! function of time. Nothing here knows what the draws are for.
+//! ChaCha maps a counter to bits, so draw number `index` of a stream exists without its predecessors;
+//! this makes a link's state a function of time. This file does not know what the draws are for.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-/// Draws that are computed at once: the four ChaCha blocks (256 bytes) that the
-/// generator fills its own buffer with.
+/// Number of draws computed at once: the four ChaCha blocks (256 bytes) with which the generator
+/// fills its own buffer.
 const BATCH: u64 = 32;
 
 /// One stream of independent draws, uniform on the open interval (0, 1).
@@ -46,22 +45,22 @@ impl Draws {
         let start = (index - first) as usize * 8;
         let mut bytes = [0; 8];
         bytes.copy_from_slice(&self.batch[start..start + 8]);
-        // 52 bits and a half: exact in an f64, never 0 and never 1, so that no
-        // quantile function is asked for its infinite ends.
+        // 52 bits and a half: exact in an f64, never 0 and never 1, so that no quantile function is
+        // evaluated at its infinite ends.
         ((u64::from_le_bytes(bytes) >> 12) as f64 + 0.5) / (1_u64 << 52) as f64
     }
 }
 
-/// Where in its interval echo `seq` of a series leaves: uniform on it, by the link's seed and the series'
-/// number, so that nothing that keeps a period can pass between echoes.
+/// When in its interval echo `seq` of a series is sent: uniformly distributed, by the link's seed and
+/// the number of the series, so that no periodic disturbance can always fall between echoes.
 #[must_use]
 pub fn within_ns(seed: u64, series: u16, seq: u32, interval_ns: u64) -> u64 {
     let draw = mix(seed ^ (u64::from(series) << 32 | u64::from(seq)));
-    // The upper half of the product: below the interval.
+    // The upper half of the product is less than the interval.
     ((u128::from(draw) * u128::from(interval_ns)) >> 64) as u64
 }
 
-/// A number's bits, mixed: the last step of splitmix64 (Steele, Lea and Flood, 2014).
+/// Mixes the bits of a number: the last step of splitmix64 (Steele, Lea and Flood, 2014).
 fn mix(number: u64) -> u64 {
     let mut z = number.wrapping_add(0x9E37_79B9_7F4A_7C15);
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -92,7 +91,7 @@ mod tests {
 
     #[test]
     fn the_mean_of_a_hundred_thousand_draws_is_a_half() {
-        // Standard error: 1/sqrt(12 n) = 0.0009; five of them.
+        // Standard error: 1/sqrt(12 n) = 0.0009; the limit is five of them.
         let mut draws = Draws::new(7, b"up.level");
         let n = 100_000;
         let mean = (0..n).map(|i| draws.at(i)).sum::<f64>() / n as f64;
@@ -101,7 +100,7 @@ mod tests {
 
     #[test]
     fn the_first_draws_are_the_same_on_every_machine_and_in_every_version() {
-        // A change here changes every recorded run: it needs a new major version.
+        // A change here changes every recorded run, so it needs a new major version.
         let mut draws = Draws::new(42, b"up.level");
         let first: Vec<String> = (0..10)
             .map(|i| format!("{:016x}", draws.at(i).to_bits()))

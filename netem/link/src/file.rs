@@ -1,13 +1,13 @@
-//! A profile as it is written in TOML: the keys, nothing checked but their kind.
+//! A profile as written in TOML: its keys, of which only the types are checked.
 //!
-//! Values carry their place in the source. No flattened, untagged or internally
-//! tagged types: serde would buffer the values of these and lose their place.
+//! Values keep their position in the source. No flattened, untagged or internally tagged types: serde
+//! would buffer their values and lose the positions.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 
-/// A quantity with its place.
+/// A quantity with its position.
 type Text = Spanned<String>;
 
 /// A link between the controller and the plant.
@@ -259,8 +259,7 @@ pub(crate) struct StepFile {
     pub(crate) rate: Option<Text>,
 }
 
-/// The JSON schema of a profile, for editors: what is committed as
-/// `netem/profiles/profile.schema.json`.
+/// The JSON schema of a profile, for editors; committed as `netem/profiles/profile.schema.json`.
 #[must_use]
 pub fn schema() -> String {
     let schema = schemars::schema_for!(ProfileFile);

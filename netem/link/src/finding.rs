@@ -1,4 +1,4 @@
-//! Errors and warnings in a profile's source, with their places.
+//! Errors and warnings about a profile's source, with their positions.
 
 use std::ops::Range;
 
@@ -6,31 +6,31 @@ use toml::Spanned;
 
 use crate::unit;
 
-/// How bad a finding is.
+/// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
     /// The profile cannot be played.
     Error,
-    /// The profile can be played, but says something its author may not mean.
+    /// The profile can be played, but its author may have meant something else.
     Warning,
 }
 
-/// One thing that is wrong, or odd, in a profile's source.
+/// An error or an oddity in a profile's source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Finding {
-    /// How bad it is.
+    /// Its severity.
     pub severity: Severity,
     /// What is wrong, with the value.
     pub message: String,
     /// What to do about it.
     pub remedy: String,
-    /// The key's dotted path, such as `both.delay.hold`; empty where the source
-    /// cannot be read far enough to know.
+    /// The key's dotted path, such as `both.delay.hold`; empty if the source cannot be read far
+    /// enough to know it.
     pub field: String,
     /// File name or other origin of the source.
     pub origin: String,
-    /// Bytes of the source that it is about.
+    /// Byte range of the source that it refers to.
     pub span: Range<usize>,
     /// Line, from 1.
     pub line: usize,
@@ -67,7 +67,7 @@ impl std::fmt::Display for Finding {
     }
 }
 
-/// The findings of one reading, as they come up.
+/// Collects the findings while a source is read.
 pub(crate) struct Findings<'a> {
     source: &'a str,
     origin: &'a str,
@@ -134,13 +134,13 @@ impl<'a> Findings<'a> {
         });
     }
 
-    /// A time in ns; `None` is an error that has been noted.
+    /// A time in ns; `None` after an error, which is recorded.
     pub(crate) fn duration_ns(&mut self, field: &str, text: &Spanned<String>) -> Option<f64> {
         let remedy = "write a time of zero or more with its unit, such as \"10ms\" (ns, us, ms, s)";
         self.quantity(field, text, unit::duration_ns, remedy)
     }
 
-    /// A time that is more than zero.
+    /// A time greater than zero, in ns.
     pub(crate) fn positive_ns(&mut self, field: &str, text: &Spanned<String>) -> Option<f64> {
         let value_ns = self.duration_ns(field, text)?;
         if value_ns == 0.0 {
@@ -157,7 +157,7 @@ impl<'a> Findings<'a> {
         self.quantity(field, text, unit::share, remedy)
     }
 
-    /// A rate in bit/s that is more than zero.
+    /// A rate greater than zero, in bit/s.
     pub(crate) fn rate_bps(&mut self, field: &str, text: &Spanned<String>) -> Option<u64> {
         let remedy = "write bits a second, such as \"1mbit\" (bit, kbit, mbit, gbit; tc's kbps \
                       means kilobytes a second and is not accepted)";

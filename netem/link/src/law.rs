@@ -1,8 +1,7 @@
-//! Distributions of times, as quantile functions: `u` in (0, 1) to nanoseconds.
+//! Distributions of times, as quantile functions: from `u` in (0, 1) to nanoseconds.
 //!
-//! Every draw is an inverse-CDF transform of one uniform draw, on `libm`: the
-//! same seed gives the same bits on every machine. What a law means for a link
-//! (level, stall) is said where it is used.
+//! Every draw is an inverse-CDF transform of one uniform draw, with `libm`: the same seed gives the same bits
+//! on every machine. What a law means for a link (level, stall) is described where it is used.
 
 use std::sync::Arc;
 
@@ -10,14 +9,14 @@ use serde::Serialize;
 
 use crate::special::{self, Tails};
 
-/// Points of a computed quantile table. They lie 0.036 apart on the logit scale,
-/// where a straight line is off a tail by 0.036^2 / 12 = 1e-4 of its scale.
+/// Number of points of a computed quantile table. They are 0.036 apart on the logit scale, where
+/// linear interpolation is off in a tail by 0.036^2 / 12 = 1e-4 of its scale.
 const NODES: usize = 2049;
-/// The table's ends on the logit scale: ln(u / (1 - u)) of the smallest and the
-/// largest uniform draw is -36.7 and 36.7.
+/// End of the table on the logit scale: ln(u / (1 - u)) of the smallest and the largest uniform draw
+/// is -36.7 and 36.7.
 const LOGIT_END: f64 = 37.0;
-/// Cells over which a law's mean is summed; what they cut off an exponential
-/// tail is a fifty-thousandth of it.
+/// Number of cells over which a law's mean is summed; they cut off a fifty-thousandth of an
+/// exponential tail.
 const MEAN_CELLS: u32 = 20_000;
 
 /// The form of a law, with its parameters in nanoseconds.
@@ -27,15 +26,15 @@ const MEAN_CELLS: u32 = 20_000;
 pub(crate) enum Form {
     /// Always the same value.
     Constant { value_ns: f64 },
-    /// Every value between two ends alike.
+    /// All values between two limits equally likely.
     Uniform { min_ns: f64, max_ns: f64 },
-    /// The normal law; who uses it has to clip what falls below zero.
+    /// The normal law; its user has to clip values below zero.
     Normal { mean_ns: f64, sd_ns: f64 },
     /// The exponential law.
     Exponential { mean_ns: f64 },
     /// The gamma law by its moments: shape (mean/sd)^2, scale sd^2/mean.
     Gamma { mean_ns: f64, sd_ns: f64 },
-    /// The beta law between two ends, by its moments.
+    /// The beta law between two limits, by its moments.
     Beta {
         min_ns: f64,
         max_ns: f64,
@@ -44,8 +43,7 @@ pub(crate) enum Form {
     },
     /// The Pareto law: P(X > x) = (scale / x)^shape from `scale_ns` on.
     Pareto { scale_ns: f64, shape: f64 },
-    /// Points (probability, value) of the quantile function, straight lines
-    /// between them.
+    /// Points (probability, value) of the quantile function, joined by straight lines.
     Table { points: Vec<(f64, f64)> },
 }
 
@@ -55,15 +53,14 @@ pub(crate) struct Law {
     form: Form,
     min_ns: f64,
     max_ns: f64,
-    /// Of the clipped law.
+    /// Mean of the clipped law.
     mean_ns: f64,
     #[serde(skip)]
     table: Arc<[(f64, f64)]>,
 }
 
 impl Law {
-    /// A law, its values clipped to `min_ns..=max_ns`. The caller has checked
-    /// the parameters: this is what the resolver does.
+    /// A law with its values clipped to `min_ns..=max_ns`. The resolver has checked the parameters.
     pub(crate) fn new(form: Form, min_ns: f64, max_ns: f64) -> Self {
         let table = match &form {
             Form::Normal { mean_ns, sd_ns } => tabulate(
@@ -109,7 +106,7 @@ impl Law {
         law
     }
 
-    /// The exponential law, not clipped.
+    /// The exponential law, unclipped.
     pub(crate) fn exponential(mean_ns: f64) -> Self {
         Self {
             form: Form::Exponential { mean_ns },
@@ -120,22 +117,22 @@ impl Law {
         }
     }
 
-    /// The least and the greatest value to which draws are clipped.
+    /// The least and the greatest value after clipping.
     pub(crate) fn limits_ns(&self) -> (f64, f64) {
         (self.min_ns, self.max_ns)
     }
 
-    /// The law's form, before it is clipped.
+    /// The law's form, before clipping.
     pub(crate) fn form(&self) -> &Form {
         &self.form
     }
 
-    /// The quantile at `u`, which lies in the open interval (0, 1).
+    /// The quantile at `u` in the open interval (0, 1).
     pub(crate) fn quantile_ns(&self, u: f64) -> f64 {
         self.raw_ns(u).clamp(self.min_ns, self.max_ns)
     }
 
-    /// The quantile before it is clipped.
+    /// The quantile before clipping.
     pub(crate) fn raw_ns(&self, u: f64) -> f64 {
         match &self.form {
             Form::Constant { value_ns } => *value_ns,
@@ -164,8 +161,8 @@ impl Law {
     }
 }
 
-/// Quantiles at probabilities that are evenly spaced on the logit scale, which
-/// resolves both tails alike; `ends` enclose them all.
+/// Quantiles at probabilities evenly spaced on the logit scale, which resolves both tails equally;
+/// all quantiles lie between `ends`.
 fn tabulate(tails: impl Fn(f64) -> Tails, ends: (f64, f64)) -> Arc<[(f64, f64)]> {
     let mut low = ends.0;
     (0..NODES)
@@ -173,7 +170,7 @@ fn tabulate(tails: impl Fn(f64) -> Tails, ends: (f64, f64)) -> Arc<[(f64, f64)]>
             let logit = LOGIT_END * (2.0 * node as f64 / (NODES - 1) as f64 - 1.0);
             let below = 1.0 / (1.0 + libm::exp(-logit));
             let above = 1.0 / (1.0 + libm::exp(logit));
-            // The smaller tail is compared: it is the one with the digits.
+            // Compares the smaller tail, which has the significant digits.
             let excess = |x: f64| {
                 let tails = tails(x);
                 if below < above {
@@ -188,8 +185,8 @@ fn tabulate(tails: impl Fn(f64) -> Tails, ends: (f64, f64)) -> Arc<[(f64, f64)]>
         .collect()
 }
 
-/// The root of an increasing function between two points: false position with
-/// the Illinois correction, until the bracket is a billionth of the range.
+/// The root of an increasing function between two points, by false position with the Illinois
+/// correction, until the bracket is narrower than 1e-10 of the range.
 fn root(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     const STEPS: usize = 200;
     let narrow = 1e-10 * (high - low).abs();
@@ -202,7 +199,7 @@ fn root(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
         if f_high <= 0.0 || high - low <= narrow {
             return high;
         }
-        // Every third step halves the bracket: a flat tail cannot stall it.
+        // Every third step halves the bracket, so that a flat tail cannot stall the search.
         let x = if step % 3 == 2 {
             0.5 * (low + high)
         } else {
@@ -226,7 +223,7 @@ fn root(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// The straight line between the two points that enclose `u`.
+/// Linear interpolation between the two points that enclose `u`.
 fn interpolate(points: &[(f64, f64)], u: f64) -> f64 {
     let after = points.partition_point(|&(p, _)| p < u);
     match (
@@ -253,7 +250,7 @@ mod tests {
 
     #[test]
     fn tabulated_laws_have_the_moments_they_are_named_by() {
-        // The table is good to about 2e-5 and the midpoint rule cuts the tails.
+        // The table is accurate to about 2e-5, and the midpoint rule cuts the tails.
         let (mean_ns, sd_ns) = (5e6, 2e6);
         for form in [
             Form::Normal { mean_ns, sd_ns },

@@ -1,18 +1,17 @@
 //! The one link model: delay, loss and rate as seeded functions of time.
 //!
-//! A [`Profile`] is what a TOML file says of a link, a [`Link`] plays it under a
-//! seed, and a [`Prediction`] says what `ping` will see through it. Everything
-//! is a function of its arguments: link time is integer nanoseconds since the
-//! run's epoch, and no clock, file, socket or thread is touched.
+//! A [`Profile`] is a link as its TOML file describes it, a [`Link`] plays it under a seed, and a
+//! [`Prediction`] gives what `ping` will see through it. Everything is a function of its arguments:
+//! [`LinkTime`] is integer nanoseconds since the run's [`Epoch`]; there is no clock, file, socket or thread.
 //!
-//! - what a profile says: `file` (keys), `resolve` (checks), `profile` (values),
-//!   `finding` (what is wrong), `unit` (quantities)
-//! - what is played: `path` (one direction: `bottleneck`, `loss`, `spells`,
-//!   `wire`), `link` (both), `timeline` (a run's: the empty link first), on `law`
-//!   (distributions) and `draws` (randomness); `load`: a queue afterwards
-//! - what tc is told: `setting` (one state of netem), `staircase` (the changes in
-//!   time), `script` (both as text)
-//! - what is foretold: `prediction` (figures), `stall` (when), `describe` (words)
+//! - reading a profile: `file` (keys), `resolve` (checks), `profile` (values), `finding` (errors and
+//!   warnings), `unit` (quantities)
+//! - playing it: `path` (one direction: `bottleneck`, `loss`, `spells`, `wire`), `link` (both),
+//!   `timeline` (a run's link: the empty link first), based on `law` (distributions) and `draws`
+//!   (randomness); `load`: a queue in retrospect; `time`: the link's and the machine's
+//! - commands for tc: `setting` (one state of netem), `staircase` (the changes in time), `script`
+//!   (both as text)
+//! - predictions: `prediction` (figures), `stall` (times of stalls), `describe` (words)
 #![forbid(unsafe_code)]
 
 mod bottleneck;
@@ -34,6 +33,7 @@ mod special;
 mod spells;
 mod staircase;
 mod stall;
+mod time;
 mod timeline;
 mod trace;
 mod unit;
@@ -53,6 +53,7 @@ pub use script::script;
 pub use setting::{HANDLE, Pace, Setting, Verb};
 pub use staircase::{Change, READING_NS, STEP_NS, Staircase};
 pub use stall::Stall;
+pub use time::{Epoch, LinkTime};
 pub use timeline::Timeline;
 pub use unit::{InvalidQuantity, duration_ns, rate_bps, share};
 pub use way::{PerWay, Way};

@@ -1,10 +1,10 @@
-//! A link, playing: its two directions under one seed.
+//! A link as it is played: its two directions under one seed.
 
 use crate::path::Path;
 use crate::profile::Profile;
 use crate::way::Way;
 
-/// Both directions of a link, playing.
+/// Both directions of a link as it is played.
 #[derive(Debug, Clone)]
 pub struct Link {
     /// From controller to plant.
@@ -14,8 +14,8 @@ pub struct Link {
 }
 
 impl Link {
-    /// A link's two paths. Equal seeds give equal states at every instant, on
-    /// every machine; the two directions draw independently.
+    /// The two paths of a link. Equal seeds give equal states at every instant, on every machine; the
+    /// two directions draw independently.
     #[must_use]
     pub fn new(profile: &Profile, seed: u64) -> Link {
         Link {
@@ -33,7 +33,7 @@ impl Link {
         }
     }
 
-    /// One direction, to be played.
+    /// One direction, mutable, to play it.
     pub fn path_mut(&mut self, way: Way) -> &mut Path {
         match way {
             Way::Up => &mut self.up,

@@ -1,21 +1,21 @@
-//! What entered one direction with a rate limit: with it the queue, and so the delay of a packet,
-//! is known at each instant afterwards.
+//! The packets that entered one direction with a rate limit. They determine the queue, and so the
+//! delay of a packet, at each instant in retrospect.
 //!
-//! The queue is replayed by the same [`Bottleneck`] that played it. Who recorded the packets is not
-//! known here; delay and loss behind the queue are the [`Path`](crate::Path)'s.
+//! The same [`Bottleneck`] that played the queue replays it. Recording the packets is the task of
+//! others; the [`Path`](crate::Path) adds delay and loss behind the queue.
 
 use serde::{Deserialize, Serialize};
 
-use crate::Way;
 use crate::bottleneck::Bottleneck;
+use crate::{LinkTime, Way};
 
-/// One packet that entered a link with a rate limit, whatever became of it: with all of them, what
-/// was in front of any is known. Rows of a way are in order of entry.
+/// A packet that entered a link with a rate limit, whether it was lost or not: all of them together
+/// determine the queue in front of each. Rows of a way are in order of entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PacketRow {
-    /// When it entered, monotonic as all times of a run; never before link time 0.
+    /// When it entered, monotonic like all times of a run; never before link time 0.
     pub t_ns: u64,
-    /// The way that it took.
+    /// Its direction.
     pub way: Way,
     /// Its length as an IP packet.
     pub bytes: u32,
@@ -26,7 +26,7 @@ impl PacketRow {
     pub const COLUMNS: &[&str] = &["t_ns", "way", "bytes"];
 }
 
-/// A packet that the queue took.
+/// A packet that the queue accepted.
 #[derive(Debug, Clone, Copy)]
 struct Taken {
     t_ns: u64,
@@ -38,12 +38,12 @@ struct Taken {
 pub struct Load {
     limit: usize,
     taken: Vec<Taken>,
-    /// All of them, those that found the queue full included: when, and how long.
+    /// Time of entry and length of all packets, including those that found the queue full.
     entered: Vec<(u64, u32)>,
 }
 
 impl Load {
-    /// Of packets that entered at `(t_ns, bytes)` of link time and IP length, in that order.
+    /// The load from packets that entered at `(t_ns, bytes)`, in link time and IP length, in that order.
     pub(crate) fn new(
         limit: u32,
         rate_at: impl Fn(u64) -> u64,
@@ -62,8 +62,9 @@ impl Load {
         }
     }
 
-    /// The length of the first packet of `at_least` bytes that entered in the time from `t_ns` on.
-    pub(crate) fn bytes(&self, t_ns: u64, within_ns: u64, at_least: u32) -> Option<u32> {
+    /// The length of the first packet of `at_least` bytes that entered from `t` to `within_ns` later.
+    pub(crate) fn bytes(&self, t: LinkTime, within_ns: u64, at_least: u32) -> Option<u32> {
+        let t_ns = t.ns();
         let from = self
             .entered
             .partition_point(|(entered_ns, _)| *entered_ns < t_ns);
@@ -76,8 +77,8 @@ impl Load {
             .map(|(_, bytes)| *bytes)
     }
 
-    /// When a packet of `bytes` that came at `t_ns`, ahead of those that were recorded at that very
-    /// instant, would have been sent; `None` if the queue was full.
+    /// When a packet of `bytes` that came at `t_ns`, ahead of those recorded at the same instant,
+    /// would have been sent; `None` if the queue was full.
     pub(crate) fn sent_ns(
         &self,
         t_ns: u64,
@@ -114,7 +115,7 @@ mod tests {
     }
 
     proptest! {
-        /// A recorded packet is sent when one of its length would be that came just before it.
+        /// A recorded packet is sent at the same time as one of its length that came just before it.
         #[test]
         fn what_was_played_is_what_is_told(
             gaps_us in prop::collection::vec((1_u64..3_000, 40_u32..1500), 1..200),

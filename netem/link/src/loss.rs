@@ -1,7 +1,7 @@
 //! Loss as a state in time: whether a packet that enters now is lost.
 //!
-//! Decided once per slot, for every packet of the slot alike, so that the fate
-//! of a packet is known from the seed and the time alone.
+//! It is decided once per slot for all packets of the slot, so that the seed and the time alone
+//! determine a packet's fate.
 
 use crate::draws::Draws;
 use crate::law::Law;
@@ -36,7 +36,7 @@ impl LossProcess {
         }
     }
 
-    /// Whether a packet that enters at `t_ns` is lost; `trace` is the wire's.
+    /// Whether a packet that enters at `t_ns` is lost; `trace` is that of the wire.
     pub(crate) fn lost(&mut self, t_ns: u64, trace: Option<&Trace>) -> bool {
         let (share, slot_ns) = match &self.loss {
             Loss::Never => return false,
@@ -47,7 +47,7 @@ impl LossProcess {
                 hold_ns,
                 ..
             } => {
-                // The whole slot takes the state that holds at its beginning.
+                // The state at its beginning holds for the whole slot.
                 let slot_start_ns = t_ns - t_ns % hold_ns;
                 let bad = self.bad.as_mut().and_then(|bad| bad.end_at(slot_start_ns));
                 (if bad.is_some() { *in_bad } else { *in_good }, *hold_ns)
@@ -57,7 +57,7 @@ impl LossProcess {
                 (share, *hold_ns)
             }
         };
-        // Draws lie in (0, 1): a share of 0 never loses and one of 1 always.
+        // Draws lie in (0, 1): a share of 0 never loses a packet and a share of 1 always does.
         self.draws.at(t_ns / slot_ns) < share
     }
 

@@ -1,9 +1,9 @@
-//! One direction of a link, playing.
+//! One direction of a link as it is played.
 //!
-//! A packet meets, in this order: the bottleneck (rate and queue), loss, the
-//! gate (it waits while the link is stalled), the wire (delay and order). All
-//! but the bottleneck are functions of time and seed alone, and take their time
-//! from the instant at which the packet leaves the bottleneck.
+//! A packet passes, in this order, the bottleneck (rate and queue), loss, the gate (it waits while
+//! the link is stalled), and the wire (delay and order). All but the bottleneck are functions of time
+//! and seed alone, evaluated at the instant when the packet leaves the bottleneck. In this module and
+//! in its parts every instant in `_ns` is a link time.
 
 use crate::bottleneck::Bottleneck;
 use crate::draws::Draws;
@@ -11,19 +11,20 @@ use crate::load::Load;
 use crate::loss::LossProcess;
 use crate::profile::{Delay, PathLaw, Rate};
 use crate::spells::{Spell, Spells};
+use crate::time::LinkTime;
 use crate::way::Way;
 use crate::wire::Wire;
 
-/// How far an ask may lie behind the newest one and still be answered exactly.
+/// How far a query may lie behind the newest one and still be answered exactly.
 const KEEP_NS: u64 = 10_000_000_000;
 
-/// What happens to a packet.
+/// What happens to a packet, in the caller's time: [`LinkTime`] or monotonic ns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fate {
-    /// It leaves the link at this link time.
+pub enum Fate<At> {
+    /// It leaves the link.
     Deliver {
-        /// Link time in ns.
-        at_ns: u64,
+        /// When it leaves.
+        at: At,
     },
     /// It is lost.
     Drop(Cause),
@@ -38,30 +39,30 @@ pub enum Cause {
     Overflow,
 }
 
-/// A path's state at an instant, whatever the traffic.
+/// A path's state at an instant, regardless of traffic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct State {
     /// One-way delay of a packet that enters now, in ns.
     pub delay_ns: u64,
     /// Whether a packet that enters now is lost.
     pub lost: bool,
-    /// Rate limit in bit/s, where there is one.
+    /// Rate limit in bit/s, if there is one.
     pub rate_bps: Option<u64>,
 }
 
 /// What a packet that enters at an instant meets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Passage {
-    /// Its delay, in ns: the wait in the queue and the sending included, as far as they are known.
+    /// Its delay, in ns, including the time in the queue and for sending, as far as they are known.
     pub delay_ns: u64,
     /// Whether it is lost, or finds the queue full.
     pub lost: bool,
-    /// Whether there is a queue of which nothing is known: it may delay the packet more, or drop it.
+    /// Whether there is a queue of unknown length, which may delay the packet more, or drop it.
     pub queued: bool,
 }
 
-/// One direction of a link, playing: a seeded function of link time, and the
-/// queue of the rate limit, if there is one.
+/// One direction of a link as it is played: a seeded function of link time, and the queue of the rate
+/// limit, if there is one.
 #[derive(Debug, Clone)]
 pub struct Path {
     law: PathLaw,
@@ -92,19 +93,17 @@ impl Path {
         }
     }
 
-    /// Fate of a packet of `bytes` (IP packet length) that enters at link time
-    /// `t_ns`. To be called in order of entry.
+    /// Fate of a packet of `bytes` (IP packet length) that enters at `t`. Must be called in order of entry.
     ///
-    /// Where there is no rate limit this is exactly what [`Path::state_at`]
-    /// says of `t_ns`; where there is, what it says of the instant at which the
-    /// packet has been sent.
-    pub fn transmit(&mut self, t_ns: u64, bytes: u32) -> Fate {
-        let t_ns = self.kept(t_ns);
+    /// Without a rate limit this is exactly [`Path::state_at`] at `t`; with one, at the instant when
+    /// the packet has been sent.
+    pub fn transmit(&mut self, t: LinkTime, bytes: u32) -> Fate<LinkTime> {
+        let t_ns = self.kept(t.ns());
         let sent_ns = match &mut self.queue {
             None => t_ns,
             Some(queue) => {
                 let law = &self.law;
-                // Without a rate there would be no queue.
+                // There is no queue without a rate.
                 let rate_at = |t_ns| rate_at(law, t_ns).unwrap_or(u64::MAX);
                 match queue.enter(t_ns, bytes, rate_at) {
                     Some(sent_ns) => sent_ns,
@@ -116,17 +115,17 @@ impl Path {
             return Fate::Drop(Cause::Loss);
         }
         Fate::Deliver {
-            at_ns: sent_ns.saturating_add(self.delay_ns(sent_ns)),
+            at: LinkTime::from_ns(sent_ns).after(self.delay_ns(sent_ns)),
         }
     }
 
-    /// The state at link time `t_ns`, whatever the traffic: what
-    /// [`Path::transmit`] would do to a packet if there were no rate limit.
+    /// The state at an instant, regardless of traffic: what [`Path::transmit`] would do to a packet
+    /// if there were no rate limit.
     ///
-    /// Asks may come in any order as long as none lies more than 10 s behind
-    /// the newest; an older one gets the state of 10 s before the newest.
-    pub fn state_at(&mut self, t_ns: u64) -> State {
-        let t_ns = self.kept(t_ns);
+    /// Queries may come in any order as long as none lies more than 10 s behind the newest; an older
+    /// one gets the state of 10 s before the newest.
+    pub fn state_at(&mut self, t: LinkTime) -> State {
+        let t_ns = self.kept(t.ns());
         State {
             delay_ns: self.delay_ns(t_ns),
             lost: self.lost(t_ns),
@@ -134,13 +133,14 @@ impl Path {
         }
     }
 
-    /// What a packet of `bytes` meets that enters at link time `t_ns`, when `load` is what else
-    /// entered. Without that, where there is a rate limit, it is the least that the delay can be.
+    /// What a packet of `bytes` that enters at `t` meets, given the `load` of the other packets.
+    /// Without the load, a path with a rate limit gives the least possible delay.
     ///
-    /// Asks may come in any order, as those of [`Path::state_at`].
-    pub fn passage(&mut self, t_ns: u64, bytes: u32, load: Option<&Load>) -> Passage {
+    /// Queries may come in any order, as for [`Path::state_at`].
+    pub fn passage(&mut self, t: LinkTime, bytes: u32, load: Option<&Load>) -> Passage {
+        let t_ns = t.ns();
         let Some(rate_bps) = rate_at(&self.law, t_ns) else {
-            let State { delay_ns, lost, .. } = self.state_at(t_ns);
+            let State { delay_ns, lost, .. } = self.state_at(t);
             return Passage {
                 delay_ns,
                 lost,
@@ -152,7 +152,7 @@ impl Path {
             None => Some(t_ns.saturating_add(Bottleneck::takes_ns(bytes, rate_bps))),
             Some(load) => load.sent_ns(t_ns, bytes, |t_ns| rate_at(law, t_ns).unwrap_or(u64::MAX)),
         };
-        let state = self.state_at(sent_ns.unwrap_or(t_ns));
+        let state = self.state_at(sent_ns.map_or(t, LinkTime::from_ns));
         Passage {
             delay_ns: (sent_ns.unwrap_or(t_ns) - t_ns).saturating_add(state.delay_ns),
             lost: state.lost || sent_ns.is_none(),
@@ -160,21 +160,22 @@ impl Path {
         }
     }
 
-    /// The queue's history, where there is a rate limit: of packets that entered at `(t_ns, bytes)`,
-    /// in order.
+    /// The queue's history, if there is a rate limit: from the instants and lengths in bytes of the
+    /// packets that entered, in order.
     #[must_use]
-    pub fn load(&self, packets: impl IntoIterator<Item = (u64, u32)>) -> Option<Load> {
+    pub fn load(&self, packets: impl IntoIterator<Item = (LinkTime, u32)>) -> Option<Load> {
         let rate = self.law.rate.as_ref()?;
         let rate_at = |t_ns| rate_at(&self.law, t_ns).unwrap_or(u64::MAX);
+        let packets = packets.into_iter().map(|(t, bytes)| (t.ns(), bytes));
         Some(Load::new(rate.limit(), rate_at, packets))
     }
 
-    /// The first stall that ends after link time `t_ns`; none where the way never stalls.
-    pub(crate) fn stall_after(&mut self, t_ns: u64) -> Option<Spell> {
-        self.gate.as_mut()?.after(t_ns)
+    /// The first stall that ends after `t`; `None` if the way never stalls.
+    pub(crate) fn stall_after(&mut self, t: LinkTime) -> Option<Spell> {
+        self.gate.as_mut()?.after(t.ns())
     }
 
-    /// Forgets what lies too far back, and brings `t_ns` into what is kept.
+    /// Forgets what lies too far back, and limits `t_ns` to the range that is kept.
     fn kept(&mut self, t_ns: u64) -> u64 {
         if t_ns > self.newest_ns {
             self.newest_ns = t_ns;
@@ -187,7 +188,7 @@ impl Path {
         t_ns.max(self.newest_ns.saturating_sub(KEEP_NS))
     }
 
-    /// From the entry of the gate to the end of the wire.
+    /// The delay from the entry of the gate to the end of the wire.
     fn delay_ns(&mut self, t_ns: u64) -> u64 {
         let opens_ns = self.gate.as_mut().and_then(|gate| gate.end_at(t_ns));
         let on_wire_ns = opens_ns.unwrap_or(t_ns);

@@ -1,42 +1,42 @@
-//! What `ping` will see through a link, without sending a packet.
+//! What `ping` will see through a link, computed without sending a packet.
 //!
-//! The model is played, not solved: the statistics of a thousand pings of a
-//! process in time have no closed form, and the spread of these statistics from
-//! run to run is what a measurement has to be judged by. Where there is a rate
-//! limit, a packet takes its time to be sent and waits for those before it, as
-//! it will; other traffic is left out.
+//! The model is played, not solved: the statistics of a thousand pings through a process in time have
+//! no closed form, and a measurement has to be judged by the spread of these statistics from run to
+//! run. With a rate limit, a packet takes its time to be sent and waits for those before it; other
+//! traffic is left out.
 
 use serde::Serialize;
 
 use crate::link::Link;
 use crate::path::Fate;
 use crate::profile::Profile;
+use crate::time::LinkTime;
 
 const NS_PER_MS: f64 = 1e6;
-/// An echo's IP packet: 20 bytes of IP, 8 of ICMP and the 56 that `ping` sends by itself.
+/// An echo's IP packet: 20 bytes of IP, 8 of ICMP and the 56 that `ping` sends by default.
 const ECHO_BYTES: [u32; 2] = [84, 84];
-/// Runs that are simulated for a prediction: half a per cent of them, the share
-/// outside either end of a 99 % band, is two or three.
+/// Number of runs simulated for a prediction: half a per cent of them, the share outside either end
+/// of a 99 % band, is two or three.
 const RUNS: u64 = 500;
 
-/// A series of pings: one each `interval_ns`, whatever becomes of the others.
+/// A series of pings: one each `interval_ns`, regardless of the others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Pings {
     /// Number of pings.
     pub count: u32,
-    /// From each to the next.
+    /// Time from each ping to the next.
     pub interval_ns: u64,
 }
 
 impl Pings {
-    /// What the paper's Table 2 is taken to be: a thousand, one a second.
+    /// The pings assumed for the paper's Table 2: a thousand, one a second.
     pub const TABLE_2: Pings = Pings {
         count: 1000,
         interval_ns: 1_000_000_000,
     };
 }
 
-/// What `ping` prints at its end. Without an answer the times are NaN.
+/// The statistics that `ping` prints at its end. Without an answer the times are NaN.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Rtt {
     /// Least RTT in ms.
@@ -45,13 +45,13 @@ pub struct Rtt {
     pub avg_ms: f64,
     /// Greatest RTT in ms.
     pub max_ms: f64,
-    /// Standard deviation of the RTT in ms, over n as ping's mdev is.
+    /// Standard deviation of the RTT in ms, divided by n like ping's mdev.
     pub sd_ms: f64,
     /// Share of pings without an answer, 0 to 1.
     pub loss: f64,
 }
 
-/// Two ends between which a statistic lies.
+/// An interval that contains a statistic.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Band {
     /// Lower end of the band.
@@ -61,44 +61,43 @@ pub struct Band {
 }
 
 impl Band {
-    /// Whether `value` lies within, the ends included.
+    /// Whether `value` lies in the band, ends included.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
     }
 }
 
-/// What a series of pings through a link gives: on average, and how much that
-/// differs from seed to seed.
+/// The statistics of a series of pings through a link: on average, and how much they vary from seed to seed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Prediction {
     /// The pings to predict.
     pub pings: Pings,
-    /// Mean, standard deviation and loss over all simulated pings; median of
-    /// the least and of the greatest RTT of a series.
+    /// Mean, standard deviation and loss over all simulated pings; median over the series of the
+    /// least and of the greatest RTT.
     pub expected: Rtt,
-    /// 99 % of all series have their least RTT in here, in ms.
+    /// 99 % of all series have their least RTT in this band, in ms.
     pub min_ms: Band,
-    /// Likewise the mean RTT.
+    /// The same for the mean RTT.
     pub avg_ms: Band,
-    /// Likewise the greatest RTT.
+    /// The same for the greatest RTT.
     pub max_ms: Band,
-    /// Likewise the standard deviation of the RTT.
+    /// The same for the standard deviation of the RTT.
     pub sd_ms: Band,
-    /// Likewise the share of pings without an answer.
+    /// The same for the share of pings without an answer.
     pub loss: Band,
 }
 
-/// A series of pings of 84 bytes from link time 0 on, through the link under
-/// `seed`: each meets `up` as it is when it leaves, and `down` when it arrives.
+/// Statistics of a series of pings of 84 bytes from link time 0 on, through the link under `seed`:
+/// each meets the state of `up` when it leaves, and that of `down` when it arrives.
 #[must_use]
 pub fn ping(profile: &Profile, seed: u64, pings: Pings) -> Rtt {
     Sums::of(profile, seed, pings).rtt()
 }
 
 /// Share of a series of exchanges through the link under `seed` whose round trip is at most
-/// `limit_ns`; a lost one is not. Each is a packet of `bytes[0]` up and one of `bytes[1]` back, IP
-/// packet lengths, which count where there is a rate limit. Over loopback all are.
+/// `limit_ns`; a lost one is not. Each exchange is a packet of `bytes[0]` up and one of `bytes[1]`
+/// back (IP packet lengths), which matter with a rate limit. Over loopback the share is 1.
 #[must_use]
 pub fn share_within(
     profile: &Profile,
@@ -117,43 +116,43 @@ pub fn share_within(
     within.count() as f64 / f64::from(pings.count.max(1))
 }
 
-/// The round trip of each of a series; `None` of those that are lost.
+/// The round trip of each exchange of a series; `None` if it is lost.
 fn round_trips_ns(profile: &Profile, seed: u64, pings: Pings, bytes: [u32; 2]) -> Vec<Option<u64>> {
     let mut link = Link::new(profile, seed);
     let mut round_trips = vec![None; pings.count as usize];
-    // A path is asked in order of entry, and a link may let packets overtake.
-    let mut turned: Vec<(u64, usize)> = Vec::with_capacity(round_trips.len());
+    let sent =
+        |place: usize| LinkTime::ZERO.after((place as u64).saturating_mul(pings.interval_ns));
+    // A path must be called in order of entry, and a link may let packets overtake.
+    let mut turned: Vec<(LinkTime, usize)> = Vec::with_capacity(round_trips.len());
     for place in 0..round_trips.len() {
-        let t_ns = (place as u64).saturating_mul(pings.interval_ns);
-        if let Fate::Deliver { at_ns } = link.up.transmit(t_ns, bytes[0]) {
-            turned.push((at_ns, place));
+        if let Fate::Deliver { at } = link.up.transmit(sent(place), bytes[0]) {
+            turned.push((at, place));
         }
     }
     turned.sort_unstable();
-    for (t_ns, place) in turned {
-        if let Fate::Deliver { at_ns } = link.down.transmit(t_ns, bytes[1]) {
-            let sent_ns = (place as u64).saturating_mul(pings.interval_ns);
-            round_trips[place] = Some(at_ns - sent_ns);
+    for (t, place) in turned {
+        if let Fate::Deliver { at } = link.down.transmit(t, bytes[1]) {
+            round_trips[place] = Some(at.since(sent(place)));
         }
     }
     round_trips
 }
 
-/// Seeds over which [`typical`] plays a link, and the pings on each, a second apart: of twenty thousand
-/// round trips a median is good to a hundredth.
+/// Number of seeds for which [`typical`] plays a link, with a thousand pings each, a second apart:
+/// the median of twenty thousand round trips is accurate to a hundredth.
 const TYPICAL_SEEDS: u64 = 20;
 
-/// What round trips over a link take as a rule, and at times.
+/// Typical round trips over a link, and long ones.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Typical {
-    /// Half of them take no longer, ms.
+    /// Median round trip, ms.
     pub p50_ms: f64,
-    /// Nine of ten take no longer, ms.
+    /// 90 % quantile of the round trip, ms.
     pub p90_ms: f64,
 }
 
-/// The round trips over a long time of those pings that come back, by playing the link; `None` on loopback,
-/// and where none comes back.
+/// Round trips over a long time of the pings that come back, by playing the link; `None` on loopback,
+/// and if none comes back.
 #[must_use]
 pub fn typical(profile: &Profile) -> Option<Typical> {
     if profile.is_loopback() {
@@ -175,7 +174,7 @@ pub fn typical(profile: &Profile) -> Option<Typical> {
     })
 }
 
-/// Predicts a series of pings, from 500 of them; takes a fraction of a second.
+/// Predicts a series of pings from 500 simulated series; takes a fraction of a second.
 #[must_use]
 pub fn predict(profile: &Profile, pings: Pings) -> Prediction {
     let mut all = Sums::default();
@@ -214,15 +213,15 @@ pub fn predict(profile: &Profile, pings: Pings) -> Prediction {
     }
 }
 
-/// Sums over pings, in ms: enough for all of `Rtt`.
+/// Sums over pings, in ms, sufficient for all of `Rtt`.
 #[derive(Debug, Clone, Copy)]
 struct Sums {
     sent: f64,
     received: f64,
     min: f64,
     max: f64,
-    /// Mean and sum of squared deviations from it, which lose no digits as a
-    /// sum of squares would (Welford; merged as Chan, Golub and LeVeque do).
+    /// Mean, and sum of squared deviations from it, which unlike a sum of squares loses no digits
+    /// (Welford; merged as in Chan, Golub and LeVeque).
     mean: f64,
     squares: f64,
 }
@@ -323,8 +322,8 @@ mod tests {
 
     #[test]
     fn pings_that_come_faster_than_the_rate_wait_for_each_other() {
-        // At 64 kbit/s each takes 10.5 ms, so of three at a time the third has waited 21 ms; back
-        // they are that far apart already.
+        // At 64 kbit/s each takes 10.5 ms, so the third of three simultaneous ones has waited 21 ms;
+        // on the way back they are already that far apart.
         let pings = Pings {
             count: 3,
             interval_ns: 0,
@@ -335,7 +334,7 @@ mod tests {
 
     #[test]
     fn a_message_is_within_a_limit_with_the_time_of_its_bytes() {
-        // 260 bytes up are 32.5 ms, 240 back 30 ms, and 2 ms each way: 66.5 ms.
+        // 260 bytes up take 32.5 ms, 240 back 30 ms, and 2 ms each way: 66.5 ms.
         let share =
             |limit_ns| share_within(&limited("64kbit"), 1, Pings::TABLE_2, [260, 240], limit_ns);
         assert_eq!((share(66_499_999), share(66_500_000)), (0.0, 1.0));

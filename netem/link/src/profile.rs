@@ -1,7 +1,7 @@
-//! A link profile, resolved and valid: what is played, predicted and described.
+//! A link profile, resolved and valid, ready to be played, predicted and described.
 //!
-//! How it is read from TOML is in `file` and `resolve`; what is done with it is
-//! in `path` (played), `prediction` and `describe`.
+//! `file` and `resolve` read it from TOML; `path` plays it, `prediction` and `describe` do what their
+//! names say.
 
 use std::sync::Arc;
 
@@ -14,8 +14,8 @@ use crate::way::Way;
 /// The one-way delay of [`Profile::empty`].
 const EMPTY_DELAY_NS: u64 = 2_000_000;
 
-/// A link, read and found valid. It serialises to everything that the link's
-/// behaviour follows from, for manifests.
+/// A link profile, read and found valid. For manifests it serialises to everything that determines
+/// the link's behaviour.
 #[derive(Debug, Clone, Serialize)]
 pub struct Profile {
     pub(crate) name: String,
@@ -28,7 +28,7 @@ pub struct Profile {
     pub(crate) source: Arc<str>,
 }
 
-/// The RTT statistics that a profile is to reproduce, as `ping` prints them.
+/// The RTT statistics that a profile should reproduce, as `ping` prints them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Asked {
     /// Least RTT in ms.
@@ -43,7 +43,7 @@ pub struct Asked {
     pub loss: f64,
 }
 
-/// One direction.
+/// The laws of one direction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct PathLaw {
     pub(crate) delay: Delay,
@@ -62,16 +62,16 @@ pub(crate) enum Delay {
     Trace(Trace),
 }
 
-/// A delay level that is drawn anew once a hold.
+/// A delay level that is redrawn once per hold.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Level {
     pub(crate) base_ns: u64,
-    /// Added to the base; clipped so that the sum keeps to the profile's limits.
+    /// Added to the base; clipped so that the sum stays within the profile's limits.
     pub(crate) spread: Law,
     pub(crate) hold_ns: u64,
 }
 
-/// Whether packets leave in the order in which they came.
+/// Whether packets leave in the order of their entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Order {
@@ -87,7 +87,7 @@ pub(crate) struct Stall {
     pub(crate) length: Law,
 }
 
-/// Loss, decided once per `hold_ns` for all packets of that slot alike.
+/// Loss, decided once per `hold_ns` for all packets of that slot.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Loss {
@@ -103,7 +103,7 @@ pub(crate) enum Loss {
         in_bad: f64,
         hold_ns: u64,
     },
-    /// The shares are those of the trace.
+    /// With the shares of the trace.
     Trace {
         hold_ns: u64,
     },
@@ -117,7 +117,7 @@ pub(crate) enum Rate {
         rate_bps: u64,
         limit: u32,
     },
-    /// The rates are those of the trace.
+    /// With the rates of the trace.
     Trace {
         limit: u32,
     },
@@ -130,8 +130,7 @@ impl Rate {
         }
     }
 
-    /// The greatest rate that can occur, in bit/s; `delay` is the wire's, whose trace may
-    /// hold the rates.
+    /// The greatest possible rate, in bit/s; `delay` is that of the wire, whose trace may contain the rates.
     pub(crate) fn greatest_bps(&self, delay: &Delay) -> u64 {
         match (self, delay) {
             (Self::Constant { rate_bps, .. }, _) => *rate_bps,
@@ -144,13 +143,13 @@ impl Rate {
 impl Level {
     /// The level at the quantile `u`.
     pub(crate) fn delay_ns(&self, u: f64) -> u64 {
-        // The spread may lie below zero, but not below minus the base.
+        // The spread may be negative, but the sum with the base is not.
         (self.base_ns as f64 + self.spread.quantile_ns(u)) as u64
     }
 }
 
 impl Delay {
-    /// The greatest level that can occur.
+    /// The greatest possible level.
     pub(crate) fn reach_ns(&self) -> u64 {
         match self {
             Self::Constant { delay_ns } => *delay_ns,
@@ -159,7 +158,7 @@ impl Delay {
         }
     }
 
-    /// The least level that can occur.
+    /// The least possible level.
     pub(crate) fn floor_ns(&self) -> u64 {
         match self {
             Self::Constant { delay_ns } => *delay_ns,
@@ -186,8 +185,8 @@ impl Profile {
     /// Names of the built-in profiles, in the paper's order.
     pub const BUILTIN: &[&str] = &["arima", "buccoo", "couva", "diego-lan", "diego-vpn"];
 
-    /// Names of the built-in profiles that are readings of one of those: what the paper's text allows and
-    /// does not state.
+    /// Names of the built-in profiles that are other readings of one of those: the paper's text
+    /// allows them but does not state them.
     pub const READINGS: &[&str] = &["diego-vpn-free"];
 
     /// The TOML source of a built-in profile.
@@ -204,8 +203,7 @@ impl Profile {
         }
     }
 
-    /// The empty link: 2 ms each way, nothing else. What a player costs of its
-    /// own is measured on it.
+    /// The empty link: 2 ms each way, nothing else. It serves to measure a player's own cost.
     #[must_use]
     pub fn empty() -> Profile {
         Profile {
@@ -219,20 +217,20 @@ impl Profile {
         }
     }
 
-    /// Whether both ends are on one machine and there is no link at all.
+    /// Whether both ends are on one machine without a link.
     #[must_use]
     pub fn is_loopback(&self) -> bool {
         self.loopback
     }
 
-    /// Whether either direction has a rate limit, and with it a queue.
+    /// Whether either direction has a rate limit, and so a queue.
     #[must_use]
     pub fn has_rate(&self) -> bool {
         Way::BOTH.iter().any(|way| self.law(*way).rate.is_some())
     }
 
-    /// The mean time from one event to the next of the rarest kind that either direction has: a
-    /// stall, a lossy spell, a new level of the delay. `None` where nothing comes and goes.
+    /// The mean time between events of the rarest kind in either direction: a stall, a lossy spell, a
+    /// new level of the delay. `None` if there are no such events.
     #[must_use]
     pub fn rarest_event_ns(&self) -> Option<u64> {
         let of_way = |way| {
@@ -261,7 +259,7 @@ impl Profile {
         &self.name
     }
 
-    /// One sentence on what link it is.
+    /// One sentence that describes the link.
     #[must_use]
     pub fn about(&self) -> &str {
         &self.about
@@ -273,7 +271,7 @@ impl Profile {
         &self.source
     }
 
-    /// What the profile is to reproduce, where it says so.
+    /// The statistics that the profile should reproduce, if it gives any.
     #[must_use]
     pub fn asked(&self) -> Option<Asked> {
         self.asked

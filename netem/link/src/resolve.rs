@@ -1,8 +1,7 @@
-//! From a profile's text to a valid [`Profile`], or to everything that is wrong.
+//! From a profile's text to a valid [`Profile`], or to a list of all its errors.
 //!
-//! This file has the profile as a whole; one file each below has the laws, the
-//! delays, the losses and the traces. All of them go on after an error, so that
-//! one reading finds every error there is.
+//! This file handles the profile as a whole; the files below handle laws, delays, losses and traces.
+//! All of them continue after an error, so that one reading finds every error.
 
 mod delay;
 mod law;
@@ -17,14 +16,14 @@ use crate::file::{AskedFile, OrderFile, PathFile, ProfileFile};
 use crate::finding::{Finding, Findings, Severity};
 use crate::profile::{Asked, Delay, Order, PathLaw, Profile};
 
-/// Gives a trace file's text by its name.
+/// Returns the text of a trace file, given its name.
 pub(crate) type Files<'a> = &'a dyn Fn(&str) -> Result<String, String>;
 
 const NS_PER_MS: f64 = 1e6;
 
 impl Profile {
-    /// Reads a profile from TOML; `origin` is its file name, for the findings.
-    /// A trace has to be written out in it: see [`Profile::read`].
+    /// Reads a profile from TOML; `origin` is its file name, for the findings. A trace must be
+    /// written out in the profile: see [`Profile::read`].
     ///
     /// # Errors
     /// Every error found in the source; warnings alone do not count.
@@ -35,9 +34,8 @@ impl Profile {
         profile.ok_or(findings)
     }
 
-    /// Reads a profile and everything that is to be said about it, warnings
-    /// too. `file` gives the text of a trace's CSV file by the name that the
-    /// profile has for it, or says why it cannot.
+    /// Reads a profile, with all findings, warnings included. `file` returns the text of a trace's
+    /// CSV file by the name that the profile gives, or says why it cannot.
     ///
     /// There is a profile exactly if no finding is an error.
     #[must_use]
@@ -111,7 +109,7 @@ fn profile(
     })
 }
 
-/// Names become names of files and columns.
+/// Names become parts of file names and column names.
 fn name(name: &Spanned<String>, findings: &mut Findings<'_>) {
     let fine = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
     if name.get_ref().is_empty() || !name.get_ref().chars().all(fine) {

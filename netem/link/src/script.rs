@@ -1,17 +1,17 @@
 //! One direction of a link as a shell script of tc commands, to read or to replay by hand.
 //!
-//! webloop itself keeps one `tc` running and hands it the same commands without starting
-//! anything anew.
+//! webloop itself keeps one `tc` running and sends it the same commands without starting a process for each.
 
 use std::fmt::Write as _;
 
 use crate::profile::Profile;
 use crate::setting::{Setting, Verb};
 use crate::staircase::Staircase;
+use crate::time::LinkTime;
 use crate::way::Way;
 
-/// The first `span_ns` of one direction of the link of `profile` and `seed`: the set-up with
-/// the empty link, each change with its time, and the removal.
+/// The first `span_ns` of one direction of the link of `profile` and `seed`: the set-up with the
+/// empty link, each change with its time, and the removal.
 #[must_use]
 pub fn script(profile: &Profile, seed: u64, way: Way, span_ns: u64) -> String {
     let device = "$DEV";
@@ -25,7 +25,8 @@ pub fn script(profile: &Profile, seed: u64, way: Way, span_ns: u64) -> String {
         return text;
     }
     let mut staircase = Staircase::new(profile, seed, way);
-    let changes: Vec<_> = std::iter::from_fn(|| staircase.next_before(span_ns)).collect();
+    let changes: Vec<_> =
+        std::iter::from_fn(|| staircase.next_before(LinkTime::from_ns(span_ns))).collect();
     let _ = writeln!(
         text,
         "# {} in the first {} s. webloop feeds them to one `tc -batch -`, each at its time;\n\
@@ -39,14 +40,16 @@ pub fn script(profile: &Profile, seed: u64, way: Way, span_ns: u64) -> String {
         },
         span_ns as f64 / 1e9
     );
-    // The empty link is constant: its first change is all there is to it.
-    if let Some(empty) = Staircase::new(&Profile::empty(), 0, way).next_before(1) {
+    // The empty link is constant, so its first change is the only one.
+    if let Some(empty) =
+        Staircase::new(&Profile::empty(), 0, way).next_before(LinkTime::ZERO.after(1))
+    {
         let command = empty.setting.command(Verb::Add, device);
         let _ = writeln!(text, "tc {command} # before link time 0");
     }
     text.push_str("START=$(date +%s.%N)\n");
     for change in changes {
-        let s = change.t_ns as f64 / 1e9;
+        let s = change.at.ns() as f64 / 1e9;
         let command = change.setting.command(Verb::Change, device);
         let _ = writeln!(text, "at {s:.6} {command}");
     }

@@ -1,68 +1,67 @@
-//! Settings for tc's netem: one setting of the queueing discipline, and the commands that
-//! put it in force and take it away.
+//! Settings for tc's netem: one setting of the queueing discipline, and the commands that apply and
+//! remove it.
 //!
-//! A setting is complete: nothing is left to what an earlier one has said, since a change
-//! keeps what it does not name. When it is in force is the business of the
-//! [staircase](crate::Staircase).
+//! A setting is complete and does not rely on an earlier one, since a change keeps all that it does
+//! not name. The [staircase](crate::Staircase) decides when it applies.
 
 use std::fmt;
 
-/// The handle of every queueing discipline that is ours, by which it is known again.
+/// The handle that identifies webloop's own queueing disciplines.
 pub const HANDLE: &str = "77:";
 
-/// tc reads a time into 32 bits of 64 ns, and refuses more than 274.8 s. No loop waits so
-/// long, so a longer delay is played as this one.
+/// tc reads a time into 32 bits of 64 ns and rejects more than 274.8 s. No loop waits so long, so a
+/// longer delay is played as this one.
 const LONGEST_US: u32 = 270_000_000;
 
-/// A rate at which 1500 bytes take 12 ns, so that the burst of ten thousand that a stall lets
-/// go takes a tenth of a millisecond. It is given for the order that comes with it.
+/// A rate at which 1500 bytes take 12 ns, so that a burst of ten thousand packets after a stall takes
+/// a tenth of a millisecond. It is set only for the order that it implies.
 const ORDER_ONLY: &str = "1tbit";
 
-/// netem counts a frame with its Ethernet header, the model counts the IP packet in it.
+/// netem counts a frame with its Ethernet header, the model only the IP packet in it.
 const ETHERNET_HEADER_BYTES: u32 = 14;
 
-/// What netem is to do with each packet that it gets from now on.
+/// What netem does to each packet that it receives from now on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Setting {
-    /// Delay, in the finest unit that every tc reads.
+    /// Delay, in the finest unit that every version of tc reads.
     pub delay_us: u32,
-    /// Whether packets are lost, all of them.
+    /// Whether all packets are lost.
     pub lost: bool,
-    /// What netem's `rate` is for.
+    /// The purpose of netem's `rate`.
     pub pace: Pace,
-    /// The most packets that netem may hold, those on the wire included.
+    /// Most packets that netem may hold, including those on the wire.
     pub limit: u32,
 }
 
-/// What netem's `rate` is for.
+/// The purpose of netem's `rate`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pace {
-    /// No rate: a packet overtakes others when the delay falls.
+    /// No rate: a packet overtakes others if the delay falls.
     Free,
-    /// A rate too high to be felt. With any rate netem lets no packet leave before the one
-    /// ahead of it, and without one it sorts by time of departure.
+    /// A rate too high to have an effect of its own. With any rate netem lets no packet leave before
+    /// the one ahead of it; without one it sorts by time of departure.
     Ordered,
-    /// The link's own rate limit, in bit/s. It keeps the order too.
+    /// The link's own rate limit, in bit/s. It also keeps the order.
     Limited(u64),
 }
 
 /// How tc applies a setting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verb {
-    /// The device has no queueing discipline but the kernel's default.
+    /// The device has only the kernel's default queueing discipline.
     Add,
-    /// It has ours. Packets in it stay, with the departures that they have.
+    /// The device has webloop's. Packets in it stay, with their times of departure.
     Change,
 }
 
 impl Setting {
-    /// A delay as netem takes it: to the microsecond, and no longer than tc can say.
+    /// A delay as netem accepts it: rounded to the microsecond and limited to what tc can express.
     pub(crate) fn delay_us(delay_ns: u64) -> u32 {
         let us = (delay_ns.saturating_add(500)) / 1000;
         u32::try_from(us).map_or(LONGEST_US, |us| us.min(LONGEST_US))
     }
 
-    /// The arguments of `tc` that put this in force on `device`, on one line.
+    /// The arguments of `tc` that apply this setting to `device`, on one line.
     #[must_use]
     pub fn command(&self, verb: Verb, device: &str) -> String {
         let verb = match verb {
@@ -72,21 +71,21 @@ impl Setting {
         format!("qdisc {verb} dev {device} root handle {HANDLE} netem {self}")
     }
 
-    /// The arguments of `tc` that remove our netem from `device`, and no other: the kernel puts
-    /// its default back.
+    /// The arguments of `tc` that remove webloop's netem from `device`, and no other; the kernel then
+    /// restores its default.
     #[must_use]
     pub fn removal(device: &str) -> String {
         format!("qdisc del dev {device} root handle {HANDLE}")
     }
 
-    /// The arguments of `tc` that show what is in force on `device`.
+    /// The arguments of `tc` that show the queueing discipline of `device`.
     #[must_use]
     pub fn inquiry(device: &str) -> String {
         format!("qdisc show dev {device}")
     }
 }
 
-/// The setting in netem's words.
+/// The setting in netem's syntax.
 impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let share = if self.lost { 100 } else { 0 };
@@ -95,7 +94,7 @@ impl fmt::Display for Setting {
         } = self;
         write!(f, "limit {limit} delay {delay_us}us loss {share}%")?;
         match self.pace {
-            // Said, because a change would keep an earlier one.
+            // Written out, because a change would keep an earlier rate.
             Pace::Free => write!(f, " rate 0bit"),
             Pace::Ordered => write!(f, " rate {ORDER_ONLY}"),
             Pace::Limited(rate_bps) => {

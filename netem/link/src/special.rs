@@ -1,15 +1,15 @@
 //! The distribution functions of the normal, gamma and beta laws, both tails.
 //!
-//! Only what a quantile table is built from: not a library of special
-//! functions. On `libm`, so that every machine gets the same bits.
+//! Only what a quantile table needs: not a library of special functions. Based on `libm`, so that
+//! every machine gets the same bits.
 
 use libm::{exp, lgamma, log};
 
-/// Relative size at which a series or continued fraction counts as summed.
+/// Relative size of a term at which a series or continued fraction counts as converged.
 const DONE: f64 = 1e-15;
-/// More terms than any law that the lint lets pass needs.
+/// More terms than any law needs that the lint accepts.
 const TERMS: usize = 100_000;
-/// Stands for zero in a denominator of Lentz's method.
+/// Replaces zero in a denominator of Lentz's method.
 const TINY: f64 = 1e-300;
 
 /// Probabilities below and above a point.
@@ -28,9 +28,8 @@ pub(crate) fn normal(x: f64) -> Tails {
     }
 }
 
-/// Gamma law of the given shape, scale 1: the regularised incomplete gamma
-/// functions P and Q, by the series DLMF 8.7.1 below the mean and the continued
-/// fraction DLMF 8.9.2 above it.
+/// Gamma law of the given shape, scale 1: the regularised incomplete gamma functions P and Q, by the
+/// series DLMF 8.7.1 below the mean and by the continued fraction DLMF 8.9.2 above it.
 pub(crate) fn gamma(shape: f64, x: f64) -> Tails {
     if x <= 0.0 {
         return Tails {
@@ -66,8 +65,8 @@ pub(crate) fn gamma(shape: f64, x: f64) -> Tails {
     }
 }
 
-/// Beta law on (0, 1): the regularised incomplete beta function, by the
-/// continued fraction DLMF 8.17.22 on the side where it converges fast.
+/// Beta law on (0, 1): the regularised incomplete beta function, by the continued fraction DLMF
+/// 8.17.22 on the side where it converges fast.
 pub(crate) fn beta(a: f64, b: f64, x: f64) -> Tails {
     if x > (a + 1.0) / (a + b + 2.0) {
         let mirrored = beta_below(b, a, 1.0 - x);
@@ -158,7 +157,7 @@ mod tests {
 
     #[test]
     fn the_normal_law_has_its_known_points() {
-        // Abramowitz and Stegun, table 26.1 and 26.2.
+        // Abramowitz and Stegun, tables 26.1 and 26.2.
         near(normal(1.0).below, 0.841_344_746_068_542_9);
         near(normal(3.0).above, 0.001_349_898_031_630_094_6);
     }

@@ -1,15 +1,15 @@
-//! Two-state processes in time: ordinary gaps and the spells between them.
+//! Two-state processes in time: gaps and the spells between them.
 //!
-//! A stall of a radio and the bad state of a Gilbert-Elliott loss are both
-//! spells. What a spell does to packets is not said here.
+//! A stall of a radio and the bad state of a Gilbert-Elliott loss are both spells. What a spell does
+//! to packets is decided elsewhere.
 
 use std::collections::VecDeque;
 
 use crate::draws::Draws;
 use crate::law::Law;
 
-/// The process begins this many of its own periods before link time 0, so that
-/// at link time 0 it is as likely to be within a spell as ever.
+/// The process begins this many of its mean periods before link time 0, so that at link time 0 it is
+/// as likely to be within a spell as at any other time.
 const WARM_PERIODS: f64 = 10.0;
 
 /// One spell: from `start_ns` up to but not including `end_ns`.
@@ -26,9 +26,9 @@ pub(crate) struct Spells {
     length: Law,
     draws: Draws,
     drawn: u64,
-    /// From the process's own beginning to link time 0.
+    /// Time from the beginning of the process to link time 0.
     warm_ns: u64,
-    /// Everything up to here (own time) has been generated.
+    /// Everything up to this time (since the process began) has been generated.
     known_ns: u64,
     kept: VecDeque<Spell>,
 }
@@ -47,7 +47,7 @@ impl Spells {
         }
     }
 
-    /// The end of the spell that holds link time `t_ns`, if one does.
+    /// The end of the spell that contains link time `t_ns`, if there is one.
     pub(crate) fn end_at(&mut self, t_ns: u64) -> Option<u64> {
         let t_ns = t_ns.saturating_add(self.warm_ns);
         while self.known_ns <= t_ns && self.known_ns < u64::MAX {
@@ -58,7 +58,7 @@ impl Spells {
         Some(spell.end_ns - self.warm_ns)
     }
 
-    /// The first spell that ends after link time `t_ns`, in link time, as far as it lies after 0.
+    /// The first spell that ends after link time `t_ns`, in link time; a start before link time 0 becomes 0.
     pub(crate) fn after(&mut self, t_ns: u64) -> Option<Spell> {
         let t_ns = t_ns.saturating_add(self.warm_ns);
         loop {
@@ -76,20 +76,20 @@ impl Spells {
         }
     }
 
-    /// Takes the process one gap and one spell further.
+    /// Extends the process by one gap and one spell.
     fn generate(&mut self) {
         let gap_ns = self.draw(|spells| &spells.gap);
         let length_ns = self.draw(|spells| &spells.length);
         let start_ns = self.known_ns.saturating_add(gap_ns);
         let end_ns = start_ns.saturating_add(length_ns);
-        // Even a spell and a gap of no length take the process forward.
+        // Even a spell and a gap of zero length advance the process.
         self.known_ns = end_ns.max(self.known_ns.saturating_add(1));
         if end_ns > self.warm_ns {
             self.kept.push_back(Spell { start_ns, end_ns });
         }
     }
 
-    /// Drops what ended before link time `t_ns`.
+    /// Drops the spells that ended before link time `t_ns`.
     pub(crate) fn forget_before(&mut self, t_ns: u64) {
         let t_ns = t_ns.saturating_add(self.warm_ns);
         while self.kept.front().is_some_and(|spell| spell.end_ns < t_ns) {
@@ -110,8 +110,8 @@ mod tests {
 
     #[test]
     fn the_share_of_time_within_spells_is_length_over_period_from_the_start_on() {
-        // Over 2000 seeds the share at one instant has a standard error of
-        // sqrt(0.2 * 0.8 / 2000) = 0.009; four of them.
+        // Over 2000 seeds the share at one instant has a standard error of sqrt(0.2 * 0.8 / 2000) =
+        // 0.009; the limit is four of them.
         for t_ns in [0, 1_000_000_000, 50_000_000_000] {
             let within = (0..2000)
                 .filter(|&seed| {

@@ -1,59 +1,59 @@
-//! One direction of a link as settings of tc's netem: the first, and each change with its
-//! link time.
+//! One direction of a link as settings of tc's netem: the first setting, and each change with its link time.
 //!
-//! Pure. netem holds a constant state, so a link in time is played as a staircase. A level
-//! is set exactly; a fall, in which packets wait in order for something, is followed in
-//! steps of [`STEP_NS`]. Who gives the changes to tc, and how late, is not said here.
+//! Pure functions. netem holds a constant state, so a link that varies in time is played as a
+//! staircase. A level is set exactly; a fall, during which packets wait in order, is followed in
+//! steps of [`STEP_NS`]. Passing the changes to tc, and how late that is, are the task of others.
 
 use crate::path::{Path, State};
 use crate::profile::{Order, PathLaw, Profile};
 use crate::setting::{Pace, Setting};
+use crate::time::LinkTime;
 use crate::way::Way;
 
-/// The step of a falling delay, which falls by a second each second: no instant of it is
-/// played more than half of this off. Shorter steps would say more than tc can do everywhere:
-/// a change costs some ten microseconds, but in User-Mode Linux, the slowest machine tried,
+/// The step in which a falling delay is followed. Such a delay falls by one second per second, so the
+/// played delay is off by at most half a step. Shorter steps are more than tc can do on every
+/// machine: a change takes some ten microseconds, but in User-Mode Linux, the slowest machine tried,
 /// more than a millisecond, and there are two ways to play.
 pub const STEP_NS: u64 = 2_000_000;
 
-/// The link's state is read this often, so this is the most by which a change comes late,
-/// and the least time between two. It divides the millisecond in which loss is decided.
+/// Interval at which the link's state is read, so the most by which a change is late and the least
+/// time between two. It divides the millisecond in which loss is decided.
 pub const READING_NS: u64 = 125_000;
 
-/// A level that is closer than this to the setting in force is not worth a change.
+/// A level that is closer than this to the current setting is not worth a change.
 const CLOSE_NS: u64 = 10_000;
 
-/// What a netem must have room for besides the profile's own queue: this many packets a
-/// second for as long as the longest delay. A client at 1 kHz whose packets wait for the end
-/// of a stall sends five thousand a second, its acknowledgements and repetitions included.
+/// netem needs room for this many packets a second over the longest delay, besides the profile's own
+/// queue. A client at 1 kHz whose packets wait for the end of a stall sends five thousand a second,
+/// including acknowledgements and retransmissions.
 const PACKETS_PER_S: u64 = 10_000;
 
-/// Several seconds of any loop's packets. So who reads the counters once a second and sees
-/// that fewer have come knows that none was dropped for lack of room, however short the
-/// delay. tc's own default of 1000 would not tell.
+/// Several seconds of any loop's packets. A player that reads the counters once a second and sees
+/// fewer packets than this knows that none was dropped for lack of room, however short the delay.
+/// With tc's default of 1000 it could not tell.
 const LEAST_LIMIT: u32 = 20_000;
 
 /// A million packets of 1500 bytes: more than a machine should hold for a link.
 const GREATEST_LIMIT: u32 = 1_000_000;
 
-/// A setting and the link time from which on it is in force.
+/// A setting and the instant from which it applies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Change {
-    /// Link time in ns.
-    pub t_ns: u64,
+    /// When it starts to apply.
+    pub at: LinkTime,
     /// The setting from then on.
     pub setting: Setting,
 }
 
-/// The changes of one direction, in their order.
+/// The changes of one direction, in order.
 #[derive(Debug, Clone)]
 pub struct Staircase {
     path: Path,
     ordered: bool,
     limit: u32,
     /// The next instant at which the state is read.
-    reading_ns: u64,
-    /// The state there, which is known beforehand.
+    reading: LinkTime,
+    /// The state at that instant, computed in advance.
     state: State,
     setting: Option<Setting>,
 }
@@ -61,50 +61,49 @@ pub struct Staircase {
 impl Staircase {
     /// The changes of one direction of the link of `profile` and `seed`, from link time 0 on.
     ///
-    /// A rate limit implies order in netem. A profile that has one and whose order is free
-    /// is played in order.
+    /// A rate limit implies order in netem, so a profile that has one is played in order even if its
+    /// order is free.
     #[must_use]
     pub fn new(profile: &Profile, seed: u64, way: Way) -> Self {
         let law = profile.law(way);
         let mut path = Path::new(law, way, seed);
         Self {
-            state: path.state_at(0),
+            state: path.state_at(LinkTime::ZERO),
             path,
             ordered: law.order == Order::Kept,
             limit: limit(law),
-            reading_ns: 0,
+            reading: LinkTime::ZERO,
             setting: None,
         }
     }
 
-    /// The next change before link time `end_ns`, the first one being that of time 0. `None`
-    /// when there is none; a later end may then show more.
+    /// The next change before `end`; the first is that of time 0. `None` if there is none; a later
+    /// `end` may then find more.
     ///
-    /// A link that is constant changes once and never again, which is why there has to be an
-    /// end to the looking.
-    pub fn next_before(&mut self, end_ns: u64) -> Option<Change> {
-        while self.reading_ns < end_ns {
-            let (t_ns, now) = (self.reading_ns, self.state);
-            self.reading_ns = t_ns.saturating_add(READING_NS);
-            self.state = self.path.state_at(self.reading_ns);
-            let setting = self.setting_for(t_ns, now, self.state);
+    /// A constant link changes once and never again, so the search needs an end.
+    pub fn next_before(&mut self, end: LinkTime) -> Option<Change> {
+        while self.reading < end {
+            let (at, now) = (self.reading, self.state);
+            self.reading = at.after(READING_NS);
+            self.state = self.path.state_at(self.reading);
+            let setting = self.setting_for(at, now, self.state);
             if let Some(setting) = setting {
                 self.setting = Some(setting);
-                return Some(Change { t_ns, setting });
+                return Some(Change { at, setting });
             }
         }
         None
     }
 
-    /// The setting to change to in the state `now` of `t_ns`, if it is one, with `soon`
-    /// coming.
-    fn setting_for(&mut self, t_ns: u64, now: State, soon: State) -> Option<Setting> {
+    /// The setting to change to for the state `now` at `at`, given the next state `soon`; `None`
+    /// without a change.
+    fn setting_for(&mut self, at: LinkTime, now: State, soon: State) -> Option<Setting> {
         let fall_ns = now.delay_ns.saturating_sub(soon.delay_ns);
         let falling = fall_ns > 0 && fall_ns <= READING_NS;
-        // Half a step below the delay now is half a step above that at the step's end. The
-        // change comes at the last reading before it would be further off.
+        // Half a step below the current delay is half a step above the delay at the end of the step.
+        // The change comes at the last reading before it would be further off.
         let (aim_ns, close_ns) = if falling {
-            (self.half_a_step_on(t_ns, now), STEP_NS / 2 - READING_NS)
+            (self.half_a_step_on(at, now), STEP_NS / 2 - READING_NS)
         } else {
             (now.delay_ns, CLOSE_NS)
         };
@@ -135,21 +134,20 @@ impl Staircase {
         (setting != before).then_some(setting)
     }
 
-    /// Where a fall that is under way in the state `now` has come to after half a step, or
-    /// ended before.
-    fn half_a_step_on(&mut self, t_ns: u64, now: State) -> u64 {
+    /// The delay that a fall in the state `now` reaches after half a step, or where it ends before that.
+    fn half_a_step_on(&mut self, at: LinkTime, now: State) -> u64 {
         const HALF_NS: u64 = STEP_NS / 2;
-        let then = self.path.state_at(t_ns.saturating_add(HALF_NS));
+        let then = self.path.state_at(at.after(HALF_NS));
         let lowest_ns = now.delay_ns.saturating_sub(HALF_NS);
         then.delay_ns.clamp(lowest_ns, now.delay_ns)
     }
 }
 
-/// How many packets netem may hold. Its count includes those on the wire, which the model's
-/// does not: so room for these is added to the profile's queue.
+/// How many packets netem may hold. Unlike the model's, its count includes packets on the wire, so
+/// room for these is added to the profile's queue.
 fn limit(law: &PathLaw) -> u32 {
     const NS_PER_S: u128 = 1_000_000_000;
-    /// A full packet, as a flow has them that fills the queue.
+    /// A full-size packet, as sent by a flow that fills the queue.
     const PACKET_BITS: u128 = 1500 * 8;
     let stall_ns = law.stall.as_ref().map_or(0.0, |s| s.length.reach_ns());
     let longest_ns = u128::from(law.delay.reach_ns()) + stall_ns as u128;

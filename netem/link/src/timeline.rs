@@ -1,93 +1,93 @@
-//! What the link does when: the empty link until the epoch, the profile's link from it on.
+//! A run's link in time: the empty link until the epoch, from then on the profile's link.
 //!
-//! The player and the prediction both ask here, so that they cannot differ in it.
+//! The player and the prediction both use it, so that they cannot differ.
 
-use crate::{Fate, Link, Load, Passage, Path, PerWay, Profile, State, Way};
+use crate::{Epoch, Fate, Link, LinkTime, Load, Passage, Path, PerWay, Profile, State, Way};
 
 /// A link as a run meets it, in monotonic time.
 #[derive(Debug, Clone)]
 pub struct Timeline {
     empty: Link,
     link: Link,
-    epoch_ns: u64,
-    /// What entered each way, where that is known and matters.
+    epoch: Epoch,
+    /// The packets that entered each way, if they are known and matter.
     loads: PerWay<Option<Load>>,
 }
 
 impl Timeline {
-    /// The link of `profile` and `seed`, whose time 0 is the monotonic instant `epoch_ns`.
+    /// The link of `profile` and `seed`, which begins at `epoch`.
     #[must_use]
-    pub fn new(profile: &Profile, seed: u64, epoch_ns: u64) -> Self {
-        // Between two ends on one machine there is no link at any time.
+    pub fn new(profile: &Profile, seed: u64, epoch: Epoch) -> Self {
+        // Between two ends on one machine there is never a link.
         let before = if profile.is_loopback() {
             profile.clone()
         } else {
             Profile::empty()
         };
         Self {
-            // The empty link is constant: its seed says nothing.
+            // The empty link is constant, so its seed has no effect.
             empty: Link::new(&before, 0),
             link: Link::new(profile, seed),
-            epoch_ns,
+            epoch,
             loads: PerWay::default(),
         }
     }
 
-    /// The same, where it is known what entered one way: each packet's monotonic instant and IP
-    /// length, in order. Of a way without a rate limit that says nothing.
+    /// The same timeline with the packets that entered one way: each packet's monotonic instant and
+    /// IP length, in order. Without a rate limit on that way they have no effect.
     #[must_use]
     pub fn with_load(mut self, way: Way, packets: impl IntoIterator<Item = (u64, u32)>) -> Self {
-        let epoch_ns = self.epoch_ns;
-        // The link's queue is empty when its time begins.
+        let epoch = self.epoch;
+        // The link's queue is empty when link time begins.
         let packets = packets
             .into_iter()
-            .filter_map(|(t_ns, bytes)| Some((t_ns.checked_sub(epoch_ns)?, bytes)));
+            .filter_map(|(t_ns, bytes)| Some((epoch.link_time(t_ns)?, bytes)));
         self.loads[way] = self.link.path(way).load(packets);
         self
     }
 
-    /// The IP length of the first packet of `at_least` bytes that entered a way within `within_ns` from
-    /// `t_ns` on, where it is known what entered.
+    /// The IP length of the first packet of `at_least` bytes that entered a way within `within_ns`
+    /// from `t_ns` on, if the packets are known.
     #[must_use]
     pub fn bytes_entered(&self, way: Way, t_ns: u64, within_ns: u64, at_least: u32) -> Option<u32> {
         let load = self.loads[way].as_ref()?;
-        load.bytes(t_ns.checked_sub(self.epoch_ns)?, within_ns, at_least)
+        load.bytes(self.epoch.link_time(t_ns)?, within_ns, at_least)
     }
 
-    /// What a packet of `bytes` (of IP) meets that enters at `t_ns`.
+    /// What a packet of `bytes` (IP length) that enters at `t_ns` meets.
     pub fn passage(&mut self, way: Way, t_ns: u64, bytes: u32) -> Passage {
         let load = self.loads[way].take();
-        let (path, t_link_ns, _) = self.path(way, t_ns);
-        let passage = path.passage(t_link_ns, bytes, load.as_ref());
+        let (path, t, _) = self.path(way, t_ns);
+        let passage = path.passage(t, bytes, load.as_ref());
         self.loads[way] = load;
         passage
     }
 
-    /// Decides on a packet of `bytes` (of IP) that enters at `t_ns`, and tells a departure in
-    /// monotonic time too. Calls per way go in order of entry.
-    pub fn transmit(&mut self, way: Way, t_ns: u64, bytes: u32) -> Fate {
-        let (path, t_link_ns, origin_ns) = self.path(way, t_ns);
-        match path.transmit(t_link_ns, bytes) {
-            Fate::Deliver { at_ns } => Fate::Deliver {
-                at_ns: at_ns.saturating_add(origin_ns),
+    /// Decides the fate of a packet of `bytes` (IP length) that enters at `t_ns`; a departure is in
+    /// monotonic time too. Must be called in order of entry on each way.
+    pub fn transmit(&mut self, way: Way, t_ns: u64, bytes: u32) -> Fate<u64> {
+        let (path, t, origin) = self.path(way, t_ns);
+        match path.transmit(t, bytes) {
+            Fate::Deliver { at } => Fate::Deliver {
+                at: origin.t_ns(at),
             },
-            dropped @ Fate::Drop(_) => dropped,
+            Fate::Drop(cause) => Fate::Drop(cause),
         }
     }
 
-    /// The state at an instant, whatever the traffic.
+    /// The state at an instant, regardless of traffic.
     pub fn state_at(&mut self, way: Way, t_ns: u64) -> State {
-        let (path, t_link_ns, _) = self.path(way, t_ns);
-        path.state_at(t_link_ns)
+        let (path, t, _) = self.path(way, t_ns);
+        path.state_at(t)
     }
 
-    /// The path that plays at `t_ns`, that instant in the path's own time, and the monotonic
-    /// instant at which that time is 0.
-    fn path(&mut self, way: Way, t_ns: u64) -> (&mut Path, u64, u64) {
-        let (link, t_link_ns, origin_ns) = match t_ns.checked_sub(self.epoch_ns) {
-            Some(t_link_ns) => (&mut self.link, t_link_ns, self.epoch_ns),
-            None => (&mut self.empty, t_ns, 0),
+    /// The path in force at `t_ns`, that instant in the path's own time, and the origin of that time;
+    /// for the empty link, the machine's.
+    fn path(&mut self, way: Way, t_ns: u64) -> (&mut Path, LinkTime, Epoch) {
+        let (link, t, origin) = match self.epoch.link_time(t_ns) {
+            Some(t) => (&mut self.link, t, self.epoch),
+            None => (&mut self.empty, LinkTime::from_ns(t_ns), Epoch::default()),
         };
-        (link.path_mut(way), t_link_ns, origin_ns)
+        (link.path_mut(way), t, origin)
     }
 }

@@ -1,11 +1,11 @@
-//! A recorded link: steps of delay, and of loss and rate where they are given.
+//! A recorded link: steps of delay, and of loss and rate if they are given.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use serde::Serialize;
 
-/// From `t_ns` on, until the next step.
+/// The state from `t_ns` until the next step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(crate) struct Step {
     /// Time of the trace.
@@ -14,7 +14,7 @@ pub(crate) struct Step {
     pub(crate) delay_ns: u64,
     /// Share of packets lost, 0 to 1.
     pub(crate) loss: f64,
-    /// Rate limit, where the trace has one.
+    /// Rate limit, if the trace has one.
     pub(crate) rate_bps: Option<u64>,
 }
 
@@ -40,13 +40,13 @@ impl Trace {
         &self.steps
     }
 
-    /// When it begins again; without this the last step is held for ever.
+    /// When the trace begins again; if `None`, the last step is held forever.
     pub(crate) fn repeat_ns(&self) -> Option<u64> {
         self.repeat_ns
     }
 
-    /// The step in force at link time `t_ns`, and the link time from its begin to that of the next;
-    /// the last of a trace that does not repeat has none.
+    /// The step in force at link time `t_ns`, and the link times of its beginning and of the next
+    /// step; the last step of a trace that does not repeat has no end.
     pub(crate) fn step_at(&self, t_ns: u64) -> (Range<u64>, Step) {
         let within_ns = self.repeat_ns.map_or(t_ns, |repeat_ns| t_ns % repeat_ns);
         let round_ns = t_ns - within_ns;

@@ -1,14 +1,14 @@
-//! Quantities as they are written in a profile: a number and tc's unit.
+//! Quantities as written in a profile: a number and tc's unit.
 
 use thiserror::Error;
 
-/// Longest time that a profile may name: a day. Anything longer is a slip, and
-/// sums of a few of these are far from the end of a `u64` of nanoseconds.
+/// Longest time that a profile may give: a day. Anything longer is a mistake, and sums of a few such
+/// times are far below the limit of a `u64` of nanoseconds.
 const LONGEST_S: f64 = 86_400.0;
-/// Greatest rate that a profile may name.
+/// Greatest rate that a profile may give.
 const FASTEST_BPS: f64 = 1e12;
 
-/// Why a text is not the quantity that it should be.
+/// Why a text is not the expected quantity.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[allow(missing_docs)] // The messages are the documentation.
 pub enum InvalidQuantity {
@@ -33,7 +33,7 @@ pub enum InvalidQuantity {
 /// A time such as `"10ms"`, in nanoseconds.
 ///
 /// # Errors
-/// [`InvalidQuantity`] where it is no time, negative, or longer than a day.
+/// [`InvalidQuantity`] if it is not a time, is negative, or is longer than a day.
 pub fn duration_ns(text: &str) -> Result<f64, InvalidQuantity> {
     let (number, unit) = split(text)?;
     let scale = match unit {
@@ -53,7 +53,7 @@ pub fn duration_ns(text: &str) -> Result<f64, InvalidQuantity> {
 /// A rate such as `"1mbit"`, in bit/s.
 ///
 /// # Errors
-/// [`InvalidQuantity`] where it is no rate, negative, or more than 1 Tbit/s.
+/// [`InvalidQuantity`] if it is not a rate, is negative, or is more than 1 Tbit/s.
 pub fn rate_bps(text: &str) -> Result<u64, InvalidQuantity> {
     let (number, unit) = split(text)?;
     let scale = match unit {
@@ -72,7 +72,7 @@ pub fn rate_bps(text: &str) -> Result<u64, InvalidQuantity> {
 /// A share such as `"0.8%"`, as a fraction.
 ///
 /// # Errors
-/// [`InvalidQuantity`] where it is no share of 0 to 100 %.
+/// [`InvalidQuantity`] if it is not a share of 0 to 100 %.
 pub fn share(text: &str) -> Result<f64, InvalidQuantity> {
     let (number, unit) = split(text)?;
     match unit {
@@ -82,13 +82,13 @@ pub fn share(text: &str) -> Result<f64, InvalidQuantity> {
     }
 }
 
-/// A finite number, zero or more, and the unit behind it.
+/// A finite number, zero or more, and the unit after it.
 fn split(text: &str) -> Result<(f64, &str), InvalidQuantity> {
     let trimmed = text.trim();
     let unit_at = trimmed
         .char_indices()
         .find(|&(at, c)| {
-            // The e of "1e3ms" belongs to the number, that of no unit does.
+            // The e of "1e3ms" belongs to the number; an e in a unit does not.
             let exponent = (c == 'e' || c == 'E')
                 && trimmed[at + 1..].starts_with(|c: char| c.is_ascii_digit() || c == '-');
             !(c.is_ascii_digit() || matches!(c, '.' | '-' | '+') || exponent)

@@ -1,4 +1,4 @@
-//! The two directions of a link, up and down, which are never mixed.
+//! The two directions of a link, up and down.
 
 use std::ops::{Index, IndexMut};
 
@@ -23,7 +23,7 @@ pub enum Way {
 }
 
 impl Way {
-    /// Both, up first.
+    /// Both directions, up first.
     pub const BOTH: [Way; 2] = [Way::Up, Way::Down];
 
     /// The way back.
@@ -36,7 +36,7 @@ impl Way {
     }
 }
 
-/// One of something for each direction.
+/// One value for each direction.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PerWay<T> {
     /// From controller to plant.
@@ -46,7 +46,7 @@ pub struct PerWay<T> {
 }
 
 impl<T> PerWay<T> {
-    /// What `make` gives for each.
+    /// The value that `make` gives for each direction.
     pub fn of(mut make: impl FnMut(Way) -> T) -> Self {
         Self {
             up: make(Way::Up),

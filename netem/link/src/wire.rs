@@ -1,31 +1,30 @@
-//! The wire's delay at each instant: a level that is held and redrawn, or the
-//! steps of a trace; and the order in which packets leave.
+//! The wire's delay at each instant: a level that is held and redrawn, or the steps of a trace; and
+//! the order in which packets leave.
 //!
-//! With order kept, the delay is made first-in first-out as a function of time
-//! alone: a packet leaves no earlier than one that *could* have entered before
-//! it. With D(t) the level, that is `D*(t) = max over s <= t of (s + D(s)) - t`,
-//! the virtual waiting time, which falls no faster than one second a second.
+//! If the order is kept, the delay is first-in first-out as a function of time alone: a packet leaves no
+//! earlier than one that *could* have entered before it. With the level D(t) it is `D*(t) = max over s <= t
+//! of (s + D(s)) - t`, the virtual waiting time, which falls by at most one second per second.
 
 use crate::draws::Draws;
 use crate::profile::{Delay, Level, Order};
 
-/// The level is constant over a piece.
+/// A piece of time with a constant level.
 #[derive(Debug, Clone, Copy)]
 struct Piece {
     start_ns: u64,
-    /// Where the next one begins.
+    /// When the next piece begins.
     end_ns: u64,
     level_ns: u64,
 }
 
-/// A piece that was asked about, and what those before it still do in it.
+/// A piece that was computed, and the effect of the earlier pieces on it.
 #[derive(Debug, Clone, Copy)]
 struct Known {
     start_ns: u64,
-    /// Where the next piece begins.
+    /// When the next piece begins.
     end_ns: u64,
     level_ns: u64,
-    /// No packet of this piece leaves earlier: one of an earlier piece leaves then.
+    /// No packet of this piece leaves before this: a packet of an earlier piece leaves then.
     held_until_ns: u64,
 }
 
@@ -36,7 +35,7 @@ pub(crate) struct Wire {
     order: Order,
     draws: Draws,
     reach_ns: u64,
-    /// The newest ask's piece, since the next is mostly about the same.
+    /// The piece of the newest query, since the next is mostly about the same.
     known: Option<Known>,
 }
 
@@ -51,7 +50,7 @@ impl Wire {
         }
     }
 
-    /// How long a packet that enters the wire at `t_ns` is on it.
+    /// How long a packet that enters the wire at `t_ns` stays on it.
     pub(crate) fn delay_ns(&mut self, t_ns: u64) -> u64 {
         let known = match self.known {
             Some(known) if (known.start_ns..known.end_ns).contains(&t_ns) => known,
@@ -64,16 +63,16 @@ impl Wire {
         t_ns.saturating_add(known.level_ns).max(known.held_until_ns) - t_ns
     }
 
-    /// The piece at `t_ns`, and until when earlier ones hold its packets up.
+    /// The piece at `t_ns`, and until when earlier pieces hold its packets back.
     fn learn(&mut self, t_ns: u64) -> Known {
         let piece = self.piece_at(t_ns);
         let mut held_until_ns = 0;
         if self.order == Order::Kept {
-            // Its first packet: one that is not held up does not leave earlier than that.
+            // When the first packet of the piece leaves if it is not held back; none leaves earlier.
             let first_ns = piece.start_ns.saturating_add(piece.level_ns);
             let mut start_ns = piece.start_ns;
-            // An earlier piece counts by its last instant, and no piece that ended
-            // longer ago than the greatest level can still hold a packet.
+            // An earlier piece matters by its last instant; a piece that ended longer ago than the
+            // greatest level cannot hold a packet any more.
             while let Some(last_ns) = start_ns.checked_sub(1) {
                 if last_ns.saturating_add(self.reach_ns) <= first_ns.max(held_until_ns) {
                     break;
@@ -111,8 +110,8 @@ impl Wire {
     }
 }
 
-/// Piece 0 begins at link time 0 and piece k >= 1 at a random instant of the
-/// k-th hold, so that no periodic sampling is in step with the redraws.
+/// Piece 0 begins at link time 0, piece k >= 1 at a random instant of the k-th hold, so that no
+/// periodic sampling is synchronous with the redraws.
 fn held_piece(level: &Level, draws: &mut Draws, t_ns: u64) -> Piece {
     let mut start_of = |piece: u64| match piece.checked_sub(1) {
         None => 0,

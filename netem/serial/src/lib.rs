@@ -1,8 +1,8 @@
-//! Tests one after another, in a main of their own: what takes wall-clock time must not run beside
-//! itself, and tests that the machine does not allow are reported as skipped.
+//! Runs tests one after another, in their own main: tests that depend on wall-clock time must not run
+//! in parallel, and tests that the machine does not support are reported as skipped.
 //!
-//! Arguments and output are the usual harness's, as `libtest-mimic` has them. Each test runs in the
-//! calling thread, which stays the only one of the process as long as no test starts another.
+//! Arguments and output are those of the usual harness, from `libtest-mimic`. Each test runs in the
+//! calling thread, which is the only one of the process unless a test starts another.
 #![allow(clippy::print_stdout)]
 
 use std::panic::{UnwindSafe, catch_unwind, resume_unwind};
@@ -12,9 +12,9 @@ use std::time::Instant;
 pub use libtest_mimic::Trial;
 use libtest_mimic::{Arguments, Completion};
 
-/// What a test gives back: nothing, or that this machine cannot make it.
+/// The result of a test: nothing, or the reason why it cannot run on this machine.
 pub trait Outcome {
-    /// Why the test could not be made here, if so.
+    /// Why the test could not run here, if so.
     fn lack(self) -> Option<String>;
 }
 
@@ -30,7 +30,7 @@ impl Outcome for Result<(), String> {
     }
 }
 
-/// The tests at these paths, which are their names too.
+/// The tests at these paths, which also serve as their names.
 #[macro_export]
 macro_rules! tests {
     ($($test:path),* $(,)?) => {
@@ -38,7 +38,7 @@ macro_rules! tests {
     };
 }
 
-/// A test. One that panics has failed.
+/// A test; it fails if it panics.
 pub fn test<T: Outcome>(
     name: &'static str,
     test: impl FnOnce() -> T + Send + UnwindSafe + 'static,
@@ -51,7 +51,7 @@ pub fn test<T: Outcome>(
             Ok(None) => Ok(Completion::Completed),
             Ok(Some(lack)) => Ok(Completion::ignored_with(format!("SKIPPED: {lack}"))),
             Err(panic) => {
-                // What the test has printed may stand between its name and its result.
+                // Output of the test may stand between its name and its result.
                 println!("\ntest {name} ... FAILED");
                 resume_unwind(panic)
             }
@@ -59,8 +59,8 @@ pub fn test<T: Outcome>(
     })
 }
 
-/// Runs the tests that the command line asks for. What `lack` gives is why this machine can make
-/// none of them; it is asked only where one is to be made.
+/// Runs the tests that the command line selects. `lack` returns why this machine can run none of
+/// them; it is called only if a test is to run.
 pub fn run(mut tests: Vec<Trial>, lack: impl FnOnce() -> Option<String>) -> ExitCode {
     let mut arguments = Arguments::from_args();
     arguments.test_threads = Some(1);

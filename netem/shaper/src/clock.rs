@@ -1,12 +1,12 @@
-//! Time: the monotonic clock in nanoseconds, and kernel receive stamps brought onto it.
+//! Time: the monotonic clock in nanoseconds, and the conversion of kernel receive stamps to it.
 
 use rustix::time::{ClockId, Timespec, clock_gettime};
 
 /// Nanoseconds in a second.
 pub(crate) const SECOND_NS: u64 = 1_000_000_000;
 
-/// `CLOCK_MONOTONIC` in nanoseconds: the one clock of a run, the same in every process and
-/// namespace of this machine.
+/// `CLOCK_MONOTONIC` in nanoseconds: the one clock of a run, the same in every process and namespace
+/// of this machine.
 #[must_use]
 pub fn now_ns() -> u64 {
     nanoseconds(clock_gettime(ClockId::Monotonic))
@@ -21,7 +21,7 @@ fn nanoseconds(time: Timespec) -> u64 {
     time.tv_sec.unsigned_abs() * SECOND_NS + time.tv_nsec.unsigned_abs()
 }
 
-/// The span of `ns` nanoseconds, as the kernel takes a timeout.
+/// A time span of `ns` nanoseconds, in the form of a kernel timeout.
 pub(crate) fn timespec(ns: u64) -> Timespec {
     Timespec {
         // Both quotients fit: u64::MAX ns are 584 years.
@@ -30,18 +30,17 @@ pub(crate) fn timespec(ns: u64) -> Timespec {
     }
 }
 
-/// The longest that a packet may plausibly have waited in a socket before it is read. A
-/// stamp that says more is taken for a step of the wall clock.
+/// The longest that a packet may plausibly have waited in a socket. A stamp that is older than this
+/// indicates a step of the wall clock.
 const OLDEST_STAMP_NS: u64 = 2 * SECOND_NS;
 
-/// Brings the kernel's receive stamps, which are wall-clock time, onto the monotonic clock.
+/// Converts the kernel's receive stamps, which are wall-clock time, to the monotonic clock.
 ///
-/// The distance between the clocks is sampled at each reading, so slewing does no harm and
-/// a step of the wall clock can only touch the packets that lie in the socket during it.
-/// So each stamp is tried against the distance now and the one before, the younger of the
-/// plausible times is taken (the other one has the step in it), and if neither is plausible
-/// the packet counts as received now. No time is ever in the future or older than two
-/// seconds.
+/// The difference between the clocks is sampled at each reading, so slewing does no harm, and a step
+/// of the wall clock affects only packets that are in the socket at that time. Each stamp is
+/// therefore converted with the difference now and with the one before. The younger of the plausible
+/// times is used, since the other one contains the step; if neither is plausible, the packet counts
+/// as received now. No time is ever in the future or older than two seconds.
 #[derive(Debug)]
 pub(crate) struct StampClock {
     wall_minus_monotonic_ns: u64,
@@ -62,14 +61,13 @@ impl StampClock {
     }
 }
 
-/// The distance between the clocks, from three readings in a row: monotonic, wall,
-/// monotonic. When the first and the last lie far apart this thread was interrupted between
-/// them, so they are read again. Wrapping, because a machine without a battery starts with
-/// its wall clock near zero.
+/// The difference between the clocks, from three consecutive readings: monotonic, wall, monotonic. If
+/// the first and the last are far apart, this thread was interrupted between them, and the readings
+/// are repeated. Wrapping, because the wall clock of a machine without a battery starts near zero.
 fn wall_minus_monotonic_ns() -> u64 {
-    /// Three readings take well under this when nothing comes between them.
+    /// Three readings without interruption take well under this.
     const UNDISTURBED_NS: u64 = 1_000;
-    /// A machine that is disturbed this often in a row is taken as it is.
+    /// If the readings are interrupted this often in a row, the best of them is used.
     const TRIES: usize = 4;
     let mut best = (u64::MAX, 0);
     for _ in 0..TRIES {
@@ -116,8 +114,8 @@ mod tests {
 
     #[test]
     fn a_packet_that_waits_while_the_wall_clock_steps_keeps_its_age() {
-        // Stamped before the step and read after it; steps of an hour and of half a second,
-        // which would otherwise pass for a plausible age.
+        // Stamped before the step and read after it; steps of an hour and of half a second, which
+        // would otherwise be mistaken for a plausible age.
         let stamp = NOW + DISTANCE - 35_000;
         for step in [3_600 * SECOND_NS, SECOND_NS / 2] {
             for after in [DISTANCE + step, DISTANCE - step] {
@@ -144,8 +142,8 @@ mod tests {
 
     #[test]
     fn the_distance_between_the_clocks_is_steady_to_microseconds() {
-        // Two samples a moment apart, on a machine whose clock is slewed by at most 500 ppm
-        // and which interrupts this thread now and then: the generous bound is 1 ms.
+        // Two samples in quick succession, on a machine whose clock is slewed by at most 500 ppm and
+        // which interrupts this thread now and then: the generous limit is 1 ms.
         let first = wall_minus_monotonic_ns();
         let second = wall_minus_monotonic_ns();
         assert!(first.wrapping_sub(second).cast_signed().abs() < 1_000_000);

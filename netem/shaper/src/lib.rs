@@ -1,16 +1,16 @@
 //! Plays a link on real packets, and sends the echoes that prove it.
 //!
-//! - Where: [`Namespace`]s without names, [joined](join) by veth pairs through a middle one.
-//! - What plays: [`play`] forwards between two [`Port`]s as the [`Timeline`](link::Timeline) of a profile and
-//!   a seed says; a [`Record`] keeps its rows. Where the ends share no interface, a player
-//!   beside each [plays its way](play_way), and the two are joined by a tunnel.
-//! - Or by tc: a [`TcPlayer`] plays one way by a netem that it changes in time.
-//! - What proves it: a [`Prober`] measures each direction with echoes, in two halves
-//!   ([`Asker`], [`Witness`]) where the ends share no process; they are held against what the
-//!   same timeline had predicted in the [certificate].
+//! - Network: [`Namespace`]s without names, [joined](join) by veth pairs through a middle one.
+//! - Player: [`play`] forwards between two [`Port`]s according to the [`Timeline`](link::Timeline) of
+//!   a profile and a seed; a [`Record`] keeps its rows. If no interface connects the ends, a player
+//!   beside each [plays its way](play_way), and a tunnel joins the two.
+//! - Player with tc: a [`TcPlayer`] plays one way with a netem that it changes in time.
+//! - Proof: a [`Prober`] measures each direction with echoes, in two halves ([`Asker`], [`Witness`])
+//!   if the ends are in different processes; the [certificate] compares them with the predictions of
+//!   the same timeline.
 //!
-//! All times are nanoseconds of `CLOCK_MONOTONIC`, which is one for all namespaces and
-//! processes of a machine.
+//! All times are nanoseconds of `CLOCK_MONOTONIC`, which is the same for all namespaces and processes
+//! of a machine.
 
 mod clock;
 mod error;

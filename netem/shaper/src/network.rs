@@ -1,4 +1,4 @@
-//! The network that a link is played in: namespaces, what joins them, and who is where in them.
+//! The network that a link is played in: namespaces, the interfaces that join them, and addresses.
 
 pub(crate) mod bridge;
 pub(crate) mod namespace;

@@ -1,9 +1,9 @@
-//! Plays a link on real packets: what comes in at one port leaves by the other, when and if
-//! the link says so.
+//! Plays a link on real packets: a packet that comes in at one port leaves by the other at the time
+//! that the link gives it, if it is not lost.
 //!
-//! The delay counts from the kernel's receive stamp, so the player's own waking does not add
-//! to it. What it did is in the [report](PlayerReport), and once a second in a
-//! [row](LinkRow); the judging is done elsewhere.
+//! The delay counts from the kernel's receive stamp, so the player's own wake-up does not add to it.
+//! What the player did is in its [report](PlayerReport), and in a [row](LinkRow) once a second;
+//! others judge it.
 
 pub(crate) mod relay;
 pub(crate) mod tally;
@@ -14,7 +14,7 @@ use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use certificate::{LinkRow, Pause, PlayerReport, Scheduling, WayReport};
-use link::{PacketRow, PerWay, Profile, Timeline, Way};
+use link::{Epoch, PacketRow, PerWay, Profile, Timeline, Way};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
 
@@ -27,21 +27,19 @@ use crate::port::Port;
 use crate::record::Record;
 use crate::scheduling::prefer_this_thread;
 
-/// Ahead of the ends, at 45: a network does not get slower because they are busy, as they are
-/// when a stall ends and lets go of thousands of packets. Below a plant's tick, at 50, which is
-/// short and rare.
+/// Above the ends, at 45: a network does not get slower because the ends are busy, as they are when a stall
+/// ends and releases thousands of packets. Below a plant's tick, at 50, which is short and rare.
 const PRIORITY: u8 = 48;
 
-/// A thread that has gone to sleep wakes some tens of microseconds late. The player wakes
-/// this long before a departure and watches the clock. Only a thread ahead of all others
-/// does so: in an ordinary one the watching would be taken from the loop it carries.
+/// A sleeping thread wakes some tens of microseconds late. The player wakes this long before a
+/// departure and polls the clock. It does so only with real-time priority: an ordinary thread would
+/// take that time from the loop it carries.
 const GUARD_NS: u64 = 80_000;
 
 /// The longest sleep, so that a request to stop is seen soon.
 const LONGEST_SLEEP_NS: u64 = 50_000_000;
 
-/// Packets that are taken from one port before the other port and the departures have their
-/// turn.
+/// Packets taken from one port before the other port and the departures have their turn.
 const BATCH: usize = 64;
 
 /// What to play.
@@ -52,31 +50,30 @@ pub struct PlayerConfig<P> {
     /// The seed of the link.
     pub seed: u64,
     /// The monotonic instant of link time 0. Before it, the empty link is played.
-    pub epoch_ns: u64,
-    /// Where the controller's packets come in and the plant's go out.
+    pub epoch: Epoch,
+    /// The port where the controller's packets come in and the plant's go out.
     pub controller: P,
-    /// Where the plant's packets come in and the controller's go out.
+    /// The port where the plant's packets come in and the controller's go out.
     pub plant: P,
-    /// Where each packet that enters is written down, if it is.
+    /// Where each packet that enters is recorded, if at all.
     pub packets: Option<Record<PacketRow>>,
 }
 
-/// Plays until `stop` is set, on the calling thread, for which it asks real-time scheduling.
-/// Start other threads first: they would inherit it.
+/// Plays until `stop` is set, on the calling thread, for which it requests real-time scheduling.
+/// Start other threads first, since they would inherit it.
 ///
-/// `on_second` gets the rows of both ways once a second and at the end. It is called between
-/// two packets, so it must neither wait nor write; [`record`](crate::record) does that on a
-/// thread of its own. Packets still under way at the end are counted, not sent.
+/// `on_second` gets the rows of both ways once a second and at the end. It is called between two
+/// packets, so it must neither wait nor write; [`record`](crate::record) writes on a thread of its
+/// own. Packets still under way at the end are counted, not sent.
 ///
 /// # Errors
-/// [`Error::Failed`](crate::Error::Failed) when a port fails, for instance because its
-/// interface has gone.
+/// [`Error::Failed`](crate::Error::Failed) if a port fails, for instance because its interface is gone.
 pub fn play<P: Port>(
     config: PlayerConfig<P>,
     stop: &AtomicBool,
     mut on_second: impl FnMut([LinkRow; 2]),
 ) -> Result<PlayerReport> {
-    let timeline = Timeline::new(&config.profile, config.seed, config.epoch_ns);
+    let timeline = Timeline::new(&config.profile, config.seed, config.epoch);
     let (mut controller, mut plant) = (config.controller, config.plant);
     let mut player = Player::new(
         Relay::new(timeline),
@@ -90,7 +87,7 @@ pub fn play<P: Port>(
     let PerWay { up, down } = player.into_reports();
     Ok(PlayerReport {
         scheduling: played.scheduling,
-        epoch_ns: config.epoch_ns,
+        epoch: config.epoch,
         started_ns: played.started_ns,
         ended_ns: played.ended_ns,
         pauses: played.pauses,
@@ -99,18 +96,18 @@ pub fn play<P: Port>(
     })
 }
 
-/// A way's packets come in at its own port, and go out at that of the way back.
+/// The player of both ways. A way's packets come in at its own port and leave by that of the way back.
 pub(crate) struct Player<'p> {
     relay: Relay,
     ports: PerWay<&'p mut dyn Port>,
     tallies: PerWay<Tally>,
     watch: Watch,
     packets: Option<Record<PacketRow>>,
-    /// Those of this second.
+    /// The packets of this second.
     entered: Vec<PacketRow>,
 }
 
-/// How a play went, whatever it played.
+/// The result of a play.
 pub(crate) struct Played {
     pub(crate) scheduling: Scheduling,
     pub(crate) started_ns: u64,
@@ -221,7 +218,7 @@ impl<'p> Player<'p> {
         Ok(PerWay::of(|way| self.tallies[way].row(now)))
     }
 
-    /// Writes down a packet that has entered, where that is asked for.
+    /// Records a packet that has entered, if requested.
     fn note(&mut self, way: Way, bytes: u32) {
         if self.packets.is_some() && !self.relay.is_carried(way) {
             self.entered.push(PacketRow {
@@ -232,14 +229,14 @@ impl<'p> Player<'p> {
         }
     }
 
-    /// Hands this second's packets to the thread that writes.
+    /// Passes this second's packets to the thread that writes them.
     fn hand_over(&mut self) {
         if let Some(packets) = &mut self.packets {
             packets.add_all(std::mem::replace(&mut self.entered, room(true)));
         }
     }
 
-    /// Sleeps until a packet comes or the next departure is near; not at all if it is.
+    /// Sleeps until a packet comes or the next departure is near; returns at once if it is near.
     fn wait(&mut self, now: u64, guard_ns: u64) -> Result<()> {
         let wake_ns = self
             .relay
@@ -255,14 +252,14 @@ impl<'p> Player<'p> {
         let timeout = timespec(sleep_ns);
         self.watch.rest_until(now + sleep_ns);
         match poll(&mut ports, Some(&timeout)) {
-            // A signal is a reason to look at `stop`.
+            // After a signal the caller checks `stop`.
             Ok(_) | Err(Errno::INTR) => Ok(()),
             Err(error) => Err(io::Error::from(error)).doing("wait for packets"),
         }
     }
 }
 
-/// Room for a second's packets, where they are written down: so that none is made on the way.
+/// Room for a second's packets if they are recorded, so that none is allocated while playing.
 fn room(is_needed: bool) -> Vec<PacketRow> {
     const PACKETS_PER_S: usize = 8192;
     Vec::with_capacity(if is_needed { PACKETS_PER_S } else { 0 })

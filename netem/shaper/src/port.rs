@@ -1,7 +1,7 @@
 //! Where packets enter and leave the player: an `AF_PACKET` socket on an interface.
 //!
-//! [`Port`] is all that the player knows of them, so that a [TUN device](crate::TunPort) or
-//! a [UDP socket](crate::UdpPort) can take the place of an interface.
+//! The player knows ports only as [`Port`], so a [TUN device](crate::TunPort) or a [UDP
+//! socket](crate::UdpPort) can take the place of an interface.
 
 pub(crate) mod tun;
 pub(crate) mod udp;
@@ -17,36 +17,36 @@ use crate::error::{Doing, Error, Result};
 use crate::network::netlink::Netlink;
 use crate::sys;
 
-/// Room for the longest frame that can come: 1500 bytes of packet, 14 of Ethernet header,
-/// rounded up to keep buffers on their own cache lines.
+/// Room for the longest possible frame: 1500 bytes of packet and 14 of Ethernet header, rounded up to
+/// keep buffers on their own cache lines.
 pub const FRAME_MAX: usize = 1536;
 
-/// A packet that has come in.
+/// A packet that was received.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Arrival {
-    /// Bytes of the frame, as they lie in the buffer and as they are to be sent on.
+    /// Bytes of the frame, in the buffer and as it is sent on.
     pub frame_bytes: usize,
-    /// Bytes of the IP packet in it, which is what a link counts.
+    /// Bytes of the IP packet in it, which a link counts.
     pub ip_bytes: u32,
     /// When the kernel received it, monotonic.
     pub stamp_ns: u64,
 }
 
-/// What a port has not passed on, since it was opened.
+/// Frames that a port has not passed on since it was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PortCounters {
-    /// Frames that are no IPv4, or that a stranger sent: left out on purpose.
+    /// Frames that are not IPv4 or come from an unknown sender: left out on purpose.
     pub foreign: u64,
-    /// IPv4 packets that there was no room for: lost by the player itself.
+    /// IPv4 packets that found no room: lost by the player itself.
     pub dropped: u64,
 }
 
-/// One end of the player. Packets come from it and go to it, as whole frames.
+/// One side of the player, which receives and sends whole frames.
 pub trait Port: AsFd {
-    /// Takes the next packet without waiting; `None` when there is none.
+    /// Takes the next packet without waiting; `None` if there is none.
     ///
     /// # Errors
-    /// The kernel's, for instance when the interface is gone.
+    /// Those of the kernel, for instance if the interface is gone.
     fn receive(&mut self, frame: &mut [u8; FRAME_MAX]) -> io::Result<Option<Arrival>>;
 
     /// Sends one frame.
@@ -55,27 +55,25 @@ pub trait Port: AsFd {
     /// If the kernel refuses; the frame has then not been sent.
     fn send(&mut self, frame: &[u8]) -> io::Result<()>;
 
-    /// What has not been passed on so far.
+    /// The frames that have not been passed on so far.
     ///
     /// # Errors
-    /// If the kernel does not give its counters.
+    /// If the kernel does not return its counters.
     fn counters(&mut self) -> io::Result<PortCounters>;
 }
 
-/// Room in the socket for what comes while the player is kept from its processor: at 100 000
-/// small packets a second (each takes about a kilobyte of the kernel's memory) this is a
-/// third of a second.
+/// Room in the socket for packets that come while the player has no processor: at 100 000 small
+/// packets a second (each takes about a kilobyte of kernel memory) it is a third of a second.
 const SOCKET_BYTES: usize = 32 << 20;
 
-/// Length of an Ethernet header; its last two bytes say what is in the frame.
+/// Length of an Ethernet header; its last two bytes give the type of its contents.
 const ETHERNET_HEADER: usize = 14;
-/// That value for IPv4.
+/// The type of IPv4.
 const ETHERTYPE_IPV4: [u8; 2] = [0x08, 0x00];
 
 /// A packet socket on one interface of this thread's namespace.
 ///
-/// It hears each frame that comes in, with the kernel's receive stamp, and none that goes
-/// out.
+/// It receives each incoming frame, with the kernel's receive stamp, and no outgoing ones.
 #[derive(Debug)]
 pub struct PacketPort {
     socket: OwnedFd,
@@ -87,12 +85,12 @@ impl PacketPort {
     /// Opens the interface called `interface` in the namespace of the calling thread.
     ///
     /// # Errors
-    /// [`Error::Failed`] if there is no such interface, [`Error::Unsupported`] if this
-    /// process may not open packet sockets.
+    /// [`Error::Failed`] if there is no such interface, [`Error::Unsupported`] if this process may
+    /// not open packet sockets.
     pub fn open(interface: &str) -> Result<Self> {
         let index = Netlink::open()?.index_of(interface)?;
         let socket = packet_socket()?;
-        // In this order: a socket without protocol hears nothing until it is bound.
+        // In this order: a socket without a protocol receives nothing until it is bound.
         sys::stamp_received(&socket)
             .and_then(|()| sys::ignore_outgoing(&socket))
             .and_then(|()| sys::bypass_qdisc(&socket))
@@ -106,7 +104,7 @@ impl PacketPort {
     }
 }
 
-/// A packet socket with much room, which hears nothing until it is bound.
+/// A packet socket with a large buffer, which receives nothing until it is bound.
 pub(crate) fn packet_socket() -> Result<OwnedFd> {
     let socket = rustix::net::socket_with(
         AddressFamily::PACKET,
@@ -124,7 +122,7 @@ pub(crate) fn packet_socket() -> Result<OwnedFd> {
     Ok(socket)
 }
 
-/// Asks for the large buffer past the machine's limit, which only real root may; anyone else
+/// Requests the large buffer beyond the machine's limit, which only real root may do; any other user
 /// gets what the limit allows.
 pub(crate) fn widen(socket: &OwnedFd) {
     for granted in [
@@ -139,7 +137,7 @@ pub(crate) fn widen(socket: &OwnedFd) {
     }
 }
 
-/// Whether these bytes begin as an IPv4 packet does.
+/// Whether these bytes begin like an IPv4 packet.
 pub(crate) fn is_ipv4(packet: &[u8]) -> bool {
     packet.first().is_some_and(|first| first >> 4 == 4)
 }
@@ -170,7 +168,7 @@ impl Port for PacketPort {
     }
 
     fn send(&mut self, frame: &[u8]) -> io::Result<()> {
-        /// How often a receiver without room is given time to make some.
+        /// How often a receiver without room is given time to make room.
         const TRIES: usize = 100;
         let mut tries = 0;
         loop {

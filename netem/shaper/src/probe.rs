@@ -1,10 +1,10 @@
-//! Measures a link in both directions with ICMP echoes: when each left the controller's end,
-//! reached the plant's, and was back.
+//! Measures a link in both directions with ICMP echoes: when each left the controller's end, reached
+//! the plant's end, and came back.
 //!
-//! The plant's kernel answers. A second socket there stamps the requests as they arrive, and
-//! all clocks are one, so each direction is measured by itself. Here are both halves in one
-//! process; where the ends are two, [`Asker`] and [`Witness`] work apart. What the figures
-//! should have been is the business of the [certificate](certificate::certify).
+//! The plant's kernel answers. A second socket there stamps the requests as they arrive. Both use one
+//! clock, so each direction is measured separately. [`Prober`] has both halves in one process;
+//! [`Asker`] and [`Witness`] work separately. The [certificate](certificate::certify) knows what the
+//! times should be.
 
 pub(crate) mod asker;
 pub(crate) mod hearer;
@@ -26,8 +26,7 @@ use crate::probe::witness::Witness;
 
 /// Both halves of a probe.
 ///
-/// Their sockets stay in the namespaces that they were opened in, so any thread can run the
-/// probe.
+/// Their sockets stay in the namespaces in which they were opened, so any thread can run the probe.
 #[derive(Debug)]
 pub struct Prober {
     asker: Asker,
@@ -35,11 +34,10 @@ pub struct Prober {
 }
 
 impl Prober {
-    /// Opens the sockets; where there is no link, both namespaces are the same.
+    /// Opens the sockets; without a link both namespaces are the same.
     ///
     /// # Errors
-    /// [`Error::Unsupported`](crate::Error::Unsupported) if this process may not open raw
-    /// sockets.
+    /// [`Error::Unsupported`](crate::Error::Unsupported) if this process may not open raw sockets.
     pub fn open(controller: &Namespace, plant: &Namespace) -> Result<Self> {
         Ok(Self {
             asker: controller.run(Asker::open)?,
@@ -47,15 +45,14 @@ impl Prober {
         })
     }
 
-    /// Sends the echoes of `plan` at absolute instants that no slow answer moves, until all
-    /// are through or `stop` is set. `on_answer` gets each echo as its answer comes; all of
-    /// them are returned, in the order of sending.
+    /// Sends the echoes of `plan` at absolute instants, independently of slow answers, until all are
+    /// done or `stop` is set. Calls `on_answer` with each echo when its answer comes; returns all
+    /// echoes in order of sending.
     ///
-    /// It does so on a thread of its own, for which it asks real-time scheduling, and waits
-    /// for that.
+    /// Runs on a thread of its own, for which it requests real-time scheduling, and waits for that thread.
     ///
     /// # Errors
-    /// [`Error::Failed`](crate::Error::Failed) when a socket fails.
+    /// [`Error::Failed`](crate::Error::Failed) if a socket fails.
     pub fn run(
         &mut self,
         plan: &ProbePlan,
@@ -72,7 +69,7 @@ impl Prober {
 /// Opens a [`Prober`] and runs it to its end.
 ///
 /// # Errors
-/// As [`Prober::open`] and [`Prober::run`].
+/// Those of [`Prober::open`] and [`Prober::run`].
 pub fn probe(plan: &ProbePlan, controller: &Namespace, plant: &Namespace) -> Result<Vec<Echo>> {
     Prober::open(controller, plant)?.run(plan, &AtomicBool::new(false), |_| {})
 }

@@ -1,5 +1,4 @@
-//! Writes the player's rows as CSV, on a thread of its own: a disk that takes its time must
-//! not hold up a packet.
+//! Writes the player's rows as CSV, on a thread of its own, so that a slow disk does not hold up a packet.
 
 use std::io::{self, Write};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -9,10 +8,10 @@ use serde::Serialize;
 
 use crate::error::{Doing, Result};
 
-/// Seconds that may wait for the disk before rows are missed.
+/// Seconds of rows that may wait for the disk before rows are missed.
 const WAITING: usize = 512;
 
-/// A thread that writes a player's rows `R`, each second's as it comes.
+/// A thread that writes a player's rows `R`, second by second.
 #[derive(Debug)]
 pub struct Record<R> {
     rows: SyncSender<Vec<R>>,
@@ -21,8 +20,7 @@ pub struct Record<R> {
 }
 
 impl<R: Serialize + Send + 'static> Record<R> {
-    /// Starts the thread. Call it before [`play`](crate::play), whose scheduling it would
-    /// inherit.
+    /// Starts the thread. Call this before [`play`](crate::play), or the thread would inherit its scheduling.
     ///
     /// # Errors
     /// [`Error::Failed`](crate::Error::Failed) if no thread can be started.
@@ -39,12 +37,12 @@ impl<R: Serialize + Send + 'static> Record<R> {
         })
     }
 
-    /// Hands over the rows of a second, one for each way that is played, without waiting.
+    /// Passes on the rows of a second, one for each way that is played, without waiting.
     pub fn add<const WAYS: usize>(&mut self, rows: [R; WAYS]) {
         self.add_all(rows.into());
     }
 
-    /// Hands over any number of rows, without waiting.
+    /// Passes on any number of rows, without waiting.
     pub fn add_all(&mut self, rows: Vec<R>) {
         let count = rows.len() as u64;
         if count > 0 && self.rows.try_send(rows).is_err() {
@@ -52,11 +50,11 @@ impl<R: Serialize + Send + 'static> Record<R> {
         }
     }
 
-    /// Writes what is waiting and ends the thread.
+    /// Writes the rows that wait and ends the thread.
     ///
     /// # Errors
-    /// [`Error::Failed`](crate::Error::Failed) if anything could not be written: a full
-    /// disk, for instance, or one so slow that rows were missed.
+    /// [`Error::Failed`](crate::Error::Failed) if a row could not be written, for instance because
+    /// the disk is full, or so slow that rows were missed.
     pub fn finish(self) -> Result<()> {
         drop(self.rows);
         self.writer
@@ -78,7 +76,7 @@ fn write(sink: impl Write, rows: &Receiver<Vec<impl Serialize>>) -> io::Result<(
         for row in second {
             csv.serialize(row)?;
         }
-        // A row that is a second old shall be on the disk.
+        // Every row should be on the disk within a second.
         csv.flush()?;
     }
     Ok(())

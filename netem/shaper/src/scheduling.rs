@@ -1,4 +1,4 @@
-//! What the machine grants a thread that must wake on time.
+//! Scheduling for threads that must wake on time.
 
 use std::num::NonZeroU64;
 
@@ -8,9 +8,9 @@ use thread_priority::{
     set_thread_priority_and_policy, thread_native_id,
 };
 
-/// Asks for `SCHED_FIFO` at `priority` (1 to 99) for the calling thread, and for sleeps that
-/// end when they should instead of up to 50 us later. Both are favours: whoever is refused
-/// plays on, and the report says so.
+/// Requests `SCHED_FIFO` at `priority` (1 to 99) for the calling thread, and sleeps that end on time
+/// instead of up to 50 us later. Both are optional: a thread that does not get them plays all the
+/// same, and the report says so.
 pub(crate) fn prefer_this_thread(priority: u8) -> Scheduling {
     if let Err(error) = rustix::thread::set_current_timer_slack(NonZeroU64::new(1)) {
         tracing::debug!(%error, "the timer slack stays as it was");

@@ -1,9 +1,9 @@
-//! The system calls that no safe library offers, each behind a safe function. There is no
-//! `unsafe` in the crate but here and in the file below, `interface`.
+//! The system calls that no safe library offers, each behind a safe function. The crate has `unsafe`
+//! only here and in the file below, `interface`.
 //!
-//! What is common to all: the pointers handed to the kernel point to live, initialised
-//! values on this stack or to a caller's slice, and the lengths are taken from those very
-//! values; so the kernel writes only where we may.
+//! In all of them the pointers passed to the kernel point to live, initialised values on this stack
+//! or to a caller's slice, and the lengths are those of the same values, so the kernel writes only
+//! where it may.
 #![allow(unsafe_code)]
 
 mod interface;
@@ -36,19 +36,18 @@ struct PacketStatistics {
     drops: u32,
 }
 
-/// Gives the calling thread (and, for the user namespace, its process) namespaces of its
-/// own.
+/// Gives namespaces of its own to the calling thread (for the user namespace, to its process).
 pub(crate) fn unshare(flags: Unshare) -> io::Result<()> {
     let flags = match flags {
         Unshare::Network => UnshareFlags::NEWNET,
         Unshare::User => UnshareFlags::NEWUSER,
     };
-    // SAFETY: unsafe only for `CLONE_FILES`, whose descriptors another thread may then hold
-    // in vain; neither flag here implies it.
+    // SAFETY: unsafe only because of `CLONE_FILES`, after which another thread may hold descriptors
+    // that are no longer valid; neither flag here implies it.
     unsafe { rustix::thread::unshare_unsafe(flags) }.map_err(Into::into)
 }
 
-/// What to have of one's own.
+/// The namespace to unshare.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Unshare {
     /// `CLONE_NEWNET`: interfaces, addresses, routes.
@@ -57,7 +56,7 @@ pub(crate) enum Unshare {
     User,
 }
 
-/// Sets a socket option whose value is any plain old datum.
+/// Sets a socket option whose value is plain data.
 fn set_option<T: Copy>(fd: BorrowedFd<'_>, level: c_int, name: c_int, value: T) -> io::Result<()> {
     // SAFETY: the kernel reads `size_of::<T>()` bytes of `value`, which is that long.
     let status = unsafe {
@@ -77,19 +76,19 @@ pub(crate) fn stamp_received(fd: impl AsFd) -> io::Result<()> {
     set_option::<c_int>(fd.as_fd(), libc::SOL_SOCKET, libc::SO_TIMESTAMPNS, 1)
 }
 
-/// Lets a packet socket send past the queueing discipline, straight to the device.
+/// Lets a packet socket bypass the queueing discipline and send directly to the device.
 pub(crate) fn bypass_qdisc(fd: impl AsFd) -> io::Result<()> {
     set_option::<c_int>(fd.as_fd(), libc::SOL_PACKET, PACKET_QDISC_BYPASS, 1)
 }
 
-/// Keeps a packet socket from hearing what this machine sends through the interface.
+/// Keeps a packet socket from receiving what this machine sends through the interface.
 pub(crate) fn ignore_outgoing(fd: impl AsFd) -> io::Result<()> {
     set_option::<c_int>(fd.as_fd(), libc::SOL_PACKET, PACKET_IGNORE_OUTGOING, 1)
 }
 
-/// Lets a packet socket hear what this machine sends through the interface and nothing else.
+/// Lets a packet socket receive only what this machine sends through the interface.
 pub(crate) fn hear_only_outgoing(fd: impl AsFd) -> io::Result<()> {
-    /// Where a filter finds the type of a packet, as `linux/filter.h` counts.
+    /// The offset at which a filter finds the type of a packet, by `linux/filter.h`.
     const PACKET_TYPE: u32 = (libc::SKF_AD_OFF + libc::SKF_AD_PKTTYPE).cast_unsigned();
     let step = |code: u32, jf, k| libc::sock_filter {
         code: code as u16,
@@ -99,7 +98,7 @@ pub(crate) fn hear_only_outgoing(fd: impl AsFd) -> io::Result<()> {
     };
     let mut program = [
         step(libc::BPF_LD | libc::BPF_B | libc::BPF_ABS, 0, PACKET_TYPE),
-        // Anything else skips the next step.
+        // Any other type skips the next step.
         step(
             libc::BPF_JMP | libc::BPF_JEQ | libc::BPF_K,
             1,
@@ -108,7 +107,7 @@ pub(crate) fn hear_only_outgoing(fd: impl AsFd) -> io::Result<()> {
         step(libc::BPF_RET | libc::BPF_K, 0, u32::MAX),
         step(libc::BPF_RET | libc::BPF_K, 0, 0),
     ];
-    // The kernel copies the program, which lives on this stack for the whole call.
+    // The kernel copies the program, which lives on this stack during the whole call.
     let filter = libc::sock_fprog {
         len: program.len() as u16,
         filter: program.as_mut_ptr(),
@@ -116,7 +115,7 @@ pub(crate) fn hear_only_outgoing(fd: impl AsFd) -> io::Result<()> {
     set_option(fd.as_fd(), libc::SOL_SOCKET, libc::SO_ATTACH_FILTER, filter)
 }
 
-/// Lets a raw ICMP socket hear one type of message and no other.
+/// Lets a raw ICMP socket receive only one type of message.
 pub(crate) fn hear_only_icmp(fd: impl AsFd, icmp_type: u8) -> io::Result<()> {
     debug_assert!(
         icmp_type < 32,
@@ -144,7 +143,7 @@ pub(crate) fn bind_to_interface(fd: impl AsFd, index: u32) -> io::Result<()> {
     succeeded(status)
 }
 
-/// Reads a socket option whose value is any plain old datum.
+/// Reads a socket option whose value is plain data.
 fn option<T: Copy + Default>(fd: BorrowedFd<'_>, level: c_int, name: c_int) -> io::Result<T> {
     let mut value = T::default();
     let mut len = socklen::<T>();
@@ -161,39 +160,38 @@ fn option<T: Copy + Default>(fd: BorrowedFd<'_>, level: c_int, name: c_int) -> i
     succeeded(status).map(|()| value)
 }
 
-/// How many packets the kernel has dropped because this packet socket was full, since the
-/// last time it was asked.
+/// Number of packets that the kernel has dropped since the last call because this packet socket was full.
 pub(crate) fn take_packet_drops(fd: impl AsFd) -> io::Result<u64> {
     let statistics: PacketStatistics = option(fd.as_fd(), libc::SOL_PACKET, PACKET_STATISTICS)?;
     Ok(u64::from(statistics.drops))
 }
 
-/// How many datagrams the kernel has dropped because this socket was full or their checksum
-/// wrong, since it was opened.
+/// Number of datagrams that the kernel has dropped since the socket was opened, because it was full
+/// or their checksum was wrong.
 pub(crate) fn datagram_drops(fd: impl AsFd) -> io::Result<u64> {
-    /// The count comes last but for what newer kernels may add.
+    /// The last count, except for what newer kernels may append.
     const DROPS: usize = libc::SK_MEMINFO_DROPS as usize;
     let memory: [u32; DROPS + 1] = option(fd.as_fd(), libc::SOL_SOCKET, SO_MEMINFO)?;
     Ok(u64::from(memory[DROPS]))
 }
 
-/// A message as a socket gave it.
+/// A message from a socket.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Received {
-    /// Its true length, which is more than was read when the buffer was too short.
+    /// Its true length, which exceeds the bytes read if the buffer was too short.
     pub(crate) len: usize,
     /// The kernel's receive stamp, wall-clock nanoseconds; `None` if there is none.
     pub(crate) stamp_ns: Option<u64>,
-    /// Who sent it; `None` if it has no IPv4 address and port.
+    /// Its sender; `None` if it has no IPv4 address and port.
     pub(crate) sender: Option<SocketAddrV4>,
 }
 
-/// Room for the one control message that is asked for, and to spare.
+/// More than enough room for the one control message that is requested.
 #[repr(align(8))]
 struct Control([u8; 128]);
 
-/// Takes the next message from a socket without waiting, with its kernel receive stamp.
-/// `None` when there is nothing to read.
+/// Takes the next message from a socket without waiting, with its kernel receive stamp. `None` if
+/// there is nothing to read.
 pub(crate) fn receive(fd: impl AsFd, buffer: &mut [u8]) -> io::Result<Option<Received>> {
     let mut control = Control([0; 128]);
     let mut part = libc::iovec {
@@ -204,7 +202,7 @@ pub(crate) fn receive(fd: impl AsFd, buffer: &mut [u8]) -> io::Result<Option<Rec
     let mut sender: libc::sockaddr_in = unsafe { mem::zeroed() };
     // SAFETY: all zeros is a valid `msghdr`: null pointers with zero lengths.
     let mut header: libc::msghdr = unsafe { mem::zeroed() };
-    // An address of another family is longer: the kernel cuts it off and tells its family.
+    // An address of another family is longer: the kernel truncates it and reports its family.
     header.msg_name = (&raw mut sender).cast::<c_void>();
     header.msg_namelen = socklen::<libc::sockaddr_in>();
     header.msg_iov = &raw mut part;
@@ -240,7 +238,7 @@ pub(crate) fn receive(fd: impl AsFd, buffer: &mut [u8]) -> io::Result<Option<Rec
     }))
 }
 
-/// The receive stamp among the control messages of a header that `recvmsg` has filled.
+/// The receive stamp among the control messages of a header filled by `recvmsg`.
 fn stamp(header: &libc::msghdr) -> Option<u64> {
     // SAFETY: `header` was filled by `recvmsg`, so `msg_control` is a well-formed chain of
     // `msg_controllen` bytes in an aligned buffer that is still alive. The macros stay
@@ -264,7 +262,7 @@ fn stamp(header: &libc::msghdr) -> Option<u64> {
     None
 }
 
-/// The size of a `T`, as the socket calls want it. All `T` here are a few bytes long.
+/// The size of `T` in the type that socket calls need. Every `T` here has only a few bytes.
 fn socklen<T>() -> socklen_t {
     size_of::<T>() as socklen_t
 }

@@ -14,7 +14,7 @@ use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use certificate::{Histogram, Scheduling, TcReport, TcRow};
-use link::{Change, Pace, Profile, STEP_NS, Setting, Staircase, Verb, Way};
+use link::{Change, Epoch, LinkTime, Pace, Profile, STEP_NS, Setting, Staircase, Verb, Way};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
 use serde_json::Value;
@@ -28,17 +28,16 @@ use crate::tc::command::{Restore, claim, list, version};
 use crate::tc::qdisc::{Owner, Root};
 use crate::tc::tally::TcTally;
 
-/// As the [player](crate::play) in user space, and for the same reason. tc inherits it.
+/// The same as for the [player](crate::play) in user space, and for the same reason. tc inherits it.
 const PRIORITY: u8 = 48;
 
 /// The longest sleep, so that a request to stop is seen soon.
 const LONGEST_SLEEP_NS: u64 = 50_000_000;
 
-/// How far ahead the next change is looked for. More than the time for which the looking and
-/// a sleep may last.
+/// How far ahead the next change is looked up: longer than the lookup and a sleep may take.
 const AHEAD_NS: u64 = 2 * LONGEST_SLEEP_NS;
 
-/// tc answers within a millisecond, and on the slowest machine tried within ten.
+/// tc answers within a millisecond, on the slowest machine tried within ten.
 const ANSWER_NS: u64 = 2 * SECOND_NS;
 
 /// What to play.
@@ -49,7 +48,7 @@ pub struct TcConfig {
     /// The seed of the link.
     pub seed: u64,
     /// The monotonic instant of link time 0. Before it, the empty link is played.
-    pub epoch_ns: u64,
+    pub epoch: Epoch,
     /// The direction to play.
     pub way: Way,
     /// The interface, in the namespace of the calling thread, through which this way's
@@ -57,31 +56,31 @@ pub struct TcConfig {
     pub device: String,
 }
 
-/// What tc has answered.
+/// An answer of tc.
 struct Answer {
     asked_ns: u64,
     root: Root,
     text: Value,
 }
 
-/// A netem in force, and a tc that waits for its changes. Given up without having been
-/// played, it takes both away.
+/// A netem that is set up, and a tc that waits for its changes. If dropped without having been
+/// played, it removes both.
 pub struct TcPlayer {
-    // Fields end in the order in which they stand: tc first, and then what it has made.
+    // Fields are dropped in order of declaration: tc first, then what it has set up.
     batch: Batch,
     restore: Restore,
     staircase: Staircase,
     way: Way,
-    epoch_ns: u64,
+    epoch: Epoch,
     started_ns: u64,
     scheduling: Scheduling,
     tc: String,
     found: Value,
     first: Value,
-    /// The change that comes next, where it has been found.
+    /// The next change, once it has been looked up.
     next: Option<Change>,
     in_force: Option<Setting>,
-    /// When tc was asked what it has not answered yet, and what was in force then.
+    /// When the outstanding question was put to tc, and the setting at that time.
     asked: Option<(u64, Setting)>,
     tally: TcTally,
     answers: Histogram,
@@ -89,16 +88,16 @@ pub struct TcPlayer {
 }
 
 impl TcPlayer {
-    /// Puts the empty link in force and reads back that the kernel plays it. From then on the
-    /// offloads of the interface are off, so that netem gets single packets.
+    /// Sets up the empty link and reads back that the kernel plays it. From then on the offloads of
+    /// the interface are off, so that netem gets single packets.
     ///
-    /// It asks real-time scheduling for the calling thread, for tc to inherit it: play on the
-    /// same thread, and start others first.
+    /// Requests real-time scheduling for the calling thread, so that tc inherits it: play on the same
+    /// thread, and start others first.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] where there is no tc, no netem or no right to use it.
-    /// [`Error::Failed`] where somebody else shapes the interface, which is then left as it
-    /// is, or where the kernel plays something else than asked.
+    /// [`Error::Unsupported`] if there is no tc, no netem or no right to use it. [`Error::Failed`] if
+    /// another program shapes the interface, which is then left as it is, or if the kernel plays
+    /// something else than requested.
     pub fn start(config: TcConfig) -> Result<Self> {
         let tc = version()?;
         let found = claim(&config.device)?.text;
@@ -111,7 +110,7 @@ impl TcPlayer {
             },
             staircase: Staircase::new(&config.profile, config.seed, config.way),
             way: config.way,
-            epoch_ns: config.epoch_ns,
+            epoch: config.epoch,
             started_ns: now_ns(),
             scheduling,
             tc,
@@ -124,23 +123,23 @@ impl TcPlayer {
             answers: Histogram::new(),
             skipped: 0,
         };
-        // The empty link is constant: its first change is all of it.
+        // The empty link is constant, so its first change is the only one.
         let mut empty = Staircase::new(&Profile::empty(), 0, config.way);
-        if let Some(change) = empty.next_before(1) {
+        if let Some(change) = empty.next_before(LinkTime::ZERO.after(1)) {
             player.set(Verb::Add, change.setting)?;
         }
         player.first = player.ask_and_wait()?.text;
         Ok(player)
     }
 
-    /// Plays until `stop` is set. The queueing discipline of the interface is the kernel's
-    /// again at the end, however that comes, short of a kill.
+    /// Plays until `stop` is set. At the end the interface has the kernel's queueing discipline
+    /// again, however the play ends, except by a kill.
     ///
-    /// `on_second` gets a row once a second and at the end. It is called between two changes,
-    /// so it must neither wait nor write.
+    /// `on_second` gets a row once a second and at the end. It is called between two changes, so it
+    /// must neither wait nor write.
     ///
     /// # Errors
-    /// [`Error::Failed`] when tc ends, or when something else is in force than was asked for.
+    /// [`Error::Failed`] if tc ends, or if the kernel plays something else than requested.
     pub fn play(mut self, stop: &AtomicBool, mut on_second: impl FnMut(TcRow)) -> Result<TcReport> {
         let mut row_due_ns = now_ns() + SECOND_NS;
         while !stop.load(Ordering::Relaxed) {
@@ -161,7 +160,7 @@ impl TcPlayer {
             tc: self.tc,
             kernel: kernel_release(),
             scheduling: self.scheduling,
-            epoch_ns: self.epoch_ns,
+            epoch: self.epoch,
             started_ns: self.started_ns,
             ended_ns: last.asked_ns,
             device,
@@ -190,25 +189,25 @@ impl TcPlayer {
         Ok(())
     }
 
-    /// Makes the change that is due now. One that is overtaken by the next is left out.
+    /// Makes the change that is due now. A change overtaken by the next one is skipped.
     fn change_if_due(&mut self) -> Result<()> {
-        let epoch_ns = self.epoch_ns;
-        let is_due = |change: &mut Change| epoch_ns.saturating_add(change.t_ns) <= now_ns();
+        let epoch = self.epoch;
+        let is_due = |change: &mut Change| epoch.t_ns(change.at) <= now_ns();
         let Some(mut due) = self.next.take_if(is_due) else {
             return Ok(());
         };
-        let link_ns = now_ns().saturating_sub(self.epoch_ns);
-        while let Some(newer) = self.staircase.next_before(link_ns) {
+        let now = epoch.link_time(now_ns()).unwrap_or_default();
+        while let Some(newer) = self.staircase.next_before(now) {
             due = newer;
             self.skipped += 1;
         }
         self.set(Verb::Change, due.setting)?;
-        let late_ns = now_ns().saturating_sub(self.epoch_ns + due.t_ns);
+        let late_ns = now_ns().saturating_sub(epoch.t_ns(due.at));
         self.tally.changed(late_ns);
         Ok(())
     }
 
-    /// Asks tc what is in force, unless it owes an answer already.
+    /// Asks tc for the current setting, unless an answer is outstanding.
     fn ask(&mut self) -> Result<()> {
         if let (None, Some(setting)) = (self.asked, self.in_force) {
             self.asked = Some((now_ns(), setting));
@@ -218,8 +217,7 @@ impl TcPlayer {
         Ok(())
     }
 
-    /// The answer, if it has come. An error if something else was in force than was asked
-    /// for.
+    /// The answer, if it has come. An error if the kernel played another setting than requested.
     fn take_answer(&mut self) -> Result<Option<Answer>> {
         let Some((asked_ns, setting)) = self.asked else {
             return Ok(None);
@@ -244,7 +242,7 @@ impl TcPlayer {
             .map(Some)
     }
 
-    /// Asks and waits for the answer. One that is owed comes first and is done with.
+    /// Asks and waits for the answer. An outstanding answer is awaited first and discarded.
     fn ask_and_wait(&mut self) -> Result<Answer> {
         if self.asked.is_some() {
             self.wait_for_answer()?;
@@ -270,13 +268,13 @@ impl TcPlayer {
     /// Sleeps until the next change, the next row or an answer.
     fn wait(&mut self, row_due_ns: u64) -> Result<()> {
         if self.next.is_none()
-            && let Some(end_ns) = (now_ns() + AHEAD_NS).checked_sub(self.epoch_ns)
+            && let Some(end) = self.epoch.link_time(now_ns() + AHEAD_NS)
         {
-            self.next = self.staircase.next_before(end_ns);
+            self.next = self.staircase.next_before(end);
         }
         let change_ns = self
             .next
-            .map_or(u64::MAX, |change| self.epoch_ns.saturating_add(change.t_ns));
+            .map_or(u64::MAX, |change| self.epoch.t_ns(change.at));
         self.sleep(change_ns.min(row_due_ns))
     }
 
@@ -287,13 +285,13 @@ impl TcPlayer {
         }
         let mut answers = [PollFd::from_borrowed_fd(self.batch.as_fd(), PollFlags::IN)];
         match poll(&mut answers, Some(&timespec(left_ns))) {
-            // A signal is a reason to look at `stop`.
+            // After a signal the caller checks `stop`.
             Ok(_) | Err(Errno::INTR) => Ok(()),
             Err(error) => Err(io::Error::from(error)).doing("wait for the next change"),
         }
     }
 
-    /// Takes the netem away and makes sure that it is gone. Gives the interface's name.
+    /// Removes the netem and makes sure that it is gone. Returns the interface's name.
     fn take_away(&mut self) -> Result<String> {
         let device = self.device().to_owned();
         self.batch.send(&Setting::removal(&device))?;
@@ -309,7 +307,7 @@ impl TcPlayer {
     }
 }
 
-/// The kernel's release, as it says it.
+/// The kernel's release, as reported by the kernel.
 fn kernel_release() -> String {
     let release = fs::read_to_string("/proc/sys/kernel/osrelease");
     release.map_or_else(|_| "unknown".into(), |text| text.trim().to_owned())

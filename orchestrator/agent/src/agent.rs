@@ -1,4 +1,4 @@
-//! The agent behind its routes: whose it is, the run that it is in, and how both change.
+//! The agent behind its routes: its claim, its current run, and how both change.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,17 +16,17 @@ use crate::run::{Run, lock};
 use crate::wire::Health;
 use crate::{Config, Name, Token, shelf};
 
-/// The agent as its requests see it. One thread serves them all, so its locks, which no request
-/// holds while it waits, are always free.
+/// State that all requests share. One thread serves them all and no request holds a `std` lock
+/// while it waits, so these locks are always free.
 pub(crate) struct Agent {
     pub(crate) config: Config,
-    /// Where the runs' folders are.
+    /// The folder in which the runs have their folders.
     scratch: PathBuf,
     claim: Mutex<Claim>,
     run: Mutex<Option<Arc<Run>>>,
-    /// Held while runs change, so that one is gone before the next begins.
+    /// Held while the run changes, so that one is gone before the next begins.
     change: tokio::sync::Mutex<()>,
-    /// Gets each claim: it may end the agent sooner than the lack of one would have.
+    /// Notified of each claim, which can bring the end of the agent forward.
     pub(crate) claimed: Notify,
     /// Notified when the orchestrator wants the agent to end.
     pub(crate) ending: Notify,
@@ -51,7 +51,7 @@ impl Agent {
         lock(&self.claim)
     }
 
-    /// Lets a request with this token in, or not; [`Claim::answered`] is its other end.
+    /// Admits a request if its token is right; [`Claim::answered`] has to follow.
     pub(crate) fn enter(&self, presented: Option<&Token>) -> Result<(), Refusal> {
         let mut claim = self.claim();
         let claimed = claim.claimed();
@@ -62,7 +62,7 @@ impl Agent {
         Ok(())
     }
 
-    /// Ends the run that there is, for good: no other is begun after it.
+    /// Ends the current run and allows no other after it.
     pub(crate) async fn close(&self, within: Duration) {
         self.ended.store(true, Ordering::Relaxed);
         let run = lock(&self.run).take();
@@ -71,7 +71,7 @@ impl Agent {
         }
     }
 
-    /// Begins a run in an empty folder; the one before is ended and wiped.
+    /// Begins a run in an empty folder. Ends the previous run and wipes its folder.
     pub(crate) async fn begin(&self, id: Name) -> Result<(), Refusal> {
         let _change = self.change.lock().await;
         self.wipe_current().await?;
@@ -93,7 +93,7 @@ impl Agent {
     }
 
     async fn wipe_current(&self) -> Result<(), Refusal> {
-        // Taken out first, so that no other role starts in it.
+        // Take it out first, so that no other role starts in it.
         let run = lock(&self.run).take();
         if let Some(run) = run {
             run.end(STOP_WITHIN).await;
@@ -120,7 +120,7 @@ impl Agent {
     }
 }
 
-/// Does what waits for the disk on a thread that may.
+/// Does work that waits for the disk on a thread that may block.
 pub(crate) async fn off_thread<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, Refusal> + Send + 'static,
 ) -> Result<T, Refusal> {

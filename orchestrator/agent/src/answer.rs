@@ -1,4 +1,4 @@
-//! Answers that have a body.
+//! Answers with a body.
 
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -10,7 +10,7 @@ pub(crate) fn json(status: StatusCode, body: &impl Serialize) -> Response {
     respond(status, "application/json", text)
 }
 
-/// An answer of this kind, which no cache may keep.
+/// An answer of this content type, which no cache may keep.
 pub(crate) fn respond(status: StatusCode, kind: &'static str, body: Vec<u8>) -> Response {
     let headers = [
         (header::CONTENT_TYPE, kind),

@@ -1,13 +1,13 @@
 //! The roles that an agent starts.
 //!
-//! Other commands of webloop cannot be reached over the network. A role gets its
-//! settings on its standard input, and they name no file; what they may be is checked by the role itself.
+//! Other commands of webloop cannot be reached over the network. A role gets its settings on its
+//! standard input. They name no files, and the role itself checks them.
 
 use plan::Client;
 
 use crate::refusal::Refusal;
 
-/// The role by its name, as `webloop serve` calls it, if it is one that an agent starts.
+/// Finds a role by the name that `webloop serve` uses; refuses one that agents do not start.
 pub(crate) fn role(asked: &str) -> Result<&'static str, Refusal> {
     let clients = Client::ALL.map(|client| client.spec().role);
     let mut roles = [&["plant"][..], &clients, &["link", "ask", "hear"]].concat();
@@ -16,8 +16,8 @@ pub(crate) fn role(asked: &str) -> Result<&'static str, Refusal> {
     known.ok_or_else(|| Refusal::Role(asked.chars().take(40).collect(), roles.join(", ")))
 }
 
-/// Whether a role is looked at from outside while it runs. Plant, native controller and players write
-/// down themselves when they were held up, and a slow machine has no time for more than it needs.
+/// Whether to watch a role from outside while it runs. Plant, native controller and players record
+/// themselves when they were held up, and a slow machine has no time to watch them as well.
 pub(crate) fn is_watched(role: &str) -> bool {
     let mut clients = Client::ALL.into_iter().map(Client::spec);
     clients.any(|spec| spec.role == role && !spec.allowance.keeps_time)

@@ -1,6 +1,6 @@
-//! Whom an agent belongs to, and how long it goes on without hearing from them.
+//! Which orchestrator an agent belongs to, and how long the agent waits without hearing from it.
 //!
-//! A request that is being answered counts as hearing until it is answered. Time is an argument.
+//! While a request is being answered, the orchestrator counts as heard. Time is an argument.
 
 use std::time::Duration;
 
@@ -14,9 +14,9 @@ use crate::{Config, Ended, Token};
 pub(crate) struct Claim {
     token: Option<Token>,
     claimed: bool,
-    /// The start, then the beginning or end of the last request of the orchestrator.
+    /// When the agent started; later, when the orchestrator's last request began or ended.
     heard: Instant,
-    /// Its requests that are being answered.
+    /// Number of the orchestrator's requests that are being answered.
     under_way: u32,
     unclaimed: Duration,
     silence: Duration,
@@ -52,13 +52,13 @@ impl Claim {
         Ok(())
     }
 
-    /// Lets a request of the orchestrator in; [`Claim::answered`] is its other end.
+    /// Admits a request of the orchestrator; [`Claim::answered`] has to follow.
     pub(crate) fn enter(&mut self, presented: Option<&Token>, now: Instant) -> Result<(), Refusal> {
         match (&self.token, presented) {
             (_, None) => Err(Refusal::Token),
             (None, Some(_)) => Err(Refusal::Unclaimed),
             (Some(token), Some(presented)) if token.is(presented) => {
-                // Whoever was given the token beforehand need not claim.
+                // An orchestrator that was given the token beforehand need not claim.
                 self.claimed = true;
                 self.heard = now;
                 self.under_way += 1;
@@ -73,7 +73,7 @@ impl Claim {
         self.heard = now;
     }
 
-    /// When the agent has waited long enough, if it hears nothing until then.
+    /// When the agent will end if it hears nothing until then.
     pub(crate) fn ends(&self, now: Instant) -> Instant {
         match (self.claimed, self.under_way) {
             (false, _) => self.heard + self.unclaimed,
@@ -82,7 +82,7 @@ impl Claim {
         }
     }
 
-    /// Why it ends then.
+    /// Why it will end then.
     pub(crate) fn ended(&self) -> Ended {
         if self.claimed {
             Ended::Silent(self.silence)

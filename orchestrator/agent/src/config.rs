@@ -14,23 +14,23 @@ pub struct Config {
     pub listen: SocketAddr,
     /// Name of the agent.
     pub name: AgentName,
-    /// Where the folders of its runs are, in a folder of its own that goes when it ends.
+    /// Where it makes a folder of its own for its runs; it removes that folder when it ends.
     pub scratch: PathBuf,
-    /// Its token; without one, the first that claims it gives it.
+    /// Its token; if there is none, the first claim sets it.
     pub token: Option<Token>,
     /// How long it waits to be claimed.
     pub unclaimed: Duration,
-    /// How long it waits to hear from who claimed it.
+    /// How long it waits to hear from the orchestrator that claimed it.
     pub silence: Duration,
-    /// What it starts as `PROGRAM serve ROLE ...`: webloop itself.
+    /// The program that it starts as `PROGRAM serve ROLE ...`: webloop itself.
     pub program: PathBuf,
 }
 
 impl Config {
-    /// For [`Config::unclaimed`]: images start within seconds, a person at a keyboard within this.
+    /// For [`Config::unclaimed`]: images start within seconds, a person needs up to a minute.
     pub const UNCLAIMED: Duration = Duration::from_secs(60);
 
-    /// For [`Config::silence`]: longer than any pause of an orchestrator that lives.
+    /// For [`Config::silence`]: longer than any pause of a live orchestrator.
     pub const SILENCE: Duration = Duration::from_secs(30);
 }
 
@@ -39,16 +39,16 @@ impl Config {
 pub enum Ended {
     /// It got SIGTERM or SIGINT.
     Signalled,
-    /// Its orchestrator asked for it.
+    /// Its orchestrator told it to end.
     Asked,
     /// No orchestrator claimed it within this time.
     Unclaimed(Duration),
-    /// Its orchestrator was not heard for this time.
+    /// Its orchestrator was silent for this time.
     Silent(Duration),
 }
 
 impl Ended {
-    /// Whether it was left alone, which its log should say.
+    /// Whether it ended for lack of an orchestrator, which its log should say.
     #[must_use]
     pub fn orphaned(self) -> bool {
         matches!(self, Ended::Unclaimed(_) | Ended::Silent(_))

@@ -1,4 +1,4 @@
-//! What can go wrong with a role, an agent, or on the way to one.
+//! Errors of a role, of an agent, or on the way to one.
 
 use std::io;
 use std::net::SocketAddr;
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::{AgentName, BadName, Kind};
 
-/// A role, an agent or a request to one that failed.
+/// A role, an agent or a request to an agent failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A role could not be started, or did not end well.
@@ -75,17 +75,17 @@ pub enum Error {
         /// Who answers instead.
         found: String,
     },
-    /// An agent answers that it does not do it.
+    /// An agent refuses a request.
     #[error("{agent}: {problem}")]
     Refused {
         /// Name of the agent.
         agent: String,
         /// Its reason, with the last words of a role that failed.
         problem: String,
-        /// What kind of reason.
+        /// The kind of reason.
         kind: Kind,
     },
-    /// A file at the agent is not the one that was begun to be copied.
+    /// A file at the agent is no longer the one whose copying began.
     #[error("{agent}: the file {file} shrank while it was copied; start each run afresh")]
     Shrunk {
         /// Name of the agent.

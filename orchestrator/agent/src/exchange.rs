@@ -1,4 +1,4 @@
-//! One request to an agent and its answer: time-outs, the token, and what went wrong in words.
+//! One request to an agent and its answer: time-outs, the token, and errors in words.
 
 use std::error::Error as _;
 use std::time::Duration;
@@ -16,13 +16,13 @@ use crate::{Error, Kind, Token};
 /// How long to wait for a connection.
 const CONNECT_WITHIN: Duration = Duration::from_secs(2);
 
-/// How long a kept connection may idle: less than the agent lets it, which is 10 s.
+/// How long a kept connection may be idle: less than the 10 s after which the agent closes it.
 const POOL_IDLE: Duration = Duration::from_secs(5);
 
 /// How much of an unexpected answer is quoted, in characters.
 const EXCERPT_CHARS: usize = 200;
 
-/// A way to one agent. Its requests may come from several threads.
+/// A client of one agent. Several threads may send requests through it.
 #[derive(Debug)]
 pub(crate) struct Exchange {
     agent: String,
@@ -40,7 +40,7 @@ pub(crate) struct Part {
 }
 
 impl Exchange {
-    /// Prepares the way to `agent`, as errors call it; nothing is sent yet.
+    /// Prepares requests to `agent`, which is its name in errors. Nothing is sent yet.
     pub(crate) fn open(
         agent: &str,
         authority: &str,
@@ -87,7 +87,7 @@ impl Exchange {
             .map(|(_, bytes)| bytes)
     }
 
-    /// Posts something in JSON.
+    /// Posts a value as JSON.
     pub(crate) fn tell(
         &self,
         path: &[&str],
@@ -145,7 +145,7 @@ impl Exchange {
         let answer = self.runtime.block_on(async {
             let response = request.send().await?;
             let (status, size) = (response.status(), size(&response));
-            // Read to its end, else the connection cannot be used again.
+            // Read the body to its end, or the connection cannot be used again.
             Ok((status, size, response.bytes().await?))
         });
         let (status, size, bytes) = answer.map_err(|problem| self.unanswered(problem))?;
@@ -163,7 +163,7 @@ impl Exchange {
     }
 
     fn unanswered(&self, problem: reqwest::Error) -> Error {
-        // The outermost error only says that a request failed; why is further in.
+        // The outermost error only says that a request failed; the cause is further in.
         let timeout = problem.is_timeout();
         let problem = problem.without_url();
         let mut why = if timeout {
@@ -192,7 +192,7 @@ impl Exchange {
     }
 }
 
-/// `host:port` and nothing more.
+/// The URL of an agent; `None` unless `authority` is `host:port` and nothing more.
 fn base(authority: &str) -> Option<Url> {
     let url = Url::parse(&format!("http://{authority}/")).ok()?;
     let (_, port) = authority.rsplit_once(':')?;

@@ -1,7 +1,7 @@
 //! Copies the files of a run from an agent as they grow.
 //!
-//! Files are only ever appended to, here as there. What is here is a beginning of what is there,
-//! to the byte: a row that is half written there is half here, until the next look.
+//! Files only grow, at the agent and here. The copy is a prefix of the original, to the byte: a row
+//! that is half written there is half written here until the next look.
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
@@ -13,27 +13,27 @@ use std::time::{Duration, Instant};
 
 use crate::{Error, Name, RemoteRun};
 
-/// How often the agent is asked. Roles write ten times a second; with a slow answer a row is
-/// still here within a second.
+/// How often to ask the agent. Roles write ten times a second; even with a slow answer a row is
+/// here within a second.
 const LOOK_EVERY: Duration = Duration::from_millis(300);
 
-/// How long an agent may not answer before its files are given up.
+/// How long an agent may leave requests unanswered before its files are given up.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// A thread that copies. Dropping it ends it where it is, without a last look.
+/// A thread that copies files. Dropping it stops the copying without a last look.
 #[derive(Debug)]
 pub struct Follower {
-    /// Something sent asks for the last look; its end asks to stop at once.
+    /// Sending on it asks for the last look; dropping it asks to stop at once.
     last: Option<mpsc::Sender<()>>,
     thread: Option<JoinHandle<Result<(), Error>>>,
 }
 
 impl RemoteRun {
-    /// Copies `files` into `folder`, from now on. One that is not there yet is waited for; here they must
-    /// not be there yet.
+    /// Copies `files` into `folder` from now on. Waits for files that do not exist at the agent
+    /// yet; in `folder` they must not exist yet.
     ///
     /// # Errors
-    /// [`Error`] when a name is not plain, or there is no thread to be had.
+    /// [`Error`] when a name is not plain, or no thread can be started.
     pub fn follow(&self, files: &[&str], folder: &Path) -> Result<Follower, Error> {
         let names = files
             .iter()
@@ -97,7 +97,7 @@ struct Copying {
     copies: BTreeMap<Name, Copied>,
 }
 
-/// A file here, and how much of it there is.
+/// A file here, and the bytes copied so far.
 struct Copied {
     path: PathBuf,
     file: File,
@@ -133,7 +133,7 @@ impl Copying {
         }
     }
 
-    /// Brings every file up to what there was when the look began.
+    /// Copies every file up to its length when the look began.
     fn look(&mut self) -> Result<(), Error> {
         let there = self.run.files()?;
         for name in &self.names {

@@ -1,14 +1,14 @@
 //! Starts webloop's roles as processes: on this machine, or for an orchestrator over HTTP.
 //!
-//! * [`Role`] and [`spawn`]: a role as a child that cannot outlive who started it.
-//!   [`Seen`] is what it looked like from outside: stopped, running, waiting for a processor.
-//! * [`serve`]: the agent, an HTTP server that starts roles, says how they are and hands out
-//!   their files. The first to claim it is its only master; without a master it ends.
+//! * [`Role`] and [`spawn`]: a role as a child process that cannot outlive its parent. [`Seen`] is
+//!   what it looked like from outside: stopped, running, waiting for a processor.
+//! * [`serve()`]: the agent, an HTTP server that starts roles, reports their state and serves their
+//!   files. It obeys only the first orchestrator that claims it, and ends if it has none.
 //! * [`Remote`]: the orchestrator's side of one agent; [`RemoteRun`] is a run there, and
-//!   [`Follower`] copies its files as they grow. [`health`] is a single look at an agent.
+//!   [`Follower`] copies its files as they grow. [`health`] checks an agent once.
 //!
-//! What the roles do, and when, is left to whoever drives them. Nothing here is encrypted: an
-//! agent listens on a network that only its orchestrator shares.
+//! The caller decides what the roles do, and when. Nothing here is encrypted: an agent listens on a
+//! network that only its orchestrator shares.
 
 mod agent;
 mod answer;

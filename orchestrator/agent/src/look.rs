@@ -1,20 +1,20 @@
 //! What a process looks like from outside: whether it was stopped, and how long its threads ran and
-//! waited for a processor. Read from `/proc`; of what cannot be read nothing is said.
+//! waited for a processor. Read from `/proc`; what cannot be read is left out.
 
 use std::fs;
 
 use serde::{Deserialize, Serialize};
 
-/// Processes beneath one that are looked at: a browser has some ten.
+/// The search for descendants ends at this number of processes: a browser has some ten.
 const MOST: usize = 64;
 
-/// How long the threads of a process and of those beneath it have run, and waited, ready, for a
+/// How long the threads of a process and its descendants have run, and have waited, ready, for a
 /// processor, since they began.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Strain {
-    /// Running, ns in sum.
+    /// Total running time, ns.
     pub ran_ns: u64,
-    /// Waiting for a processor, ns in sum.
+    /// Total time waiting for a processor, ns.
     pub waited_ns: u64,
 }
 
@@ -23,12 +23,12 @@ pub(crate) fn is_stopped(pid: u32) -> bool {
     matches!(state(pid), Some('T' | 't'))
 }
 
-/// Whether there is a process, and not only what its parent has not read of its end.
+/// Whether a process exists and is not just a zombie.
 pub(crate) fn is_there(pid: u32) -> bool {
     state(pid).is_some_and(|state| !matches!(state, 'Z' | 'X'))
 }
 
-/// The kernel's letter for it.
+/// The kernel's letter for the state of a process.
 fn state(pid: u32) -> Option<char> {
     let text = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
     // The name before it is in brackets and may hold anything.
@@ -36,7 +36,7 @@ fn state(pid: u32) -> Option<char> {
     rest.chars().next()
 }
 
-/// The processes beneath one, itself the first.
+/// A process and its descendants; itself first.
 pub(crate) fn family(pid: u32) -> Vec<u32> {
     let mut found = vec![pid];
     let mut next = 0;
@@ -56,7 +56,7 @@ pub(crate) fn family(pid: u32) -> Vec<u32> {
     found
 }
 
-/// The strain of processes, in sum.
+/// Total strain of these processes.
 pub(crate) fn strain(pids: &[u32]) -> Strain {
     let mut strain = Strain::default();
     for &pid in pids {
@@ -71,24 +71,23 @@ pub(crate) fn strain(pids: &[u32]) -> Strain {
     strain
 }
 
-/// How long all processors of this machine have been busy, ns in sum; 0 where that is not known. What the
-/// host took from them is not in it.
+/// Total time that the processors of this machine have been busy, ns; 0 if unknown. Time that the
+/// host took from them is not included.
 #[must_use]
 pub fn busy_ns() -> u64 {
     let [user, nice, system, _idle, _disk, interrupts, soft, _stolen] = spent_ns();
     user + nice + system + interrupts + soft
 }
 
-/// How long the host has had the processors of this machine instead, ns in sum; 0 where that is not
-/// known.
+/// Total time that the host has taken from the processors of this machine, ns; 0 if unknown.
 #[must_use]
 pub fn stolen_ns() -> u64 {
     let [.., stolen] = spent_ns();
     stolen
 }
 
-/// What all processors have spent their time on since the machine was started, ns in sum, in the
-/// kernel's own order.
+/// How all processors together have spent their time since the machine started, ns, in the kernel's
+/// own order.
 fn spent_ns() -> [u64; 8] {
     /// The kernel counts in hundredths of a second, whatever its own tick.
     const TICK_NS: u64 = 10_000_000;
@@ -101,7 +100,7 @@ fn spent_ns() -> [u64; 8] {
     })
 }
 
-/// The strain of this process and of those beneath it.
+/// Strain of this process and its descendants.
 #[must_use]
 pub fn own_strain() -> Strain {
     strain(&family(std::process::id()))
@@ -144,7 +143,7 @@ mod tests {
         let mut child = Command::new("sleep").arg("20").spawn().unwrap();
         let own = std::process::id();
         assert!(family(own).contains(&child.id()));
-        // Some kernels keep no such account.
+        // Some kernels have no such file.
         if fs::exists("/proc/self/schedstat").unwrap() {
             assert!(strain(&family(own)).ran_ns > 0);
         }

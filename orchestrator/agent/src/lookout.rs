@@ -16,31 +16,31 @@ use crate::look::{self, Strain};
 /// Time between two looks.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
-/// Every so many looks the processes beneath it are looked at too, and what all their threads waited:
-/// that reads some hundred files of a browser.
+/// Looks from one check of the descendants, and of how long all their threads waited, to the next:
+/// for a browser such a check reads some hundred files.
 const LOOKS_PER_FAMILY: u64 = 25;
 
-/// The first times at which it was found stopped are kept, up to this number.
+/// Maximum number of stops that are kept, the first ones.
 const MOST_STOPS: usize = 10_000;
 
-/// What was seen of a process. Times are monotonic.
+/// What was seen of a process. Times are ns on the monotonic clock.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Seen {
-    /// When it was looked at first; 0 if it never was.
+    /// When it was first looked at; 0 if never.
     pub first_ns: u64,
-    /// When it was looked at last.
+    /// When it was last looked at.
     pub last_ns: u64,
     /// Number of looks so far.
     pub looks: u64,
-    /// When it, or one beneath it, was found stopped, by a signal or by a debugger.
+    /// When it or a descendant was found stopped, by a signal or by a debugger.
     pub stops_ns: Vec<u64>,
-    /// What it and those beneath it had run and waited, each quarter of a second.
+    /// Strain so far of it and its descendants, each quarter of a second.
     pub strains: Vec<(u64, Strain)>,
 }
 
 impl Seen {
-    /// How often it was looked at from `from_ns` to `to_ns`, as looks are spread evenly.
+    /// Number of looks from `from_ns` to `to_ns`, assuming that looks are spread evenly.
     #[must_use]
     pub fn looks_within(&self, from_ns: u64, to_ns: u64) -> u64 {
         let all_ns = self.last_ns.saturating_sub(self.first_ns).max(1);
@@ -56,8 +56,8 @@ impl Seen {
         stops.filter(move |t_ns| (from_ns..to_ns).contains(t_ns))
     }
 
-    /// What it ran and waited from `from_ns` to `to_ns`, as far as it was looked at; `None` where that
-    /// is not known.
+    /// Strain from `from_ns` to `to_ns`, between the first and the last look at it; `None` if there
+    /// was no such look.
     #[must_use]
     pub fn strain_within(&self, from_ns: u64, to_ns: u64) -> Option<Strain> {
         let inside = |(t_ns, _): &&(u64, Strain)| (from_ns..to_ns).contains(t_ns);
@@ -70,7 +70,7 @@ impl Seen {
     }
 }
 
-/// A thread that looks. It ends with this value, or when the process is gone.
+/// A thread that looks at a process. It ends when this value is dropped or the process is gone.
 #[derive(Debug)]
 pub(crate) struct Lookout {
     seen: Arc<Mutex<Seen>>,
@@ -79,7 +79,7 @@ pub(crate) struct Lookout {
 }
 
 impl Lookout {
-    /// Looks at the process `pid` from now on. Where there is no thread to be had, nothing is seen.
+    /// Looks at the process `pid` from now on. If no thread can be started, nothing is seen.
     pub(crate) fn start(pid: u32) -> Lookout {
         let (end, ended) = channel();
         let seen = Arc::new(Mutex::new(Seen::default()));

@@ -1,14 +1,14 @@
-//! Names: of the four agents, and of the runs, roles and files that they are asked for.
+//! Names of the four agents, and of the runs, roles and files that agents are asked for.
 
 use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// The longest [`Name`]: with a suffix it still is a file's name everywhere.
+/// Maximum length of a [`Name`]: with a suffix it is still a valid file name everywhere.
 const MAX_BYTES: usize = 128;
 
-/// Whom an agent starts roles for.
+/// An agent, named after what it starts roles for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AgentName {
@@ -16,14 +16,14 @@ pub enum AgentName {
     Plant,
     /// The controller.
     Controller,
-    /// The way from the plant, beside it.
+    /// The link from the plant, beside the plant.
     PlantLink,
-    /// The way from the controller, beside it.
+    /// The link from the controller, beside the controller.
     ControllerLink,
 }
 
 impl AgentName {
-    /// All there are.
+    /// All agents.
     pub const ALL: [AgentName; 4] = [
         AgentName::Plant,
         AgentName::Controller,
@@ -89,10 +89,10 @@ impl FromStr for Name {
     }
 }
 
-/// A text that is not such a name.
+/// A text that is not a valid name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BadName {
-    /// No agent is called so.
+    /// No agent has this name.
     #[error("an agent is plant, controller, plant-link or controller-link")]
     Agent,
     /// It is empty, or could lead out of a folder.

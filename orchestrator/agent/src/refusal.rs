@@ -9,7 +9,7 @@ use crate::answer::json;
 use crate::wire::{Kind, Problem};
 use crate::{BadName, Name, Token};
 
-/// A request that got nothing but a reason.
+/// Why a request was refused.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Refusal {
     #[error("there is no `{0}` here")]
@@ -51,7 +51,7 @@ pub(crate) enum Refusal {
     Range(Name, u64),
     #[error("this agent is ending; start it again")]
     Ending,
-    /// A role that did not get ready.
+    /// A role did not become ready.
     #[error("{words}")]
     NotReady { words: String, kind: Kind },
     #[error("cannot use the run's folder: {0}; make space where --scratch points")]
@@ -79,7 +79,7 @@ impl Refusal {
         }
     }
 
-    /// What its answer carries.
+    /// The body of the answer.
     fn problem(&self) -> Problem {
         Problem {
             problem: self.to_string(),
@@ -98,7 +98,7 @@ impl IntoResponse for Refusal {
         let (name, value) = match self {
             Refusal::Method(_, allowed) => (header::ALLOW, allowed),
             Refusal::Token | Refusal::Unclaimed => (header::WWW_AUTHENTICATE, "Bearer"),
-            // The rest of the body is not waited for.
+            // Do not wait for the rest of the body.
             Refusal::Large(_) | Refusal::Slow(_) | Refusal::Body(_) => {
                 (header::CONNECTION, "close")
             }

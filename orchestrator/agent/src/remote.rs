@@ -1,6 +1,6 @@
-//! The orchestrator's side of an agent: calls that wait for their answers, from plain threads.
+//! The orchestrator's side of an agent: calls from plain threads that wait for their answers.
 //!
-//! When what is to be started is left to the back-end.
+//! The back-end decides what to start, and when.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,16 +14,16 @@ use crate::role::{READY_WITHIN, STOP_WITHIN};
 use crate::wire::{StartRole, Started};
 use crate::{AgentName, Error, Health, Name, RoleState, Seen, Token};
 
-/// How long the agent may take for what it does at once: a busy machine needs some ms.
+/// Time limit for what the agent does at once: a busy machine needs some ms.
 const PROMPT: Duration = Duration::from_secs(5);
 
-/// Beyond what the agent itself grants a role.
+/// Added to the time that the agent itself allows a role.
 const MARGIN: Duration = Duration::from_secs(5);
 
-/// How long an agent that is not there yet is left alone.
+/// Pause before asking an agent again that does not answer yet.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// An agent, seen from its orchestrator. Clones are of the same agent.
+/// An agent as its orchestrator sees it. Clones refer to the same agent.
 #[derive(Clone, Debug)]
 pub struct Remote {
     name: AgentName,
@@ -32,14 +32,14 @@ pub struct Remote {
 
 /// A run at an agent, from [`Remote::begin`] to [`RemoteRun::finish`].
 ///
-/// Dropping it leaves it there: the next run, or the agent's end, ends it.
+/// Dropping it does not end the run: the next run does, or the end of the agent.
 #[derive(Clone, Debug)]
 pub struct RemoteRun {
     remote: Remote,
     id: Name,
 }
 
-/// Who answers at `authority`, asked once and without a token: for health checks.
+/// Asks once, without a token, who answers at `authority`: for health checks.
 ///
 /// # Errors
 /// [`Error`] when no agent answers within 2 s.
@@ -50,11 +50,11 @@ pub fn health(authority: &str) -> Result<Health, Error> {
 }
 
 impl Remote {
-    /// Prepares the way to the agent `name` at `authority`, such as `plant.control:7070`.
-    /// Nothing is sent yet; a name is looked up for each connection.
+    /// Prepares requests to the agent `name` at `authority`, such as `plant.control:7070`. Nothing
+    /// is sent yet; the host name is looked up for each connection.
     ///
     /// # Errors
-    /// [`Error::Authority`] when that is no address.
+    /// [`Error::Authority`] when `authority` is not an address.
     pub fn open(name: AgentName, authority: &str, token: Token) -> Result<Remote, Error> {
         Ok(Remote {
             name,
@@ -68,15 +68,15 @@ impl Remote {
         self.name
     }
 
-    /// Waits until the agent answers; it must be the one asked for, and of this version.
+    /// Waits until the agent answers, and checks its name and version.
     ///
     /// # Errors
-    /// [`Error::Unanswered`] after `within`; [`Error::Stranger`] when somebody else answers.
+    /// [`Error::Unanswered`] after `within`; [`Error::Stranger`] when another agent or version answers.
     pub fn wait_healthy(&self, within: Duration) -> Result<Health, Error> {
         let deadline = Instant::now() + within;
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
-            // Each try is short, since a name or a host may come to be meanwhile.
+            // Each try is short, since the host or its name may appear meanwhile.
             let patience = left.clamp(RETRY, Duration::from_secs(2));
             let health = self
                 .exchange
@@ -92,21 +92,21 @@ impl Remote {
         }
     }
 
-    /// Makes the agent ours, or says that we are still there: it ends when it hears nothing for
-    /// too long.
+    /// Claims the agent, or tells it that its orchestrator is still there: it ends when it hears
+    /// nothing for too long.
     ///
     /// # Errors
-    /// [`Error::Refused`] when it belongs to another.
+    /// [`Error::Refused`] when it belongs to another orchestrator.
     pub fn claim(&self) -> Result<(), Error> {
         self.exchange
             .ask(Method::POST, &["claim"], PROMPT)
             .map(drop)
     }
 
-    /// Begins a run in an empty folder there; the one before is ended and wiped.
+    /// Begins a run in an empty folder there. Ends the previous run and wipes its folder.
     ///
     /// # Errors
-    /// [`Error`] when the agent does not, or `id` is no plain name.
+    /// [`Error`] when the request fails, or `id` is not a plain name.
     pub fn begin(&self, id: &str) -> Result<RemoteRun, Error> {
         let id: Name = id.parse()?;
         let within = STOP_WITHIN + MARGIN;
@@ -121,7 +121,7 @@ impl Remote {
     /// Ends the agent. It answers first, so it may still be there for up to a second.
     ///
     /// # Errors
-    /// [`Error`] when it does not hear it.
+    /// [`Error`] when the request fails.
     pub fn end(&self) -> Result<(), Error> {
         self.exchange.ask(Method::POST, &["end"], PROMPT).map(drop)
     }
@@ -143,16 +143,16 @@ impl Remote {
 }
 
 impl RemoteRun {
-    /// The agent that it is at.
+    /// The agent that has the run.
     #[must_use]
     pub fn remote(&self) -> &Remote {
         &self.remote
     }
 
-    /// Starts `role` there as `instance` and waits until it is ready; what it says then.
+    /// Starts `role` there as `instance` and waits until it is ready. Returns what it says then.
     ///
     /// # Errors
-    /// [`Error::Refused`] with the role's last words when it did not get ready; the kind is
+    /// [`Error::Refused`] with the role's last words when it did not become ready; the kind is
     /// [`Kind::Unsupported`](crate::Kind::Unsupported) when the machine there lacks something.
     pub fn start(
         &self,
@@ -172,18 +172,18 @@ impl RemoteRun {
         Ok(ready)
     }
 
-    /// How a role is.
+    /// State of a role.
     ///
     /// # Errors
-    /// [`Error`] when the agent does not say.
+    /// [`Error`] when the request fails.
     pub fn state(&self, instance: &str) -> Result<RoleState, Error> {
         self.about_role(Method::GET, instance, PROMPT)
     }
 
-    /// What a role has looked like from outside since it was started, also when it has ended.
+    /// What a role has looked like from outside since its start, also after its end.
     ///
     /// # Errors
-    /// [`Error`] when the agent does not say.
+    /// [`Error`] when the request fails.
     pub fn seen(&self, instance: &str) -> Result<Seen, Error> {
         let instance: Name = instance.parse()?;
         let path = ["run", self.id.as_str(), "role", instance.as_str(), "seen"];
@@ -191,28 +191,28 @@ impl RemoteRun {
         self.exchange().read(&body)
     }
 
-    /// Ends a role by SIGTERM, after 5 s by SIGKILL; how it ended.
+    /// Ends a role by SIGTERM, and after 5 s by SIGKILL. Returns how it ended.
     ///
     /// # Errors
-    /// [`Error`] when the agent does not say.
+    /// [`Error`] when the request fails.
     pub fn stop(&self, instance: &str) -> Result<RoleState, Error> {
         self.about_role(Method::DELETE, instance, STOP_WITHIN + MARGIN)
     }
 
-    /// The files there, and how long they are, in bytes.
+    /// The files there, with their lengths in bytes.
     ///
     /// # Errors
-    /// [`Error`] when the agent does not say.
+    /// [`Error`] when the request fails.
     pub fn files(&self) -> Result<BTreeMap<String, u64>, Error> {
         let path = ["run", self.id.as_str(), "files"];
         let body = self.exchange().ask(Method::GET, &path, PROMPT)?;
         self.exchange().read(&body)
     }
 
-    /// A whole file; `None` where there is none.
+    /// A whole file; `None` if it does not exist.
     ///
     /// # Errors
-    /// [`Error`] when the agent does not give it.
+    /// [`Error`] when the request fails.
     pub fn file(&self, name: &str) -> Result<Option<Vec<u8>>, Error> {
         if !self.files()?.contains_key(name) {
             return Ok(None);
@@ -230,7 +230,7 @@ impl RemoteRun {
     /// Ends the run's roles and wipes its folder there.
     ///
     /// # Errors
-    /// [`Error`] when the agent does not.
+    /// [`Error`] when the request fails.
     pub fn finish(self) -> Result<(), Error> {
         let path = ["run", self.id.as_str()];
         self.exchange()

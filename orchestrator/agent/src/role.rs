@@ -1,7 +1,7 @@
 //! A role of webloop running as a child process: plant, controller or link.
 //!
-//! A role says `ready` on its standard output when it can be used, writes its report as a JSON
-//! file into the run's folder, and ends on SIGTERM. What it logs goes to `<name>.log` there.
+//! A role prints `ready` on its standard output once it can be used, writes its report as a JSON
+//! file into the run's folder, and ends on SIGTERM. It logs to `<name>.log` there.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Read, Seek};
@@ -17,38 +17,38 @@ use rustix::fs::{MemfdFlags, memfd_create};
 use crate::lookout::{Lookout, Seen};
 use crate::{Error, Token, spawn};
 
-/// How long a role may take from its start to `ready`: a busy two-core machine needs some 50 ms
-/// for those of one process, and a browser up to half a minute.
+/// How long a role may take from its start to `ready`. On a busy two-core machine a role of one
+/// process needs some 50 ms, and a browser up to half a minute.
 pub(crate) const READY_WITHIN: Duration = Duration::from_secs(40);
 
 /// How long a role may take from SIGTERM to its end; it has rows to flush.
 pub(crate) const STOP_WITHIN: Duration = Duration::from_secs(5);
 
-/// How long a role of a run that is given up may take to write its rows before it is killed:
-/// three of them one after another still end within 5 s of an interruption.
+/// How long a role may take to write its rows before it is killed, if its run is given up. Three
+/// roles, one after another, still end within 5 s of an interruption.
 const GIVE_UP_WITHIN: Duration = Duration::from_secs(1);
 
-/// How often a beginning or an ending is looked for.
+/// How often to check whether a role is ready or has ended.
 pub(crate) const POLL: Duration = Duration::from_millis(5);
 
-/// What is to be started: `PROGRAM serve ROLE --settings - --out FOLDER`.
+/// What to start: `PROGRAM serve ROLE --settings - --out FOLDER`.
 #[derive(Clone, Copy, Debug)]
 pub struct Launch<'a> {
     /// Path of webloop's own program.
     pub program: &'a Path,
     /// The role, as `webloop serve` calls it.
     pub role: &'a str,
-    /// What its log and its errors call it.
+    /// The name that its log and its errors use.
     pub name: &'a str,
-    /// Its settings, for its standard input.
+    /// Its settings, passed on standard input.
     pub settings: &'a serde_json::Value,
-    /// Where its rows and its log go.
+    /// The folder for its rows and its log.
     pub folder: &'a Path,
-    /// Whether it is looked at from outside while it runs.
+    /// Whether to watch it from outside while it runs.
     pub is_watched: bool,
 }
 
-/// A started role. Dropping it ends the process: of a run that is given up, too, the rows are kept.
+/// A started role. Dropping it ends the process; even if the run is given up, the rows are kept.
 #[derive(Debug)]
 pub struct Role {
     name: String,
@@ -58,12 +58,12 @@ pub struct Role {
 }
 
 impl Role {
-    /// Starts a role, inside `namespace` where one is given.
+    /// Starts a role, inside `namespace` if one is given.
     ///
     /// The child dies with the calling thread, so that thread has to live as long as the run.
     ///
     /// # Errors
-    /// [`Error::Role`] when the log, the namespace or the process cannot be had.
+    /// [`Error::Role`] when the log, the namespace or the process is not available.
     pub fn launch(launch: &Launch<'_>, namespace: Option<&impl AsFd>) -> Result<Role, Error> {
         let Launch { name, .. } = *launch;
         let fail = |problem: io::Error| unstarted(name, &problem);
@@ -79,7 +79,7 @@ impl Role {
             .stderr(log);
         spawn::bind(&mut command, namespace).map_err(fail)?;
         let mut child = command.spawn().map_err(fail)?;
-        // Reading on a thread of its own, to the end, so that the role never blocks on a full pipe.
+        // Read to the end on a thread of its own, so that the role never blocks on a full pipe.
         let (sender, ready) = mpsc::channel();
         if let Some(stdout) = child.stdout.take() {
             std::thread::spawn(move || {
@@ -101,10 +101,10 @@ impl Role {
         })
     }
 
-    /// Waits until the role says that it can be used; what it says besides `ready`.
+    /// Waits until the role says that it can be used. Returns what it says besides `ready`.
     ///
     /// # Errors
-    /// [`Error::Role`] when it ends first, or says nothing for 40 s.
+    /// [`Error::Role`] when it ends before, or is not ready after 40 s.
     pub fn wait_ready(&mut self) -> Result<String, Error> {
         match self.ready.recv_timeout(READY_WITHIN) {
             Ok(what) => Ok(what),
@@ -119,11 +119,11 @@ impl Role {
         }
     }
 
-    /// What [`Role::wait_ready`] would say now, if it would not wait.
+    /// [`Role::wait_ready`] without waiting; `None` if the role is not ready yet.
     pub(crate) fn try_ready(&mut self) -> Result<Option<String>, Error> {
         match self.ready.try_recv() {
             Ok(what) => Ok(Some(what)),
-            // All that it said has been read, so an end now is one without `ready`.
+            // All its output has been read, so if it has ended, it ended without `ready`.
             Err(mpsc::TryRecvError::Disconnected) => match self.status()? {
                 Some(status) => Err(self.ended_unready(status)),
                 None => Ok(None),
@@ -132,10 +132,10 @@ impl Role {
         }
     }
 
-    /// Whether the role has ended, and if so whether well.
+    /// Whether the role has ended.
     ///
     /// # Errors
-    /// [`Error::Role`] when it ended with another exit code than 0, or by a signal.
+    /// [`Error::Role`] when it ended with an exit code other than 0, or by a signal.
     pub fn ended(&mut self) -> Result<bool, Error> {
         match self.status()? {
             None => Ok(false),
@@ -150,24 +150,24 @@ impl Role {
         matches!(self.status(), Ok(Some(status)) if status.code() == Some(UNSUPPORTED))
     }
 
-    /// How the role has ended, if it has.
+    /// How the role has ended; `None` if it still runs.
     pub(crate) fn status(&mut self) -> Result<Option<ExitStatus>, Error> {
         self.child
             .try_wait()
             .map_err(|problem| Error::role(&self.name, problem.to_string()))
     }
 
-    /// What its process, and those beneath it, have looked like from outside since it was started;
-    /// nothing, where it is not watched.
+    /// What its process and its descendants have looked like from outside since the start; empty if
+    /// it is not watched.
     #[must_use]
     pub fn seen(&self) -> Seen {
         self.lookout.as_ref().map(Lookout::seen).unwrap_or_default()
     }
 
-    /// Asks the role to end by SIGTERM, waits, and insists by SIGKILL after 5 s.
+    /// Sends SIGTERM and waits 5 s. A role that still runs then is killed by being dropped.
     ///
     /// # Errors
-    /// [`Error::Role`] when it did not end by itself, or not well.
+    /// [`Error::Role`] when it had to be killed, or did not end well.
     pub fn stop(mut self) -> Result<(), Error> {
         self.terminate();
         let deadline = Instant::now() + STOP_WITHIN;
@@ -197,7 +197,7 @@ impl Role {
         let _ = self.child.wait();
     }
 
-    /// The error of a role that took too long to get ready.
+    /// The error of a role that took too long to become ready.
     pub(crate) fn unready(&self) -> Error {
         Error::role(
             &self.name,
@@ -221,7 +221,7 @@ impl Drop for Role {
     }
 }
 
-/// The exit code as a shell has it: a signal's number and 128 where a signal ended the process.
+/// The exit code as a shell reports it: 128 plus the signal's number if a signal ended the process.
 pub(crate) fn exit_code(status: ExitStatus) -> i32 {
     status
         .code()
@@ -232,7 +232,7 @@ fn unstarted(name: &str, problem: &io::Error) -> Error {
     Error::role(name, format!("cannot be started: {problem}"))
 }
 
-/// A file that holds a value's text, and is nowhere but in memory: unlike a pipe it takes all of it at once.
+/// A file in memory with a value's text. Unlike a pipe it takes all of the text at once.
 fn in_memory(value: &serde_json::Value) -> io::Result<File> {
     let mut file = File::from(memfd_create("settings", MemfdFlags::CLOEXEC)?);
     serde_json::to_writer(&file, value)?;

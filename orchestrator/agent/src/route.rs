@@ -1,4 +1,4 @@
-//! The routes: what each request is for, who may ask, and what is answered.
+//! The routes: what each request does, who may send it, and its answer.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -22,10 +22,10 @@ use crate::role::STOP_WITHIN;
 use crate::wire::{SIZE_HEADER, StartRole, Started};
 use crate::{Name, Token, shelf};
 
-/// The largest body.
+/// Maximum size of a body.
 const BODY_BYTES: usize = 16 << 20;
 
-/// How long a body may take to come.
+/// How long a body may take to arrive.
 const BODY_WITHIN: Duration = Duration::from_secs(10);
 
 type Shared = State<Arc<Agent>>;
@@ -45,24 +45,24 @@ pub(crate) fn router(agent: Arc<Agent>) -> Router {
             only("GET, POST, DELETE", get(state).post(start).delete(stop)),
         )
         .route("/run/{id}/role/{instance}/seen", only("GET", get(seen)))
-        // Of these; a file, below, has a query.
+        // Applies to the routes above; a file, below, takes a query.
         .route_layer(from_fn(refuse_query))
         .route("/run/{id}/file/{name}", only("GET", get(read_file)))
         .fallback(nowhere)
-        // Before all of these: who may not ask learns nothing.
+        // Runs before all of these: a caller without the token learns nothing.
         .layer(from_fn_with_state(Arc::clone(&agent), enter));
     anyones.merge(masters).with_state(agent)
 }
 
-/// Refuses all methods but these, which `allowed` lists as the header `Allow` has them.
+/// Refuses all methods but these; `allowed` is the value of the header `Allow`.
 fn only(allowed: &'static str, methods: MethodRouter<Arc<Agent>>) -> MethodRouter<Arc<Agent>> {
     let refuse = move |method| async move { Refusal::Method(method, allowed) };
-    // By itself the router takes HEAD for GET.
+    // By default the router serves HEAD as GET.
     methods.head(refuse).fallback(refuse)
 }
 
-/// Lets requests of the agent's own orchestrator in. Each is worked out to its end also where the
-/// asking side goes away meanwhile: a run that is being ended must not stay half ended.
+/// Admits requests of the agent's own orchestrator. Each is completed even if the client goes away
+/// meanwhile: a run must not stay half ended.
 async fn enter(State(agent): Shared, request: Request, next: Next) -> Answer {
     agent.enter(presented(request.headers()).as_ref())?;
     let answer = tokio::spawn(async move {
@@ -140,7 +140,7 @@ async fn start(State(agent): Shared, Names([id, instance]): Names<2>, body: Body
     let asked = content(body).await?;
     let asked: StartRole =
         serde_json::from_slice(&asked).map_err(|problem| Refusal::Body(problem.to_string()))?;
-    // The body took its time, in which the run may have been ended.
+    // The run may have ended while the body arrived.
     agent.run(&id)?;
     let ready = run.start(&agent.config.program, &instance, &asked).await?;
     Ok(json(StatusCode::CREATED, &Started { ready }))
@@ -174,7 +174,7 @@ impl<S: Send + Sync, const N: usize> FromRequestParts<S> for Names<N> {
     }
 }
 
-/// The first byte of a file that is asked for: `from=N`, and no other query.
+/// The first requested byte of a file: `from=N`. Refuses any other query.
 fn from(query: Option<String>) -> Result<u64, Refusal> {
     let Some(query) = query else {
         return Ok(0);
@@ -184,9 +184,9 @@ fn from(query: Option<String>) -> Result<u64, Refusal> {
     from.ok_or_else(|| Refusal::Query(excerpt(&query)))
 }
 
-/// A body that is not too long and comes in time.
+/// Reads a body, unless it is too long or too slow.
 async fn content(body: Body) -> Result<Bytes, Refusal> {
-    // One that says beforehand that it is too long is not read at all.
+    // A body that announces that it is too long is not read at all.
     if usize::try_from(body.size_hint().lower()).is_ok_and(|bytes| bytes > BODY_BYTES) {
         return Err(Refusal::Large(BODY_BYTES));
     }

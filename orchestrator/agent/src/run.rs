@@ -1,8 +1,8 @@
-//! The run that an agent is in: a folder, and the roles that were started for it.
+//! The current run of an agent: a folder, and the roles that were started for it.
 //!
-//! All of it belongs to one thread. Nothing here blocks that thread longer than a fork, or than
-//! the kernel needs to end a killed process: beginnings and endings are looked for again and
-//! again, as long as somebody waits for one.
+//! Everything here runs on one thread. Nothing blocks that thread longer than a fork, or than the
+//! kernel needs to end a killed process: whoever waits for a role to become ready or to end polls
+//! for it.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -38,9 +38,9 @@ impl Run {
         }
     }
 
-    /// Starts a role and waits until it is ready; what it says then.
+    /// Starts a role and waits until it is ready. Returns what it says then.
     ///
-    /// The process dies with the calling thread: not one of a pool.
+    /// The process dies with the calling thread, which must therefore not belong to a pool.
     pub(crate) async fn start(
         &self,
         program: &Path,
@@ -81,7 +81,7 @@ impl Run {
         }
     }
 
-    /// How a role is.
+    /// State of a role.
     pub(crate) fn state(&self, instance: &Name) -> Result<RoleState, Refusal> {
         let shared = self.role(instance)?;
         Ok(self.state_of(instance, &shared))
@@ -92,7 +92,7 @@ impl Run {
         Ok(lock(&*self.role(instance)?).seen())
     }
 
-    /// Ends a role, by SIGTERM and after `within` by SIGKILL; how it ended.
+    /// Ends a role by SIGTERM, and after `within` by SIGKILL. Returns how it ended.
     pub(crate) async fn stop(
         &self,
         instance: &Name,
@@ -110,7 +110,7 @@ impl Run {
         Ok(state)
     }
 
-    /// Ends all roles, by SIGTERM and after `within` by SIGKILL.
+    /// Ends all roles by SIGTERM, and after `within` by SIGKILL.
     pub(crate) async fn end(&self, within: Duration) {
         let roles: Vec<Shared> = lock(&self.roles).values().cloned().collect();
         end(&roles, within).await;
@@ -127,7 +127,7 @@ impl Run {
         let code = match lock(shared).status() {
             Ok(None) => return RoleState::Running,
             Ok(Some(status)) => exit_code(status),
-            // Its number is unknown to the kernel: it has ended, how is not known.
+            // The kernel does not know the process any more: it has ended in an unknown way.
             Err(_) => -1,
         };
         let words = match code {
@@ -150,7 +150,7 @@ impl Run {
     }
 }
 
-/// Ends roles together; whether one had to be killed.
+/// Ends roles together. Returns whether one had to be killed.
 async fn end(roles: &[Shared], within: Duration) -> bool {
     let running = |role: &&Shared| matches!(lock(role).status(), Ok(None));
     for role in roles {
@@ -170,7 +170,7 @@ async fn end(roles: &[Shared], within: Duration) -> bool {
     !late.is_empty()
 }
 
-/// What a lock holds. A request that broke off while it held one has left nothing half done.
+/// Locks a mutex, even if a request panicked while it held it: requests leave nothing half done.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,4 @@
-//! The entry: sets an agent up, waits for what ends it, and leaves nothing behind.
+//! The entry point: sets an agent up, waits for its end, and leaves nothing behind.
 
 use std::future::{Future, poll_fn};
 use std::io;
@@ -15,24 +15,24 @@ use tokio::time::{Instant, sleep_until, timeout};
 use crate::agent::Agent;
 use crate::{Config, Ended, Error, route, server, shelf};
 
-/// How long the roles of an agent that ends may take to write their rows. With the connections'
-/// time it is below a second, the most that a container's end may take.
+/// How long roles may take to write their rows when the agent ends. Together with the connections'
+/// time this is below a second, the limit for the end of a container.
 const ROLES_WITHIN: Duration = Duration::from_millis(600);
 
-/// Threads that may wait for the disk: a container counts them among its processes.
+/// Maximum number of threads that wait for the disk: a container counts them as processes.
 const DISK_THREADS: usize = 4;
 
-/// How long the last answers may take to leave.
+/// How long sending the last answers may take.
 const ANSWERS_WITHIN: Duration = Duration::from_millis(200);
 
-/// Runs an agent until SIGTERM or SIGINT, until its orchestrator ends it, or until it is left
-/// alone. All its roles end before it does, and with it if it is killed: they are children of
-/// the calling thread.
+/// Runs an agent until SIGTERM or SIGINT, until its orchestrator ends it, or until no orchestrator
+/// has been heard for too long. All its roles end before it does. If it is killed, they die with
+/// it: they are children of the calling thread.
 ///
 /// `ready` is called once, when the agent can be reached.
 ///
 /// # Errors
-/// [`Error`] says what could not be had.
+/// [`Error`] when it cannot listen, start its runtime, or write its folder.
 pub fn serve(config: &Config, ready: impl FnOnce(SocketAddr)) -> Result<Ended, Error> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
@@ -49,7 +49,7 @@ pub fn serve(config: &Config, ready: impl FnOnce(SocketAddr)) -> Result<Ended, E
     let listener = listener.map_err(listen_error)?;
     let address = listener.local_addr().map_err(listen_error)?;
 
-    // Its own folder, so that what it wipes is never somebody else's.
+    // A folder of its own, so that it never wipes the files of others.
     let scratch = scratch(config);
     shelf::make_empty(&scratch).map_err(|source| Error::write(&scratch, source))?;
     let agent = Arc::new(Agent::new(config, scratch.clone()));
@@ -57,7 +57,7 @@ pub fn serve(config: &Config, ready: impl FnOnce(SocketAddr)) -> Result<Ended, E
     let ended = runtime.block_on(async {
         let open = GracefulShutdown::new();
         let mut stop = pin!(pace::told_to_end());
-        // Asked once before `ready`, so that a signal right after it is caught.
+        // Poll once before `ready`, so that a signal right after it is caught.
         if let Poll::Ready(result) =
             poll_fn(|context| Poll::Ready(stop.as_mut().poll(context))).await
         {
@@ -71,11 +71,11 @@ pub fn serve(config: &Config, ready: impl FnOnce(SocketAddr)) -> Result<Ended, E
             never = server::accept(&listener, &router, &open) => match never {},
         };
         agent.close(ROLES_WITHIN).await;
-        // Whoever still waits for an answer gets it now; an idle connection just closes.
+        // Answers in progress are still sent; an idle connection just closes.
         let _ = timeout(ANSWERS_WITHIN, open.shutdown()).await;
         ended
     });
-    // Not waiting for a thread that reads a slow disk.
+    // Do not wait for a thread that reads a slow disk.
     runtime.shutdown_background();
     let wiped = shelf::wipe(&scratch).map_err(|source| Error::write(&scratch, source));
     let ended = ended.map_err(|problem: io::Error| Error::Start(problem))?;
@@ -88,8 +88,8 @@ fn scratch(config: &Config) -> PathBuf {
     config.scratch.join(format!("webloop-{}", config.name))
 }
 
-/// Done when the agent has waited for its orchestrator for too long. It wakes for that alone,
-/// not for each request.
+/// Returns when the agent has waited for its orchestrator for too long. It wakes up for that and
+/// for claims, not for each request.
 async fn left_alone(agent: &Agent) -> Ended {
     loop {
         let ends = agent.claim().ends(Instant::now());

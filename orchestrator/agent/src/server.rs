@@ -1,7 +1,7 @@
-//! The connections of an agent: accepting them, and speaking HTTP/1 on them.
+//! The connections of an agent: accepts them and serves HTTP/1 on them.
 //!
-//! There are few: an orchestrator, its followers, a health check. The limits are for what goes
-//! wrong, and cost a connection, never the agent; `axum::serve` has no settings for them.
+//! There are few: an orchestrator, its followers, a health check. The limits are for faults;
+//! exceeding one costs a connection, never the agent. `axum::serve` has no settings for them.
 
 use std::convert::Infallible;
 use std::io;
@@ -17,23 +17,24 @@ use hyper_util::service::TowerToHyperService;
 use tokio::net::{TcpListener, TcpSocket};
 use tokio::sync::Semaphore;
 
-/// How long a connection may wait for a head, and so also idle between two requests. Clients
-/// keep idle connections for less, else a request can meet the close of its connection.
+/// How long a connection may wait for a request's head, and so how long it may be idle between
+/// requests. Clients close idle connections earlier, or a request could meet the close of its
+/// connection.
 const HEAD_WITHIN: Duration = Duration::from_secs(10);
 
-/// The largest head of a request.
+/// Maximum size of a request's head.
 const HEAD_BYTES: usize = 16 << 10;
 
-/// Connections at a time. Others wait in the backlog.
+/// Maximum number of connections at a time. Others wait in the backlog.
 const CONNECTIONS: usize = 64;
 
-/// Connections that the kernel completes ahead of us.
+/// Maximum number of connections that the kernel completes before they are accepted.
 const BACKLOG: u32 = 64;
 
-/// How long to leave a refused accept alone, so that running out of files is no busy loop.
+/// Pause after a failed accept, so that running out of file descriptors is no busy loop.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 
-/// Listens on `address`. It needs the runtime's context.
+/// Listens on `address`. Needs the runtime's context.
 pub(crate) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
     let socket = if address.is_ipv4() {
         TcpSocket::new_v4()
@@ -46,7 +47,7 @@ pub(crate) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
     socket.listen(BACKLOG)
 }
 
-/// Accepts for ever; `open` can close the connections in good order.
+/// Accepts connections for ever; `open` can close them in good order.
 pub(crate) async fn accept(
     listener: &TcpListener,
     router: &Router,
@@ -66,8 +67,8 @@ pub(crate) async fn accept(
                 continue;
             }
         };
-        // Answers are small: waiting for more to send would add a delayed acknowledgement. If it
-        // is refused, the connection is broken, and serving it will say so.
+        // Answers are small: waiting for more to send would add a delayed acknowledgement. If this
+        // fails, the connection is broken, and serving it will report that.
         let _ = stream.set_nodelay(true);
         let service = TowerToHyperService::new(router.clone());
         let connection = http1::Builder::new()

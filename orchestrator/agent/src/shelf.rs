@@ -1,6 +1,6 @@
-//! A run's folder as seen from afar: plain files, read in parts.
+//! A run's folder as an orchestrator sees it: plain files, read in parts.
 //!
-//! These calls wait for the disk, so they belong on a thread that may.
+//! These calls wait for the disk, so they belong on a thread that may block.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -11,7 +11,7 @@ use crate::Name;
 use crate::refusal::Refusal;
 use crate::wire::PART_BYTES;
 
-/// A part of a file, and how long the whole was.
+/// A part of a file, and the length of the whole.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Part {
     pub(crate) bytes: Vec<u8>,
@@ -43,7 +43,7 @@ pub(crate) fn list(folder: &Path) -> io::Result<BTreeMap<String, u64>> {
         }
         match entry.metadata() {
             Ok(meta) => files.insert(name, meta.len()),
-            // Renamed since it was listed; whoever wants it asks again.
+            // Renamed since it was listed; the orchestrator will ask again.
             Err(problem) if problem.kind() == io::ErrorKind::NotFound => None,
             Err(problem) => return Err(problem),
         };
@@ -51,7 +51,7 @@ pub(crate) fn list(folder: &Path) -> io::Result<BTreeMap<String, u64>> {
     Ok(files)
 }
 
-/// A file from byte `from` on, as far as it goes now and one answer can carry.
+/// Reads a file from byte `from` to its present end, but no more than one answer can carry.
 pub(crate) fn read(folder: &Path, name: &Name, from: u64) -> Result<Part, Refusal> {
     let mut file = match File::open(folder.join(name.as_str())) {
         Err(problem) if problem.kind() == io::ErrorKind::NotFound => {

@@ -1,8 +1,8 @@
 //! Starts one of webloop's own roles as a child that cannot outlive its parent.
 //!
-//! The kernel kills the child when the thread that started it dies, by any death; since the
-//! namespaces of a run have no names, they go with the last process in them. This is the one
-//! place of the crate with `unsafe`: `pre_exec` runs between fork and exec.
+//! The kernel kills the child when the thread that started it dies, however that happens. The
+//! namespaces of a run have no names, so they disappear with the last process in them. Only this
+//! module of the crate has `unsafe` code: `pre_exec` runs between fork and exec.
 #![allow(unsafe_code)]
 
 use std::io;
@@ -15,8 +15,8 @@ use rustix::process::{
 };
 use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
 
-/// Makes `command`, once spawned, die with the calling thread, and start inside `namespace`
-/// where one is given.
+/// Makes `command`, once spawned, die with the calling thread, and start inside `namespace` if one
+/// is given.
 ///
 /// # Errors
 /// When the namespace's descriptor cannot be duplicated.
@@ -40,8 +40,8 @@ pub fn bind(command: &mut Command, namespace: Option<&impl AsFd>) -> io::Result<
 
 /// Asks the kernel to kill this process when the thread that started it dies.
 ///
-/// `parent` is who that should be; if it is already gone, the request would never fire, so this
-/// is an error instead.
+/// `parent` is the expected parent. If it is already gone, the request would never take effect, so
+/// that is an error.
 ///
 /// # Errors
 /// When the request is refused or the parent is gone.
@@ -55,7 +55,7 @@ pub fn die_with(parent: Option<Pid>) -> io::Result<()> {
 
 /// Sends SIGTERM to a child that still runs.
 pub fn terminate(child: &mut Child) {
-    // Its number is not reused until it has been waited for.
+    // The kernel does not reuse its process number until it has been waited for.
     if matches!(child.try_wait(), Ok(None))
         && let Some(pid) = i32::try_from(child.id()).ok().and_then(Pid::from_raw)
     {

@@ -1,4 +1,4 @@
-//! What proves that a request comes from the agent's own orchestrator.
+//! The token that proves that a request comes from the agent's own orchestrator.
 
 use std::env;
 use std::fmt;
@@ -7,10 +7,10 @@ use std::str::FromStr;
 
 use subtle::ConstantTimeEq;
 
-/// A token is at least as long as to be beyond guessing, and at most what a header carries.
+/// Length of a token: long enough that it cannot be guessed, short enough for a header.
 const BYTES: std::ops::RangeInclusive<usize> = 16..=256;
 
-/// Bytes of a token that we make ourselves; two letters each.
+/// Bytes of a random token; each is written as two hexadecimal digits.
 const RANDOM_BYTES: usize = 16;
 
 /// A bearer token. It is never printed.
@@ -18,13 +18,13 @@ const RANDOM_BYTES: usize = 16;
 pub struct Token(String);
 
 impl Token {
-    /// The environment variable that gives one. It is kept from the roles.
+    /// The environment variable that sets it. Roles do not get this variable.
     pub const VARIABLE: &'static str = "WEBLOOP_TOKEN";
 
-    /// A new one, from the kernel's randomness.
+    /// A new random token from the kernel.
     ///
     /// # Errors
-    /// What the kernel says.
+    /// When the kernel gives no random numbers.
     pub fn random() -> io::Result<Token> {
         let mut bytes = [0; RANDOM_BYTES];
         let mut filled = 0;
@@ -39,10 +39,10 @@ impl Token {
         ))
     }
 
-    /// The token of [`Token::VARIABLE`]; `None` where it is not set, or empty.
+    /// The token in [`Token::VARIABLE`]; `None` if that is unset or empty.
     ///
     /// # Errors
-    /// When it is set to what cannot be a token.
+    /// When its value is not a valid token.
     pub fn from_environment() -> Result<Option<Token>, BadToken> {
         match env::var_os(Token::VARIABLE) {
             None => Ok(None),
@@ -51,7 +51,7 @@ impl Token {
         }
     }
 
-    /// Whether `presented` is this token, in a time that says nothing about where they differ.
+    /// Whether `presented` is this token. The time this takes does not reveal where they differ.
     pub(crate) fn is(&self, presented: &Token) -> bool {
         self.0.as_bytes().ct_eq(presented.0.as_bytes()).into()
     }
@@ -86,7 +86,7 @@ impl FromStr for Token {
     type Err = BadToken;
 
     fn from_str(text: &str) -> Result<Self, BadToken> {
-        // What RFC 6750 allows in the header.
+        // The characters that RFC 6750 allows in the header.
         let allowed = |c: char| c.is_ascii_alphanumeric() || "-._~+/=".contains(c);
         if BYTES.contains(&text.len()) && text.chars().all(allowed) {
             Ok(Token(text.to_owned()))
@@ -96,7 +96,7 @@ impl FromStr for Token {
     }
 }
 
-/// A text that cannot be a token. It is not quoted: it may be a secret with a slip in it.
+/// A text that is not a valid token. It is not quoted, since it may be a mistyped secret.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "a token is 16 to 256 of A-Z a-z 0-9 - . _ ~ + / =; set {} to one, or leave it unset",

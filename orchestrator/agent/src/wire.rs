@@ -1,4 +1,4 @@
-//! What agent and orchestrator say to each other, as JSON.
+//! What agent and orchestrator send each other, as JSON.
 
 use std::fmt;
 
@@ -6,69 +6,69 @@ use serde::{Deserialize, Serialize};
 
 use crate::AgentName;
 
-/// The header with a file's whole length, beside a part of it.
+/// The header with the length of the whole file, sent with a part of it.
 pub(crate) const SIZE_HEADER: &str = "x-size";
 
-/// The most of a file that one answer brings.
+/// Maximum number of bytes of a file in one answer.
 pub(crate) const PART_BYTES: u64 = 1 << 20;
 
-/// Who answers, for anyone who asks.
+/// Answer to a health check, which anyone may ask for.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Health {
     /// Name of the agent.
     pub agent: AgentName,
     /// Its version of webloop.
     pub webloop: String,
-    /// Whether it has a master already.
+    /// Whether an orchestrator has claimed it.
     pub claimed: bool,
 }
 
-/// A role that is asked for.
+/// A request to start a role.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StartRole {
     pub(crate) role: String,
-    /// The role's settings, which only the role reads.
+    /// The role's settings. Only the role reads them.
     pub(crate) settings: serde_json::Value,
 }
 
-/// A role that is ready.
+/// Answer when a role is ready.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Started {
     pub(crate) ready: String,
 }
 
-/// How a role is.
+/// State of a role.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "state", rename_all = "lowercase")]
 pub enum RoleState {
-    /// The role runs.
+    /// It runs.
     Running,
     /// It has ended.
     Ended {
-        /// Its exit code; 128 and the signal's number where a signal ended it, as in a shell.
+        /// Its exit code; 128 plus the signal's number if a signal ended it, as in a shell.
         code: i32,
-        /// If it did not end well: why, as far as its log says.
+        /// Why it did not end well, as far as its log says; empty if it ended well.
         words: String,
     },
 }
 
-/// Why something was refused.
+/// Why a request was refused.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Problem {
     pub(crate) problem: String,
     pub(crate) kind: Kind,
 }
 
-/// What a problem means for who asked.
+/// What a problem means for the caller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// The machine there lacks something.
     Unsupported,
-    /// It was tried and went wrong.
+    /// It was tried and failed.
     Failed,
-    /// It should not have been asked like that.
+    /// The request was wrong.
     Usage,
 }
 

@@ -25,6 +25,7 @@ use endpoint::{
     ArrivalOutcome, ArrivalRow, Counts, Hold, MessageOutcome, MessageRow, Mode, Preset, SampleTime,
     TickRow,
 };
+use link::Epoch;
 use manifest::{FileFact, Machine, Manifest};
 use plan::{Cell, Client, Plan, ProbeRow, ProfileText, Verdict};
 use serde_json::{Value, json};
@@ -207,7 +208,7 @@ fn manifest(folder: &Path, cell: &Cell) -> Result<Manifest, Box<dyn Error>> {
         authority: String::new(),
         started: String::new(),
         wall_s: 0.0,
-        epoch_ns: START_NS,
+        epoch: Epoch::at_ns(START_NS),
         start_ns: START_NS,
         certificate: None,
         messages: None,

@@ -1,4 +1,4 @@
-//! What arrived at the plant, and when (`arrivals.csv`): intervals and order. Lateness against the
+//! Metrics of the arrivals at the plant (`arrivals.csv`): intervals and order. Lateness against the
 //! schedule is in [`crate::lateness`], histograms are in [`crate::interval`].
 
 use endpoint::ArrivalRow;
@@ -9,33 +9,35 @@ use crate::statistics::{Moments, ms_between, share};
 
 const MS_NS: u64 = 1_000_000;
 
-/// Messages in order of arrival; an interval is the time between two neighbours.
+/// Metrics of the arrivals. An interval is the time between two consecutive arrivals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Arrivals {
-    /// Messages that arrived.
+    /// Number of messages that arrived.
     pub count: u64,
     /// Mean interval, ms: the control interval of Fig. 8 and 9.
     pub interval_avg_ms: Option<f64>,
     /// Standard deviation of the intervals, ms.
     pub interval_sd_ms: Option<f64>,
-    /// Share of intervals within a tenth of h: those that are what was asked for.
+    /// Share of intervals that are as asked for: within 10 % of h.
     pub interval_at_h: Option<f64>,
     /// Share of intervals that are zero in ns: Table 3, "at the same time as the previous packet".
-    /// That depends on the clock, hence this and the next two; the paper's fits stamps of 10 ms.
+    /// This share depends on the clock's resolution, so the next two fields give it for coarser ones;
+    /// the paper's value fits timestamps of 10 ms.
     pub zero_exact: Option<f64>,
-    /// Share of neighbours in the same millisecond.
+    /// Share of consecutive arrivals in the same millisecond.
     pub zero_1ms: Option<f64>,
-    /// Share of neighbours in the same ten milliseconds.
+    /// Share of consecutive arrivals in the same ten milliseconds.
     pub zero_10ms: Option<f64>,
-    /// Share of neighbours in the same tick of the plant: the first of the two never acts.
+    /// Share of consecutive arrivals in the same tick of the plant: the first of the two never takes
+    /// effect.
     pub zero_tick: Option<f64>,
-    /// Messages that a later one had overtaken.
+    /// Messages that arrived after one with a higher `seq`.
     pub out_of_order: u64,
     /// Lateness against the schedule.
     pub drift: Drift,
 }
 
-/// Arrivals under way.
+/// Accumulates [`Arrivals`] row by row.
 #[derive(Debug)]
 pub(crate) struct ArrivalCount {
     h_ns: u64,
@@ -111,7 +113,7 @@ pub(crate) mod tests {
     use super::*;
     use endpoint::ArrivalOutcome;
 
-    /// Rows of these `seq` and times of arrival, with a plant whose tick 0 was at 0.
+    /// Rows with these `seq` and arrival times, of a plant whose tick 0 was at time 0.
     pub(crate) fn rows(
         h_ns: u64,
         arrivals: impl IntoIterator<Item = (u64, u64)>,
@@ -138,7 +140,7 @@ pub(crate) mod tests {
 
     #[test]
     fn an_interval_is_at_h_within_a_tenth_of_it() {
-        // Gaps of 9, 11, 8.9 and 11.1 ms for 10, and of 0.
+        // Gaps of 9, 11, 8.9, 11.1 and 0 ms, with h = 10 ms.
         let times_us = [0, 9_000, 20_000, 28_900, 40_000, 40_000];
         let a = arrivals(10_000_000, (0..).zip(times_us.map(|us| us * 1000)));
         assert_eq!(a.interval_at_h, Some(0.4));
@@ -147,7 +149,7 @@ pub(crate) mod tests {
 
     #[test]
     fn table_3_counts_the_messages_that_came_with_the_one_before() {
-        // A blocking client of 2011 on stamps of 10 ms: 2 of 2001 messages in 600 s are 0.0010.
+        // A blocking client of 2011 with timestamps of 10 ms: 2 of 2001 messages in 600 s give 0.0010.
         let at = |k: u64| {
             k * 300_000_000
                 - if k % 1000 == 7 {
@@ -163,8 +165,8 @@ pub(crate) mod tests {
 
     #[test]
     fn zero_intervals_depend_on_the_clock_that_is_read() {
-        // Gaps of 0, 0.4 and 3 ms, all from the start of a 10 ms grid; one tick of 1 ms holds
-        // three.
+        // Gaps of 0, 0.4 and 3 ms, all from the start of a 10 ms grid; three arrivals share one tick
+        // of 1 ms.
         let a = arrivals(1_000_000, [(0, 0), (1, 0), (2, 400_000), (3, 3_400_000)]);
         assert_eq!(
             (a.zero_exact, a.zero_1ms),

@@ -1,7 +1,7 @@
-//! A results folder as it was left: its plan, and of each cell the manifest and what its rows say.
+//! Reads a results folder: its plan, and the manifest and metrics of each cell.
 //!
-//! A folder is read wherever it came from: a copy, a merge, a part. A cell that is damaged has
-//! no metrics, and the others are read all the same. Nothing is written.
+//! The folder may be a copy, a merge or a part of a campaign. A damaged cell has no metrics; the
+//! others are still read. Nothing is written.
 
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
@@ -17,18 +17,18 @@ use crate::parallel;
 use crate::summary::{LinkFacts, Summary};
 use crate::whole::{self, Damage, ROWS, Vouched};
 
-/// Why a folder is no results folder.
+/// Why a folder cannot be read as a results folder.
 #[derive(Debug, Error)]
 pub enum CampaignError {
-    /// There is no plan, or it cannot be read.
+    /// The plan is missing or cannot be read.
     #[error("{path}: {source}; a results folder has a plan.json")]
     File {
         /// The plan's file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
-    /// The plan is none.
+    /// The file is not a valid plan.
     #[error("{path}: {problem}")]
     Plan {
         /// The plan's file.
@@ -38,14 +38,14 @@ pub enum CampaignError {
     },
 }
 
-/// A results folder, read.
+/// The contents of a results folder.
 #[derive(Debug, Clone)]
 pub struct Campaign {
     /// The folder.
     pub folder: PathBuf,
-    /// What was to be run.
+    /// The plan of the runs.
     pub plan: Plan,
-    /// Every cell of the plan, in its order, run or not.
+    /// Every cell of the plan, in plan order, whether it was run or not.
     pub runs: Vec<Run>,
 }
 
@@ -54,27 +54,27 @@ pub struct Campaign {
 pub struct Run {
     /// The cell.
     pub cell: Cell,
-    /// Its folder, which does not exist where it has not been run.
+    /// Its folder, which does not exist if the cell has not been run.
     pub folder: PathBuf,
-    /// What the run says of itself; `None` where it has not been run.
+    /// The run's manifest; `None` if the cell has not been run or the manifest cannot be read.
     pub manifest: Option<Manifest>,
-    /// What its rows say; `None` where there are none, or the folder is damaged.
+    /// Metrics from its rows; `None` if there are none or the folder is damaged.
     pub metrics: Option<Metrics>,
-    /// All of it in a row.
+    /// The cell as one row of `summary.csv`.
     pub summary: Summary,
-    /// Every file that is not what it has to be; empty of a folder that is whole.
+    /// Every file that is not as the manifest or the plan requires; empty if the folder is whole.
     pub damage: Vec<Damage>,
 }
 
 impl Run {
-    /// Whether it ran to its end over a link that held, and its folder is whole: what figures and
-    /// claims are made of.
+    /// Whether it ran to its end over a link that held, and its folder is whole. Figures and claims
+    /// are based on such runs.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.verdict() == Some(Verdict::Complete) && self.metrics.is_some()
     }
 
-    /// How it ended; `None` where it has not been run.
+    /// How it ended; `None` if there is no manifest.
     #[must_use]
     pub fn verdict(&self) -> Option<Verdict> {
         self.manifest.as_ref().map(|manifest| manifest.verdict)
@@ -82,10 +82,10 @@ impl Run {
 }
 
 impl Campaign {
-    /// Reads a folder with everything in it, and holds all of it against its manifests.
+    /// Reads a results folder and checks every file against its manifest.
     ///
     /// # Errors
-    /// [`CampaignError`] where it is no results folder. What is wrong with one cell is that cell's
+    /// [`CampaignError`] if it is not a results folder. A fault of a single cell is in that cell's
     /// [`damage`](Run::damage).
     pub fn read(folder: &Path) -> Result<Campaign, CampaignError> {
         let path = folder.join(file_name::PLAN);
@@ -110,21 +110,21 @@ impl Campaign {
         })
     }
 
-    /// The cells that have not been run here.
+    /// The cells that have not been run in this folder.
     pub fn absent(&self) -> impl Iterator<Item = &Run> {
         self.runs
             .iter()
             .filter(|run| run.manifest.is_none() && run.damage.is_empty())
     }
 
-    /// Every file that is not what it has to be: changed, cut short, gone, or of another run.
+    /// Every damaged file: changed, truncated, missing, or from another run.
     #[must_use]
     pub fn damage(&self) -> Vec<Damage> {
         let damage = self.runs.iter().flat_map(|run| &run.damage);
         damage.cloned().collect()
     }
 
-    /// Whether its runs are in virtual time.
+    /// Whether any run was in virtual time.
     #[must_use]
     pub fn is_simulated(&self) -> bool {
         let mut runs = self.runs.iter();
@@ -133,16 +133,16 @@ impl Campaign {
 }
 
 impl Run {
-    /// Reads a cell's run in a campaign's folder, if there is one. What its link is like over a long time
-    /// is not played for it alone.
+    /// Reads the run of one cell in a campaign's folder, if there is one. Its summary has no link
+    /// facts: the profile is not played over a long time for one cell alone.
     #[must_use]
     pub fn read(campaign: &Path, plan: &Plan, cell: &Cell) -> Run {
         let manifest = manifest(campaign, cell);
         Run::of(campaign, plan, cell, &manifest, None, LinkFacts::default())
     }
 
-    /// As [`read`](Run::read), of a manifest that has been read; `backend` is what the folder's other
-    /// runs were made by.
+    /// As [`read`](Run::read), with a manifest that has already been read. `backend` is the back-end
+    /// of the folder's first run that has a manifest.
     fn of(
         campaign: &Path,
         plan: &Plan,
@@ -174,7 +174,7 @@ impl Run {
             let read = read(&folder, cell, manifest);
             metrics = read.map_err(|found| damage.extend(found)).ok().flatten();
         }
-        // What is not whole is not believed in part.
+        // If one file of a cell is damaged, none of its rows is trusted.
         let metrics = metrics.filter(|_| damage.is_empty());
         let summary = Summary::new(cell, manifest.as_ref(), link, metrics.as_ref());
         Run {
@@ -188,7 +188,7 @@ impl Run {
     }
 }
 
-/// The profiles of a plan, each played once for what it is like over a long time.
+/// The profiles of a plan, each played once over a long time for its link facts.
 struct Links(BTreeMap<String, (Profile, LinkFacts)>);
 
 impl Links {
@@ -210,7 +210,7 @@ impl Links {
     }
 }
 
-/// The metrics of a run that left rows, each file held against the manifest on the way.
+/// The metrics of a run that left rows. Checks each file against the manifest while reading.
 fn read(folder: &Path, cell: &Cell, manifest: &Manifest) -> Result<Option<Metrics>, Vec<Damage>> {
     let has_rows = whole::has_rows(manifest.verdict);
     let is_read = |name: &str| has_rows && ROWS.contains(&name);

@@ -1,12 +1,13 @@
 //! Histograms of the intervals between arrivals, in ms and in the plant's ticks (Fig. 8 and 9).
 //!
-//! The bins in ms depend on h alone, so that cells of one rate can be added and compared. Each has
-//! a multiple of its width in its middle: a peak at h is one bin and not two halves.
+//! The bins in ms depend only on h, so that cells of one rate can be added and compared. Up to 20.5 h
+//! each bin of full width is centred on a multiple of its width, so that a peak at h is one bin and
+//! not two halves.
 //!
-//! - up to 4 h they are h/20 wide; the first, of half that width, is the interval that is zero;
-//! - up to 20.5 h they are h wide, but for the one that gets there;
-//! - up to 100.5 h they are 10 h wide;
-//! - the last is open.
+//! - up to 4.025 h, bins are h/20 wide; the first has half that width and is for intervals of zero;
+//! - up to 20.5 h, they are h wide, except the first, from 4.025 h to 4.5 h;
+//! - up to 100.5 h, they are 10 h wide;
+//! - the last has no upper bound.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -17,7 +18,7 @@ use plan::file_name;
 use crate::rows::{ReadError, read};
 use crate::statistics::ms;
 
-/// The intervals of one cell.
+/// Histograms of the intervals of one cell.
 #[derive(Debug)]
 pub struct Intervals {
     /// Where each bin ends and the next begins, ns; the last bin has no end.
@@ -30,19 +31,19 @@ pub struct Intervals {
 /// One bin: `from_ms <= interval < to_ms`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bin {
-    /// The least interval in it, ms.
+    /// Lower bound, ms.
     pub from_ms: f64,
-    /// The first beyond it, ms; `None` of the open one.
+    /// Upper bound, ms; `None` for the last bin.
     pub to_ms: Option<f64>,
-    /// How many intervals are in it.
+    /// Number of intervals in the bin.
     pub count: u64,
 }
 
 impl Intervals {
-    /// Of the arrivals in a cell's folder.
+    /// Reads the arrivals in a cell's folder.
     ///
     /// # Errors
-    /// [`ReadError`] of `arrivals.csv`.
+    /// [`ReadError`] if `arrivals.csv` cannot be read.
     pub fn read(folder: &Path, h_ns: u64) -> Result<Self, ReadError> {
         let mut intervals = Self::new(h_ns);
         let path = folder.join(file_name::ARRIVALS);
@@ -77,7 +78,7 @@ impl Intervals {
         }
     }
 
-    /// All bins in ms, in order, the empty ones too.
+    /// All bins in ms, in ascending order, including the empty ones.
     pub fn bins(&self) -> impl Iterator<Item = Bin> {
         self.counts.iter().enumerate().map(|(i, count)| Bin {
             from_ms: i.checked_sub(1).map_or(0.0, |i| ms(self.ends_ns[i])),
@@ -86,8 +87,9 @@ impl Intervals {
         })
     }
 
-    /// How often the plant's clock made so many ticks between two arrivals; only what occurred, in
-    /// order. Of two arrivals in one tick the first never acts.
+    /// How often the plant made n ticks between two arrivals, as pairs of n and its count, in
+    /// ascending order of n; only those that occurred. Of two arrivals in one tick the first never
+    /// takes effect.
     pub fn ticks(&self) -> impl Iterator<Item = (u64, u64)> {
         self.ticks.iter().map(|(ticks, count)| (*ticks, *count))
     }
@@ -111,7 +113,7 @@ mod tests {
 
     #[test]
     fn a_peak_at_a_multiple_of_h_is_in_the_middle_of_one_bin() {
-        // 0, then 3 ms three times with 20 us of noise, 6 ms, 13.4, and half a second.
+        // Gaps of 0, of 3 ms three times with 20 us of noise, of 6 ms, 13.4 ms and half a second.
         let gaps_us = [0, 3000, 2980, 3020, 6000, 13_400, 500_000];
         let times = gaps_us.iter().scan(0, |t, gap| {
             *t += gap * 1000;

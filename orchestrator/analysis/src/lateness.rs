@@ -1,10 +1,11 @@
-//! How late each message arrived against its schedule, `(a_k - a_0) - k h` (Fig. 2, 3 and 4): the
-//! series, its slope, and what is left of it about its line.
+//! Lateness of each message against its schedule, `(a_k - a_0) - k h` (Fig. 2, 3 and 4): the series,
+//! its slope, and the residuals about its line.
 //!
-//! k is the message's `seq`. On an absolute schedule `seq` is the deadline's number, missed ones
-//! counted, so a client that leaves deadlines out is not late for it: how many it sent of those due
-//! is `sent_share`. A relative schedule has no deadlines to miss, `seq` counts the messages, and k h
-//! is when the k-th should have come: the paper's definition. Both start with the first that came.
+//! k is the message's `seq`. On an absolute schedule `seq` is the number of the deadline, and missed
+//! deadlines count. A client that skips deadlines is therefore not late; `sent_share` says how many
+//! of the due messages it sent. A relative schedule has no deadlines to miss: `seq` counts the
+//! messages, and k h is when the k-th should have arrived. This is the paper's definition. Both
+//! schedules start with the first message that arrived.
 
 use std::path::Path;
 
@@ -18,15 +19,15 @@ use crate::statistics::{Line, Quantiles, share};
 /// One arrival against its schedule.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Late {
-    /// The message.
+    /// The message's `seq`.
     pub seq: u64,
     /// When it was due, k h, s.
     pub due_s: f64,
-    /// How much later than that it came, the first arrival being on time, ms; negative is early.
+    /// Lateness in ms, if the first arrival was on time; negative is early.
     pub late_ms: f64,
 }
 
-/// Holds arrivals against the schedule that starts with the first of them.
+/// Compares arrivals with the schedule that starts at the first of them.
 #[derive(Debug)]
 struct Schedule {
     h_ns: u64,
@@ -37,7 +38,7 @@ impl Schedule {
     fn late(&mut self, row: &ArrivalRow) -> Late {
         let first = *self.first.get_or_insert(*row);
         let due_ns = |row: &ArrivalRow| row.seq.saturating_mul(self.h_ns);
-        // In integers: after ten minutes at 1 kHz a nanosecond is still one.
+        // In integers, so that a nanosecond is not lost after ten minutes at 1 kHz.
         let off_ns = |row: &ArrivalRow| i128::from(row.t_arrive_ns) - i128::from(due_ns(row));
         Late {
             seq: row.seq,
@@ -47,44 +48,46 @@ impl Schedule {
     }
 }
 
-/// Hands each arrival of a cell's folder to `each`, in order of arrival, and says whether the last
+/// Passes each arrival of a cell's folder to `each`, in order of arrival. Returns whether the last
 /// line was torn.
 ///
 /// # Errors
-/// [`ReadError`] of `arrivals.csv`.
+/// [`ReadError`] if `arrivals.csv` cannot be read.
 pub fn series(folder: &Path, h_ns: u64, mut each: impl FnMut(Late)) -> Result<bool, ReadError> {
     let mut schedule = Schedule { h_ns, first: None };
     let path = folder.join(file_name::ARRIVALS);
     read(&path, ArrivalRow::COLUMNS, |row| each(schedule.late(row)))
 }
 
-/// What the series comes to.
+/// Summary of a series of lateness.
 ///
-/// Residuals are about the line with the least-squares slope that has as many arrivals above it as
-/// below: through the middle of what is regular, wherever a few stalls would pull a mean.
+/// Residuals are about the line that has the least-squares slope and as many arrivals above it as
+/// below. A few stalls would pull a line through the mean away from the regular arrivals.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Drift {
-    /// The least-squares slope of lateness over k h, s/s: 0 keeps the schedule.
+    /// Least-squares slope of lateness over k h, s/s; 0 if the schedule is kept.
     pub slope: Option<f64>,
     /// The lateness of the last arrival, s.
     pub lag_s: Option<f64>,
     /// Median magnitude of the residuals, ms.
     pub residual_p50_ms: Option<f64>,
-    /// The greatest, ms.
+    /// Greatest magnitude of the residuals, ms.
     pub residual_max_ms: Option<f64>,
-    /// Share of arrivals that lie off the line: by more than [`IMPULSE`] medians, and by more than
+    /// Share of arrivals off the line: by more than [`IMPULSE`] median residuals and by more than
     /// [`IMPULSE_MS`].
     pub impulse_share: Option<f64>,
-    /// The most of them in a row: few where the error is an impulse and returns to the line.
+    /// The longest sequence of such arrivals: short if the error is an impulse and returns to the line.
     pub impulse_longest: Option<u64>,
 }
 
-/// A residual of so many medians is off the line: of normal noise less than one in a thousand is.
+/// A residual of more than this many medians is off the line. With normal noise, fewer than one in a
+/// thousand are.
 pub const IMPULSE: f64 = 5.0;
-/// Less than this, ms, is never off the line: it is what a machine's scheduling does to anybody.
+/// A residual of at most this, ms, is never off the line: a machine's scheduling delays any client by
+/// as much.
 pub const IMPULSE_MS: f64 = 1.0;
 
-/// The series under way.
+/// Accumulates [`Drift`] row by row.
 #[derive(Debug)]
 pub(crate) struct DriftCount {
     schedule: Schedule,
@@ -122,8 +125,8 @@ impl DriftCount {
 }
 
 impl Drift {
-    /// With what is left about the line of this slope. Both series are written over: ten minutes at
-    /// 1 kHz are not kept a third and a fourth time.
+    /// Adds the residuals about the line of this slope. Overwrites both series, to save memory: ten
+    /// minutes at 1 kHz are not kept a third and a fourth time.
     fn about(self, slope: f64, due_s: Vec<f64>, late_ms: Vec<f64>) -> Self {
         let mut residuals_ms = late_ms;
         for (residual, due_s) in residuals_ms.iter_mut().zip(&due_s) {
@@ -159,7 +162,8 @@ impl Drift {
     }
 }
 
-/// The middle value, of an even number the lower of the two; 0 of none. It changes their order.
+/// The median; the lower of the two middle values if their number is even, 0 if there are none.
+/// Reorders the values.
 fn middle(values: &mut [f64]) -> f64 {
     let at = values.len().saturating_sub(1) / 2;
     if values.is_empty() {
@@ -200,14 +204,14 @@ mod tests {
     fn a_client_that_leaves_every_other_deadline_out_is_on_time_with_the_rest() {
         let half = drift(H_NS, (0..100).map(|n| (2 * n, 2 * n * H_NS)));
         assert_eq!((half.slope, half.lag_s), (Some(0.0), Some(0.0)));
-        // The same messages in the same number, counted by a relative schedule: each takes 2 h.
+        // The same messages, counted by a relative schedule: each takes 2 h.
         let slow = drift(H_NS, (0..100).map(|n| (n, 2 * n * H_NS)));
         assert!((slow.slope.expect("many") - 1.0).abs() < 1e-12);
     }
 
     #[test]
     fn a_stall_is_an_impulse_and_a_step_is_not() {
-        // 1000 messages with 0.1 ms of noise, every hundredth 50 ms late and each alone.
+        // 1000 messages with 0.1 ms of noise; every hundredth is 50 ms late, each on its own.
         let noise = |k: u64| k * H_NS + (k * 7919 % 11) * 10_000;
         let alone = |k: u64| noise(k) + if k % 100 == 50 { 50_000_000 } else { 0 };
         let impulses = drift(H_NS, (0..1000).map(|k| (k, alone(k))));
@@ -218,7 +222,8 @@ mod tests {
         assert!((impulses.residual_max_ms.expect("many") - 50.0).abs() < 0.5);
         assert!(impulses.residual_p50_ms.expect("many") < 0.1);
 
-        // From the middle on everything is 50 ms late: the line is between, and nothing returns.
+        // From the middle on every message is 50 ms late: the line lies between, and nothing returns
+        // to it.
         let step = |k: u64| noise(k) + if k >= 500 { 50_000_000 } else { 0 };
         let step = drift(H_NS, (0..1000).map(|k| (k, step(k))));
         assert!(step.residual_p50_ms.expect("many") > 5.0, "{step:?}");

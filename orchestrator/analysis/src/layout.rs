@@ -1,33 +1,33 @@
-//! Columns of text and numbers, aligned, for people to read, and rows for programs.
+//! Formats rows: as aligned columns for people, and as CSV for programs.
 
 use serde::Serialize;
 
-/// One column: its two lines of heading, whether numbers stand in it, and when it is left out.
+/// One column: its two lines of heading, its alignment, and when it is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Column {
-    /// What it has in common with its neighbours; stands over the first of them that is shown.
+    /// Heading that it shares with its neighbours; printed over the first of them that is shown.
     pub group: &'static str,
-    /// Its own heading.
+    /// Heading of this column alone.
     pub name: &'static str,
-    /// Whether its entries stand to the right, as numbers do.
+    /// Whether its entries are right-aligned, as numbers are.
     pub number: bool,
-    /// When it is left out.
+    /// When it is shown.
     pub shown: Shown,
 }
 
 /// When a column is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shown {
-    /// On every row.
+    /// Always.
     Always,
-    /// Where rows differ in it: one that says the same of all tells nothing.
+    /// If its entries differ: a column with the same entry in every row tells nothing.
     IfDiffers,
-    /// Where a row has something in it, be it `-`.
+    /// If any entry is not empty; `-` is not empty.
     IfFilled,
 }
 
 impl Column {
-    /// The same column, left out where `shown` says.
+    /// The same column, with another rule for when it is shown.
     #[must_use]
     pub const fn shown(self, shown: Shown) -> Self {
         Self { shown, ..self }
@@ -56,7 +56,7 @@ pub const fn number(group: &'static str, name: &'static str) -> Column {
     }
 }
 
-/// Lines up rows under their columns' headings. Each row has an entry for each column.
+/// Aligns rows under their columns' headings. Each row has one entry per column.
 #[must_use]
 pub fn align(columns: &[Column], rows: &[Vec<String>]) -> String {
     let is_shown = |i: &usize| {
@@ -103,19 +103,19 @@ pub fn align(columns: &[Column], rows: &[Vec<String>]) -> String {
     out
 }
 
-/// Rows for programs: a header with the names of their fields, and a line for each; nothing of no rows.
+/// Rows as CSV: a header with the field names and a line per row; empty if there are no rows.
 #[must_use]
 pub fn csv(rows: impl IntoIterator<Item = impl Serialize>) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
-        // A flat struct of words and numbers, into memory: neither can fail.
+        // Neither call can fail: a flat struct of text and numbers is written to memory.
         let _ = writer.serialize(row);
     }
     let bytes = writer.into_inner().unwrap_or_default();
     String::from_utf8(bytes).unwrap_or_default()
 }
 
-/// Items by their keys, both in the order in which they come.
+/// Groups items by key; keys and items keep the order in which they come.
 pub fn grouped<K: PartialEq, T>(
     items: impl IntoIterator<Item = T>,
     key: impl Fn(&T) -> K,
@@ -131,14 +131,14 @@ pub fn grouped<K: PartialEq, T>(
     groups
 }
 
-/// A count, or `-`.
+/// A count; `-` if there is none.
 #[must_use]
 pub fn whole(n: Option<u64>) -> String {
     n.map_or("-".to_owned(), |n| n.to_string())
 }
 
-/// Three significant digits, but no more than three after the point and none before it cut off.
-/// Beyond a million the power of ten says enough.
+/// Three significant digits, but at most three decimals and always the whole integer part. From a
+/// million on, scientific notation with two digits. `-` if there is no finite number.
 #[must_use]
 pub fn digits(x: Option<f64>) -> String {
     const MOST_DECIMALS: i32 = 3;

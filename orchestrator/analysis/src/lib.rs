@@ -1,21 +1,21 @@
-//! Raw rows into metrics, verdicts, tables.
+//! Turns raw rows into metrics, verdicts and tables.
 //!
-//! - [`rows`]: a file of rows in one streaming pass; what a killed run left torn is counted;
-//!   [`plain`]: a row from a line;
-//! - [`probe`], [`message`], [`arrival`], [`tick`]: what each of the four files says;
-//! - [`lateness`] and [`interval`]: the arrivals one by one against the schedule, and the histograms
-//!   of the time between them;
+//! - [`rows`]: reads a file of rows in one streaming pass and counts the last lines that killed runs
+//!   left torn; [`plain`]: parses a row from a line;
+//! - [`probe`], [`message`], [`arrival`], [`tick`]: the metrics of each of the four files;
+//! - [`lateness`]: each arrival against the schedule; [`interval`]: histograms of the time between
+//!   arrivals;
 //! - [`response`]: the step response of a closed loop, and the verdict on it;
-//! - [`trace`]: what a figure shows of one run, row by row;
-//! - [`metrics`]: all of a cell's folder; [`campaign`]: all cells of a results folder;
-//! - `whole`: whether a folder is what its manifest says; `order`: whether its rows are all there;
-//! - [`summary`] and [`table`]: a cell in a row, for programs and for people; [`repeats`]: the
-//!   medians of cells that were repeated;
+//! - [`trace`]: the series of one run that figures show;
+//! - [`metrics`]: all metrics of a cell's folder; [`campaign`]: all cells of a results folder;
+//! - `whole`: whether a folder matches its manifest; `order`: whether all of its rows are there;
+//! - [`summary`] and [`table`]: one row per cell, for programs and for people; [`repeats`]: medians
+//!   over repeated cells;
 //! - [`statistics`]: moments, quantiles and a line, each in one pass; [`pairs`]: tests on paired
 //!   differences; [`layout`]: columns for people.
 //!
-//! The crate only reads: raw rows are never edited, so that everything here can be deleted and
-//! made again. Whether a link held is in its certificate and not judged again.
+//! The crate only reads. Raw rows are never edited, so everything derived from them can be deleted
+//! and made again. Whether a link held is taken from its certificate and not judged again.
 #![forbid(unsafe_code)]
 
 pub mod arrival;

@@ -1,7 +1,7 @@
-//! The links under a table of cells: a line for each, what it was to be and what it was.
+//! The links under a table of cells: a line per link, with what was asked of it and what was measured.
 //!
-//! A round trip is told by its median and by what nine of ten do not exceed. A mean over ten seconds is
-//! no figure for a link that stalls: whether one stall falls into them decides it.
+//! Round trips are given as median and 90th percentile. A mean over ten seconds says little about a
+//! link that stalls: it depends on whether a stall falls into these seconds.
 
 use crate::layout::{Column, Shown, align, digits, grouped, number, text};
 use crate::statistics::median;
@@ -25,10 +25,11 @@ const COLUMNS: [Column; 9] = [
     number("stalled/%", "here").shown(Shown::IfFilled),
 ];
 
-/// By what factor a link may be stalled more or less than over a long time, and still be like itself.
+/// If the share of time stalled differs from the long-term share by more than this factor, a sentence
+/// says so.
 const LIKE: f64 = 2.0;
 
-/// The lines of the links, in the order of the cells, with a legend; nothing where no cell has echoes.
+/// The table of the links, in the order of the cells, with a legend; empty if no cell has echoes.
 pub(crate) fn render(rows: &[Summary]) -> String {
     let links: Vec<Link> = links(rows);
     if links.is_empty() {
@@ -48,12 +49,12 @@ pub(crate) fn render(rows: &[Summary]) -> String {
     out
 }
 
-/// What the cells of one topology say of their link: medians over them, for they met it at the same time.
+/// The link of one topology: medians over its cells, all of which ran at the same link time.
 struct Link<'a> {
     name: &'a str,
     p50: [Option<f64>; 3],
     p90: [Option<f64>; 3],
-    /// Shares, over a long time and in these runs.
+    /// Shares of time stalled: over a long time, and the mean over these runs.
     stalled: Option<(f64, f64)>,
 }
 
@@ -87,7 +88,7 @@ fn links(rows: &[Summary]) -> Vec<Link<'_>> {
 }
 
 impl Link<'_> {
-    /// Its entries; those that no link of the table has are empty.
+    /// The entries of its line; empty in columns for which no link of the table has a value.
     fn line(&self, all: &[Link<'_>]) -> Vec<String> {
         let has_delay = all.iter().any(|link| link.p50[0].is_some());
         let stalls = all.iter().any(|link| link.stalled.is_some());
@@ -104,7 +105,7 @@ impl Link<'_> {
         line
     }
 
-    /// Where its runs were stalled much more or much less than the link is: a sentence that says so.
+    /// A sentence, if its runs were stalled much more or much less than the link is over a long time.
     fn unlike(&self) -> Option<String> {
         let (asked, here) = self.stalled?;
         let like = asked / LIKE..=asked * LIKE;
@@ -162,7 +163,7 @@ mod tests {
             quiet(0.0),
         ];
         insta::assert_snapshot!(render(&rows));
-        // Within a factor of two nothing is said.
+        // Within a factor of two there is no sentence.
         assert!(!render(&[quiet(0.08)]).contains("over a long time."));
         assert!(render(&[quiet(0.3)]).contains("stalled 30.0 % of these seconds, 14.2 %"));
     }

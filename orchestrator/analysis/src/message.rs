@@ -1,11 +1,11 @@
-//! What the controller's rows say (`messages.csv`): deadlines, what became of them, round trips.
+//! Metrics of the controller's rows (`messages.csv`): deadlines, their outcomes, round trips.
 
 use endpoint::{MessageOutcome, MessageRow};
 use serde::{Deserialize, Serialize};
 
 use crate::statistics::{Quantiles, ms};
 
-/// The controller's deadlines and messages. Every deadline is one of the four outcomes.
+/// The controller's deadlines and messages. Every deadline has one of the four outcomes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Messages {
     /// Deadlines.
@@ -20,13 +20,13 @@ pub struct Messages {
     pub failed: u64,
     /// Deadlines without a message.
     pub missed: u64,
-    /// The least round trip of the answered ones, ms.
+    /// Shortest round trip of the answered messages, ms.
     pub rtt_min_ms: Option<f64>,
-    /// Their round trips, from sending to having the answer.
+    /// Round trips of the answered messages, from sending to receiving the answer.
     pub rtt: Quantiles,
 }
 
-/// Messages under way.
+/// Accumulates [`Messages`] row by row.
 #[derive(Debug, Default)]
 pub(crate) struct MessageCount {
     messages: Messages,

@@ -1,4 +1,4 @@
-//! Everything that is measured in a cell's folder.
+//! All metrics of a cell's folder.
 
 use std::io::ErrorKind;
 use std::path::Path;
@@ -17,7 +17,7 @@ use crate::tick::{TickCount, Ticks};
 use crate::whole::Vouched;
 use plan::{ProbeRow, file_name};
 
-/// What has to be known of a cell to read its rows.
+/// What has to be known about a cell to read its rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CellFacts {
     /// The sample time, ns.
@@ -41,7 +41,7 @@ impl From<&plan::Cell> for CellFacts {
 /// The metrics of a cell, from the four files of its folder.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Metrics {
-    /// Echoes through the link; `None` where the run ended before it wrote them.
+    /// Echoes through the link; `None` if the run ended before it wrote them.
     pub probes: Option<Probes>,
     /// The controller's messages.
     pub messages: Messages,
@@ -49,19 +49,19 @@ pub struct Metrics {
     pub arrivals: Arrivals,
     /// The plant's ticks.
     pub ticks: Ticks,
-    /// The step response; `None` in open loop, and where no command came.
+    /// The step response; `None` in open loop, or if no command arrived.
     pub response: Option<Response>,
-    /// Files whose last line was torn and dropped.
+    /// Number of files whose last line was torn and dropped.
     pub torn_lines: u64,
 }
 
 impl Metrics {
-    /// Reads `ticks.csv`, `arrivals.csv`, `messages.csv` and `probes.csv` of a folder, each once, as
-    /// they are: nobody vouches for them, as for what a killed run left.
+    /// Reads `ticks.csv`, `arrivals.csv`, `messages.csv` and `probes.csv` of a folder, each once,
+    /// without checking them against a manifest: for instance, what a killed run left.
     ///
     /// # Errors
-    /// [`ReadError`] when one of the first three is missing, or one of the four holds something
-    /// other than its rows.
+    /// [`ReadError`] if one of the first three is missing, or one of the four holds something other
+    /// than its rows.
     pub fn read(folder: &Path, facts: &CellFacts) -> Result<Metrics, ReadError> {
         Reader {
             folder,
@@ -73,10 +73,10 @@ impl Metrics {
         .map_err(|mut faults| faults.swap_remove(0))
     }
 
-    /// Reads the same four, which have to be what is vouched for, and whole.
+    /// Reads the same four files, and checks that they are whole and as `vouched` says.
     ///
     /// # Errors
-    /// Of each of the four the first thing that is wrong with it.
+    /// The first fault of each of the four files.
     pub(crate) fn read_whole(
         folder: &Path,
         facts: &CellFacts,
@@ -92,13 +92,13 @@ impl Metrics {
     }
 }
 
-/// The four files under way.
+/// Reads the four files one after the other.
 struct Reader<'a> {
     folder: &'a Path,
-    /// What they are held against; as they are, if nothing.
+    /// What the files are checked against; `None` for no check.
     vouched: Option<&'a Vouched<'a>>,
     torn_lines: u64,
-    /// What was wrong so far; never empty where a file could not be read.
+    /// Faults found so far; not empty if a file could not be read.
     faults: Vec<ReadError>,
 }
 
@@ -121,7 +121,8 @@ impl Reader<'_> {
             take,
         );
         self.judge(file_name::TICKS, rows, Ok);
-        // Before the next file is read: only one file's values are kept at a time.
+        // Finished before the next file is read, so that only one file's values are in memory at a
+        // time.
         let (ticks, response) = (ticks.finish(), response.finish());
 
         let (mut arrivals, mut order) = (ArrivalCount::new(facts.h_ns), ArrivalOrder::default());
@@ -161,7 +162,7 @@ impl Reader<'_> {
         }
     }
 
-    /// What the echoes say; `None` of a folder that was never vouched for and has none.
+    /// Metrics of the echoes; `None` if the folder is not checked and has no `probes.csv`.
     fn probes(&mut self) -> Option<Probes> {
         let (mut probes, mut order) = (ProbeCount::default(), ProbeOrder::default());
         let take = |row: &ProbeRow| probes.push(row);
@@ -184,7 +185,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Hands the rows of a file to `take`, once `check` has no objection.
+    /// Passes the rows of a file to `take`; if the file is checked, after `check` has accepted them.
     fn rows<R: Row>(
         &self,
         name: &str,
@@ -209,8 +210,8 @@ impl Reader<'_> {
         })
     }
 
-    /// Keeps what is wrong with a file of which that has been read. `end` says what is wrong with its
-    /// rows as a whole, or which number of them is to be counted.
+    /// Records what is wrong with a file after it has been read. `end` takes the number of rows; it
+    /// returns the number to compare with the reports, or what is wrong with the rows as a whole.
     fn judge(
         &mut self,
         name: &str,

@@ -1,6 +1,6 @@
-//! In what order the rows of a whole file are: each number once, and none missing.
+//! Checks the numbering of the rows in a whole file: each number occurs once, and none is missing.
 //!
-//! Who takes rows out of a file and brings its checksum up to date cannot bring back their numbers.
+//! Someone who removes rows from a file and updates its checksum still leaves a gap in the numbers.
 
 use std::collections::BTreeSet;
 
@@ -59,12 +59,12 @@ impl ArrivalOrder {
     }
 }
 
-/// `messages.csv`: each seq up to the greatest once, in the order in which messages ended.
+/// `messages.csv`: each seq up to the greatest occurs once, in the order in which messages ended.
 #[derive(Debug, Default)]
 pub(crate) struct MessageOrder {
-    /// All below have come.
+    /// Every seq below this one has occurred.
     next: u64,
-    /// What has come beyond it: messages that ended before an earlier one.
+    /// Seqs beyond `next` that have occurred: messages that ended before an earlier one.
     beyond: BTreeSet<u64>,
 }
 
@@ -79,7 +79,7 @@ impl MessageOrder {
         Ok(())
     }
 
-    /// Whether all have come.
+    /// Checks that no seq up to the greatest is missing.
     pub(crate) fn end(&self) -> Result<(), String> {
         match self.beyond.last() {
             None => Ok(()),
@@ -96,7 +96,7 @@ impl MessageOrder {
 pub(crate) struct ProbeOrder {
     phase: Option<Phase>,
     next: u32,
-    /// Echoes through the link, which are not those of the empty one.
+    /// Number of echoes through the link, without those on the empty link.
     pub(crate) through: u64,
 }
 
@@ -223,7 +223,7 @@ mod tests {
             prop_assert!(!is_whole(&twice));
             let mut without = seqs.clone();
             let last = without.remove(at) == seqs.len() as u64 - 1;
-            // Without the greatest there is nothing that tells of it: the count of rows does.
+            // The numbers do not show that the greatest is missing; the count of rows does.
             prop_assert_eq!(is_whole(&without), last);
         }
     }

@@ -1,26 +1,26 @@
 //! Tests on paired differences: does one side tend to be above the other?
 //!
-//! Two-sided, exact by counting, without any assumption on how the differences are distributed but
-//! for what each test says of itself. A difference may be infinite: it is larger than any other, and
-//! as large as another infinite one. Differences of zero say nothing of either side and are left
-//! out. What a difference is of, and how large it must be to matter, is the caller's.
+//! The tests are two-sided and exact, by counting. They assume nothing about the distribution of the
+//! differences beyond what each test states. A difference may be infinite: it is larger than any
+//! finite one, and as large as another infinite one. Differences of zero favour neither side and are
+//! left out. The caller decides what the differences are of and how large one has to be to matter.
 
 use std::f64::consts::SQRT_2;
 
-/// The most differences whose rank sums are counted; beyond it they are close to a normal
-/// distribution, to some 1e-4.
+/// The most differences whose rank sums are counted. With more, a normal distribution approximates
+/// them to some 1e-4.
 const COUNTED: usize = 50;
 
-/// Of as many flips of a fair coin, is the number of heads this far from half? The sign test's
-/// probability, from how many differences are above and below zero; 1 of none.
+/// The probability of the sign test: that as many flips of a fair coin as there are nonzero
+/// differences give a number of heads at least this far from half. 1 if there are none.
 ///
-/// It asks nothing of the differences but that they are independent.
+/// Assumes only that the differences are independent.
 #[must_use]
 pub fn sign_test(differences: &[f64]) -> f64 {
     let above = differences.iter().filter(|d| **d > 0.0).count();
     let below = differences.iter().filter(|d| **d < 0.0).count();
     let (n, fewer) = (above + below, above.min(below));
-    // P(X = k) from the one before, in logarithms: 0.5 to the n is zero beyond n = 1074.
+    // P(X = k) from P(X = k - 1), in logarithms: 0.5^n is zero in floating point beyond n = 1074.
     let mut log = -(n as f64) * std::f64::consts::LN_2;
     let mut tail = log.exp();
     for k in 1..=fewer {
@@ -30,17 +30,18 @@ pub fn sign_test(differences: &[f64]) -> f64 {
     (2.0 * tail).min(1.0)
 }
 
-/// The signed-rank test's probability (Wilcoxon 1945): are the larger differences rather on one
-/// side? 1 of none.
+/// The probability of the signed-rank test (Wilcoxon 1945): do the larger differences tend to be on
+/// one side? 1 if there are no nonzero differences.
 ///
-/// It takes the differences to be spread alike on both sides of their middle, and then sees more
-/// than the sign test does. Equal magnitudes share their mean rank, and the counting knows.
+/// Assumes that the differences are distributed symmetrically about their median; then it has more
+/// power than the sign test. Equal magnitudes share their mean rank, and the counting takes that into
+/// account.
 #[must_use]
 pub fn signed_rank_test(differences: &[f64]) -> f64 {
     let mut differences: Vec<f64> = differences.to_vec();
     differences.retain(|d| *d != 0.0 && !d.is_nan());
     differences.sort_by(|one, other| one.abs().total_cmp(&other.abs()));
-    // Twice the ranks, which are whole even where mean ranks are not.
+    // Twice the ranks: integers even where mean ranks are not.
     let mut ranks: Vec<usize> = Vec::with_capacity(differences.len());
     for tie in differences.chunk_by(|one, other| one.abs() == other.abs()) {
         let before = ranks.len();
@@ -57,9 +58,9 @@ pub fn signed_rank_test(differences: &[f64]) -> f64 {
     }
 }
 
-/// The share of all ways to choose from `ranks` whose sum is at most `sum`.
+/// The share of all subsets of `ranks` whose sum is at most `sum`.
 fn share_up_to(ranks: &[usize], sum: usize) -> f64 {
-    // Sums beyond the one in question need no counting.
+    // Larger sums need no counting.
     let mut shares = vec![0.0; sum + 1];
     if let Some(none) = shares.first_mut() {
         *none = 1.0;
@@ -73,7 +74,7 @@ fn share_up_to(ranks: &[usize], sum: usize) -> f64 {
     shares.iter().sum()
 }
 
-/// The same probability where there are too many to count.
+/// The probability of the signed-rank test where there are too many differences to count.
 fn normal(ranks: &[usize], fewer: usize) -> f64 {
     let mean = ranks.iter().sum::<usize>() as f64 / 2.0;
     let squares: f64 = ranks.iter().map(|rank| (*rank as f64).powi(2)).sum();
@@ -81,16 +82,15 @@ fn normal(ranks: &[usize], fewer: usize) -> f64 {
     libm::erfc(z.abs() / SQRT_2).min(1.0)
 }
 
-/// The least probability that either test can give of `pairs` differences: all on one side.
+/// The least probability that either test can give for `pairs` differences: that for all on one side.
 #[must_use]
 pub fn least_probability(pairs: usize) -> f64 {
     2f64.powi(1 - i32::try_from(pairs).unwrap_or(i32::MAX))
         .min(1.0)
 }
 
-/// The probabilities of several tests, each raised so that the chance of one or more false alarms
-/// among them all stays below the level that a single one is held against (Holm 1979). In the order
-/// in which they are given.
+/// Raises the probabilities of several tests so that the chance of one or more false alarms among all
+/// of them stays below the level of a single test (Holm 1979). Returns them in the order given.
 #[must_use]
 pub fn holm(probabilities: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..probabilities.len()).collect();
@@ -105,11 +105,11 @@ pub fn holm(probabilities: &[f64]) -> Vec<f64> {
     raised
 }
 
-/// Which of several tests are worth making: those that could stay below `level` after [`holm`] of
-/// them all, by the least probability that each can give (Tarone 1990).
+/// Which of several tests are worth making: those that could stay below `level` after [`holm`] over
+/// all tests made, judged by the least probability that each can give (Tarone 1990).
 ///
-/// It looks at how many pairs a test has and not at what they say, so that leaving the others out
-/// makes no alarm more likely.
+/// The choice depends only on the number of pairs of each test and not on their values, so leaving
+/// the others out makes no false alarm more likely.
 #[must_use]
 pub fn worth_making(least_probabilities: &[f64], level: f64) -> Vec<bool> {
     let could = |k: usize| {

@@ -1,14 +1,15 @@
-//! Work on many things at a time, with the results of one after the other.
+//! Processes items in parallel and returns the results in order.
 
 use std::num::NonZero;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// What `work` makes of each item, in the items' order, on every core that this process may use.
+/// Applies `work` to each item, on every core that this process may use. Returns the results in the
+/// order of the items.
 pub(crate) fn each<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let cores = thread::available_parallelism().map_or(1, NonZero::get);
-    // Items differ in length: whoever is done takes the next.
+    // Items take different times: a thread that is done takes the next one.
     let next = AtomicUsize::new(0);
     let share = || {
         let taken = || {

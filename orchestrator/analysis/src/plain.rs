@@ -1,16 +1,16 @@
-//! A row from a line as webloop writes it: by position, without quotes, nothing copied.
+//! Parses a row from a line as webloop writes it: by position, without quotes, without copying.
 //!
-//! This is a shorter way to what the csv crate and serde make of the line, and never another
-//! result: whatever is written otherwise (quotes, signs, a carriage return) or is no row at all is
-//! `None`, and [`crate::rows`] asks those two what to make of it. So no error is worded here.
+//! This is a faster way to the result of the csv crate and serde, and never gives another result. A
+//! line in another form (quotes, signs, a carriage return), or one that is not a row, gives `None`;
+//! [`crate::rows`] then passes it to the csv crate and serde. So there are no error messages here.
 
 use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, TickRow};
 use plan::{Phase, ProbeRow};
 use serde::de::DeserializeOwned;
 
-/// A row that can be read both ways.
+/// A row that can be read both ways: from the plain form, and by serde.
 pub trait Row: DeserializeOwned {
-    /// The row in a line without its end; `None` if the line is not in the plain form.
+    /// Parses a line without its line end; `None` if it is not in the plain form.
     fn plain(line: &[u8]) -> Option<Self>;
 }
 
@@ -37,7 +37,8 @@ impl<T: Plain> Plain for Option<T> {
     }
 }
 
-/// What is read as its type reads words, by whose rules serde goes too; of numbers the nearest to the digits.
+/// Types parsed with `FromStr`, which accepts the same text as serde does; a float is the one nearest
+/// to the digits.
 macro_rules! words {
     ($($type:ty),+) => {$(
         impl Plain for $type {
@@ -50,7 +51,7 @@ macro_rules! words {
 
 words!(f64, bool, ArrivalOutcome, MessageOutcome, Phase);
 
-/// Reads rows field by field.
+/// Implements `Row` field by field, in the order of the columns.
 macro_rules! rows {
     ($($row:ident { $($field:ident),+ })+) => {$(
         impl Row for $row {
@@ -72,7 +73,7 @@ rows! {
 
 /// The fields of a line, taken one after the other.
 struct Fields<'a> {
-    /// What has not been taken; `None` after the last field.
+    /// The rest of the line; `None` after the last field.
     rest: Option<&'a [u8]>,
 }
 
@@ -81,7 +82,7 @@ impl<'a> Fields<'a> {
         Self { rest: Some(line) }
     }
 
-    /// The next field, whatever is in it.
+    /// The next field as bytes.
     fn text(&mut self) -> Option<&'a [u8]> {
         let rest = self.rest?;
         let length = rest.iter().position(|byte| *byte == b',');
@@ -90,8 +91,7 @@ impl<'a> Fields<'a> {
         rest.get(..length)
     }
 
-    /// The next field as a whole number in digits. It has at most 19 of them, which no `u64` is too
-    /// small for.
+    /// The next field as an integer in digits. At most 19 digits, which always fit into a `u64`.
     fn count(&mut self) -> Option<u64> {
         let rest = self.rest?;
         let (mut count, mut digits): (u64, usize) = (0, 0);
@@ -111,7 +111,7 @@ impl<'a> Fields<'a> {
         (1..=19).contains(&digits).then_some(count)
     }
 
-    /// The next field as `read` takes it, or nothing where it is empty.
+    /// The next field as `read` parses it, or `Some(None)` if it is empty.
     fn maybe<T>(&mut self, read: impl FnOnce(&mut Self) -> Option<T>) -> Option<Option<T>> {
         let rest = self.rest?;
         if matches!(rest.first(), None | Some(b',')) {
@@ -121,7 +121,7 @@ impl<'a> Fields<'a> {
         read(self).map(Some)
     }
 
-    /// The row, if no field is left.
+    /// Returns the row if no field is left.
     fn end<R>(self, row: R) -> Option<R> {
         self.rest.is_none().then_some(row)
     }

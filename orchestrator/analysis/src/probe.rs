@@ -1,33 +1,33 @@
-//! What the echoes of a run say (`probes.csv`): the round trip that was measured, and the one that
-//! the link had at the same instants.
+//! Metrics of a run's echoes (`probes.csv`): the measured round trip, and the one that the link had
+//! at the same instants.
 
 use plan::{Phase, ProbeRow};
 use serde::{Deserialize, Serialize};
 
 use crate::statistics::{Moments, Quantiles, Spread, ms, ms_between};
 
-/// Echoes through the link; those on the empty link only in `empty_p50_ms`.
+/// Echoes through the link. Those on the empty link count only in `empty_p50_ms`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Probes {
     /// Echoes sent.
     pub count: u64,
     /// Echoes that did not come back.
     pub lost: u64,
-    /// Round trips of those that did; `None` of none.
+    /// Round trips of the echoes that came back; `None` if none did.
     pub rtt: Option<Spread>,
-    /// Their quantiles.
+    /// Quantiles of these round trips.
     pub rtt_quantiles: Quantiles,
-    /// Echoes that the link was to lose.
+    /// Echoes that the link was predicted to lose.
     pub due_lost: u64,
-    /// What the link had for the others; `None` where it had no delay for any, as on loopback.
+    /// Round trips that the link had for the other echoes; `None` if it delayed none, as on loopback.
     pub due_rtt: Option<Spread>,
-    /// Their quantiles; none likewise.
+    /// Quantiles of these round trips; all `None` if `due_rtt` is `None`.
     pub due_quantiles: Quantiles,
-    /// Median round trip of the empty link: what the machinery itself costs.
+    /// Median round trip on the empty link, ms: what the machinery itself costs.
     pub empty_p50_ms: Option<f64>,
 }
 
-/// Probes under way.
+/// Accumulates [`Probes`] row by row.
 #[derive(Debug, Default)]
 pub(crate) struct ProbeCount {
     count: u64,

@@ -1,7 +1,8 @@
-//! What repeats agree on: medians over the runs that differ only in their link's realisation.
+//! Medians over repeats: runs that differ only in their link's realisation.
 //!
-//! A median of twenty forgives the run whose step met a stall; its quartiles show how far runs of
-//! the same kind lie apart. A run that did not settle counts as one that settles later than any.
+//! A median over twenty runs is hardly affected by one whose step met a stall; the quartiles show how
+//! far runs of the same kind lie apart. A run that did not settle counts as settling later than all
+//! others.
 
 use endpoint::Mode;
 use plan::{Client, Verdict};
@@ -24,7 +25,7 @@ const COLUMNS: [Column; 10] = [
     number("settling/ms", "3/4"),
     number("times", "first").shown(Shown::IfFilled),
 ];
-/// After one for each yardstick.
+/// The columns after those of the yardsticks.
 const LAST_COLUMNS: [Column; 2] = [number("rise", "ms"), number("overshoot", "%")];
 
 const LEGEND: &str = "Medians over complete runs of closed loops, with the quartiles of settling.";
@@ -39,13 +40,13 @@ struct Group<'a> {
 }
 
 impl Group<'_> {
-    /// The same client at the same rate, on whatever topology.
+    /// Whether `row` has the same client, setup and rate, on any topology.
     fn is_set_up_like(&self, row: &Summary) -> bool {
         let kind = |row: &Summary| (row.client, row.setup.clone(), row.h_ns);
         kind(self.first) == kind(row)
     }
 
-    /// Another client with the same system at the same rate on the same topology, in whatever setup.
+    /// Whether `row` has the same topology, system and rate, with any client and setup.
     fn is_beside(&self, row: &Summary) -> bool {
         let place = |row: &Summary| (row.topology.clone(), row.system.clone(), row.h_ns);
         place(self.first) == place(row)
@@ -55,7 +56,8 @@ impl Group<'_> {
         self.quantile(q, |row| row.settling_ms)
     }
 
-    /// A quantile of a figure over the complete runs; `None` where it is beyond them.
+    /// A quantile of a figure over the complete runs. A run without the figure counts as infinite;
+    /// `None` if the quantile falls on one.
     fn quantile(&self, q: f64, figure: fn(&Summary) -> Option<f64>) -> Option<f64> {
         let value = |row: &&Summary| figure(row).unwrap_or(f64::INFINITY);
         let values: Vec<f64> = self.complete.iter().map(value).collect();
@@ -63,8 +65,8 @@ impl Group<'_> {
     }
 }
 
-/// The medians of every group, or nothing where no cell was repeated: over the complete runs, and over
-/// those that were disturbed too where `with_disturbed` says so.
+/// The table of medians of every group; `None` if no cell was repeated. The medians are over the
+/// complete runs, and the disturbed ones too if `with_disturbed`.
 #[must_use]
 pub fn render(rows: &[Summary], with_disturbed: bool) -> Option<String> {
     let closed = rows.iter().filter(|row| row.mode == Mode::Closed);
@@ -121,11 +123,11 @@ pub fn render(rows: &[Summary], with_disturbed: bool) -> Option<String> {
     Some(format!("{}{table}\n{legend}", head(rows)))
 }
 
-/// What there is to compare settling with.
+/// What settling is compared with.
 struct Against {
-    /// Another topology.
+    /// Whether there are several topologies, so that settling is compared with that on the first.
     first: bool,
-    /// Yardsticks, and other clients than one of them.
+    /// The yardsticks among the clients; empty if there is only one client.
     clients: Vec<Client>,
 }
 
@@ -204,7 +206,7 @@ mod tests {
                 ..run("couva", 4, Some(1.0))
             },
         ];
-        // arima: the middle of 300, 310, 320. couva: of 310, 330 and never; the invalid run does
+        // arima: the median of 300, 310, 320. couva: that of 310, 330 and never; the invalid run does
         // not count. 330 / 310 = 1.06.
         insta::assert_snapshot!(render(&rows, false).expect("there are repeats"));
     }
@@ -231,7 +233,7 @@ mod tests {
                 "arima",
                 330.0,
             ),
-            // Native has not been here: there is nothing to hold it against.
+            // Native did not run on this topology: there is nothing to compare with.
             twice(Client::Firefox, "worker", "couva", 640.0),
         ]
         .concat();

@@ -1,21 +1,22 @@
 //! The step response of a closed loop, from the plant's ticks, and the verdict on it.
 //!
-//! Time is the plant's own: tick number times h, from the tick that took the first command. It ends
-//! with the last command: afterwards the loop is open, and the plant only holds its input.
+//! Time is the plant's own: tick number times h, from the tick that took the first command. The
+//! response ends with the last command: afterwards the loop is open, and the plant only holds its
+//! input.
 
 use control::{StepSettings, sampled_step_info};
 use endpoint::TickRow;
 use serde::{Deserialize, Serialize};
 
-/// What became of the loop.
+/// The verdict on a closed loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoopVerdict {
-    /// It came to its reference and stayed there; see [`judge`].
+    /// The output reached the reference and stayed there; see [`judge`].
     Stable,
-    /// It did not in the time it had, and does not grow either.
+    /// The output did not settle in the time available, and its error does not grow either.
     NotSettled,
-    /// Its error grows, or has left the numbers.
+    /// The error grows, or the output is not finite.
     Unstable,
 }
 
@@ -29,42 +30,43 @@ impl std::fmt::Display for LoopVerdict {
     }
 }
 
-/// The figures of a step, by the definitions of [`control::step_info()`] with the reference as
-/// final value. What does not exist is `None`.
+/// The figures of a step response, by the definitions of [`control::step_info()`] with the reference
+/// as final value. A figure that does not exist is `None`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Response {
-    /// Whether the loop is stable.
+    /// The verdict on the loop.
     pub verdict: LoopVerdict,
-    /// How long it was watched, s.
+    /// Length of the response, s.
     pub length_s: f64,
-    /// From 10 to 90 % of the reference, ms.
+    /// Rise time from 10 to 90 % of the reference, ms.
     pub rise_ms: Option<f64>,
-    /// Into 2 % of the reference for good, ms.
+    /// Time until y stays within 2 % of the reference, ms.
     pub settling_ms: Option<f64>,
-    /// How far beyond the reference, % of it.
+    /// Overshoot, % of the reference.
     pub overshoot_pct: Option<f64>,
-    /// The largest magnitude.
+    /// Largest magnitude of y.
     pub peak: Option<f64>,
     /// When the peak was reached, ms.
     pub peak_ms: Option<f64>,
-    /// Mean of the last fifth.
+    /// Mean of y over the last fifth.
     pub final_value: Option<f64>,
     /// Integral of the absolute error, in units of y times s.
     pub iae: Option<f64>,
 }
 
-/// Parts of a response that [`judge`] compares.
+/// Number of parts of a response that [`judge`] compares.
 const PARTS: usize = 5;
-/// Settled means within this part of the reference.
+/// Settled means within this fraction of the reference.
 const BAND: f64 = 0.02;
-/// A single excursion in the last part, such as a stall leaves, may be this part of the reference.
+/// A short excursion in the last part, such as a stall causes, may be up to this fraction of the
+/// reference.
 const EXCURSION: f64 = 0.1;
-/// From one part to the next an unstable loop's error grows at least by this factor.
+/// The error of an unstable loop grows by more than this factor from one part to the next.
 const GROWTH: f64 = 1.1;
 
 /// The verdict on a response `y` to a step to `r`.
 ///
-/// The response is cut in five parts of equal length, and the largest error of each is compared.
+/// The response is cut into five parts of equal length, and their largest errors are compared.
 ///
 /// - *Unstable*: a value is not finite; or the largest error of the last part is more than the step
 ///   itself, and each of the last three parts exceeds the one before it by a tenth. A stall of the
@@ -102,19 +104,19 @@ fn mean(y: &[f64]) -> f64 {
     y.iter().sum::<f64>() / y.len() as f64
 }
 
-/// A response under way.
+/// Accumulates a [`Response`] tick by tick.
 #[derive(Debug)]
 pub struct ResponseTrace {
     h_ms: f64,
     r: f64,
     y: Vec<f64>,
     command: Option<u64>,
-    /// Samples up to the tick that took the newest command.
+    /// Number of samples up to the tick that took the newest command.
     length: usize,
 }
 
 impl ResponseTrace {
-    /// Of a plant with this sample time, that shall come to `r`.
+    /// For a plant with this sample time and the reference `r`.
     #[must_use]
     pub fn new(h_ns: u64, r: f64) -> Self {
         Self {
@@ -126,7 +128,7 @@ impl ResponseTrace {
         }
     }
 
-    /// Takes the next tick.
+    /// Adds the next tick.
     pub fn push(&mut self, row: &TickRow) {
         if row.seq.is_none() {
             return;
@@ -138,7 +140,7 @@ impl ResponseTrace {
         }
     }
 
-    /// `None` when no command ever came.
+    /// Returns the response; `None` if no command ever arrived.
     #[must_use]
     pub fn finish(self) -> Option<Response> {
         let y = &self.y[..self.length];

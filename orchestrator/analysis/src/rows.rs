@@ -1,15 +1,15 @@
-//! A CSV file of rows, in one pass.
+//! Reads a CSV file of rows in one pass.
 //!
-//! A line that a killed writer left without its end is dropped and counted, even when what is left
-//! of it looks whole: a number may have lost its last digits. Anything else that is not a row is
-//! an error with its file and line. A line has an end within 64 KiB, whatever is in the file: a row is
-//! a few hundred bytes, and one that never ends would fill the memory.
+//! A last line without a line end, as a killed writer leaves it, is dropped and counted, even if it
+//! looks whole: a number may have lost its last digits. Anything else that is not a row is an error
+//! with file and line. A line longer than 64 KiB is an error too: a row is a few hundred bytes, and a
+//! line without an end would fill the memory.
 //!
-//! [`read`] takes a file as it is. [`read_whole`] takes one that a manifest vouches for, and holds it
-//! against that while it reads: every byte is looked at once.
+//! [`read`] takes a file as it is. [`read_whole`] takes one that a manifest vouches for, and checks
+//! it against the manifest in the same pass.
 //!
-//! Lines in the form that webloop writes are read as [`crate::plain`] does. From the first that is
-//! in another on, a file is left to the csv crate and serde: they decide what is a row.
+//! Lines in the form that webloop writes are parsed by [`crate::plain`]. From the first line in
+//! another form on, the csv crate and serde parse the file: they decide what is a row.
 
 use std::cell::Cell;
 use std::fs::File;
@@ -22,10 +22,10 @@ use thiserror::Error;
 
 use crate::plain::Row;
 
-/// How much of a file is asked for at a time.
+/// Size of the read buffer, bytes.
 const BUFFER: usize = 1 << 17;
 
-/// The longest line, with its end; far more than a row.
+/// The longest line, bytes, with its end; far longer than a row.
 const LINE_MAX: usize = 1 << 16;
 
 /// Why a file of rows could not be read.
@@ -36,10 +36,10 @@ pub enum ReadError {
     File {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
-    /// The file has other columns.
+    /// The file does not have the expected columns.
     #[error("{path} has the columns {found}, and this version of webloop reads {expected}")]
     Columns {
         /// The file.
@@ -49,7 +49,7 @@ pub enum ReadError {
         /// The header that its rows need.
         expected: String,
     },
-    /// A line is no row.
+    /// A line is not a row.
     #[error(
         "{path}, line {line}: {problem}; rows are never edited, so restore the file or run the cell again"
     )]
@@ -61,7 +61,7 @@ pub enum ReadError {
         /// What is wrong with it.
         problem: String,
     },
-    /// The file is not what its manifest says.
+    /// The file does not match its manifest.
     #[error("{path}: {problem}")]
     Damaged {
         /// The file.
@@ -72,7 +72,7 @@ pub enum ReadError {
 }
 
 impl ReadError {
-    /// The file, and what is wrong with it.
+    /// The path of the file, and what is wrong with the file.
     pub(crate) fn parts(self) -> (PathBuf, String) {
         match self {
             ReadError::File { path, source } if source.kind() == ErrorKind::NotFound => {
@@ -97,21 +97,21 @@ impl ReadError {
     }
 }
 
-/// What was in a file of rows.
+/// What a file of rows contains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Content {
-    /// Its whole rows.
+    /// Number of whole rows.
     pub rows: u64,
     /// Whether its last line was torn.
     pub torn: bool,
 }
 
-/// Hands every whole row of the file to `each`, in order, and says whether the last line was torn.
+/// Passes every whole row of the file to `each`, in order. Returns whether the last line was torn.
 ///
-/// A file without even a whole header has no rows.
+/// A file without a complete header has no rows.
 ///
 /// # Errors
-/// [`ReadError`].
+/// [`ReadError`] if the file cannot be read, has other columns, or has a line that is not a row.
 pub fn read<R: Row>(
     path: &Path,
     columns: &[&str],
@@ -128,11 +128,11 @@ pub fn read<R: Row>(
     }
 }
 
-/// As [`read`], of a file that has to be what a manifest says, with rows to which `each` has no
-/// objection: what it says is an error with the row's line.
+/// As [`read`], for a file that has to match its manifest. If `each` objects to a row, its message is
+/// an error with the row's line.
 ///
 /// # Errors
-/// [`ReadError`]; the first objection before a checksum that is not the manifest's.
+/// [`ReadError`]. The first objection comes before a checksum that differs from the manifest's.
 pub fn read_whole<R: Row>(
     path: &Path,
     columns: &[&str],
@@ -152,7 +152,7 @@ pub fn read_whole<R: Row>(
     }
     file.tally = Some(Tally::default());
     let content = file.each(columns, each)?;
-    // What is behind the last whole line counts too.
+    // The checksum includes what follows the last whole line.
     io::copy(&mut file, &mut io::sink()).map_err(|source| ReadError::File {
         path: path.to_owned(),
         source,
@@ -164,10 +164,10 @@ pub fn read_whole<R: Row>(
     }
 }
 
-/// What is said of a file that is as long as it should be.
+/// The message for a file of the right length with other content.
 pub(crate) const OTHER_BYTES: &str = "its checksum differs from the manifest's: a byte was changed";
 
-/// What is said of a file that is not.
+/// The message for a file of the wrong length.
 pub(crate) fn other_length(bytes: u64, asked: &FileFact) -> String {
     format!(
         "it has {bytes} bytes, and the manifest says {}",
@@ -175,17 +175,17 @@ pub(crate) fn other_length(bytes: u64, asked: &FileFact) -> String {
     )
 }
 
-/// A file of rows, and how much of it there is. It reads as the file, whose bytes it sums up.
+/// A file of rows and its length. Reading from it reads the file and updates the checksum.
 struct Rows<'a> {
     path: &'a Path,
     file: io::Take<File>,
-    /// Its length.
+    /// Length of the file, bytes.
     length: u64,
-    /// Its length up to the last line end.
+    /// Length up to the last line end, bytes.
     whole: u64,
-    /// Whether anything follows that.
+    /// Whether anything follows the last line end.
     torn: bool,
-    /// The sum of what was read, where it is wanted.
+    /// Checksum of what was read, if it is wanted.
     tally: Option<Tally>,
 }
 
@@ -206,7 +206,7 @@ impl<'a> Rows<'a> {
             let (length, whole) = whole_lines(&mut file)?;
             Ok(Self {
                 path,
-                // The file may be growing: what comes after its length is not looked at.
+                // The file may be growing: nothing beyond this length is read.
                 file: file.take(length),
                 length,
                 whole,
@@ -220,7 +220,7 @@ impl<'a> Rows<'a> {
         })
     }
 
-    /// Hands the whole rows to `each`, whose objection ends it.
+    /// Passes the whole rows to `each`; stops at its first objection.
     fn each<R: Row>(
         &mut self,
         columns: &[&str],
@@ -274,7 +274,7 @@ impl<'a> Rows<'a> {
 
 const TOO_LONG: &str = "it is longer than 64 KiB, and a row is a few hundred bytes";
 
-/// A text of which so much may be read before `left` is filled up again.
+/// A reader that may read `left` bytes until `left` is set again.
 struct Bounded<'a, T> {
     text: T,
     left: &'a Cell<usize>,
@@ -292,7 +292,7 @@ impl<T: Read> Read for Bounded<'_, T> {
     }
 }
 
-/// Hands the rows after the header to `each`, whatever form of CSV they are in; how many there were.
+/// Passes the rows after the header to `each`, in any form of CSV. Returns the number of rows.
 fn by_serde<R: DeserializeOwned>(
     text: impl Read,
     columns: &[&str],
@@ -330,7 +330,7 @@ fn by_serde<R: DeserializeOwned>(
     }
 }
 
-/// Why [`by_serde`] came to no end.
+/// Why [`by_serde`] did not reach the end of the file.
 #[derive(Debug, Error)]
 enum Stop {
     #[error(transparent)]
@@ -342,7 +342,7 @@ enum Stop {
 }
 
 impl Stop {
-    /// The error in the file at `path`, of which so many lines after the header had been read.
+    /// The error with its place in the file at `path`, of which `before` rows had already been read.
     fn at(self, path: &Path, before: u64) -> ReadError {
         let path = path.to_owned();
         match self {
@@ -371,8 +371,7 @@ impl Stop {
     }
 }
 
-/// The csv crate's words without the position, which [`ReadError`] names itself, but with the
-/// field.
+/// The csv crate's message with the field, but without the position, which [`ReadError`] gives itself.
 fn problem(error: &csv::Error) -> String {
     match error.kind() {
         csv::ErrorKind::Deserialize { err, .. } => match err.field() {
@@ -389,7 +388,7 @@ fn problem(error: &csv::Error) -> String {
     }
 }
 
-/// The length of the file, and that up to its last line end. The file is left at its start.
+/// The length of the file, and its length up to the last line end. Rewinds the file.
 fn whole_lines(file: &mut File) -> io::Result<(u64, u64)> {
     let length = file.seek(SeekFrom::End(0))?;
     let from = length.saturating_sub(LINE_MAX as u64);
@@ -485,7 +484,8 @@ mod tests {
         }
     }
 
-    /// Reads a text that is vouched for as if it were `asked`, with rows of an even k only.
+    /// Reads `text` against a manifest that was written for `asked`; only rows with an even k are
+    /// accepted.
     fn read_vouched(text: &str, asked: &str) -> Result<Content, String> {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("ticks.csv");
@@ -504,7 +504,7 @@ mod tests {
         let text = format!("{HEADER}0,10,11,0,0,\n2,20,21,0,0,\n");
         let whole = |rows, torn| Ok(Content { rows, torn });
         assert_eq!(read_vouched(&text, &text), whole(2, false));
-        // In any form of CSV, and with what is behind the last line.
+        // In any form of CSV, and with a torn last line.
         let quoted = text.replace("2,20", "\"2\",20");
         assert_eq!(read_vouched(&quoted, &quoted), whole(2, false));
         let torn = format!("{text}4,3");

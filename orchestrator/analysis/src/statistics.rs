@@ -1,4 +1,5 @@
-//! Moments and a least-squares line in one pass, and quantiles that are honest about small samples.
+//! Moments and a least-squares line in one pass, and quantiles that are left out if the sample is too
+//! small.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +14,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Takes one more value.
+    /// Adds a value.
     pub fn push(&mut self, x: f64) {
         (self.min, self.max) = match self.n {
             0 => (x, x),
@@ -25,13 +26,13 @@ impl Moments {
         self.squares += off * (x - self.mean);
     }
 
-    /// How many values there were.
+    /// Number of values.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.n
     }
 
-    /// What `ping` prints, or `None` of nothing.
+    /// The four figures that `ping` prints; `None` if there are no values.
     #[must_use]
     pub fn spread(&self) -> Option<Spread> {
         (self.n > 0).then(|| Spread {
@@ -46,25 +47,25 @@ impl Moments {
 /// min/avg/max/sd in ms. The standard deviation divides by the number of values, as `ping` does.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
-    /// The least.
+    /// Minimum.
     pub min_ms: f64,
-    /// The mean.
+    /// Mean.
     pub avg_ms: f64,
-    /// The greatest.
+    /// Maximum.
     pub max_ms: f64,
-    /// The standard deviation.
+    /// Standard deviation.
     pub sd_ms: f64,
 }
 
-/// The middle of some values, which may be infinite; `None` of none, and where it lies between two
+/// The median of values that may be infinite. `None` if there are none, or if it lies between two
 /// opposite infinities.
 #[must_use]
 pub fn median(values: &[f64]) -> Option<f64> {
     quantile(values, 0.5)
 }
 
-/// The value that a part `q` of some values, from 0 to 1, lie below; between two of them, their mean, as
-/// medians are taken. `None` as of [`median`].
+/// The quantile `q`, from 0 to 1, of values that may be infinite. Between two values it is their
+/// mean, as for a median. `None` in the cases of [`median`].
 #[must_use]
 pub fn quantile(values: &[f64], q: f64) -> Option<f64> {
     let mut sorted = values.to_vec();
@@ -91,7 +92,7 @@ pub struct Line {
 }
 
 impl Line {
-    /// Takes one more point.
+    /// Adds a point.
     pub fn push(&mut self, x: f64, y: f64) {
         self.n += 1;
         let n = self.n as f64;
@@ -109,30 +110,31 @@ impl Line {
     }
 }
 
-/// Quantiles in ms; one without enough samples is `None`.
+/// Quantiles in ms; one with too few samples is `None`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quantiles {
     /// The median.
     pub p50_ms: Option<f64>,
-    /// Nine of ten are no longer.
+    /// The 90th percentile.
     pub p90_ms: Option<f64>,
-    /// Ninety-nine of a hundred are no longer.
+    /// The 99th percentile.
     pub p99_ms: Option<f64>,
-    /// The longest.
+    /// The maximum.
     pub max_ms: Option<f64>,
 }
 
-/// A quantile needs this many samples beyond it, or it is the luck of one or two: 10 for a median,
-/// 50 for p90, 500 for p99.
+/// A quantile needs this many samples beyond it, or one or two samples decide it by luck. So a median
+/// needs 10 samples, p90 needs 50, p99 needs 500.
 const BEYOND: f64 = 5.0;
 
 impl Quantiles {
-    /// Of nanoseconds in any order.
+    /// Quantiles of values in ns, in any order.
     #[must_use]
     pub fn of(mut ns: Vec<u64>) -> Self {
         let (count, mut end) = (ns.len(), ns.len());
         let max_ms = ns.iter().max().copied().map(ms);
-        // From the greatest down: one that is found has all that are no greater on its left.
+        // From the highest quantile down: a selection leaves all values that are not greater on its
+        // left.
         let mut quantile_ms = |q| {
             let at = rank(count, q)?;
             let (_, value, _) = ns.get_mut(..end)?.select_nth_unstable(at);
@@ -151,30 +153,30 @@ impl Quantiles {
     }
 }
 
-/// Where, among so many sorted values, the least is that a share `q` of them do not exceed; `None`
-/// with too few.
+/// Index, among `count` sorted values, of the least one that a share `q` of them do not exceed;
+/// `None` if there are too few.
 fn rank(count: usize, q: f64) -> Option<usize> {
     let n = count as f64;
-    // 1 - q is not exact: n = 500 times 0.01 may be a hair below 5.
+    // 1 - q is not exact: 500 * (1 - 0.99) may be slightly below 5.
     if n * (1.0 - q) < BEYOND - 1e-9 {
         return None;
     }
     Some((q * n - 1e-9).ceil().max(1.0) as usize - 1)
 }
 
-/// `part` of `whole`; `None` of nothing.
+/// `part` divided by `whole`; `None` if `whole` is 0.
 #[must_use]
 pub fn share(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
 
-/// Nanoseconds in milliseconds.
+/// Converts nanoseconds to milliseconds.
 #[must_use]
 pub fn ms(ns: u64) -> f64 {
     ns as f64 / 1e6
 }
 
-/// `to - from` in milliseconds, negative if it went back.
+/// `to - from` in milliseconds; negative if `to` is earlier.
 #[must_use]
 pub fn ms_between(from_ns: u64, to_ns: u64) -> f64 {
     if to_ns >= from_ns {

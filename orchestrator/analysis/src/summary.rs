@@ -1,9 +1,9 @@
-//! A cell in one row: `summary.csv`, and what the table shows.
+//! A cell as one row: of `summary.csv`, and of the table.
 
 use endpoint::{Mode, Transport};
 use link::{Profile, Typical};
 use manifest::Manifest;
-use plan::{Cell, Client, Disturbance, START_AT_NS, Verdict};
+use plan::{Cell, Client, Disturbance, START_AT, Verdict};
 use serde::{Deserialize, Serialize};
 
 use crate::layout;
@@ -12,21 +12,21 @@ use crate::response::LoopVerdict;
 use crate::statistics::{ms, share};
 use crate::whole::VIRTUAL;
 
-/// What is known of a cell's link without a run; all `None` on loopback.
+/// What is known about a cell's link without a run; all `None` on loopback.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LinkFacts {
-    /// The mean round trip that the profile asks for.
+    /// Mean round trip that the profile asks for, ms.
     pub rtt_avg_ms: Option<f64>,
-    /// What round trips take over a long time.
+    /// Quantiles of the round trip over a long time.
     pub typical: Option<Typical>,
-    /// Share of a long time in which it is stalled; `None` where it never is.
+    /// Share of time, over a long time, in which the link is stalled; `None` if it never is.
     pub stalled: Option<f64>,
-    /// Share of the run, likewise.
+    /// Share of the run in which it is stalled; `None` if it never is.
     pub stalled_in_run: Option<f64>,
 }
 
 impl LinkFacts {
-    /// Of the profile; in no run yet.
+    /// The facts of the profile, without those of a run.
     #[must_use]
     pub fn of(profile: &Profile) -> LinkFacts {
         if profile.is_loopback() {
@@ -40,18 +40,18 @@ impl LinkFacts {
         }
     }
 
-    /// The same, and what the link is like while the cell is measured.
+    /// Adds how long the link is stalled while the cell is measured.
     #[must_use]
     pub fn in_run(self, profile: &Profile, cell: &Cell) -> LinkFacts {
-        let end_ns = START_AT_NS.saturating_add(cell.duration_ns);
+        let end = START_AT.after(cell.duration_ns);
         LinkFacts {
-            stalled_in_run: profile.stalled(cell.link_seed, START_AT_NS, end_ns),
+            stalled_in_run: profile.stalled(cell.link_seed, START_AT, end),
             ..self
         }
     }
 }
 
-/// One cell of a campaign. Units end the names, shares are from 0 to 1, and an empty field does not
+/// One cell of a campaign. Names end in the unit, shares are from 0 to 1, and an empty field does not
 /// apply or was not measured.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Summary {
@@ -59,65 +59,65 @@ pub struct Summary {
     pub cell: String,
     /// Its topology.
     pub topology: String,
-    /// Its system, which no column names: its setup does, where it is not the paper's.
+    /// Its system. No column names it: `setup` does, if it is not the paper's.
     #[serde(skip)]
     pub system: String,
     /// Its client.
     pub client: Client,
-    /// The client's preset, and what the experiment laid over it.
+    /// The client's preset, and the settings that the experiment changed.
     pub setup: String,
     /// `http` or `websocket`.
     pub transport: Transport,
-    /// The least delay that the page gave its timers; empty where the client is no page.
+    /// The least delay that the page gave its timers; empty if the client is not a page.
     pub timer_floor_ms: Option<f64>,
     /// `open` or `closed`.
     pub mode: Mode,
-    /// Its rate in people's words, such as `333 Hz`.
+    /// Its rate for people, such as `333 Hz`.
     pub rate: String,
     /// The sample time, ns.
     pub h_ns: u64,
-    /// Which repeat it is, from 1.
+    /// Number of the repeat, from 1.
     pub repeat: u32,
-    /// How it was run: `sim` is in virtual time; empty if it has not been run.
+    /// The back-end; `sim` is virtual time. Empty if the cell has not been run.
     pub backend: Option<String>,
-    /// How the run ended; empty if it has not been run.
+    /// How the run ended; empty if the cell has not been run.
     pub verdict: Option<Verdict>,
-    /// What was done to the run that nobody asked for, the worst first; empty if nothing was.
+    /// The worst disturbance of the run, and the number of others; empty if there was none.
     pub disturbed: Option<String>,
-    /// What became of the loop, in closed loop.
+    /// The verdict on the loop, in closed loop.
     pub loop_verdict: Option<LoopVerdict>,
-    /// The profile's mean round trip over a long time, as it says itself.
+    /// The mean round trip over a long time that the profile states.
     pub rtt_asked_ms: Option<f64>,
     /// The profile's median round trip over a long time.
     pub rtt_asked_p50_ms: Option<f64>,
-    /// Its 90th percentile.
+    /// Its 90th percentile over a long time.
     pub rtt_asked_p90_ms: Option<f64>,
-    /// The mean that the link had at the instants of the echoes.
+    /// Mean round trip that the link had at the instants of the echoes.
     pub rtt_due_ms: Option<f64>,
-    /// Their median.
+    /// Median round trip that the link had at the instants of the echoes.
     pub rtt_due_p50_ms: Option<f64>,
-    /// Their 90th percentile.
+    /// Its 90th percentile.
     pub rtt_due_p90_ms: Option<f64>,
-    /// The mean that the echoes measured at those instants.
+    /// Mean round trip that the echoes measured at those instants.
     pub rtt_measured_ms: Option<f64>,
-    /// Their median.
+    /// Median round trip that the echoes measured.
     pub rtt_measured_p50_ms: Option<f64>,
-    /// Their 90th percentile.
+    /// Its 90th percentile.
     pub rtt_measured_p90_ms: Option<f64>,
-    /// Share of a long time in which the link is stalled; empty where it never is.
+    /// Share of time, over a long time, in which the link is stalled; empty if it never is.
     pub stalled_asked: Option<f64>,
-    /// Share of the run in which it was, from the first message that was due on.
+    /// Share of the run in which the link was stalled, from the first due message on.
     pub stalled_due: Option<f64>,
     /// Echoes sent.
     pub probes: Option<u64>,
     /// Echoes lost.
     pub probes_lost: Option<u64>,
-    /// Messages that the schedule asked for, one each h of the run's length: a client that drifts
-    /// gets round to fewer.
+    /// Messages that the schedule asked for, one per h of the run's length. A client that drifts
+    /// sends fewer.
     pub messages_due: u64,
     /// Messages that were sent.
     pub messages_sent: Option<u64>,
-    /// Sent of due.
+    /// Messages sent divided by messages due.
     pub sent_share: Option<f64>,
     /// Messages that were answered.
     pub messages_answered: Option<u64>,
@@ -125,31 +125,32 @@ pub struct Summary {
     pub messages_timeout: Option<u64>,
     /// Messages whose connection or answer was broken.
     pub messages_failed: Option<u64>,
-    /// Due and not sent: deadlines without a message, and those that a client that drifts never had.
+    /// Messages due but not sent: deadlines without a message, and those that a drifting client never
+    /// reached.
     pub messages_missed: Option<u64>,
     /// Median round trip of a message.
     pub message_rtt_p50_ms: Option<f64>,
-    /// Its 90th percentile.
+    /// Its 90th percentile, ms.
     pub message_rtt_p90_ms: Option<f64>,
     /// Its 99th percentile.
     pub message_rtt_p99_ms: Option<f64>,
-    /// The longest.
+    /// The longest round trip of a message.
     pub message_rtt_max_ms: Option<f64>,
     /// Mean interval between arrivals.
     pub control_interval_avg_ms: Option<f64>,
-    /// Their standard deviation.
+    /// Standard deviation of these intervals.
     pub control_interval_sd_ms: Option<f64>,
-    /// Share of them within a tenth of h.
+    /// Share of these intervals within 10 % of h.
     pub control_interval_at_h: Option<f64>,
-    /// Share of arrivals at the same time as the one before, in ns.
+    /// Share of arrivals at the same time in ns as the one before.
     pub zero_exact: Option<f64>,
-    /// The same in ms.
+    /// Share in the same millisecond as the one before.
     pub zero_1ms: Option<f64>,
-    /// The same in tens of ms.
+    /// Share in the same ten milliseconds as the one before.
     pub zero_10ms: Option<f64>,
-    /// The same in ticks of the plant.
+    /// Share in the same tick of the plant as the one before.
     pub zero_tick: Option<f64>,
-    /// Messages that a later one had overtaken.
+    /// Messages that arrived after one with a higher `seq`.
     pub out_of_order: Option<u64>,
     /// Slope of the lateness over the schedule, s/s.
     pub schedule_slope: Option<f64>,
@@ -157,17 +158,17 @@ pub struct Summary {
     pub schedule_lag_s: Option<f64>,
     /// Median distance of the lateness from its line.
     pub schedule_residual_p50_ms: Option<f64>,
-    /// The greatest.
+    /// Greatest distance of the lateness from its line.
     pub schedule_residual_max_ms: Option<f64>,
-    /// Share of arrivals off the line: by more than five medians, and more than 1 ms.
+    /// Share of arrivals off the line: by more than five median distances and by more than 1 ms.
     pub impulse_share: Option<f64>,
-    /// The most of them in a row.
+    /// The longest sequence of such arrivals.
     pub impulse_longest: Option<u64>,
     /// The plant's ticks.
     pub ticks: Option<u64>,
     /// Mean interval of the plant's ticks.
     pub tick_interval_avg_ms: Option<f64>,
-    /// Its standard deviation.
+    /// Standard deviation of these intervals.
     pub tick_interval_sd_ms: Option<f64>,
     /// Share of ticks within 0.1 ms of their deadline.
     pub ticks_punctual: Option<f64>,
@@ -175,9 +176,9 @@ pub struct Summary {
     pub tick_late_p99_ms: Option<f64>,
     /// Ticks late by h or more.
     pub ticks_missed: Option<u64>,
-    /// Rise from 10 to 90 %.
+    /// Rise time from 10 to 90 %.
     pub rise_ms: Option<f64>,
-    /// Settling into 2 %.
+    /// Settling time into 2 %.
     pub settling_ms: Option<f64>,
     /// Overshoot in percent.
     pub overshoot_pct: Option<f64>,
@@ -187,13 +188,12 @@ pub struct Summary {
     pub final_value: Option<f64>,
     /// Integral of the absolute error.
     pub iae_s: Option<f64>,
-    /// Files with a torn last line.
+    /// Number of files with a torn last line.
     pub torn_lines: Option<u64>,
 }
 
 impl Summary {
-    /// Of a cell, what its run says of itself, what its link is like over a long time and in the run, and
-    /// what was measured.
+    /// Builds the row from a cell, its run's manifest, the facts of its link, and its metrics.
     #[must_use]
     pub fn new(
         cell: &Cell,
@@ -300,7 +300,7 @@ impl Summary {
     }
 }
 
-/// What was done to a run, in the few words that a table has room for.
+/// The disturbances of a run, in the few words that a table has room for.
 fn disturbed(manifest: &Manifest) -> Option<String> {
     let of_length = |one: &&Disturbance| one.longest_ms as u64;
     let worst = manifest.disturbances.iter().max_by_key(of_length)?;

@@ -1,6 +1,6 @@
-//! The table that ends `webloop run`: a line per cell, aligned, and under it the links.
+//! The table that `webloop run` prints at the end: a line per cell, aligned, and the links below.
 //!
-//! Columns that say nothing of these cells are left out. What the links were like is in `links`.
+//! Columns that say nothing about these cells are left out. The table of the links is in `links`.
 
 use endpoint::Mode;
 use plan::Verdict;
@@ -34,10 +34,10 @@ const COLUMNS: [Column; 16] = [
     text("disturbed"),
 ];
 
-/// What the cells of a table have in common, by which columns are left out.
+/// What the cells of a table have in common; this decides which columns are left out.
 struct Kind {
     repeated: bool,
-    /// Only open loops: they have no step, and what there is to see is their drift.
+    /// All loops are open: they have no step, and the table shows their drift.
     open: bool,
     /// Clients or setups are compared.
     clients: bool,
@@ -68,7 +68,8 @@ impl Kind {
     }
 }
 
-/// The table, with a legend; numbers have three significant digits, and `-` does not apply.
+/// The table, with a legend. Numbers have three significant digits; `-` means that a column does not
+/// apply.
 #[must_use]
 pub fn render(rows: &[Summary]) -> String {
     let kind = Kind::of(rows);
@@ -85,7 +86,7 @@ pub fn render(rows: &[Summary]) -> String {
     }
 }
 
-/// What stands over a table of runs that were none.
+/// The line over a table that contains simulated runs.
 pub(crate) fn head(rows: &[Summary]) -> &'static str {
     if rows.iter().any(Summary::is_simulated) {
         "All runs are simulated, in virtual time.\n\n"
@@ -119,7 +120,7 @@ fn line(row: &Summary, kind: &Kind) -> Vec<String> {
     ]
 }
 
-/// The loop's verdict where the run has one to give, else the run's own.
+/// The loop's verdict if the run is complete and has one, else the run's own.
 fn verdict(row: &Summary) -> String {
     match (row.verdict, row.loop_verdict) {
         (Some(Verdict::Complete), Some(of_loop)) => of_loop.to_string(),

@@ -5,20 +5,20 @@ use serde::{Deserialize, Serialize};
 
 use crate::statistics::{Moments, Quantiles, ms_between, share};
 
-/// A tick this late, ns, is still called punctual.
+/// A tick at most this far from its deadline, ns, is punctual.
 const PUNCTUAL_NS: u64 = 100_000;
 
 /// The plant's ticks: intervals between them, and lateness against their deadlines.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Ticks {
-    /// Ticks.
+    /// Number of ticks.
     pub count: u64,
     /// Mean interval, ms.
     pub interval_avg_ms: Option<f64>,
     /// Standard deviation of the intervals, ms.
     pub interval_sd_ms: Option<f64>,
     /// Share of intervals that are zero or negative: the clock stood still or went back between two
-    /// ticks (Fig. 7 beside Table 3).
+    /// ticks (Fig. 7, compare Table 3).
     pub interval_nonpositive: Option<f64>,
     /// Share of ticks within 0.1 ms of their deadline.
     pub punctual: Option<f64>,
@@ -26,11 +26,11 @@ pub struct Ticks {
     pub late_p99_ms: Option<f64>,
     /// The greatest lateness, ms.
     pub late_max_ms: Option<f64>,
-    /// Ticks late by h or more, whose own interval had passed.
+    /// Ticks late by h or more: the interval of the tick had passed.
     pub missed: u64,
 }
 
-/// Ticks under way.
+/// Accumulates [`Ticks`] row by row.
 #[derive(Debug)]
 pub(crate) struct TickCount {
     h_ns: u64,
@@ -112,7 +112,7 @@ mod tests {
             (5, Some(0.4), 1)
         );
         assert_eq!((ticks.late_max_ms, ticks.late_p99_ms), (Some(1.0), None));
-        // Four intervals from 0 to 4 + 1 ms.
+        // Four intervals from 0 to 4 + 1 = 5 ms.
         assert_eq!(ticks.interval_avg_ms, Some(1.25));
         assert_eq!(ticks.interval_nonpositive, Some(0.0));
     }

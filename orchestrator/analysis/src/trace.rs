@@ -1,7 +1,7 @@
-//! What a figure shows of one run, row by row: its step response (Fig. 5 and 6), the plant's
+//! The series of one run that figures show, row by row: its step response (Fig. 5 and 6), the plant's
 //! intervals (Fig. 7) and the control intervals (Fig. 8 and 9).
 //!
-//! What all of them come to is in [`crate::response`], [`crate::tick`] and [`crate::arrival`];
+//! Summaries of these series are in [`crate::response`], [`crate::tick`] and [`crate::arrival`];
 //! arrivals against their schedule are in [`crate::lateness`].
 
 use std::path::Path;
@@ -13,10 +13,10 @@ use crate::rows::{ReadError, read};
 use crate::statistics::ms_between;
 
 /// The plant's output y after each tick, from the tick that took the first command to the one that
-/// took the last. Time is the plant's own: the n-th value is of n h, n from 0.
+/// took the last. Time is the plant's own: the n-th value is at n h, n from 0.
 ///
 /// # Errors
-/// [`ReadError`] of `ticks.csv`.
+/// [`ReadError`] if `ticks.csv` cannot be read.
 pub fn response(folder: &Path) -> Result<Vec<f64>, ReadError> {
     let (mut y, mut newest, mut length) = (Vec::new(), None, 0);
     let path = folder.join(file_name::TICKS);
@@ -34,10 +34,10 @@ pub fn response(folder: &Path) -> Result<Vec<f64>, ReadError> {
     Ok(y)
 }
 
-/// The time from each tick of the plant to the next, ms, in their order.
+/// Time from each tick of the plant to the next, ms, in order.
 ///
 /// # Errors
-/// [`ReadError`] of `ticks.csv`.
+/// [`ReadError`] if `ticks.csv` cannot be read.
 pub fn tick_intervals_ms(folder: &Path) -> Result<Vec<f64>, ReadError> {
     let mut intervals = Intervals::default();
     let path = folder.join(file_name::TICKS);
@@ -47,10 +47,10 @@ pub fn tick_intervals_ms(folder: &Path) -> Result<Vec<f64>, ReadError> {
     Ok(intervals.ms)
 }
 
-/// The time from each arrival at the plant to the next, ms, in their order.
+/// Time from each arrival at the plant to the next, ms, in order.
 ///
 /// # Errors
-/// [`ReadError`] of `arrivals.csv`.
+/// [`ReadError`] if `arrivals.csv` cannot be read.
 pub fn control_intervals_ms(folder: &Path) -> Result<Vec<f64>, ReadError> {
     let mut intervals = Intervals::default();
     let path = folder.join(file_name::ARRIVALS);
@@ -60,7 +60,7 @@ pub fn control_intervals_ms(folder: &Path) -> Result<Vec<f64>, ReadError> {
     Ok(intervals.ms)
 }
 
-/// The differences of neighbouring stamps.
+/// Differences of consecutive timestamps.
 #[derive(Debug, Default)]
 struct Intervals {
     last_ns: Option<u64>,
@@ -87,7 +87,8 @@ mod tests {
 
     #[test]
     fn a_response_runs_from_the_first_command_to_the_last() {
-        // Two idle ticks, three with commands of which the second holds for two, one held at the end.
+        // Two idle ticks, three commands of which the second holds for two ticks, and one held tick
+        // at the end.
         let text = "k,t_due_ns,t_tick_ns,u,y,seq\n\
                     0,0,0,0,0,\n1,3,3,0,0,\n2,6,6,1,0.25,0\n3,9,9,1,0.5,1\n\
                     4,12,12,1,0.75,1\n5,15,15,1,1,2\n6,18,18,1,9,2\n";

@@ -1,9 +1,10 @@
-//! Whether a cell's folder is whole: what its manifest has to say before any of its rows is believed.
+//! Checks whether a cell's folder is whole: what its manifest has to say before any of its rows is
+//! trusted.
 //!
-//! A manifest vouches for the files that it lists, so it has to list those that a run of its kind
-//! leaves, and to be of this plan: its cell, its seed, the link's own text. The rows themselves are
-//! held against it while they are read, in [`crate::metrics`], with what is gathered here. Whoever
-//! makes all of it anew, and alike, is not found out.
+//! A manifest vouches for the files that it lists. So it has to list those that a run of its kind
+//! leaves, and it has to belong to this plan: its cell, its seed, the text of its profile. The rows
+//! themselves are checked while they are read, in [`crate::metrics`], with what is gathered here. If
+//! someone rewrites everything consistently, nothing detects it.
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
@@ -23,10 +24,10 @@ pub(crate) const ROWS: [&str; 4] = [
     file_name::MESSAGES,
     file_name::PROBES,
 ];
-/// The back-end of virtual time, which leaves no page and no rows of a link.
+/// The back-end of virtual time, which leaves no page report and no rows of a link.
 pub(crate) const VIRTUAL: &str = "sim";
 
-/// A file that is not what its manifest says.
+/// A file that does not match its manifest, or a manifest that does not match its plan.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {problem}", path.display())]
 pub struct Damage {
@@ -37,7 +38,7 @@ pub struct Damage {
 }
 
 impl Damage {
-    /// What is damaged in a cell's folder, of the files that its manifest names.
+    /// The damaged files in a cell's folder, among those that its manifest lists.
     #[must_use]
     pub fn of(folder: &Path, manifest: &Manifest) -> Vec<Damage> {
         Damage::among(folder, manifest, |_| true)
@@ -66,10 +67,11 @@ impl From<ReadError> for Damage {
     }
 }
 
-/// What is wrong with a file, held against what is known of it.
+/// What is wrong with a file, compared with its length and checksum in the manifest; `None` if
+/// nothing is.
 fn problem(path: &Path, asked: &FileFact) -> Option<String> {
     let found = file::open(path).and_then(|file| {
-        // A file with holes can be longer than anybody would wait for.
+        // The length is compared first: a sparse file can be too long to read.
         let bytes = file.metadata()?.len();
         if bytes == asked.bytes {
             FileFact::of(file).map(Ok)
@@ -86,8 +88,7 @@ fn problem(path: &Path, asked: &FileFact) -> Option<String> {
     }
 }
 
-/// What is wrong with a manifest for the plan's cell, a sentence each; nothing is wrong with a whole
-/// one.
+/// What is wrong with a manifest for the plan's cell, one sentence per fault; empty if nothing is.
 pub(crate) fn faults(manifest: &Manifest, plan: &Plan, cell: &Cell) -> Vec<String> {
     let mut faults = Vec::new();
     if !manifest.cell.is_same(cell) {
@@ -125,12 +126,13 @@ pub(crate) fn faults(manifest: &Manifest, plan: &Plan, cell: &Cell) -> Vec<Strin
     faults
 }
 
-/// Whether a run that ended so left its rows: one that did not come to its end may have none at all.
+/// Whether a run with this verdict left its rows. A failed or unsupported run may have none at all.
 pub(crate) fn has_rows(verdict: Verdict) -> bool {
     !matches!(verdict, Verdict::Failed | Verdict::Unsupported)
 }
 
-/// The texts that the plan has, and the run was made with others.
+/// One sentence per text (profile, traces, system) with which the run was made and which differs from
+/// the plan's.
 fn other_texts(manifest: &Manifest, plan: &Plan, cell: &Cell) -> Vec<String> {
     let profile = plan.profiles.get(&cell.topology);
     let own = profile.map(|text| (file_name::PROFILE, &text.source));
@@ -152,7 +154,7 @@ fn other_texts(manifest: &Manifest, plan: &Plan, cell: &Cell) -> Vec<String> {
         .collect()
 }
 
-/// The files that a run of its kind leaves, and the manifest does not list.
+/// The files that a run of its kind leaves and the manifest does not list.
 fn lacking(
     manifest: &Manifest,
     is_loopback: bool,
@@ -174,7 +176,7 @@ fn lacking(
     if !is_loopback && is_virtual {
         asked.push(file_name::LINK_REPORT);
     } else if !is_loopback {
-        // One player of both ways, or one of each.
+        // One player for both directions, or one for each.
         asked.extend(if manifest.files.contains_key(file_name::LINK_UP_REPORT) {
             &[
                 file_name::LINK_UP_REPORT,
@@ -191,7 +193,7 @@ fn lacking(
         .filter(|name| !manifest.files.contains_key(*name))
 }
 
-/// What a complete run cannot have in its manifest.
+/// What the manifest of a complete run must not contain, one sentence each.
 fn contradictions(manifest: &Manifest, is_loopback: bool) -> Vec<String> {
     let mut found = Vec::new();
     if let Some(reason) = manifest.reasons.first() {
@@ -221,7 +223,7 @@ fn contradictions(manifest: &Manifest, is_loopback: bool) -> Vec<String> {
     found
 }
 
-/// A role's report beside the rows; nothing where it is gone, which the manifest's list of files tells.
+/// A role's report; `None` if the file is missing, which the check of the listed files reports.
 fn report<R: DeserializeOwned>(folder: &Path, name: &str) -> Result<Option<R>, Vec<Damage>> {
     let path = folder.join(name);
     let report = file::text(&path, file::REPORT_BYTES)
@@ -236,22 +238,22 @@ fn report<R: DeserializeOwned>(folder: &Path, name: &str) -> Result<Option<R>, V
     }
 }
 
-/// What the rows of a run are held against.
+/// What the rows of a run are checked against.
 #[derive(Debug)]
 pub(crate) struct Vouched<'a> {
-    /// Length and checksum by name.
+    /// Length and checksum by file name.
     pub(crate) files: &'a BTreeMap<String, FileFact>,
-    /// How many rows whoever wrote them says that there are, by the file's name, with the report
-    /// that says so. Echoes through the link are counted, not those of the empty one.
+    /// Name of a file, the report that counts its rows, and the number of rows that were written. For
+    /// echoes, those through the link are counted, not those on the empty link.
     pub(crate) counts: Vec<(&'static str, &'static str, u64)>,
-    /// Whether rows are missing, as the run itself says: it is `invalid` then.
+    /// Whether rows are missing according to the run's own reports; then the run is `invalid`.
     pub(crate) has_gaps: bool,
 }
 
 impl<'a> Vouched<'a> {
-    /// What is damaged is a report that cannot be read, which could vouch for nothing.
+    /// Returns the damage if a report cannot be read: then it vouches for nothing.
     pub(crate) fn of(folder: &Path, manifest: &'a Manifest) -> Result<Self, Vec<Damage>> {
-        // The manifest has a copy of each: both have to be right.
+        // The manifest has a copy of each report: both have to be right.
         let plant: [Option<PlantReport>; 2] = [
             report(folder, file_name::PLANT_REPORT)?,
             manifest.plant.clone(),
@@ -269,7 +271,7 @@ impl<'a> Vouched<'a> {
             let Some(plant) = plant else { continue };
             counts.push((file_name::TICKS, origin, plant.tick_rows().rows));
             counts.push((file_name::ARRIVALS, origin, plant.arrival_rows().rows));
-            // The plant files a page's rows; those of several sessions are in several files.
+            // The plant writes a page's rows; those of several sessions are in several files.
             let of_page = plant.page_rows();
             let of_page = of_page.filter(|_| is_page && plant.sessions() == 1);
             counts.extend(of_page.map(|Written { rows, .. }| (file_name::MESSAGES, origin, rows)));
@@ -291,7 +293,7 @@ impl<'a> Vouched<'a> {
         })
     }
 
-    /// Whether a file has as many rows as were written.
+    /// Checks that a file has as many rows as were written.
     pub(crate) fn count(&self, name: &str, found: u64) -> Result<(), String> {
         let of_it = self.counts.iter().filter(|(file, ..)| *file == name);
         for (_, origin, rows) in of_it {

@@ -1,7 +1,7 @@
 //! What this machine can do, tried out rather than guessed.
 //!
-//! Each ability is tried the way a run would use it. What lacks one says what that means for
-//! the user and what to do about it.
+//! Each ability is tried the way a run would use it. For a missing one, the result says what that means
+//! for the user and what to do about it.
 
 use endpoint::report::Policy;
 use link::Profile;
@@ -21,17 +21,17 @@ pub enum Need {
 /// One thing that the machine can or cannot do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Ability {
-    /// What it is.
+    /// Its name.
     pub what: &'static str,
     /// How much it is needed.
     pub need: Need,
-    /// What was found.
+    /// What was found, or why it is missing.
     pub found: Result<String, String>,
-    /// What to do where it is missing.
+    /// What to do if it is missing.
     pub remedy: &'static str,
 }
 
-/// Tries everything. Call [`shaper::become_root`] first and hand its answer in.
+/// Tries everything. Call [`shaper::become_root`] first and pass its result.
 #[must_use]
 pub fn abilities(authority: &shaper::Result<shaper::Authority>) -> Vec<Ability> {
     let mut abilities = vec![Ability {
@@ -102,7 +102,7 @@ fn try_fifo() -> Result<String, String> {
     .unwrap_or_else(|_| Err("the trial failed".into()))
 }
 
-/// Has tc put a netem on an interface that nobody else sees.
+/// Has tc put a netem on an interface that nothing else uses.
 fn netem() -> Result<String, String> {
     shaper::Namespace::new()
         .and_then(|nowhere| nowhere.run(|| shaper::tc_available("lo")))
@@ -123,7 +123,7 @@ fn open_files() -> Result<String, String> {
     }
 }
 
-/// What clients need that are more than this binary.
+/// What clients need beyond this binary.
 fn clients() -> impl Iterator<Item = Ability> {
     let specs = Client::ALL.into_iter().map(Client::spec);
     specs.filter_map(|spec| {
@@ -174,7 +174,7 @@ fn containers() -> [Ability; 3] {
     ]
 }
 
-/// What is missing, without the remedy, which the list says itself.
+/// What is missing, without the remedy, which the list gives itself.
 fn part(problem: compose::Problem) -> String {
     match problem {
         compose::Problem::Unsupported { lack, .. } => lack,

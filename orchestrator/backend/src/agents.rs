@@ -1,4 +1,4 @@
-//! Which agents a run is made by, and how they are reached.
+//! The agents that a run uses, and how to reach them.
 
 use std::str::FromStr;
 
@@ -15,21 +15,21 @@ pub struct Agents {
     pub controller: String,
     /// Beside the controller too, with the right to shape its packets.
     pub controller_link: String,
-    /// What the agents are told to know their orchestrator by.
+    /// The token by which the agents recognise their orchestrator.
     pub token: Token,
-    /// What a manifest calls this back-end.
+    /// Name of this back-end in a manifest.
     pub backend: String,
-    /// The container engine, for the manifest, where it is known.
+    /// The container engine, for the manifest, if it is known.
     pub engine: Option<String>,
 }
 
 impl Agents {
-    /// The addresses, with `token`; a back-end called `attach`, on no known engine.
+    /// Parses the addresses. The back-end is called `attach`, and no engine is known.
     ///
     /// `addresses` is `plant=HOST:PORT,plant-link=..,controller=..,controller-link=..`.
     ///
     /// # Errors
-    /// A sentence on what is missing or misspelt.
+    /// A sentence that says what is missing or misspelt.
     pub fn parse(addresses: &str, token: Token) -> Result<Agents, String> {
         let one = |name: &str| {
             addresses
@@ -62,7 +62,7 @@ impl Agents {
     }
 }
 
-/// An address with a host and a port.
+/// Checks that an address has a host and a port.
 fn checked(name: &str, address: String) -> Result<String, String> {
     match address.rsplit_once(':') {
         Some((host, port)) if !host.is_empty() && u16::from_str(port).is_ok() => Ok(address),

@@ -1,7 +1,7 @@
-//! The `attach` back-end: the parts of a run are started by agents that run already, such as
-//! those in containers, and their rows are copied from there as they are written.
+//! The `attach` back-end: agents that are already running, for example in containers, start the parts
+//! of a run, and the rows are copied from them as they are written.
 //!
-//! Which containers there are, and who starts those, is somebody else's business.
+//! It knows nothing about the containers, nor about who starts them.
 
 use std::net::Ipv4Addr;
 use std::path::Path;
@@ -22,17 +22,17 @@ use crate::role::{LinkRole, RoleSettings};
 use crate::site::{Running, Site};
 use crate::{Agents, Player, RunError, schedule, sighting};
 
-/// How long an agent may take to answer at first: its container may just have been started.
+/// How long an agent may take for its first answer: its container may just have been started.
 const HEALTHY_WITHIN: Duration = Duration::from_secs(30);
 
-/// The agents of a testbed, each in the same run.
+/// The agents of a testbed, all in the same run.
 pub(crate) struct Attach {
     plant: RemoteRun,
     controller: RemoteRun,
     plant_link: RemoteRun,
     controller_link: RemoteRun,
     loopback: bool,
-    /// Whether the players write down what enters.
+    /// Whether the link has a rate limit, so that the players record what enters it.
     has_rate: bool,
     player: Player,
     /// How long the first part took to start.
@@ -42,7 +42,7 @@ pub(crate) struct Attach {
     followers: Vec<Follower>,
 }
 
-/// What a link says when it is ready.
+/// What a player says when it is ready.
 #[derive(Debug, Deserialize)]
 struct Playing {
     player: Player,
@@ -50,7 +50,7 @@ struct Playing {
 }
 
 impl Attach {
-    /// Begins a run at all agents, and follows its rows into `folder`.
+    /// Begins a run at all agents, and starts to copy its rows into `folder`.
     pub(crate) fn new(
         agents: &Agents,
         cell: &Cell,
@@ -84,9 +84,9 @@ impl Attach {
         Ok(attach)
     }
 
-    /// Ends the run at all agents, with everything that has been written copied.
+    /// Ends the run at all agents, after copying everything that has been written.
     pub(crate) fn finish(self) -> Result<(), RunError> {
-        // Their last rows first: an agent forgets a run that is finished.
+        // Copy the last rows first: an agent forgets a run that is finished.
         let copied: Vec<_> = self.followers.into_iter().map(Follower::finish).collect();
         let ended = [
             self.plant,
@@ -137,8 +137,8 @@ impl Attach {
         Ok(followers)
     }
 
-    /// Who starts the plant. On a loopback topology that is beside the controller: both ends on
-    /// one machine.
+    /// The agent that starts the plant. On a loopback topology it is the controller's, since both ends
+    /// are on one machine.
     fn beside_plant(&self) -> &RemoteRun {
         if self.loopback {
             &self.controller
@@ -147,7 +147,7 @@ impl Attach {
         }
     }
 
-    /// Who hears the echoes at the plant.
+    /// The agent that hears the echoes at the plant.
     fn witness(&self) -> &RemoteRun {
         if self.loopback {
             &self.controller_link
@@ -156,7 +156,8 @@ impl Attach {
         }
     }
 
-    /// Starts both players; the second is told to be what the first found it can be.
+    /// Starts both players. The first finds out which player it can be, and the second is told to be
+    /// the same.
     fn start_link(&self, link: &LinkRole) -> Result<Vec<RemotePart<'_>>, RunError> {
         let start = |run, way: Way, player: Player| {
             let instance = match way {
@@ -182,7 +183,7 @@ impl Attach {
 
 impl Site for Attach {
     fn lead_ns(&self, start_time: Duration) -> u64 {
-        // Twice what this machine itself needs: containers have no real-time scheduling.
+        // Twice what processes on this machine need: containers have no real-time scheduling.
         2 * (schedule::LEAD_NS + schedule::ns(start_time)) + schedule::allowance_ns(self.start_time)
     }
 
@@ -208,7 +209,7 @@ impl Site for Attach {
     }
 }
 
-/// Tells all agents that they are done, whoever hears it: the others end for want of a word.
+/// Tells all agents to end. Those that it cannot reach end by themselves when they hear nothing more.
 pub fn dismiss(agents: &Agents) {
     for (name, authority) in agents.each() {
         let ended = Remote::open(name, authority, agents.token.clone())

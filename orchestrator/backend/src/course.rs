@@ -1,7 +1,7 @@
 //! The course of a run, the same at every site: what is started when, and what is waited for.
 //!
-//! It only runs, and asks what the parts looked like meanwhile. What the echoes and the rows say of the
-//! link is in `evidence`; whether the loop survived is read from the rows later, by others.
+//! It only runs the parts, and records how they looked meanwhile. `evidence` evaluates what echoes and
+//! rows say about the link; the analysis later reads from the rows whether the loop survived.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use certificate::Echo;
 use judge::{Pulse, Watched};
-use link::Profile;
+use link::{Epoch, Profile};
 use plan::{Cell, Phase, ProfileText};
 
 use crate::link_check::{LinkCheck, NOTHING_ENTERED};
@@ -19,26 +19,27 @@ use crate::role::{ControllerRole, LinkRole, PlantRole, RoleSettings};
 use crate::site::{Running, Site};
 use crate::{RunError, schedule};
 
-/// How often it is asked whether the parts have ended, and an event is due.
+/// How often to check whether a part has ended or an event is due.
 const POLL: Duration = Duration::from_millis(10);
 
-/// How often it is asked who had the processors, ns.
+/// How often to count who used the processors, ns.
 const COUNT_EVERY_NS: usize = 250_000_000;
 
-/// What happens at an instant that is known before the run. A fault of an experiment is one more of these.
+/// Something that happens at an instant known before the run. A fault that an experiment injects would
+/// be one more variant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Event {
-    /// It is asked who had the processors.
+    /// Counts who used the processors.
     CountProcessors,
-    /// The controller has had its duration, its time-out and its grace.
+    /// Gives up on the controller: its duration, time-out and grace are over.
     GiveUp,
 }
 
-/// The events of a run, by their instants.
+/// The events of a run, in order of their instants.
 struct Events(VecDeque<(u64, Event)>);
 
 impl Events {
-    /// Those of a run of `cell` whose controller has its deadlines between `from_ns` and `to_ns`.
+    /// The events of a run of `cell` whose controller has its deadlines between `from_ns` and `to_ns`.
     fn of(cell: &Cell, from_ns: u64, to_ns: u64) -> Events {
         let give_up_ns = to_ns
             .saturating_add(cell.settings.timeout_ns)
@@ -55,33 +56,33 @@ impl Events {
     }
 }
 
-/// What was seen of the link in a run.
+/// What was observed during a run.
 #[derive(Debug)]
 pub(crate) struct Seen {
     /// Link time 0, monotonic.
-    pub(crate) epoch_ns: u64,
+    pub(crate) epoch: Epoch,
     /// When the controller's first message was due, monotonic.
     pub(crate) start_ns: u64,
-    /// The echoes, those on the empty link first.
+    /// The echoes; those on the empty link come first.
     pub(crate) echoes: [(Phase, Vec<Echo>); 4],
-    /// What the processors said meanwhile; none in virtual time.
+    /// The pulse of the processors meanwhile; `None` in virtual time.
     pub(crate) pulse: Option<Pulse>,
-    /// What was seen of the parts while the controller ran, by their names.
+    /// What was observed of each part while the controller ran, with the part's name.
     pub(crate) watched: Vec<(String, Watched)>,
 }
 
-/// The texts of a cell, for its parts.
+/// The texts that a cell's parts need.
 #[derive(Clone, Copy)]
 pub(crate) struct Texts<'a> {
     /// The link's profile.
     pub(crate) profile: &'a ProfileText,
-    /// The system; none is the paper's.
+    /// The system; `None` for the paper's.
     pub(crate) system: Option<&'a str>,
 }
 
 /// Runs a cell at `site`.
 ///
-/// The calling thread starts the parts: where they are its children, they die with it.
+/// The calling thread starts the parts; those that are its child processes die with it.
 pub(crate) fn run(
     site: &dyn Site,
     cell: &Cell,
@@ -89,19 +90,20 @@ pub(crate) fn run(
     texts: Texts<'_>,
     stop: &AtomicBool,
 ) -> Result<Seen, RunError> {
-    let epoch_ns = site.now_ns() + site.lead_ns(cell.client.spec().start_time);
-    let start_ns = epoch_ns + plan::START_AT_NS;
-    let mut parts = Parts::start(site, cell, profile, texts, epoch_ns)?;
+    let lead_ns = site.lead_ns(cell.client.spec().start_time);
+    let epoch = Epoch::at_ns(site.now_ns() + lead_ns);
+    let start_ns = epoch.t_ns(plan::START_AT);
+    let mut parts = Parts::start(site, cell, profile, texts, epoch)?;
     let link_check = LinkCheck {
         target: site.plant_address(),
         profile,
         seed: cell.link_seed,
-        epoch_ns,
+        epoch,
         entered: &NOTHING_ENTERED,
     };
     let send = |series, stop: &AtomicBool| site.echoes(&link_check.plan(series), stop);
     let empty = send(schedule::empty(site.now_ns()), stop)?;
-    if site.now_ns() >= epoch_ns {
+    if epoch.link_time(site.now_ns()).is_some() {
         return Err(RunError::Link(
             "this machine was too busy to measure the empty link before the run".into(),
         ));
@@ -112,16 +114,16 @@ pub(crate) fn run(
     let mut events = Events::of(cell, start_ns, end_ns);
     let abandon = AtomicBool::new(false);
     let echoes = thread::scope(|scope| {
-        let before = scope.spawn(|| send(schedule::before(epoch_ns), &abandon));
+        let before = scope.spawn(|| send(schedule::before(epoch), &abandon));
         let during = scope.spawn(|| send(schedule::during(start_ns, cell.duration_ns), &abandon));
         let ended = parts.await_controller(site, &mut events, &mut shares, stop);
         let after = ended.and_then(|()| send(schedule::after(site.now_ns()), stop));
-        // A terminal's Ctrl-C ends the controller too, as if it had ended by itself.
+        // Ctrl-C in a terminal also ends the controller, as if it had ended by itself.
         if after.is_err() || stop.load(Ordering::Relaxed) {
             abandon.store(true, Ordering::Relaxed);
         }
         let (before, during) = (joined(before), joined(during));
-        // The cause first: that the echoes were abandoned is what came of it.
+        // Return the cause first: the echoes were abandoned because of it.
         let after = after?;
         Ok::<_, RunError>([
             (Phase::Empty, empty),
@@ -134,7 +136,7 @@ pub(crate) fn run(
     let watched = shares.watched(&parts)?;
     parts.stop()?;
     Ok(Seen {
-        epoch_ns,
+        epoch,
         start_ns,
         echoes,
         pulse: Some(pulse),
@@ -142,11 +144,11 @@ pub(crate) fn run(
     })
 }
 
-/// The parts of a run, started. The controller is dropped first, and with it ended, and the link last.
+/// The started parts of a run. Dropping them ends the controller first and the link last.
 struct Parts<'a> {
     controller: Box<dyn Running + 'a>,
     plant: Box<dyn Running + 'a>,
-    /// None on loopback.
+    /// `None` on loopback.
     link: Option<Box<dyn Running + 'a>>,
 }
 
@@ -156,18 +158,18 @@ impl<'a> Parts<'a> {
         cell: &Cell,
         profile: &Profile,
         texts: Texts<'_>,
-        epoch_ns: u64,
+        epoch: Epoch,
     ) -> Result<Parts<'a>, RunError> {
         let link = if profile.is_loopback() {
             None
         } else {
-            let role = LinkRole::of(cell, texts.profile, epoch_ns);
+            let role = LinkRole::of(cell, texts.profile, epoch);
             Some(site.start(RoleSettings::Link(role))?)
         };
         let address = site.plant_socket();
         let role = PlantRole::of(cell, address, texts.system);
         let plant = site.start(RoleSettings::Plant(role))?;
-        let start_ns = epoch_ns + plan::START_AT_NS;
+        let start_ns = epoch.t_ns(plan::START_AT);
         let role = ControllerRole::of(cell, address, start_ns, texts.system);
         let controller = site.start(RoleSettings::Controller(role))?;
         Ok(Parts {
@@ -177,7 +179,8 @@ impl<'a> Parts<'a> {
         })
     }
 
-    /// Waits for the controller's own end, watching that the others live, while `events` happen.
+    /// Waits until the controller ends by itself, checks that the other parts live, and handles
+    /// `events`.
     fn await_controller(
         &mut self,
         site: &dyn Site,
@@ -212,7 +215,7 @@ impl<'a> Parts<'a> {
         Ok(())
     }
 
-    /// By their names in a manifest; what plays the link is its player.
+    /// The parts by their names in a manifest, which calls the link `player`.
     fn by_name(&self) -> [(&'static str, Option<&(dyn Running + 'a)>); 3] {
         [
             ("plant", Some(&*self.plant)),
@@ -221,7 +224,7 @@ impl<'a> Parts<'a> {
         ]
     }
 
-    /// Ends them, from the controller to the link.
+    /// Ends the parts, from the controller to the link.
     fn stop(self) -> Result<(), RunError> {
         self.controller.stop()?;
         self.plant.stop()?;
@@ -229,12 +232,12 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// Who had the processors while the controller ran.
+/// Who used the processors while the controller ran.
 struct Shares {
     from_ns: u64,
     to_ns: u64,
-    /// When it was asked first and last, how long all processors had been busy, and this process and
-    /// those beneath it.
+    /// The first count and the last: when it was made, how long all processors had been busy, and how
+    /// long this process and its descendants had run, in ns.
     taken: Option<[[u64; 3]; 2]>,
 }
 
@@ -253,9 +256,9 @@ impl Shares {
         self.taken = Some([first, taken]);
     }
 
-    /// What was seen of each part meanwhile. Of a controller beneath this process, which may be a
-    /// browser, also what it waited while others had the processors: elsewhere they cannot be told from
-    /// the other parts of the run.
+    /// What was observed of each part meanwhile. For a controller that descends from this process, and
+    /// may be a browser, this includes how long it waited while others had the processors. Elsewhere,
+    /// those others cannot be told from the other parts of the run.
     fn watched(&self, parts: &Parts<'_>) -> Result<Vec<(String, Watched)>, RunError> {
         let mut found = Vec::new();
         for (name, part) in parts.by_name() {
@@ -280,8 +283,8 @@ impl Shares {
         Ok(found)
     }
 
-    /// Share of all processors' time that went to what is not beneath this process; 0 where it was not
-    /// asked.
+    /// Share of the time of all processors, 0 to 1, that went to processes other than this one and its
+    /// descendants; 0 if it was not counted.
     fn others(&self) -> f64 {
         let Some(
             [

@@ -1,8 +1,8 @@
-//! Why a run did not come to its end.
+//! Why a run did not finish.
 
 use std::path::Path;
 
-/// A run that could not be made or finished.
+/// Why a run could not be made or finished.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// This machine cannot do it; says what is missing and the remedy.
@@ -13,13 +13,13 @@ pub enum RunError {
     Write {
         /// The file or folder.
         path: String,
-        /// What the system said.
+        /// The error of the operating system.
         problem: std::io::Error,
     },
     /// One of the processes of the run failed.
     #[error("the {role} {problem}")]
     Role {
-        /// Which one.
+        /// Name of the role.
         role: String,
         /// What happened.
         problem: String,

@@ -1,5 +1,5 @@
-//! What the echoes and the rows of a run say of its link, its ends and its machine, for the manifest;
-//! and the echoes' own rows, `probes.csv`.
+//! Evaluates what the echoes and rows of a run say about its link, its ends and its machine, for the
+//! manifest, and writes the rows of the echoes, `probes.csv`.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -7,6 +7,7 @@ use std::path::Path;
 
 use certificate::{Baseline, Certificate, Echo, Edge, LinkReport, Pause};
 use judge::{Judgement, Messages, Pulse, Records, Watched};
+use link::Epoch;
 use manifest::{ControllerReport, PlantReport};
 use plan::{Cell, Phase};
 
@@ -19,20 +20,20 @@ use crate::report::{Reports, is_real_time};
 /// What a run has shown, for its manifest.
 #[derive(Debug, Default)]
 pub(crate) struct Evidence {
-    pub(crate) epoch_ns: u64,
+    pub(crate) epoch: Epoch,
     pub(crate) start_ns: u64,
     pub(crate) certificate: Option<Certificate>,
     pub(crate) messages: Option<Messages>,
     pub(crate) pulse: Option<Pulse>,
     pub(crate) watched: Option<BTreeMap<String, Watched>>,
     pub(crate) judgement: Judgement,
-    /// Why the run is not to be trusted by its echoes and files; empty if it is.
+    /// Why the run's echoes and files are not to be trusted; empty if they are.
     pub(crate) doubts: Vec<String>,
-    /// Whether one of the doubts cannot come of a machine that stood still.
+    /// Whether a machine that stood still cannot explain one of the doubts.
     pub(crate) is_other: bool,
 }
 
-/// Judges the link by its echoes and messages, and the run by all that it left in `folder`.
+/// Judges the link by its echoes and messages, and the run by everything that it left in `folder`.
 pub(crate) fn judge(
     link_check: &LinkCheck,
     cell: &Cell,
@@ -41,7 +42,7 @@ pub(crate) fn judge(
 ) -> Result<Evidence, RunError> {
     let phases = &seen.echoes;
     let mut evidence = Evidence {
-        epoch_ns: seen.epoch_ns,
+        epoch: seen.epoch,
         start_ns: seen.start_ns,
         pulse: seen.pulse.clone(),
         watched: watched(&seen.watched),
@@ -88,7 +89,7 @@ pub(crate) fn judge(
     Ok(evidence)
 }
 
-/// What has to be known of a run to judge its messages.
+/// What is needed to judge the messages of a run.
 fn terms(
     link_check: &LinkCheck,
     cell: &Cell,
@@ -112,7 +113,7 @@ fn terms(
     }
 }
 
-/// From well before the first deadline to when no message can be under way any more.
+/// From well before the first deadline until no message can be under way any more.
 fn run_ns(seen: &Seen, cell: &Cell) -> Range<u64> {
     const SPARE_NS: u64 = 10_000_000_000;
     let end_ns = seen
@@ -123,7 +124,7 @@ fn run_ns(seen: &Seen, cell: &Cell) -> Range<u64> {
     seen.start_ns.saturating_sub(SPARE_NS)..end_ns
 }
 
-/// What was seen of each part, by its name; nothing in virtual time.
+/// What was observed of each part, by its name; `None` in virtual time.
 fn watched(parts: &[(String, Watched)]) -> Option<BTreeMap<String, Watched>> {
     (!parts.is_empty()).then(|| parts.iter().cloned().collect())
 }
@@ -138,7 +139,7 @@ fn in_order(phases: &[(Phase, Vec<Echo>)]) -> Vec<Echo> {
     echoes
 }
 
-/// Leaves every echo, beside what the link had for it, in the file `path`.
+/// Writes every echo, with its prediction, to the file `path`.
 pub(crate) fn write_rows(
     link_check: &LinkCheck,
     phases: &[(Phase, Vec<Echo>)],

@@ -1,4 +1,5 @@
-//! A cell's folder: room for it, files that appear whole or not at all, and checksums of what is in it.
+//! A cell's folder: makes room for it, writes files whole or not at all, and computes the checksums of
+//! what is in it.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,7 +11,8 @@ use plan::Verdict;
 
 use crate::RunError;
 
-/// Writes a file so that a reader, or a crash, finds the old one or the new one and nothing between.
+/// Writes a file atomically: a reader, also after a crash, finds the old file or the new one, and
+/// nothing between.
 ///
 /// # Errors
 /// [`RunError::Write`] with the file's name.
@@ -18,18 +20,18 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), RunError> {
     file::write_durably(path, content).map_err(|problem| RunError::write(path, problem))
 }
 
-/// Moves a cell's folder aside, if there is one, to the first free `ID.unfinished-N` beside it, or
-/// `ID.disturbed-N` of a run that was disturbed: what is in it is never overwritten.
+/// Moves a cell's folder aside, if there is one, to the first free `ID.unfinished-N` beside it, or to
+/// `ID.disturbed-N` if its run was disturbed. Its content is never overwritten.
 ///
 /// # Errors
-/// When it cannot be renamed.
+/// If it cannot be renamed.
 pub fn move_aside(folder: &Path) -> io::Result<()> {
-    // A link that leads nowhere is something too.
+    // A symbolic link that leads nowhere also takes the name.
     let is_there = |path: &Path| fs::symlink_metadata(path).is_ok();
     if !is_there(folder) {
         return Ok(());
     }
-    // Not `with_extension`: an id may have a point in it, as in `3.3hz`.
+    // Not `with_extension`: an id may have a dot in it, as in `3.3hz`.
     let manifest = file::text(&folder.join(Manifest::FILE), file::MANIFEST_BYTES).ok();
     let verdict = manifest.and_then(|text| Some(Manifest::from_json(&text).ok()?.verdict));
     let word = match verdict {
@@ -41,12 +43,13 @@ pub fn move_aside(folder: &Path) -> io::Result<()> {
     aside.map_or(Ok(()), |aside| fs::rename(folder, aside))
 }
 
-/// Makes the cell's folder; what a try without an end left there is moved aside.
+/// Makes the cell's folder; what an earlier attempt left there is moved aside.
 pub(crate) fn make_room(campaign: &Path, folder: &Path) -> Result<(), RunError> {
     let fail = |problem| RunError::write(folder, problem);
     let below = folder.strip_prefix(campaign).unwrap_or(folder);
     fs::create_dir_all(campaign).map_err(fail)?;
-    // Looked at before anything in there is renamed: a link may lead to somebody else's.
+    // Check this before anything in there is renamed: a symbolic link may lead to somebody else's
+    // files.
     file::make_folder(campaign, below.parent().unwrap_or(below)).map_err(fail)?;
     move_aside(folder).map_err(fail)?;
     file::make_folder(campaign, below).map_err(fail)?;
@@ -56,7 +59,7 @@ pub(crate) fn make_room(campaign: &Path, folder: &Path) -> Result<(), RunError> 
 /// Length and checksum of every file in `folder`, by name; `except` is left out.
 ///
 /// # Errors
-/// When a file cannot be read.
+/// If a file cannot be read.
 pub(crate) fn inventory(folder: &Path, except: &str) -> io::Result<BTreeMap<String, FileFact>> {
     let mut files = BTreeMap::new();
     for entry in fs::read_dir(folder)? {

@@ -1,4 +1,4 @@
-//! The network of one run: two ends in namespaces of their own, and the link's place between.
+//! The network of one run: two ends, each in its own namespace, and the place of the link between them.
 //!
 //! ```text
 //!   controller              middle                 plant
@@ -12,7 +12,7 @@ use std::net::Ipv4Addr;
 use link::Profile;
 use shaper::Namespace;
 
-/// Namespaces and addresses; all of it goes when this and the processes in it go.
+/// Namespaces and addresses. They disappear with this value and the processes in them.
 pub struct Lab {
     controller: Namespace,
     /// `None` where the plant shares the controller's namespace.
@@ -28,7 +28,7 @@ impl Lab {
     /// Makes the network that `profile` needs.
     ///
     /// # Errors
-    /// As the shaper's: what this machine does not let us make, with the remedy.
+    /// The shaper's: what this machine does not allow, with the remedy.
     pub fn new(profile: &Profile) -> shaper::Result<Lab> {
         let controller = Namespace::new()?;
         if profile.is_loopback() {

@@ -1,13 +1,15 @@
-//! Runs a cell and says whether its link held; reads nothing of what the loop did.
+//! Runs a cell and judges whether its link held. It does not evaluate what the loop did.
 //!
-//! - [`run_cell`]: a cell from its plan to its [`Manifest`], on a [`Backend`] and by a [`Player`].
-//! - `course`: what is started when and waited for, the same everywhere; `schedule` has the times.
-//! - `role`: what plant, controller and link are told.
-//! - `site`: where the parts live. `netns` has a [`Lab`] of namespaces and the roles as processes
-//!   in them; `attach` has [`Agents`] that start them elsewhere, as `remote_part` parts, and echoes
-//!   with two halves (`sighting`).
-//! - `link_check`, `evidence`: the link's echoes and certificate; [`probe()`] is that alone.
-//! - `pulse`, `record`: what a machine that stood still says, and the rows by which a run is judged.
+//! - [`run_cell`]: runs a cell of a plan on a [`Backend`] with a [`Player`], and writes its
+//!   [`Manifest`].
+//! - `course`: starts the parts and waits for them, in the same way everywhere; `schedule` has the
+//!   times.
+//! - `role`: the settings that plant, controller and link receive.
+//! - `site`: where the parts live. `netns` runs the roles as processes in a [`Lab`] of namespaces.
+//!   `attach` has [`Agents`] start them elsewhere, as `remote_part` parts, and joins the two halves of
+//!   each echo (`sighting`).
+//! - `link_check`, `evidence`: the link's echoes and certificate; [`probe()`] does only this.
+//! - `pulse` shows when the machine stood still; `record` reads the rows by which a run is judged.
 //! - `folder`, `report`, [`machine()`]: what a manifest says about files, roles and machine.
 //! - [`ability`]: what this machine can do.
 

@@ -1,21 +1,21 @@
-//! The link proves itself: which echoes are sent through it, their rows, and the certificate.
+//! Checks the link: which echoes are sent through it, their rows, and the certificate.
 //!
-//! Sending them is the site's business, and judging one the shaper's.
+//! The site sends the echoes, and the `certificate` crate judges them.
 
 use std::net::Ipv4Addr;
 
 use certificate::{Baseline, Certificate, Echo, Edge, Prediction, certify_within, predict};
-use link::{PacketRow, Profile, Timeline, Way};
+use link::{Epoch, PacketRow, Profile, Timeline, Way};
 use plan::{Phase, ProbeRow};
 use shaper::ProbePlan;
 
 use crate::schedule::Series;
 
-/// How long an echo may come later than its link says: a machine that is busy beyond this
-/// could not be judged anyway.
+/// How much later than predicted an echo may come back, ns: a machine that is busier than this could
+/// not be judged anyway.
 const GRACE_NS: u64 = 500_000_000;
 
-/// That nothing is known of what entered a link: before it has been played.
+/// For a link that has not been played yet: nothing is known about what entered it.
 pub(crate) const NOTHING_ENTERED: [Option<Vec<PacketRow>>; 2] = [None, None];
 
 /// A link under test.
@@ -25,13 +25,13 @@ pub(crate) struct LinkCheck<'a> {
     pub(crate) target: Ipv4Addr,
     pub(crate) profile: &'a Profile,
     pub(crate) seed: u64,
-    pub(crate) epoch_ns: u64,
-    /// What entered each way, where the link has a rate limit and that is known.
+    pub(crate) epoch: Epoch,
+    /// The packets that entered each way, if the link has a rate limit and they are known.
     pub(crate) entered: &'a [Option<Vec<PacketRow>>; 2],
 }
 
 impl LinkCheck<'_> {
-    /// What the prober is asked for a series.
+    /// The request to the prober for a series.
     pub(crate) fn plan(&self, series: Series) -> ProbePlan {
         ProbePlan {
             target: self.target,
@@ -44,10 +44,11 @@ impl LinkCheck<'_> {
         }
     }
 
-    /// The longest round trip that the link has for the last echoes of a series: there is no
-    /// use in waiting longer for one that was lost.
+    /// Longest round trip of the link for the last echoes of a series, ns: it is useless to wait longer
+    /// for a lost one.
     fn longest_ns(&self, series: Series) -> u64 {
-        /// A stall that began before the last echo may hold it; no need to look back further.
+        /// A stall that began before the last echo may hold it up; there is no need to look back
+        /// further.
         const LOOK_BACK: u32 = 1_000;
         let mut timeline = self.timeline();
         let first = series.count.saturating_sub(LOOK_BACK);
@@ -61,7 +62,7 @@ impl LinkCheck<'_> {
             .unwrap_or(0)
     }
 
-    /// What the crossing of the player itself costs; `None` if no echo came back.
+    /// Cost of crossing the player itself; `None` if no echo came back.
     pub(crate) fn baseline(&self, empty: &[Echo]) -> Option<Baseline> {
         if self.profile.is_loopback() {
             return Some(Baseline::default());
@@ -69,8 +70,7 @@ impl LinkCheck<'_> {
         Baseline::of(empty)
     }
 
-    /// Holds all echoes after the epoch against the link, as exactly as its player keeps to its
-    /// times.
+    /// Compares all echoes after the epoch with the link, as exactly as its player keeps to its times.
     pub(crate) fn certificate(
         &self,
         echoes: &[Echo],
@@ -80,8 +80,8 @@ impl LinkCheck<'_> {
         certify_within(echoes, self.timeline(), baseline, edge)
     }
 
-    /// The echoes, in order of sending, but for those whose answer was due after it was listened for:
-    /// of a queue that grows over the run nobody knows beforehand how long that is.
+    /// The echoes in order of sending, without those whose answer was due after listening had ended. If
+    /// a queue grows over the run, nobody knows in advance how long to listen.
     pub(crate) fn heard(&self, echoes: Vec<Echo>) -> Vec<Echo> {
         if !self.profile.has_rate() {
             return echoes;
@@ -95,7 +95,7 @@ impl LinkCheck<'_> {
         each.filter(is_heard).map(|(echo, _)| echo).collect()
     }
 
-    /// The rows of a series, each beside its prediction.
+    /// The rows of a series, each with its prediction.
     pub(crate) fn rows(&self, phase: Phase, echoes: &[Echo]) -> Vec<ProbeRow> {
         let row = |echo: &Echo, (due_up_ns, due_down_ns, due_lost)| ProbeRow {
             phase,
@@ -119,9 +119,9 @@ impl LinkCheck<'_> {
             .collect()
     }
 
-    /// The link as it was to be.
+    /// The link that was asked for.
     pub(crate) fn timeline(&self) -> Timeline {
-        let timeline = Timeline::new(self.profile, self.seed, self.epoch_ns);
+        let timeline = Timeline::new(self.profile, self.seed, self.epoch);
         let ways = [Way::Up, Way::Down].into_iter().zip(self.entered);
         ways.fold(timeline, |timeline, (way, entered)| match entered {
             Some(packets) => {

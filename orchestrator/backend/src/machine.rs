@@ -1,8 +1,8 @@
-//! What machine a run was made on, for its manifest.
+//! Describes the machine of a run, for its manifest.
 
 use manifest::Machine;
 
-/// Reads what the kernel says; what it does not say is `unknown` or 0.
+/// Reads what the kernel says about the machine; what it does not say is `unknown` or 0.
 #[must_use]
 pub fn machine() -> Machine {
     let uname = rustix::system::uname();

@@ -21,22 +21,22 @@ pub(crate) struct Netns {
     lab: Lab,
     player: Player,
     folder: PathBuf,
-    /// Webloop itself, which has every role.
+    /// Webloop's own binary, which has every role.
     program: PathBuf,
-    /// How long starting it takes on this machine.
+    /// How long the binary takes to start on this machine.
     start_time: Duration,
-    /// The link's epoch is no earlier.
+    /// Earliest epoch of the link, ns on the monotonic clock.
     not_before_ns: u64,
 }
 
 impl Netns {
-    /// Makes the network for `profile`. The parts will leave their rows in `folder`.
+    /// Makes the network for `profile`. The parts will write their rows to `folder`.
     pub(crate) fn new(profile: &Profile, player: Player, folder: &Path) -> Result<Netns, RunError> {
         let lab = Lab::new(profile)?;
         if player == Player::Tc
             && let Some(middle) = lab.middle()
         {
-            // The user player is the bridge itself.
+            // The `user` player is itself the bridge.
             middle.run(shaper::bridge)?;
         }
         let program = env::current_exe().map_err(|problem| {
@@ -52,12 +52,12 @@ impl Netns {
         })
     }
 
-    /// The link's epoch is then or later, ns on the monotonic clock.
+    /// Sets the earliest epoch of the link, ns on the monotonic clock.
     pub(crate) fn wait_until(&mut self, not_before_ns: u64) {
         self.not_before_ns = not_before_ns;
     }
 
-    /// A player for each way, at the interface in the middle through which its packets leave.
+    /// Starts a player for each way, at the interface in the middle through which its packets leave.
     fn start_tc(&self, link: &LinkRole) -> Result<Vec<Role>, RunError> {
         let start = |name, way: Way, device: &str| {
             let role = LinkRole {
@@ -93,7 +93,7 @@ impl Netns {
         }
     }
 
-    /// Where a role runs: an end's, or the link's between them.
+    /// The namespace in which a role runs: that of its end, or the middle for the link.
     fn namespace(&self, settings: &RoleSettings) -> Option<&Namespace> {
         match settings {
             RoleSettings::Link(_) => self.lab.middle(),
@@ -103,10 +103,10 @@ impl Netns {
     }
 }
 
-/// How long the program takes from its start to its end, when it has nothing to do.
+/// How long the program takes to start and end when it has nothing to do.
 fn start_time(program: &Path) -> Duration {
     let clock = Instant::now();
-    // That it fails is found when it has something to do.
+    // A failure does not matter here: it shows when the program has something to do.
     let _ = Command::new(program).arg("--version").output();
     clock.elapsed()
 }
@@ -123,7 +123,7 @@ impl Site for Netns {
             RoleSettings::Link(role) if self.player == Player::Tc => {
                 return Ok(Box::new(self.start_tc(role)?));
             }
-            // Whichever the client, its log is the controller's.
+            // The controller's log has this name, whatever the client.
             RoleSettings::Controller(_) => "controller",
             other => other.role(),
         };

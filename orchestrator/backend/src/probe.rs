@@ -5,7 +5,7 @@ use std::sync::mpsc::{self, Sender};
 use std::thread;
 
 use certificate::{Baseline, Certificate, Echo, Edge};
-use link::{Profile, Way};
+use link::{Epoch, Profile, Way};
 use plan::Phase;
 use shaper::{PacketPort, PlayerConfig, Prober, TcConfig, TcPlayer, now_ns, play};
 
@@ -18,7 +18,7 @@ use crate::{Lab, Player, RunError};
 pub struct Probed {
     /// Every echo after the epoch, in order of sending.
     pub echoes: Vec<Echo>,
-    /// What the crossing of the player itself costs.
+    /// Cost of crossing the player itself.
     pub baseline: Baseline,
     /// Whether the link was the one asked for; `None` on loopback.
     pub certificate: Option<Certificate>,
@@ -26,10 +26,10 @@ pub struct Probed {
 
 /// Makes the link, measures it empty, then sends `count` echoes from link time 0 on.
 ///
-/// `on_answer` gets each echo as its answer comes. It ends early when `stop` is set.
+/// `on_answer` gets each echo when its answer comes. The probe ends early when `stop` is set.
 ///
 /// # Errors
-/// When the link cannot be made, played or probed.
+/// If the link cannot be made, played or probed.
 pub fn probe(
     profile: &Profile,
     seed: u64,
@@ -41,16 +41,17 @@ pub fn probe(
 ) -> Result<Probed, RunError> {
     let lab = Lab::new(profile)?;
     let epoch_ns = now_ns() + schedule::LEAD_NS;
+    let epoch = Epoch::at_ns(epoch_ns);
     let piece = Piece {
         profile,
         seed,
-        epoch_ns,
+        epoch,
     };
     let link_check = LinkCheck {
         target: lab.plant_address(),
         profile,
         seed,
-        epoch_ns,
+        epoch,
         entered: &NOTHING_ENTERED,
     };
     let series = Series {
@@ -73,7 +74,8 @@ pub fn probe(
     })
 }
 
-/// Sends the echoes while the link is played; they, and how exactly the players kept to its times.
+/// Sends the echoes while the link is played. Returns them, and how exactly the players kept to the
+/// link's times.
 fn play_and_send(
     lab: &Lab,
     piece: &Piece<'_>,
@@ -101,7 +103,7 @@ fn play_and_send(
             })
             .collect();
         drop(ready);
-        // One that cannot play says so when it is joined.
+        // A player that cannot play says so when it is joined.
         for _ in ways {
             let _ = in_force.recv();
         }
@@ -118,7 +120,7 @@ fn play_and_send(
     })
 }
 
-/// What each player plays: nothing on loopback, by tc a way each, else both.
+/// The ways that each player plays: no player on loopback, one for each way with tc, else one for both.
 fn ways(lab: &Lab, player: Player) -> &'static [Option<Way>] {
     match (lab.middle(), player) {
         (None, _) => &[],
@@ -127,7 +129,7 @@ fn ways(lab: &Lab, player: Player) -> &'static [Option<Way>] {
     }
 }
 
-/// The echoes on the empty link, and those of a series.
+/// Sends the echoes on the empty link, then those of a series.
 fn echoes(
     lab: &Lab,
     link_check: &LinkCheck,
@@ -143,30 +145,30 @@ fn echoes(
     ])
 }
 
-/// What is played.
+/// The link to be played.
 struct Piece<'a> {
     profile: &'a Profile,
     seed: u64,
-    epoch_ns: u64,
+    epoch: Epoch,
 }
 
 impl Piece<'_> {
-    /// Plays on this thread, in the middle, until `done`: one way by tc, or both by webloop.
-    /// Says on `ready` when the empty link is in force, and in the end how exactly it kept to
-    /// the link's times.
+    /// Plays on this thread, in the middle namespace, until `done`: one way by tc, or both by webloop.
+    /// Signals on `ready` when the empty link is in force, and returns how exactly it kept to the
+    /// link's times.
     fn play(
         &self,
         way: Option<Way>,
         ready: &Sender<()>,
         done: &AtomicBool,
     ) -> shaper::Result<Edge> {
-        let (profile, seed, epoch_ns) = (self.profile.clone(), self.seed, self.epoch_ns);
+        let (profile, seed, epoch) = (self.profile.clone(), self.seed, self.epoch);
         let (controller, plant) = (shaper::CONTROLLER_INTERFACE, shaper::PLANT_INTERFACE);
         let Some(way) = way else {
             let config = PlayerConfig {
                 profile,
                 seed,
-                epoch_ns,
+                epoch,
                 controller: PacketPort::open(controller)?,
                 plant: PacketPort::open(plant)?,
                 packets: None,
@@ -181,7 +183,7 @@ impl Piece<'_> {
         let player = TcPlayer::start(TcConfig {
             profile,
             seed,
-            epoch_ns,
+            epoch,
             way,
             device: device.to_owned(),
         })?;

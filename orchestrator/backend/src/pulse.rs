@@ -1,7 +1,8 @@
-//! The pulse: a thread on each processor that wakes every millisecond, ahead of every part of the run
-//! where it may, and writes down when it was late. So a machine that stood still says so itself.
+//! The pulse: a thread on each processor that wakes every millisecond, with priority over every part of
+//! the run if that is allowed, and records when it woke late. So the run itself shows when its machine
+//! stood still.
 //!
-//! What that makes of a run is judged elsewhere.
+//! `judge` decides what that means for a run.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,32 +14,34 @@ use judge::Pulse;
 use pace::{Pacer, now_ns};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
-/// From beat to beat.
+/// Time from one beat to the next.
 const BEAT_NS: u64 = 1_000_000;
 
-/// A beat that is this late is written down.
+/// A beat that is at least this late is recorded.
 const GAP_NS: u64 = 2_000_000;
 
-/// Gaps that one processor's thread writes down.
+/// Most gaps that one processor's thread records.
 const KEPT: usize = 200;
 
-/// Ahead of the plant's tick (50), the highest of a run: only what is no part of it comes before.
+/// Above the plant's tick (50), which has the highest priority in a run: only what is not part of the
+/// run comes before a beat.
 const PRIORITY: u8 = 51;
 
-/// Processors that get a thread: a run has few threads, and a large machine needs no more.
+/// Most processors that get a thread: a run has few threads, so a large machine needs no more.
 const MOST: usize = 8;
 
-/// The threads while they run.
+/// The running threads.
 #[derive(Debug)]
 pub(crate) struct Pulses {
     stop: Arc<AtomicBool>,
     threads: Vec<JoinHandle<Pulse>>,
-    /// What the host had taken from the processors before.
+    /// Time that the host had taken from the processors before, ns.
     stolen_ns: u64,
 }
 
 impl Pulses {
-    /// Starts a thread on each processor of this process; on none where that is refused.
+    /// Starts a thread on each processor that this process may use, except where starting one is
+    /// refused.
     pub(crate) fn start() -> Pulses {
         let stop = Arc::new(AtomicBool::new(false));
         let own = sched_getaffinity(None).unwrap_or_default();
@@ -59,7 +62,7 @@ impl Pulses {
         }
     }
 
-    /// Ends the threads, and puts together what they saw.
+    /// Ends the threads, and combines what they saw.
     pub(crate) fn finish(mut self) -> Pulse {
         self.stop.store(true, Ordering::Relaxed);
         let mut all = Pulse {
@@ -94,7 +97,7 @@ fn beat(cpu: usize, stop: &AtomicBool) -> Pulse {
         tracing::debug!(%error, cpu, "the pulse is not bound to its processor");
     }
     let granted = pace::ask(Some(PRIORITY));
-    // It never spins: it takes nothing from whom it watches.
+    // It never spins, so it takes no time from the parts it watches.
     let pacer = Pacer::new(&Scheduling::ordinary());
     let mut pulse = Pulse {
         processors: 1,
@@ -130,7 +133,7 @@ mod tests {
         let pulses = Pulses::start();
         std::thread::sleep(Duration::from_millis(300));
         let pulse = pulses.finish();
-        // Generous: a machine under test is busy, and beats that are late are left out.
+        // Generous, since a machine under test is busy and skips beats when it is late.
         assert!(pulse.processors > 0 && pulse.beats > 10);
         assert!(pulse.beats <= 400 * pulse.processors as u64);
     }

@@ -1,7 +1,7 @@
-//! The rows by which a run is judged, read once more when it is over.
+//! Reads the rows by which a run is judged, once it is over.
 //!
-//! What they say of the loop is the analysis' business. A file that cannot be read is an error here:
-//! its writer has just ended.
+//! The analysis evaluates what they say about the loop. A file that cannot be read is an error here,
+//! since its writer has just ended.
 
 use std::path::Path;
 
@@ -29,8 +29,7 @@ impl Rows {
     }
 }
 
-/// The packets that entered each way of a link with a rate limit, by way; none where nobody wrote
-/// them down.
+/// The packets that entered each way of a link with a rate limit; `None` if they were not recorded.
 pub(crate) fn entered(folder: &Path) -> Result<[Option<Vec<PacketRow>>; 2], RunError> {
     let one = |name: &str| {
         let path = folder.join(name);

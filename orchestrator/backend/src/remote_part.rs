@@ -8,7 +8,7 @@ use crate::RunError;
 use crate::role::RoleSettings;
 use crate::site::Running;
 
-/// How often an agent is asked how a part is: a request is work for a machine that measures.
+/// How often to ask an agent about a part. A request is work for a machine that is measuring.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
 
 /// A role at an agent. Dropping it ends it.
@@ -20,7 +20,7 @@ pub(crate) struct RemotePart<'a> {
 }
 
 impl<'a> RemotePart<'a> {
-    /// Starts a role as `name`; gives what it said when it was ready, too.
+    /// Starts a role as `name`; also returns what it said when it was ready.
     pub(crate) fn start(
         run: &'a RemoteRun,
         name: &'static str,
@@ -73,7 +73,7 @@ impl Running for RemotePart<'_> {
 
     fn terminate(&mut self) {
         if !self.ended {
-            // What cannot be told to end now ends with the run, or with its agent.
+            // A part that cannot be told to end now ends with the run, or with its agent.
             self.ended = self.run.stop(self.name).is_ok();
         }
     }

@@ -1,4 +1,4 @@
-//! What the roles say of themselves when they end, and what a run is to make of it.
+//! What the roles report when they end, and what follows from it for the run.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -16,9 +16,9 @@ pub(crate) struct Reports {
     pub(crate) plant: Option<PlantReport>,
     pub(crate) controller: Option<ControllerReport>,
     pub(crate) page: Option<Page>,
-    /// Of one player of both ways, or of two that played one each.
+    /// From one player of both ways, or from two that played one each.
     pub(crate) link: Option<LinkReport>,
-    /// What is wrong with those that cannot be read, a sentence each.
+    /// Why reports cannot be read: a sentence for each of them.
     pub(crate) unread: Vec<String>,
 }
 
@@ -40,7 +40,7 @@ impl Reports {
         Reports { unread, ..reports }
     }
 
-    /// How a page failed, by its own word; a browser's process alone does not tell.
+    /// How a page failed, by its own report; a browser's process alone does not show it.
     pub(crate) fn page_failure(&self, client: Client) -> Option<String> {
         if !client.is_browser() {
             return None;
@@ -54,20 +54,20 @@ impl Reports {
         }
     }
 
-    /// Who played the link, as its report says; `none` where there was no link.
+    /// What played the link, by its report; `none` if there was no link.
     pub(crate) fn played_by(&self) -> &'static str {
         let link = self.link.as_ref();
         link.map_or("none", |link| link.player().word())
     }
 
-    /// Packets that the player itself lost were lost by no link.
+    /// A doubt if the player itself lost packets that its link did not lose.
     pub(crate) fn lost_by_the_player(&self) -> Option<String> {
         let dropped = self.link.as_ref().map_or(0, LinkReport::dropped);
         (dropped > 0)
             .then(|| format!("the player itself lost {dropped} packets: this machine is too busy"))
     }
 
-    /// Rows that the disk was too slow for are not in the files.
+    /// A doubt if rows are not in the files because the disk was too slow.
     pub(crate) fn lost_rows(&self) -> Option<String> {
         let plant = self.plant.as_ref().map_or(0, PlantReport::overflow);
         let controller = self.controller.as_ref();
@@ -76,7 +76,7 @@ impl Reports {
     }
 }
 
-/// Whether a thread had real-time scheduling, by its role's report; so in virtual time, which needs
+/// Whether a thread had real-time scheduling, by its role's report; `true` in virtual time, which needs
 /// none.
 pub(crate) fn is_real_time(granted: Option<&Scheduling>) -> bool {
     granted.is_none_or(|granted| granted.policy == Policy::Fifo)

@@ -1,13 +1,13 @@
-//! What each role of a run is told, as one value in JSON: the same for a child process, through an agent,
-//! and for a client in another language.
+//! The settings that each role of a run receives, as one JSON value: the same for a child process,
+//! through an agent, and for a client in another language.
 //!
-//! There are no paths in it, since a role may run on another machine: profile and system are texts. Where a
-//! role leaves its rows is the business of who starts it.
+//! They contain no paths, since a role may run on another machine: profile and system are texts.
+//! Whoever starts a role decides where it writes its rows.
 
 use std::net::SocketAddr;
 
 use endpoint::{ControllerSettings, PageSettings, PlantSettings};
-use link::Way;
+use link::{Epoch, Way};
 use plan::{Cell, Client, ProfileText};
 use schemars::{JsonSchema, schema_for};
 use serde::{Deserialize, Serialize};
@@ -62,7 +62,8 @@ pub struct LinkRole {
     pub seed: u64,
     /// Link time 0, monotonic; now, if not given. The link is empty before it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub epoch_ns: Option<u64>,
+    #[serde(rename = "epoch_ns")]
+    pub epoch: Option<Epoch>,
     /// The one way that it plays, beside the end whose packets go that way; both, if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub way: Option<Way>,
@@ -84,7 +85,7 @@ pub(crate) enum RoleSettings {
     Link(LinkRole),
 }
 
-/// The JSON schema of what `webloop serve ROLE --settings` takes, for other programs: what is committed as
+/// The JSON schema of what `webloop serve ROLE --settings` takes, for other programs; committed as
 /// `orchestrator/backend/settings.schema.json`.
 #[must_use]
 pub fn settings_schema() -> String {
@@ -92,7 +93,7 @@ pub fn settings_schema() -> String {
 }
 
 impl RoleSettings {
-    /// As `webloop serve` calls it.
+    /// The name that `webloop serve` has for the role.
     pub(crate) fn role(&self) -> &'static str {
         match self {
             RoleSettings::Plant(_) => "plant",
@@ -101,7 +102,7 @@ impl RoleSettings {
         }
     }
 
-    /// As the role reads it.
+    /// The settings as the role reads them.
     pub(crate) fn to_json(&self) -> serde_json::Value {
         // Plain fields under fixed names: serialising them cannot fail.
         serde_json::to_value(self).unwrap_or_default()
@@ -109,7 +110,7 @@ impl RoleSettings {
 }
 
 impl PlantRole {
-    /// A cell's plant that listens at `listen`, for the system of this text.
+    /// The settings of a cell's plant that listens at `listen`; `system` is the text of its system.
     pub(crate) fn of(cell: &Cell, listen: SocketAddr, system: Option<&str>) -> PlantRole {
         PlantRole {
             listen,
@@ -120,7 +121,8 @@ impl PlantRole {
 }
 
 impl ControllerRole {
-    /// A cell's controller for the plant at `plant`, whose first deadline is at `start_ns`.
+    /// The settings of a cell's controller for the plant at `plant`, with the first deadline at
+    /// `start_ns`.
     pub(crate) fn of(
         cell: &Cell,
         plant: SocketAddr,
@@ -140,12 +142,12 @@ impl ControllerRole {
 }
 
 impl LinkRole {
-    /// A cell's link, both ways, from `epoch_ns` on.
-    pub(crate) fn of(cell: &Cell, profile: &ProfileText, epoch_ns: u64) -> LinkRole {
+    /// The settings of a cell's link, both ways, from `epoch` on.
+    pub(crate) fn of(cell: &Cell, profile: &ProfileText, epoch: Epoch) -> LinkRole {
         LinkRole {
             profile: profile.clone(),
             seed: cell.link_seed,
-            epoch_ns: Some(epoch_ns),
+            epoch: Some(epoch),
             way: None,
             player: Player::Auto,
             device: None,

@@ -1,4 +1,4 @@
-//! A cell from its plan to its manifest: folder, site, verdict, checksums.
+//! Runs a cell, from its plan to its manifest: folder, site, verdict, checksums.
 
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ pub fn cell_folder(campaign: &Path, cell: &Cell) -> PathBuf {
 /// The manifest of a cell that has been run, whatever its verdict; `None` if it has not.
 ///
 /// # Errors
-/// When there is one that cannot be read; names the file.
+/// If there is one that cannot be read; names the file.
 pub fn manifest(campaign: &Path, cell: &Cell) -> Result<Option<Manifest>, String> {
     let path = cell_folder(campaign, cell).join(Manifest::FILE);
     match file::text(&path, file::MANIFEST_BYTES) {
@@ -45,34 +45,34 @@ pub fn manifest(campaign: &Path, cell: &Cell) -> Result<Option<Manifest>, String
 pub enum Backend {
     /// In namespaces on this machine.
     Netns {
-        /// What [`shaper::become_root`] gave.
+        /// The result of [`shaper::become_root`].
         authority: shaper::Result<Authority>,
-        /// The link's epoch is no earlier, ns on the monotonic clock: who runs beside is not up before.
+        /// Earliest epoch of the link, ns on the monotonic clock: other cells that run at the same time
+        /// are not ready before it.
         not_before_ns: u64,
     },
-    /// By agents that run already, as in containers.
+    /// By agents that are already running, as in containers.
     Attach(Agents),
-    /// In virtual time, with what a machine's programs take.
+    /// In virtual time, with the times that a machine's programs take.
     Sim(Box<Timings>),
 }
 
-/// A try at a cell.
+/// An attempt to run a cell.
 #[derive(Debug, Clone, Default)]
 pub struct Attempt {
-    /// The time of day, for people.
+    /// Time of day at which it started, for people.
     pub started: String,
-    /// What became of the tries before this one.
+    /// What became of the earlier attempts.
     pub earlier: Vec<String>,
 }
 
 /// Runs a cell and writes its manifest, whatever the verdict.
 ///
-/// What an earlier try left in the folder is moved
-/// aside, never overwritten.
+/// What an earlier attempt left in the folder is moved aside, never overwritten.
 ///
 /// # Errors
-/// [`RunError::Write`] when the results folder cannot be written: then there is no manifest.
-/// Everything else that can go wrong is a verdict.
+/// [`RunError::Write`] if the results folder cannot be written; then there is no manifest. Everything
+/// else that can go wrong is a verdict.
 pub fn run_cell(
     plan: &Plan,
     cell: &Cell,
@@ -87,7 +87,7 @@ pub fn run_cell(
     folder::make_room(campaign, &folder)?;
     let described = describe(backend);
     let outcome = execute(plan, cell, &folder, backend, player, stop);
-    // A terminal's Ctrl-C reaches the roles too, which then end as if by themselves.
+    // Ctrl-C in a terminal also reaches the roles, which then end as if by themselves.
     let outcome = if stop.load(Ordering::Relaxed) {
         Err(RunError::Interrupted)
     } else {
@@ -95,7 +95,7 @@ pub fn run_cell(
     };
     let reports = Reports::read(&folder);
     let trouble = match backend {
-        // In virtual time there is no browser that could have any.
+        // In virtual time there is no browser that could fail.
         Backend::Sim(_) => None,
         Backend::Netns { .. } | Backend::Attach(_) => reports.page_failure(cell.client),
     };
@@ -122,7 +122,7 @@ pub fn run_cell(
         authority: described.authority,
         started: attempt.started,
         wall_s: (clock.elapsed().as_secs_f64() * 1e3).round() / 1e3,
-        epoch_ns: evidence.epoch_ns,
+        epoch: evidence.epoch,
         start_ns: evidence.start_ns,
         certificate: evidence.certificate,
         messages: evidence.messages,
@@ -139,7 +139,7 @@ pub fn run_cell(
     Ok(manifest)
 }
 
-/// Runs a cell in its folder, and judges what was seen of it.
+/// Runs a cell in its folder, and judges what was observed.
 fn execute(
     plan: &Plan,
     cell: &Cell,
@@ -168,7 +168,7 @@ fn execute(
         Backend::Attach(agents) => {
             let site = Attach::new(agents, cell, &profile, player, folder)?;
             let seen = course::run(&site, cell, &profile, texts, stop);
-            // What has come is kept, however it ended.
+            // The rows copied so far are kept, however the run ended.
             let kept = site.finish();
             seen.and_then(|seen| kept.map(|()| seen))?
         }
@@ -181,14 +181,14 @@ fn execute(
         target: Ipv4Addr::LOCALHOST,
         profile: &profile,
         seed: cell.link_seed,
-        epoch_ns: seen.epoch_ns,
+        epoch: seen.epoch,
         entered: &record::entered(folder)?,
     };
     evidence::write_rows(&link_check, &seen.echoes, &folder.join(file_name::PROBES))?;
     evidence::judge(&link_check, cell, &seen, folder)
 }
 
-/// The verdict, with its reasons: on the machine, on the processes, on the link, on the rows.
+/// The verdict, with its reasons: about the machine, the processes, the link and the rows.
 fn judge(
     outcome: Result<Evidence, RunError>,
     reports: &Reports,
@@ -217,7 +217,7 @@ fn judge(
             evidence.doubts.extend(reports.unread.iter().cloned());
             let judgement = &evidence.judgement;
             let verdict = judgement.verdict(&evidence.doubts, evidence.is_other);
-            // The cause first, and then what came of it.
+            // Causes first, then their effects.
             let causes = judgement.disturbances.iter().map(|one| one.words.clone());
             let faults = judgement.faults.iter().cloned();
             let doubts = std::mem::take(&mut evidence.doubts);
@@ -227,7 +227,7 @@ fn judge(
     }
 }
 
-/// Leaves the profile's text, and its traces, beside the rows.
+/// Writes the profile's text and its traces beside the rows.
 fn write_profile<'a>(
     plan: &'a Plan,
     cell: &Cell,
@@ -253,7 +253,7 @@ fn write_profile<'a>(
     Ok((text, profile))
 }
 
-/// Leaves the system's text beside the rows, unless it is the paper's.
+/// Writes the system's text beside the rows, unless it is the paper's.
 fn write_system(system: &System, folder: &Path) -> Result<(), RunError> {
     match system.own_text() {
         Some(text) => folder::write_whole(&folder.join(file_name::SYSTEM), text.as_bytes()),
@@ -261,7 +261,7 @@ fn write_system(system: &System, folder: &Path) -> Result<(), RunError> {
     }
 }
 
-/// What a manifest says of a back-end.
+/// What a manifest says about a back-end.
 struct Described {
     name: String,
     authority: String,

@@ -1,4 +1,4 @@
-//! Echoes whose two halves are in two places: asked beside the controller, seen beside the plant.
+//! Echoes with their two halves in two places: sent beside the controller, seen beside the plant.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -12,23 +12,23 @@ use shaper::{ProbePlan, now_ns};
 
 use crate::RunError;
 
-/// How often the end of a series that is nearly through is looked for.
+/// How often to check for the end of a series that is nearly over.
 const POLL: Duration = Duration::from_millis(100);
 
-/// How near its end a series has to be for that: a request is work for a machine that measures.
+/// How near its end a series has to be for that: a request is work for a machine that is measuring.
 const NEARLY: Duration = Duration::from_secs(1);
 
 /// How long the plant's side may take to write down what it has seen.
 const SEEN_WITHIN: Duration = Duration::from_secs(2);
 
-/// Has a series of echoes sent, and waits for its end.
+/// Asks for a series of echoes to be sent, and waits for its end.
 pub(crate) fn ask(
     run: &RemoteRun,
     plan: &ProbePlan,
     stop: &AtomicBool,
 ) -> Result<Vec<Echo>, RunError> {
     let instance = format!("ask-{}", plan.id);
-    // Plain numbers under fixed names: making a value of them cannot fail.
+    // Plain numbers under fixed names: serialising them cannot fail.
     run.start(
         &instance,
         "ask",
@@ -58,7 +58,7 @@ pub(crate) fn ask(
     rows(run, &format!("echoes-{}.csv", plan.id))
 }
 
-/// The echoes with what has been seen of them at the plant.
+/// Completes the echoes with what was seen of them at the plant.
 pub(crate) fn completed(
     witness: &RemoteRun,
     echoes: &[Echo],
@@ -68,7 +68,7 @@ pub(crate) fn completed(
     loop {
         let sightings: Vec<Sighting> = rows(witness, file_name::SIGHTINGS)?;
         let merged = merge(echoes, id, &sightings);
-        // What was answered was seen, though it may not be written down yet.
+        // An echo that was answered was seen, though the row may not be written yet.
         let all = merged
             .iter()
             .all(|echo| echo.t_back_ns.is_none() || echo.t_reach_ns.is_some());
@@ -81,7 +81,7 @@ pub(crate) fn completed(
 
 fn rows<T: DeserializeOwned>(run: &RemoteRun, name: &str) -> Result<Vec<T>, RunError> {
     let bytes = run.file(name)?.unwrap_or_default();
-    // A row that is being written is not there yet.
+    // Leaves out a row that is still being written.
     let whole = bytes
         .iter()
         .rposition(|byte| *byte == b'\n')

@@ -1,7 +1,7 @@
-//! A cell in virtual time: `sim` runs it, and its rows and echoes go into the same files.
+//! Runs a cell in virtual time: `sim` does the run, and its rows and echoes go into the same files.
 //!
-//! Nothing here is measured, so a machine that is busy makes no difference; what a machine's
-//! programs take is told by a [`Timing`].
+//! Nothing here is measured, so a busy machine makes no difference. A [`Timing`] says how long a
+//! machine's programs take.
 
 use std::fs::File;
 use std::path::Path;
@@ -13,7 +13,7 @@ use link::{PacketRow, Profile, Way};
 use manifest::{ModelController, ModelPlant};
 use plan::{Cell, Phase, file_name};
 use serde::Serialize;
-use sim::{EPOCH_NS, Outcome, Pool, Record, Series, Setup, Start, Timing};
+use sim::{EPOCH, Outcome, Pool, Record, Series, Setup, Start, Timing};
 use system::System;
 
 use crate::course::Seen;
@@ -22,7 +22,7 @@ use crate::{RunError, folder, schedule};
 /// How long the plant goes on after the last message, as in a real run.
 const AFTER_NS: u64 = 1_200_000_000;
 
-/// Simulates a cell, and leaves its rows and reports in `folder`.
+/// Simulates a cell, and writes its rows and reports to `folder`.
 pub(crate) fn run(
     cell: &Cell,
     system: &System,
@@ -34,11 +34,11 @@ pub(crate) fn run(
     let own = system
         .at(h)
         .map_err(|unfit| RunError::Link(unfit.to_string()))?;
-    let start_ns = EPOCH_NS + plan::START_AT_NS;
-    // When the last series begins is not known yet.
+    let start_ns = EPOCH.t_ns(plan::START_AT);
+    // The start of the last series is not known yet.
     let planned = [
         schedule::empty(0),
-        schedule::before(EPOCH_NS),
+        schedule::before(EPOCH),
         schedule::during(start_ns, cell.duration_ns),
         schedule::after(0),
     ];
@@ -67,7 +67,7 @@ pub(crate) fn run(
         message_bytes: cell.client.message_bytes(cell.settings.transport),
         echoes: &echoes,
         timing,
-        epoch_ns: EPOCH_NS,
+        epoch: EPOCH,
         plant_start_ns: sim::plant_start_ns(cell.link_seed, h.ns()),
         start_ns,
         duration_ns: cell.duration_ns,
@@ -80,10 +80,10 @@ pub(crate) fn run(
     write_reports(folder, rows, outcome, timing)?;
     let mut phases = planned.iter().map(|series| series.phase);
     Ok(Seen {
-        epoch_ns: EPOCH_NS,
+        epoch: EPOCH,
         start_ns,
         echoes: echoes.map(|mut echoes| {
-            // They have ended in another order than they were sent in.
+            // They ended in a different order than they were sent.
             echoes.sort_unstable_by_key(|echo| echo.seq);
             (phases.next().unwrap_or(Phase::After), echoes)
         }),
@@ -92,8 +92,8 @@ pub(crate) fn run(
     })
 }
 
-/// The least that the client's timer waits: what its page is told, and what its browser does to
-/// timers within timers by itself.
+/// Shortest wait of the client's timer, ns: the floor that its page is given, and the browser's own
+/// minimum for nested timers.
 fn timer_floor_ns(cell: &Cell, timing: &Timing) -> u64 {
     cell.page.map_or(0, |page| match (page.thread, page.timer) {
         (Thread::Main, Timer::Timeout) => page.floor_ns.max(u64::from(timing.clamp_ns)),
@@ -101,7 +101,7 @@ fn timer_floor_ns(cell: &Cell, timing: &Timing) -> u64 {
     })
 }
 
-/// Leaves what each role says of itself in a real run, as far as there is such a thing.
+/// Writes the reports that the roles write in a real run, as far as they exist here.
 fn write_reports(
     folder: &Path,
     [ticks, arrivals, messages]: [u64; 3],
@@ -125,7 +125,7 @@ fn write_reports(
     write_report(folder, file_name::CONTROLLER_REPORT, &controller)
 }
 
-/// Its fields are in the order of their names.
+/// Writes a report with its fields sorted by name.
 fn write_report(folder: &Path, name: &str, report: &impl Serialize) -> Result<(), RunError> {
     // Plain data of words and numbers: serialising it cannot fail.
     let report = serde_json::to_value(report).unwrap_or_default();
@@ -138,10 +138,10 @@ struct Files {
     ticks: csv::Writer<File>,
     arrivals: csv::Writer<File>,
     messages: csv::Writer<File>,
-    /// Only where there is a rate limit.
+    /// Only if there is a rate limit.
     packets: Option<csv::Writer<File>>,
     echoes: [Vec<Echo>; 4],
-    /// How many of each.
+    /// Number of rows of ticks, arrivals and messages.
     rows: [u64; 3],
     problem: Option<csv::Error>,
 }
@@ -160,14 +160,14 @@ impl Files {
         })
     }
 
-    /// Keeps the first problem: the simulation itself cannot fail.
+    /// Keeps the first problem, since the simulation itself cannot fail.
     fn note(&mut self, written: Result<(), csv::Error>) {
         if let Err(problem) = written {
             self.problem.get_or_insert(problem);
         }
     }
 
-    /// Ends the files; how many rows are in each, and the echoes of each series.
+    /// Flushes the files. Returns how many rows are in each, and the echoes of each series.
     fn finish(mut self, folder: &Path) -> Result<([u64; 3], [Vec<Echo>; 4]), RunError> {
         if let Some(problem) = self.problem {
             return Err(RunError::write(folder, std::io::Error::other(problem)));
@@ -217,7 +217,7 @@ impl Record for Files {
     }
 }
 
-/// A new file with its header, as it stays where there are no rows.
+/// Creates a file with its header, which it has even if no rows follow.
 fn create(path: &Path, columns: &[&str]) -> Result<csv::Writer<File>, RunError> {
     let fail = |problem: std::io::Error| RunError::write(path, problem);
     let file = File::create_new(path).map_err(fail)?;

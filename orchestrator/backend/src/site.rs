@@ -1,7 +1,7 @@
-//! Where the parts of a run live: all that a back-end is.
+//! Where the parts of a run live: what a back-end has to provide.
 //!
-//! The order of a run is the same everywhere, and is in `course`. A site starts parts and sends
-//! echoes; it knows nothing of cells, times or verdicts.
+//! The order of a run is the same everywhere, and is in `course`. A site starts parts and sends echoes;
+//! it knows nothing about cells, times or verdicts.
 
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::atomic::AtomicBool;
@@ -14,33 +14,34 @@ use shaper::ProbePlan;
 use crate::RunError;
 use crate::role::RoleSettings;
 
-/// Port of the plant; the link's addresses are a run's alone, so any would do.
+/// Port of the plant. Any port would do, since only one run uses the link's addresses.
 pub(crate) const PLANT_PORT: u16 = 8080;
 
 /// Where a run happens.
 pub(crate) trait Site: Sync {
-    /// From now to the link's epoch: time to start the parts, of which the client takes
+    /// Time from now to the link's epoch, ns: enough to start the parts, of which the client takes
     /// `start_time` on this machine, and to measure the empty link.
     fn lead_ns(&self, start_time: Duration) -> u64;
 
-    /// Starts a role of webloop, and returns when it can be used. The link goes first: without it the
+    /// Starts a role of webloop, and returns when it can be used. Start the link first: without it the
     /// plant may have no address.
     ///
     /// # Errors
-    /// What keeps it from being used; nothing is left running then.
+    /// Why it cannot be used; nothing is left running then.
     fn start<'a>(&'a self, role: RoleSettings) -> Result<Box<dyn Running + 'a>, RunError>;
 
-    /// The plant's address on the link, once that has been started.
+    /// The plant's address on the link, once the link has been started.
     fn plant_address(&self) -> Ipv4Addr;
 
-    /// Sends a series of echoes from the controller's end, and waits for what the link lets
-    /// come back.
+    /// Sends a series of echoes from the controller's end, and waits for those that the link lets come
+    /// back.
     ///
     /// # Errors
-    /// When they cannot be sent; not when they are lost.
+    /// If they cannot be sent; a lost echo is no error.
     fn echoes(&self, plan: &ProbePlan, stop: &AtomicBool) -> Result<Vec<Echo>, RunError>;
 
-    /// The clock of all that a run records: `CLOCK_MONOTONIC`, unless the site is made up.
+    /// The clock of everything that a run records, ns: `CLOCK_MONOTONIC`, unless the site is made up by
+    /// a test.
     fn now_ns(&self) -> u64 {
         shaper::now_ns()
     }
@@ -56,35 +57,34 @@ pub(crate) trait Site: Sync {
     }
 }
 
-/// A part that has been started. Dropping it ends it: of a run that is given up, too, the rows
-/// are kept.
+/// A part that has been started. Dropping it ends it; the rows are kept, even if the run is given up.
 pub(crate) trait Running {
-    /// Whether it has ended, and if so whether well.
+    /// Whether it has ended.
     ///
     /// # Errors
-    /// How it ended, if not well.
+    /// How it ended, if it failed.
     fn ended(&mut self) -> Result<bool, RunError>;
 
-    /// What it has looked like from outside since it was started.
+    /// What was observed of it from outside since it was started.
     ///
     /// # Errors
-    /// When who started it does not say.
+    /// If the agent that started it does not say.
     fn seen(&self) -> Result<Seen, RunError>;
 
-    /// Whether it runs beneath this process.
+    /// Whether it descends from this process.
     fn is_beneath(&self) -> bool;
 
-    /// Asks it to end, and does not wait.
+    /// Asks it to end, without waiting.
     fn terminate(&mut self);
 
     /// Asks it to end, and waits until its rows are on disk.
     ///
     /// # Errors
-    /// How it ended, if not well.
+    /// How it ended, if it failed.
     fn stop(self: Box<Self>) -> Result<(), RunError>;
 }
 
-/// Several as one: it has ended when one has.
+/// Several parts as one, which has ended when one of them has.
 impl<R: Running> Running for Vec<R> {
     fn ended(&mut self) -> Result<bool, RunError> {
         for part in self {
@@ -95,7 +95,7 @@ impl<R: Running> Running for Vec<R> {
         Ok(false)
     }
 
-    /// Of the one that was stopped most.
+    /// What was observed of the part that was stopped most often.
     fn seen(&self) -> Result<Seen, RunError> {
         let all: Vec<Seen> = self.iter().map(R::seen).collect::<Result<_, _>>()?;
         let most = all.into_iter().max_by_key(|seen| seen.stops_ns.len());

@@ -1,4 +1,4 @@
-//! How long each client and its plant take over messages, by measurement: for virtual time.
+//! Measured times that each client and its plant take for messages, for virtual time.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,19 +7,19 @@ use plan::{Cell, Client};
 use serde::{Deserialize, Serialize};
 use sim::Timing;
 
-/// What was measured on the machine that webloop is built on; `webloop calibrate` does it on yours.
+/// Measured on the machine that webloop is built on; `webloop calibrate` measures on yours.
 const BUILT_IN: &str = include_str!("timings.toml");
 
-/// Who is timed: a client, and where it is a page, its thread.
+/// A program that is timed: a client and, if it is a page, its thread.
 pub type Program = (Client, Option<Thread>);
 
-/// How long each client takes, at each sample time that was measured, by its name: `firefox` is its page in a
-/// worker, and `firefox-main` the same on its main thread, with setTimeout.
+/// How long each client takes, at each measured sample time, by its name: `firefox` is its page in a
+/// worker, and `firefox-main` its page on the main thread, with `setTimeout`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Timings(BTreeMap<String, Rates>);
 
-/// A [`Timing`] for each sample time that was measured: who sends seldom sleeps between, and is
-/// slower to wake.
+/// A [`Timing`] for each measured sample time: a program that sends rarely sleeps in between, and wakes
+/// more slowly.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(
     try_from = "BTreeMap<SampleTime, Timing>",
@@ -28,7 +28,7 @@ pub struct Timings(BTreeMap<String, Rates>);
 pub struct Rates(BTreeMap<SampleTime, Timing>);
 
 impl Rates {
-    /// The timing of the sample time next to `h`, by their ratio.
+    /// The timing of the measured sample time nearest to `h`, by ratio.
     #[must_use]
     pub fn near(&self, h: SampleTime) -> &Timing {
         let slower = self.0.range(h..).next();
@@ -36,7 +36,7 @@ impl Rates {
         match (faster, slower) {
             (Some((_, only)), None) | (None, Some((_, only))) => only,
             (Some((below, timing)), Some((above, other))) => {
-                // h/below < above/h, without a quotient.
+                // h/below < above/h, without a division.
                 let square = u128::from(h.ns()) * u128::from(h.ns());
                 if square < u128::from(below.ns()) * u128::from(above.ns()) {
                     timing
@@ -67,13 +67,13 @@ impl From<Rates> for BTreeMap<SampleTime, Timing> {
     }
 }
 
-/// A text that holds no timings.
+/// Why a text does not hold timings.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct InvalidTimings(String);
 
 impl Timings {
-    /// Those that the binary carries.
+    /// The timings that the binary carries.
     ///
     /// # Errors
     /// Never, as a test shows.
@@ -81,10 +81,10 @@ impl Timings {
         Timings::read(BUILT_IN)
     }
 
-    /// Reads them from a TOML text, as `webloop calibrate` writes it.
+    /// Reads timings from a TOML text, as `webloop calibrate` writes it.
     ///
     /// # Errors
-    /// What is wrong, with line and column, or who is lacking, or not to be there.
+    /// What is wrong, with line and column, or which program is missing or unknown.
     pub fn read(text: &str) -> Result<Timings, InvalidTimings> {
         let read = toml::from_str(text).map_err(|problem| InvalidTimings(problem.to_string()));
         let rates: BTreeMap<String, Rates> = read?;
@@ -100,7 +100,7 @@ impl Timings {
         .map_err(InvalidTimings)
     }
 
-    /// Them as a TOML text.
+    /// The timings as a TOML text.
     #[must_use]
     pub fn to_toml(&self) -> String {
         const HEAD: &str = "\
@@ -115,30 +115,30 @@ impl Timings {
         HEAD.to_owned() + &programs().map(section).collect::<Vec<_>>().join("\n")
     }
 
-    /// Those that `rates` finds of each program.
+    /// The timings that `rates` finds for each program.
     ///
     /// # Errors
-    /// What `rates` fails with.
+    /// The error of `rates`.
     pub fn found<E>(rates: impl Fn(Program) -> Result<Rates, E>) -> Result<Timings, E> {
         let found = programs().map(|program| Ok((name(program), rates(program)?)));
         found.collect::<Result<_, E>>().map(Timings)
     }
 
-    /// Those of a cell's client, at its sample time.
+    /// The timing of a cell's client, at its sample time.
     #[must_use]
     pub fn of(&self, cell: &Cell) -> &Timing {
         let program = (cell.client, cell.page.map(|page| page.thread));
         self.rates(program).near(cell.settings.h)
     }
 
-    /// Those of a program.
+    /// The timings of a program.
     #[must_use]
     pub fn rates(&self, program: Program) -> &Rates {
         &self.0[&name(program)]
     }
 }
 
-/// All of them, in the order of the file.
+/// All programs, in the order of the file.
 fn programs() -> impl Iterator<Item = Program> {
     let of = |client: Client| {
         if client.is_browser() {
@@ -150,7 +150,7 @@ fn programs() -> impl Iterator<Item = Program> {
     Client::ALL.into_iter().flat_map(of)
 }
 
-/// As the file has it.
+/// The program's name in the file.
 fn name((client, thread): Program) -> String {
     match thread {
         Some(Thread::Main) => format!("{client}-main"),
@@ -172,12 +172,12 @@ mod tests {
         let near = |client, thread| timings.rates((client, thread)).near(h("3ms"));
         let median_ns = |client| near(client, None).up_ns.median_ns();
         assert!(median_ns(Client::Native) < median_ns(Client::Python));
-        // HTML has it that timers within timers wait at least 4 ms.
+        // By the HTML standard, timers within timers wait at least 4 ms.
         for client in [Client::Chromium, Client::Firefox] {
             let main = near(client, Some(Thread::Main));
             assert!((3_500_000..5_000_000).contains(&main.clamp_ns));
         }
-        // The file leaves out the kernel's rate, which is the usual one.
+        // The file leaves out the rate of the kernel's timers, which is the usual one.
         assert_eq!(timings.to_toml().replace("hz = 250\n", ""), BUILT_IN);
         let other = Timings::read(&BUILT_IN.replace("[python.", "[lynx."));
         assert!(other.is_err_and(|problem| problem.0.contains("`lynx` is no client")));

@@ -1,6 +1,6 @@
 //! The agents that this process works with, from its environment.
 //!
-//! Whoever starts webloop beside agents, such as a compose file, tells it by these variables.
+//! Whatever starts webloop beside agents, such as a compose file, sets these variables.
 
 use std::env;
 
@@ -9,10 +9,10 @@ use backend::Agents;
 
 use crate::error::Error;
 
-/// Where the agents are: `plant=HOST:PORT,plant-link=..,controller=..,controller-link=..`.
+/// Addresses of the agents: `plant=HOST:PORT,plant-link=..,controller=..,controller-link=..`.
 const AGENTS: &str = "WEBLOOP_AGENTS";
 
-/// What manifests call this back-end.
+/// Name of this back-end in manifests.
 const BACKEND: &str = "WEBLOOP_BACKEND";
 
 /// The container engine, for manifests.
@@ -26,7 +26,7 @@ pub(crate) fn is_contained() -> bool {
 /// The agents that the environment names.
 ///
 /// # Errors
-/// Where it names none, or misspells them.
+/// When it names none, or in a wrong form.
 pub fn agents() -> Result<Agents, Error> {
     let addresses = env::var(AGENTS).map_err(|_| Error::NoAgents { variable: AGENTS })?;
     let token = match Token::from_environment()? {

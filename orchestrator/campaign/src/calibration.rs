@@ -1,7 +1,8 @@
-//! How long programs take over messages, from the rows of real runs: what virtual time is told.
+//! Measures how long programs take for messages, from the rows of real runs. Virtual time uses the
+//! result.
 //!
-//! Runs on loopback show a client and its plant alone; a stalled link shows, by what it lets go at
-//! once, how fast both work when they have no pause. Running the cells is `calibrate`'s work.
+//! Runs on loopback show a client and its plant alone. A stalled link releases many messages at
+//! once, which shows how fast both work without a pause. `calibrate` runs the cells.
 
 use std::collections::BTreeMap;
 
@@ -15,15 +16,15 @@ use sim::{Spread, Timing};
 use crate::error::Error;
 use crate::results::check_whole;
 
-/// Two messages closer than this followed each other as fast as could be: nobody sends as often.
+/// Two messages closer than this, ns, were processed back to back: no client sends that often.
 const BURST_NS: u64 = 150_000;
-/// Fewer pauses within bursts than this tell nothing.
+/// Minimum number of pauses within bursts; fewer show nothing.
 const BURST_PAUSES: usize = 100;
 
 /// The timings that a campaign's runs show.
 ///
 /// # Errors
-/// Where the folder is damaged, a client has no complete run on loopback, or rows cannot be read.
+/// When the folder is damaged, a client has no complete run on loopback, or rows cannot be read.
 pub fn timings(campaign: &Campaign) -> Result<Timings, Error> {
     check_whole(campaign)?;
     Timings::found(|program| rates(campaign, program))
@@ -59,14 +60,14 @@ fn rates(campaign: &Campaign, (client, thread): Program) -> Result<Rates, Error>
         late_ns: Spread::of(&mut passages.late_ns(clamp_ns)),
         up_ns: Spread::of(&mut passages.up_ns),
         down_ns: Spread::of(&mut passages.down_ns),
-        // Where nothing was opened, opening costs nothing beyond its handshake.
+        // If no run opened connections, opening costs nothing beyond its handshake.
         opened_up_ns: if opened.up_ns.is_empty() {
             Spread::of(&mut passages.up_ns.clone())
         } else {
             Spread::of(&mut opened.up_ns.clone())
         },
-        // A client that works off a burst of answers sends none meanwhile: its two halves are not
-        // told apart by rows, and are about alike.
+        // While a client processes a burst of answers it sends nothing, so the rows do not separate
+        // receiving from sending. The two take about the same time.
         send_ns: take_ns,
         take_ns,
         serve_ns,
@@ -84,18 +85,18 @@ fn rates(campaign: &Campaign, (client, thread): Program) -> Result<Rates, Error>
     })
 }
 
-/// Half of what an echo took beyond the empty link's own delay.
+/// Half of what an echo took beyond the empty link's own delay, ns.
 fn player_ns(run: &Run) -> Option<u32> {
     let certificate = run.manifest.as_ref()?.certificate.as_ref()?;
     Some((certificate.baseline.rtt_ms * 1e6 / 2.0) as u32)
 }
 
-/// How long messages took over their three parts.
+/// How long each of the three parts of a message took, ns.
 #[derive(Default)]
 struct Passages {
-    /// From the deadline to the sending, on schedules that do not wait for answers.
+    /// From deadline to sending, on schedules that do not wait for answers.
     late_ns: Vec<u32>,
-    /// From one sending to the next, where a timer is set at the sending, with the time it is set to.
+    /// From one sending to the next, if a timer is set at the sending; and the time it is set to.
     set: Vec<(u32, u32)>,
     up_ns: Vec<u32>,
     down_ns: Vec<u32>,
@@ -115,7 +116,7 @@ impl Passages {
             else {
                 return;
             };
-            // A client that still waits for an answer at its deadline is late for that.
+            // Skip deadlines at which the client still waits for an answer: it is late because of that.
             if schedule == Schedule::Absolute && free <= row.t_due_ns {
                 self.late_ns.push(between(row.t_due_ns, send));
             }
@@ -137,22 +138,22 @@ impl Passages {
         Ok(())
     }
 
-    /// The least that a timer waits however little it is asked to: the usual shortest wait where
-    /// that is longer than what was asked; 0 where timers do as they are told.
+    /// The minimum wait of a timer, however short the requested one, ns: the usual shortest wait if
+    /// it is longer than requested; 0 if timers wait as requested.
     fn clamp_ns(&self) -> u32 {
         let mut waits: Vec<u32> = self.set.iter().map(|(wait, _)| *wait).collect();
         waits.sort_unstable();
-        // The few that are shorter are the first ones, which HTML lets through.
+        // The shortest twentieth are the first waits, which HTML does not clamp.
         let Some(shortest) = waits.get(waits.len() / 20) else {
             return 0;
         };
         let asked = self.set.iter().map(|(_, asked)| *asked).max().unwrap_or(0);
-        // Timers are asked for whole milliseconds and ring a little late.
+        // Timers are set to whole milliseconds and fire a little late.
         let whole = shortest / 1_000_000 * 1_000_000;
         if whole > asked { whole } else { 0 }
     }
 
-    /// From a deadline to the sending, but for what a clamp makes of it.
+    /// From deadline to sending, without the part that a clamp causes.
     fn late_ns(&self, clamp_ns: u32) -> Vec<u32> {
         let by_timer = self.set.iter();
         let beyond = by_timer.map(|(wait, asked)| wait.saturating_sub(*asked.max(&clamp_ns)));
@@ -160,7 +161,7 @@ impl Passages {
     }
 }
 
-/// Pauses between messages that came as fast as they could be worked off.
+/// Pauses between messages that were processed back to back, ns.
 #[derive(Default)]
 struct Bursts {
     arrivals_ns: Vec<u32>,
@@ -192,7 +193,7 @@ impl Bursts {
         Ok(())
     }
 
-    /// The mean pause, which is what the end of a burst depends on; 0 where there were too few.
+    /// The mean pause, ns, which determines when a burst ends; 0 if there are too few pauses.
     fn pause_ns(&mut self, of: impl Fn(&mut Self) -> &mut Vec<u32>) -> u32 {
         let pauses = of(self);
         if pauses.len() < BURST_PAUSES {
@@ -208,7 +209,7 @@ fn middle(values: &mut [u32]) -> Option<u32> {
     values.get(values.len() / 2).copied()
 }
 
-/// From one instant to a later one; more than four seconds is none of a program's.
+/// Time between two instants, ns; saturates above four seconds, which no program takes.
 fn between(from_ns: u64, to_ns: u64) -> u32 {
     u32::try_from(to_ns.saturating_sub(from_ns)).unwrap_or(u32::MAX)
 }

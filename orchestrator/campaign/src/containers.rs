@@ -1,7 +1,7 @@
-//! Runs a plan's cells in containers: one Compose project, from the images to its end.
+//! Runs a plan's cells in containers: a Compose project for each client, from its images to its end.
 //!
-//! The orchestrator in there writes into the campaign's folder, which it shares with this
-//! process; a cell's manifest says that the cell has ended.
+//! The orchestrator in there writes into the campaign's folder, which it shares with this process.
+//! A cell has ended when its manifest is there.
 
 use std::fs::File;
 use std::path::Path;
@@ -16,35 +16,35 @@ use plan::{Cell, Client, Verdict};
 use crate::error::Error;
 use crate::progress::{Begun, Progress};
 
-/// How often manifests, the containers, and whether to stop are looked at.
+/// How often to check manifests, containers and the stop flag.
 const POLL: Duration = Duration::from_millis(200);
 
-/// What containers need, found before anything is made.
+/// What containers need. It is found before anything is created.
 #[derive(Debug)]
 pub struct ComposeRunner {
     engine: Engine,
     file: ComposeFile,
-    /// Whether the images are built first, as far as they are not up to date.
+    /// Whether to build the images first, as far as they are out of date.
     build: bool,
 }
 
-/// What the orchestrator in the containers is told.
+/// Settings of the orchestrator in the containers.
 #[derive(Debug, Clone, Copy)]
 pub struct Inside<'a> {
     /// The campaign's folder.
     pub campaign: &'a Path,
-    /// How often a cell is run at most, while it is disturbed.
+    /// Maximum number of runs of a cell while it is disturbed.
     pub tries: u8,
-    /// What it is called with, beside the plan, the cells and the folder.
+    /// Its options besides plan, cells and folder.
     pub options: &'a [&'a str],
 }
 
 impl ComposeRunner {
-    /// Looks for engine, Compose and webloop's compose file; the images are to be built if
-    /// `build`, or else used as they are.
+    /// Looks for engine, Compose and webloop's compose file. Images will be built if `build`, or
+    /// else used as they are.
     ///
     /// # Errors
-    /// Where one of the three is missing.
+    /// When one of the three is missing.
     pub fn find(build: bool) -> Result<ComposeRunner, Error> {
         Ok(ComposeRunner {
             engine: Engine::check()?,
@@ -53,12 +53,12 @@ impl ComposeRunner {
         })
     }
 
-    /// Runs `cells`, those that are complete already left out, and takes everything down.
+    /// Runs those of `cells` that are not complete yet, and takes everything down.
     ///
-    /// One client after another, since each has a container of its own kind.
+    /// Runs one client after another, since each has its own kind of container.
     ///
     /// # Errors
-    /// When the engine fails, or ends before the cells have.
+    /// When the engine fails, or the containers end before the cells do.
     pub fn run(
         &self,
         cells: &[&Cell],
@@ -113,7 +113,7 @@ impl ComposeRunner {
         if watch.pending.is_empty() || stop.load(Ordering::Relaxed) {
             return Ok(());
         }
-        // Cells without a manifest: what was said last is all there is to tell.
+        // Some cells have no manifest, so the last words are all there is to report.
         Err(Error::Unfinished {
             source: ended.words.into(),
             code: ended.code,
@@ -121,11 +121,11 @@ impl ComposeRunner {
     }
 }
 
-/// Cells that are waited for.
+/// The cells to wait for.
 struct Watch<'a> {
     campaign: &'a Path,
     tries: u8,
-    /// With what an earlier try left.
+    /// Each cell with the manifest of an earlier run, if it has one.
     pending: Vec<(&'a Cell, Option<Manifest>)>,
 }
 
@@ -152,7 +152,7 @@ impl<'a> Watch<'a> {
         self.pending.iter().map(|(cell, _)| cell.index).collect()
     }
 
-    /// Tells each cell's end as its manifest comes, until the orchestrator has ended.
+    /// Reports the end of each cell when its manifest is there, until the orchestrator has ended.
     fn until_ended(
         &mut self,
         running: &mut Cells<'_>,
@@ -162,7 +162,7 @@ impl<'a> Watch<'a> {
         let mut told = false;
         let mut begun: Option<Begun<'_>> = None;
         loop {
-            // In this order, so that what was written before the end is seen after it.
+            // Look for the end first, so that manifests written before it are still read below.
             let ended = running.ended()?;
             running.said().for_each(|line| tracing::info!("{line}"));
             while let Some((cell, manifest)) = self.next()? {
@@ -186,13 +186,13 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Whether a run that was disturbed is about to be made again.
+    /// Whether a disturbed run will be repeated.
     fn is_asked_again(&self, manifest: &Manifest) -> bool {
         manifest.verdict == Verdict::Disturbed
             && manifest.earlier.len() + 1 < usize::from(self.tries)
     }
 
-    /// The first cell, if its manifest has come.
+    /// The first pending cell, if its manifest is there.
     fn next(&mut self) -> Result<Option<(&'a Cell, Manifest)>, Error> {
         let Some((cell, before)) = self.pending.first() else {
             return Ok(None);
@@ -215,7 +215,7 @@ fn manifest(campaign: &Path, cell: &Cell) -> Result<Option<Manifest>, Error> {
     backend::manifest(campaign, cell).map_err(Error::Manifest)
 }
 
-/// Ends docker with this process, whatever ends that.
+/// Makes docker end when this process does, whatever ends it.
 fn leash(command: &mut Command) -> std::io::Result<()> {
     backend::spawn::bind(command, None::<&File>)
 }

@@ -1,7 +1,7 @@
-//! What earlier runs left in a folder that is gone on with: taken for this run's own only where this
-//! run would have made it alike.
+//! Checks earlier runs in a folder that is continued. They count as this run's own only if this run
+//! would have made them the same way.
 //!
-//! Whether it is whole is `analysis`' to say.
+//! `analysis` checks whether they are whole.
 
 use std::path::Path;
 
@@ -13,17 +13,17 @@ use crate::error::Error;
 /// How this run makes its cells.
 #[derive(Debug)]
 pub struct Own {
-    /// As manifests call it.
+    /// The back-end's name in manifests.
     pub backend: String,
-    /// Who plays the link, where that was asked for.
+    /// The link's player, if one was requested.
     pub player: Option<String>,
 }
 
 impl Own {
-    /// Whether an earlier run of the plan in `folder` is as this one would make it.
+    /// Checks that an earlier run of the plan in `folder` is as this run would make it.
     ///
     /// # Errors
-    /// [`Error::OtherKind`] where it was another back-end, player, version or seed.
+    /// [`Error::OtherKind`] when its back-end, player, version or seed differs.
     pub fn check(&self, plan: &Plan, earlier: &Manifest, folder: &Path) -> Result<(), Error> {
         let version = env!("CARGO_PKG_VERSION");
         let seeds = [earlier.campaign_seed, plan.seed].map(|seed| seed.to_string());
@@ -33,7 +33,7 @@ impl Own {
             ("campaign's seed", &seeds[0], &seeds[1]),
         ];
         let other = pairs.into_iter().find(|(_, earlier, own)| earlier != own);
-        // Over loopback nobody plays, whoever was asked to.
+        // Loopback has no player, whatever was requested.
         let player = self.player.as_deref().filter(|_| earlier.player != "none");
         let player = player.map(|own| ("player", &*earlier.player, own));
         match other.or(player.filter(|(_, earlier, own)| earlier != own)) {

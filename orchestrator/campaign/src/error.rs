@@ -1,4 +1,4 @@
-//! Why something of a campaign or a sweep could not be done, and whose fault that is.
+//! Errors of campaigns and sweeps, and whose fault they are.
 
 use std::io;
 use std::path::PathBuf;
@@ -11,10 +11,10 @@ use plan::Client;
 use crate::merge::MergeError;
 use crate::open_error::{FullError, OpenError};
 
-/// Why it could not be done.
+/// Why something with a campaign or a sweep failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A folder cannot be opened for what is asked.
+    /// A folder cannot be opened for this use.
     #[error(transparent)]
     Open(#[from] OpenError),
     /// A file of the folder cannot be written any more.
@@ -23,7 +23,7 @@ pub enum Error {
     /// Folders cannot be merged.
     #[error(transparent)]
     Merge(#[from] MergeError),
-    /// What is there was made otherwise than is asked now.
+    /// An earlier run in the folder was made differently from what is requested now.
     #[error(
         "{}: the {what} is {earlier}, and now {own} is asked for; a folder holds runs of one kind, so \
          choose another with --out", manifest.display()
@@ -31,14 +31,14 @@ pub enum Error {
     OtherKind {
         /// The earlier run's manifest.
         manifest: PathBuf,
-        /// In what it differs.
+        /// Which property differs.
         what: &'static str,
-        /// What it was.
+        /// Its value in the earlier run.
         earlier: String,
-        /// What is asked for.
+        /// The requested value.
         own: String,
     },
-    /// Files of a campaign are damaged: no figure of it is to be believed.
+    /// Files of a campaign are damaged, so none of its figures can be trusted.
     #[error(
         "{0} is not whole: {count} of its files are damaged or missing; restore them, or run their \
          cells again with `webloop run .. --out {0} --failed`",
@@ -47,38 +47,38 @@ pub enum Error {
     NotWhole {
         /// The campaign's folder.
         folder: PathBuf,
-        /// Each of the files.
+        /// The damaged files.
         damage: Vec<Damage>,
     },
-    /// A cell that was to be run has a folder that is damaged; names the files.
+    /// A cell to be run has a damaged folder; the text names the files.
     #[error("{0}; restore it, or move the cell's folder away to have it run again")]
     DamagedCell(String),
-    /// A folder is no campaign's.
+    /// A folder does not hold a campaign.
     #[error(transparent)]
     Campaign(#[from] CampaignError),
-    /// A manifest cannot be read; names it.
+    /// A manifest cannot be read; the text names it.
     #[error("{0}")]
     Manifest(String),
     /// A cell's process cannot be started or waited for.
     #[error("cannot {step} a cell's process")]
     Process {
-        /// What was tried.
+        /// The step that failed.
         step: &'static str,
         /// What the system said.
         source: io::Error,
     },
-    /// A cell could not even be recorded.
+    /// A cell could not be run or recorded.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The container engine, or Compose, did not do its part.
+    /// The container engine or Compose is missing or failed.
     #[error(transparent)]
     Compose(#[from] Problem),
-    /// The containers ended, and cells have no manifest.
+    /// The containers ended before all cells had a manifest.
     #[error("the containers ended before the cells did")]
     Unfinished {
-        /// What was said last.
+        /// Last words from the containers.
         source: Box<dyn std::error::Error + Send + Sync>,
-        /// The orchestrator's exit code in there, where it had one.
+        /// Exit code of the orchestrator in the containers, if it had one.
         code: Option<i32>,
     },
     /// The environment names no agents.
@@ -87,10 +87,10 @@ pub enum Error {
          `webloop run --backend compose` uses that"
     )]
     NoAgents {
-        /// The variable that has them.
+        /// The variable that should name them.
         variable: &'static str,
     },
-    /// The environment names agents that are not understood.
+    /// The environment names agents in a form that is not understood.
     #[error("{variable}: {problem}")]
     BadAgents {
         /// The variable.
@@ -98,10 +98,10 @@ pub enum Error {
         /// What is wrong with it.
         problem: String,
     },
-    /// The environment has a token that is none.
+    /// The token in the environment is invalid.
     #[error(transparent)]
     BadToken(#[from] agent::BadToken),
-    /// The folder whose owner is asked for is not there.
+    /// The folder whose owner is needed does not exist.
     #[error("cannot look at the results folder {}", folder.display())]
     NoOwner {
         /// The folder.
@@ -122,7 +122,7 @@ pub enum Error {
         /// What the system said.
         problem: io::Error,
     },
-    /// A campaign does not show what a client takes.
+    /// A campaign lacks the runs that show a client's timings.
     #[error(
         "no complete closed loop of {client} over loopback is in {}; `webloop calibrate` without a \
          folder runs them", folder.display()
@@ -139,27 +139,27 @@ pub enum Error {
     /// A point of a sweep cannot be run.
     #[error(transparent)]
     Unfit(#[from] sweep::Unfit),
-    /// A sweep does not read its own rows.
+    /// A sweep cannot read back one of its own rows.
     #[error("{0}")]
     Row(String),
-    /// A value has no JSON text.
+    /// A value cannot be written as JSON.
     #[error(transparent)]
     Json(#[from] serde_json::Error),
-    /// Anything else that the system refused.
+    /// Any other error from the system.
     #[error(transparent)]
     Io(#[from] io::Error),
 }
 
-/// Whose fault it is: what an exit code tells.
+/// Whose fault an error is; determines the exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// What is asked for, or a file that it names, is wrong.
+    /// The request, or a file that it names, is wrong.
     Usage,
     /// This machine lacks something.
     Unsupported,
-    /// Something went wrong while it was done.
+    /// Something went wrong on the way.
     Failed,
-    /// Another webloop ended with this exit code, and said why.
+    /// Another webloop ended with this exit code and has said why.
     Other(i32),
 }
 

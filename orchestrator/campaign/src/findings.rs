@@ -1,4 +1,4 @@
-//! What a sweep comes to: the summary, the borders and the maps, made of its rows and left beside them.
+//! The findings of a sweep: summary, borders and maps, computed from its rows and stored beside them.
 
 use chart::Chart;
 use sweep::{Axis, Border, Cell, Limit, Row, Sweep};
@@ -6,18 +6,18 @@ use sweep::{Axis, Border, Cell, Limit, Row, Sweep};
 use crate::error::Error;
 use crate::sweep_folder::SweepFolder;
 
-/// What a sweep's rows say.
+/// Findings of a sweep.
 #[derive(Debug)]
 pub struct Findings {
-    /// In words.
+    /// The summary in words.
     pub summary: String,
-    /// The borders as CSV, where there are any.
+    /// The borders as CSV; `None` if there are none.
     margins: Option<String>,
     maps: Vec<Chart>,
 }
 
 impl Findings {
-    /// Of a sweep's rows, which are all there.
+    /// Computes the findings of a sweep of which all rows are there.
     #[must_use]
     pub fn of(sweep: &Sweep, rows: &[Row]) -> Findings {
         let cells = Cell::all(sweep, rows);
@@ -29,7 +29,7 @@ impl Findings {
         }
     }
 
-    /// Leaves them in the sweep's folder.
+    /// Writes them into the sweep's folder.
     ///
     /// # Errors
     /// When they cannot be written.
@@ -47,7 +47,7 @@ impl Findings {
         Ok(())
     }
 
-    /// The first map to look at, by its name in the folder.
+    /// Path of the first map in the folder; `None` if there are no maps.
     #[must_use]
     pub fn first_map(&self) -> Option<String> {
         let map = self.maps.first()?;

@@ -1,6 +1,6 @@
-//! A results folder that this process, and no other, writes to: what tells whose it is, and its lock.
+//! A results folder that only this process writes to: the file that identifies it, and its lock.
 //!
-//! What a campaign has in it is in `campaign_folder`, what a sweep has in `sweep_folder`.
+//! `campaign_folder` defines what a campaign keeps in it, `sweep_folder` what a sweep keeps in it.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
@@ -17,14 +17,14 @@ use crate::open_error::{FullError, LOCK, OpenError, RESULTS};
 #[derive(Debug)]
 pub(crate) struct Folder {
     path: PathBuf,
-    /// The file that says what the folder is of.
+    /// Name of the file that says which plan or sweep the folder belongs to.
     identity: &'static str,
-    /// Held, not read: the lock goes when the file is closed, however this process ends.
+    /// Never read. Closing the file releases the lock, however this process ends.
     _lock: File,
 }
 
 impl Folder {
-    /// Opens a folder: a new one, or one that has a file of this name.
+    /// Opens a folder: a new one, or one that contains the file `identity`.
     ///
     /// # Errors
     /// When it belongs to something else, is in use, or cannot be written.
@@ -34,7 +34,7 @@ impl Folder {
             remedy: remedy(),
             source,
         })?;
-        // Asked first of all: a folder of somebody else's is left as it was.
+        // Checked before anything is written: a folder that belongs to something else stays as it was.
         if is_of_others(path, identity)? {
             return Err(OpenError::Foreign {
                 path: path.to_owned(),
@@ -56,7 +56,7 @@ impl Folder {
         })
     }
 
-    /// What the folder says that it is of; none where it is new.
+    /// Text of the identity file; `None` if the folder is new.
     ///
     /// # Errors
     /// When it cannot be read.
@@ -69,22 +69,22 @@ impl Folder {
         }
     }
 
-    /// Says what the folder is of.
+    /// Writes the identity file.
     pub(crate) fn identify(&self, text: &str) -> Result<(), RunError> {
         backend::write_whole(&self.identity_file(), text.as_bytes())
     }
 
-    /// The file that says what the folder is of.
+    /// Path of the identity file.
     pub(crate) fn identity_file(&self) -> PathBuf {
         self.path.join(self.identity)
     }
 
-    /// Where it is.
+    /// Path of the folder.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Leaves a file that can be deleted and made again; its folders are made.
+    /// Writes a file that can be deleted and made again, and creates the folders in its path.
     pub(crate) fn leave(&self, name: &str, content: &[u8]) -> Result<(), Error> {
         let below = Path::new(name).parent().unwrap_or(Path::new(""));
         let written = file::make_folder(&self.path, below)
@@ -92,7 +92,7 @@ impl Folder {
         Ok(written.map_err(|source| self.full(name, source))?)
     }
 
-    /// A file of it cannot be written any more.
+    /// The error for a file of this folder that can no longer be written.
     pub(crate) fn full(&self, name: &str, source: io::Error) -> FullError {
         FullError {
             path: self.path.join(name),
@@ -101,8 +101,8 @@ impl Folder {
     }
 }
 
-/// What to do about a folder that cannot be written. In webloop's containers it is a mount, and
-/// who writes there is a setting.
+/// What to do about a folder that cannot be written. In webloop's containers it is a mount, and a
+/// setting says which user writes there.
 fn remedy() -> &'static str {
     if attach::is_contained() {
         "give RESULTS another folder, or OWNER somebody who may write there"
@@ -111,8 +111,8 @@ fn remedy() -> &'static str {
     }
 }
 
-/// Whether nothing in it says what it is of, but there is more than a run leaves that is killed in
-/// its first moment.
+/// Whether the folder belongs to something else: it has no identity file, but more files than a run
+/// leaves if it is killed just after its start.
 fn is_of_others(path: &Path, identity: &str) -> Result<bool, OpenError> {
     let cannot = |source| OpenError::NotListed {
         path: path.to_owned(),
@@ -130,7 +130,7 @@ fn is_of_others(path: &Path, identity: &str) -> Result<bool, OpenError> {
     Ok(others)
 }
 
-/// A folder that tells when, what and which seed: `results/smoke-20261121-041503-s1`.
+/// A folder named after what it holds, the time and the seed: `results/smoke-20261121-041503-s1`.
 #[must_use]
 pub fn fresh(what: &str, seed: u64) -> PathBuf {
     let now = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S");

@@ -1,4 +1,4 @@
-//! Runs the cells of a queue, as many at a time as it lets, each by a program of its own.
+//! Runs the cells of a queue, as many at a time as the queue allows, each by a program of its own.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,36 +10,37 @@ use crate::error::Error;
 use crate::progress::{Begun, Progress};
 use crate::queue::{Queue, Turn};
 
-/// How often a cell's program, and whether to stop, is looked at.
+/// How often to check on a cell's program and the stop flag.
 const POLL: Duration = Duration::from_millis(20);
 
-/// What runs a cell and leaves its manifest.
+/// A program that runs a cell and writes its manifest.
 pub trait Program: Sync {
-    /// Starts it for a cell, which is run `tries` times at most, while it is disturbed.
+    /// Starts the program for a cell. It runs the cell up to `tries` times, while the cell is
+    /// disturbed.
     ///
     /// # Errors
     /// When it cannot be started.
     fn start(&self, turn: &Turn<'_>, tries: u8) -> Result<Box<dyn Running>, Error>;
 }
 
-/// A program under way.
+/// A running program.
 pub trait Running {
-    /// What it said last, once it has ended.
+    /// The program's last words once it has ended; `None` while it runs.
     ///
     /// # Errors
-    /// When nobody knows.
+    /// When its state cannot be determined.
     fn ended(&mut self) -> Result<Option<String>, Error>;
-    /// Tells it to end; more than once does no harm.
+    /// Tells it to end. May be called more than once.
     fn terminate(&mut self);
 }
 
-/// Runs the cells into the campaign's folder, until all have ended or `stop` is set. A cell that
-/// runs alone is run `tries` times at most.
+/// Runs the cells into the campaign's folder until all have ended or `stop` is set. A cell that
+/// runs alone is run up to `tries` times.
 ///
-/// Each worker is a thread that lives as long as its cell's program.
+/// Each worker is a thread that outlives the programs that it starts.
 ///
 /// # Errors
-/// When a program cannot be started or waited for, or a manifest not be read.
+/// When a program cannot be started or waited for, or a manifest cannot be read.
 pub fn run(
     queue: &Queue<'_>,
     campaign: &Path,
@@ -79,7 +80,7 @@ fn run_one(
     progress: &dyn Progress,
 ) -> Result<(), Error> {
     let cell = turn.cell;
-    // A cell that begins again would begin beside others that are measured.
+    // A repeated cell would start up while others beside it are measured.
     let tries = if turn.together == 1 { tries } else { 1 };
     let begun = Begun::new(progress, cell);
     let mut running = program.start(turn, tries)?;
@@ -95,7 +96,7 @@ fn run_one(
     drop(begun);
     let (verdict, reason) = match backend::manifest(campaign, cell).map_err(Error::Manifest)? {
         Some(manifest) => (manifest.verdict, manifest.reasons.join("; ")),
-        // Without a manifest its own words are all there is.
+        // Without a manifest, the program's last words are the only reason known.
         None => (Verdict::Failed, said),
     };
     progress.on_ended(cell, verdict, &reason);

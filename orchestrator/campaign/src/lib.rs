@@ -1,19 +1,19 @@
-//! A campaign: its results folder, and the running of its cells; likewise a sweep's.
+//! A campaign: its results folder and the runs of its cells. The same for a sweep.
 //!
-//! - `folder`: a folder that one process writes to; [`CampaignFolder`] and [`SweepFolder`] say what
-//!   is in it, [`Findings`] what is made of a sweep's rows.
-//! - [`pending`]: what is left to do in a folder that is gone on with; [`Own`]: whether what is
-//!   there is of this run's kind.
-//! - [`Queue`]: whose turn it is; [`run`]: the cells of a queue, each by a [`Program`], which is a
-//!   process ([`Processes`]) but in tests. [`run_cell`]: what such a process does for its cell,
-//!   again while it is disturbed.
-//! - [`ComposeRunner`]: the cells in containers; [`attach`]: the agents in there.
-//! - [`Pace`]: how long all of it will take; [`threads`]: a sweep's runs.
-//! - [`Sources`]: folders of one plan merged; [`Results`]: a folder's table; [`series`]: its rows in
-//!   one CSV; [`calibration`]: what they say of a machine.
+//! - `folder`: a folder that only one process writes to; [`CampaignFolder`] and [`SweepFolder`]
+//!   define what is in it, [`Findings`] what is computed from a sweep's rows.
+//! - [`pending`]: the cells still to run when a folder is continued; [`Own`]: checks that the runs
+//!   already there are of this run's kind.
+//! - [`Queue`]: when each cell starts; [`run`]: runs the cells of a queue, each by a [`Program`],
+//!   which is a process ([`Processes`]) except in tests. [`run_cell`]: what such a process does for
+//!   its cell; it runs it again while it is disturbed.
+//! - [`ComposeRunner`]: runs cells in containers; [`attach`]: finds the agents in there.
+//! - [`Pace`]: how long all of it will take; [`threads`]: runs a sweep's points.
+//! - [`Sources`]: merges folders of one plan; [`Results`]: a folder's table; [`series`]: its rows
+//!   in one CSV; [`calibration`]: the timings of a machine, from its rows.
 //!
-//! Arguments, words for people on how it goes and exit codes are the binary's: it is told of
-//! [`Progress`], and hands in the program of a cell and the clock.
+//! The binary handles arguments, messages to the user and exit codes. It receives [`Progress`] and
+//! passes in the program of a cell and the clock.
 #![forbid(unsafe_code)]
 
 pub mod attach;

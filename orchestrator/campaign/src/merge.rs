@@ -1,8 +1,8 @@
-//! Results folders of one plan, merged into one: of each cell the best run that any of them has.
+//! Merges results folders of one plan into one, with the best run of each cell that any of them has.
 //!
-//! What comes of it depends on the folders and not on their order. Cells come whole or not at all,
-//! and what they take the place of is moved aside. Folders that a run has moved aside, and ones
-//! that it has not finished, are not taken along.
+//! The result depends on the folders and not on their order. Cells are copied whole or not at all,
+//! and what they replace is moved aside. Folders that a run has moved aside or not finished are not
+//! copied.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -23,38 +23,38 @@ mod error;
 /// A results folder to take cells from.
 struct Source {
     folder: PathBuf,
-    /// Its plan's text, byte by byte.
+    /// Text of its plan, byte by byte.
     text: String,
 }
 
-/// Folders that have one plan between them.
+/// Folders that share one plan.
 #[derive(Debug)]
 pub struct Sources {
     /// The plan.
     pub plan: Plan,
-    /// Its text, as each of the folders has it.
+    /// Its text, the same in each folder.
     pub text: String,
     /// The folders.
     pub folders: Vec<PathBuf>,
 }
 
-/// What was done.
+/// Result of a merge.
 #[derive(Debug, Default)]
 pub struct Merged {
     /// Cells that were copied.
     pub copied: usize,
-    /// Cells that the merged folder had already, and nobody better.
+    /// Cells for which the merged folder already had the best run.
     pub kept: usize,
-    /// Files that are not what their manifests say, and manifests that are none.
+    /// Files that do not match their manifests, and invalid manifests.
     pub damage: Vec<Damage>,
 }
 
 impl Sources {
-    /// The results folders that are `given`, and those that lie in them; and the one they are merged
-    /// into, where there is one.
+    /// Finds the results folders: those in `given`, or else the ones directly inside them. If `out`
+    /// is a results folder already, it has to have the same plan.
     ///
     /// # Errors
-    /// Where one is no results folder, or two have different plans.
+    /// When a folder is not a results folder and contains none, or two have different plans.
     pub fn find(given: &[PathBuf], out: &Path) -> Result<Sources, Error> {
         let mut sources: Vec<Source> = Vec::new();
         for folder in given {
@@ -87,8 +87,8 @@ impl Sources {
     /// Merges all cells into `out`, which has the plan already.
     ///
     /// # Errors
-    /// Where two folders have complete runs of a cell that are not the same, before anything is
-    /// copied; where `out` cannot be written.
+    /// When complete runs of a cell differ, or runs have different back-ends; nothing is copied
+    /// then. When `out` cannot be written.
     pub fn merge_into(&self, out: &Path) -> Result<Merged, Error> {
         let mut merged = Merged::default();
         let mut best: Vec<(&Cell, Candidate)> = Vec::new();
@@ -124,7 +124,7 @@ impl Sources {
         Ok(merged)
     }
 
-    /// The runs of a cell that there are, the merged folder's own first.
+    /// The runs of a cell in all folders, the merged folder's own first.
     fn candidates(&self, cell: &Cell, out: &Path, damage: &mut Vec<Damage>) -> Vec<Candidate> {
         let own = std::iter::once((out, true));
         let others = self.folders.iter().map(|folder| (folder.as_path(), false));
@@ -141,7 +141,7 @@ impl Sources {
 }
 
 impl Source {
-    /// A results folder, or those in a folder, by name.
+    /// Reads a results folder, or else those directly inside it, sorted by name.
     fn of(folder: &Path) -> Result<Vec<Source>, MergeError> {
         if let Some(source) = Source::read(folder)? {
             return Ok(vec![source]);
@@ -161,7 +161,7 @@ impl Source {
             .collect())
     }
 
-    /// A results folder; `None` of one without a plan.
+    /// Reads a results folder; `None` if it has no plan.
     fn read(folder: &Path) -> Result<Option<Source>, MergeError> {
         let path = folder.join(PLAN);
         match file::text(&path, file::PLAN_BYTES) {
@@ -182,7 +182,7 @@ impl Source {
     }
 }
 
-/// The folders but for `out`, each once by whatever name.
+/// The folders without `out`, each once even if it was given by several names.
 fn distinct(sources: &[Source], out: &Path) -> Vec<PathBuf> {
     let real = |folder: &Path| fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
     let mut known = vec![real(out)];

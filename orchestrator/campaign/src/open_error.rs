@@ -1,4 +1,4 @@
-//! Why a results folder is not opened for what is asked, or cannot be written any more.
+//! Why a results folder cannot be opened for a use, or can no longer be written.
 
 use std::io;
 use std::path::PathBuf;
@@ -11,10 +11,10 @@ pub const RESULTS: &str = "results";
 /// The file whose lock says that a folder is in use.
 pub(crate) const LOCK: &str = ".lock";
 
-/// Why a folder is not opened for what is asked.
+/// Why a folder cannot be opened for a use.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// It cannot be made, or be written to.
+    /// It cannot be created or written to.
     #[error("cannot write the results folder {}; {remedy}", path.display())]
     NotWritable {
         /// The folder.
@@ -24,7 +24,7 @@ pub enum OpenError {
         /// What the system said.
         source: io::Error,
     },
-    /// Its lock cannot be had.
+    /// Its lock file cannot be opened.
     #[error(
         "cannot write the results folder {}; {remedy}: cannot lock {}",
         path.display(), path.join(LOCK).display()
@@ -37,20 +37,20 @@ pub enum OpenError {
         /// What the system said.
         source: io::Error,
     },
-    /// It is of something else.
+    /// It belongs to something else.
     #[error(
         "{} has files in it and no {identity}; give --out a new or empty folder", path.display()
     )]
     Foreign {
         /// The folder.
         path: PathBuf,
-        /// The file that would say what it is of.
+        /// The file that would identify it.
         identity: &'static str,
     },
     /// Another process writes to it.
     #[error("{} is in use by another run; choose another folder with --out", .0.display())]
     InUse(PathBuf),
-    /// Its names cannot be read.
+    /// Its entries cannot be listed.
     #[error("cannot read {}", path.display())]
     NotListed {
         /// The folder.
@@ -66,18 +66,18 @@ pub enum OpenError {
         /// What the system said.
         problem: io::Error,
     },
-    /// It has another plan.
+    /// It belongs to another plan.
     #[error(
         "{} holds the results of another plan; choose another folder with --out", .0.display()
     )]
     OtherPlan(PathBuf),
-    /// None has this plan.
+    /// No folder has this plan.
     #[error(
         "no folder in {RESULTS}/ has this plan, so there is nothing to continue; to begin, omit \
          --resume and --failed, or name a folder with --out"
     )]
     NoneBegun,
-    /// It has another sweep.
+    /// It belongs to another sweep.
     #[error(
         "{} holds the results of another sweep: its {key} is {other}, and this one's is {own}; \
          choose another folder with --out", path.display()
@@ -85,14 +85,14 @@ pub enum OpenError {
     OtherSweep {
         /// The folder.
         path: PathBuf,
-        /// In what the two differ.
+        /// The key whose values differ.
         key: String,
-        /// What the folder has.
+        /// Its value in the folder.
         other: String,
-        /// What is asked for.
+        /// Its requested value.
         own: String,
     },
-    /// What says which sweep it is of is damaged.
+    /// The manifest that identifies its sweep is damaged.
     #[error("{} is damaged: {problem}; choose another folder with --out", path.display())]
     Damaged {
         /// The manifest.
@@ -100,7 +100,7 @@ pub enum OpenError {
         /// What is wrong with it.
         problem: serde_json::Error,
     },
-    /// A row of its sweep is damaged.
+    /// A row of the sweep is damaged.
     #[error(
         "{}:{line}: {problem}; delete the line to repeat its run", path.display()
     )]
@@ -112,7 +112,7 @@ pub enum OpenError {
         /// What is wrong with it.
         problem: String,
     },
-    /// A file that holds nothing cannot be removed.
+    /// A file without a whole line cannot be removed.
     #[error("cannot write {}", path.display())]
     NotRemoved {
         /// The file.
@@ -120,18 +120,18 @@ pub enum OpenError {
         /// What the system said.
         source: io::Error,
     },
-    /// A folder in it is none.
+    /// Something in it that should be a folder is not one.
     #[error(transparent)]
     NoFolder(io::Error),
-    /// What it is of cannot be written down.
+    /// Its identity file cannot be written.
     #[error(transparent)]
     Write(#[from] RunError),
-    /// There is no room for what will come.
+    /// A file in it can no longer be written.
     #[error(transparent)]
     Full(#[from] FullError),
 }
 
-/// A file of a folder cannot be written any more.
+/// A file of a folder can no longer be written.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write {}; free space and run the same command again", path.display())]
 pub struct FullError {

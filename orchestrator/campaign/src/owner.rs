@@ -1,8 +1,8 @@
-//! Becoming the owner of a folder: in a container, results are to belong to whoever called.
+//! Becoming the owner of a folder: results from a container should belong to the caller.
 //!
-//! A compose file cannot know its caller, but the folder that they mounted does. A process that
-//! is started as root with no right but to change its user becomes that folder's owner here,
-//! before it does anything else, and has no right left. Anyone else stays who they are.
+//! A compose file cannot know its caller, but the folder that the caller mounted has an owner. A
+//! process that starts as root, with no right but to change its user, becomes that owner here
+//! before it does anything else, and then has no rights left. Any other process keeps its user.
 
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
@@ -15,10 +15,10 @@ use rustix::thread::{
 
 use crate::error::Error;
 
-/// Makes this process, which must have one thread as yet, the owner of `folder`.
+/// Changes the user of this process, which must still have only one thread, to the owner of `folder`.
 ///
 /// # Errors
-/// When there is no such folder, or this process may not.
+/// When the folder does not exist, or the change is not permitted.
 pub fn become_owner_of(folder: &Path) -> Result<(), Error> {
     let facts = folder.metadata().map_err(|source| Error::NoOwner {
         folder: folder.to_owned(),

@@ -1,4 +1,4 @@
-//! How long cells will take, from what is typical.
+//! Estimates how long cells will take, from typical times.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -7,17 +7,17 @@ use plan::Cell;
 
 use crate::queue::{batch_time, batches};
 
-/// What a message takes in virtual time, with its rows written and read.
+/// Time for a message in virtual time, with its rows written and read.
 const VIRTUAL_MESSAGE: Duration = Duration::from_micros(4);
-/// What a cell takes beyond that: its process, its echoes, its checksums.
+/// Time for a cell beyond its messages: its process, its echoes, its checksums.
 const VIRTUAL_CELL: Duration = Duration::from_millis(40);
 
-/// How fast cells go: how many at a time, and in whose time.
+/// How fast cells run: how many at a time, and in real or virtual time.
 #[derive(Debug, Clone, Copy)]
 pub struct Pace {
-    /// How many at a time, if not as many as they say themselves.
+    /// Number of cells at a time; `None` for as many as each cell allows.
     pub jobs: Option<u16>,
-    /// Whether their time is virtual.
+    /// Whether the cells run in virtual time.
     pub is_virtual: bool,
 }
 
@@ -29,19 +29,20 @@ impl Pace {
     };
 }
 
-/// By what cells are shared out: their length, and what comes before and after, ns.
+/// Weight of a cell when cells are divided into shards, ns: its duration, and what comes before and
+/// after.
 #[must_use]
 pub fn time_ns(cell: &Cell) -> u64 {
     cell.duration_ns + backend::overhead_ns(cell.client)
 }
 
-/// How long these cells take at this pace.
+/// How long these cells take at this pace, in total.
 #[must_use]
 pub fn expected(cells: &[&Cell], pace: Pace) -> Duration {
     shares(cells, pace).values().sum()
 }
 
-/// What each of these cells, by its index, adds to that: its part of its batch's.
+/// What each cell, by its index, adds to [`expected`]: its share of its batch's time.
 #[must_use]
 pub fn shares(cells: &[&Cell], pace: Pace) -> BTreeMap<usize, Duration> {
     let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);

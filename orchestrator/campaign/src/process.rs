@@ -1,4 +1,4 @@
-//! A cell's program as a process of its own, which dies with the thread that started it.
+//! Runs a cell's program as a process of its own, which dies with the thread that started it.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::jobs::{Program, Running};
 use crate::queue::Turn;
 
-/// Cells by the commands that a function makes of a turn and its tries.
+/// Runs cells as processes, by the command that a function makes from a turn and its tries.
 pub struct Processes<F>(pub F);
 
 impl<F: Fn(&Turn<'_>, u8) -> Command + Sync> Program for Processes<F> {
@@ -33,10 +33,10 @@ impl<F: Fn(&Turn<'_>, u8) -> Command + Sync> Program for Processes<F> {
     }
 }
 
-/// A process under way.
+/// A running process.
 struct Process {
     child: Child,
-    /// What it says on standard error.
+    /// The thread that reads its standard error.
     said: Option<JoinHandle<String>>,
 }
 
@@ -72,7 +72,7 @@ mod tests {
     use crate::queue::Queue;
     use crate::sample::{now_ns, plan};
 
-    /// What a shell's script said last, told to end at once if `terminate`.
+    /// The last words of a shell script, which is told to end at once if `terminate`.
     fn said(script: &'static str, terminate: bool) -> String {
         let plan = plan(&[("\"native\"", "\"10ms\"", 1)]);
         let cells: Vec<&Cell> = plan.cells.iter().collect();

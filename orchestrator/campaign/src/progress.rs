@@ -1,20 +1,20 @@
-//! What is told of how a campaign goes. How it is shown is the caller's.
+//! Progress events of a campaign. The caller decides how to show them.
 
 use plan::{Cell, Verdict};
 
-/// Whoever wants to know; cells that run side by side are told of from several threads.
+/// Receives the events. Cells that run side by side send theirs from several threads.
 pub trait Progress: Sync {
-    /// Something takes its time that is no cell.
+    /// Something other than a cell takes time; `words` says what.
     fn say(&self, words: &str);
-    /// A cell has been begun.
+    /// A cell has begun.
     fn on_begun(&self, cell: &Cell);
-    /// A cell that was begun is not waited for any more, however that came.
+    /// A cell that had begun is no longer waited for, whether it ended or an error came first.
     fn on_left(&self, cell: &Cell);
-    /// A cell has ended, and why so where it is not complete.
+    /// A cell has ended; if it is not complete, `reason` says why.
     fn on_ended(&self, cell: &Cell, verdict: Verdict, reason: &str);
 }
 
-/// A cell under way, until it is dropped.
+/// A cell in progress. Reports that it has begun and, when dropped, that it is no longer waited for.
 pub(crate) struct Begun<'a> {
     progress: &'a dyn Progress,
     cell: &'a Cell,

@@ -1,9 +1,10 @@
-//! Whose turn it is: cells in batches, each of which runs together.
+//! Decides when each cell starts. The cells of a batch run together.
 //!
-//! To start a cell takes more of a machine than to run it, a browser's above all. So all cells of a
-//! batch are up before the first of them is measured, and the next batch begins when all of this one
-//! have ended. Batches begin in the plan's order; of a batch those that take longest to start begin first, so
-//! that the others wait the less with an open connection. A cell's running is `jobs`' work.
+//! Starting a cell takes more of a machine than running it, above all for a browser. So all cells
+//! of a batch are up before the first of them is measured, and the next batch begins when all of
+//! this one have ended. Batches begin in the plan's order. Within a batch, the cells that take
+//! longest to start begin first, so that the others wait less with an open connection. `jobs` runs
+//! the cells.
 
 use std::cmp::Reverse;
 use std::collections::VecDeque;
@@ -13,13 +14,13 @@ use std::time::Duration;
 
 use plan::Cell;
 
-/// How often one who waits looks whether to stop.
+/// How often a waiting worker checks the stop flag.
 const POLL: Duration = Duration::from_millis(50);
 
-/// What a batch waits beyond the longest start that is expected: a machine that starts many is slower.
+/// How long a batch waits beyond its longest expected start, ns: starting many at once is slower.
 const SPARE_NS: u64 = 300_000_000;
 
-/// The cells that have not begun, and what is under way.
+/// The cells that have not begun, and the state of the current batch.
 pub struct Queue<'a> {
     state: Mutex<State<'a>>,
     ended: Condvar,
@@ -32,9 +33,9 @@ pub type Clock = fn() -> u64;
 
 struct State<'a> {
     batches: VecDeque<VecDeque<Turn<'a>>>,
-    /// What is left of the batch that has begun.
+    /// The cells of the current batch that have not begun.
     begun: VecDeque<Turn<'a>>,
-    /// When it began, ns on the monotonic clock.
+    /// When the current batch began, ns on the monotonic clock.
     begun_ns: u64,
     running: usize,
 }
@@ -44,18 +45,18 @@ struct State<'a> {
 pub struct Turn<'a> {
     /// The cell.
     pub cell: &'a Cell,
-    /// How many there are in its batch.
+    /// Number of cells in its batch.
     pub together: u16,
-    /// When it is started; in the queue from its batch's begin, given out as an instant of the
-    /// monotonic clock.
+    /// When to start it, ns. In the queue this counts from the start of its batch; [`Queue::next`]
+    /// returns it on the monotonic clock.
     pub start_ns: u64,
-    /// Before then it is not measured: the last of its batch is not up. Likewise.
+    /// When to begin measuring, ns, counted like `start_ns`: by then the last cell of its batch is up.
     pub not_before_ns: u64,
 }
 
 impl<'a> Queue<'a> {
-    /// Of these cells, in this order; `jobs` at a time, or else as many as each says of itself.
-    /// `now_ns` is the clock that cells are started by.
+    /// Queues these cells in this order, `jobs` at a time; without `jobs`, as many as each cell
+    /// allows. `now_ns` is the clock by which cells are started.
     #[must_use]
     pub fn new(cells: &[&'a Cell], jobs: Option<u16>, now_ns: Clock) -> Queue<'a> {
         let batches = batches(cells, jobs);
@@ -64,8 +65,8 @@ impl<'a> Queue<'a> {
         Queue::of(turns, workers, now_ns)
     }
 
-    /// Of these cells, `jobs` at a time, each as soon as there is room: in virtual time nothing is
-    /// measured, so nothing is disturbed.
+    /// Queues these cells, `jobs` at a time, each as soon as there is room. In virtual time nothing
+    /// is measured, so nothing can be disturbed.
     #[must_use]
     pub fn unmeasured(cells: &[&'a Cell], jobs: u16) -> Queue<'a> {
         let turn = |cell: &&'a Cell| Turn {
@@ -76,7 +77,7 @@ impl<'a> Queue<'a> {
         };
         let all = cells.iter().map(turn).collect();
         let workers = usize::from(jobs).min(cells.len());
-        // All may begin at once, at any hour.
+        // All start times are 0, so any clock will do.
         Queue::of(VecDeque::from([all]), workers, || 0)
     }
 
@@ -94,13 +95,13 @@ impl<'a> Queue<'a> {
         }
     }
 
-    /// How many workers can ever be busy.
+    /// Maximum number of busy workers.
     #[must_use]
     pub fn workers(&self) -> usize {
         self.workers
     }
 
-    /// The next cell, once it may begin; none, when all have begun or `stop` is set.
+    /// Waits until the next cell may begin; `None` when all have begun or `stop` is set.
     pub fn next(&self, stop: &AtomicBool) -> Option<Turn<'a>> {
         let mut state = self.lock();
         while !stop.load(Ordering::Relaxed) {
@@ -129,7 +130,7 @@ impl<'a> Queue<'a> {
         None
     }
 
-    /// A cell has ended.
+    /// Reports that a cell has ended.
     pub fn end(&self) {
         let mut state = self.lock();
         state.running = state.running.saturating_sub(1);
@@ -141,11 +142,11 @@ impl<'a> Queue<'a> {
     }
 }
 
-/// The cells in batches: as many in each as its first allows, or `jobs`, of those of its repeat that allow as
-/// many. A batch lasts as long as its longest cell, so its others are as long as the first where there are
-/// any, else shorter.
+/// Groups the cells into batches. A batch has as many cells as its first one allows, or `jobs`; all
+/// are of the same repeat and allow as many. A batch lasts as long as its longest cell, so it is
+/// filled with cells as long as the first one, then with shorter ones.
 pub(crate) fn batches<'a>(cells: &[&'a Cell], jobs: Option<u16>) -> Vec<Vec<&'a Cell>> {
-    // A plan by hand may say 0.
+    // A plan written by hand may say 0.
     let own = |cell: &Cell| usize::from(jobs.unwrap_or(cell.together).max(1));
     let mut batches: Vec<Vec<&Cell>> = Vec::new();
     for round in cells.chunk_by(|one, next| one.repeat == next.repeat) {
@@ -174,14 +175,14 @@ pub(crate) fn batches<'a>(cells: &[&'a Cell], jobs: Option<u16>) -> Vec<Vec<&'a 
     batches
 }
 
-/// How long a batch takes.
+/// Expected duration of a batch.
 pub(crate) fn batch_time(batch: &[&Cell]) -> Duration {
     let ready_ns = turns(batch).front().map_or(0, |turn| turn.not_before_ns);
     let longest_ns = batch.iter().map(|cell| cell.duration_ns).max().unwrap_or(0);
     Duration::from_nanos(ready_ns + longest_ns + backend::AFTER_EPOCH_NS)
 }
 
-/// When each of a batch is started, one after another, and when all of them are up.
+/// When to start each cell of a batch, one after another, and when all of them are up.
 fn turns<'a>(batch: &[&'a Cell]) -> VecDeque<Turn<'a>> {
     let together = u16::try_from(batch.len()).unwrap_or(u16::MAX);
     let (mut start_ns, mut not_before_ns) = (0, 0);

@@ -1,21 +1,22 @@
-//! A campaign as text: the rows that are shown, the table and the CSV of them; and what keeps it from
-//! being shown.
+//! A campaign as text: the rows that are shown, as a table and as CSV, and the check whether they
+//! may be shown.
 
 use analysis::{Campaign, Run, Summary};
 
 use crate::error::Error;
 
-/// What is in a results folder, of the cells of its plan.
+/// The cells of a plan that a results folder has.
 #[derive(Debug)]
 pub struct Results {
     /// One row for each cell that has been run or was asked for, in the plan's order.
     pub rows: Vec<Summary>,
-    /// How many cells the plan has besides: nobody has run them here, which is no failure.
+    /// Number of the plan's other cells. They have not been run here, which is no failure.
     absent: usize,
 }
 
 impl Results {
-    /// Of a campaign; `asked` cells get a row even if they have not been run.
+    /// Collects the rows of a campaign. Cells that `asked` selects get a row even if they have not
+    /// been run.
     ///
     /// # Errors
     /// As [`check_whole`].
@@ -31,8 +32,8 @@ impl Results {
         Ok(Results { rows, absent })
     }
 
-    /// The table of the cells and, where some were repeated, that of their medians: of complete runs, and
-    /// of disturbed ones too where that is asked for.
+    /// The table of the cells and, if some were repeated, the table of their medians: over complete
+    /// runs, and over disturbed ones too if `with_disturbed`.
     #[must_use]
     pub fn table(&self, with_disturbed: bool) -> String {
         let mut table = analysis::table::render(&self.rows);
@@ -56,10 +57,10 @@ impl Results {
     }
 }
 
-/// Whether a campaign's folder is whole.
+/// Checks that a campaign's folder is whole.
 ///
 /// # Errors
-/// [`Error::NotWhole`] where a file is damaged: no figure of the folder is to be believed then.
+/// [`Error::NotWhole`] when a file is damaged: then no figure of the folder can be trusted.
 pub fn check_whole(campaign: &Campaign) -> Result<(), Error> {
     let damage = campaign.damage();
     if damage.is_empty() {

@@ -1,4 +1,4 @@
-//! What is left to do in a folder that is gone on with.
+//! Finds the cells that are still to run when a folder is continued.
 
 use std::collections::BTreeMap;
 
@@ -10,12 +10,11 @@ use crate::earlier::Own;
 use crate::error::Error;
 use crate::results::check_whole;
 
-/// Those of the cells that are to be run: what is complete is left alone, and of the others only
-/// what was run and `failed`, or is damaged, if that is asked for. What is damaged is moved aside
-/// then.
+/// Those of the chosen cells that are to be run: all that are not complete, or with `failed` only
+/// those that were run without becoming complete or are damaged. Damaged runs are moved aside.
 ///
 /// # Errors
-/// Where the folder's runs are not of this run's kind; where one that would be left alone is damaged.
+/// When the folder's runs are not of this run's kind, or a damaged one would stay in the folder.
 pub fn pending<'a>(
     chosen: &[&'a Cell],
     campaign: &CampaignFolder,

@@ -6,13 +6,13 @@ use manifest::Manifest;
 use plan::{Cell, Instead, Plan, ProfileText, Verdict};
 use serde_json::json;
 
-/// A clock that is an hour on whenever it is looked at: every start is due.
+/// A clock that advances by an hour at each reading, so that every start is due.
 pub(crate) fn now_ns() -> u64 {
     static HOURS: AtomicU64 = AtomicU64::new(0);
     HOURS.fetch_add(1, Ordering::Relaxed) * 3_600_000_000_000
 }
 
-/// A plan of blocks of clients, sample times and how many may run together.
+/// A plan of blocks, each with its clients, sample times, and how many cells may run together.
 pub(crate) fn plan(blocks: &[(&str, &str, u16)]) -> Plan {
     let block = |(client, h, together): &(&str, &str, u16)| {
         format!(
@@ -24,7 +24,7 @@ pub(crate) fn plan(blocks: &[(&str, &str, u16)]) -> Plan {
     resolve(&blocks)
 }
 
-/// A plan of blocks as an experiment has them.
+/// A plan of blocks as written in an experiment.
 pub(crate) fn resolve(blocks: &str) -> Plan {
     let profile = |name: &str| {
         let source = link::Profile::builtin(name).expect("built in").to_owned();
@@ -37,7 +37,7 @@ pub(crate) fn resolve(blocks: &str) -> Plan {
     Plan::resolve(&source, "mine.toml", &Instead::default(), profile).expect("an experiment")
 }
 
-/// What a run of a cell that ended like this says of itself.
+/// The manifest of a cell's run that ended with this verdict.
 pub(crate) fn manifest(cell: &Cell, verdict: Verdict, reasons: &[&str]) -> Manifest {
     let text = json!({
         "version": Manifest::VERSION,

@@ -1,7 +1,7 @@
-//! A results folder's CSV of more than a row for each cell: one cell after another in the plan's
-//! order, written while they are read, so that the length of a run is no matter of memory.
+//! CSV of a results folder with many rows for each cell. The cells come in the plan's order, and
+//! rows are written while they are read, so that memory use does not depend on the length of a run.
 //!
-//! Every row starts with the columns that say which cell it is of.
+//! Every row starts with the columns that identify its cell.
 
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -28,7 +28,8 @@ pub fn lateness(campaign: &Campaign, out: impl Write) -> Result<(), Error> {
         let start = start(cell);
         let mut written = Ok(());
         lateness::series(rows, cell.settings.h.ns(), |late| {
-            // A reader that has gone away is told of once, at the end of this cell.
+            // After the first write error, such as a closed pipe, write no more; report it after
+            // this cell.
             if written.is_ok() {
                 let lateness::Late {
                     seq,
@@ -43,8 +44,8 @@ pub fn lateness(campaign: &Campaign, out: impl Write) -> Result<(), Error> {
     Ok(out.flush()?)
 }
 
-/// Writes each cell's histograms: Figures 8 and 9. A row is a bin in ms, and has no ticks, or a
-/// number of ticks, and has no bin.
+/// Writes each cell's histograms: Figures 8 and 9. A row is either a bin in ms, without ticks, or a
+/// number of ticks, without a bin.
 ///
 /// # Errors
 /// When the folder is damaged, or the output cannot be written.
@@ -67,7 +68,7 @@ pub fn intervals(campaign: &Campaign, out: impl Write) -> Result<(), Error> {
     Ok(out.flush()?)
 }
 
-/// Hands each cell whose run left rows to `each`, with its folder.
+/// Calls `each` with every cell whose run left rows, and its folder.
 fn each_with_rows(
     campaign: &Campaign,
     mut each: impl FnMut(&Cell, &Path) -> Result<(), Error>,
@@ -80,7 +81,8 @@ fn each_with_rows(
     Ok(())
 }
 
-/// What every row of a cell starts with. Only a setup and the name of a topology can need quotes.
+/// The first columns of every row of a cell. Only the id, the setup and the topology's name can
+/// need quotes.
 fn start(cell: &Cell) -> String {
     let quoted = |text: &str| {
         if text.contains(['"', ',', '\n', '\r']) {

@@ -1,11 +1,11 @@
-//! A sweep's results folder: what it is of, and the rows that are done. What is made of them is in
-//! `findings`.
+//! A sweep's results folder: its identity and the rows done so far. `findings` has what is computed
+//! from them.
 //!
-//! Rows are added at the end of `points.csv` in the order in which they come. When all are there
-//! they are put in the order of their numbers, so that the file does not tell how it was made.
+//! Rows are appended to `points.csv` in the order in which they are done. Once all are there they
+//! are sorted by number, so that the file does not depend on how it was made.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{ErrorKind, Write};
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use backend::Timings;
@@ -20,26 +20,27 @@ use identity::{MANIFEST, check, identity, manifest};
 
 mod identity;
 
-/// The rows.
+/// The file of rows.
 const POINTS: &str = "points.csv";
 
-/// A folder that this process, and no other, writes to.
+/// A sweep's folder that only this process writes to.
 #[derive(Debug)]
 pub struct SweepFolder<'a> {
     sweep: &'a Sweep,
     folder: Folder,
-    /// All that its rows follow from.
+    /// Everything that determines its rows.
     identity: Map<String, Value>,
     file: File,
-    /// The rows that are there, in the order of the file.
+    /// The rows done so far, in the order of the file.
     rows: Vec<Row>,
-    /// Whether the last row was torn, and dropped.
+    /// Whether the last row was torn and has been dropped.
     is_torn: bool,
 }
 
 impl<'a> SweepFolder<'a> {
-    /// Opens a folder for a sweep of this text: a new one, or one with the same sweep to be
-    /// continued. Leaves in it all that its rows follow from, so that it needs nothing else.
+    /// Opens a folder for the sweep of this text: a new one, or one with the same sweep to be
+    /// continued. Writes everything that determines the rows into it, so that the folder needs no
+    /// other files.
     ///
     /// # Errors
     /// [`OpenError`] when it belongs to something else, is in use, is damaged or cannot be written.
@@ -69,14 +70,13 @@ impl<'a> SweepFolder<'a> {
         let path = folder.path().join(POINTS);
         let found = read(sweep, &path)?;
         let full = |source| folder.full(POINTS, source);
-        let mut file = OpenOptions::new()
-            .create(true)
-            .append(true)
-            .open(&path)
-            .map_err(full)?;
+        let mut file = file::open_or_create(&path).map_err(full)?;
         match found.whole {
-            // A killed run's last row may be torn; appending behind it would spoil the next.
-            Some(bytes) => file.set_len(bytes),
+            // A killed run's last row may be torn. Cut it off: the next row would be appended to it.
+            Some(bytes) => file
+                .set_len(bytes)
+                .and_then(|()| file.seek(SeekFrom::End(0)))
+                .map(drop),
             None => writeln!(file, "{}", sweep.header()),
         }
         .map_err(full)?;
@@ -90,7 +90,7 @@ impl<'a> SweepFolder<'a> {
         })
     }
 
-    /// Leaves what the sweep is of.
+    /// Writes what the sweep consists of: its text, timings, profiles and systems.
     fn describe(&self, text: &str, timings: &Timings) -> Result<(), Error> {
         self.leave("sweep.toml", text.as_bytes())?;
         if self.sweep.grid.takes_time() {
@@ -107,24 +107,24 @@ impl<'a> SweepFolder<'a> {
         Ok(())
     }
 
-    /// Leaves a file that can be deleted and made again.
+    /// Writes a file that can be deleted and made again.
     pub(crate) fn leave(&self, name: &str, content: &[u8]) -> Result<(), Error> {
         self.folder.leave(name, content)
     }
 
-    /// The file whose last row was torn: it was dropped, and is run again.
+    /// The file of rows, if its last row was torn. That row was dropped, and its run is repeated.
     #[must_use]
     pub fn torn(&self) -> Option<PathBuf> {
         self.is_torn.then(|| self.folder.path().join(POINTS))
     }
 
-    /// The rows that are there.
+    /// The rows done so far.
     #[must_use]
     pub fn rows(&self) -> &[Row] {
         &self.rows
     }
 
-    /// The numbers of the runs that are not there, in order.
+    /// Numbers of the runs that have no row yet, in order.
     #[must_use]
     pub fn pending(&self) -> Vec<usize> {
         let mut is_there = vec![false; self.sweep.runs()];
@@ -138,7 +138,7 @@ impl<'a> SweepFolder<'a> {
             .collect()
     }
 
-    /// Adds rows.
+    /// Appends rows.
     ///
     /// # Errors
     /// When they cannot be written.
@@ -155,14 +155,15 @@ impl<'a> SweepFolder<'a> {
         Ok(())
     }
 
-    /// Puts the rows in the order of their numbers; all are there.
+    /// Sorts the rows by number, once all are there.
     ///
     /// # Errors
     /// When they cannot be written.
     pub fn settle(&mut self) -> Result<(), Error> {
         let sweep = self.sweep;
         self.rows.sort_by_key(|row| sweep.number(row.run));
-        // As they are read again, so that a sweep in one go and a continued one are told alike.
+        // Read each line back, so that a sweep run in one go and a continued one give the same
+        // findings.
         let mut text = sweep.header() + "\n";
         for row in &mut self.rows {
             let line = sweep.line(row);
@@ -174,12 +175,12 @@ impl<'a> SweepFolder<'a> {
         Ok(())
     }
 
-    /// Says in the manifest that all is there.
+    /// Records in the manifest that the sweep is complete.
     ///
     /// # Errors
     /// When it cannot be written.
     pub fn complete(mut self) -> Result<(), Error> {
-        let rows = fs::read_to_string(self.folder.path().join(POINTS))?;
+        let rows = text(&self.folder.path().join(POINTS))?;
         let facts = [
             ("runs", json!(self.sweep.runs())),
             ("points_sha256", json!(checksum(&rows))),
@@ -190,18 +191,22 @@ impl<'a> SweepFolder<'a> {
     }
 }
 
-/// What a file of rows has.
+/// Content of a file of rows.
 #[derive(Default)]
 struct Found {
     rows: Vec<Row>,
-    /// How many of its bytes are whole lines; `None` where there is no file yet.
+    /// Length of its whole lines in bytes; `None` if there is no file yet.
     whole: Option<u64>,
-    /// Whether there were more bytes.
+    /// Whether an incomplete line follows them.
     is_torn: bool,
 }
 
+fn text(path: &Path) -> io::Result<String> {
+    io::read_to_string(file::open(path)?)
+}
+
 fn read(sweep: &Sweep, path: &Path) -> Result<Found, OpenError> {
-    let text = match fs::read_to_string(path) {
+    let text = match text(path) {
         Ok(text) => text,
         Err(problem) if problem.kind() == ErrorKind::NotFound => return Ok(Found::default()),
         Err(problem) => {
@@ -211,7 +216,7 @@ fn read(sweep: &Sweep, path: &Path) -> Result<Found, OpenError> {
     };
     let whole = text.rfind('\n').map_or(0, |end| end + 1);
     if whole == 0 {
-        // Not even the header: as good as no file.
+        // Not even the header is complete: the same as no file.
         fs::remove_file(path).map_err(|source| OpenError::NotRemoved {
             path: path.to_owned(),
             source,

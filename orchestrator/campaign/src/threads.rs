@@ -1,4 +1,4 @@
-//! Runs a sweep's points on many threads, and hands their rows on as they come.
+//! Runs a sweep's points on many threads, and passes on their rows as they come.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
@@ -11,16 +11,16 @@ use sweep::{Bench, Machine, Row, Sweep, Unfit};
 
 use crate::error::Error;
 
-/// Runs that a thread takes at a time: points over one link follow each other, and share it.
+/// Runs that a thread takes at a time: consecutive points often use the same link, which is made once.
 const SHARE: usize = 8;
-/// Shares that may wait to be written, for each thread.
+/// Shares of runs that may wait to be written, for each thread.
 const WAITING: usize = 4;
 
-/// Runs those with these numbers on so many threads, until all are done or `stop` is set; `take`
-/// is given their rows on this thread, in the order in which they come.
+/// Makes the runs with these numbers on `threads` threads, until all are done or `stop` is set.
+/// Calls `take` on this thread with their rows, in the order in which they come.
 ///
 /// # Errors
-/// The first of `take`, or of a point that cannot be run.
+/// The first error of `take`, or of a point that cannot be run.
 pub fn run(
     sweep: &Sweep,
     numbers: &[usize],
@@ -48,7 +48,7 @@ pub fn run(
                         .take_while(|_| !stop.load(Ordering::Relaxed))
                         .map(|number| one(sweep, *number, timings, &mut bench))
                         .collect::<Result<Vec<Row>, Unfit>>();
-                    // Nobody takes it any more where something went wrong there.
+                    // The receiver is gone if taking the rows failed.
                     if give.send(done).is_err() {
                         break;
                     }
@@ -56,7 +56,7 @@ pub fn run(
             });
         }
         drop(give);
-        // Taken to the end of this scope only, so that threads are told by its being gone.
+        // Moved in here, so that an error drops the receiver and thereby ends the threads.
         let rows = rows;
         for done in &rows {
             take(&done?)?;
@@ -70,7 +70,7 @@ fn one(sweep: &Sweep, number: usize, timings: &Timings, bench: &mut Bench) -> Re
     let point = sweep.grid.point(run.point);
     let timing = match point.client {
         Machine::Ideal => &Timing::IDEAL,
-        // A browser as it does best: in a worker.
+        // A browser in its best case: in a worker.
         Machine::Of(client) => timings.rates((client, Some(Thread::Worker))).near(point.h),
     };
     bench.run(sweep, run, &point, timing)

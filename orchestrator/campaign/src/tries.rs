@@ -1,4 +1,4 @@
-//! One cell, run until it is not disturbed: what a cell's own process does.
+//! Runs one cell until it is not disturbed: the work of a cell's own process.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,24 +16,24 @@ use crate::error::Error;
 pub struct CellRun<'a> {
     /// The campaign's folder.
     pub campaign: &'a Path,
-    /// Where.
+    /// The back-end.
     pub backend: &'a Backend,
-    /// What plays its link.
+    /// The player of the cell's link.
     pub player: Player,
-    /// What earlier runs in the folder have to be like.
+    /// What earlier runs in the folder have to match.
     pub own: Own,
-    /// How often at most, while it is disturbed.
+    /// Maximum number of tries while the cell is disturbed.
     pub tries: u8,
-    /// How many run beside each other, with it.
+    /// Number of cells that run at the same time, this one included.
     pub together: u16,
 }
 
 /// How running a cell ended.
 #[derive(Debug)]
 pub enum Ended {
-    /// It was complete before.
+    /// It was already complete.
     Before,
-    /// It has been run.
+    /// It has been run now.
     Now(Box<Manifest>),
     /// It was told to stop.
     Interrupted,
@@ -42,7 +42,7 @@ pub enum Ended {
 /// Runs a cell of a plan, unless it is complete already.
 ///
 /// # Errors
-/// Where what is there is of another kind, or damaged; when the folder cannot be written.
+/// When an earlier run is of another kind or damaged, or the folder cannot be written.
 pub fn run_cell(
     plan: &Plan,
     cell: &Cell,
@@ -84,8 +84,8 @@ pub fn run_cell(
     Ok(until_undisturbed(how.tries, stop, attempt)?)
 }
 
-/// Makes one attempt after another, each told what became of those before it, until one is not
-/// disturbed, there were so many, or `stop` is set.
+/// Makes attempts until one is not disturbed, `tries` have been made, or `stop` is set. Each
+/// attempt gets the reasons of the earlier ones.
 fn until_undisturbed(
     tries: u8,
     stop: &AtomicBool,

@@ -10,31 +10,31 @@ use crate::span::Span;
 use crate::text;
 use crate::tick::Ticks;
 
-/// Between two numbers on the horizontal axis, at least.
+/// Least gap between two numbers on the horizontal axis.
 const APART: f64 = 6.0;
 
-/// From the horizontal axis to the base line of its numbers.
+/// Distance from the horizontal axis to the baseline of its numbers.
 const NUMBERS_BELOW: f64 = TICK + 1.5 + TICK_SIZE * 0.78;
 
-/// From the horizontal axis to the base line of its name.
+/// Distance from the horizontal axis to the baseline of its name.
 const NAME_BELOW: f64 = NUMBERS_BELOW + 3.0 + LABEL_SIZE * 0.85;
 
-/// How far everything below the box reaches, if numbers stand there.
+/// Height of everything below the box, if there are numbers.
 pub(crate) const BELOW: f64 = NAME_BELOW + LABEL_SIZE * 0.25;
 
-/// Beside the box, for the name of the vertical axis.
+/// Width beside the box for the name of the vertical axis.
 pub(crate) const NAME_BESIDE: f64 = LABEL_SIZE * 1.35;
 
-/// How long names on an axis may be, beside the box and, where they stand upright, below it.
+/// Greatest length of names on an axis: beside the box and, if they are upright, below it.
 const NAME_LENGTH: f64 = 62.0;
 
-/// Between two names side by side, at least.
+/// Least gap between two names side by side.
 const NAMES_APART: f64 = 4.0;
 
-/// Names that would have to be smaller than this to stand side by side stand upright.
+/// Least font size of names side by side. Names that need a smaller one are upright instead.
 const LEAST_SIDE_BY_SIDE: f64 = 6.0;
 
-/// Over the box, for what all numbers of the vertical axis are to be multiplied by.
+/// Height above the box for the note to the numbers of the vertical axis, such as a common factor.
 pub(crate) const NOTE_ABOVE: f64 = TICK_SIZE + 2.0;
 
 /// Both axes of a panel that has something to draw.
@@ -45,12 +45,13 @@ pub(crate) struct Axes {
     /// The names along the horizontal axis, if it has any.
     x_names: Vec<String>,
     x_ticks: Ticks,
-    /// How much further down than a line of numbers they reach: names that stand upright do.
+    /// How much further down they reach than a line of numbers does; 0 unless they are upright.
     x_depth: f64,
     pub(crate) y_ticks: Ticks,
 }
 
-/// Names stand at 0, 1, 2 and so on: where the axis does not reach all of these, numbers say more.
+/// The names, which are at 0, 1, 2 and so on. None of them if the axis does not reach all of these:
+/// then numbers say more.
 fn shown<'a>(names: &'a [String], span: &Span) -> &'a [String] {
     let is_inside = |at: usize| {
         let part = span.fraction(at as f64);
@@ -64,8 +65,8 @@ fn shown<'a>(names: &'a [String], span: &Span) -> &'a [String] {
 }
 
 impl Axes {
-    /// Axes for a box of this height; the horizontal one has no ticks yet, since its length follows
-    /// from the width of the vertical one's numbers.
+    /// Axes for a box of this height; `None` if there is nothing to draw. The horizontal axis has no
+    /// ticks yet, since its length depends on the width of the vertical axis's numbers.
     pub(crate) fn of(panel: &Panel, height: f64) -> Option<Axes> {
         let (x, y) = extent::of(panel)?;
         let none: &[String] = &[];
@@ -86,17 +87,17 @@ impl Axes {
         })
     }
 
-    /// How wide the numbers beside the box are.
+    /// Width of the numbers beside the box, with their ticks.
     pub(crate) fn numbers_beside(&self) -> f64 {
         widest(&self.y_ticks) + TICK + 2.0
     }
 
-    /// How far everything below the box reaches.
+    /// Height of everything below the box.
     pub(crate) fn below(&self) -> f64 {
         BELOW + self.x_depth
     }
 
-    /// Gives the horizontal axis as many ticks as have room on this length.
+    /// Gives the horizontal axis as many ticks as fit on this width.
     pub(crate) fn fit(&mut self, width: f64) {
         if !self.x_names.is_empty() {
             self.fit_names(width / self.x_names.len() as f64);
@@ -123,7 +124,7 @@ impl Axes {
             .unwrap_or_else(|| Ticks::of(&self.x, 1));
     }
 
-    /// The names on the horizontal axis, each with this much of it.
+    /// Puts the names on the horizontal axis, each on this width.
     fn fit_names(&mut self, room: f64) {
         let level = Ticks::named(&self.x_names, (room - NAMES_APART, f64::INFINITY));
         let is_whole = |((_, label), name): (&(f64, String), &String)| label == name;
@@ -136,7 +137,7 @@ impl Axes {
         }
     }
 
-    /// The parts under the data.
+    /// The grid, which is under the data.
     pub(crate) fn grid(&self, frame: &Frame) -> Layer {
         let lines = self
             .y_ticks
@@ -157,7 +158,7 @@ impl Axes {
         }
     }
 
-    /// Ticks and numbers.
+    /// Adds ticks and numbers.
     fn marks(&self, frame: &Frame, shapes: &mut Vec<Shape>) {
         let mut ticks: Vec<Vec<Place>> = Vec::new();
         for (value, label) in &self.x_ticks.labelled {
@@ -221,7 +222,7 @@ impl Axes {
     }
 }
 
-/// How wide the widest of what is written at ticks is.
+/// Width of the widest label of the ticks.
 fn widest(ticks: &Ticks) -> f64 {
     let labels = ticks.labelled.iter();
     let widths = labels.map(|(_, label)| text::width(label, ticks.size, false));
@@ -232,11 +233,11 @@ fn number(label: &str) -> f64 {
     text::width(label, TICK_SIZE, false)
 }
 
-/// What is over the data: the axes' lines and names, and if there are any, numbers. `numbers` is
-/// how wide the numbers beside the boxes are.
+/// What is drawn over the data: the axes' lines and names, and numbers if there are any. `numbers` is
+/// the width of the numbers beside the boxes.
 pub(crate) fn layer(panel: &Panel, axes: Option<&Axes>, frame: &Frame, numbers: f64) -> Layer {
     let sides = [(0.0, 1.0), (0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
-    // A map has all four sides, so that blank tiles at its edge are seen to be in it.
+    // A map has lines on all four sides, to show that blank tiles at its edge belong to it.
     let shown = if grid::map(panel).is_some() { 5 } else { 3 };
     let mut shapes = vec![Shape::Lines {
         lines: vec![frame.places(&sides[..shown])],

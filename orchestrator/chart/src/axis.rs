@@ -1,4 +1,4 @@
-//! An axis before anything is drawn: its name, how its numbers are laid out, and from where to where.
+//! An axis before anything is drawn: its name, its scale and its range.
 
 use serde::Serialize;
 
@@ -7,14 +7,14 @@ use serde::Serialize;
 pub struct Axis {
     /// Its name with its unit: `time/s`.
     pub label: String,
-    /// How its numbers are laid out.
+    /// How numbers are spaced on it.
     pub scale: Scale,
-    /// From where to where; as the data need it if not given.
+    /// Its range; `None` for the range of the data.
     pub range: Option<(f64, f64)>,
 }
 
 impl Axis {
-    /// As long as its data need it.
+    /// An axis with the range of its data.
     #[must_use]
     pub fn new(label: &str, scale: Scale) -> Axis {
         Axis {
@@ -25,12 +25,12 @@ impl Axis {
     }
 }
 
-/// How numbers are laid out on an axis.
+/// How numbers are spaced on an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Scale {
     /// Evenly spaced.
     Linear,
-    /// By their powers of ten; what is not above zero is not drawn.
+    /// Logarithmic; values that are not above zero are not drawn.
     Log,
 }

@@ -8,17 +8,17 @@ use crate::map::Map;
 /// A figure of one or more panels.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Chart {
-    /// What its files are called: `fig-3`.
+    /// Name of its files: `fig-3`.
     pub name: String,
     /// Heading of the figure.
     pub title: String,
-    /// What there is to see, for those who cannot: the text alternative.
+    /// The text alternative: what the figure shows, for those who cannot see it.
     pub about: String,
     /// Where it came from: runs, seed, back-end, player. Printed small below the panels.
     pub source: String,
-    /// The tones that a page may set, of this chart's series or not.
+    /// The tones that a page may set, whether this chart's series use them or not.
     pub tones: &'static [Tone],
-    /// How many panels stand side by side.
+    /// Number of panels side by side.
     pub columns: usize,
     /// The panels, row by row.
     pub panels: Vec<Panel>,
@@ -27,7 +27,7 @@ pub struct Chart {
 /// One pair of axes and what is drawn in it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Panel {
-    /// Its letter in the paper, `a`; empty where there is only one.
+    /// Its letter in the paper, `a`; empty if there is only one panel.
     pub letter: String,
     /// Its heading, after the letter.
     pub title: String,
@@ -35,19 +35,19 @@ pub struct Panel {
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// A value over both axes, under everything else.
+    /// A map of a value over both axes, under everything else.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub map: Option<Map>,
-    /// What is drawn, the last on top.
+    /// The series, the last on top.
     pub series: Vec<Series>,
-    /// Lines that are no data: references, the paper's values.
+    /// Lines that are not data: references, the paper's values.
     pub guides: Vec<Guide>,
-    /// What is printed in the panel's place where there is nothing to draw: `not run`.
+    /// The text in place of the data if there is nothing to draw: `not run`.
     pub empty: String,
 }
 
 impl Panel {
-    /// With nothing in it yet.
+    /// A panel with nothing in it yet.
     #[must_use]
     pub fn new(x: Axis, y: Axis, empty: &str) -> Panel {
         Panel {
@@ -74,13 +74,13 @@ pub struct Series {
     pub tone: Tone,
     /// The points, x and y.
     pub points: Vec<(f64, f64)>,
-    /// Below and above each point, as long as `points` or empty: an interval, drawn as a band or as
-    /// whiskers.
+    /// Lower and upper end of an interval at each point, drawn as a band or as whiskers. As long as
+    /// `points`, or empty.
     pub band: Vec<(f64, f64)>,
 }
 
 impl Series {
-    /// Points without an interval about them.
+    /// A series without intervals.
     #[must_use]
     pub fn new(name: String, mark: Mark, tone: Tone, points: Vec<(f64, f64)>) -> Series {
         Series {
@@ -99,42 +99,42 @@ impl Series {
 pub enum Mark {
     /// Joined by straight lines.
     Line,
-    /// Joined by steps that hold until the next.
+    /// Joined by steps: each value holds until the next.
     Steps,
     /// Drawn as dots.
     Dots,
-    /// Bars of this width about x, from zero to y.
+    /// Bars of this width, centred on x, from zero to y.
     Bars(f64),
 }
 
-/// What a series is drawn in: a colour, and for print in grey its place among dashes and markers. Whose it
-/// is, the caller says; the same in all figures.
+/// What a series is drawn in: a colour and, for print in grey, a position in the lists of dashes and
+/// markers. The caller decides what each tone stands for, which is the same in all figures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 pub struct Tone {
-    /// The last part of its CSS variable, `--chart-` before it, and of its classes: letters, digits, `-`.
+    /// The last part of its CSS variable, after `--chart-`, and of its classes: letters, digits, `-`.
     pub name: &'static str,
     /// Red, green and blue on white paper.
     pub rgb: [u8; 3],
-    /// Number of its first dash and marker: 0 is a solid line, and discs.
+    /// Index of its first dash and marker: 0 is a solid line, and discs.
     pub dash: u8,
 }
 
-/// A line across a panel that is no data.
+/// A line across a panel that is not data.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Guide {
-    /// What it is: `the paper: 3.004 ms`.
+    /// Its name: `the paper: 3.004 ms`.
     pub name: String,
-    /// Where it is.
+    /// Its position.
     pub at: GuideAt,
 }
 
-/// Where a guide is.
+/// The position of a guide.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum GuideAt {
-    /// Level, at this y.
+    /// Horizontal, at this y.
     Y(f64),
-    /// Upright, at this x.
+    /// Vertical, at this x.
     X(f64),
     /// Through two points, across the panel.
     Line((f64, f64), (f64, f64)),

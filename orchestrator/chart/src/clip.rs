@@ -1,11 +1,10 @@
 //! Cuts lines and areas to the unit square, which is a panel from corner to corner.
 //!
-//! What is cut needs no clipping path, so there are no ids that count up, and nothing outside a
-//! panel is in the file.
+//! Cut shapes need no clipping paths, so the file has no numbered ids and nothing outside a panel.
 
 use crate::scene::Place;
 
-/// The parts of a line that are inside, by Liang and Barsky's method.
+/// The parts of a line inside the unit square, by Liang and Barsky's method.
 pub(crate) fn line(points: &[Place]) -> Vec<Vec<Place>> {
     let mut parts: Vec<Vec<Place>> = Vec::new();
     for (from, to) in points.iter().zip(points.iter().skip(1)) {
@@ -20,7 +19,7 @@ pub(crate) fn line(points: &[Place]) -> Vec<Vec<Place>> {
     parts
 }
 
-/// The part of a segment that is inside.
+/// The part of a segment inside the unit square.
 fn segment(from: Place, to: Place) -> Option<(Place, Place)> {
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
@@ -54,10 +53,10 @@ fn unit(value: f64) -> f64 {
     value.clamp(0.0, 1.0)
 }
 
-/// The part of an area that is inside, by Sutherland and Hodgman's method.
+/// The part of an area inside the unit square, by Sutherland and Hodgman's method.
 pub(crate) fn area(corners: &[Place]) -> Vec<Place> {
     let mut left: Vec<Place> = corners.to_vec();
-    // How far inside each side a place is.
+    // Distance of a place from each side; negative outside.
     let sides: [fn(Place) -> f64; 4] = [|p| p.0, |p| 1.0 - p.0, |p| p.1, |p| 1.0 - p.1];
     for inside in sides {
         let mut cut = Vec::with_capacity(left.len());

@@ -1,9 +1,9 @@
-//! A chart as CSV: the numbers of exactly what is drawn, a row for each point.
+//! A chart as CSV: exactly the numbers that are drawn, one row per point.
 //!
-//! A panel is named by its letter, or where it has none by its number from 1. A row without x and
-//! y is a gap in a line. A guide is a row, or two for one through two points; what it does not say
-//! is empty. A tile of a map is a row, too, with the middles, or the names, of its column and row; the
-//! places of other rows on an axis of names count from 0.
+//! A panel is named by its letter, or by its number from 1 if it has none. A row without x and y is a
+//! gap in a line. A guide is one row, or two if it goes through two points; a coordinate that it does
+//! not have is empty. A tile of a map is a row too, with the middles or the names of its column and
+//! row. In all other rows, positions on an axis of names count from 0.
 
 use crate::chart::{Chart, GuideAt, Panel};
 use crate::extent;
@@ -12,10 +12,11 @@ use crate::map::{Along, Tile};
 use crate::panel;
 
 impl Chart {
-    /// The points that the drawing shows, as `panel,series,x,y,low,high`; RFC 4180 with `\n`.
+    /// The points that the drawing shows, as `panel,series,x,y,low,high`; RFC 4180 with `\n` as line
+    /// end.
     ///
-    /// Where a panel has a map there are two columns more: `value,state`. A tile's series is the name
-    /// of its values, and its state is `value`, `none` or what the map's hatched tiles are.
+    /// If a panel has a map, there are two more columns: `value,state`. A tile's series is the label
+    /// of the map's values, and its state is `value`, `none` or the map's name for hatched tiles.
     ///
     /// Numbers are in the shortest form that reads back as the same number, in the axes' units.
     #[must_use]
@@ -72,7 +73,8 @@ impl Chart {
     }
 }
 
-/// The rows of a panel's map without its name: from the lowest, each from the left.
+/// The CSV rows of a panel's map, without the panel's name: from the lowest row of tiles, each from
+/// the left.
 fn tiles(panel: &Panel) -> Vec<String> {
     let (Some(map), Some((x, y))) = (grid::map(panel), extent::of(panel)) else {
         return Vec::new();
@@ -98,12 +100,12 @@ fn tiles(panel: &Panel) -> Vec<String> {
     tiles
 }
 
-/// With an exponent only where the plain form is long.
+/// A number in its shortest form, with an exponent only if the plain form is long.
 fn shortest(number: f64) -> String {
     format!("{number:?}")
 }
 
-/// Quoted if it has to be.
+/// A field, quoted if it has to be.
 fn field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))

@@ -1,4 +1,4 @@
-//! The PDF document around a page: its objects, their places in the file, and its titles.
+//! The PDF document around a page: its objects, their offsets in the file, and its titles.
 
 use std::collections::BTreeSet;
 
@@ -7,12 +7,12 @@ use crate::font::{Font, stream};
 use crate::scene::Percent;
 use crate::svg::number;
 
-/// The objects before the fonts: catalogue, pages, page, content, information.
+/// Number of objects before the fonts: catalogue, pages, page, content, information.
 const BEFORE_FONTS: usize = 5;
 
 /// The operators that draw a page, and what they use.
 pub(crate) struct Content {
-    /// Height of the page: PDF counts upwards from the bottom.
+    /// Height of the page: PDF measures y upwards from the bottom.
     pub(crate) height: f64,
     pub(crate) operators: String,
     pub(crate) opacities: BTreeSet<Percent>,
@@ -20,7 +20,7 @@ pub(crate) struct Content {
     pub(crate) bold: Font,
 }
 
-/// The document of a chart of this width and height.
+/// The document of a chart with this width and height.
 pub(crate) fn document(chart: &Chart, (width, height): (f64, f64), content: &Content) -> Vec<u8> {
     let fonts: Vec<(&str, &Font)> = [("F", &content.regular), ("B", &content.bold)]
         .into_iter()
@@ -64,9 +64,9 @@ pub(crate) fn document(chart: &Chart, (width, height): (f64, f64), content: &Con
     file(&objects)
 }
 
-/// The file of these objects, of which the first is the catalogue and the fifth the information.
+/// The file of these objects. The first has to be the catalogue, the fifth the information.
 fn file(objects: &[Vec<u8>]) -> Vec<u8> {
-    // Bytes beyond ASCII in the second line tell those who transfer files that this is no text.
+    // Bytes beyond ASCII in the second line mark the file as binary for programs that transfer it.
     let mut file = b"%PDF-1.7\n%\xe2\xe3\xcf\xd3\n".to_vec();
     let mut table = format!("xref\n0 {}\n0000000000 65535 f \n", objects.len() + 1);
     for (index, object) in objects.iter().enumerate() {
@@ -87,7 +87,7 @@ fn file(objects: &[Vec<u8>]) -> Vec<u8> {
     file
 }
 
-/// Any text, as the UTF-16 that PDF's titles are in.
+/// A text in UTF-16, the encoding of PDF's titles.
 fn title(text: &str) -> String {
     let units: String = text
         .encode_utf16()

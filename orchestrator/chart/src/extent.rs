@@ -1,4 +1,4 @@
-//! From where to where a panel's axes go: as its data, its guides or its map need it.
+//! The ranges of a panel's axes, from its data, its guides or its map.
 
 use crate::axis::{Axis, Scale};
 use crate::chart::{GuideAt, Mark, Panel};
@@ -6,7 +6,7 @@ use crate::grid;
 use crate::map::Along;
 use crate::span::{Span, drawable};
 
-/// Both axes of a panel; none where there is nothing to draw.
+/// The ranges of both axes of a panel; `None` if there is nothing to draw.
 pub(crate) fn of(panel: &Panel) -> Option<(Span, Span)> {
     if let Some(map) = grid::map(panel) {
         return Some((across(&panel.x, &map.x)?, across(&panel.y, &map.y)?));
@@ -57,8 +57,8 @@ pub(crate) fn of(panel: &Panel) -> Option<(Span, Span)> {
     Some((x, y))
 }
 
-/// The range that was asked for if it can be drawn, else that of the data and, with them, of
-/// the guides. None without data, and none where all data are outside the asked range.
+/// The range that was asked for if it can be drawn, else that of the data and the guides. `None`
+/// without data; y has none if all data are outside the range of x.
 fn along(
     axis: &Axis,
     values: impl Iterator<Item = f64>,
@@ -83,8 +83,8 @@ fn along(
     Some(Span { lo, hi, scale }.widened().with_margin(margin))
 }
 
-/// From the first end of a map's columns or rows to the last, or as asked for; none where there
-/// are none.
+/// The range of a map's columns or rows, or the one that was asked for; `None` if there are no
+/// columns or rows.
 fn across(axis: &Axis, along: &Along) -> Option<Span> {
     let (asked, scale) = match along {
         Along::Numbers(_) => (Span::asked(axis), axis.scale),

@@ -1,17 +1,17 @@
-//! What a PDF has to know of a TrueType font: glyphs of characters, advances, and a few metrics.
+//! What a PDF needs from a TrueType font: glyphs of characters, advances, and a few metrics.
 //!
-//! It reads the fonts in this crate and no others: one table of characters (format 4), horizontal
-//! text. The readers of fonts that are maintained bring a dozen crates for this. Numbers are those of
-//! OpenType 1.9; what a damaged file does not have is `None`.
+//! This module reads only the fonts in this crate: one table of characters (format 4), horizontal
+//! text. The maintained parsers of fonts would bring a dozen crates for this. Offsets are those of
+//! OpenType 1.9; anything missing from a damaged file is `None`.
 
-/// A font's tables.
+/// A font and the offsets of its tables.
 pub(crate) struct Face {
     data: &'static [u8],
     head: usize,
     hhea: usize,
     hmtx: usize,
     os2: usize,
-    /// Start of the table from characters to glyphs, within `cmap`.
+    /// Start of the table in `cmap` that maps characters to glyphs.
     map: usize,
 }
 
@@ -42,8 +42,8 @@ impl Face {
         self.word(at).unwrap_or_default().cast_signed()
     }
 
-    /// A character's glyph. Each segment of characters has an end, a start, a difference and an
-    /// offset to a list of glyphs; without a list the glyph is the character plus the difference.
+    /// The glyph of a character. Each segment of characters has an end, a start, a difference and an
+    /// offset to a list of glyphs. Without a list, the glyph is the character plus the difference.
     pub(crate) fn glyph(&self, c: char) -> Option<u16> {
         let c = u16::try_from(u32::from(c)).ok()?;
         let doubled = usize::from(self.word(self.map + 6)?);
@@ -66,7 +66,7 @@ impl Face {
         (glyph != 0).then_some(glyph)
     }
 
-    /// The width of a glyph, in units. Glyphs behind the table's end have its last width.
+    /// The width of a glyph, in font units. Glyphs beyond the end of the table have its last width.
     pub(crate) fn advance(&self, glyph: u16) -> u16 {
         let widths = self.word(self.hhea + 34).unwrap_or_default();
         let i = glyph.min(widths.saturating_sub(1));
@@ -78,22 +78,22 @@ impl Face {
         self.word(self.head + 18).unwrap_or(1)
     }
 
-    /// Left, bottom, right and top of all glyphs, in units.
+    /// Bounds of all glyphs: left, bottom, right and top, in font units.
     pub(crate) fn bounds(&self) -> [i16; 4] {
         [36, 38, 40, 42].map(|at| self.signed(self.head + at))
     }
 
-    /// In units, above the line.
+    /// Height above the baseline, in font units.
     pub(crate) fn ascender(&self) -> i16 {
         self.signed(self.hhea + 4)
     }
 
-    /// In units, negative below the line.
+    /// Depth below the baseline, in font units; negative.
     pub(crate) fn descender(&self) -> i16 {
         self.signed(self.hhea + 6)
     }
 
-    /// Height of capital letters, in units.
+    /// Height of capital letters, in font units.
     pub(crate) fn capital_height(&self) -> i16 {
         self.signed(self.os2 + 88)
     }
@@ -113,7 +113,7 @@ fn long(data: &[u8], at: usize) -> Option<usize> {
     usize::try_from(u32::from_be_bytes(bytes.try_into().ok()?)).ok()
 }
 
-/// Where a table begins.
+/// The offset of a table.
 fn table(data: &[u8], name: [u8; 4]) -> Option<usize> {
     let count = usize::from(word(data, 4)?);
     let mut records = (0..count).map(|i| 12 + 16 * i);

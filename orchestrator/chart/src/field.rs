@@ -1,7 +1,7 @@
-//! A map as shapes: from the tiles of a panel to areas of one level each.
+//! Turns the tiles of a map into shapes: areas of one level each.
 //!
-//! Areas lie in each other as hills do on a plain: each has all that is of its level and above, and
-//! the next lies on it. So two colours meet without paper showing between them, whatever draws them.
+//! Areas are stacked: each covers its level and all above it, and the next is drawn on top. So no
+//! paper shows between two colours, whatever program draws them.
 
 use crate::grid::{self, Lane};
 use crate::hatch::hatch;
@@ -13,13 +13,13 @@ use crate::scene::{Anchor, Layer, Place, Shape, Stroke, Text};
 use crate::span::Span;
 use crate::{text, tick};
 
-/// How much of the paper the ground under hatching covers.
+/// Opacity of the ground under hatching, %.
 const GROUND: u8 = 12;
 
-/// Free beside a value in its tile.
+/// Free space on either side of a value in its tile.
 const BESIDE_VALUE: f64 = 3.0;
 
-/// What is to be seen of one tile, the lowest first.
+/// What one tile shows, the lowest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Shown {
     Nothing,
@@ -31,13 +31,13 @@ enum Shown {
 pub(crate) struct Field<'a> {
     map: &'a Map,
     levels: &'a Levels,
-    /// Their ends are on the page: left and right, top and bottom.
+    /// Lanes whose ends are positions on the page: left and right, top and bottom.
     columns: Vec<Lane>,
     rows: Vec<Lane>,
 }
 
 impl<'a> Field<'a> {
-    /// A map in this box, the axes being these.
+    /// A map in this box, with these axes.
     pub(crate) fn of(
         map: &'a Map,
         levels: &'a Levels,
@@ -76,7 +76,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Hatched ground, and on it level by level.
+    /// The hatched ground, then level by level.
     pub(crate) fn layers(&self) -> Vec<Layer> {
         let mut layers = Vec::new();
         if self.has(Shown::Hatched) {
@@ -105,7 +105,7 @@ impl<'a> Field<'a> {
         layers
     }
 
-    /// The values themselves, each in its tile, if all of them have room.
+    /// The values, each in its tile; none if one of them does not fit.
     pub(crate) fn values(&self) -> Layer {
         let mut shapes = Vec::new();
         for row in &self.rows {
@@ -135,8 +135,8 @@ impl<'a> Field<'a> {
         })
     }
 
-    /// The stretches of rows that are so, each as one rectangle, as high as it is the same in the
-    /// rows above.
+    /// The tiles for which `is_so` holds, as rectangles: runs of tiles in a row, joined with runs of
+    /// the same left end and width in the rows above.
     fn rooms(&self, is_so: impl Fn(Shown) -> bool) -> Vec<Frame> {
         let (mut done, mut open) = (Vec::new(), Vec::<Frame>::new());
         for row in &self.rows {
@@ -173,7 +173,7 @@ impl<'a> Field<'a> {
     }
 }
 
-/// Ground under these, hatched in those.
+/// Ground under `all`, with hatching over `hatched`.
 pub(crate) fn ground(all: &[Frame], hatched: &[Frame]) -> Vec<Shape> {
     vec![
         Shape::Areas {

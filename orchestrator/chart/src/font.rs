@@ -1,9 +1,9 @@
-//! The font of the text in a PDF: the glyph of each character, and the part of the font that a
-//! document carries within it.
+//! The font of the text in a PDF: the glyph of each character, and the part of the font that is
+//! embedded in a document.
 //!
-//! Liberation Sans has the widths of Helvetica, by which [`crate::text`] lays text out. Journals
-//! want every font inside the file; a document carries the outlines of the characters that it uses
-//! and of no others. Its licence lies beside it.
+//! Liberation Sans has the widths of Helvetica, with which [`crate::text`] lays out text. Journals
+//! require that all fonts are embedded; a document has only the outlines of the characters that it
+//! uses. The licence of the font is in the folder of its files.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -15,16 +15,16 @@ use crate::face::Face;
 static REGULAR: &[u8] = include_bytes!("font/LiberationSans-Regular.ttf");
 static BOLD: &[u8] = include_bytes!("font/LiberationSans-Bold.ttf");
 
-/// Readers need not take more entries of a character map at a time.
+/// PDF readers need not accept more entries of a character map at a time.
 const ENTRIES: usize = 100;
 
-/// A font under use in a document.
+/// A font as one document uses it.
 pub(crate) struct Font {
     name: &'static str,
     data: &'static [u8],
     face: Face,
     glyphs: GlyphRemapper,
-    /// The character of each glyph that is used, by the glyph's number in the document.
+    /// The character of each glyph that is used, by the number of the glyph in the document.
     characters: BTreeMap<u16, char>,
 }
 
@@ -47,10 +47,9 @@ impl Font {
         }
     }
 
-    /// The number that a character's glyph has in the document. What the font does not have is
-    /// written as `?`.
+    /// The number of a character's glyph in the document. Characters that the font lacks become `?`.
     pub(crate) fn glyph(&mut self, c: char) -> u16 {
-        // A hyphen that is no place to break at looks like any other.
+        // A non-breaking hyphen looks like any other.
         let c = if c == '‑' { '-' } else { c };
         let known = |c| self.face.glyph(c).map(|glyph| (glyph, c));
         let (glyph, c) = known(c).or_else(|| known('?')).unwrap_or((0, '?'));
@@ -59,12 +58,12 @@ impl Font {
         number
     }
 
-    /// Whether anything is written in it.
+    /// Whether any text uses it.
     pub(crate) fn is_used(&self) -> bool {
         !self.characters.is_empty()
     }
 
-    /// Its five objects, of which the first has the number `first` in the document.
+    /// Its five objects. The first has the number `first` in the document.
     pub(crate) fn objects(&self, first: usize) -> [Vec<u8>; 5] {
         let name = self.name;
         let [descendant, map, descriptor, file] = [1, 2, 3, 4].map(|after| first + after);
@@ -86,9 +85,10 @@ impl Font {
         let ascent = thousandths(f64::from(self.face.ascender()));
         let descent = thousandths(f64::from(self.face.descender()));
         let capital = thousandths(f64::from(self.face.capital_height()));
-        // Thickness of stems: by eye, it is only a hint for a reader that has lost the font.
+        // Thickness of stems, estimated by eye: only a hint for a reader that cannot use the font.
         let stem = if self.face.is_bold() { 120 } else { 80 };
-        // A font in this crate can be subset, as tests show; else it is carried whole.
+        // The fonts in this crate can be subset, as tests show; a font that cannot be is embedded
+        // whole.
         let outlines = subset(self.data, 0, &self.glyphs).unwrap_or_else(|_| self.data.to_vec());
         [
             format!(
@@ -113,7 +113,7 @@ impl Font {
         ]
     }
 
-    /// The map from glyphs to characters, by which readers search and copy text.
+    /// The map from glyphs to characters, which PDF readers need to search and copy text.
     fn map(&self) -> String {
         let mut map = String::from(
             "/CIDInit /ProcSet findresource begin\n12 dict begin\nbegincmap\n/CIDSystemInfo << \
@@ -146,7 +146,7 @@ impl Font {
     }
 }
 
-/// An object that is bytes, with what its dictionary says beside their length.
+/// A stream object of these bytes. `entries` are those of its dictionary besides the length.
 pub(crate) fn stream(entries: &str, bytes: &[u8]) -> Vec<u8> {
     let head = format!("<< {entries}/Length {} >>\nstream\n", bytes.len());
     [head.as_bytes(), bytes, b"\nendstream"].concat()

@@ -1,11 +1,11 @@
-//! Where in a panel the columns and rows of its map are.
+//! Positions of the columns and rows of a map in its panel.
 
 use crate::axis::Scale;
 use crate::chart::Panel;
 use crate::map::{Along, Map, Tile};
 use crate::span::{Span, drawable};
 
-/// A map that has something to show.
+/// The panel's map, if it has something to show.
 pub(crate) fn map(panel: &Panel) -> Option<&Map> {
     let map = panel.map.as_ref()?;
     let shows = map.all().any(|tile| tile != Tile::None);
@@ -13,7 +13,7 @@ pub(crate) fn map(panel: &Panel) -> Option<&Map> {
     (shows && fits).then_some(map)
 }
 
-/// From where to where columns or rows go, in the axis's numbers.
+/// The two ends of all columns or rows together, in numbers of the axis.
 pub(crate) fn ends(along: &Along, scale: Scale) -> Option<(f64, f64)> {
     let lanes = lanes(along, scale);
     Some((lanes.first()?.from, lanes.last()?.to))
@@ -22,16 +22,16 @@ pub(crate) fn ends(along: &Along, scale: Scale) -> Option<(f64, f64)> {
 /// One column or one row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Lane {
-    /// Its place in the map's list.
+    /// Its index in the map's list.
     pub(crate) index: usize,
-    /// Where it was asked for, in the axis's numbers.
+    /// The position that was asked for, in numbers of the axis.
     pub(crate) middle: f64,
     /// Lower and upper end.
     pub(crate) from: f64,
     pub(crate) to: f64,
 }
 
-/// The columns or rows that are in a panel, their ends cut to it: from 0, its start, to 1.
+/// The columns or rows that are in a panel, with their ends cut to it: 0 is its start, 1 its end.
 pub(crate) fn seen(along: &Along, span: &Span) -> Vec<Lane> {
     let place = |end: f64| span.fraction(end).map(|at| at.clamp(0.0, 1.0));
     lanes(along, span.scale)
@@ -43,7 +43,7 @@ pub(crate) fn seen(along: &Along, span: &Span) -> Vec<Lane> {
         .collect()
 }
 
-/// Side by side, each ending where the next begins.
+/// Columns or rows side by side: each ends where the next begins.
 fn lanes(along: &Along, scale: Scale) -> Vec<Lane> {
     let middles: Vec<(usize, f64)> = match along {
         Along::Numbers(numbers) => rising(numbers, scale),
@@ -58,7 +58,7 @@ fn lanes(along: &Along, scale: Scale) -> Vec<Lane> {
         Some(second) => beyond(first.1, second.1, scale),
         None => alone(first.1, -1.0, scale),
     };
-    // Nothing reaches below zero only because it is a tile wide.
+    // An axis that starts at zero or above does not go below zero only for the width of a tile.
     let start = match along {
         Along::Numbers(_) if first.1 >= 0.0 => start.max(0.0),
         Along::Numbers(_) | Along::Names(_) => start,
@@ -88,7 +88,7 @@ fn lanes(along: &Along, scale: Scale) -> Vec<Lane> {
         .collect()
 }
 
-/// The numbers that can be on an axis and rise, with their places.
+/// The numbers that can be drawn on the axis and are above the one before, with their indices.
 fn rising(numbers: &[f64], scale: Scale) -> Vec<(usize, f64)> {
     let mut rising: Vec<(usize, f64)> = Vec::with_capacity(numbers.len());
     for (index, number) in numbers.iter().enumerate() {
@@ -100,7 +100,7 @@ fn rising(numbers: &[f64], scale: Scale) -> Vec<(usize, f64)> {
     rising
 }
 
-/// Half-way from one number to another.
+/// The middle of two numbers, on the scale of the axis.
 fn between(a: f64, b: f64, scale: Scale) -> f64 {
     match scale {
         Scale::Linear => a / 2.0 + b / 2.0,
@@ -108,7 +108,7 @@ fn between(a: f64, b: f64, scale: Scale) -> f64 {
     }
 }
 
-/// As far beyond `end` as half-way to `inner` is within.
+/// The place beyond `end` at the distance from `end` to the middle between `end` and `inner`.
 fn beyond(end: f64, inner: f64, scale: Scale) -> f64 {
     match scale {
         Scale::Linear => (end + (end / 2.0 - inner / 2.0)).clamp(f64::MIN, f64::MAX),
@@ -116,7 +116,7 @@ fn beyond(end: f64, inner: f64, scale: Scale) -> f64 {
     }
 }
 
-/// The end of a tile that has no other beside it, `side` being -1 or 1.
+/// The end of a tile that has no neighbour; `side` is -1 or 1.
 fn alone(middle: f64, side: f64, scale: Scale) -> f64 {
     match scale {
         Scale::Linear => middle + 0.5 * side,

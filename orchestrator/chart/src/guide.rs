@@ -1,7 +1,7 @@
-//! Guides: lines across a panel that are no data, and where their names stand.
+//! Guides: lines across a panel that are not data, and the places of their names.
 //!
-//! A name stands beside its line where it touches no data, no other guide and no other name. Where
-//! there is no such place it goes into the legend.
+//! A name is written beside its line where it touches no data, no other guide and no other name. If
+//! there is no such place, it goes into the legend.
 
 use crate::chart::{Guide, GuideAt};
 use crate::clip;
@@ -11,19 +11,19 @@ use crate::scene::{Layer, Place, Shape, Text};
 use crate::span::Span;
 use crate::text;
 
-/// Between a name and its line.
+/// Gap between a name and its line.
 const CLEAR: f64 = 2.0;
 
-/// Between a name and the box.
+/// Gap between a name and the box.
 const INDENT: f64 = 4.0;
 
-/// How long a stretch of line may be before its middle is looked at too.
+/// A line is tested for crossing a name at points that are at most this far apart.
 const STRIDE: f64 = 2.0;
 
-/// Two places no further apart than this, in panels, say nothing about a direction.
+/// Two places closer than this, in lengths of a panel's side, do not define a direction.
 const SAME: f64 = 1e-6;
 
-/// A name that found a place, on the page.
+/// A name that found a place on the page.
 #[derive(Debug, Clone)]
 pub(crate) struct Label {
     name: String,
@@ -35,7 +35,7 @@ impl Label {
         &self.name
     }
 
-    /// What is written; over a map in full strength.
+    /// The text of the name; opaque over a map.
     pub(crate) fn shape(&self, is_over_map: bool) -> Shape {
         let base = self.room.bottom() - GUIDE_SIZE * 0.28;
         let text = Text::at((self.room.left, base), GUIDE_SIZE, &self.name);
@@ -73,7 +73,7 @@ fn line(at: GuideAt, x: &Span, y: &Span) -> Option<Vec<Place>> {
     clip::line(&ends).into_iter().next()
 }
 
-/// The lines of the guides that can be seen.
+/// The visible lines of the guides.
 pub(crate) fn layer(guides: &[Guide], looks: &Looks, frame: &Frame, x: &Span, y: &Span) -> Layer {
     let shapes = guides
         .iter()
@@ -87,7 +87,7 @@ pub(crate) fn layer(guides: &[Guide], looks: &Looks, frame: &Frame, x: &Span, y:
     Layer { name: None, shapes }
 }
 
-/// The names that find a place between these layers, and the guides whose names do not.
+/// The names that find a place beside the data, and the guides whose names do not.
 pub(crate) fn labels<'a>(
     guides: &'a [Guide],
     data: &[Layer],
@@ -102,7 +102,7 @@ pub(crate) fn labels<'a>(
     let mut labels: Vec<Label> = Vec::new();
     let mut beside = Vec::new();
     for (guide, own) in seen.iter().filter(|(guide, _)| !guide.name.is_empty()) {
-        // The two ends of a range share a name, which is said once.
+        // The two ends of a range share a name, which is written once.
         if labels.iter().any(|label| label.name == guide.name) {
             continue;
         }
@@ -129,7 +129,7 @@ pub(crate) fn labels<'a>(
     (labels, beside)
 }
 
-/// Where a name may stand beside its line, the best first.
+/// Possible places of a name beside its line, the best first.
 fn candidates(name: &str, line: &[Place], frame: &Frame) -> Vec<Frame> {
     let (width, height) = (text::width(name, GUIDE_SIZE, false), GUIDE_SIZE * 1.1);
     let room = |left: f64, top: f64| Frame {
@@ -168,7 +168,7 @@ fn candidates(name: &str, line: &[Place], frame: &Frame) -> Vec<Frame> {
         .collect()
 }
 
-/// Whether a line has a part in a room.
+/// Whether a line passes through a rectangle.
 fn crosses(line: &[Place], room: &Frame) -> bool {
     let near = Frame {
         left: room.left - 1.0,

@@ -1,21 +1,22 @@
-//! Slanting lines over rectangles, for what has no colour of its own.
+//! Diagonal lines over rectangles, for areas that have no colour of their own.
 //!
-//! The lines are those of the page: where rectangles touch they go on, and are one.
+//! The positions of the lines are fixed on the page, so that a line continues from one rectangle to
+//! the next where they touch.
 
 use std::collections::BTreeMap;
 
 use crate::layout::Frame;
 use crate::scene::Place;
 
-/// From one line to the next, along either side of the page.
+/// Distance from one line to the next, along either side of the page.
 const PITCH: f64 = 4.2;
 
-/// Ends no further apart than this are the same, in points.
+/// Ends at most this far apart, in points, are the same.
 const SAME: f64 = 0.01;
 
 /// The parts of the lines that are within these rectangles.
 pub(crate) fn hatch(rooms: &[Frame]) -> Vec<Vec<Place>> {
-    // By the line's number, n with x + y = n · PITCH: from where to where it goes across.
+    // By the line's number n, with x + y = n · PITCH: the ranges of x that it covers.
     let mut parts: BTreeMap<i64, Vec<(f64, f64)>> = BTreeMap::new();
     for room in rooms {
         let first = ((room.left + room.top) / PITCH).ceil() as i64;

@@ -1,7 +1,7 @@
-//! Where things are on the page: lengths, all in points, and panels side by side.
+//! The layout of the page: lengths, all in points, and panels side by side.
 //!
-//! A chart of one column is 127 mm wide, any other 180 mm, a journal's page. The height follows
-//! from what is in it.
+//! A chart of one column is 127 mm wide; any other is 180 mm wide, a journal's page. The height
+//! follows from the content.
 
 use crate::scene::Place;
 use crate::text;
@@ -14,36 +14,36 @@ pub(crate) const TICK_SIZE: f64 = 7.0;
 pub(crate) const GUIDE_SIZE: f64 = 6.5;
 pub(crate) const SOURCE_SIZE: f64 = 6.0;
 
-/// From one base line to the next, in sizes.
+/// Distance from one baseline to the next, in font sizes.
 pub(crate) const LEADING: f64 = 1.25;
 
-/// Free on all sides.
+/// Margin on all sides.
 pub(crate) const EDGE: f64 = 5.0;
 
-/// Free on the right, where the last number of an axis may hang over.
+/// Margin on the right, into which the last number of an axis may extend.
 pub(crate) const RIGHT_EDGE: f64 = 10.0;
 
-/// Between panels side by side, where the last number of an axis may hang over.
+/// Gap between panels side by side, into which the last number of an axis may extend.
 pub(crate) const GAP: f64 = 13.0;
 
-/// Between rows of panels.
+/// Gap between rows of panels.
 pub(crate) const ROW_GAP: f64 = 12.0;
 
-/// How far a tick stands out.
+/// Length of a tick.
 pub(crate) const TICK: f64 = 3.0;
 
-/// How wide a whole chart is.
+/// Width of a whole chart.
 pub(crate) fn page_width(columns: usize) -> f64 {
     if columns <= 1 { 360.0 } else { 510.0 }
 }
 
-/// How wide a panel is, with its numbers.
+/// Width of a panel, with its numbers.
 pub(crate) fn panel_width(columns: usize) -> f64 {
     let columns = columns.max(1) as f64;
     ((page_width(columns as usize) - EDGE - RIGHT_EDGE - (columns - 1.0) * GAP) / columns).max(40.0)
 }
 
-/// How high the box between a panel's axes is.
+/// Height of the box between a panel's axes.
 pub(crate) fn box_height(columns: usize) -> f64 {
     match columns {
         0 | 1 => 190.0,
@@ -53,7 +53,7 @@ pub(crate) fn box_height(columns: usize) -> f64 {
     }
 }
 
-/// The size of a panel's box if no numbers stood beside it.
+/// Width and height that a panel's box would have without numbers beside it.
 pub(crate) fn largest_box(columns: usize) -> (f64, f64) {
     (panel_width(columns), box_height(columns))
 }
@@ -76,7 +76,7 @@ impl Frame {
         self.top + self.height
     }
 
-    /// From a place in the unit square to one on the page.
+    /// Converts a place in the unit square to one on the page.
     pub(crate) fn place(&self, at: Place) -> Place {
         (
             self.left + at.0 * self.width,
@@ -88,7 +88,7 @@ impl Frame {
         line.iter().map(|at| self.place(*at)).collect()
     }
 
-    /// Whether the two have a place in common.
+    /// Whether the two overlap.
     pub(crate) fn overlaps(&self, other: &Frame) -> bool {
         self.left < other.right()
             && other.left < self.right()
@@ -102,8 +102,8 @@ impl Frame {
     }
 }
 
-/// Things of these widths in rows of at most `room`: where each starts, as (x, row), and how many
-/// rows there are.
+/// Arranges items of these widths in rows of at most `room`. Returns where each starts, as (x, row),
+/// and the number of rows.
 pub(crate) fn flow(widths: &[f64], gap: f64, room: f64) -> (Vec<(f64, usize)>, usize) {
     let (mut x, mut row) = (0.0, 0);
     let mut places = Vec::with_capacity(widths.len());
@@ -119,7 +119,8 @@ pub(crate) fn flow(widths: &[f64], gap: f64, room: f64) -> (Vec<(f64, usize)>, u
     (places, rows)
 }
 
-/// The largest size up to `size` at which a text is no wider than `room`, but one that can be read.
+/// The largest font size up to `size` at which a text is no wider than `room`, but at least 5, which
+/// can still be read.
 pub(crate) fn fitting(content: &str, size: f64, room: f64) -> f64 {
     let width = text::width(content, size, false);
     if width <= room {

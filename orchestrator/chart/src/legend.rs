@@ -1,7 +1,7 @@
-//! Places each name: once for the chart, or in the only panel that has it.
+//! Places each name once: in the legend of the chart, or in that of its panel.
 //!
 //! A name is in the chart's legend if nothing else in the chart looks like it. Names that share a
-//! look, such as a client's slope in each of six panels, stand above their own panels.
+//! look, such as a client's slope in each of six panels, are above their own panels.
 
 use crate::chart::{Chart, Panel, Series};
 use crate::layout::{self, LEADING, LEGEND_SIZE};
@@ -9,16 +9,16 @@ use crate::look::{Kind, Look, Looks};
 use crate::scene::{Layer, Place, Shape, Text};
 use crate::text;
 
-/// How wide the sample beside a name is.
+/// Width of the sample beside a name.
 const SAMPLE: f64 = 16.0;
 
-/// Between the sample and the name.
+/// Gap between the sample and the name.
 const SPACE: f64 = 4.0;
 
-/// Between one name and the next sample.
+/// Gap between one name and the next sample.
 const GAP: f64 = 12.0;
 
-/// From one row to the next.
+/// Distance from one row to the next.
 const ROW: f64 = LEGEND_SIZE * LEADING + 1.0;
 
 /// A name with its sample.
@@ -55,7 +55,8 @@ fn has_band(series: &Series) -> bool {
     !series.band.is_empty() && series.band.len() == series.points.len()
 }
 
-/// The chart's legend, and each panel's. `beside` are each panel's guides that found no room in it.
+/// The chart's legend, and that of each panel. `beside` has the guides of each panel whose names
+/// found no room in it.
 pub(crate) fn split(
     chart: &Chart,
     looks: &Looks,
@@ -103,12 +104,12 @@ fn widths(entries: &[Entry], room: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Long names are written smaller, so that they stay on the page.
+/// Font size of a name; smaller for a long one, so that it stays on the page.
 fn size(entry: &Entry, room: f64) -> f64 {
     layout::fitting(&entry.name, LEGEND_SIZE, room - SAMPLE - SPACE)
 }
 
-/// How high a legend in this room is.
+/// Height of a legend of this width.
 pub(crate) fn height(entries: &[Entry], room: f64) -> f64 {
     layout::flow(&widths(entries, room), GAP, room).1 as f64 * ROW
 }

@@ -1,6 +1,6 @@
-//! The levels of a map's values: between which round numbers each is, and what that looks like.
+//! The levels of a map's values: their round bounds, and their colours.
 //!
-//! Steps of colour instead of a ramp, since a shade between two others cannot be found again on a
+//! Colours are in steps and not a ramp: a shade between two others could not be found again in a
 //! legend, nor in print.
 
 use std::collections::BTreeMap;
@@ -13,10 +13,11 @@ use crate::palette::{Colour, MOST};
 use crate::span::{Span, drawable};
 use crate::tick::{Step, Ticks, written};
 
-/// With fewer levels than this by powers of ten, even steps say more.
+/// With fewer levels than this by powers of ten, even steps are better.
 const FEWEST: usize = 4;
 
-/// Digits of bounds by powers of ten, the finest first; after the last of them whole decades.
+/// Leading digits of bounds by powers of ten, the finest first. After the last of them come steps of
+/// several decades.
 const DIGITS: [&[f64]; 4] = [
     &[1.0, 1.5, 2.0, 3.0, 5.0, 7.0],
     &[1.0, 2.0, 5.0],
@@ -38,20 +39,21 @@ pub(crate) fn all(chart: &Chart) -> BTreeMap<&str, Levels> {
         .collect()
 }
 
-/// What the colours of one quantity say.
+/// What the colours of one quantity mean.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Levels {
-    /// Rising, and how they are written; a level is from one to the next. None without values.
+    /// Bounds in ascending order, with their labels; a level is from one to the next. Empty without
+    /// values.
     pub(crate) bounds: Vec<(f64, String)>,
-    /// What every written bound is to be multiplied by, or added to; often empty.
+    /// Common factor and offset of all labels; often empty.
     pub(crate) note: String,
-    /// Whether the first level has all that is below it, too.
+    /// Whether the first level includes everything below it.
     pub(crate) is_open_below: bool,
-    /// Whether the last level has all that is above it, too.
+    /// Whether the last level includes everything above it.
     pub(crate) is_open_above: bool,
-    /// What hatched tiles are, where there are any.
+    /// The name of hatched tiles, if there are any.
     pub(crate) hatched: Option<&'static str>,
-    /// Whether a tile is blank.
+    /// Whether any tile is blank.
     pub(crate) has_blank: bool,
 }
 
@@ -91,19 +93,19 @@ impl Levels {
         }
     }
 
-    /// How many levels there are.
+    /// Number of levels.
     pub(crate) fn count(&self) -> usize {
         self.bounds.len().saturating_sub(1)
     }
 
-    /// The level that a value is in: on a bound, the one above it.
+    /// The level of a value; if it is on a bound, the level above the bound.
     pub(crate) fn at(&self, value: f64) -> usize {
         let reached = self.bounds.partition_point(|(bound, _)| *bound <= value);
         let last = self.count().saturating_sub(1);
         reached.saturating_sub(1).min(last)
     }
 
-    /// The colour of a level; however few there are, they go from the lightest to the darkest.
+    /// The colour of a level. Two or more levels use the full range from the lightest to the darkest.
     pub(crate) fn colour(&self, level: usize) -> Colour {
         let steps = self.count().saturating_sub(1);
         let at = match steps {
@@ -113,7 +115,8 @@ impl Levels {
         Colour::Level(at)
     }
 
-    /// What can be read on a level. The low ones are near the paper, on a dark page too.
+    /// A colour of text that can be read on a level. Low levels are close to the paper, on a dark
+    /// page too.
     pub(crate) fn colour_over(&self, level: usize) -> Colour {
         match self.colour(level) {
             Colour::Level(at) if at >= MOST / 2 => Colour::Paper,
@@ -141,7 +144,7 @@ impl Levels {
     }
 }
 
-/// From the least of the values to the greatest, as far as they can be on a scale.
+/// The range of the values that can be drawn on a scale.
 fn span(values: &[f64], scale: Scale) -> Option<Span> {
     let none = (f64::INFINITY, f64::NEG_INFINITY);
     let (lo, hi) = values
@@ -151,7 +154,7 @@ fn span(values: &[f64], scale: Scale) -> Option<Span> {
     (lo <= hi).then(|| Span { lo, hi, scale }.widened())
 }
 
-/// Round numbers that have a span between them.
+/// Levels between round numbers that enclose a span.
 fn bounds(span: &Span) -> Ticks {
     let powers = match span.scale {
         Scale::Linear => None,
@@ -164,7 +167,7 @@ fn even(span: &Span) -> Ticks {
     let length = (span.hi / 2.0 - span.lo / 2.0) / (MOST - 1) as f64 * 2.0;
     let step = Step::at_least(length);
     let length = step.times(1.0);
-    // What is a hair beside a bound, by rounding, is on it.
+    // A value that misses a bound only by rounding is on it.
     let lo = step.times((span.lo / length + 1e-9).floor()).max(f64::MIN);
     let hi = step.times((span.hi / length - 1e-9).ceil()).min(f64::MAX);
     let around = Span {
@@ -174,7 +177,7 @@ fn even(span: &Span) -> Ticks {
     };
     match lo < hi && length > 0.0 {
         true => Ticks::of(&around, ((hi - lo) / length).round() as usize),
-        // Too short or too long for arithmetic: one level.
+        // The span is too short or too long for arithmetic: one level.
         false => Ticks {
             labelled: vec![(span.lo, String::new()), (span.hi, String::new())],
             ..Ticks::default()
@@ -182,7 +185,7 @@ fn even(span: &Span) -> Ticks {
     }
 }
 
-/// None where the span is so short that even steps are as good.
+/// Bounds by powers of ten; `None` if the span is so short that even steps are as good.
 fn powers(span: &Span) -> Option<Ticks> {
     let finest = DIGITS.iter().map(|digits| (*digits, 1));
     let coarse = (2..=MOST_DECADES).map(|decades| (&[1.0][..], decades));
@@ -197,7 +200,7 @@ fn powers(span: &Span) -> Option<Ticks> {
     })
 }
 
-/// Of these digits, every so many decades, the numbers that have a span between them.
+/// The numbers with these leading digits in every `decades`-th decade that enclose a span.
 fn enclosing(span: &Span, digits: &[f64], decades: i32) -> Option<Vec<Step>> {
     let first = (span.lo.log10() / f64::from(decades)).floor() as i32 * decades - decades;
     let last = span.hi.log10().ceil() as i32 + decades;

@@ -1,13 +1,13 @@
 //! Figures as values, and the three forms in which they are published: SVG, PDF and CSV.
 //!
-//! A [`Chart`] says what is drawn, in panels with axes and series; it knows nothing of what the
-//! numbers mean. Its data are thinned once to what can be distinguished on paper; all three forms
-//! show the same points, and the same chart is the same bytes wherever and whenever it is drawn.
+//! A [`Chart`] says what is drawn, in panels with axes and series; it does not know what the numbers
+//! mean. Its data are thinned once to what can be distinguished on paper, and all three forms show
+//! the same points. The same chart always gives the same bytes, on any machine.
 //!
-//! An SVG's colours are those of the page that it stands in, if the page sets them:
-//! `--chart-ink`, `--chart-paper`, one for each of the chart's [`Tone`]s by its name, and for maps
-//! `--chart-level-1`, the lowest, to `--chart-level-9`. A page that sets one of ink and paper sets both.
-//! By itself an SVG is dark on white.
+//! An SVG takes its colours from the page that contains it, if the page sets these variables:
+//! `--chart-ink`, `--chart-paper`, one per [`Tone`] of the chart by its name, and for maps
+//! `--chart-level-1`, the lowest, to `--chart-level-9`. A page that sets ink or paper has to set
+//! both. On its own an SVG is dark on white.
 #![forbid(unsafe_code)]
 
 mod axes;

@@ -19,7 +19,7 @@ const DASHES: [&[f64]; 5] = [
     &[9.0, 2.2],
 ];
 
-/// The guides' own, finer than the series'.
+/// Dashes of guides, finer than those of series.
 const GUIDE_DASHES: [&[f64]; 4] = [&[2.4, 1.6], &[0.8, 1.4], &[5.0, 1.4, 0.8, 1.4], &[7.0, 2.0]];
 
 const MARKERS: [Marker; 4] = [
@@ -34,11 +34,11 @@ const MARKERS: [Marker; 4] = [
 pub(crate) struct Look {
     pub(crate) colour: Colour,
     pub(crate) kind: Kind,
-    /// Its place among those that would look alike without it, from zero.
+    /// Its index, from zero, among those that would look alike without it.
     pub(crate) turn: usize,
 }
 
-/// What it is drawn as.
+/// What a series or guide is drawn as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     Line,
@@ -48,7 +48,7 @@ pub(crate) enum Kind {
 }
 
 impl Look {
-    /// Its line.
+    /// The stroke of its line.
     pub(crate) fn stroke(&self, width: f64) -> Stroke {
         let dash = match self.kind {
             Kind::Guide => nth(&GUIDE_DASHES, self.turn, &[]),
@@ -63,12 +63,12 @@ impl Look {
         }
     }
 
-    /// Its dots.
+    /// The marker of its dots.
     pub(crate) fn marker(&self) -> Marker {
         nth(&MARKERS, self.first_turn() + self.turn, Marker::Disc)
     }
 
-    /// The place of its tone.
+    /// The index of its tone's first dash and marker.
     fn first_turn(&self) -> usize {
         match self.colour {
             Colour::Of(tone) => usize::from(tone.dash),
@@ -77,7 +77,7 @@ impl Look {
     }
 }
 
-/// Whose turn it is, when the last is followed by the first.
+/// The item at this index; after the last comes the first again.
 fn nth<T: Copy>(list: &[T], turn: usize, otherwise: T) -> T {
     list.iter()
         .cycle()
@@ -89,7 +89,7 @@ fn nth<T: Copy>(list: &[T], turn: usize, otherwise: T) -> T {
 /// The looks of everything in one chart.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Looks {
-    /// By the name of its colour, what it is drawn as, and its own name.
+    /// Turns by the name of the colour, the kind, and the name of the series or guide.
     turns: BTreeMap<(&'static str, &'static str, String), usize>,
 }
 
@@ -109,7 +109,7 @@ impl Looks {
         looks
     }
 
-    /// Gives each new name of a panel the first turn that no other of the panel has.
+    /// Gives each new name of a panel the first turn that no other of its colour in the panel has.
     fn give(&mut self, panel: &[(Look, &str)]) {
         for (look, name) in panel {
             if self.turns.contains_key(&key(*look, name)) {

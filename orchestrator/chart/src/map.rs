@@ -1,4 +1,4 @@
-//! A value over two axes, before anything is drawn: a field of tiles.
+//! A map of a value over two axes, before anything is drawn: a field of tiles.
 
 use serde::Serialize;
 
@@ -6,56 +6,58 @@ use crate::axis::Axis;
 
 /// A value at each crossing of a column and a row, drawn as a tile in the colour of its level.
 ///
-/// There are at most nine levels, with round bounds, so that a value can be read off the legend.
-/// Maps of one chart whose values have the same label share their levels; the first of them says how
-/// they follow each other. Where every tile has room, and nothing lies over them, the values are
-/// written into them, too.
+/// There are at most nine levels, with round bounds, so that a value can be read off the legend. Maps
+/// of one chart whose values have the same label share their levels; the first map sets their scale
+/// and range. If all values fit into their tiles and nothing lies over the tiles, the values are
+/// written into them.
 ///
-/// A panel is as large as its map, or as its axes' ranges say, and what lies over the map is cut to
-/// that. Without a tile that shows anything the map counts as not there, but for its names:
-/// they stand along the axes at 0, 1, 2 and so on, whatever is drawn there.
+/// A panel covers its map, or the ranges of its axes if they have any; what lies over the map is cut
+/// to that. A map without a tile that shows anything counts as absent, except for its names: they are
+/// on the axes at 0, 1, 2 and so on, whatever is drawn there.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Map {
-    /// What the tiles say. The label with its unit names the legend, `settling/s`; by the scale levels
-    /// follow each other in even steps or by powers of ten and what is between them. A range is what
-    /// the levels cover: what is beyond it is in the first or the last of them, open in the legend.
+    /// What the tiles show. The label with its unit names the legend, `settling/s`. The scale sets
+    /// the levels: even steps, or powers of ten and numbers between them. The range is what the
+    /// levels cover: values beyond it are in the first or the last level, which is open in the
+    /// legend.
     pub value: Axis,
-    /// Where the columns are.
+    /// Positions of the columns.
     pub x: Along,
-    /// Where the rows are.
+    /// Positions of the rows.
     pub y: Along,
-    /// Row by row from the lowest, each from the left. What is missing is [`Tile::None`].
+    /// Row by row from the lowest, each from the left. A missing one is [`Tile::None`].
     pub tiles: Vec<Tile>,
-    /// What a hatched tile is, in the legend and in CSV: `unstable`.
+    /// The name of hatched tiles in the legend and in CSV: `unstable`.
     pub hatched: &'static str,
 }
 
-/// Where the tiles of a map are along one axis.
+/// Positions of a map's tiles along one axis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Along {
-    /// The tiles' middles, rising, evenly or not; tiles meet half-way, on the axis's scale. What does
-    /// not rise or cannot be on the axis is left out with its tiles.
+    /// The middles of the tiles in ascending order, evenly spaced or not. Tiles meet half-way, on the
+    /// scale of the axis. A number that does not ascend, or that the axis cannot show, is left out
+    /// with its tiles.
     Numbers(Vec<f64>),
-    /// Names in this order, with no regard to the axis's scale and range. For what lies over the map
+    /// Names in this order; the scale and range of the axis do not apply. For what lies over the map
     /// they are at 0, 1, 2 and so on.
     Names(Vec<String>),
 }
 
-/// What there is to say at one crossing.
+/// What is known at one crossing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tile {
-    /// A value; what is no finite number counts as [`Tile::None`].
+    /// A value; if it is not finite, it counts as [`Tile::None`].
     Value(f64),
-    /// No value, and something to say all the same, which is [`Map::hatched`].
+    /// No value, but the state that [`Map::hatched`] names.
     Hatched,
     /// Nothing is known: left blank.
     None,
 }
 
 impl Along {
-    /// How many columns or rows there are.
+    /// Number of columns or rows.
     pub(crate) fn count(&self) -> usize {
         match self {
             Along::Numbers(numbers) => numbers.len(),
@@ -73,7 +75,7 @@ impl Along {
 }
 
 impl Tile {
-    /// The tile; without a value if its number cannot be drawn.
+    /// The tile; [`Tile::None`] if its value cannot be drawn.
     pub(crate) fn drawable(self) -> Self {
         match self {
             Tile::Value(value) if !value.is_finite() => Tile::None,
@@ -91,7 +93,7 @@ impl Map {
             .map_or(Tile::None, |tile| tile.drawable())
     }
 
-    /// Every tile, in the order of columns and rows.
+    /// All tiles, row by row.
     pub(crate) fn all(&self) -> impl Iterator<Item = Tile> {
         let columns = 0..self.x.count();
         (0..self.y.count())

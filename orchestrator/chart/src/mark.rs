@@ -1,4 +1,4 @@
-//! From the points of a series to shapes: lines, steps, dots and bars, and their intervals.
+//! Turns the points of a series into shapes: lines, steps, dots and bars, and their intervals.
 
 use crate::chart::{Mark, Series};
 use crate::clip;
@@ -8,10 +8,10 @@ use crate::scene::{Layer, Place, Shape, Stroke};
 use crate::span::Span;
 use crate::thin::Point;
 
-/// Lines of more points than this are drawn finer.
+/// Lines with more points than this are drawn finer.
 const DENSE: usize = 600;
 
-/// Half the bar across the end of a whisker.
+/// Half the length of the bar across the end of a whisker.
 const CAP: f64 = 1.6;
 
 /// A series that is ready to be drawn.
@@ -19,12 +19,12 @@ pub(crate) struct Drawn<'a> {
     pub(crate) series: &'a Series,
     pub(crate) points: &'a [Point],
     pub(crate) look: Look,
-    /// Whether other bars are in the same panel, which must show through.
+    /// Whether the panel has other bars, which must show through.
     pub(crate) among_bars: bool,
 }
 
 impl Drawn<'_> {
-    /// Its shapes in this box, the axes being these.
+    /// Its shapes in this box, with these axes.
     pub(crate) fn layer(&self, frame: &Frame, x: &Span, y: &Span) -> Layer {
         let mut shapes = Vec::new();
         match self.series.mark {
@@ -49,7 +49,7 @@ impl Drawn<'_> {
         Layer { name, shapes }
     }
 
-    /// The points between two gaps, for all gaps.
+    /// The pieces of the series between gaps.
     fn pieces(&self) -> impl Iterator<Item = &[Point]> {
         self.points.chunk_by(|_, next| !next.after_gap)
     }
@@ -74,7 +74,7 @@ impl Drawn<'_> {
                 stroke: self.look.stroke(width),
             });
         }
-        // A line of one point would not be seen.
+        // A line of one point would be invisible: it gets a marker.
         self.markers(frame, &lone, 2.4, shapes);
     }
 
@@ -158,7 +158,7 @@ impl Drawn<'_> {
             return;
         }
         shapes.push(Shape::Markers {
-            // The shape of a small dot cannot be seen, but costs much.
+            // The shape of a small dot cannot be seen, and a disc takes less room in the file.
             shape: if size < 2.0 {
                 crate::scene::Marker::Disc
             } else {
@@ -178,7 +178,7 @@ impl Drawn<'_> {
             .iter()
             .filter_map(|point| {
                 let half = (width / 2.0).abs();
-                // On an axis by powers of ten a bar may start at or below zero.
+                // On a logarithmic axis a bar may start at or below zero.
                 let left = x.fraction(point.value.0 - half).unwrap_or_default();
                 let right = x.fraction(point.value.0 + half)?;
                 let top = point.at.1;
@@ -196,7 +196,7 @@ impl Drawn<'_> {
     }
 }
 
-/// A line through these places that moves along one axis at a time: it holds until the next.
+/// A line of steps through these places: each value holds until the next place.
 fn corners(places: &[Place]) -> Vec<Place> {
     let mut corners = Vec::with_capacity(places.len() * 2);
     for (from, to) in places.iter().zip(places.iter().skip(1)) {

@@ -10,7 +10,7 @@ use crate::panel::Prepared;
 use crate::scene::{Layer, Scene, Shape, Text};
 use crate::text;
 
-/// Lays a chart out.
+/// Lays out a chart.
 pub(crate) fn scene(chart: &Chart) -> Scene {
     let columns = columns(chart);
     let looks = Looks::of(chart);
@@ -62,11 +62,11 @@ pub(crate) fn scene(chart: &Chart) -> Scene {
 /// The panels' boxes, all of one size, so that panels can be compared.
 struct Boxes {
     panel_width: f64,
-    /// For the numbers beside the widest axis.
+    /// Width of the numbers beside the vertical axis that has the widest.
     numbers: f64,
-    /// From a panel's left to its box.
+    /// Distance from a panel's left edge to its box.
     gutter: f64,
-    /// A box, before it has its place.
+    /// A box that has no place yet.
     unplaced: Frame,
 }
 
@@ -80,7 +80,7 @@ impl Boxes {
         let named = panels.iter().any(|panel| !panel.panel.y.label.is_empty());
         let panel_width = layout::panel_width(columns);
         let gutter = numbers + if named { NAME_BESIDE } else { 0.0 };
-        // Numbers too long to stand beside a box may not push it off the page.
+        // Numbers that are too wide must not push a box off the page.
         let gutter = gutter.min(panel_width * 0.6);
         Boxes {
             panel_width,
@@ -100,12 +100,12 @@ impl Boxes {
 struct Sheet {
     layers: Vec<Layer>,
     top: f64,
-    /// From edge to edge.
+    /// Width between the margins.
     room: f64,
 }
 
 impl Sheet {
-    /// The title and the legend of all panels.
+    /// Adds the title and the legend of all panels.
     fn head(&mut self, chart: &Chart, shared: &[Entry]) {
         self.lines(&chart.title, TITLE_SIZE, true);
         if !chart.title.is_empty() {
@@ -118,7 +118,7 @@ impl Sheet {
         }
     }
 
-    /// Panels side by side.
+    /// Adds panels side by side.
     fn row(
         &mut self,
         row: &[Prepared<'_>],
@@ -151,7 +151,7 @@ impl Sheet {
         self.top += header + boxes.unplaced.height + below;
     }
 
-    /// Where the chart came from, small and pale.
+    /// Adds where the chart came from, small and pale.
     fn source(&mut self, source: &str) {
         if source.is_empty() {
             return;
@@ -187,7 +187,8 @@ impl Sheet {
     }
 }
 
-/// How many panels stand side by side: as asked, but no more than there are, or than can be read.
+/// Number of panels side by side: as asked, but no more than there are, nor more than 6, so that they
+/// can be read.
 pub(crate) fn columns(chart: &Chart) -> usize {
     chart.columns.clamp(1, 6).min(chart.panels.len().max(1))
 }

@@ -1,16 +1,18 @@
-//! The colours, each with a name by which a page may set it.
+//! The colours, each with a name with which a page may set it.
 //!
-//! A series' is its caller's; print in grey goes by the dashes and markers of [`crate::look`].
+//! The caller chooses the colours of series. In grey print, series differ by the dashes and markers
+//! of [`crate::look`].
 //!
-//! The levels of a map go from light to dark in nine equal steps of lightness, nine of L*, so that
-//! their order is seen in grey and with any kind of colour vision, and from yellow by green to violet.
+//! The levels of a map go from light to dark and from yellow through green to violet. Their lightness
+//! decreases in equal steps of nine in L*, so that their order is visible in grey and with any kind
+//! of colour vision.
 
 use crate::chart::Tone;
 
-/// More colours than these cannot be distinguished side by side.
+/// The most colours that can be distinguished side by side.
 pub(crate) const MOST: usize = 9;
 
-/// What something is drawn in.
+/// The colour of a shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Colour {
     /// Text and axes.
@@ -64,8 +66,8 @@ impl Colour {
 }
 
 impl Tone {
-    /// That of the `n`-th, from 0, of several series of which none has a tone of its own: one of a map's
-    /// levels. Neighbours are far apart in lightness, and none is too light for a line.
+    /// The tone of the `n`-th series, from 0, if series have no tones of their own: the colour of a
+    /// map's level. Neighbours are far apart in lightness, and none is too light for a line.
     #[must_use]
     pub fn nth(n: u8) -> Tone {
         const ORDER: [usize; 6] = [8, 5, 3, 7, 4, 6];
@@ -74,7 +76,7 @@ impl Tone {
     }
 }
 
-/// A level's entry; beyond the last, the last one's.
+/// The name and colour of a level; beyond the last, those of the last.
 fn entry(level: usize) -> (&'static str, [u8; 3]) {
     LEVELS.get(level).copied().unwrap_or(LEVELS[MOST - 1])
 }

@@ -1,4 +1,4 @@
-//! One panel: what is worked out about it before it has its place, and then its layers.
+//! One panel: what is computed before it has its place, and then its layers.
 
 use std::collections::BTreeMap;
 
@@ -18,24 +18,24 @@ use crate::strip::Strip;
 use crate::text;
 use crate::thin::{self, Point};
 
-/// Between the legend and the box.
+/// Gap between the legend and the box.
 const OVER_BOX: f64 = 5.0;
 
-/// A panel that is about to be drawn.
+/// A panel that is ready to be drawn.
 pub(crate) struct Prepared<'a> {
     pub(crate) panel: &'a Panel,
-    /// None if there is nothing to draw.
+    /// `None` if there is nothing to draw.
     pub(crate) axes: Option<Axes>,
     /// The legend of its map.
     pub(crate) strip: Option<Strip<'a>>,
-    /// Whether that is every map's of the chart.
+    /// Whether all maps of the chart share that legend.
     shares_strip: bool,
     /// The points of each series.
     points: Vec<Vec<Point>>,
 }
 
 impl<'a> Prepared<'a> {
-    /// Works out axes and points for a panel of a chart of so many columns, with these levels.
+    /// Computes axes and points of a panel, for a chart with this number of columns and these levels.
     pub(crate) fn of(
         panel: &'a Panel,
         columns: usize,
@@ -51,7 +51,7 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// The legend of its map, if it has a map; the chart's levels are these.
+    /// The legend of the panel's map, if it has one; `levels` are those of the chart.
     fn strip(panel: &'a Panel, levels: &'a BTreeMap<&str, Levels>) -> Option<Strip<'a>> {
         let name = grid::map(panel)?.value.label.as_str();
         let levels = levels.get(name)?;
@@ -65,14 +65,14 @@ impl<'a> Prepared<'a> {
         };
         let field = Field::of(map, strip.levels, frame, (&axes.x, &axes.y));
         let mut layers = field.layers();
-        // Numbers under lines could not be read.
+        // Values under lines could not be read.
         if self.panel.series.is_empty() && self.panel.guides.is_empty() {
             layers.push(field.values());
         }
         layers
     }
 
-    /// The legend that stands over its box, where not all maps of the chart share one.
+    /// The legend of the map above its box, unless all maps of the chart share one.
     fn own_strip(&self) -> Option<Strip<'a>> {
         self.strip.filter(|_| !self.shares_strip)
     }
@@ -97,7 +97,7 @@ impl<'a> Prepared<'a> {
             .collect()
     }
 
-    /// What lies over a map has a rim.
+    /// Adds a rim to a layer if it lies over a map.
     fn over_map(&self, layer: Layer) -> Layer {
         match self.strip {
             Some(_) => layer.rimmed(),
@@ -123,8 +123,8 @@ impl<'a> Prepared<'a> {
         (labels, beside)
     }
 
-    /// Everything in and around its box but the heading. `numbers` is how wide the numbers beside
-    /// the boxes are; guides that a legend names are not named again.
+    /// Everything in and around its box except the heading. `numbers` is the width of the numbers
+    /// beside the boxes. Guides that a legend names are not named again.
     pub(crate) fn layers(
         &self,
         looks: &Looks,
@@ -175,7 +175,7 @@ impl<'a> Prepared<'a> {
         Layer { name: None, shapes }
     }
 
-    /// How high heading and legends are, down to the box.
+    /// Height of heading and legends, down to the box.
     pub(crate) fn header_height(&self, legend: &[Entry], room: f64) -> f64 {
         let rows = heading(self.panel, room).len() as f64;
         let noted = self
@@ -239,7 +239,7 @@ fn letter(panel: &Panel) -> String {
     }
 }
 
-/// The heading in lines; one that is empty if there is a letter only.
+/// The lines of the heading; one empty line if there is only a letter.
 fn heading(panel: &Panel, room: f64) -> Vec<String> {
     let letter = letter(panel);
     let room = room - text::width(&letter, HEADING_SIZE, true);

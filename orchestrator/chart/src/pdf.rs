@@ -1,8 +1,8 @@
-//! A chart as PDF: its scene as one page of vectors.
+//! A chart as PDF: its scene as one page of vector graphics.
 //!
-//! Its fonts are inside it, as far as it uses them ([`crate::font`]). There is no date and no random
-//! id in the file, and nothing is compressed, so that the same chart is the same bytes. What is
-//! around the page is in `document`.
+//! The characters that it uses are embedded ([`crate::font`]). The file has no date and no random id,
+//! and nothing is compressed, so that the same chart gives the same bytes. What is around the page is
+//! in `document`.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -16,7 +16,7 @@ use crate::scene::{Anchor, Marker, Percent, Place, Shape, Stroke, Text};
 use crate::svg::number;
 use crate::text::{self, RAISED_BY, RAISED_SIZE};
 
-/// How far a control point is from the end of a quarter of a circle, in radii.
+/// Distance of a control point from its end of a quarter circle, in radii.
 const QUARTER: f64 = 0.552_284_75;
 
 impl Chart {
@@ -135,7 +135,7 @@ impl Content {
         covered: Percent,
     ) {
         if shape == Marker::Disc && places.len() > 60 {
-            // A line of no length with round ends is a disc, and takes the least room in the file.
+            // A line of zero length with round ends is a disc, and takes the least room in the file.
             self.stroke(&Stroke {
                 opacity: covered,
                 ..Stroke::solid(colour, size)
@@ -207,7 +207,7 @@ impl Content {
         put!(self.operators, "BT 0 Tr {matrix} Tm {written}ET\n");
     }
 
-    /// The operators that write a text, in stretches of one level.
+    /// The operators that write a text, run by run.
     fn written(&mut self, text: &Text) -> String {
         let (font, name) = if text.bold {
             (&mut self.bold, "B")

@@ -12,23 +12,23 @@ pub(crate) type Place = (f64, f64);
 pub(crate) struct Scene {
     pub(crate) width: f64,
     pub(crate) height: f64,
-    /// The lowest first.
+    /// Layers, the lowest first.
     pub(crate) layers: Vec<Layer>,
 }
 
 /// Shapes that belong together.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Layer {
-    /// What they show, if it has a name.
+    /// The name of what they show, if it has one.
     pub(crate) name: Option<String>,
     pub(crate) shapes: Vec<Shape>,
 }
 
-/// How far a rim stands out on all sides.
+/// Width of a rim on each side.
 const RIM: f64 = 0.7;
 
 impl Layer {
-    /// The same with a rim of paper about lines and markers, so that they can be seen over tiles.
+    /// Adds a rim in the colour of the paper to lines and markers, so that they are visible over tiles.
     pub(crate) fn rimmed(self) -> Layer {
         let rims = self.shapes.iter().filter_map(|shape| match shape {
             Shape::Lines { lines, stroke } => Some(Shape::Lines {
@@ -60,15 +60,15 @@ impl Layer {
     }
 }
 
-/// What can be drawn.
+/// A shape that can be drawn.
 #[derive(Debug, Clone)]
 pub(crate) enum Shape {
-    /// Open lines, all in one stroke.
+    /// Open lines, all with the same stroke.
     Lines {
         lines: Vec<Vec<Place>>,
         stroke: Stroke,
     },
-    /// Closed areas, all in one fill.
+    /// Closed areas, all with the same fill.
     Areas {
         areas: Vec<Vec<Place>>,
         colour: Colour,
@@ -87,7 +87,7 @@ pub(crate) enum Shape {
     Text(Text),
 }
 
-/// How much of what is behind is covered, 0 to 100.
+/// Opacity, from 0 to 100.
 pub(crate) type Percent = u8;
 
 /// How a line is drawn.
@@ -95,7 +95,7 @@ pub(crate) type Percent = u8;
 pub(crate) struct Stroke {
     pub(crate) colour: Colour,
     pub(crate) width: f64,
-    /// Lengths of stroke and gap in turn; none for a solid line.
+    /// Lengths of stroke and gap in turn; empty for a solid line.
     pub(crate) dash: &'static [f64],
     pub(crate) opacity: Percent,
 }
@@ -122,7 +122,7 @@ pub(crate) enum Marker {
 }
 
 impl Marker {
-    /// Its corners about (0, 0) at width 2; none for a disc.
+    /// Its corners about (0, 0) for a width of 2; none for a disc.
     pub(crate) fn corners(self) -> &'static [Place] {
         match self {
             Marker::Disc => &[],
@@ -136,17 +136,17 @@ impl Marker {
 /// One line of text.
 #[derive(Debug, Clone)]
 pub(crate) struct Text {
-    /// On the base line.
+    /// The place of its anchor on the baseline.
     pub(crate) at: Place,
     pub(crate) content: String,
-    /// The height of its letters' body.
+    /// Font size, in points.
     pub(crate) size: f64,
     pub(crate) anchor: Anchor,
     pub(crate) bold: bool,
-    /// Read upwards, not to the right.
+    /// Whether it is rotated to read upwards.
     pub(crate) upright: bool,
     pub(crate) colour: Colour,
-    /// With a rim of paper, so that it can be read over lines.
+    /// Whether it has a rim in the colour of the paper, so that it can be read over lines.
     pub(crate) rim: bool,
     pub(crate) opacity: Percent,
 }
@@ -195,7 +195,7 @@ impl Text {
     }
 }
 
-/// The end of a text that lies at its place.
+/// The part of a text that is at its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Anchor {
     Start,

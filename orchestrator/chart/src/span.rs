@@ -1,13 +1,15 @@
-//! From where to where an axis goes, and where on it a number is.
+//! The range of an axis, and the positions of numbers on it.
 //!
-//! Halves are taken before differences, so that no two finite numbers are too far apart.
+//! Numbers are halved before they are subtracted, so that the difference of two finite numbers does
+//! not overflow.
 
 use crate::axis::{Axis, Scale};
 
-/// Places farther than this many axis lengths from an axis are drawn as one.
+/// A position is at most this many axis lengths from the start of an axis; beyond that it is clamped.
 const FAR: f64 = 1e4;
 
-/// From where to where an axis goes; `lo` below `hi`, both finite, above zero if by powers of ten.
+/// The range of an axis: `lo` is below `hi`, both are finite, and above zero if the scale is
+/// logarithmic.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Span {
     pub(crate) lo: f64,
@@ -23,7 +25,7 @@ impl Span {
         is_range.then(|| Span { lo, hi, scale }.widened())
     }
 
-    /// Wide enough to have places in it.
+    /// Widens the range if it is too narrow to tell positions apart.
     pub(crate) fn widened(self) -> Span {
         let Span { lo, hi, scale } = self;
         let size = lo.abs().max(hi.abs());
@@ -51,7 +53,7 @@ impl Span {
         }
     }
 
-    /// A little wider than the data, but not across zero.
+    /// Widens the range by a part of its length, but not across zero.
     pub(crate) fn with_margin(self, margin: f64) -> Span {
         let Span { lo, hi, scale } = self;
         match scale {
@@ -76,7 +78,8 @@ impl Span {
         }
     }
 
-    /// Where on the axis a number is: 0 at its start, 1 at its end. None if it cannot be drawn.
+    /// The position of a number on the axis: 0 at its start, 1 at its end. `None` if it cannot be
+    /// drawn.
     pub(crate) fn fraction(&self, value: f64) -> Option<f64> {
         if !drawable(value, self.scale) {
             return None;
@@ -98,7 +101,7 @@ impl Span {
     }
 }
 
-/// Whether a number can be on an axis of this scale.
+/// Whether a number can be drawn on an axis of this scale.
 pub(crate) fn drawable(value: f64, scale: Scale) -> bool {
     value.is_finite() && (scale == Scale::Linear || value > 0.0)
 }

@@ -1,6 +1,6 @@
 //! The legend of a map: a strip with a swatch for each level and numbers where they meet.
 //!
-//! Beside it is what has no level, if the map has any: hatched, and no data.
+//! Beside it are samples of tiles without a level, if the map has any: hatched, and no data.
 
 use crate::field::{corners, ground};
 use crate::layout::{self, Frame, LEADING, LEGEND_SIZE, TICK_SIZE};
@@ -9,42 +9,42 @@ use crate::palette::Colour;
 use crate::scene::{Anchor, Layer, Place, Shape, Stroke, Text};
 use crate::text;
 
-/// How wide a swatch is, at most, and at least if that keeps the legend in one row; how high it is.
+/// A swatch: its greatest width, its least width in a legend of one row, and its height.
 const WIDE: f64 = 21.0;
 const NARROW: f64 = 13.0;
 const HIGH: f64 = 7.5;
 
-/// How wide the sample of what has no level is.
+/// Width of the sample of tiles without a level.
 const SAMPLE: f64 = 13.0;
 
-/// Between a sample and its name.
+/// Gap between a sample and its name.
 const SPACE: f64 = 4.0;
 
-/// Between the name, the strip, and what is beside it.
+/// Gap between the name, the strip, and the samples.
 const GAP: f64 = 9.0;
 
-/// Between two numbers, at least.
+/// Least gap between two numbers.
 const APART: f64 = 3.0;
 
-/// How far an open end is pointed.
+/// Length of the point of an open end.
 const POINT: f64 = 4.0;
 
-/// From the swatches to the base line of their numbers.
+/// Distance from the swatches to the baseline of their numbers.
 const NUMBERS_BELOW: f64 = 1.5 + TICK_SIZE * 0.85;
 
-/// How high a row is: one of names, and the strip's.
+/// Height of a row: of one with names, and of that with the strip.
 const ROW: f64 = LEGEND_SIZE * LEADING + 1.0;
 const STRIP_ROW: f64 = HIGH + NUMBERS_BELOW + 5.0;
 
 /// The legend of one quantity.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Strip<'a> {
-    /// What the values are.
+    /// The label of the values.
     pub(crate) name: &'a str,
     pub(crate) levels: &'a Levels,
 }
 
-/// What stands side by side in it.
+/// The parts of it that are side by side.
 enum Block {
     Name(String),
     Levels { swatch: f64 },
@@ -62,7 +62,7 @@ impl Block {
         }
     }
 
-    /// How much of it stands before its name.
+    /// Width of the part before its name.
     fn sample(&self) -> f64 {
         match self {
             Block::Name(_) | Block::Levels { .. } => 0.0,
@@ -70,12 +70,12 @@ impl Block {
         }
     }
 
-    /// Long names are written smaller, so that they stay on the page.
+    /// Font size of its name; smaller for a long one, so that it stays on the page.
     fn size(&self, room: f64) -> f64 {
         layout::fitting(self.name(), LEGEND_SIZE, room - self.sample())
     }
 
-    /// How wide it is with its name; without the levels themselves.
+    /// Width with its name, but without the levels themselves.
     fn width(&self, room: f64) -> f64 {
         self.sample() + text::width(self.name(), self.size(room), false)
     }
@@ -108,14 +108,14 @@ impl Strip<'_> {
         blocks.chain(after.into_iter().flatten()).collect()
     }
 
-    /// How far a number may stand out over the end of the strip.
+    /// How far a number may extend beyond the end of the strip.
     fn overhang(&self) -> f64 {
         let labels = [self.levels.bounds.first(), self.levels.bounds.last()];
         let widths = labels.iter().flatten().map(|(_, label)| wide(label) / 2.0);
         widths.fold(POINT, f64::max)
     }
 
-    /// The blocks with where each starts, as (x, y), and how high they are together.
+    /// The blocks, each with its place as (x, y), and their height together.
     fn places(&self, room: f64) -> (Vec<(Block, Place)>, f64) {
         let blocks = self.blocks(room);
         let widths: Vec<f64> = blocks
@@ -145,7 +145,7 @@ impl Strip<'_> {
         (blocks.into_iter().zip(places).collect(), top(rows))
     }
 
-    /// How high it is in this room.
+    /// Its height in this width.
     pub(crate) fn height(&self, room: f64) -> f64 {
         self.places(room).1
     }
@@ -178,13 +178,13 @@ impl Strip<'_> {
         Layer { name: None, shapes }
     }
 
-    /// The swatches and their numbers.
+    /// Adds the swatches and their numbers.
     fn levels(&self, at: Place, swatch: f64, shapes: &mut Vec<Shape>) {
         let levels = self.levels;
         let (left, top) = at;
         let (middle, bottom) = (top + HIGH / 2.0, top + HIGH);
         let right = left + swatch * levels.count() as f64;
-        // Each goes on under those that follow, as the areas of a map do.
+        // Each continues under those that follow, as the areas of a map do.
         for level in 0..levels.count() {
             let start = left + swatch * level as f64;
             let mut area = if level == 0 && levels.is_open_below {
@@ -237,7 +237,7 @@ fn wide(label: &str) -> f64 {
     text::width(label, TICK_SIZE, false)
 }
 
-/// A rectangle that is only its sides.
+/// The outline of a rectangle.
 fn outline(room: &Frame) -> Shape {
     let mut line = corners(room);
     line.extend(line.first().copied());

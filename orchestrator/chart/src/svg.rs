@@ -1,8 +1,8 @@
-//! A chart as SVG: its scene in the web's own drawing language.
+//! A chart as SVG, for web pages.
 //!
-//! Colours are given twice. The attributes are for readers that know no more; the classes let the
-//! page that an SVG stands in set them by variables. There are no ids but those of title and
-//! description, which have the chart's name in them.
+//! Colours are given twice. The attributes are for viewers that support no more; with the classes,
+//! the page that contains an SVG can set colours by variables. The only ids are those of title and
+//! description, which contain the chart's name.
 
 use std::fmt::Write;
 
@@ -12,11 +12,11 @@ use crate::palette::Colour;
 use crate::scene::{Anchor, Layer, Marker, Percent, Place, Scene, Shape, Stroke, Text};
 use crate::text::{self, RAISED_BY, RAISED_SIZE};
 
-/// Fonts whose letters are as wide as [`crate::text`] says, then any.
+/// Fonts with the letter widths of [`crate::text`], then any sans-serif font.
 const FONTS: &str = "Helvetica, Arial, 'Liberation Sans', 'Nimbus Sans', sans-serif";
 
 impl Chart {
-    /// The chart as an SVG document, to stand alone or in a page.
+    /// The chart as an SVG document, alone or in a page.
     ///
     /// Its size is in points, for a journal's column or page. The same chart gives the same bytes.
     #[must_use]
@@ -138,7 +138,7 @@ fn group(svg: &mut String, layer: &Layer) {
     svg.push_str("</g>\n");
 }
 
-/// `M` to the first place, then `L` to the others, or `H` and `V` where they are level or upright.
+/// `M` to the first place, then `L` to the others, or `H` and `V` for horizontal and vertical lines.
 fn path(svg: &mut String, line: &[Place]) {
     let mut last: Option<(String, String)> = None;
     for place in line {
@@ -164,7 +164,7 @@ fn markers(
 ) {
     put!(svg, "<path d=\"");
     if shape == Marker::Disc {
-        // A line of no length with round ends is a disc, and takes the least room in the file.
+        // A line of zero length with round ends is a disc, and takes the least room in the file.
         for (x, y) in places {
             put!(svg, "M{} {}h0", number(*x), number(*y));
         }
@@ -282,7 +282,7 @@ fn hex(colour: Colour) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-/// To a hundredth, without what says nothing.
+/// A number to a hundredth, without trailing zeros.
 pub(crate) fn number(value: f64) -> String {
     let written = format!("{value:.2}");
     let short = written.trim_end_matches('0').trim_end_matches('.');
@@ -293,7 +293,8 @@ pub(crate) fn number(value: f64) -> String {
     }
 }
 
-/// As XML's text: its own signs written out, what it does not allow left out.
+/// Escapes a text for XML: special characters are escaped, tabs and line ends become spaces, and
+/// characters that XML does not allow are left out.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

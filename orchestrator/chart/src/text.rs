@@ -1,9 +1,9 @@
 //! How wide text is, where it is broken, and which of its characters are raised.
 //!
-//! Widths are Helvetica's, from Adobe's metrics; Arial has the same, and so has Liberation Sans, which
-//! is what a PDF carries. Another font moves words a little and nothing else. No kerning.
+//! Widths are those of Helvetica, from Adobe's metrics. Arial has the same, and so has Liberation
+//! Sans, which is in the PDF. Another font only moves words a little. There is no kerning.
 
-/// Thousandths of the size, from the space to the tilde.
+/// Widths in thousandths of the font size, from the space to the tilde.
 const ASCII: [u16; 95] = [
     278, 278, 355, 556, 556, 889, 667, 191, 333, 333, 389, 584, 278, 333, 278, 278, 556, 556, 556,
     556, 556, 556, 556, 556, 556, 556, 278, 278, 584, 584, 584, 556, 1015, 667, 667, 722, 722, 667,
@@ -12,24 +12,24 @@ const ASCII: [u16; 95] = [
     222, 833, 556, 556, 556, 556, 333, 500, 278, 556, 500, 722, 500, 500, 500, 334, 260, 334, 584,
 ];
 
-/// How large a raised character is, beside the others.
+/// Size of a raised character, relative to the others.
 pub(crate) const RAISED_SIZE: f64 = 0.7;
 
-/// How far up it is, in sizes of the others.
+/// How far up it is, in font sizes of the others.
 pub(crate) const RAISED_BY: f64 = 0.36;
 
-/// Bold letters are about this much wider.
+/// Bold letters are wider by about this factor.
 const BOLD: f64 = 1.07;
 
-/// A stretch of text on one level.
+/// A part of a text that is raised or not as a whole.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Run {
     pub(crate) content: String,
     pub(crate) raised: bool,
 }
 
-/// The stretches of a text. Superscript characters, which few fonts have all of, become raised
-/// plain ones.
+/// The runs of a text. Superscript characters become raised plain ones, since few fonts have all of
+/// them.
 pub(crate) fn runs(text: &str) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     for c in text.chars() {
@@ -80,7 +80,7 @@ pub(crate) fn superscript(exponent: i32) -> String {
         .collect()
 }
 
-/// Thousandths of the size.
+/// Width in thousandths of the font size.
 fn advance(c: char) -> u16 {
     let ascii = (c as usize)
         .checked_sub(32)
@@ -95,7 +95,7 @@ fn advance(c: char) -> u16 {
     }
 }
 
-/// How wide a text is, in points.
+/// Width of a text, in points.
 pub(crate) fn width(text: &str, size: f64, bold: bool) -> f64 {
     let plain: f64 = runs(text)
         .iter()
@@ -107,7 +107,7 @@ pub(crate) fn width(text: &str, size: f64, bold: bool) -> f64 {
     plain / 1000.0 * size * if bold { BOLD } else { 1.0 }
 }
 
-/// The text, or as much of its start as has room, with an ellipsis.
+/// The text, or as much of its start as fits, with an ellipsis.
 pub(crate) fn cut(text: &str, size: f64, room: f64) -> String {
     if width(text, size, false) <= room {
         return text.to_owned();
@@ -122,7 +122,7 @@ pub(crate) fn cut(text: &str, size: f64, room: f64) -> String {
     "…".to_owned()
 }
 
-/// The text in lines of at most `room` points, broken at spaces. A longer word stands alone.
+/// The text in lines of at most `room` points, broken at spaces. A longer word has a line of its own.
 pub(crate) fn lines(text: &str, size: f64, bold: bool, room: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {

@@ -1,8 +1,9 @@
-//! Leaves out what could not be seen: the points that all three forms of a chart share.
+//! Leaves out points that could not be seen; all three forms of a chart share the rest.
 //!
-//! Paper is divided into cells of half a point (0.18 mm). Of a line's points in one column of
-//! cells, the first, the lowest, the highest and the last stay, so the ink stays where it was. Of
-//! dots in one cell the first stays. Numbers that cannot be drawn go, and leave a gap in a line.
+//! Paper is divided into cells of half a point (0.18 mm). Of a line's points in one column of cells,
+//! the first, the lowest, the highest and the last are kept, so that the line covers the same area.
+//! Of the dots in one cell the first is kept. Numbers that cannot be drawn are left out, with a gap
+//! in a line.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +12,7 @@ use crate::layout;
 use crate::scene::Place;
 use crate::span::Span;
 
-/// More dots than this are laid on coarser cells.
+/// With more dots than this, cells are coarser.
 const MOST_DOTS: usize = 9_000;
 
 /// Cells of half a point.
@@ -20,13 +21,13 @@ const CELLS_PER_POINT: f64 = 2.0;
 /// A point that is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Point {
-    /// What it says.
+    /// Its x and y.
     pub(crate) value: (f64, f64),
-    /// Below and above it.
+    /// Lower and upper end of its interval.
     pub(crate) band: Option<(f64, f64)>,
-    /// Where it is in its panel: (0, 0) is the bottom left corner, (1, 1) the top right.
+    /// Its place in the panel: (0, 0) is the bottom left corner, (1, 1) the top right.
     pub(crate) at: Place,
-    /// Whether the line breaks off before it.
+    /// Whether there is a gap in the line before it.
     pub(crate) after_gap: bool,
 }
 

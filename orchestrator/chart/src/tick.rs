@@ -5,23 +5,23 @@ use crate::layout::{self, TICK_SIZE};
 use crate::span::Span;
 use crate::text::{self, superscript};
 
-/// Steps shorter or longer than these would not survive arithmetic.
+/// Steps shorter or longer than these would underflow or overflow.
 const SHORTEST: f64 = 1e-290;
 const LONGEST: f64 = 1e290;
 
 /// This many steps from zero, a number no longer has the digits to tell two steps apart.
 const MOST_STEPS: f64 = 1e14;
 
-/// The marks of one axis.
+/// The ticks of one axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Ticks {
-    /// Numbers with what is written at them.
+    /// Numbers with their labels.
     pub(crate) labelled: Vec<(f64, String)>,
-    /// Numbers that are marked only.
+    /// Numbers with a tick but no label.
     pub(crate) minor: Vec<f64>,
-    /// What every written number is to be multiplied by, or added to; often empty.
+    /// Common factor and offset of all labels; often empty.
     pub(crate) note: String,
-    /// The size that they are written in.
+    /// Font size of the labels.
     pub(crate) size: f64,
 }
 
@@ -45,8 +45,8 @@ impl Ticks {
         }
     }
 
-    /// Names at 0, 1, 2 and so on, each in a room of this length and height: smaller or cut short
-    /// where they are longer, and not all of them where there is no room for a line.
+    /// Names at 0, 1, 2 and so on, each with a space of this length and height. Longer names are
+    /// smaller or cut short; if there is no room for a line of text, some names are left out.
     pub(crate) fn named(names: &[String], (room, high): (f64, f64)) -> Ticks {
         let every = (TICK_SIZE * 1.1 / high).ceil().max(1.0) as usize;
         let size = names
@@ -80,11 +80,11 @@ impl Step {
         Step { digit, exponent }
     }
 
-    /// The shortest step of 1, 2 or 5 that is no shorter than this.
+    /// The shortest step with the digit 1, 2 or 5 that is at least this long.
     pub(crate) fn at_least(length: f64) -> Step {
         let exponent = length.log10().floor() as i32;
         let rest = length / 10_f64.powi(exponent);
-        // What is a hair above a round step, by rounding, is that step.
+        // A length that exceeds a round step only by rounding is that step.
         let rest = rest * (1.0 - 1e-9);
         let (digit, exponent) = match rest {
             _ if rest <= 1.0 => (1.0, exponent),
@@ -95,7 +95,7 @@ impl Step {
         Step { digit, exponent }
     }
 
-    /// This many steps, rounded once only.
+    /// The length of this many steps, rounded only once.
     pub(crate) fn times(self, count: f64) -> f64 {
         if self.exponent < 0 {
             count * self.digit / 10_f64.powi(-self.exponent)
@@ -122,7 +122,7 @@ fn linear(span: &Span, count: usize) -> Ticks {
         return ends();
     }
     let many = first.abs().max(last.abs());
-    // Numbers that agree in their first five digits are written from the first of them on.
+    // Numbers that agree in their first five digits are written as differences from the first of them.
     let origin = if many >= 1e5 { first } else { 0.0 };
     let largest = step.times((first - origin).abs().max((last - origin).abs()));
     let thousands = if largest > 0.0 && !(1e-2..1e5).contains(&largest) {
@@ -158,8 +158,8 @@ fn linear(span: &Span, count: usize) -> Ticks {
     }
 }
 
-/// Powers of ten, or what is between them where there are few; none where the span is so short
-/// that evenly spaced numbers are as good.
+/// Powers of ten, and numbers between them if there are few. `None` if the span is so short that
+/// evenly spaced numbers are as good.
 fn log(span: &Span, count: usize) -> Option<Ticks> {
     let first = (span.lo.log10() - 1e-9).ceil() as i32;
     let last = (span.hi.log10() + 1e-9).floor() as i32;
@@ -204,7 +204,7 @@ fn log(span: &Span, count: usize) -> Option<Ticks> {
     })
 }
 
-/// Numbers and how they are written, plainly unless one of them is very small or large.
+/// Numbers with their labels: plain, unless one of them is very small or large.
 pub(crate) fn written(numbers: &[Step]) -> Vec<(f64, String)> {
     let plainly = numbers
         .iter()
@@ -225,7 +225,8 @@ pub(crate) fn written(numbers: &[Step]) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// A number's first two digits, and all before the point.
+/// A number with two significant digits and its whole integer part; with a power of ten if it is very
+/// small or large.
 pub(crate) fn short(value: f64) -> String {
     let exponent = value.abs().log10().floor();
     let written = match exponent {
@@ -236,7 +237,7 @@ pub(crate) fn short(value: f64) -> String {
     minus(&written)
 }
 
-/// A number as it comes, with a power of ten if it is long.
+/// A number with all its digits; with a power of ten if it is long.
 fn plain(value: f64) -> String {
     let (short, long) = (format!("{value}"), format!("{value:e}"));
     minus(if short.len() <= 12 { &short } else { &long })

@@ -1,6 +1,6 @@
 //! The command line: what can be typed, and its help.
 //!
-//! Nothing is looked up or checked here beyond what a type's own reading checks.
+//! Nothing is looked up here, and nothing is checked beyond what the types' own parsers check.
 
 // The comments on arguments are their help, printed as they stand.
 #![allow(clippy::doc_markdown)]
@@ -56,12 +56,12 @@ pub(crate) struct Argument {
 }
 
 impl Argument {
-    /// Reads the command line; prints help or a usage error and ends the program where it has to.
+    /// Parses the command line. Prints help or a usage error, and ends the program, if necessary.
     pub(crate) fn read() -> Argument {
         Argument::parse()
     }
 
-    /// What `webloop run EXPERIMENT --out FOLDER` would be.
+    /// The arguments of `webloop run EXPERIMENT --out FOLDER`.
     pub(crate) fn of_run(experiment: &str, folder: &Path) -> Argument {
         let words = ["webloop", "run", experiment, "--out"].map(OsStr::new);
         Argument::parse_from(words.into_iter().chain([folder.as_os_str()]))

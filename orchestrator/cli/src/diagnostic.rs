@@ -1,4 +1,4 @@
-//! Draws what is wrong with a file at its place, as compilers do, on standard error.
+//! Draws on standard error what is wrong with a file, at its place, as compilers do.
 
 use std::io::IsTerminal;
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! Exit codes by kind, decided in one place.
+//! Exit codes for each kind of outcome, decided in one place.
 
 use std::io;
 use std::process::ExitCode;
@@ -8,7 +8,7 @@ use campaign::Kind;
 /// How a command ended, as its caller's shell sees it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Exit {
-    /// All that was asked was done, and what was checked held.
+    /// Everything requested was done, and every check held.
     Fine = 0,
     /// A run failed or is invalid, or a check did not hold.
     Failed = 1,
@@ -45,8 +45,8 @@ impl Failure {
     }
 }
 
-/// Anything else that went wrong while a command ran, by its kind where it has one: what is missing
-/// is told from what failed, so that whoever started a role knows it too.
+/// Any other error of a command, with its kind if it has one. Something missing and something
+/// failed have different codes, so that whoever started a role can tell them apart.
 impl<E: Into<anyhow::Error>> From<E> for Failure {
     fn from(error: E) -> Self {
         let error = error.into();
@@ -72,13 +72,13 @@ fn of_kind(kind: Kind) -> Exit {
     }
 }
 
-/// What a command gives back.
+/// Result of a command.
 pub(crate) type Outcome = Result<Exit, Failure>;
 
-/// Says an error on standard error and gives the exit code.
+/// Prints an error on standard error and returns the exit code.
 pub(crate) fn end(outcome: Outcome) -> ExitCode {
     let exit = outcome.unwrap_or_else(|failure| {
-        // A reader that has gone away, as in `webloop show DIR | head`, is no error of ours.
+        // It is no error if the reader closes the pipe, as in `webloop show DIR | head`.
         let io = match failure.error.downcast_ref() {
             Some(campaign::Error::Io(error)) => Some(error),
             _ => failure.error.downcast_ref(),
@@ -86,7 +86,7 @@ pub(crate) fn end(outcome: Outcome) -> ExitCode {
         if io.is_some_and(|error: &io::Error| error.kind() == io::ErrorKind::BrokenPipe) {
             return Exit::Fine;
         }
-        // Each file by itself, before what follows from them.
+        // First each damaged file, then the error that follows from them.
         if let Some(campaign::Error::NotWhole { damage, .. }) = failure.error.downcast_ref() {
             for one in damage {
                 eprintln!("webloop: {one}");
@@ -98,7 +98,7 @@ pub(crate) fn end(outcome: Outcome) -> ExitCode {
     ExitCode::from(exit as u8)
 }
 
-/// An error and its causes in one line. Many errors quote their cause; it is not said twice.
+/// An error and its causes in one line. Many errors quote their cause; it is not repeated.
 fn sentence(error: &anyhow::Error) -> String {
     error.chain().fold(String::new(), |said, cause| {
         let cause = cause.to_string();

@@ -6,8 +6,8 @@ use tracing_subscriber::EnvFilter;
 
 use crate::argument::{Argument, LogFormat};
 
-/// Starts logging. The writer is not a thread of its own: a run's processes log a few lines at
-/// start and end, and a user namespace can only be entered while there is one thread.
+/// Starts logging. The writer has no thread of its own: a run's processes log only a few lines, at
+/// start and end, and a process can only enter a user namespace while it has one thread.
 pub(crate) fn start(argument: &Argument) {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
     let builder = tracing_subscriber::fmt()

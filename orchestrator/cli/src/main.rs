@@ -1,7 +1,7 @@
 //! `webloop`: every role of the testbed in one binary.
 //!
-//! Arguments are read in `argument`; each command is a file in `command`; this is the map. How a
-//! campaign is run, and what is in its folder, is in the crate `campaign`.
+//! `argument` reads the command line, and each command is a file in `command`; this file connects
+//! them. The crate `campaign` runs campaigns and defines what is in their folders.
 
 mod argument;
 mod command;

@@ -1,5 +1,5 @@
-//! How far a campaign is: one bar and a line for each cell under way on a terminal, one line for
-//! each finished cell elsewhere.
+//! Progress of a campaign: on a terminal one bar and a line for each running cell, elsewhere one
+//! line for each finished cell.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -12,34 +12,34 @@ use plan::{Cell, Verdict};
 
 use crate::argument::Progress as How;
 
-/// How often a second bars are drawn: often enough to be seen moving, too rarely to cost time.
+/// How often bars are drawn per second: often enough to be seen moving, too rarely to cost time.
 pub(crate) const DRAWN_HZ: u8 = 5;
 const DRAW: Duration = Duration::from_millis(1_000 / DRAWN_HZ as u64);
 
-/// What a bar looks like.
+/// Template of a bar.
 pub(crate) const BAR: &str = "{bar:30.cyan/dim} {msg}";
 
-/// Before that much has been done, what was expected is a better guess than what it took.
+/// Until this much is done, the expected times predict the rest better than the pace so far.
 const SETTLED: Duration = Duration::from_secs(60);
 
 /// The progress of one campaign.
 pub(crate) struct Progress {
     bars: Option<(MultiProgress, ProgressBar)>,
-    /// A line for each cell under way, by its index.
+    /// A line for each running cell, by the cell's index.
     under_way: Mutex<BTreeMap<usize, ProgressBar>>,
     lines: bool,
     total: usize,
     done: AtomicUsize,
     began: Instant,
     expected: Duration,
-    /// What each cell adds to that, by its index.
+    /// What each cell adds to `expected`, by its index.
     shares: BTreeMap<usize, Duration>,
-    /// What was expected for the cells that have ended.
+    /// Expected time of the cells that have ended, ms.
     done_ms: AtomicU64,
 }
 
 impl Progress {
-    /// For these cells, at this pace.
+    /// Starts the progress of these cells, at this pace.
     pub(crate) fn start(how: How, cells: &[&Cell], pace: Pace) -> Progress {
         let (total, shares) = (cells.len(), shares(cells, pace));
         let expected = shares.values().sum();
@@ -65,7 +65,7 @@ impl Progress {
         }
     }
 
-    /// How long the rest takes, at the pace so far.
+    /// Time left, at the pace so far; `done` is the expected time of the cells that have ended.
     fn left(&self, done: Duration) -> Duration {
         let left = self.expected.saturating_sub(done);
         if done < SETTLED {
@@ -75,7 +75,7 @@ impl Progress {
         }
     }
 
-    /// Takes the bars away.
+    /// Removes the bars.
     pub(crate) fn finish(self) {
         if let Some((_, bar)) = self.bars {
             bar.finish_and_clear();
@@ -134,7 +134,7 @@ impl campaign::Progress for Progress {
         if let Some((all, bar)) = &self.bars {
             bar.inc(share_ms);
             bar.set_message(standing(done, self.total, left));
-            // Bars are for what goes well; what does not stays on the screen.
+            // Bars show what goes well; a line about what does not stays on the screen.
             if verdict != Verdict::Complete {
                 let _ = all.println(line);
             }
@@ -144,7 +144,7 @@ impl campaign::Progress for Progress {
     }
 }
 
-/// How many cells have ended, and how long the others will take.
+/// The number of cells that have ended, and the time left.
 fn standing(done: usize, total: usize, left: Duration) -> String {
     format!("{done}/{total} cells, {} left", people(left))
 }
@@ -153,7 +153,7 @@ fn ms(time: Duration) -> u64 {
     time.as_millis().try_into().unwrap_or(u64::MAX)
 }
 
-/// A length of time as people say it.
+/// A duration as people say it.
 pub(crate) fn people(time: Duration) -> String {
     let s = time.as_secs();
     match s {
@@ -174,7 +174,7 @@ fn words(cell: &Cell) -> String {
     )
 }
 
-/// The look by a template.
+/// The style of a template.
 pub(crate) fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).expect("the templates are constants, and tested by use")
 }

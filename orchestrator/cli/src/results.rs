@@ -1,11 +1,11 @@
-//! What is damaged or missing of a campaign, said on standard error.
+//! Reports on standard error what is damaged or missing in a campaign.
 
 use std::path::Path;
 
 use analysis::Campaign;
 use plan::Verdict;
 
-/// Says which files are damaged; how many.
+/// Reports which files are damaged. Returns how many.
 pub(crate) fn tell_damage(campaign: &Campaign) -> usize {
     let damage = campaign.damage();
     for one in &damage {
@@ -14,7 +14,7 @@ pub(crate) fn tell_damage(campaign: &Campaign) -> usize {
     damage.len()
 }
 
-/// Says which runs are missing or not complete; how many.
+/// Reports which undamaged runs are missing or not complete. Returns how many.
 pub(crate) fn tell_missing(campaign: &Campaign, name: &Path) -> usize {
     let undamaged = campaign.runs.iter().filter(|run| run.damage.is_empty());
     let missing = undamaged.filter(|run| run.verdict() != Some(Verdict::Complete));
@@ -31,8 +31,8 @@ pub(crate) fn tell_missing(campaign: &Campaign, name: &Path) -> usize {
     count
 }
 
-/// Whether both of two campaigns are all that they were to be, as a check that passes has to know.
-/// What is not is said on standard error.
+/// Whether both campaigns are whole, as they have to be for a check to pass. Reports on standard
+/// error what is not.
 pub(crate) fn are_whole(both: [(&Campaign, &Path); 2], allow_missing: bool) -> bool {
     let (mut damaged, mut missing) = (0, 0);
     for (campaign, name) in both {

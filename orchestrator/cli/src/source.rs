@@ -15,13 +15,13 @@ use sweep::{SWEEPS, Sweep};
 use crate::diagnostic;
 use crate::exit::Failure;
 
-/// Where a clone keeps its profiles: there a profile's own name is enough.
+/// The folder of a clone's profiles; these can be given by name alone.
 const PROFILES: &str = "netem/profiles";
 
 /// The text of a profile, by built-in name or by path, with the traces that it names.
 ///
 /// # Errors
-/// A sentence on what cannot be read.
+/// A sentence that says what cannot be read.
 pub(crate) fn profile_text(asked: &str) -> Result<ProfileText, String> {
     if let Some(source) = Profile::builtin(asked) {
         return Ok(ProfileText {
@@ -48,7 +48,7 @@ pub(crate) fn profile_text(asked: &str) -> Result<ProfileText, String> {
         traces.borrow_mut().insert(name.to_owned(), text.clone());
         Ok(text)
     };
-    // Read here only for the traces that it asks for; whoever needs the profile judges it.
+    // Parsed here only to collect its traces; whoever uses the profile checks it.
     let _ = Profile::read(&source, asked, &trace);
     Ok(ProfileText {
         source,
@@ -74,12 +74,12 @@ fn named(kind: &str, built_in: &[(&str, &str)], asked: &str) -> Result<String, F
     })
 }
 
-/// A name that was surely meant as a file's.
+/// Whether a name was meant as the path of a file.
 fn looks_like_a_path(asked: &str) -> bool {
     asked.contains('/') || Path::new(asked).extension().is_some()
 }
 
-/// A trace lies beside its profile, so that a run's folder can hold both.
+/// Reads a trace, which must lie beside its profile, so that a run's folder can hold both.
 fn read_trace(profile: &Path, name: &str) -> Result<String, String> {
     if name.contains('/') || name.starts_with('.') {
         return Err(format!(
@@ -89,12 +89,12 @@ fn read_trace(profile: &Path, name: &str) -> Result<String, String> {
     fs::read_to_string(profile.with_file_name(name)).map_err(|problem| problem.to_string())
 }
 
-/// A profile that can be played; findings are drawn on standard error.
+/// Reads a profile that can be played; draws findings on standard error.
 pub(crate) fn profile(asked: &str) -> Result<Profile, Failure> {
     played(&named_profile(asked)?, asked)
 }
 
-/// The text of a profile that is asked for by name or path.
+/// The text of a profile given by name or path.
 pub(crate) fn named_profile(asked: &str) -> Result<ProfileText, Failure> {
     profile_text(asked).map_err(|problem| {
         Failure::usage(anyhow!(
@@ -104,14 +104,14 @@ pub(crate) fn named_profile(asked: &str) -> Result<ProfileText, Failure> {
     })
 }
 
-/// The profile of a text, which can be played; findings are drawn on standard error.
+/// Parses a profile that can be played; draws findings on standard error.
 pub(crate) fn played(text: &ProfileText, origin: &str) -> Result<Profile, Failure> {
     let (profile, findings) = read(text, origin);
     diagnostic::findings(&text.source, &findings);
     profile.ok_or_else(|| Failure::usage(anyhow!("{origin} cannot be played")))
 }
 
-/// A profile and everything that is to be said about it.
+/// Parses a profile. Returns it if it is valid, and all findings about it.
 pub(crate) fn read(text: &ProfileText, origin: &str) -> (Option<Profile>, Vec<Finding>) {
     let trace = |name: &str| {
         text.traces
@@ -124,9 +124,9 @@ pub(crate) fn read(text: &ProfileText, origin: &str) -> (Option<Profile>, Vec<Fi
     (profile, findings)
 }
 
-/// An experiment by name or path, resolved with what is asked for in place of its own.
+/// Resolves an experiment given by name or path, with `instead` in place of its own values.
 fn experiment(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
-    // What was typed is answered for itself: it stands nowhere in the file.
+    // Check what was typed by itself: it is not in the file, so a drawing could not point to it.
     if let Some(topology) = &instead.topology {
         profile(topology)?;
     }
@@ -140,7 +140,7 @@ fn experiment(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
     })
 }
 
-/// A sweep by name or path, with its text.
+/// Resolves a sweep given by name or path. Also returns its text.
 pub(crate) fn sweep(asked: &str, instead: &sweep::Instead) -> Result<(String, Sweep), Failure> {
     let source = named("sweep", SWEEPS, asked)?;
     match Sweep::resolve(&source, asked, instead, Disk) {
@@ -152,7 +152,7 @@ pub(crate) fn sweep(asked: &str, instead: &sweep::Instead) -> Result<(String, Sw
     }
 }
 
-/// How long programs take, by this file or as built in.
+/// The timings of programs: from this file, or the built-in ones.
 pub(crate) fn timings(file: Option<&Path>) -> Result<Timings, Failure> {
     let Some(file) = file else {
         return Ok(Timings::built_in()?);
@@ -165,7 +165,7 @@ pub(crate) fn timings(file: Option<&Path>) -> Result<Timings, Failure> {
         .map_err(Failure::usage)
 }
 
-/// What experiments name, built in or on this machine's disk.
+/// Finds what experiments name, among the built-in files and on this machine's disk.
 struct Disk;
 
 impl Library for Disk {
@@ -181,7 +181,7 @@ impl Library for Disk {
 /// The text of a system, by built-in name or by path.
 ///
 /// # Errors
-/// A sentence on what cannot be read.
+/// A sentence that says what cannot be read.
 pub(crate) fn system_text(asked: &str) -> Result<String, String> {
     if let Some(text) = System::built_in(asked) {
         return Ok(text.to_owned());
@@ -195,7 +195,7 @@ pub(crate) fn system_text(asked: &str) -> Result<String, String> {
     })
 }
 
-/// A system that can be run; a fault is drawn on standard error.
+/// Reads a system that can be run; draws a fault on standard error.
 pub(crate) fn system(asked: &str) -> Result<System, Failure> {
     let text = system_text(asked).map_err(|problem| {
         let names: Vec<&str> = System::built_in_names().collect();
@@ -210,14 +210,14 @@ pub(crate) fn system(asked: &str) -> Result<System, Failure> {
     })
 }
 
-/// A plan: read, where the name is a JSON file's, else resolved from an experiment.
+/// The plan: read if the name is that of a JSON file, or else resolved from an experiment.
 pub(crate) fn plan_of(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
     let path = Path::new(asked);
     if path.extension().is_none_or(|extension| extension != "json") {
         return experiment(asked, instead);
     }
     let plan = plan(path)?;
-    // A plan is what it is: it may be named to make sure, and not to have another.
+    // A plan is fixed. Its seed may be given to make sure, but not to change it.
     let seed = instead.seed.unwrap_or(plan.seed);
     if instead.full {
         return Err(Failure::usage(anyhow!(
@@ -239,7 +239,7 @@ pub(crate) fn plan_of(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
     }
 }
 
-/// A plan file.
+/// Reads a plan file.
 pub(crate) fn plan(path: &Path) -> Result<Plan, Failure> {
     let text = file::given_text(path, file::PLAN_BYTES)
         .with_context(|| {

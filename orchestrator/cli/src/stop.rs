@@ -1,4 +1,4 @@
-//! Being told to end, by SIGTERM or SIGINT: a flag that the commands look at.
+//! The flag that SIGTERM and SIGINT set, and that commands check.
 
 use std::io;
 use std::sync::Arc;
@@ -11,14 +11,14 @@ use signal_hook::flag::register;
 
 use crate::exit::Exit;
 
-/// How long an orchestrator that was told to end may go on: agents that are well need a third of
-/// a second to flush their rows, and a container is to be gone within two.
+/// How long an orchestrator may go on after it was told to end: healthy agents need a third of a
+/// second to flush their rows, and a container has to be gone within two.
 const GIVE_UP_AFTER: Duration = Duration::from_millis(1_600);
 
-/// How often the flag is looked at.
+/// How often to check the flag.
 const POLL: Duration = Duration::from_millis(50);
 
-/// A flag that either signal sets, from now on.
+/// Returns a flag that either signal sets from now on.
 pub(crate) fn told_to_end() -> io::Result<Arc<AtomicBool>> {
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGTERM, SIGINT] {
@@ -27,8 +27,9 @@ pub(crate) fn told_to_end() -> io::Result<Arc<AtomicBool>> {
     Ok(stop)
 }
 
-/// Ends this process some time after `stop` is set, whatever it waits for: of agents that were
-/// told to end as well, each would have to be given up by itself. What has been copied is on disk.
+/// Ends this process some time after `stop` is set, whatever it waits for. If the agents were told
+/// to end as well, waiting for each of them in turn would take too long. What has been copied is on
+/// disk.
 pub(crate) fn give_up_soon_after(stop: &Arc<AtomicBool>) -> io::Result<()> {
     let stop = Arc::clone(stop);
     thread::Builder::new()

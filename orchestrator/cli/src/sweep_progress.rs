@@ -1,4 +1,4 @@
-//! How far a sweep is: a bar on a terminal, a line for each tenth elsewhere.
+//! Progress of a sweep: a bar on a terminal, elsewhere a line for each tenth.
 
 use std::time::{Duration, Instant};
 
@@ -17,7 +17,7 @@ pub(crate) struct SweepProgress {
 }
 
 impl SweepProgress {
-    /// For so many runs.
+    /// Starts the progress of `total` runs.
     pub(crate) fn start(how: How, total: usize) -> SweepProgress {
         let bar = (how.draws() && total > 0).then(|| {
             let target = ProgressDrawTarget::stderr_with_hz(DRAWN_HZ);
@@ -34,7 +34,7 @@ impl SweepProgress {
         }
     }
 
-    /// So many more are done.
+    /// Records that `runs` more are done.
     pub(crate) fn add(&mut self, runs: usize) {
         let tenth = |done: usize| done * 10 / self.total.max(1);
         let is_next = tenth(self.done) < tenth(self.done + runs);
@@ -53,14 +53,14 @@ impl SweepProgress {
         }
     }
 
-    /// How long the rest takes, at the pace so far.
+    /// Time left, at the pace so far.
     fn left(&self) -> Duration {
         let left = self.total.saturating_sub(self.done);
         let pace_s = self.began.elapsed().as_secs_f64() / self.done.max(1) as f64;
         Duration::try_from_secs_f64(pace_s * left as f64).unwrap_or(Duration::MAX)
     }
 
-    /// Takes the bar away, and says how long it took.
+    /// Removes the bar. Returns how long the sweep took.
     pub(crate) fn finish(self) -> Duration {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();

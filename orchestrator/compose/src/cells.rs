@@ -1,4 +1,4 @@
-//! Cells that run in containers: the orchestrator's container, watched from the host.
+//! Runs cells in containers: starts the orchestrator's container and watches it from the host.
 
 use std::process::Child;
 use std::sync::mpsc::{self, Receiver};
@@ -10,13 +10,13 @@ use crate::docker::{ask, kill, unstarted};
 use crate::tail::Tail;
 use crate::{Problem, Project};
 
-/// What Compose says where the orchestrator could not be started, because an agent was not well.
+/// What Compose prints if it does not start the orchestrator because an agent is unhealthy.
 const AGENT_UNWELL: &str = "dependency failed to start";
 
-/// For the engine to pass a signal on, and to find an agent's last words.
+/// Time limit for the engine to pass on a signal, and for reading the agents' last words.
 const WITHIN: Duration = Duration::from_secs(10);
 
-/// Cells under way. Dropping it ends Compose, not the containers: [`Project::down`] does that.
+/// Running cells. Dropping this ends Compose but not the containers; [`Project::down`] ends those.
 pub struct Cells<'project> {
     project: &'project Project,
     child: Child,
@@ -27,21 +27,21 @@ pub struct Cells<'project> {
 /// How the orchestrator ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Ended {
-    /// Its exit code; none where Compose was killed.
+    /// Its exit code; `None` if Compose was killed.
     pub code: Option<i32>,
-    /// The last it said, and where it could not be started, what the agents said.
+    /// Its last words; if it could not be started, also those of the agents.
     pub words: String,
 }
 
 impl Project {
-    /// Runs cells of the campaign's plan, after the agents are up and well. `options` are more
+    /// Runs cells of the campaign's plan, once the agents are up and healthy. `options` are further
     /// options of `webloop run-cell`.
     ///
-    /// The child dies with the calling thread where the leash sees to it, so that thread has
-    /// to live as long as the cells.
+    /// If the leash arranges it, the child dies with the calling thread, so that thread has to live
+    /// as long as the cells.
     ///
     /// # Errors
-    /// When Compose cannot be started. How the cells end, [`Cells::ended`] says.
+    /// When Compose cannot be started. [`Cells::ended`] reports how the cells end.
     pub fn run_cells(&mut self, indices: &[usize], options: &[&str]) -> Result<Cells<'_>, Problem> {
         let indices: Vec<String> = indices.iter().map(usize::to_string).collect();
         let (name, indices) = (self.orchestrator(), indices.join(","));
@@ -78,16 +78,16 @@ impl<'project> Cells<'project> {
         }
     }
 
-    /// What the orchestrator said since this was last asked, line by line. Compose's own
-    /// account of its steps is among it, indented.
+    /// Output of the orchestrator since the last call, line by line. It includes Compose's own
+    /// report of its steps, indented.
     pub fn said(&self) -> impl Iterator<Item = String> {
         self.lines.try_iter()
     }
 
-    /// Whether it has ended, and how; does not wait.
+    /// How it ended; `None` if it still runs. Does not wait.
     ///
     /// # Errors
-    /// When the system does not say it.
+    /// When the system does not give the state of its process.
     pub fn ended(&mut self) -> Result<Option<Ended>, Problem> {
         let status = self
             .child
@@ -108,8 +108,8 @@ impl<'project> Cells<'project> {
 
     /// Tells the orchestrator to end: it still writes its rows and ends the agents.
     ///
-    /// Compose does not pass a signal on but leaves its containers alone; so this asks the
-    /// engine. If the orchestrator is not there yet, Compose itself gets the signal.
+    /// Compose does not pass a signal on to its containers, so this asks the engine. If the
+    /// orchestrator does not exist yet, Compose itself gets the signal.
     pub fn terminate(&mut self) {
         let name = self.project.orchestrator();
         let told = ask(&["container", "kill", "--signal", "TERM", &name], WITHIN)

@@ -10,13 +10,13 @@ use rustix::process::{Pid, Signal, kill_process_group};
 
 use crate::Problem;
 
-/// How often an ending is looked for.
+/// How often to check whether a call has ended.
 pub(crate) const POLL: Duration = Duration::from_millis(10);
 
-/// The remedy where there is no command.
+/// The remedy if the command is missing.
 const INSTALL: &str = "install Docker Engine and its Compose plugin, 2.20 or later";
 
-/// What a call gave.
+/// Result of a call.
 #[derive(Debug)]
 pub(crate) struct Answer {
     pub(crate) status: ExitStatus,
@@ -25,7 +25,7 @@ pub(crate) struct Answer {
 }
 
 impl Answer {
-    /// What it said last, in one line.
+    /// Its last words, in one line.
     pub(crate) fn words(&self) -> String {
         last_line(&self.err)
             .or_else(|| last_line(&self.out))
@@ -33,28 +33,28 @@ impl Answer {
     }
 }
 
-/// `docker`, still without arguments, in a process group of its own: Ctrl-C reaches whoever
-/// started it and not itself, so that the end of a campaign has an order.
+/// `docker` without arguments yet, in a process group of its own: Ctrl-C reaches the process that
+/// started it but not docker, so that a campaign ends in order.
 pub(crate) fn docker() -> Command {
     let mut command = Command::new("docker");
     command
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
-        // Advertisements among the messages.
+        // Keeps advertisements out of the output.
         .env("DOCKER_CLI_HINTS", "false")
         .process_group(0);
     command
 }
 
-/// Calls `docker` and waits for its answer, which may be that it failed.
+/// Calls `docker` and waits for its answer, which may be a failure.
 pub(crate) fn ask(arguments: &[&str], within: Duration) -> Result<Answer, Problem> {
     let mut command = docker();
     command.args(arguments);
     call(command, within)
 }
 
-/// Calls a command made by [`docker`], and kills it when its time is over.
+/// Calls a command made by [`docker`], and kills it when its time is up.
 pub(crate) fn call(mut command: Command, within: Duration) -> Result<Answer, Problem> {
     let mut child = command.spawn().map_err(|problem| unstarted(&problem))?;
     let (out, err) = (read_all(child.stdout.take()), read_all(child.stderr.take()));
@@ -92,7 +92,7 @@ pub(crate) fn unstarted(problem: &io::Error) -> Problem {
 
 /// Kills a child made from [`docker`], with the plugins that it started, and waits for it.
 pub(crate) fn kill(child: &mut Child) {
-    // Its number is not reused until it has been waited for.
+    // The kernel does not reuse its process number until it has been waited for.
     if matches!(child.try_wait(), Ok(None))
         && let Some(group) = i32::try_from(child.id()).ok().and_then(Pid::from_raw)
     {
@@ -121,7 +121,7 @@ fn read_all(stream: Option<impl Read + Send + 'static>) -> JoinHandle<String> {
     })
 }
 
-/// The last line with anything on it, besides advice on where to read more.
+/// The last line that is not empty and not advice on where to read more.
 fn last_line(text: &str) -> Option<String> {
     text.lines()
         .map(str::trim)

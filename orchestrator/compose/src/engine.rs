@@ -1,4 +1,4 @@
-//! What has to be there before a campaign in containers: engine, Compose, the TUN device.
+//! Checks what a campaign in containers needs: engine, Compose, the TUN device.
 
 use std::fmt;
 use std::path::Path;
@@ -9,10 +9,10 @@ use serde::Deserialize;
 use crate::docker::{Answer, ask};
 use crate::{Problem, Version};
 
-/// A well engine answers within some 50 ms; one on another machine may take a while.
+/// Time limit: a healthy engine answers within some 50 ms; one on another machine may take a while.
 const WITHIN: Duration = Duration::from_secs(15);
 
-/// What the link sidecars are given.
+/// The device that the link sidecars need.
 const TUN: &str = "/dev/net/tun";
 
 /// An engine with all that webloop's containers need.
@@ -25,7 +25,7 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Looks for all of it, in the order in which one would install it.
+    /// Checks all of it, in the order in which one would install it.
     ///
     /// # Errors
     /// The first thing that is missing, with its remedy.
@@ -37,7 +37,7 @@ impl Engine {
     }
 }
 
-/// As manifests say it.
+/// The text for manifests.
 impl fmt::Display for Engine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
@@ -52,7 +52,7 @@ impl fmt::Display for Engine {
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "PascalCase")]
 pub struct Server {
-    /// Its version, as it says it.
+    /// Its version, as it reports it.
     pub version: String,
     /// The release of the kernel that it runs on.
     #[serde(default)]
@@ -66,7 +66,7 @@ impl Server {
     }
 }
 
-/// Asks the engine who it is.
+/// Asks the engine for its version.
 ///
 /// # Errors
 /// When there is no command `docker`, or no engine answers it.
@@ -77,7 +77,8 @@ pub fn serves() -> Result<Server, Problem> {
         server: Option<Server>,
     }
     let answer = ask(&["version", "--format", "{{json .}}"], WITHIN)?;
-    // It tells of itself even where the engine is silent, so its words decide, not its code.
+    // `docker` reports about itself even if the engine is silent: judge by the output, not by the
+    // exit code.
     serde_json::from_str::<Said>(&answer.out)
         .ok()
         .and_then(|said| said.server)
@@ -134,9 +135,9 @@ pub fn composes() -> Result<Version, Problem> {
     Ok(version)
 }
 
-/// Looks for the TUN device that the link sidecars are given.
+/// Looks for the TUN device that the link sidecars need.
 ///
-/// An engine elsewhere has its own, which cannot be seen from here: it will say so itself.
+/// An engine on another machine has its own, which cannot be checked from here; it will report a lack.
 ///
 /// # Errors
 /// When the engine is on this machine and the device is not.

@@ -1,6 +1,6 @@
-//! What a sweep does with each thing that has webloop's label: a pure decision.
+//! Decides what a sweep does with each thing that has webloop's label, and changes nothing itself.
 //!
-//! Left out: things without the label. They are not even looked at.
+//! Things without the label are left out: they are not even listed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -10,14 +10,14 @@ use jiff::{SignedDuration, Timestamp};
 use crate::Owner;
 use crate::inventory::{PROJECT, Thing};
 
-/// Between making its things and starting the first container, Compose takes some seconds; for
-/// so long a project of which nothing runs yet is taken to be coming up.
+/// Compose takes some seconds from making its things to starting the first container. For this
+/// long, a project in which nothing has run yet counts as coming up.
 const COMING_UP: SignedDuration = SignedDuration::from_secs(60);
 
 /// Why a thing is kept.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reason {
-    /// The webloop that made it still runs.
+    /// The webloop process that made it still runs.
     Alive {
         /// Process number of the owner.
         pid: u32,
@@ -27,12 +27,12 @@ pub enum Reason {
         /// The machine that made it, as its label says.
         host: String,
     },
-    /// Brought up by hand, and a container of its project runs.
+    /// It was brought up by hand, and a container of its project runs.
     Running {
         /// Name of the project.
         project: String,
     },
-    /// Brought up by hand, a moment ago.
+    /// It was brought up by hand less than a minute ago.
     ComingUp {
         /// Name of the project.
         project: String,
@@ -78,15 +78,15 @@ pub struct Left {
 
 /// What the decision needs to know besides the thing itself.
 pub(crate) struct Circumstances {
-    /// The Compose projects of which a container runs.
+    /// The Compose projects that have a running container.
     pub(crate) running: BTreeSet<String>,
     /// The time of the decision.
     pub(crate) now: Timestamp,
-    /// Whether projects that a person brought up go too while they run.
+    /// Whether to remove projects that a person brought up even while they run.
     pub(crate) force: bool,
 }
 
-/// The `things` to remove, and why each other one stays.
+/// Splits `things` into those to remove and those to keep, with the reason.
 pub(crate) fn decide(things: Vec<Thing>, circumstances: &Circumstances) -> (Vec<Thing>, Vec<Left>) {
     let coming_up = coming_up(&things, circumstances.now);
     let (mut go, mut stay) = (Vec::new(), Vec::new());
@@ -131,7 +131,7 @@ fn reason_to_stay(
     }
 }
 
-/// The projects of which nothing has run yet and something is young.
+/// The projects in which nothing has run yet and something was made less than a minute ago.
 fn coming_up(things: &[Thing], now: Timestamp) -> BTreeSet<String> {
     let mut projects: BTreeMap<&str, Vec<&Thing>> = BTreeMap::new();
     for thing in things {
@@ -175,7 +175,7 @@ mod tests {
         }
     }
 
-    /// The reason that the first of `things` stays for.
+    /// Why the first of `things` is kept.
     fn reason(things: Vec<Thing>, running: &[&str], force: bool) -> Option<Reason> {
         let circumstances = Circumstances {
             running: running.iter().map(|&project| project.to_owned()).collect(),
@@ -203,8 +203,8 @@ mod tests {
                 pid: std::process::id()
             })
         );
-        // Running or young, it does not matter: no process would still use it. The
-        // number is beyond what the kernel gives to a process.
+        // It does not matter that it runs or is young: the process that used it is gone. Its number
+        // is larger than any that the kernel gives to a process.
         assert_eq!(
             reason(of(&format!("{host}:4194305:1")), &["p"], false),
             None
@@ -230,7 +230,7 @@ mod tests {
             Some(Reason::Running { project: project() })
         );
         assert_eq!(reason(vec![ended()], &["p"], true), None);
-        // A network alone: of a project that is coming up, or long over.
+        // A network alone is either of a project that is coming up, or of one that ended long ago.
         assert_eq!(
             reason(vec![network(JUST_NOW)], &[], false),
             Some(Reason::ComingUp { project: project() })

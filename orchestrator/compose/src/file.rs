@@ -1,19 +1,19 @@
-//! webloop's docker-compose.yml, found from where one stands.
+//! Finds webloop's docker-compose.yml in the current folder or above it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::{Owner, Problem};
 
-/// Its name in every checkout.
+/// Its name in every checkout of webloop.
 const NAME: &str = "docker-compose.yml";
 
-/// The path of webloop's own docker-compose.yml, absolute.
+/// Absolute path of webloop's own docker-compose.yml.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ComposeFile(PathBuf);
 
 impl ComposeFile {
-    /// Takes the one in `folder`; else looks in the current folder and those above it.
+    /// Takes the file in `folder` if one is given, or else looks in the current folder and those above.
     ///
     /// # Errors
     /// When there is none, or the one in `folder` is another project's.
@@ -52,14 +52,14 @@ impl ComposeFile {
         &self.0
     }
 
-    /// The folder that it is in, a checkout of webloop.
+    /// The folder that contains it, a checkout of webloop.
     #[must_use]
     pub fn folder(&self) -> &Path {
         self.0.parent().unwrap_or(Path::new("/"))
     }
 }
 
-/// `folder`, absolute and without links.
+/// The path of `folder`, absolute and without links.
 pub(crate) fn absolute(folder: &Path) -> Result<PathBuf, Problem> {
     folder.canonicalize().map_err(|problem| {
         Problem::Usage(format!(
@@ -69,7 +69,7 @@ pub(crate) fn absolute(folder: &Path) -> Result<PathBuf, Problem> {
     })
 }
 
-/// Whether it is named like webloop's and has the labels that a sweep goes by.
+/// Whether it has the name of webloop's project, and the label by which a sweep finds things.
 fn is_webloops(text: &str) -> bool {
     text.lines().any(|line| line.trim_end() == "name: webloop")
         && text

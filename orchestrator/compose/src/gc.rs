@@ -1,6 +1,6 @@
 //! Removes what killed campaigns left, and nothing else.
 //!
-//! What goes by whom is `fate`'s; here it is looked up and done.
+//! `fate` decides what is removed; this module looks things up and removes them.
 
 use std::time::Duration;
 
@@ -10,11 +10,11 @@ use crate::fate::{Circumstances, Left, decide};
 use crate::inventory::{self, PROJECT, Thing};
 use crate::{Owner, Problem, Reason};
 
-/// A killed campaign's last requests may still be under way in the engine. So after a round
-/// that removed something there is another one, this much later.
+/// Pause before the next round, which follows each round that removed something: a killed
+/// campaign's last requests may still be under way in the engine.
 const AGAIN_AFTER: Duration = Duration::from_millis(500);
 
-/// Enough for all that one can be late.
+/// Maximum number of rounds: enough for any late request.
 const ROUNDS: u32 = 4;
 
 /// What to sweep, and how.
@@ -28,17 +28,17 @@ pub struct Order {
     pub project: Option<String>,
 }
 
-/// What a sweep did.
+/// Result of a sweep.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Swept {
-    /// What it removed, or would have.
+    /// What was removed, or would have been.
     pub removed: Vec<Thing>,
     /// What has webloop's label and is still there.
     pub left: Vec<Left>,
 }
 
 impl Swept {
-    /// Whether all that had to go went.
+    /// Whether everything that had to be removed was removed.
     #[must_use]
     pub fn is_clean(&self) -> bool {
         !self
@@ -48,11 +48,11 @@ impl Swept {
     }
 }
 
-/// Sweeps: removes what has webloop's label and is no longer used.
+/// Removes what has webloop's label and is no longer used.
 ///
 /// # Errors
-/// When the engine does not say what it holds. That a thing cannot be removed is no error but
-/// a reason in the answer.
+/// When the engine does not tell what it holds. If a thing cannot be removed, that is not an error
+/// but a reason in the result.
 pub fn gc(order: &Order) -> Result<Swept, Problem> {
     let mut swept = Swept::default();
     for round in 0..ROUNDS {
@@ -87,13 +87,13 @@ pub fn gc(order: &Order) -> Result<Swept, Problem> {
     Ok(swept)
 }
 
-/// What has to go now and what stays.
+/// What has to be removed now and what stays.
 fn look(order: &Order) -> Result<(Vec<Thing>, Vec<Left>), Problem> {
     let mut things = inventory::with_label(Owner::LABEL)?;
     if let Some(project) = &order.project {
         things.retain(|thing| thing.label(PROJECT) == Some(project));
     }
-    // After the list, so that what was started meanwhile counts as running.
+    // Listed after the things, so that a project that was started meanwhile counts as running.
     let running = inventory::running_projects()?;
     let circumstances = Circumstances {
         running,

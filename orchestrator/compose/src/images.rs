@@ -1,4 +1,4 @@
-//! A project's images: built as far as they have to be, or used as they are.
+//! A project's images: built as far as necessary, or used as they are.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,18 +8,18 @@ use crate::docker::{POLL, ask, call, kill, unstarted};
 use crate::tail::Tail;
 use crate::{Problem, Project};
 
-/// Compiling everything takes minutes, on a small machine many.
+/// Time limit for a build: compiling everything takes minutes, many on a small machine.
 const BUILT_WITHIN: Duration = Duration::from_secs(3600);
 
-/// For a question about the compose file or an image.
+/// Time limit for a question about the compose file or an image.
 const ASKED_WITHIN: Duration = Duration::from_secs(15);
 
 impl Project {
-    /// Builds the images, as far as they are not there yet. What docker says goes line by line
-    /// to `each`; give up early by setting `stop`.
+    /// Builds the images, as far as necessary. Calls `each` with every line of docker's output.
+    /// Setting `stop` ends it early.
     ///
     /// # Errors
-    /// When the build fails, with the last lines of it, or takes an hour.
+    /// When the build fails (the error has its last lines), takes more than an hour, or is stopped.
     pub fn build(
         &self,
         stop: &AtomicBool,
@@ -50,11 +50,11 @@ impl Project {
         }
     }
 
-    /// Whether all images are there, of whatever sources: Compose would build those that are
-    /// not, unasked.
+    /// Checks that all images exist, whatever sources they were built from: Compose would build
+    /// missing ones without being asked.
     ///
     /// # Errors
-    /// When one is not; says how to build it. And when docker does not say it.
+    /// When an image is missing, with the command that builds it; when docker does not answer.
     pub fn has_images(&self) -> Result<(), Problem> {
         let named = call(self.compose(&["config", "--images"])?, ASKED_WITHIN)?;
         if !named.status.success() {

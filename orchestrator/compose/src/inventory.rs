@@ -1,4 +1,4 @@
-//! What the engine holds of webloop's: containers, networks and volumes, found by a label.
+//! Lists what belongs to webloop in the engine: containers, networks and volumes, found by a label.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -10,16 +10,16 @@ use serde::Deserialize;
 use crate::Problem;
 use crate::docker::ask;
 
-/// A busy engine lists its things within a second.
+/// Time limit for listing: a busy engine needs up to a second.
 const WITHIN: Duration = Duration::from_secs(20);
 
-/// A container may have to be killed first.
+/// Time limit for removing: a container may have to be killed first.
 const REMOVED_WITHIN: Duration = Duration::from_secs(30);
 
-/// Where Compose says which project a thing belongs to.
+/// The label in which Compose stores the project of a thing.
 pub(crate) const PROJECT: &str = "com.docker.compose.project";
 
-/// What a thing is. In this order they can be removed: a network in use stays.
+/// Kind of a thing. They are removed in this order, since a network in use cannot be removed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// A container, running or not.
@@ -33,7 +33,7 @@ pub enum Kind {
 impl Kind {
     const ALL: [Kind; 3] = [Kind::Container, Kind::Network, Kind::Volume];
 
-    /// Its word in docker's commands, and in ours.
+    /// Its name in docker's commands, and in webloop's output.
     fn word(self) -> &'static str {
         match self {
             Kind::Container => "container",
@@ -43,17 +43,17 @@ impl Kind {
     }
 }
 
-/// One of them.
+/// A container, a network or a volume.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Thing {
-    /// What it is.
+    /// Its kind.
     pub kind: Kind,
-    /// What people call it.
+    /// Its name for people.
     pub name: String,
-    /// What the engine calls it, and no other one.
+    /// Its unique name in the engine.
     pub(crate) id: String,
     pub(crate) labels: BTreeMap<String, String>,
-    /// When it was made; none, where the engine does not say it in a known way.
+    /// When it was made; `None` if the engine does not give it in a known form.
     pub(crate) made: Option<Timestamp>,
     /// Whether it is a container that was never started.
     pub(crate) unstarted: bool,
@@ -65,11 +65,11 @@ impl Thing {
         self.labels.get(name).map(String::as_str)
     }
 
-    /// Removes it, running or not. That it is gone already is no error.
+    /// Removes it, running or not. It is no error if it is gone already.
     pub(crate) fn remove(&self) -> Result<(), Problem> {
         let mut arguments = vec![self.kind.word(), "rm"];
         if self.kind == Kind::Container {
-            // With the volumes that were made for it and have no name.
+            // Includes its anonymous volumes.
             arguments.extend(["--force", "--volumes"]);
         }
         arguments.push(&self.id);
@@ -98,7 +98,7 @@ pub(crate) fn with_label(label: &str) -> Result<Vec<Thing>, Problem> {
     Ok(things)
 }
 
-/// The Compose projects of which a container runs, whoever's they are.
+/// The Compose projects that have a running container, whether webloop's or not.
 pub(crate) fn running_projects() -> Result<BTreeSet<String>, Problem> {
     let format = format!("{{{{json (.Label \"{PROJECT}\")}}}}");
     let answer = ask(&["container", "ls", "--format", &format], WITHIN)?;
@@ -134,7 +134,7 @@ fn of_kind(kind: Kind, label: &str) -> Result<Vec<Thing>, Problem> {
     let mut inspect = vec![word, "inspect"];
     inspect.extend(names);
     let answer = ask(&inspect, WITHIN)?;
-    // What went in the meantime makes it fail, and is not among what it tells.
+    // If a thing has gone meanwhile, the command fails, but still prints the others.
     if !answer.status.success() && !is_gone(&answer.words()) {
         return Err(Problem::failed(format!("inspect {word}s"), &answer.words()));
     }
@@ -150,14 +150,14 @@ fn is_gone(words: &str) -> bool {
         || words.contains("already in progress")
 }
 
-/// A thing as `docker KIND inspect` tells of it: the fields of three kinds, of which each has some.
+/// A thing as `docker KIND inspect` prints it. Each of the three kinds has some of these fields.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "PascalCase")]
 struct Told {
     name: String,
-    /// A volume has none but its name.
+    /// A volume has only its name.
     id: Option<String>,
-    /// A container's are in its configuration.
+    /// A container has them in its configuration.
     labels: Option<BTreeMap<String, String>>,
     config: Option<Config>,
     created: Option<String>,

@@ -1,14 +1,14 @@
-//! The host's side of a campaign in containers: drives `docker compose`, and nothing in it.
+//! The host's side of a campaign in containers: drives `docker compose` from outside.
 //!
-//! - [`Engine`]: what has to be there first, each lack with its remedy; also piece by piece.
-//! - [`ComposeFile`]: webloop's docker-compose.yml, found from where one stands.
+//! - [`Engine`]: checks what is needed first, with a remedy for each lack; also available one by one.
+//! - [`ComposeFile`]: finds webloop's docker-compose.yml from the current folder.
 //! - [`Project`]: one campaign's containers and networks: build, run cells, take down.
 //! - [`gc()`]: removes what killed campaigns left, found by their labels ([`Owner`]).
 //!
-//! All of it goes through the commands `docker` and `docker compose`, which know the user's
-//! contexts and speak to every engine; what they answer is read as JSON. Every call has its
-//! time. Left out: what happens inside the containers, which is the agents' and the
-//! orchestrator's; and the images' names and the hardening, which are docker-compose.yml's.
+//! All of it uses the commands `docker` and `docker compose`, which know the user's contexts and
+//! speak to every engine; their answers are read as JSON. Every call has a time limit. Not here:
+//! what happens inside the containers, which is up to agents and orchestrator; and the images'
+//! names and the hardening, which docker-compose.yml sets.
 
 mod cells;
 mod docker;

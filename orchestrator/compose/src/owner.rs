@@ -1,28 +1,28 @@
-//! Who made a container: a process, named so that no other one can be taken for it.
+//! Who made a container: a process, named so that it cannot be confused with another one.
 
 use std::fmt;
 use std::fs;
 use std::str::FromStr;
 
-/// A process on a machine, as it stands in the label [`Owner::LABEL`].
+/// A process on a machine, as written in the label [`Owner::LABEL`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Owner {
     /// The machine's name.
     host: String,
-    /// The process's number, which the kernel gives to another one later.
+    /// The process number, which the kernel may later give to another process.
     pid: u32,
-    /// When it started, in clock ticks since the machine did: tells it from that other one.
+    /// When it started, in clock ticks since boot: distinguishes it from a later process.
     start_ticks: u64,
 }
 
 impl Owner {
-    /// The label that says who made a container or network; empty where a person did.
+    /// The label that says who made a container or network; empty if a person did.
     pub const LABEL: &str = "webloop.owner";
 
     /// This process.
     ///
     /// # Errors
-    /// When `/proc` does not tell of it.
+    /// When `/proc` does not show it.
     pub fn this() -> std::io::Result<Owner> {
         let pid = std::process::id();
         let start_ticks = start_ticks(pid)
@@ -34,12 +34,12 @@ impl Owner {
         })
     }
 
-    /// Whether it was made on this machine, so that it can be looked for.
+    /// Whether the process was on this machine, so that it can be looked for.
     pub(crate) fn is_here(&self) -> bool {
         self.host == host()
     }
 
-    /// Whether the process is still there. Says nothing of another machine's.
+    /// Whether the process still exists. Says nothing about a process of another machine.
     pub(crate) fn is_alive(&self) -> bool {
         start_ticks(self.pid) == Some(self.start_ticks)
     }
@@ -93,14 +93,13 @@ fn host() -> String {
         .into_owned()
 }
 
-/// When a process started; `None` if there is none, or if it has ended and no parent has
-/// waited for it yet.
+/// When a process started; `None` if it does not exist, or has ended but has not been waited for.
 fn start_ticks(pid: u32) -> Option<u64> {
     stat(&fs::read_to_string(format!("/proc/{pid}/stat")).ok()?)
 }
 
-/// The start, out of `/proc/PID/stat`: field 22, counted from behind the name in brackets,
-/// which may itself hold spaces and brackets. Field 3 is the state.
+/// The start time in `/proc/PID/stat`: field 22, counted from after the name in brackets, which may
+/// itself contain spaces and brackets. Field 3 is the state.
 fn stat(text: &str) -> Option<u64> {
     let (_, behind_the_name) = text.rsplit_once(')')?;
     let mut fields = behind_the_name.split_ascii_whitespace();

@@ -3,15 +3,15 @@
 /// Why the engine, Compose or a project could not be used.
 #[derive(Debug, thiserror::Error)]
 pub enum Problem {
-    /// This machine lacks something that containers need; it will lack it on every try.
+    /// This machine lacks something that containers need; trying again will not help.
     #[error("{lack}; {remedy}")]
     Unsupported {
         /// The missing requirement.
         lack: String,
-        /// What whoever owns the machine can do about it.
+        /// What the owner of the machine can do about it.
         remedy: &'static str,
     },
-    /// A folder or file that was named is not what it has to be.
+    /// A folder or file that was given is not what it should be.
     #[error("{0}")]
     Usage(String),
     /// A step that should have worked did not.

@@ -12,43 +12,43 @@ use crate::file::absolute;
 use crate::inventory::with_label;
 use crate::{ComposeFile, Owner, Problem};
 
-/// The label that says which campaign a container or network is of.
+/// The label with the campaign that a container or network belongs to.
 const RUN: &str = "webloop.run";
 
-/// Compose gives each service the two seconds that this sets.
+/// Time limit for `docker compose down`, which gives each service two seconds.
 const DOWN_WITHIN: Duration = Duration::from_secs(30);
 
-/// How often what is left after that is looked for, and how long in between: a request of a
-/// Compose that was killed may still be under way in the engine.
+/// How often to look for leftovers after that, and the pause in between: a request of a Compose
+/// that was killed may still be under way in the engine.
 const TRIES: u32 = 5;
 const BETWEEN_TRIES: Duration = Duration::from_millis(300);
 
-/// Ties a command to this process before it is started, so that it cannot outlive it. A
-/// function, because doing that between fork and exec is not this crate's business.
+/// Ties a command to this process before it is started, so that it cannot outlive it. A function,
+/// because running code between fork and exec is not this crate's job.
 pub type Leash = fn(&mut Command) -> io::Result<()>;
 
 /// A campaign in containers. Dropping it takes down what it started.
 pub struct Project {
     file: ComposeFile,
-    /// `webloop-` and eight digits: no other campaign's, on whatever engine.
+    /// `webloop-` and eight hexadecimal digits; no other campaign has this name, on any engine.
     name: String,
     results: PathBuf,
-    /// What manifests say of the engine.
+    /// Description of the engine for manifests.
     engine: String,
     /// The client, which chooses the controller's image.
     client: String,
     owner: Owner,
     leash: Leash,
-    /// Whether containers may be there.
+    /// Whether containers may exist.
     pub(crate) up: bool,
 }
 
 impl Project {
-    /// A project of its own for the campaign whose results go into the folder `results`, on
-    /// the engine that manifests call `engine`, with the controller `client`.
+    /// Makes a project for the campaign whose results go into the folder `results`, on the engine
+    /// that manifests call `engine`, with the controller `client`.
     ///
     /// # Errors
-    /// When there is no such folder, or `/proc` does not tell of this process.
+    /// When the folder does not exist, or `/proc` does not show this process.
     pub fn new(
         file: ComposeFile,
         results: &Path,
@@ -58,7 +58,7 @@ impl Project {
     ) -> Result<Project, Problem> {
         let owner =
             Owner::this().map_err(|problem| Problem::failed("identify this process", &problem))?;
-        // The hash is seeded by the system, each time anew.
+        // The system seeds the hash anew each time.
         let digits = RandomState::new().hash_one(owner.to_string()) >> 32;
         Ok(Project {
             file,
@@ -78,8 +78,8 @@ impl Project {
         &self.name
     }
 
-    /// Removes all containers and networks of the project, running or not; for no more than
-    /// about a minute. Asked again, it does nothing.
+    /// Removes all containers and networks of the project, running or not. Takes no more than about
+    /// a minute. A second call does nothing.
     ///
     /// # Errors
     /// When something is still there afterwards; `webloop gc` will try again.
@@ -87,7 +87,7 @@ impl Project {
         if !self.up {
             return Ok(());
         }
-        // What it leaves or cannot do, the sweep below does.
+        // The sweep below removes what this leaves.
         if let Ok(command) =
             self.compose(&["down", "--volumes", "--remove-orphans", "--timeout", "2"])
         {
@@ -113,7 +113,7 @@ impl Project {
         }))
     }
 
-    /// Removes what has the project's label; whether there was nothing.
+    /// Removes what has the project's label. Returns whether there was nothing.
     fn sweep(&self) -> Result<bool, Problem> {
         let things = with_label(&format!("{RUN}={}", self.name))?;
         things.iter().try_for_each(crate::Thing::remove)?;
@@ -125,7 +125,7 @@ impl Project {
         format!("{}-orchestrator", self.name)
     }
 
-    /// The last lines of every agent, each after a line break; empty where they cannot be had.
+    /// The last lines of every agent, each after a line break; empty if they cannot be read.
     pub(crate) fn words_of_agents(&self, within: Duration) -> String {
         self.compose(&["logs", "--no-color", "--tail", "3"])
             .and_then(|command| call(command, within))
@@ -133,10 +133,9 @@ impl Project {
             .unwrap_or_default()
     }
 
-    /// `docker compose` for this project, with everything that docker-compose.yml asks of the
-    /// environment.
+    /// `docker compose` for this project, with all the environment that docker-compose.yml needs.
     pub(crate) fn compose(&self, arguments: &[&str]) -> Result<Command, Problem> {
-        // Who may write there is whoever owns it.
+        // The containers write there as its owner.
         let folder = std::fs::metadata(&self.results).map_err(|problem| {
             Problem::Usage(format!("cannot find {}: {problem}", self.results.display()))
         })?;
@@ -160,7 +159,7 @@ impl Project {
             .env("CLIENT", &self.client)
             .env("OWNER", format!("{}:{}", folder.uid(), folder.gid()))
             .env("RESULTS", &self.results)
-            // It could start services that are to stay off.
+            // This could start services that have to stay off.
             .env_remove("COMPOSE_PROFILES");
         (self.leash)(&mut command)
             .map_err(|problem| Problem::failed("tie docker to this process", &problem))?;

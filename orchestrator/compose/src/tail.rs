@@ -1,4 +1,4 @@
-//! The lines of a running command: handed on as they come, and the last of them kept.
+//! The output lines of a running command: passed on as they come, and the last ones kept.
 
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read};
@@ -6,17 +6,17 @@ use std::process::Child;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
-/// Enough to see what went wrong, few enough to be read.
+/// Number of lines to keep: enough to see what went wrong, few enough to read.
 const KEPT: usize = 12;
 
-/// What a child says on both its streams, read on threads so that it never blocks.
+/// Output of a child on both its streams, read on threads so that the child never blocks.
 pub(crate) struct Tail {
     kept: Arc<Mutex<VecDeque<String>>>,
     readers: Vec<JoinHandle<()>>,
 }
 
 impl Tail {
-    /// Reads what `child` says to its end, and hands each line to `each`.
+    /// Reads the output of `child` to its end, and calls `each` with every line.
     pub(crate) fn of(child: &mut Child, each: impl Fn(&str) + Clone + Send + 'static) -> Tail {
         let mut tail = Tail {
             kept: Arc::default(),
@@ -51,8 +51,8 @@ impl Tail {
         }));
     }
 
-    /// The last lines of a child that has ended, without Compose's own account of its steps,
-    /// which is indented.
+    /// The last lines of a child that has ended, without Compose's own report of its steps, which
+    /// is indented.
     pub(crate) fn words(&mut self) -> String {
         for reader in self.readers.drain(..) {
             let _ = reader.join();

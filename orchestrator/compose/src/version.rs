@@ -1,4 +1,4 @@
-//! Compose's version, as far as it decides anything.
+//! Version of Compose, as far as it matters here.
 
 use std::fmt;
 use std::str::FromStr;
@@ -13,8 +13,8 @@ pub struct Version {
 }
 
 impl Version {
-    /// The first release that reads webloop's docker-compose.yml: it knows dependencies that
-    /// are not required, and services whose output is not shown.
+    /// The first release that reads webloop's docker-compose.yml: it supports optional
+    /// dependencies, and services whose output is not shown.
     pub const OLDEST: Version = Version {
         major: 2,
         minor: 20,
@@ -27,7 +27,7 @@ impl fmt::Display for Version {
     }
 }
 
-/// A text that is no version.
+/// A text that is not a version.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is not a version of Compose; write it like 2.26.1")]
 pub struct NoVersion(String);

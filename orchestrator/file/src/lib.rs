@@ -1,13 +1,13 @@
-//! Opens and writes the files of a results folder, and never what a link or a pipe stands for.
+//! Opens and writes the files of a results folder, but never follows a link or reads a pipe.
 //!
-//! A folder may come from anywhere: a copy, an archive, another machine. So a name in it is taken
-//! for a file of its own only if it is one: no link is followed, since it may lead out of the folder,
-//! nothing but a regular file is read, since a pipe is waited for without an end, and a text is read
-//! up to a length, since a file with holes can be larger than memory. A hard link is a file like any
-//! other. Whoever changes a folder while it is read is not kept from it.
+//! A folder may come from anywhere: a copy, an archive, another machine. So a name in it counts as
+//! a file of the folder only if it really is one. No link is followed, since it may lead out of the
+//! folder. Only regular files are read, since a read from a pipe may never end. A text is read up
+//! to a maximum length, since a file with holes can be larger than memory. A hard link is a file
+//! like any other. There is no protection against changes to a folder while it is read.
 //!
-//! What is in the files is left to others. Back-ends and analysis do not know each other, and both
-//! open such files: hence a crate below the two.
+//! Other crates interpret the files. Back-ends and analysis do not know each other, and both open
+//! such files: hence a crate below the two.
 #![forbid(unsafe_code)]
 
 use std::fs::{self, File, FileType, OpenOptions};
@@ -18,25 +18,25 @@ use std::path::{Path, PathBuf};
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
 
-/// The most bytes of a `plan.json`: a hundred thousand cells of half a kilobyte, and traces.
+/// Maximum bytes of a `plan.json`: a hundred thousand cells of half a kilobyte, and traces.
 pub const PLAN_BYTES: u64 = 128 << 20;
-/// The most bytes of a `manifest.json`: it has the reports of four parts, some kilobytes each.
+/// Maximum bytes of a `manifest.json`: it has the reports of four parts, some kilobytes each.
 pub const MANIFEST_BYTES: u64 = 8 << 20;
-/// The most bytes of a part's report, such as `plant.json`.
+/// Maximum bytes of a part's report, such as `plant.json`.
 pub const REPORT_BYTES: u64 = 4 << 20;
 
 const READ: OFlags = OFlags::RDONLY.union(OFlags::NONBLOCK).union(OFlags::NOCTTY);
 
-/// Opens a regular file to be read; a link is not followed.
+/// Opens a regular file for reading; does not follow a link.
 ///
 /// # Errors
-/// What the system says, and where it is a link or no regular file.
+/// When the system refuses, or it is a link or not a regular file.
 pub fn open(path: &Path) -> io::Result<File> {
     regular(path, READ | OFlags::NOFOLLOW)
 }
 
-/// Opens a regular file to be read and written, and makes it where there is none; a link is not
-/// followed, and what is in it stays.
+/// Opens a regular file for reading and writing, and creates it if it does not exist. Does not
+/// follow a link, and keeps the content.
 ///
 /// # Errors
 /// Those of [`open`].
@@ -45,15 +45,15 @@ pub fn open_or_create(path: &Path) -> io::Result<File> {
     regular(path, flags | OFlags::NOFOLLOW)
 }
 
-/// The text of a regular file of at most so many bytes; a link is not followed.
+/// Text of a regular file of at most `most_bytes` bytes; does not follow a link.
 ///
 /// # Errors
-/// As [`open`], and where it is longer or not UTF-8.
+/// As [`open`], and when it is longer or not UTF-8.
 pub fn text(path: &Path, most_bytes: u64) -> io::Result<String> {
     bounded(&open(path)?, most_bytes)
 }
 
-/// As [`text`], of a file that somebody named who may have named it by a link.
+/// As [`text`], but follows a link: for a file that the user named.
 ///
 /// # Errors
 /// As [`text`].
@@ -61,8 +61,8 @@ pub fn given_text(path: &Path, most_bytes: u64) -> io::Result<String> {
     bounded(&regular(path, READ)?, most_bytes)
 }
 
-/// Writes a file that can be made again: a reader finds the old one or the new one. Whatever has its
-/// name is replaced, and not what that may lead to.
+/// Writes a file that can be made again. A reader finds either the old file or the new one. A link
+/// with its name is replaced, not followed.
 ///
 /// # Errors
 /// When it cannot be written.
@@ -70,7 +70,7 @@ pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
     put(path, content, false)
 }
 
-/// As [`write`], and a machine that crashes finds the old one or the new one too.
+/// As [`write()`]; also after a crash of the machine, either the old file or the new one is there.
 ///
 /// # Errors
 /// When it cannot be written.
@@ -78,10 +78,10 @@ pub fn write_durably(path: &Path, content: &[u8]) -> io::Result<()> {
     put(path, content, true)
 }
 
-/// Makes the folder `below`, a path of names, in `folder`, and those in between.
+/// Creates the folder `below`, a relative path, in `folder`, and the folders in between.
 ///
 /// # Errors
-/// When one cannot be made, or is there and is a link or no folder.
+/// When one cannot be created, or is a link or something else that is not a folder.
 pub fn make_folder(folder: &Path, below: &Path) -> io::Result<PathBuf> {
     let mut path = folder.to_owned();
     for name in below {
@@ -94,7 +94,7 @@ pub fn make_folder(folder: &Path, below: &Path) -> io::Result<PathBuf> {
     Ok(path)
 }
 
-/// Whether `path` is a folder, and not by a link; fine where there is nothing.
+/// Checks that `path` is a folder and not a link; it may also not exist.
 ///
 /// # Errors
 /// When it is anything else.
@@ -115,7 +115,7 @@ fn regular(path: &Path, flags: OFlags) -> io::Result<File> {
     let file = match rustix::fs::open(path, flags | OFlags::CLOEXEC, Mode::from_raw_mode(0o666)) {
         Ok(file) => File::from(file),
         Err(Errno::LOOP) => return Err(refused("it is a link, which is not followed".to_owned())),
-        // A socket, and a pipe that is opened for writing, cannot be opened at all.
+        // A socket, or a pipe opened for writing, cannot be opened at all.
         Err(Errno::NXIO) => {
             return Err(refused(
                 "it is a pipe or a socket, not a regular file".to_owned(),
@@ -145,7 +145,7 @@ fn bounded(file: &File, most_bytes: u64) -> io::Result<String> {
         return Err(too_long(bytes));
     }
     let mut text = String::new();
-    // It may have grown since.
+    // The file may have grown since.
     let read = file.take(most_bytes + 1).read_to_string(&mut text)? as u64;
     if read > most_bytes {
         Err(too_long(read))
@@ -157,7 +157,8 @@ fn bounded(file: &File, most_bytes: u64) -> io::Result<String> {
 fn put(path: &Path, content: &[u8], durably: bool) -> io::Result<()> {
     let partial = path.with_extension("partial");
     let write = || -> io::Result<()> {
-        // What a killed run left, or somebody put there: `create_new` follows no link.
+        // Remove what a killed run or somebody else left there: `create_new` would fail, and
+        // follows no link.
         match fs::remove_file(&partial) {
             Err(problem) if problem.kind() != ErrorKind::NotFound => return Err(problem),
             _ => {}
@@ -171,7 +172,7 @@ fn put(path: &Path, content: &[u8], durably: bool) -> io::Result<()> {
             file.sync_all()?;
         }
         fs::rename(&partial, path)?;
-        // The rename itself is only safe once its folder is.
+        // The rename itself is safe only once its folder is synced.
         match path.parent() {
             Some(folder) if durably => File::open(folder)?.sync_all(),
             _ => Ok(()),

@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow};
 use judge::{Still, Terms};
-use link::{Profile, Timeline, Way};
+use link::{Epoch, Profile, Timeline, Way};
 use plan::Client;
 
 const H_NS: u64 = 1_000_000;
@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let profile = profile.ok_or("not valid")?;
         let (messages, arrivals) = rows(&profile, seconds * 1_000_000_000 / H_NS);
         let terms = Terms {
-            timeline: Timeline::new(&profile, 1, EPOCH_NS),
+            timeline: Timeline::new(&profile, 1, Epoch::at_ns(EPOCH_NS)),
             run_ns: EPOCH_NS..EPOCH_NS + (seconds + 10) * 1_000_000_000,
             before_ns: 0,
             fall_ns: 0,
@@ -58,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// A loop whose every message is answered, save those that the link loses.
 fn rows(profile: &Profile, count: u64) -> (Vec<MessageRow>, Vec<ArrivalRow>) {
-    let mut link = Timeline::new(profile, 1, EPOCH_NS);
+    let mut link = Timeline::new(profile, 1, Epoch::at_ns(EPOCH_NS));
     let mut cross = |way, t_ns: u64| {
         let passage = link.passage(way, t_ns + COST_NS / 2, 90);
         (!passage.lost).then(|| t_ns + COST_NS + passage.delay_ns)

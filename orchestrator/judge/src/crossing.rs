@@ -1,4 +1,4 @@
-//! The messages of one way, held against the link as it was to be.
+//! Compares the messages of one way with the link that was asked for.
 
 use link::{Timeline, Way};
 use schemars::JsonSchema;
@@ -44,13 +44,13 @@ pub struct Crossed {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Crossing {
     pub(crate) enters_ns: u64,
-    /// `None` if it never came.
+    /// `None` if it never arrived.
     pub(crate) leaves_ns: Option<u64>,
     /// Whether its client may have had to open a connection for it.
     pub(crate) opens: bool,
 }
 
-/// Holds the crossings of one way, in order of entry, against it.
+/// Compares the crossings of one way, in order of entry, with the link.
 pub(crate) fn cross(way: Way, crossings: &[Crossing], terms: &Terms, swamped: &Swamped) -> Crossed {
     let mut held = Held::new(way, terms);
     let expected: Vec<Expected> = crossings.iter().map(|one| held.expect(one)).collect();
@@ -61,37 +61,41 @@ pub(crate) fn cross(way: Way, crossings: &[Crossing], terms: &Terms, swamped: &S
     held.finish()
 }
 
-/// What is known of one way so far.
+/// The state of the comparison of one way.
 struct Held<'a> {
     way: Way,
     terms: &'a Terms,
-    /// A link is asked in order of time: each way has its own.
+    /// Each way has its own: a timeline forgets what lies far behind its newest query.
     link: Timeline,
     sender: Allowance,
-    /// What the sender's stamp and the receiver's may differ by of themselves, ms.
+    /// Time between the stamps of sender and receiver that is not the link's, ms: the player's cost
+    /// and, on the way down, the client's delay.
     own_ms: f64,
-    /// What the receiver takes over a message.
+    /// Time that the receiver needs to read a message.
     read_ns: u64,
-    /// On a shared connection nothing leaves before what was sent before it.
+    /// On a shared connection no message leaves before those sent earlier.
     held_until_ns: u64,
     crossed: Crossed,
     excess_ms: Vec<f64>,
     bunch: Bunch,
 }
 
-/// What the link lets a message do.
+/// What the link should do to a message.
 struct Expected {
-    /// When it leaves, if it needs no connection and waits for nobody.
+    /// When it leaves, if it needs no new connection and waits for no other message.
     direct: Window,
-    /// When it leaves at the latest.
+    /// The latest time at which it leaves.
     latest_ns: u64,
-    /// How likely it is lost.
+    /// The probability that it is lost.
     lossy: f64,
+    /// When a resend of it leaves at the earliest; `None` if its loss would not show. If a connection is
+    /// opened for the message, it is unknown at which crossing of the handshake a loss was.
+    again_ns: Option<u64>,
 }
 
 impl<'a> Held<'a> {
     fn new(way: Way, terms: &'a Terms) -> Held<'a> {
-        // The plant is webloop's own, whoever its client is.
+        // The plant is webloop's own, whatever the client.
         let plant = plan::Client::Native.spec().allowance;
         let client = terms.allowance;
         let (sender, receiver, slack_ms) = match way {
@@ -129,6 +133,13 @@ impl<'a> Held<'a> {
             latest_ns = latest_ns.max(opened.latest_ns);
             lossy = lossy.max(opened.lossy);
         }
+        // Asked here, where the link is asked for this time anyway: it has forgotten it later.
+        let again_ns = (lossy > 0.0 && !crossing.opens).then(|| {
+            let again_ns = crossing.enters_ns + ns(RESEND_MS);
+            let link = &mut self.link;
+            let again = terms.window(link, way, again_ns, within_ns, MESSAGE_BYTES);
+            again.earliest_ns
+        });
         if terms.shares_one {
             latest_ns = latest_ns.max(self.held_until_ns);
             let leaves_ns = crossing.leaves_ns.unwrap_or_default();
@@ -138,14 +149,15 @@ impl<'a> Held<'a> {
             direct,
             latest_ns,
             lossy,
+            again_ns,
         }
     }
 
-    /// When the receiver has read each message at the latest. Those that come while it reads others
-    /// wait, and it takes them in any order: each may be the last of them.
+    /// The latest time at which the receiver has read each message. Messages that arrive while it reads
+    /// others wait, and it may take them in any order, so each may be the last of them.
     fn read_by_ns(&self, expected: &[Expected]) -> Vec<u64> {
         let mut read_by_ns: Vec<u64> = expected.iter().map(|one| one.latest_ns).collect();
-        // Nothing is known of a queue whose length is not.
+        // `u64::MAX` stands for a queue of unknown length, about which nothing can be said.
         let known = read_by_ns.iter_mut().filter(|t_ns| **t_ns < u64::MAX);
         let mut known: Vec<&mut u64> = known.collect();
         let mut rest = known.as_mut_slice();
@@ -176,6 +188,7 @@ impl<'a> Held<'a> {
             direct,
             latest_ns,
             lossy,
+            again_ns,
         } = *expected;
         let delay_ms = ms(direct.latest_ns.min(latest_ns)) - ms(crossing.enters_ns);
         let resent_ms = RESENT_MS + LATE_SHARE_OF_DELAY * delay_ms;
@@ -185,11 +198,12 @@ impl<'a> Held<'a> {
         crossed.quicker += u64::from(is_quicker);
         crossed.count += u64::from(crossing.leaves_ns.is_some());
         if self.terms.has_rate && delay_ms > RESEND_MS {
-            // In a queue that long handshakes and resends wait for each other: what is late is its own
-            // doing.
+            // In such a long queue, handshakes and resends wait for each other: the queue alone
+            // explains a late message.
             return;
         }
-        let would_show = lossy > 0.0 && self.would_show(crossing, latest_ns, resent_ms);
+        // While the link stalls, a resend waits for the same end of the stall as what was lost.
+        let would_show = again_ns.is_some_and(|again_ns| ms(again_ns) - ms(latest_ns) > resent_ms);
         if would_show {
             self.on_lossy(crossing.enters_ns, lossy);
         }
@@ -206,7 +220,7 @@ impl<'a> Held<'a> {
             crossed.lost += u64::from(would_show && is_resent);
             return;
         }
-        // While a link stalls, and drains, hundreds of messages, handshakes and resends wait for each
+        // While a link stalls and drains, hundreds of messages, handshakes and resends wait for each
         // other: how late one of them is says nothing.
         let is_swamped = ms(latest_ns) - ms(crossing.enters_ns) > STALL_MS
             || swamped.contains(crossing.enters_ns);
@@ -221,17 +235,7 @@ impl<'a> Held<'a> {
         }
     }
 
-    /// Whether one sees it if this message is lost. While the link stalls a resend waits for the same end
-    /// as what was lost: nobody sees it. Nor does a handshake say at which of its crossings the loss was.
-    fn would_show(&mut self, crossing: &Crossing, latest_ns: u64, resent_ms: f64) -> bool {
-        let Held { way, terms, .. } = *self;
-        let within_ns = ns(self.sender.enters_within_ms);
-        let again_ns = crossing.enters_ns + ns(RESEND_MS);
-        let mut again = || terms.window(&mut self.link, way, again_ns, within_ns, MESSAGE_BYTES);
-        !crossing.opens && ms(again().earliest_ns) - ms(latest_ns) > resent_ms
-    }
-
-    /// A message may be lost, and it would show.
+    /// Counts a message that may be lost, and whose loss would show.
     fn on_lossy(&mut self, enters_ns: u64, lossy: f64) {
         self.crossed.lost_due += lossy;
         let stray_ns = ns(self.sender.strays_within_ms);
@@ -250,7 +254,7 @@ impl<'a> Held<'a> {
     }
 }
 
-/// Messages that enter so near each other that one slot of the link may lose all of them or none.
+/// Messages that enter so close together that one slot of the link may lose all of them or none.
 #[derive(Debug, Default)]
 struct Bunch {
     last_ns: u64,
@@ -259,17 +263,17 @@ struct Bunch {
 }
 
 impl Bunch {
-    /// Of what is lost of it, at most.
+    /// Upper bound on the variance of the number of its messages that are lost.
     fn variance(&self) -> f64 {
         self.count * self.lost_due
     }
 }
 
-/// Fewer messages than these say nothing by their quantiles.
+/// The quantiles of fewer messages than this say nothing.
 const ENOUGH: u64 = 20;
 
 impl Crossed {
-    /// With the quantiles of how much later than the link messages were.
+    /// Sets the quantiles of how much later than the link the messages were.
     fn with_excess(self, mut excess_ms: Vec<f64>) -> Crossed {
         excess_ms.sort_by(f64::total_cmp);
         let quantile = |q: f64| {

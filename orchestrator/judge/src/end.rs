@@ -1,8 +1,9 @@
-//! The two ends by what they record: whether the plant ticked and the controller sent when they were
+//! Judges the two ends by what they record: whether the plant ticked, and the controller sent, when
 //! due.
 //!
-//! A deadline at which as many requests were under way as the client may have is the link's doing, and
-//! the loop's result. What a client does of itself is told apart by its [allowance](crate::Allowance).
+//! If a deadline is missed while the client has as many requests under way as it may, the link caused
+//! it, and it is a result of the loop. What a client causes itself is covered by its
+//! [allowance](crate::Allowance).
 
 use endpoint::{MessageRow, TickNoise, TickRow};
 use plan::Disturbance;
@@ -10,20 +11,20 @@ use plan::Disturbance;
 use crate::limit::{BEHIND_MS, Stillness};
 use crate::machine::describe;
 
-/// What is less behind needs no excuse.
+/// A delay shorter than this needs no excuse.
 const BEHIND_LEAST_NS: u64 = 100_000;
 
-/// When something was due, and how far behind it was done.
+/// When something was due, and how late it happened.
 #[derive(Debug, Clone, Copy)]
 struct Due {
     t_ns: u64,
-    /// `u64::MAX` is never.
+    /// `u64::MAX` if it never happened.
     behind_ns: u64,
 }
 
-/// Whether the plant's ticks were held up between `from_ns` and `to_ns`. `real_time` says whether its
-/// thread had real-time scheduling: without it more is this machine's own work. `noise` is what they were asked
-/// to wait beyond that.
+/// Judges whether the plant's ticks were held up between `from_ns` and `to_ns`. `real_time` says
+/// whether its thread had real-time scheduling; without it, longer delays are the machine's own work.
+/// `noise` is the time that the ticks were asked to wait beyond their deadlines.
 #[must_use]
 pub fn plant(
     ticks: &[TickRow],
@@ -46,9 +47,10 @@ pub fn plant(
     judge("plant", "ticks", dues, h_ns, real_time, from_ns)
 }
 
-/// Whether the controller's deadlines were, on an absolute schedule. `outstanding` is how many
-/// requests it may have under way, and `is_swamped` whether the link stalls, or lets go of much, at an instant: a
-/// controller that has hundreds of answers at once has a reason to be late.
+/// Judges whether the controller's deadlines were held up, on an absolute schedule. `outstanding` is
+/// how many requests it may have under way. `is_swamped` says whether, at an instant, the link stalls
+/// or releases what waited in it: a controller that gets hundreds of answers at once has a reason to be
+/// late.
 #[must_use]
 pub fn controller(
     messages: &[MessageRow],
@@ -69,7 +71,7 @@ pub fn controller(
     ends.sort_unstable();
     let is_full = |t_ns: u64| {
         let sent = sends.partition_point(|sent_ns| *sent_ns < t_ns);
-        // One that ends within h may still have been the reason.
+        // A request that ended less than h ago may still have been the reason.
         let ended = ends.partition_point(|end_ns| end_ns.saturating_add(h_ns) <= t_ns);
         sent.saturating_sub(ended) >= outstanding
     };
@@ -88,7 +90,7 @@ pub fn controller(
     judge("controller", "deadlines", dues, h_ns, real_time, from_ns)
 }
 
-/// Whether too many were behind, or one for too long.
+/// Judges whether too many were late, or one was late by too much.
 fn judge(
     what: &str,
     things: &str,
@@ -107,7 +109,7 @@ fn judge(
             behind_ns: 0,
         },
     );
-    // Deadlines that were missed one after another are as long as all of them.
+    // Consecutive missed deadlines count as one delay, as long as all of them.
     let mut missed_from_ns = None;
     let mut dues: Vec<Due> = dues.collect();
     dues.sort_by_key(|due| due.t_ns);
@@ -130,10 +132,10 @@ fn judge(
     }
     let longest_ms = longest.behind_ns as f64 * 1e-6;
     let share = behind as f64 / count.max(1) as f64;
-    // One of a handful is no share.
+    // One or two late ones are too few to make a share.
     let are_many = behind > 2 && share > limit.share;
-    let limit_ms = behind_ns as f64 * 1e-6;
-    // A slow loop's tick may be late by less than it takes to notice.
+    let limit_ms = behind_ns as f64 / 1e6;
+    // In a slow loop, a tick that is late by less than the limit makes no difference.
     if longest_ms < limit.longest_ms && !are_many {
         return None;
     }
@@ -143,7 +145,7 @@ fn judge(
         from_ns,
         longest_ms,
         format!(
-            "the {what} was held up: {behind} of {count} {things} were {limit_ms:.0} ms or more \
+            "the {what} was held up: {behind} of {count} {things} were {limit_ms} ms or more \
              late or missed, and the link does not explain it (limit {:.0} %), the worst by \
              {longest_ms:.0} ms (limit {:.0} ms)",
             100.0 * limit.share,
@@ -221,7 +223,7 @@ mod tests {
 
     #[test]
     fn a_deadline_that_waits_for_an_answer_is_no_disturbance_and_one_that_waits_for_nothing_is() {
-        // Each answer takes 90 ms of a client that may have one request under way.
+        // Each answer takes 90 ms, and the client may have one request under way.
         let blocked: Vec<MessageRow> = (0..300)
             .map(|seq| match seq % 30 {
                 0 => message(seq, Some(seq * 3), Some(seq * 3 + 89)),

@@ -1,11 +1,10 @@
-//! What speaks against a link, in a sentence.
+//! Evidence against a link, as a sentence.
 
-/// What is wrong with a link by its messages.
+/// A fault of a link that its messages show.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fault {
-    /// A sentence, with its limit.
+    /// The fault in a sentence, with its limit.
     pub words: String,
-    /// Whether a machine that stood still could have done it: that makes messages late, and never
-    /// quick.
+    /// Whether a machine that stood still could be the cause: it makes messages late, but never quick.
     pub by_lateness: bool,
 }

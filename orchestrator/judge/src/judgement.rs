@@ -1,4 +1,4 @@
-//! All that speaks for and against a run, and what it makes of the verdict.
+//! Collects the evidence for and against a run, and derives the verdict from it.
 
 use certificate::Pause;
 use endpoint::{
@@ -13,47 +13,47 @@ use crate::machine::{self, Pulse, Watched};
 use crate::message::Messages;
 use crate::terms::{Swamped, Terms};
 
-/// What a run recorded of itself.
+/// What a run recorded about itself.
 #[derive(Debug)]
 pub struct Records<'a> {
-    /// What the controller was set up with.
+    /// The controller's settings.
     pub settings: &'a ControllerSettings,
-    /// When the first message was due, and until when they were, monotonic.
+    /// When the first message was due, monotonic.
     pub from_ns: u64,
-    /// See `from_ns`.
+    /// When the deadlines ended, monotonic.
     pub to_ns: u64,
-    /// The plant's ticks, and what they were asked to wait beyond their deadlines.
+    /// The plant's ticks.
     pub ticks: &'a [TickRow],
-    /// See `ticks`.
+    /// The time that the ticks were asked to wait beyond their deadlines.
     pub tick_noise: Option<TickNoise>,
     /// Whether the plant's thread had real-time scheduling.
     pub plant_real_time: bool,
-    /// Whether the controller's had.
+    /// Whether the controller's thread had real-time scheduling.
     pub controller_real_time: bool,
     /// The controller's deadlines.
     pub messages: &'a [MessageRow],
-    /// When the player was held up, and whether it had real-time scheduling.
+    /// When the player was held up.
     pub pauses: &'a [Pause],
-    /// See `pauses`.
+    /// Whether the player had real-time scheduling.
     pub player_real_time: bool,
-    /// The pulse, where one was taken.
+    /// The pulse, if one was recorded.
     pub pulse: Option<&'a Pulse>,
-    /// What was seen of each part from outside: its name, and what.
+    /// What was observed of each part from outside, with the part's name.
     pub watched: &'a [(String, Watched)],
 }
 
-/// What a run's records come to.
+/// The result of judging a run's records.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Judgement {
-    /// What was done to it that nobody asked for.
+    /// What was done to the run that nobody asked for.
     pub disturbances: Vec<Disturbance>,
-    /// What speaks against its link, in sentences.
+    /// Evidence against its link, in sentences.
     pub faults: Vec<String>,
-    /// Whether one of those cannot be explained by a machine that stood still.
+    /// Whether a machine that stood still cannot explain one of the faults.
     pub is_other: bool,
 }
 
-/// Judges a run by its records, given what its messages say.
+/// Judges a run by its records and the comparison of its messages with the link.
 #[must_use]
 pub fn judge(records: &Records<'_>, messages: &Messages, terms: &Terms) -> Judgement {
     let Records {
@@ -110,11 +110,12 @@ pub fn judge(records: &Records<'_>, messages: &Messages, terms: &Terms) -> Judge
 }
 
 impl Judgement {
-    /// The verdict on a run that came to its end. `doubts` are what else speaks against it, and
-    /// `is_other` whether a machine that stood still cannot explain those.
+    /// The verdict on a run that came to its end. `doubts` is further evidence against it, and
+    /// `is_other` says whether a machine that stood still cannot explain one of the doubts.
     ///
-    /// What was held up makes a link look late, or lossy, and never quick. So a run that was disturbed
-    /// is `disturbed`, unless something speaks against its link that no delay can do.
+    /// A machine that holds up the run makes a link look late or lossy, never quick. So a run with
+    /// disturbances is `disturbed`, unless there is evidence against its link that no delay can
+    /// explain.
     #[must_use]
     pub fn verdict(&self, doubts: &[String], is_other: bool) -> Verdict {
         let is_clean = self.faults.is_empty() && doubts.is_empty();
@@ -127,13 +128,13 @@ impl Judgement {
     }
 }
 
-/// Whether each message of a client set up so has a connection of its own.
+/// Whether, with these settings, each message has a connection of its own.
 #[must_use]
 pub fn opens_always(settings: &ControllerSettings) -> bool {
     settings.connection == Connection::New
 }
 
-/// Whether all share one.
+/// Whether, with these settings, all messages share one connection.
 #[must_use]
 pub fn shares_one(settings: &ControllerSettings) -> bool {
     settings.transport == Transport::WebSocket

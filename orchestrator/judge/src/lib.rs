@@ -1,13 +1,13 @@
-//! Whether what a run recorded vouches for it.
+//! Judges a run by what it recorded.
 //!
-//! - [`message`]: every message of the loop held against the link, each way;
+//! - [`message`]: every message of the loop, compared with the link each way;
 //! - [`end`]: the plant's ticks and the controller's deadlines;
-//! - [`machine`]: what stood still or waited: the player, a process, a processor;
-//! - [`limit`]: every limit of these, with its reason;
-//! - [`Judgement`]: all of it together, and what it makes of the verdict.
+//! - [`machine`]: what stood still or had to wait: the player, a process, a processor;
+//! - [`limit`]: all limits for these, with their reasons;
+//! - [`Judgement`]: the result of all of them, and the verdict that follows.
 //!
-//! Pure: rows come in, words and numbers go out. The echoes' certificate is the shaper's; how the loop
-//! itself fared, stable or not, is the analysis'.
+//! Pure: rows come in, words and numbers go out. The `certificate` crate judges the echoes; the
+//! analysis says how the loop itself behaved, stable or not.
 #![forbid(unsafe_code)]
 
 mod crossing;

@@ -1,5 +1,5 @@
-//! What was held up and cannot say it by rows of its own: the player, a process that was stopped or
-//! starved, a processor that stood still.
+//! Judges what has no rows of its own to show that it was held up: the player, a process that was
+//! stopped or starved, a processor that stood still.
 
 use certificate::Pause;
 use plan::Disturbance;
@@ -44,7 +44,7 @@ pub struct Watched {
     pub others: f64,
 }
 
-/// A disturbance that is told like this.
+/// Makes a disturbance; its time counts from `from_ns`.
 pub(crate) fn describe(
     what: &str,
     t_ns: u64,
@@ -61,7 +61,7 @@ pub(crate) fn describe(
     }
 }
 
-/// Whether gaps between `from_ns` and `to_ns` are too long, or too many.
+/// Judges whether the longest gap between `from_ns` and `to_ns` is too long, or all gaps together are.
 fn still(
     what: &str,
     gaps: &[Pause],
@@ -100,14 +100,14 @@ fn still(
     ))
 }
 
-/// Whether the player was held up.
+/// Judges whether the player was held up.
 #[must_use]
 pub fn player(pauses: &[Pause], real_time: bool, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
     still("player", pauses, real_time, 1, from_ns, to_ns, "")
 }
 
 impl Pulse {
-    /// Whether a processor stood still, or was taken away from all parts of the run.
+    /// Judges whether a processor stood still, or was taken away from all parts of the run.
     #[must_use]
     pub fn judge(&self, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
         let hint = if self.stolen_ms >= 1.0 {
@@ -128,7 +128,7 @@ impl Pulse {
 }
 
 impl Watched {
-    /// Whether the process called `what` was stopped, or, where that counts, starved.
+    /// Judges whether the process called `what` was stopped, or starved by other programs.
     #[must_use]
     pub fn judge(&self, what: &str, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
         let time_ms = to_ns.saturating_sub(from_ns) as f64 * 1e-6;

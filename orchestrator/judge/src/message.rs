@@ -1,9 +1,9 @@
-//! Every message of the loop, held against the link each way: never quicker than it, no later than
-//! client, kernel and loss explain, and answered by the plant at its far side.
+//! Compares every message of the loop with the link, each way: it must not be quicker than the link,
+//! nor later than client, kernel and loss explain, and the plant must have answered it at the far side.
 //!
-//! A message's stamps are its client's and its plant's. Its first packet enters the link a little
-//! after it is stamped, so what the link had in that window counts. Whoever opens a connection for a
-//! message crosses the link three times. What is lost comes by a resend, at the earliest 200 ms later.
+//! The client and the plant stamp each message. Its first packet enters the link a little after the
+//! stamp, so the state of the link in that window counts. If a connection is opened for a message, it
+//! crosses the link three times. What is lost is resent, after 200 ms at the earliest.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -17,10 +17,11 @@ use crate::fault::Fault;
 use crate::limit::{QUICKER_MS, QUICKER_PER_MILLE};
 use crate::terms::{MESSAGE_BYTES, Swamped, Terms, ms, ns};
 
-/// A connection is free again this long after the answer on it was had.
+/// A connection is free again this long after its answer arrived.
 const FREED_NS: u64 = 1_000_000;
 
-/// One that has idled for this long may have been closed: webloop's own clients do so after 5 s.
+/// A connection that has been idle for this long may have been closed: webloop's own clients close it
+/// after 5 s.
 const IDLE_NS: u64 = 4_500_000_000;
 
 /// What the messages say of the link.
@@ -39,7 +40,7 @@ pub struct Messages {
     pub unborne: u64,
 }
 
-/// Holds the messages of a run against its link.
+/// Compares the messages of a run with its link.
 #[must_use]
 pub fn hold(messages: &[MessageRow], arrivals: &[ArrivalRow], terms: &Terms) -> Messages {
     let is_inside = |row: &&MessageRow| {
@@ -97,17 +98,17 @@ pub fn hold(messages: &[MessageRow], arrivals: &[ArrivalRow], terms: &Terms) -> 
     }
 }
 
-/// Of each message whether a connection may have been opened for it: none was free that had been used
-/// not long ago. Clients take the one that was used last; one that is freed goes first to a message
-/// that waits for one.
+/// For each message, whether a connection may have been opened for it, since none was free that had
+/// been used recently. Clients take the connection that was used last; one that becomes free goes first
+/// to a message that waits for one.
 fn openings(sent: &[&MessageRow], terms: &Terms) -> Vec<bool> {
     let mut link = terms.timeline.clone();
     let mut ends: Vec<u64> = sent.iter().filter_map(|row| row.t_receive_ns).collect();
     ends.sort_unstable();
     let mut ends = ends.into_iter().map(|t_ns| t_ns + FREED_NS).peekable();
-    // Those that are free, since when, the one used last at the end. One is opened beforehand.
+    // When each free connection became free; the one used last is at the end. One is opened in advance.
     let mut free = vec![u64::MAX];
-    // Until when each message that found none waits at the longest: its own is open by then.
+    // For each message that found none, the latest time until which it waits: its own is open by then.
     let mut waiting: VecDeque<u64> = VecDeque::new();
     let is_opened = |row: &&MessageRow| {
         let send_ns = row.t_send_ns.unwrap_or_default();
@@ -125,7 +126,7 @@ fn openings(sent: &[&MessageRow], terms: &Terms) -> Vec<bool> {
         let found = free.pop();
         let is_free = found.is_some_and(|since_ns| send_ns.saturating_sub(since_ns) < IDLE_NS);
         if !is_free {
-            // Those below it have idled for longer.
+            // Those below it have been idle for longer.
             free.clear();
             let delay_ns = link.passage(Way::Up, send_ns, MESSAGE_BYTES).delay_ns;
             waiting.push_back(
@@ -138,7 +139,7 @@ fn openings(sent: &[&MessageRow], terms: &Terms) -> Vec<bool> {
     sent.iter().map(is_opened).collect()
 }
 
-/// How many messages were back sooner than the link lets them.
+/// Number of messages that were back sooner than the link allows.
 fn back_sooner(sent: &[&MessageRow], terms: &Terms) -> u64 {
     let mut link = terms.timeline.clone();
     let within_ns = ns(terms.allowance.enters_within_ms);
@@ -155,7 +156,7 @@ fn back_sooner(sent: &[&MessageRow], terms: &Terms) -> u64 {
 }
 
 impl Messages {
-    /// What speaks against the link; nothing if it was the one asked for.
+    /// The evidence against the link; empty if it was the one asked for.
     #[must_use]
     pub fn faults(&self, terms: &Terms) -> Vec<Fault> {
         let mut faults = Vec::new();

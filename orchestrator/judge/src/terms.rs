@@ -1,7 +1,7 @@
-//! What a link would do to a message, and for how long programs are busy when it stalls.
+//! What a link should do to a message, and how long programs are busy when it stalls.
 //!
-//! A message is stamped a little before its first packet enters, so it is asked of the link for a window
-//! of time. What became of the messages is in `crossing`.
+//! A message is stamped shortly before its first packet enters, so the link is examined over a window
+//! of time. `crossing` compares the messages with the result.
 
 use std::ops::Range;
 
@@ -12,27 +12,30 @@ use crate::limit::{
     Allowance, DRAIN_MS, DRAIN_SHARE, FLOOR_AT_MOST, FLOOR_PER_COST, STALL_LOOK_NS, STALL_MS,
 };
 
-/// The least IP length of a request or an answer, longer than an echo's. It matters where there is a
-/// rate limit; what really entered is then known, and the message is taken to be the first of it.
+/// Smallest IP length of a request or an answer, bytes; it is longer than an echo's. It matters if
+/// there is a rate limit: then the packets that entered are known, and the first one of at least this
+/// length is taken to be the message.
 pub(crate) const MESSAGE_BYTES: u32 = 90;
-/// IP length of a handshake's packet.
+/// IP length of a handshake's packet, bytes.
 const HANDSHAKE_BYTES: u32 = 60;
 
-/// The link's state is looked at this often within a window: loss is decided by the millisecond.
+/// The state of the link within a window is sampled this often: loss is decided by the millisecond.
 const LOOK_NS: u64 = 250_000;
 
-/// What has to be known to judge messages.
+/// What is needed to judge messages.
 #[derive(Debug)]
 pub struct Terms {
-    /// The link as it was to be.
+    /// The link that was asked for.
     pub timeline: Timeline,
-    /// The time of the run, monotonic ns: rows that a client stamped outside it are believed in nothing.
+    /// The time of the run, monotonic ns: rows that a client stamped outside it are counted, but not
+    /// used.
     pub run_ns: Range<u64>,
-    /// How long a state of the link that has ended may still be met, ns, by how its player works.
+    /// How long a packet may still meet a state of the link that has ended, ns; it depends on the
+    /// player.
     pub before_ns: u64,
-    /// How far a falling delay may be off, ns, likewise.
+    /// How far a falling delay may be off, ns; it depends on the player too.
     pub fall_ns: u64,
-    /// What crossing the player itself costs up and down, ms.
+    /// Cost of crossing the player itself, up and down, ms.
     pub baseline_ms: [f64; 2],
     /// What the client is allowed.
     pub allowance: Allowance,
@@ -40,15 +43,15 @@ pub struct Terms {
     pub opens_always: bool,
     /// Whether the link has a rate limit.
     pub has_rate: bool,
-    /// Whether all share one connection, on which what is lost holds up what follows.
+    /// Whether all messages share one connection, where a loss holds up everything behind it.
     pub shares_one: bool,
-    /// The sample time, ms: how many messages wait in a stall.
+    /// Sample time, ms; it says how many messages wait in a stall.
     pub h_ms: f64,
     /// When a processor stood still.
     pub still: Still,
 }
 
-/// When what enters in a window leaves, and how likely it is lost.
+/// When a packet that enters within a window leaves, and the probability that it is lost.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Window {
     pub(crate) earliest_ns: u64,
@@ -57,7 +60,8 @@ pub(crate) struct Window {
 }
 
 impl Terms {
-    /// What nine of ten messages may take on a way beyond the link, on this machine.
+    /// If nine of ten messages take more than this on a way in addition to the link, ms, something else
+    /// delays them on this machine.
     pub(crate) fn floor_ms(&self, way: Way) -> f64 {
         let usual_ms = match way {
             Way::Up => self.allowance.up_floor_ms,
@@ -67,7 +71,8 @@ impl Terms {
         (usual_ms + FLOOR_PER_COST * cost_ms).min(FLOOR_AT_MOST * usual_ms)
     }
 
-    /// What enters a way within `within_ns` after `t_ns`; it is of `bytes`, or longer by what entered.
+    /// The window of a packet that enters a way within `within_ns` after `t_ns`. It has `bytes`; for a
+    /// message, the length of the packet that entered is used instead, if it is known.
     pub(crate) fn window(
         &self,
         link: &mut Timeline,
@@ -82,7 +87,7 @@ impl Terms {
         }
         .unwrap_or(bytes);
         let (mut earliest_ns, mut latest_ns, mut looks, mut lossy) = (u64::MAX, 0, 0_u32, 0_u32);
-        // A window that is wide is looked at as often as a narrow one needs.
+        // A wide window gets as many samples as a narrow one needs.
         let step_ns = LOOK_NS.max(within_ns / 16);
         let mut look_ns = t_ns.saturating_sub(self.before_ns);
         let last_ns = t_ns.saturating_add(within_ns);
@@ -91,7 +96,7 @@ impl Terms {
             let leaves_ns = look_ns.max(t_ns).saturating_add(passage.delay_ns);
             earliest_ns = earliest_ns.min(leaves_ns);
             latest_ns = latest_ns.max(match passage.queued {
-                // It is not known how long the queue was.
+                // The length of the queue is unknown.
                 true => u64::MAX,
                 false => leaves_ns,
             });
@@ -109,12 +114,12 @@ impl Terms {
         }
     }
 
-    /// The latest that a message leaves the way up for which a connection is opened: its handshake
-    /// crosses the link both ways before.
+    /// When a message for which a connection is opened leaves the way up at the latest: its handshake
+    /// crosses the link both ways first.
     pub(crate) fn opened(&self, link: &mut Timeline, t_ns: u64, within_ns: u64) -> Window {
         let syn = self.window(link, Way::Up, t_ns, within_ns, HANDSHAKE_BYTES);
         if syn.latest_ns == u64::MAX {
-            // Of a queue that nobody knows nothing is late.
+            // Nothing is late behind a queue of unknown length.
             return syn;
         }
         let back = self.window(link, Way::Down, syn.latest_ns, LOOK_NS, HANDSHAKE_BYTES);
@@ -130,15 +135,15 @@ impl Terms {
     }
 }
 
-/// When the link stalls, and programs are busy with what it then lets go of.
+/// The times when the link stalls, and when programs are busy with what it then releases.
 #[derive(Debug)]
 pub(crate) struct Swamped(Vec<Range<u64>>);
 
 impl Swamped {
-    /// Of a run's link.
+    /// Finds them for the link of a run.
     pub(crate) fn of(terms: &Terms) -> Swamped {
         let mut link = terms.timeline.clone();
-        // A message each h waits, and the client has each of them to read.
+        // A message waits for each h, and the client has to read each of them.
         let share = DRAIN_SHARE + terms.allowance.message_ms / terms.h_ms;
         let mut found: Vec<Range<u64>> = Vec::new();
         let mut look_ns = terms.run_ns.start;
@@ -165,12 +170,12 @@ impl Swamped {
     }
 }
 
-/// When a processor stood still: times that do not meet, in order.
+/// When a processor stood still: disjoint times, in order.
 #[derive(Debug, Clone, Default)]
 pub struct Still(Vec<Range<u64>>);
 
 impl Still {
-    /// Of the gaps in the pulse of all processors: any of them may have carried the message.
+    /// Joins the gaps in the pulse of all processors: any of them may have handled the message.
     #[must_use]
     pub fn of(gaps: &[Pause]) -> Still {
         let times = gaps
@@ -188,7 +193,7 @@ impl Still {
         Still(apart)
     }
 
-    /// For how long it did between two instants, ms.
+    /// How long a processor stood still between two instants, ms.
     pub(crate) fn between_ms(&self, from_ns: u64, to_ns: u64) -> f64 {
         let first = self.0.partition_point(|time| time.end <= from_ns);
         let times = self.0.get(first..).unwrap_or_default().iter();

@@ -5,7 +5,7 @@ use certificate::Pause;
 use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow};
 use judge::message::hold;
 use judge::{Fault, Messages, Still, Terms};
-use link::{Profile, Timeline, Way};
+use link::{Epoch, Profile, Timeline, Way};
 use plan::Client;
 use proptest::prelude::*;
 
@@ -44,7 +44,7 @@ fn messages(
     [up, down]: [Tampering; 2],
 ) -> (Vec<MessageRow>, Vec<ArrivalRow>) {
     const RESEND_NS: u64 = 224 * MS;
-    let mut link = Timeline::new(profile, seed, EPOCH_NS);
+    let mut link = Timeline::new(profile, seed, Epoch::at_ns(EPOCH_NS));
     let mut cross = |way, tampering: Tampering, t_ns: u64, seq: u64| {
         if tampering.around {
             return t_ns + COST_NS;
@@ -125,7 +125,7 @@ fn judged_on(
     client: Client,
 ) -> (Messages, Vec<Fault>) {
     let terms = Terms {
-        timeline: Timeline::new(profile, seed, EPOCH_NS),
+        timeline: Timeline::new(profile, seed, Epoch::at_ns(EPOCH_NS)),
         run_ns: EPOCH_NS..EPOCH_NS + 20_000 * MS,
         before_ns: 0,
         fall_ns: 0,

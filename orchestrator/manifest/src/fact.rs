@@ -1,4 +1,4 @@
-//! A run's files, as its manifest knows them: length and checksum.
+//! What a manifest records about a run's files: length and checksum.
 
 use std::io::{self, Read};
 
@@ -17,10 +17,10 @@ pub struct FileFact {
 }
 
 impl FileFact {
-    /// The fact about a file's content.
+    /// Reads a file's content to its end, for its length and checksum.
     ///
     /// # Errors
-    /// When it cannot be read to its end.
+    /// If it cannot be read to its end.
     pub fn of(mut content: impl Read) -> io::Result<FileFact> {
         let mut tally = Tally::default();
         let mut buffer = vec![0; 1 << 16];
@@ -33,7 +33,7 @@ impl FileFact {
     }
 }
 
-/// A file's fact under way, for whoever has its bytes in passing.
+/// A [`FileFact`] in the making, for a caller that handles the file's bytes anyway.
 #[derive(Debug, Clone, Default)]
 pub struct Tally {
     hasher: Sha256,
@@ -41,13 +41,13 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Takes the next bytes.
+    /// Adds the next bytes.
     pub fn push(&mut self, bytes: &[u8]) {
         self.hasher.update(bytes);
         self.bytes += bytes.len() as u64;
     }
 
-    /// The fact about all bytes so far.
+    /// Length and checksum of all bytes so far.
     #[must_use]
     pub fn fact(self) -> FileFact {
         let sha256 = self.hasher.finalize();

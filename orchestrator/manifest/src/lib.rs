@@ -1,9 +1,9 @@
-//! What a run says of itself: a [`Manifest`], which has the reports of plant, controller, page and
+//! What a run says about itself: a [`Manifest`], which has the reports of plant, controller, page and
 //! link, the link's certificate, and what the run's judges saw, each in its own type.
 //!
-//! Which role leaves which report is told in [`PlantReport`] and [`ControllerReport`]; the reports
-//! themselves are in [`endpoint::report`] and [`certificate`]. No clock, file or thread: looking at
-//! a machine and reading files is the back-ends' and the analysis'.
+//! [`PlantReport`] and [`ControllerReport`] say which role leaves which report; the reports themselves
+//! are in [`endpoint::report`] and [`certificate`]. No clock, file or thread: back-ends and analysis
+//! look at the machine and read files.
 #![forbid(unsafe_code)]
 
 mod fact;

@@ -1,4 +1,4 @@
-//! The file `manifest.json`, written when everything else of a run is in place.
+//! The file `manifest.json`, written after everything else of a run.
 
 use std::collections::BTreeMap;
 
@@ -6,6 +6,7 @@ use certificate::{Certificate, LinkReport};
 use endpoint::report::Page;
 use judge::message::Messages;
 use judge::{Pulse, Watched};
+use link::Epoch;
 use plan::{Cell, Disturbance, Verdict, is_file_name};
 use schemars::{JsonSchema, schema_for};
 use serde::ser::Error;
@@ -59,7 +60,8 @@ pub struct Manifest {
     /// How long it took, in s.
     pub wall_s: f64,
     /// Link time 0, in ns of `CLOCK_MONOTONIC`.
-    pub epoch_ns: u64,
+    #[serde(rename = "epoch_ns")]
+    pub epoch: Epoch,
     /// When the controller's first message was due, in ns of `CLOCK_MONOTONIC`.
     pub start_ns: u64,
     /// Whether the link was the one asked for; `null` where there was nothing to judge.
@@ -97,7 +99,7 @@ impl Manifest {
     /// The file's name in a cell's folder.
     pub const FILE: &'static str = "manifest.json";
 
-    /// The JSON schema of a manifest, for other programs: what is committed as
+    /// The JSON schema of a manifest, for other programs; committed as
     /// `orchestrator/manifest/manifest.schema.json`.
     #[must_use]
     pub fn schema() -> String {
@@ -114,7 +116,7 @@ impl Manifest {
     /// Reads a manifest's JSON text. The files that it lists lie beside it.
     ///
     /// # Errors
-    /// A sentence on what is wrong, with line and column, or with the name of a file.
+    /// A sentence that says what is wrong, with line and column or with the name of a file.
     pub fn from_json(text: &str) -> Result<Manifest, String> {
         let manifest: Manifest = serde_json::from_str(text).map_err(|error| error.to_string())?;
         if manifest.version != Manifest::VERSION {
@@ -135,8 +137,8 @@ impl Manifest {
     }
 }
 
-/// Writes a part with its fields in the order of their names, whatever their order is in its type:
-/// so a manifest reads, and compares, alike whichever version of a role wrote the part.
+/// Writes a part with its fields sorted by name, whatever their order in its type. So manifests read
+/// and compare alike, whichever version of a role wrote the part.
 fn by_name<T: Serialize, S: Serializer>(part: &Option<T>, to: S) -> Result<S::Ok, S::Error> {
     serde_json::to_value(part)
         .map_err(S::Error::custom)?

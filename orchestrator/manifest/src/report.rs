@@ -1,4 +1,4 @@
-//! The reports of plant and controller, whoever was it.
+//! The reports of plant and controller, whichever program they were.
 
 use endpoint::Counts;
 use endpoint::report::{ControllerGranted, Native, Plant, Python, Scheduling, Visit, Written};
@@ -28,7 +28,7 @@ pub struct ModelPlant {
 }
 
 impl PlantReport {
-    /// Of a process, if it is.
+    /// The report of a process; `None` in virtual time.
     #[must_use]
     pub fn real(&self) -> Option<&Plant> {
         match self {
@@ -55,25 +55,25 @@ impl PlantReport {
         }
     }
 
-    /// Rows that pages sent, of all sessions; none in virtual time.
+    /// Rows that pages sent, over all sessions; `None` in virtual time.
     #[must_use]
     pub fn page_rows(&self) -> Option<Written> {
         self.real().map(|plant| plant.page_rows)
     }
 
-    /// Sessions that pages have held.
+    /// Number of sessions that pages have held.
     #[must_use]
     pub fn sessions(&self) -> u64 {
         self.real().map_or(0, |plant| plant.sessions)
     }
 
-    /// What the thread that steps the model was granted; none in virtual time.
+    /// The scheduling granted to the thread that steps the model; `None` in virtual time.
     #[must_use]
     pub fn ticker(&self) -> Option<&Scheduling> {
         self.real().map(|plant| &plant.granted.ticker)
     }
 
-    /// Rows of all files that found no room.
+    /// Number of rows, over all files, that found their ring full and were lost.
     #[must_use]
     pub fn overflow(&self) -> u64 {
         let page = self.page_rows().unwrap_or_default();
@@ -128,7 +128,7 @@ pub struct ModelController {
 }
 
 impl ControllerReport {
-    /// Rows of `messages.csv`, as far as the controller knows: a page's are the plant's to count.
+    /// Rows of `messages.csv`, as far as the controller knows: for a page, the plant counts them.
     #[must_use]
     pub fn rows(&self) -> Written {
         match self {
@@ -139,7 +139,7 @@ impl ControllerReport {
         }
     }
 
-    /// What became of the deadlines; a page's are in its own report.
+    /// What became of the deadlines; `None` for a page, whose own report has them.
     #[must_use]
     pub fn counts(&self) -> Option<&Counts> {
         match self {
@@ -150,7 +150,7 @@ impl ControllerReport {
         }
     }
 
-    /// What its thread was granted, where it is one.
+    /// The scheduling granted to the controller's thread; `None` for a page and in virtual time.
     #[must_use]
     pub fn scheduling(&self) -> Option<&Scheduling> {
         let granted: &ControllerGranted = match self {
@@ -162,8 +162,8 @@ impl ControllerReport {
     }
 }
 
-/// The kinds are told apart first, by a field that only one has, so that an error names what is
-/// wrong with the one that it is.
+/// Finds the kind first, by a field that only this kind has, so that an error names what is wrong
+/// within the kind.
 impl<'de> Deserialize<'de> for ControllerReport {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]

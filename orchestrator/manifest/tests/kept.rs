@@ -5,6 +5,7 @@
 use std::fs;
 use std::path::PathBuf;
 
+use link::Epoch;
 use manifest::Manifest;
 use serde_json::{Value, json};
 
@@ -120,7 +121,7 @@ fn a_field_that_no_player_beside_an_end_has_is_refused_too() {
                 tc: "tc utility".to_owned(),
                 kernel: "6.1".to_owned(),
                 scheduling: Scheduling::Other,
-                epoch_ns: u64::MAX,
+                epoch: Epoch::at_ns(u64::MAX),
                 started_ns: 1,
                 ended_ns: 2,
                 device: "plant0".to_owned(),
@@ -143,7 +144,7 @@ fn a_field_that_no_player_beside_an_end_has_is_refused_too() {
             report: certificate::WayPlayed {
                 way,
                 scheduling: Scheduling::Fifo,
-                epoch_ns: 7,
+                epoch: Epoch::at_ns(7),
                 started_ns: 8,
                 ended_ns: 9,
                 pauses: vec![certificate::Pause { t_ns: 8, ns: 1 }],

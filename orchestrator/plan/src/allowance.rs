@@ -1,26 +1,27 @@
-//! What a client may take of a message's time: the limits of a verdict that are a client's own.
+//! How much of a message's time a client may take: the limits of a verdict that depend on the client.
 
-/// What a client and the kernels take of a message's time beside the link.
+/// How much time a client and the kernels may add to a message's time on the link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Allowance {
-    /// From the stamp of sending to the first packet's entry into the link, at most as a rule, ms: in
-    /// this window the link's state counts.
+    /// Longest usual time from the send stamp until the first packet enters the link, ms. The state of
+    /// the link in this window counts.
     pub enters_within_ms: f64,
-    /// Likewise, at the very most: a loss in this window excuses a message that came late. Between stamp
-    /// and sending an interpreter's thread may lose its turn for 5 ms, twice, and any thread its
-    /// processor.
+    /// Longest possible time for the same, ms: a loss in this window excuses a message that came late.
+    /// Between the stamp and the sending, an interpreter's thread may lose its turn for 5 ms, twice,
+    /// and any thread its processor.
     pub strays_within_ms: f64,
-    /// What nine of ten messages need on the way up beyond the link, at most, ms.
+    /// If nine of ten messages take more than this on the way up in addition to the link, ms, something
+    /// else delays them.
     pub up_floor_ms: f64,
-    /// Likewise on the way down: the plant's answer, the client's reading.
+    /// The same on the way down: the plant's answer and the client's reading, ms.
     pub down_floor_ms: f64,
-    /// What an answer takes the client when hundreds are there at once, at most, ms. Python's threads took
-    /// 0.6 each for the 600 of a stall of 1.9 s at 333 Hz.
+    /// Longest time that the client needs for an answer when hundreds arrive at once, ms. Python's
+    /// threads took 0.6 ms for each of the 600 answers after a stall of 1.9 s at 333 Hz.
     pub message_ms: f64,
-    /// How far the client's clock may be from the plant's, ms: what it adds to one way it takes off the
-    /// other. A page's is the wall clock of when the page began.
+    /// Largest difference between the client's clock and the plant's, ms: what it adds to one way, it
+    /// takes off the other. A page uses the wall clock as it was when the page began.
     pub clock_ms: f64,
-    /// Whether a deadline that is missed says something of the machine. Where the client is an
-    /// interpreter or a page it may be the client's own doing; then only the kernel's word counts.
+    /// Whether a missed deadline is evidence about the machine. An interpreter or a page may miss one
+    /// by itself; for those, only what the kernel reports counts.
     pub keeps_time: bool,
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use endpoint::{
     ControllerSettings, Hold, NoiseLaw, PageSettings, PlantSettings, Preset, SampleTime, TickNoise,
 };
+use link::LinkTime;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use system::System;
@@ -13,9 +14,9 @@ use crate::client::Client;
 use crate::file_name;
 use crate::seed::fingerprint;
 
-/// Link time of a client's first message, whoever runs the cell: so every client meets the same bad
-/// second.
-pub const START_AT_NS: u64 = 1_300_000_000;
+/// Link time of the client's first message. It is the same in every back-end, so that every client
+/// meets the same bad second.
+pub const START_AT: LinkTime = LinkTime::from_ns(1_300_000_000);
 
 /// One run to be made: resolved, valid, independent of every other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -64,7 +65,7 @@ fn alone() -> u16 {
     1
 }
 
-// Serde hands over a reference.
+// Serde passes a reference.
 #[allow(clippy::trivially_copy_pass_by_ref)]
 fn is_alone(together: &u16) -> bool {
     *together == 1
@@ -78,14 +79,15 @@ fn is_paper_system(system: &str) -> bool {
     system == System::PAPER
 }
 
-/// What there was before plans named it.
+/// The preset of plans that were written before plans named one.
 fn paper_python() -> Preset {
     Preset::PaperPython
 }
 
 impl Cell {
-    /// The id for a cell whose other fields are set: words for people, six hex digits of a
-    /// fingerprint for whatever the words leave out (outstanding, schedule, seed, duration ...).
+    /// Sets the id from the other fields: words for people, then six hex digits of a fingerprint, for
+    /// what the words leave out (outstanding, schedule, seed, duration ...). Index and `together` do
+    /// not change it.
     pub(crate) fn identify(&mut self) {
         self.id = String::new();
         let index = std::mem::take(&mut self.index);
@@ -105,7 +107,7 @@ impl Cell {
         );
     }
 
-    /// The system, where it is not the paper's.
+    /// The system's part of the id; empty for the paper's system.
     fn system_label(&self) -> String {
         if is_paper_system(&self.system) {
             String::new()
@@ -114,7 +116,8 @@ impl Cell {
         }
     }
 
-    /// The client, with its preset where that says more: a browser is known by its page.
+    /// The client's part of the id, with the preset unless it is the client's default. A browser always
+    /// has it, since the preset defines its page.
     fn client_label(&self) -> String {
         if !self.client.is_browser() && self.preset == self.client.spec().preset {
             self.client.to_string()
@@ -123,14 +126,14 @@ impl Cell {
         }
     }
 
-    /// The cell's rate in people's words, such as `333 Hz`.
+    /// The cell's rate as people write it, such as `333 Hz`.
     #[must_use]
     pub fn rate(&self) -> String {
         rate(self.settings.h, " ", "Hz", "kHz")
     }
 
-    /// Whether the other is the same run to be made, in whatever plan and place: everything is equal
-    /// but its index, and how many may run beside it.
+    /// Whether `other` describes the same run, in any plan: every field is equal except the index and
+    /// `together`.
     #[must_use]
     pub fn is_same(&self, other: &Cell) -> bool {
         let alike = Cell {
@@ -141,7 +144,7 @@ impl Cell {
         alike == *self
     }
 
-    /// What the plant is set up with. The extra time of its ticks is drawn by the link's seed.
+    /// The plant's settings. The link's seed also draws the extra time of its ticks.
     #[must_use]
     pub fn plant_settings(&self) -> PlantSettings {
         let seed = self.link_seed;
@@ -153,13 +156,13 @@ impl Cell {
         }
     }
 
-    /// Its folder inside its campaign's.
+    /// The cell's folder, relative to its campaign's folder.
     #[must_use]
     pub fn folder(&self) -> PathBuf {
         Path::new(file_name::CELLS).join(&self.id)
     }
 
-    /// Messages due in this cell: one each h, the first at once.
+    /// Number of messages due in this cell: one every h, the first at once.
     #[must_use]
     pub fn due(&self) -> u64 {
         self.duration_ns.div_ceil(self.settings.h.ns())
@@ -170,7 +173,7 @@ fn rate_label(h: SampleTime) -> String {
     rate(h, "", "hz", "khz")
 }
 
-/// 1/h as people say it: cut, not rounded, to what the paper writes (`3.3`, `333`, `1 k`).
+/// 1/h as the paper writes it (`3.3`, `333`, `1 k`): truncated, not rounded.
 fn rate(h: SampleTime, gap: &str, hz: &str, khz: &str) -> String {
     let tenths_hz = 10_000_000_000 / h.ns();
     if tenths_hz >= 10_000 && tenths_hz.is_multiple_of(10_000) {

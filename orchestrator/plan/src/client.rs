@@ -1,4 +1,5 @@
-//! Who closes the loop, the paper's question: each client's entry, which is all that webloop knows of it.
+//! Who closes the loop, which is the paper's question: an entry for each client, with everything that
+//! webloop knows about it.
 
 use std::fmt;
 use std::str::FromStr;
@@ -12,47 +13,47 @@ use serde::{Deserialize, Serialize};
 use crate::allowance::Allowance;
 use crate::file_name::{CONTROLLER_LOG, CONTROLLER_REPORT, MESSAGES, PAGE_REPORT};
 
-/// What is known of a client.
+/// Everything that webloop knows about a client.
 #[derive(Debug, Clone, Copy)]
 pub struct ClientSpec {
-    /// What it is called in plans, tables and commands; its image is `webloop-` with that.
+    /// Name in plans, tables and commands; the container image is `webloop-` with this name.
     pub name: &'static str,
-    /// What it is called in a sentence.
+    /// Name in a sentence.
     pub prose: &'static str,
-    /// What runs it, as `webloop serve` calls it.
+    /// Role of `webloop serve` that runs it.
     pub role: &'static str,
-    /// The browser that it needs, where it is a page.
+    /// The browser that it needs, if it is a page.
     pub engine: Option<Engine>,
-    /// From its start to where it waits for its first deadline, on this machine: a browser has to
-    /// start, with two busy cores, and its page to be loaded and to look at its clock.
+    /// Time from its start until it waits for its first deadline, on this machine: a browser has to
+    /// start, with two busy cores, and its page has to load and check its clock.
     pub start_time: Duration,
-    /// How long after its last deadline and time-out it may take to end. A page has its last rows to
-    /// send, over the link.
+    /// How long it may take to end after its last deadline and time-out. A page still has to send its
+    /// last rows, over the link.
     pub grace: Duration,
-    /// The files that it leaves beside itself.
+    /// The files that it writes at its own end.
     pub files: &'static [&'static str],
-    /// Those that it leaves beside the plant: a page can write none, and sends its rows there.
+    /// Its files at the plant's end: a page cannot write files, so it sends its rows to the plant.
     pub files_at_plant: &'static [&'static str],
-    /// A message's IP packets over HTTP, a request up and its answer down, on average: what takes time
-    /// where there is a rate limit. As counted on real links, but for browsers: theirs are reckoned from
-    /// their heads.
+    /// Mean length of a message's IP packets over HTTP, bytes: the request up and the answer down. They
+    /// take time if the link has a rate limit. Counted on real links, except for browsers, whose values
+    /// are computed from their HTTP headers.
     pub http_bytes: [u32; 2],
-    /// Whether a message that finds no connection idle waits for the one that is opened for it, and
-    /// not for whichever is free first: each worker of the Python client keeps its own.
+    /// Whether a message that finds no idle connection waits for the one that is opened for it, rather
+    /// than for whichever is free first: each worker of the Python client keeps its own.
     pub keeps_own_connections: bool,
-    /// Its settings where an experiment names none: what suits it best.
+    /// The preset where an experiment names none: the one that suits it best.
     pub preset: Preset,
-    /// What the judge allows it.
+    /// How much of a message's time the judge allows it.
     pub allowance: Allowance,
-    /// The red, green and blue that it is drawn in, of Okabe and Ito's set
-    /// (<https://jfly.uni-koeln.de/color/>), which is made to be told apart with any kind of colour vision.
+    /// Its colour in figures as red, green and blue, from the set of Okabe and Ito
+    /// (<https://jfly.uni-koeln.de/color/>), which is designed for every kind of colour vision.
     pub rgb: [u8; 3],
-    /// Which of the dashes and markers its line begins with, so that browsers are told apart from the
-    /// others, and from each other, in grey too.
+    /// Index of its first dash and marker in figures, so that browsers differ from the others, and from
+    /// each other, in grey too.
     pub dash: u8,
 }
 
-/// Makes [`Client`] of the entries, so that each client is told once.
+/// Defines [`Client`] from the entries, so that each client is described in one place.
 macro_rules! clients {
     ($($(#[$meta:meta])* $client:ident = $spec:expr;)+) => {
         /// A program that can be the controller.
@@ -65,10 +66,10 @@ macro_rules! clients {
         }
 
         impl Client {
-            /// All of them.
+            /// Every client.
             pub const ALL: [Client; [$(Client::$client),+].len()] = [$(Client::$client),+];
 
-            /// What is known of it.
+            /// The client's entry.
             #[must_use]
             pub const fn spec(self) -> &'static ClientSpec {
                 const SPECS: &[ClientSpec] = &[$($spec),+];
@@ -138,7 +139,7 @@ clients! {
     Firefox = page("firefox", "Firefox", Engine::Firefox, [0x00, 0x9e, 0x73], 1);
 }
 
-/// The page in a browser: the same in each.
+/// The entry of the page in a browser; the parameters are all that differs between browsers.
 const fn page(
     name: &'static str,
     prose: &'static str,
@@ -173,7 +174,7 @@ const fn page(
 }
 
 impl Client {
-    /// Those against which every client's settling is held: webloop's own, and the paper's.
+    /// The clients with which every client's settling is compared: webloop's own, and the paper's.
     pub const YARDSTICKS: [Client; 2] = [Client::Native, Client::Python];
 
     /// Whether it is a page in a browser.
@@ -182,7 +183,7 @@ impl Client {
         self.spec().engine.is_some()
     }
 
-    /// A message's IP packets, up and down, on average; see [`ClientSpec::http_bytes`].
+    /// Mean length of a message's IP packets up and down, bytes; see [`ClientSpec::http_bytes`].
     #[must_use]
     pub fn message_bytes(self, transport: Transport) -> [u32; 2] {
         match transport {
@@ -191,7 +192,7 @@ impl Client {
         }
     }
 
-    /// What there is to choose from: `native, python, chromium or firefox`.
+    /// The names to choose from: `native, python, chromium or firefox`.
     #[must_use]
     pub fn choices() -> String {
         let [others @ .., last] = Client::ALL.map(|client| client.spec().name);
@@ -199,7 +200,7 @@ impl Client {
     }
 }
 
-/// A word that no client has.
+/// A word that is not the name of a client.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("client `{0}` is unknown; choose {choices}", choices = Client::choices())]
 pub struct UnknownClient(String);

@@ -1,10 +1,10 @@
-//! In what two plans differ, in words: what is told to somebody who meant them to be one.
+//! Describes how two plans differ, for a user who expected them to be the same.
 
 use crate::Plan;
 
 impl Plan {
-    /// The first thing in which `other` differs, as a half sentence such as `seed 1 and seed 2`;
-    /// `None` if it does not.
+    /// The first difference between the plans, as part of a sentence such as `seed 1 and seed 2`;
+    /// `None` if there is none.
     #[must_use]
     pub fn difference(&self, other: &Plan) -> Option<String> {
         if self.experiment != other.experiment {

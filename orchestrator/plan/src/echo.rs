@@ -1,10 +1,10 @@
-//! What is known of a link in a run, echo by echo: what a back-end leaves in `probes.csv` and the
-//! analysis reads.
+//! The row of an echo, which shows how the link was: back-ends write it to `probes.csv`, and the
+//! analysis reads it.
 //!
-//! It lives here because those two do not know each other.
+//! It is defined here because those two do not depend on each other.
 
 endpoint::row!(
-    /// One echo through the link. Times are monotonic; an empty one did not come.
+    /// One echo through the link. Times are monotonic; a time is empty if the echo did not get there.
     #[derive(Eq)]
     ProbeRow {
         /// When in the run it was sent.
@@ -15,13 +15,13 @@ endpoint::row!(
         t_send_ns: u64,
         /// When it reached the plant.
         t_reach_ns: Option<u64>,
-        /// When it was back; empty if it was lost.
+        /// When it came back; empty if it was lost.
         t_back_ns: Option<u64>,
-        /// The delay that the link had for it on the way up.
+        /// Predicted delay on the way up.
         due_up_ns: u64,
-        /// The delay that the link had for it on the way down.
+        /// Predicted delay on the way down.
         due_down_ns: u64,
-        /// Whether the link was to lose it.
+        /// Whether the link was predicted to lose it.
         due_lost: bool,
     }
 );

@@ -1,8 +1,7 @@
-//! An experiment as its TOML says it: typed text, not yet checked against anything.
+//! An experiment as written in TOML: typed text, not yet checked against anything.
 //!
-//! Values that are checked later keep their place in the file (`Spanned`), so that an error can
-//! point at them. Every setting is one value or a list, alike: see [`List`]. Making cells of them is
-//! `matrix`'s work.
+//! Values that are checked later keep their place in the file (`Spanned`), so that an error can point
+//! at them. Every setting accepts one value or a list: see [`List`]. `matrix` turns them into cells.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -38,7 +37,7 @@ fn default_seed() -> u64 {
     1
 }
 
-/// A value as it is written, with its place.
+/// A value as written, with its place in the file.
 pub(crate) type Word = Spanned<String>;
 
 /// One value, or a list of them: `"3ms"`, `["1ms", "3ms"]`, `8`, `[1, 8, "unlimited"]`.
@@ -48,8 +47,8 @@ pub(crate) struct List {
     words: Vec<Word>,
 }
 
-/// The lists of a block that are no client's settings, with what each is. What a setting is stands where
-/// it is declared, in `endpoint`.
+/// The lists of a block that are not client settings, each with its description. `endpoint` declares
+/// and describes the settings.
 pub(crate) const LISTS: [(&str, &str); 10] = [
     (
         "topology",
@@ -84,10 +83,10 @@ pub(crate) const LISTS: [(&str, &str); 10] = [
     ),
 ];
 
-/// The lists without which there is no cell.
+/// The lists that every block needs.
 pub(crate) const NEEDED: [&str; 5] = ["topology", "client", "h", "mode", "duration"];
 
-/// Every key of a block.
+/// Every key that a block may have.
 static KEYS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
     let settings = setting_names();
     let lists = LISTS.iter().map(|(name, _)| *name);
@@ -97,7 +96,7 @@ static KEYS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
         .collect()
 });
 
-/// The clients' settings by their names.
+/// The names of the client settings.
 fn setting_names() -> impl Iterator<Item = &'static str> {
     let of_all = ControllerSettings::FIELDS.iter().map(|field| field.name);
     of_all.chain(PageSettings::FIELDS.iter().map(|field| field.name))
@@ -106,18 +105,18 @@ fn setting_names() -> impl Iterator<Item = &'static str> {
 /// A block `[[cells]]`: every combination of its lists is a cell.
 #[derive(Debug, Clone)]
 pub(crate) struct Block {
-    /// By their keys; a list that is not written is not there.
+    /// The lists by key; only those that the block has.
     lists: BTreeMap<&'static str, List>,
-    /// How often each combination is run, each time on another realisation of the link.
+    /// How many times each combination is run, each time on another realisation of the link.
     pub(crate) repeats: u32,
-    /// The scaled block, which is run unless --full asks for the whole.
+    /// Replacements for a scaled run, used unless `--full` is given.
     scaled: Option<Scaled>,
     /// How many of these cells may run at a time without disturbing each other.
     pub(crate) together: Spanned<u16>,
 }
 
-/// One combination of a block's settings, but for who, where and how often: of each list that has values,
-/// one.
+/// One combination of a block's settings: one value of each list that has any. Topology, system,
+/// client, h and repeat are not part of it.
 pub(crate) type Combination = BTreeMap<&'static str, Word>;
 
 /// What a scaled block has instead: shorter runs, fewer of them.
@@ -131,7 +130,7 @@ pub(crate) struct Scaled {
 }
 
 impl Block {
-    /// The block with its scaled values in place of its own.
+    /// Returns the block with the scaled values in place of its own.
     pub(crate) fn scaled(&self) -> Block {
         let mut block = self.clone();
         let Some(scaled) = block.scaled.take() else {
@@ -144,23 +143,23 @@ impl Block {
         block
     }
 
-    /// The values of a list; none where it is not written.
+    /// The values of a list; empty if the block does not have it.
     pub(crate) fn words(&self, key: &str) -> &[Word] {
         self.lists.get(key).map_or(&[], |list| &list.words)
     }
 
-    /// A list, if it is written.
+    /// The list under `key`, if the block has it.
     pub(crate) fn list_mut(&mut self, key: &str) -> Option<&mut List> {
         self.lists.get_mut(key)
     }
 
-    /// Where the whole block is, for an error: its `mode` is always there.
+    /// The place for an error about the whole block: its `mode`, which every block has.
     pub(crate) fn place(&self) -> Spanned<()> {
         let span = self.lists.get("mode").map(|list| list.span.clone());
         Spanned::new(span.unwrap_or_default(), ())
     }
 
-    /// How many cells the block describes; 0 where a list that it needs is empty.
+    /// Number of cells that the block describes; 0 if a list that it needs is empty.
     pub(crate) fn size(&self) -> usize {
         let lists = self.lists.iter().filter(|(key, _)| **key != "stall_met");
         lists
@@ -168,7 +167,7 @@ impl Block {
             .fold(self.repeats as usize, usize::saturating_mul)
     }
 
-    /// Every combination of its settings. There are at most [`Block::size`] of them.
+    /// All combinations of the block's settings; at most [`Block::size`].
     pub(crate) fn combinations(&self) -> Vec<Combination> {
         let mut all = vec![Combination::new()];
         let keys = ["mode", "duration", "preset"].into_iter();
@@ -197,7 +196,8 @@ impl<'de> Deserialize<'de> for Block {
     }
 }
 
-/// Reads a block by hand, so that its settings need not be named here and every value keeps its place.
+/// Reads a block by hand, so that its settings need not be repeated here and every value keeps its
+/// place.
 struct BlockReader;
 
 impl<'de> Visitor<'de> for BlockReader {
@@ -246,14 +246,14 @@ impl<'de> Deserialize<'de> for Key {
 }
 
 impl List {
-    /// The same place with `word` alone in it, if there was anything.
+    /// Replaces the values by `word` alone, at the place of the list. An empty list stays empty.
     pub(crate) fn replace(&mut self, word: &str) {
         if !self.words.is_empty() {
             self.words = vec![Spanned::new(self.span.clone(), word.to_owned())];
         }
     }
 
-    /// Leaves out the values that are not `word`.
+    /// Keeps only the values equal to `word`.
     pub(crate) fn keep(&mut self, word: &str) {
         self.words.retain(|own| own.get_ref() == word);
     }
@@ -274,7 +274,7 @@ impl<'de> Deserialize<'de> for List {
     }
 }
 
-/// A list, or its one value alone.
+/// A list, or a single value.
 enum Written {
     One(String),
     Several(Vec<Spanned<Value>>),
@@ -298,7 +298,7 @@ impl<'de> Deserialize<'de> for Value {
     }
 }
 
-/// Reads a value, or a list of them where there may be one.
+/// Reads a value or, if `is_list`, also a list of values.
 struct Reading {
     is_list: bool,
 }

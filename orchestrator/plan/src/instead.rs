@@ -1,22 +1,22 @@
-//! What the caller asks for in place of what an experiment says.
+//! The caller's replacements for what an experiment says.
 
 use crate::experiment::Block;
 
-/// Replacements; what is `None` stays as the experiment has it.
+/// Replacements; `None` keeps what the experiment says.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Instead {
     /// The campaign's seed.
     pub seed: Option<u64>,
-    /// The one topology of every block: a built-in profile's name, or a path.
+    /// The only topology of every block: a built-in profile's name, or a path.
     pub topology: Option<String>,
-    /// The one client of every block.
+    /// The only client of every block.
     pub client: Option<String>,
-    /// The experiment in full, where it has a scaled form.
+    /// Whether to run the experiment in full, where it has a scaled form.
     pub full: bool,
 }
 
 impl Instead {
-    /// A block with the replacements in it. Errors in them point at the values replaced.
+    /// Returns the block with the replacements. Errors in them point at the replaced values.
     pub(crate) fn over(&self, block: &Block) -> Block {
         let mut block = if self.full {
             block.clone()
@@ -34,7 +34,7 @@ impl Instead {
         block
     }
 
-    /// Whether blocks that differed may have become equal: their cells are then one.
+    /// Whether blocks that differed may have become equal; their equal cells then become one.
     pub(crate) fn joins_blocks(&self) -> bool {
         self.topology.is_some() || self.client.is_some()
     }

@@ -9,7 +9,7 @@ use toml::Spanned;
 
 /// An experiment that cannot be run.
 ///
-/// It keeps the place in the source, so that the cli can draw it; `Display` is the one-line form.
+/// It keeps the place in the source, so that the cli can show it; `Display` is the one-line form.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{origin}:{line}:{column}: {problem}{}{remedy}", if remedy.is_empty() { "" } else { "; " })]
 pub struct InvalidFile {
@@ -19,16 +19,16 @@ pub struct InvalidFile {
     pub line: usize,
     /// Column in characters, from 1.
     pub column: usize,
-    /// Bytes of the text that it is about; empty where it is about the whole.
+    /// Range of bytes in the text that is wrong; empty if it is the whole text.
     pub span: Range<usize>,
-    /// What is wrong, with the value.
+    /// What is wrong, including the value.
     pub problem: String,
-    /// What to do; empty where the problem already says it.
+    /// What to do; empty if the problem already says it.
     pub remedy: String,
 }
 
 impl InvalidFile {
-    /// What is wrong at `span` of the text `source`, which is called `origin`.
+    /// An error at `span` of the text `source`, whose name is `origin`.
     #[must_use]
     pub fn new(
         source: &str,
@@ -50,20 +50,20 @@ impl InvalidFile {
     }
 }
 
-/// A text being read, for the places of errors.
+/// A text that is being read, to give errors their place.
 #[derive(Debug, Clone, Copy)]
 pub struct Reader<'a> {
     /// The text.
     pub source: &'a str,
-    /// What it is called.
+    /// Its name in errors.
     pub origin: &'a str,
 }
 
 impl Reader<'_> {
-    /// What its TOML says.
+    /// Parses the text as TOML.
     ///
     /// # Errors
-    /// [`InvalidFile`] at what is none, with this remedy.
+    /// [`InvalidFile`], with `remedy`, at the first place that is not valid.
     pub fn parse<T: DeserializeOwned>(&self, remedy: &str) -> Result<T, InvalidFile> {
         toml::from_str(self.source).map_err(|error| {
             let place = Spanned::new(error.span().unwrap_or(0..0), ());
@@ -71,7 +71,7 @@ impl Reader<'_> {
         })
     }
 
-    /// What is wrong at a place.
+    /// An error at the place of `at`.
     pub fn invalid<T>(
         &self,
         at: &Spanned<T>,
@@ -81,10 +81,10 @@ impl Reader<'_> {
         InvalidFile::new(self.source, self.origin, at.span(), problem, remedy)
     }
 
-    /// A name that can start a folder's name.
+    /// Checks that a name can start a folder's name.
     ///
     /// # Errors
-    /// [`InvalidFile`] at any other.
+    /// [`InvalidFile`] if it cannot.
     pub fn name(&self, name: &Spanned<String>) -> Result<String, InvalidFile> {
         let text = name.get_ref();
         if is_name(text) {
@@ -98,10 +98,10 @@ impl Reader<'_> {
         }
     }
 
-    /// A duration, ns.
+    /// Parses a duration, ns.
     ///
     /// # Errors
-    /// [`InvalidFile`] at what is none.
+    /// [`InvalidFile`] if it is not a duration.
     pub fn duration(&self, text: &Spanned<String>) -> Result<u64, InvalidFile> {
         duration_ns(text.get_ref()).map_err(|problem| self.invalid(text, problem, DURATION_REMEDY))
     }

@@ -1,7 +1,7 @@
-//! A plan's cells shared out into jobs, one each for machines that work side by side: by topology,
-//! or into shards that take equally long.
+//! Divides a plan's cells into jobs, one for each of several machines: by topology, or into shards that
+//! take about equally long.
 //!
-//! How a job is run, and how long that takes, is the caller's.
+//! How a job is run, and how long that takes, is up to the caller.
 
 use crate::{Cell, Plan, Shard};
 
@@ -17,20 +17,20 @@ pub struct Job<'a> {
 /// What the cells of a job have in common.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Part {
-    /// Their link.
+    /// They have the same topology.
     Topology {
         /// The topology's name.
         name: String,
-        /// What its profile says that it is.
+        /// The description in its profile.
         about: String,
     },
-    /// Nothing but that together they take as long as any other shard.
+    /// They form a shard: together they take about as long as any other shard.
     Shard(Shard),
 }
 
 impl Plan {
-    /// The cells as jobs, a topology each, in the order in which topologies come among them. Each
-    /// cell is in one job.
+    /// Divides the cells into one job for each topology, in the order in which the topologies first
+    /// occur. Each cell is in one job.
     #[must_use]
     pub fn jobs_by_topology<'a>(&self, cells: &[&'a Cell]) -> Vec<Job<'a>> {
         let mut jobs: Vec<(&str, Vec<&'a Cell>)> = Vec::new();
@@ -50,7 +50,7 @@ impl Plan {
         jobs.into_iter().map(job).collect()
     }
 
-    /// What a topology's profile says of itself; nothing, if it cannot be read.
+    /// The description in a topology's profile; empty if the profile cannot be read.
     fn about(&self, topology: &str) -> String {
         self.profiles
             .get(topology)

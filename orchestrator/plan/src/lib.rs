@@ -1,14 +1,18 @@
-//! Experiments resolved into cells.
+//! Resolves experiments into cells.
 //!
-//! `experiment` is the TOML as typed, [`Instead`] what is asked for in place of it, `matrix`
-//! resolves both, and `named` what they name, from a [`Library`]. [`Plan`] and [`Cell`] are the
-//! result, [`Client`] says who closes a cell's loop and has all that is known of it, `setup` says how in words, [`Selection`]
-//! chooses cells, [`Job`] is a share of them: a topology's, or a [`Shard`]. `difference` says in
-//! what two plans differ, [`file_name`] has the names of a folder's files, `sound` refuses plans
-//! that no experiment comes to, `seed` derives the links' seeds, [`schema`] says in JSON what an
-//! experiment and a plan may hold, [`Verdict`] names how a run can end, [`ProbeRow`] is what back-ends
-//! and analysis share of the link, [`series`] when its echoes are sent. No clock, file or thread: the
-//! cli reads and writes the files.
+//! - `experiment` is the TOML as written, [`Instead`] the caller's replacements for parts of it.
+//!   `matrix` resolves both into cells; `named` looks up in a [`Library`] the profiles and systems that
+//!   they name.
+//! - [`Plan`] and [`Cell`] are the result. [`Client`] closes a cell's loop; its entry has everything
+//!   that is known about it. `setup` describes a cell's settings in words.
+//! - [`Selection`] chooses cells. A [`Job`] is a share of them: those of a topology, or a [`Shard`].
+//! - `difference` says how two plans differ. `sound` refuses plans that no experiment can produce.
+//!   `seed` derives the seeds of the links.
+//! - [`file_name`] has the names of the files in a campaign's folder. [`schema()`] gives the JSON
+//!   schema of experiments and plans. [`Verdict`] names how a run can end. [`ProbeRow`] is the row of
+//!   an echo, which back-ends and analysis share; [`series`] says when echoes are sent.
+//!
+//! No clock, file or thread: the cli reads and writes the files.
 #![forbid(unsafe_code)]
 
 mod allowance;
@@ -37,7 +41,7 @@ mod stall;
 mod verdict;
 
 pub use allowance::Allowance;
-pub use cell::{Cell, START_AT_NS};
+pub use cell::{Cell, START_AT};
 pub use client::{Client, ClientSpec, UnknownClient};
 pub use echo::{Phase, ProbeRow};
 pub use instead::Instead;

@@ -1,6 +1,7 @@
-//! From an experiment's lists to a plan's cells, every value checked and every error placed.
+//! Turns the lists of an experiment into the cells of a plan: checks every value, and gives every error
+//! its place.
 //!
-//! Reading files is left to the caller, who hands in the texts and a way to look up profiles.
+//! It reads no files: the caller passes the text and a way to look up profiles and systems.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
@@ -16,10 +17,10 @@ use crate::seed::link_seed;
 use crate::stall::stalling_seed;
 use crate::{Instead, InvalidFile, Library, Plan, Reader};
 
-/// The most cells at a time, as with `--jobs`.
+/// Most cells that may run at a time, as for `--jobs`.
 pub(crate) const TOGETHER_MAX: u16 = 64;
 
-/// The most cells of one plan; the paper's whole matrix has 433.
+/// Most cells in one plan; the paper's whole matrix has 433.
 pub(crate) const CELLS_MAX: usize = 100_000;
 
 impl Plan {
@@ -30,7 +31,7 @@ impl Plan {
     /// it cannot.
     ///
     /// # Errors
-    /// [`InvalidFile`], with line and column, for everything that is not an experiment that can run.
+    /// [`InvalidFile`], with line and column, if the text is not an experiment that can run.
     pub fn resolve(
         source: &str,
         origin: &str,
@@ -77,14 +78,14 @@ impl Plan {
             let mut seen = BTreeSet::new();
             plan.cells.retain(|cell| seen.insert(cell.id.clone()));
         }
-        // Repeats go round the whole matrix, so that what drifts on this machine over an hour
-        // falls on every cell alike and not on the last one's repeats.
+        // Every cell runs once before any cell runs again: a drift of this machine over an hour then
+        // affects all cells alike, and not just the repeats of the last one.
         plan.cells.sort_by_key(|cell| cell.repeat);
         for (index, cell) in plan.cells.iter_mut().enumerate() {
             cell.index = index;
         }
         reader.no_twins(&plan)?;
-        // What is left are names: of a trace, or of a topology that is too long.
+        // Only names can still be wrong: that of a trace, or that of a topology if it is too long.
         plan.check()
             .map_err(|problem| InvalidFile::new(source, origin, 0..0, problem, ""))?;
         Ok(plan)
@@ -136,7 +137,8 @@ impl Reader<'_> {
             .try_for_each(|chosen| self.combination(block, chosen, topologies, systems, plan))
     }
 
-    /// Adds one combination of a block's settings to the plan: each client over each topology.
+    /// Adds one combination of a block's settings to the plan: a cell for each repeat, topology,
+    /// system, client and h.
     fn combination(
         &self,
         block: &Block,
@@ -204,7 +206,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The seed of a repeat's link.
+    /// The link's seed for a topology and a repeat, taking `stall_met` into account.
     fn link_seed(
         &self,
         block: &Block,
@@ -219,7 +221,7 @@ impl Reader<'_> {
         let Some(named) = named else {
             return Ok(link_seed(plan.seed, topology, repeat));
         };
-        // Its text was found valid when it was read.
+        // The profile was checked when it was read.
         let text = plan.profiles.get(topology);
         text.and_then(|text| text.profile(topology).ok())
             .and_then(|profile| stalling_seed(plan.seed, &profile, topology, repeat))
@@ -232,7 +234,7 @@ impl Reader<'_> {
             })
     }
 
-    /// How the page goes about it, where the client is a browser.
+    /// The page's settings; `None` if the client is not a browser.
     fn page(
         &self,
         chosen: &Combination,
@@ -255,7 +257,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Lays the chosen values over what the preset has.
+    /// Overrides the preset's values with the chosen ones.
     fn lay<S>(
         &self,
         fields: &[Field<S>],
@@ -272,7 +274,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// What is chosen under a key; `None` where the block does not say.
+    /// The chosen value of a key; `None` if the block does not give one.
     fn chosen<T: FromStr<Err: std::fmt::Display>>(
         &self,
         chosen: &Combination,
@@ -281,7 +283,7 @@ impl Reader<'_> {
         chosen.get(key).map(|word| self.word(word)).transpose()
     }
 
-    /// Each word with what it says.
+    /// Parses each word; returns it with its value.
     fn read_all<'a, T: FromStr<Err: std::fmt::Display>>(
         &self,
         words: &'a [Word],
@@ -292,7 +294,7 @@ impl Reader<'_> {
             .collect()
     }
 
-    /// A word that its type knows; the type's own error lists the choices.
+    /// Parses a word; the error of the type lists the choices.
     pub(crate) fn word<T: FromStr<Err: std::fmt::Display>>(
         &self,
         word: &Spanned<String>,
@@ -302,7 +304,7 @@ impl Reader<'_> {
             .map_err(|error: T::Err| self.invalid(word, error.to_string(), ""))
     }
 
-    /// Two equal cells would write into one folder.
+    /// Refuses equal cells: they would write into one folder.
     fn no_twins(&self, plan: &Plan) -> Result<(), InvalidFile> {
         let mut seen = BTreeMap::new();
         for cell in &plan.cells {

@@ -1,4 +1,5 @@
-//! What an experiment names: topologies and systems, looked up, checked, and kept in the plan.
+//! Looks up the topologies and systems that an experiment names, checks them, and keeps them in the
+//! plan.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +11,8 @@ use crate::experiment::Block;
 use crate::{InvalidFile, Library, ProfileText, Reader};
 
 impl Reader<'_> {
-    /// Looks a topology's profile up, checks it, and keeps its source under its own name.
+    /// Looks up the profile of a topology, checks it, and keeps its source under its own name, which it
+    /// returns.
     pub(crate) fn topology(
         &self,
         asked: &Spanned<String>,
@@ -54,7 +56,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Looks a system up, checks it with every h of the block, and keeps its text under its name.
+    /// Looks up a system, checks it with every h of the block, and keeps its text under its name.
     pub(crate) fn system(
         &self,
         asked: &Spanned<String>,

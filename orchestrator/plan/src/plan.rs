@@ -1,4 +1,4 @@
-//! A plan: an experiment resolved into cells, with the profiles that they need inside.
+//! A plan: an experiment resolved into cells, together with the profiles and systems that they need.
 //!
 //! It is one JSON file that can be taken to another machine: `run-cell --plan P --index I`.
 
@@ -22,10 +22,10 @@ pub struct ProfileText {
 }
 
 impl ProfileText {
-    /// The profile that the text describes; `origin` names it in findings.
+    /// Reads the profile that the text describes; `origin` names it in findings.
     ///
     /// # Errors
-    /// Everything that keeps it from being played.
+    /// The findings that prevent the link from being played.
     pub fn profile(&self, origin: &str) -> Result<link::Profile, Vec<link::Finding>> {
         let trace = |name: &str| {
             self.traces
@@ -71,8 +71,8 @@ impl Plan {
         self.cells.iter().find(|cell| cell.index == index)
     }
 
-    /// Whether a topology is no link at all, as its profile says; of none that the plan has a valid
-    /// profile of, it is not known to be.
+    /// Whether the profile of a topology says that there is no link; `false` if the plan has no valid
+    /// profile of that name.
     #[must_use]
     pub fn is_loopback(&self, topology: &str) -> bool {
         let text = self.profiles.get(topology);
@@ -80,10 +80,10 @@ impl Plan {
             .is_some_and(|profile| profile.is_loopback())
     }
 
-    /// A cell's system.
+    /// The system of a cell.
     ///
     /// # Errors
-    /// A sentence on what is wrong with the plan.
+    /// A sentence that says what is wrong with the plan.
     pub fn system(&self, cell: &Cell) -> Result<System, String> {
         if cell.system == System::PAPER {
             return Ok(System::paper());
@@ -103,10 +103,10 @@ impl Plan {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
-    /// Reads a plan's JSON text: one that an experiment could have come to.
+    /// Reads a plan from JSON; refuses one that no experiment can produce.
     ///
     /// # Errors
-    /// A sentence on what is wrong, with line and column, or with the cell.
+    /// A sentence that says what is wrong, with line and column or with the cell.
     pub fn from_json(text: &str) -> Result<Plan, String> {
         let plan: Plan = serde_json::from_str(text).map_err(|error| error.to_string())?;
         if plan.version != Plan::VERSION {

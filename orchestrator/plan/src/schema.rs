@@ -1,6 +1,6 @@
-//! The JSON schemas of experiments and plans, made from the types that read them.
+//! JSON schemas of experiments and plans, generated from the types that read them.
 //!
-//! Left out: what the ends' settings are in a plan, which is in `endpoint`.
+//! The settings of the ends in a plan are described in `endpoint`.
 
 use std::borrow::Cow;
 
@@ -10,7 +10,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema, schema_for};
 use crate::Plan;
 use crate::experiment::{Block, ExperimentFile, LISTS, List, NEEDED, Scaled};
 
-/// What is written in plans and experiments.
+/// A kind of document that has a schema.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Document {
     /// An experiment, as TOML: `orchestrator/experiments/experiment.schema.json`.
@@ -19,7 +19,7 @@ pub enum Document {
     Plan,
 }
 
-/// The JSON schema of a document, for editors and for other programs: what is committed.
+/// The JSON schema of a document, for editors and other programs. It is committed as a file.
 #[must_use]
 pub fn schema(document: Document) -> String {
     let schema = match document {

@@ -1,20 +1,20 @@
-//! One seed a campaign; every other seed is derived from it by name.
+//! A campaign has one seed; every other seed is derived from it by name.
 //!
-//! Left out on purpose: client, rate and mode. Cells that share a topology and a repeat share
-//! the link's seed, so every client meets the same bad second.
+//! The names leave out client, rate and mode on purpose: cells that share a topology and a repeat share
+//! the link's seed, so that every client meets the same bad second.
 
 use sha2::{Digest, Sha256};
 
 /// The link's seed for a topology and a repeat.
 ///
-/// The first eight bytes of SHA-256 over the campaign's seed and the names, so that it is the
-/// same on every machine and no two names are near each other.
+/// The first eight bytes of SHA-256 over the campaign's seed and the names: the same on every machine,
+/// and unrelated for similar names.
 #[must_use]
 pub fn link_seed(campaign: u64, topology: &str, repeat: u32) -> u64 {
     first_u64(&format!("link/{campaign}/{topology}/{repeat}"))
 }
 
-/// The link's seed under a further name, for who looks for a link with a property.
+/// The link's seed with a further name, to search for a link with some property.
 pub(crate) fn link_seed_of(campaign: u64, topology: &str, repeat: u32, name: u32) -> u64 {
     first_u64(&format!("link/{campaign}/{topology}/{repeat}/{name}"))
 }
@@ -53,7 +53,8 @@ mod tests {
 
     #[test]
     fn a_seed_is_the_same_on_every_machine() {
-        // SHA-256 of `link/1/couva/1`, worked out elsewhere; if it changes, published runs can no longer be repeated.
+        // SHA-256 of `link/1/couva/1`, computed elsewhere. If it changes, published runs can no longer
+        // be repeated.
         assert_eq!(link_seed(1, "couva", 1), 14_285_805_710_883_392_567);
     }
 }

@@ -1,25 +1,25 @@
-//! Which of a plan's cells are meant: what `--only` and `--cells` say.
+//! Selects cells of a plan, as `--only` and `--cells` ask.
 //!
-//! The plan stays whole, whatever is chosen of it: so the folders of several runs, each of some
-//! of its cells, have the same plan, and merge by being copied into one.
+//! The plan stays whole, whatever is selected. So the folders of several runs, each with some of its
+//! cells, have the same plan and can be merged by copying them into one.
 
 use crate::{Cell, Plan};
 
-/// A choice of a plan's cells.
+/// A selection of a plan's cells.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Selection {
-    /// All of them.
+    /// All cells.
     All,
-    /// Those whose id matches one of these patterns.
+    /// Cells whose id matches one of these patterns.
     ///
-    /// A pattern is a part of an id, or the whole of it with `*` for anything between.
+    /// A pattern is a part of an id, or a whole id in which `*` stands for any text.
     Matching(Vec<String>),
-    /// Those with these indices.
+    /// Cells with these indices.
     Numbered(Vec<usize>),
 }
 
 impl Selection {
-    /// Whether this cell is meant.
+    /// Whether the selection includes this cell.
     #[must_use]
     pub fn takes(&self, cell: &Cell) -> bool {
         match self {
@@ -32,7 +32,7 @@ impl Selection {
     }
 }
 
-/// As people would say it after "no cell matches".
+/// In words that follow "no cell matches".
 impl std::fmt::Display for Selection {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -47,7 +47,7 @@ impl std::fmt::Display for Selection {
 }
 
 impl Plan {
-    /// The cells that `selection` takes, in the order in which they are run.
+    /// The cells that `selection` includes, in the order in which they are run.
     #[must_use]
     pub fn chosen(&self, selection: &Selection) -> Vec<&Cell> {
         self.cells
@@ -57,7 +57,7 @@ impl Plan {
     }
 }
 
-/// Whether `id` contains `pattern`, or, where the pattern has a `*`, is spelled by it.
+/// Whether `id` contains `pattern` or, if the pattern has a `*`, matches it as a whole.
 fn matches(pattern: &str, id: &str) -> bool {
     if !pattern.contains('*') {
         return id.contains(pattern);

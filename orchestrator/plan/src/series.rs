@@ -1,4 +1,6 @@
-//! When in a run echoes are sent through its link, the same in every back-end.
+//! When echoes are sent through the link of a run; the same in every back-end.
+
+use link::{Epoch, LinkTime};
 
 use crate::echo::Phase;
 
@@ -7,17 +9,17 @@ const MS: u64 = 1_000_000;
 /// A series of echoes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Series {
-    /// What the rows call it.
+    /// Its name in the rows.
     pub phase: Phase,
-    /// When the first leaves, monotonic.
+    /// When the first echo is sent, monotonic.
     pub start_ns: u64,
-    /// From one to the next.
+    /// Time from one echo to the next.
     pub interval_ns: u64,
-    /// How many.
+    /// Number of echoes.
     pub count: u32,
 }
 
-/// The empty link's own cost: a median of sixty.
+/// Echoes that measure the cost of the empty link, as a median of sixty.
 #[must_use]
 pub fn empty(now_ns: u64) -> Series {
     Series {
@@ -28,18 +30,18 @@ pub fn empty(now_ns: u64) -> Series {
     }
 }
 
-/// Whether the link is the one asked for, before the loop is on it: one second.
+/// Echoes that check whether the link is the one asked for, for one second before the loop uses it.
 #[must_use]
-pub fn before(epoch_ns: u64) -> Series {
+pub fn before(epoch: Epoch) -> Series {
     Series {
         phase: Phase::Before,
-        start_ns: epoch_ns + 100 * MS,
+        start_ns: epoch.t_ns(LinkTime::from_ns(100 * MS)),
         interval_ns: 20 * MS,
         count: 50,
     }
 }
 
-/// Whether it stays so while the loop is on it: ten echoes a second, few beside its messages.
+/// Echoes that check the same while the loop uses the link: ten a second, few beside its messages.
 #[must_use]
 pub fn during(start_ns: u64, duration_ns: u64) -> Series {
     let interval_ns = 100 * MS;
@@ -52,7 +54,7 @@ pub fn during(start_ns: u64, duration_ns: u64) -> Series {
     }
 }
 
-/// Whether it still is so afterwards: one second.
+/// Echoes that check the same for one second after the loop has ended.
 #[must_use]
 pub fn after(now_ns: u64) -> Series {
     Series {

@@ -1,8 +1,7 @@
-//! A cell's setup in words: its preset, and every setting that the experiment laid over it.
+//! A cell's setup in words: its preset, and every setting that the experiment changed.
 //!
-//! `paper-python`, `paper-python, websocket`, `worker, fetch, channel, outstanding 6`,
-//! `paper-python, system pendulum`. Rate and mode
-//! are not in it: they have columns of their own.
+//! Examples: `paper-python`, `paper-python, websocket`, `worker, fetch, channel, outstanding 6`,
+//! `paper-python, system pendulum`. Rate and mode are left out, since they have columns of their own.
 
 use endpoint::{ControllerSettings, Field, PageSettings};
 use system::System;
@@ -10,7 +9,7 @@ use system::System;
 use crate::Cell;
 
 impl Cell {
-    /// Whether its client is set up as is usual for it, whatever the system.
+    /// Whether the client has its usual settings, whatever the system.
     #[must_use]
     pub fn is_plain(&self) -> bool {
         let with_the_papers = Cell {
@@ -20,9 +19,9 @@ impl Cell {
         with_the_papers.setup() == self.client.spec().preset.to_string()
     }
 
-    /// The cell's setup in words; equal words are equal settings but for rate and mode.
+    /// The cell's setup in words. Equal words mean equal settings, except for rate and mode.
     ///
-    /// A word that only one setting has stands alone; the others follow their setting's name.
+    /// A value that identifies its setting stands alone; other values follow the name of their setting.
     #[must_use]
     pub fn setup(&self) -> String {
         let own = &self.settings;
@@ -32,7 +31,7 @@ impl Cell {
         words.extend(is_own_system.then(|| format!("system {}", self.system)));
         words.extend((!self.hold.is_last()).then(|| format!("hold {}", self.hold)));
         words.extend(self.tick_noise.map(|law| format!("tick noise {law}")));
-        // How it is sent, by whom, and when.
+        // In this order: the transport, the page's settings, the other settings.
         let usual_page = self.preset.page();
         let of_page = self
             .page
@@ -43,15 +42,15 @@ impl Cell {
             .chain(of_page)
             .chain(differing(others, own, &usual));
         words.extend(settings);
-        // A system's reference is its own. A plan by hand can have any; bit by bit, so that NaN is
-        // itself.
+        // Another system brings its own reference. A plan written by hand can have any r; comparing
+        // bits makes NaN equal to itself.
         let is_usual = is_own_system || own.r.to_bits() == usual.r.to_bits();
         words.extend((!is_usual).then(|| format!("r {}", own.r)));
         words.join(", ")
     }
 }
 
-/// Each setting that is not as usual, in words.
+/// The settings that differ from the usual ones, in words.
 fn differing<'a, S>(
     fields: &'a [Field<S>],
     own: &'a S,
@@ -66,7 +65,7 @@ fn differing<'a, S>(
         let text = field.text(own);
         if text == field.text(usual) {
             None
-        // `timeout` is a timer, and another setting.
+        // `timeout` is a value of `timer`, but also the name of a setting.
         } else if field.is_telling && !is_name(&text) {
             Some(text)
         } else {
@@ -103,7 +102,8 @@ mod tests {
             ("native", "", "paper-python"),
             ("firefox", "", "worker"),
             ("chromium", "preset = \"today\"", "today"),
-            // What the preset has anyway tells nothing, nor what a page does of a client that is none.
+            // Values that the preset has anyway are left out, and so are page settings of a client that
+            // is not a browser.
             (
                 "python",
                 "outstanding = \"unlimited\"\nthread = \"main\"",

@@ -1,6 +1,6 @@
-//! Cells shared out into n shards that take about equally long, for machines that work side by side.
+//! Divides cells into n shards that take about equally long, for machines that work in parallel.
 //!
-//! How long a cell takes is the caller's to say. A share by topology is a [`Job`](crate::Job)'s.
+//! The caller says how long a cell takes. A [`Job`](crate::Job) can also be a share by topology.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -16,7 +16,7 @@ pub struct Shard {
     of: u32,
 }
 
-/// A text that names no shard.
+/// A text that is not a shard.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{0}` is not i/n with i from 1 to n and n up to {most}; write the second of seven 2/7",
@@ -25,11 +25,11 @@ pub struct Shard {
 pub struct UnknownShard(String);
 
 impl Shard {
-    /// The most shards: beyond it a typing error is likelier than as many machines.
+    /// Largest number of shards; a larger one is more likely a typing error than that many machines.
     pub const MOST: u32 = 10_000;
 
-    /// Its part of the cells, in the order in which they are given; none, where there are more
-    /// shards than cells and this is one of the last.
+    /// The cells of this shard, in the order given; none, if there are more shards than cells and this
+    /// is one of the last.
     ///
     /// `time_ns` says how long a cell takes.
     #[must_use]
@@ -41,12 +41,13 @@ impl Shard {
             .map_or_else(Vec::new, |(_, cells)| cells)
     }
 
-    /// All shards with at least one cell. Each cell is in one of them, and the longest shard takes
+    /// All shards that have at least one cell. Each cell is in one of them, and the longest shard takes
     /// at most one cell's time more than the shortest.
     ///
     /// Longest processing time first (Graham, "Bounds on multiprocessing timing anomalies", 1969):
-    /// the cells by falling time, equal ones by index, each to the shard that has least to do so
-    /// far, of equal ones to the first. So it is a function of the cells and their times alone.
+    /// cells in order of decreasing time, equal ones by index, each go to the shard with the least work
+    /// so far, and among equal shards to the first. The result depends on the cells and their times
+    /// alone.
     #[must_use]
     pub fn all<'a>(
         cells: &[&'a Cell],
@@ -63,7 +64,7 @@ impl Shard {
                 break;
             };
             taken.push((number, place));
-            // A cell of no length counts too, or all of them would go to the first.
+            // A cell that takes no time counts as 1 ns, or the first shard would get all of them.
             let time_ns = time_ns(cells[place]).max(1);
             least.push(Reverse((load_ns.saturating_add(time_ns), number)));
         }
@@ -107,7 +108,7 @@ mod tests {
     use crate::{Instead, Plan, ProfileText};
     use proptest::prelude::*;
 
-    /// As many cells as there are times.
+    /// A plan's cells, `count` of them.
     fn cells(count: usize) -> Vec<Cell> {
         let source = format!(
             "name = \"mine\"\n[[cells]]\ntopology = [\"arima\"]\nclient = [\"native\"]\n\
@@ -144,7 +145,7 @@ mod tests {
 
     #[test]
     fn the_textbook_s_jobs_are_shared_out_as_in_the_textbook() {
-        // Graham's example for three machines: 5, 5, 4, 4, 3, 3, 3 end after 11, where 9 would do.
+        // Graham's example for three machines: 5, 5, 4, 4, 3, 3, 3 end after 11, where 9 is possible.
         let times_s = [5, 5, 4, 4, 3, 3, 3];
         let cells = cells(times_s.len());
         let cells: Vec<&Cell> = cells.iter().collect();
@@ -166,7 +167,7 @@ mod tests {
             let mut shared: Vec<usize> = shards.iter().flat_map(|(_, cells)| indices(cells)).collect();
             shared.sort_unstable();
             prop_assert!(shared.into_iter().eq(0..cells.len()));
-            // As many machines have work as can have.
+            // As many machines as possible have work.
             prop_assert_eq!(shards.len(), cells.len().min(of as usize));
 
             let loads = shards.iter().map(|(_, cells)| cells.iter().map(|cell| time(cell).max(1)).sum());

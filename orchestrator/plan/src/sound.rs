@@ -1,7 +1,7 @@
-//! Whether a plan is one that an experiment could have come to: what `matrix` makes right by itself
-//! is looked for here in a plan that was read, since a file can say anything.
+//! Checks that an experiment could have produced a plan. `matrix` makes only valid plans, but a plan
+//! read from a file can contain anything.
 //!
-//! A plan's names become names of folders and files, so they are names and no paths.
+//! Names in a plan become names of folders and files, so they must not be paths.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,16 +12,16 @@ use crate::matrix::{CELLS_MAX, TOGETHER_MAX};
 use crate::stall::stalling_seed;
 use crate::{Cell, Plan, file_name, link_seed};
 
-/// The longest id, in bytes: a file system takes 255, and what is moved aside gets some more.
+/// Longest id, bytes: a file system allows 255, and a folder that is moved aside gets a suffix.
 const ID_MAX: usize = 200;
-/// The longest name of a file, in bytes, on every file system of Linux.
+/// Longest name of a file on any Linux file system, bytes.
 const NAME_MAX: usize = 255;
 
 impl Plan {
-    /// Finds what no experiment comes to.
+    /// Checks that an experiment can produce this plan.
     ///
     /// # Errors
-    /// A sentence on the first such thing, with its cell.
+    /// A sentence about the first thing that is wrong, with its cell.
     pub(crate) fn check(&self) -> Result<(), String> {
         if !is_name(&self.experiment) {
             return Err(format!(
@@ -87,7 +87,7 @@ impl Plan {
                 ));
             }
         }
-        // What a system makes of an h is designed once for all cells that have both.
+        // The design of a system for an h is checked once, not for each cell that has both.
         let mut known: BTreeMap<(&str, SampleTime), ()> = BTreeMap::new();
         for cell in &self.cells {
             let pair = (cell.system.as_str(), cell.settings.h);
@@ -138,7 +138,8 @@ impl Plan {
             ));
         }
         let seed = link_seed(self.seed, &cell.topology, cell.repeat);
-        // Or that of `stall_met`, which is looked for only then: it takes milliseconds.
+        // The seed may also come from `stall_met`. That search takes milliseconds, so it is made only
+        // if the usual seed does not match.
         let stalling = || {
             let profile = self.profiles.get(&cell.topology)?;
             let profile = profile.profile(&cell.topology).ok()?;
@@ -161,18 +162,20 @@ impl Plan {
     }
 }
 
-/// Whether it names a cell's folder, and neither leads elsewhere nor is what a run, or a collecting,
-/// leaves beside one.
+/// Whether `text` can name a cell's folder: it must not lead elsewhere, nor be a name that a run, or
+/// collecting, leaves beside such a folder.
 fn is_id(text: &str) -> bool {
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '.' | '_');
     (1..=ID_MAX).contains(&text.len())
         && !text.starts_with('.')
         && text.chars().all(plain)
         && !text.ends_with(".partial")
-        && !text.contains(".unfinished-")
+        && ![".unfinished-", ".disturbed-"]
+            .iter()
+            .any(|aside| text.contains(aside))
 }
 
-/// Whether it names a file in the folder that it is said of.
+/// Whether `text` names a file directly in a folder.
 #[must_use]
 pub fn is_file_name(text: &str) -> bool {
     (1..=NAME_MAX).contains(&text.len())
@@ -180,9 +183,9 @@ pub fn is_file_name(text: &str) -> bool {
         && !text.contains(|c: char| matches!(c, '/' | '\\') || c.is_control())
 }
 
-/// Whether a run has files of its own by this name.
+/// Whether a run may write a file of this name itself.
 fn is_ours(name: &str) -> bool {
-    const ROWS: [&str; 8] = [
+    const ROWS: [&str; 11] = [
         file_name::TICKS,
         file_name::ARRIVALS,
         file_name::MESSAGES,
@@ -190,6 +193,9 @@ fn is_ours(name: &str) -> bool {
         file_name::LINK,
         file_name::LINK_UP,
         file_name::LINK_DOWN,
+        file_name::PACKETS,
+        file_name::PACKETS_UP,
+        file_name::PACKETS_DOWN,
         file_name::SIGHTINGS,
     ];
     ROWS.contains(&name)
@@ -210,7 +216,7 @@ mod tests {
     use super::*;
     use crate::{Instead, ProfileText};
 
-    /// Two cells, one of them a page's.
+    /// A plan of two cells, one of them with a page.
     fn plan() -> Plan {
         let source = "name = \"mine\"\n[[cells]]\ntopology = [\"couva\"]\nclient = [\"native\", \"firefox\"]\n\
                       mode = \"closed\"\nh = [\"3ms\"]\nduration = \"1s\"\nsystem = [\"lag\"]\n";
@@ -223,10 +229,10 @@ mod tests {
         Plan::resolve(source, "mine.toml", &Instead::default(), profile).unwrap()
     }
 
-    /// What is said of the plan with another value at a place.
+    /// The error for the plan with `value` at the JSON pointer `at`.
     fn said(at: &str, value: Value) -> String {
         let mut json: Value = serde_json::from_str(&plan().to_json()).unwrap();
-        // What is left out stands for what is usual, as `together` does.
+        // Indexing also adds a field that is left out because it has its default, such as `together`.
         let (object, field) = at.rsplit_once('/').unwrap();
         json.pointer_mut(object).unwrap()[field] = value;
         Plan::from_json(&json.to_string()).unwrap_err()

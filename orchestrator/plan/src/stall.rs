@@ -1,30 +1,31 @@
-//! Seeds of links that stall while a step responds: `stall_met`.
+//! Finds seeds of links that stall while a step responds, for `stall_met`.
 //!
-//! Few seconds of a link that stalls each ten are like it: most have no stall at all. An experiment of few
-//! seconds that is to show what a stall does to the loop says so, and gets the first link by name that
-//! stalls then, and no more of the time than it does as a rule. It is no typical one, and where an average over links is wanted it must not be used.
+//! On a link that stalls once in ten seconds, most runs of a few seconds meet no stall at all. A short
+//! experiment that is to show what a stall does to the loop asks for one by `stall_met`. It gets the
+//! first link by name that stalls during the response, but is stalled for about its usual share of the
+//! time. Such a link is not typical: never use it for an average over links.
 
 use link::Profile;
 
-use crate::cell::START_AT_NS;
+use crate::cell::START_AT;
 use crate::seed::link_seed_of;
 
-/// The time from the controller's first message in which a stall has to begin, and how long it has to
-/// last at least: what the paper's step takes to settle without a network.
+/// A stall has to begin within this time from the controller's first message, and to last at least as
+/// long, ns: the paper's step takes this long to settle without a network.
 pub const RESPONSE_NS: u64 = 300_000_000;
 
-/// The time from that message in which the link is to be stalled about as much as over a long time: what short
-/// runs last.
+/// Within this time from that message, the link has to be stalled about as much as over a long time,
+/// ns: short runs last this long.
 const LOOK_NS: u64 = 6_000_000_000;
 
-/// By what factor it may be stalled more or less.
+/// The factor by which that share may be larger or smaller.
 const LIKE: f64 = 2.0;
 
-/// Names that are tried. On couva one of forty or so will do.
+/// Number of names to try. On couva about one in forty will do.
 const NAMES: u32 = 10_000;
 
-/// The seed of the link of a repeat that stalls within the response: of the names `/0`, `/1`, `/2` and so
-/// on, after that of [`link_seed`](crate::link_seed), the first that does. `None` where none of ten thousand
+/// The seed of a repeat's link that stalls during the response: the first that does, of the names `/0`,
+/// `/1`, `/2` and so on after that of [`link_seed`](crate::link_seed). `None` if none of ten thousand
 /// does, as on a link that never stalls.
 #[must_use]
 pub fn stalling_seed(campaign: u64, profile: &Profile, topology: &str, repeat: u32) -> Option<u64> {
@@ -34,16 +35,15 @@ pub fn stalling_seed(campaign: u64, profile: &Profile, topology: &str, repeat: u
         .find(|seed| is_met(profile, *seed, law))
 }
 
-/// Whether a stall of either way begins within the response and lasts as long, in a time that is stalled
-/// about as much as any.
+/// Whether a stall of either way begins during the response and lasts at least as long as it, on a link
+/// that is stalled about as much as usual.
 fn is_met(profile: &Profile, seed: u64, law: f64) -> bool {
-    let end_ns = START_AT_NS + RESPONSE_NS;
-    let stalls = profile.stalls(seed, START_AT_NS, end_ns);
+    let stalls = profile.stalls(seed, START_AT, START_AT.after(RESPONSE_NS));
     let is_met = stalls
         .iter()
-        .any(|stall| stall.start_ns >= START_AT_NS && stall.end_ns - stall.start_ns >= RESPONSE_NS);
+        .any(|stall| stall.start >= START_AT && stall.end.since(stall.start) >= RESPONSE_NS);
     let like = law / LIKE..=law * LIKE;
-    let share = profile.stalled(seed, START_AT_NS, START_AT_NS + LOOK_NS);
+    let share = profile.stalled(seed, START_AT, START_AT.after(LOOK_NS));
     is_met && share.is_some_and(|share| like.contains(&share))
 }
 
@@ -62,7 +62,7 @@ mod tests {
             let seed = stalling_seed(campaign, &couva, "couva", repeat).expect("found");
             let law = couva.stalled_by_law().expect("it stalls");
             assert!(is_met(&couva, seed, law));
-            let share = couva.stalled(seed, START_AT_NS, START_AT_NS + 2 * RESPONSE_NS);
+            let share = couva.stalled(seed, START_AT, START_AT.after(2 * RESPONSE_NS));
             assert!(share.is_some_and(|share| share >= 0.5), "{share:?}");
             let earlier = (0..NAMES)
                 .map(|name| link_seed_of(campaign, "couva", repeat, name))

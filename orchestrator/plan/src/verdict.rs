@@ -37,7 +37,7 @@ pub struct Disturbance {
 }
 
 impl std::fmt::Display for Disturbance {
-    /// As a table has room for it: `player 298 ms at 2.1 s`.
+    /// Short form for tables: `player 298 ms at 2.1 s`.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self {
             what,

@@ -1,14 +1,14 @@
-//! Two campaigns that should be alike, such as one in virtual time and one over real sockets: where
-//! do they agree, and where do they part?
+//! Compares two campaigns that should be alike, such as one in virtual time and one over real
+//! sockets: which figures agree, and which differ?
 //!
-//! Other than [`compare`](crate::compare), which asks whether a change is more than chance, this
-//! asks whether two medians are close enough to stand for each other: a difference that is certain
-//! and small is agreement. Runs are paired as there, so both met the same link.
+//! [`compare`](crate::compare) asks whether a change is more than chance. This module asks whether
+//! two medians are close enough to stand for each other: a difference that is certain but small is
+//! agreement. Runs are paired as in `compare`, so both runs of a pair met the same link.
 //!
-//! A link whose law has few draws in a run, such as one that stalls every ten seconds, spreads runs
-//! widely, and where few are slow the median of all lies anywhere between them and the others. There
-//! a figure whose medians part agrees all the same where most pairs do, run by run over equal draws:
-//! what is apart then is the law's spread and no difference.
+//! If a link's law has few draws in a run, such as a stall every ten seconds, runs differ widely. If
+//! a few of them are slow, the median of all lies anywhere between the slow ones and the others. On
+//! such a link, a figure whose medians differ still agrees if most pairs do, since the two runs of a
+//! pair have equal draws: the medians then differ by the law's spread alone.
 
 mod part;
 
@@ -21,7 +21,7 @@ pub use part::Parts;
 
 use crate::compare::{Kind, Lone, Measure, pair};
 
-/// A figure that is held against the other's.
+/// A figure that is compared between two campaigns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Figure {
@@ -29,11 +29,11 @@ pub enum Figure {
     Settling,
     /// Overshoot of a closed loop, % of the reference.
     Overshoot,
-    /// A message's round trip, ms: half of a run's are at most this.
+    /// Median round trip of a run's messages, ms.
     Rtt50,
-    /// Nine of ten.
+    /// Their 90th percentile, ms.
     Rtt90,
-    /// 99 of 100.
+    /// Their 99th percentile, ms.
     Rtt99,
     /// Mean time between arrivals, ms.
     Interval,
@@ -41,17 +41,17 @@ pub enum Figure {
     IntervalSd,
 }
 
-/// How far two figures may be apart: by a share of the second, or by an amount if that is more.
+/// How far two figures may be apart: by a share of the second, or by a fixed amount if that is more.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Tolerance {
-    /// A share.
+    /// A share of the second figure.
     pub share: f64,
     /// An amount, in the figure's unit.
     pub least: f64,
 }
 
 impl Figure {
-    /// All of them, in the order in which they are shown.
+    /// All figures, in the order in which they are shown.
     pub const ALL: [Figure; 7] = [
         Figure::Settling,
         Figure::Overshoot,
@@ -62,7 +62,7 @@ impl Figure {
         Figure::IntervalSd,
     ];
 
-    /// What it is called, with its unit.
+    /// Its name, with its unit.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -76,7 +76,7 @@ impl Figure {
         }
     }
 
-    /// The quantile of messages that it is, where it is one.
+    /// The quantile of round trips that it is; `None` if it is not one.
     fn quantile(self) -> Option<f64> {
         match self {
             Figure::Rtt50 => Some(0.5),
@@ -86,11 +86,11 @@ impl Figure {
         }
     }
 
-    /// How far it may be from the other's and still stand for it.
+    /// How far A's figure may be from B's to agree.
     #[must_use]
     pub fn tolerance(self) -> Tolerance {
         let (share, least) = match self {
-            // A tick of the plant more or less is no difference at 333 Hz.
+            // One tick of the plant more or less is not a difference at 333 Hz.
             Figure::Settling => (0.10, 3.0),
             Figure::Overshoot => (0.10, 1.0),
             Figure::Rtt50 | Figure::Rtt90 | Figure::Rtt99 => (0.05, 0.2),
@@ -100,7 +100,8 @@ impl Figure {
         Tolerance { share, least }
     }
 
-    /// Its value in a run; `None` where it does not apply. A loop that never settled is infinite.
+    /// Its value in a run; `None` if it does not apply. Settling is infinite for a loop that never
+    /// settled.
     fn of(self, run: &Summary) -> Option<f64> {
         match self {
             Figure::Settling => Measure::Settling.of(run),
@@ -118,53 +119,54 @@ impl Tolerance {
     /// Whether `a` can stand for `b`.
     #[must_use]
     pub fn allows(self, a: f64, b: f64) -> bool {
-        // Two infinities are equal, and no difference; one is far from everything else.
+        // Two infinite values agree; an infinite and a finite one never do.
         a == b || b.is_finite() && (a - b).abs() <= (self.share * b.abs()).max(self.least)
     }
 }
 
-/// A link's law has few draws in a run that meets its rarest event less often than this on a way:
-/// then the number of times is itself spread by a fifth and more, as counts are.
+/// A run has few draws of a link's law if it meets the law's rarest event less often than this in one
+/// direction. The number of events then varies by a fifth or more, as counts do.
 const FEW_DRAWS: f64 = 30.0;
 
 /// A figure of a group in both campaigns: medians over the pairs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Held {
-    /// Which one.
+    /// The figure.
     pub figure: Figure,
-    /// A's; not a number where only B has it.
+    /// A's median; NaN if only B has the figure.
     pub a: f64,
-    /// B's; not a number where only A has it.
+    /// B's median; NaN if only A has the figure.
     pub b: f64,
-    /// Whether A's can stand for B's.
+    /// Whether A's median can stand for B's.
     pub agrees: bool,
-    /// Whether they are apart by the spread of their link's law alone: its draws in a run are few,
-    /// and most pairs agree. That is no difference.
+    /// Whether the medians differ only by the spread of their link's law: a run has few draws of it,
+    /// and most pairs agree. This is not a difference.
     pub spread: bool,
-    /// The median over pairs of A's share of B's: where runs differ much among each other, as over
-    /// a link that stalls in one run and not in the next, it says more than the two medians.
+    /// The median over pairs of A's value divided by B's. If runs differ much from each other, as
+    /// over a link that stalls in one run and not in the next, it says more than the two medians.
     pub ratio: f64,
-    /// Of a round trip that parts: where on their way messages do.
+    /// For a round trip that differs: in which part of their way the messages differ.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parts: Option<Parts>,
 }
 
-/// Pairs that differ in their repeat only.
+/// Pairs of runs that differ only in their repeat.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Group {
     /// What they have in common.
     #[serde(flatten)]
     pub kind: Kind,
-    /// How many pairs there are.
+    /// Number of pairs.
     pub pairs: usize,
-    /// How often the link's rarest event comes in a run, on one way, where that is seldom.
+    /// How often the link's rarest event occurs in a run, in one direction; `None` unless that is
+    /// seldom.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub draws: Option<f64>,
-    /// Each figure that either has.
+    /// Each figure that either campaign has.
     pub figures: Vec<Held>,
 }
 
-/// Where two campaigns agree, and where they part.
+/// Where two campaigns agree, and where they differ.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Agreement {
     /// The groups that have pairs, in the order of A's plan.
@@ -182,7 +184,7 @@ same quantile. late: from the deadline to sending; up: to the plant; down: back 
 ";
 
 impl Agreement {
-    /// Holds `a` against `b`.
+    /// Compares `a` with `b`.
     #[must_use]
     pub fn of(a: &Campaign, b: &Campaign) -> Agreement {
         let (paired, lone) = pair(a, b);
@@ -204,7 +206,7 @@ impl Agreement {
         Agreement { groups, lone }
     }
 
-    /// Every figure that parts, with its group. What is apart by its law's spread does not.
+    /// Every figure that differs, with its group; not those that differ only by their law's spread.
     pub fn partings(&self) -> impl Iterator<Item = (&Group, &Held)> {
         self.groups.iter().flat_map(|group| {
             let parts = group.figures.iter().filter(|held| held.parts());
@@ -212,14 +214,14 @@ impl Agreement {
         })
     }
 
-    /// All of it as JSON.
+    /// The agreement as JSON.
     #[must_use]
     pub fn to_json(&self) -> String {
         // Plain data of strings and numbers: serialising it cannot fail.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
-    /// All of it for people.
+    /// The agreement as text for people.
     #[must_use]
     pub fn to_text(&self) -> String {
         let columns = [
@@ -316,7 +318,7 @@ impl Held {
         })
     }
 
-    /// A figure that one campaign has and the other has not; `None` of one that neither has.
+    /// A figure that only one campaign has; `None` if neither has it.
     fn lone(figure: Figure, a: Option<f64>, b: Option<f64>) -> Option<Held> {
         a.or(b)?;
         Some(Held {
@@ -330,7 +332,7 @@ impl Held {
         })
     }
 
-    /// Whether A's cannot stand for B's.
+    /// Whether the figure differs: A's median cannot stand for B's.
     #[must_use]
     pub fn parts(&self) -> bool {
         !self.agrees && !self.spread
@@ -366,7 +368,7 @@ impl Held {
     }
 }
 
-/// How often the rarest event of the runs' link comes in one of them, where that is seldom.
+/// How often the rarest event of the runs' link occurs in one of them; `None` unless that is seldom.
 fn few_draws(campaign: &Campaign, runs: &[(&Run, &Run)]) -> Option<f64> {
     let cell = &runs.first()?.0.cell;
     let text = campaign.plan.profiles.get(&cell.topology)?;

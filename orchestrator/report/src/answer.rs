@@ -1,7 +1,7 @@
-//! The answer: does the loop survive, where, with which client, at what rate.
+//! The answer: whether the loop survives, where, with which client, and at what rate.
 //!
-//! Worked out of the closed loops alone; [`words`](Answer::words) says it in sentences. What the
-//! runs say of the paper is [`claim`](crate::claim)'s.
+//! Computed from the closed loops alone; [`words`](Answer::words) gives it in sentences. What the
+//! runs say about the paper is in [`claim`](crate::claim).
 
 mod coverage;
 mod words;
@@ -18,21 +18,21 @@ pub use coverage::Coverage;
 
 use crate::group::{Estimate, Group};
 
-/// What became of the closed loops of a campaign.
+/// How the closed loops of a campaign ended.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
     /// The experiment's name.
     pub experiment: String,
-    /// The topologies that a loop was to be closed on, in the order of the plan: the columns.
+    /// The topologies on which the plan closes a loop, in the order of the plan: the columns.
     pub topologies: Vec<String>,
-    /// The topology without a network, against which others are held; `None` where the plan closes
-    /// no loop on one.
+    /// The topology without a network, with which others are compared; `None` if the plan closes no
+    /// loop on one.
     pub reference: Option<String>,
     /// A row for each client, setup and rate.
     pub rows: Vec<Row>,
-    /// How the runs of the whole campaign ended, open loops too.
+    /// How the runs of the whole campaign ended, including open loops.
     pub coverage: Coverage,
-    /// Whether they are in virtual time.
+    /// Whether the runs are in virtual time.
     pub simulated: bool,
 }
 
@@ -41,46 +41,46 @@ pub struct Answer {
 pub struct Row {
     /// The client.
     pub client: Client,
-    /// Its setup in words, as [`plan::Cell::setup`] has it.
+    /// Its setup in words, from [`plan::Cell::setup`].
     pub setup: String,
     /// The system.
     pub system: String,
-    /// Whether the setup is the client's usual one but for the system.
+    /// Whether the setup is the client's usual one, apart from the system.
     pub is_plain: bool,
-    /// The rate in people's words: `333 Hz`.
+    /// The rate for people: `333 Hz`.
     pub rate: String,
     /// The sample time, ns.
     pub h_ns: u64,
-    /// What became of it on each topology, in their order; `None` where the plan asks for none.
+    /// How the loop ended on each topology, in their order; `None` if the plan does not have it there.
     pub standings: Vec<Option<Standing>>,
 }
 
-/// What became of the repeats of one loop.
+/// How the repeats of one loop ended.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Standing {
-    /// Repeats that the plan asks for.
+    /// Number of repeats in the plan.
     pub planned: usize,
-    /// Those that are complete; only these are counted below.
+    /// Number of complete repeats; only these are counted below.
     pub complete: usize,
-    /// Those that came to their reference and stayed there.
+    /// Those that reached the reference and stayed there.
     pub stable: usize,
-    /// Those that did not in the time they had.
+    /// Those that did not settle in the time available.
     pub not_settled: usize,
     /// Those whose error grew.
     pub unstable: usize,
-    /// Median settling over the complete ones, ms; `None` where it is later than they were watched.
+    /// Median settling over the complete ones, ms; `None` if there are none, or half of them never
+    /// settled.
     pub settling_ms: Option<Estimate>,
-    /// That median in medians of other loops.
+    /// That median relative to the medians of other loops.
     pub times: Vec<Times>,
 }
 
-/// A settling in settlings of a reference at the same rate.
+/// Settling relative to that of a reference at the same rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Times {
-    /// The client of the reference, which has the same system, is in its usual setup and without a
-    /// network.
+    /// The client of the reference, which has the same system and its usual setup, and no network.
     pub of: Client,
-    /// How many times its median.
+    /// The median divided by that of the reference.
     pub factor: f64,
 }
 
@@ -89,9 +89,9 @@ pub struct Times {
 pub enum Survival {
     /// Every complete run is stable.
     Always,
-    /// Some are.
+    /// Some complete runs are stable.
     Sometimes,
-    /// None is.
+    /// No complete run is stable.
     Never,
     /// No run is complete.
     Unknown,
@@ -128,7 +128,7 @@ impl Answer {
         }
     }
 
-    /// Every loop that the plan asks for, with its row and its topology.
+    /// Every loop of the plan, with its row and its topology.
     pub fn loops(&self) -> impl Iterator<Item = (&Row, &str, &Standing)> {
         self.rows.iter().flat_map(|row| {
             let places = self.topologies.iter().zip(&row.standings);
@@ -177,7 +177,8 @@ impl Standing {
     }
 }
 
-/// By client, then setup as the plan comes to it, then from the slowest rate to the fastest.
+/// The rows by client, then by setup in the order of the plan, then from the slowest rate to the
+/// fastest.
 fn rows(closed: &[&Run], topologies: &[String]) -> Vec<Row> {
     let mut setups: Vec<(&Cell, String)> = Vec::new();
     for run in closed {
@@ -225,7 +226,8 @@ fn rows(closed: &[&Run], topologies: &[String]) -> Vec<Row> {
     rows
 }
 
-/// Gives each loop its settling in settlings of the yardsticks with the same system and without a network.
+/// Sets the settling of each loop relative to that of the yardsticks with the same system and without
+/// a network.
 fn hold_against(rows: &mut [Row], topologies: &[String], reference: Option<&str>) {
     let Some(column) = topologies
         .iter()

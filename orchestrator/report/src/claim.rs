@@ -1,17 +1,18 @@
-//! The paper's claims, each held against the runs.
+//! The paper's claims, each checked against the runs.
 //!
-//! Most claims are rows of a table: whom to ask, where, at what rate, for which number, and what is
-//! accepted. `row` is what such a claim consists of, and the one function that judges it; the tables
-//! stand by figure in the files of this folder, each with the numbers that it asks for. The odd claims
-//! are code. Nothing but the paper's numbers and the limits of agreement is written down beforehand, and
-//! what a claim says of its limits is formatted from them.
+//! Most claims are rows of a table: which client, where, at what rate, which number, and what is
+//! accepted. `row` defines such a claim and the one function that judges it. The tables are in the
+//! files of this folder, by figure, each with the metrics that it needs. The other claims are code.
+//! Only the paper's numbers and the limits of agreement are written down in advance; what a claim
+//! says about its limits is formatted from them.
 //!
-//! - `pace`: Figure 2; `drift`: Figures 3 and 4, by the lines in `slope`; `settling`: Figures 5 and 6;
-//!   `plant`: Figure 7; `interval`: Figures 8 and 9; `question`: the guess, and what is left open;
-//! - the odd ones: `ping`: Table 2, from the series in `echo`; `together`: Table 3, with `rare` for counts
-//!   of a few; `order`: what was overtaken; `reading`: claims read as the text also allows;
-//! - `rule`: the one rule by which every number is judged; `evidence`: from parts to a finding; `estimate`:
-//!   numbers with their intervals; `words`: both in a sentence; `format`: the files.
+//! - `pace`: Figure 2; `drift`: Figures 3 and 4, with the lines of `slope`; `settling`: Figures 5 and
+//!   6; `plant`: Figure 7; `interval`: Figures 8 and 9; `question`: the paper's guess, and its open
+//!   questions;
+//! - claims as code: `ping`: Table 2, from the series in `echo`; `together`: Table 3, with `rare` for
+//!   small counts; `order`: messages out of order; `reading`: claims by other readings of the text;
+//! - `rule`: the one rule that judges every number; `evidence`: from parts to a finding; `estimate`:
+//!   numbers with their intervals; `words`: numbers and parts as text; `format`: the files.
 
 mod drift;
 mod echo;
@@ -41,71 +42,71 @@ use crate::group::Estimate;
 pub use format::{to_csv, to_json};
 pub use rule::Limits;
 
-/// What came of a claim, from the best to the worst: a part that differs weighs more than one that
-/// cannot be compared, and without the runs there is nothing to say.
+/// The verdict on a claim, from the best to the worst: a part that differs outweighs one that cannot
+/// be told, and missing runs outweigh both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// What the runs show is what the paper says, within the limits that are stated.
+    /// The runs show what the paper says, within the stated limits.
     Agrees,
-    /// The runs are on both sides of a limit, or too few for an interval, or the paper has no number to
-    /// hold them against.
+    /// The runs are on both sides of a limit, or too few for an interval, or the paper has no number
+    /// to compare them with.
     CannotBeTold,
-    /// What they show is something else.
+    /// The runs show something else.
     Differs,
-    /// The runs that it needs have not been made, or not completely.
+    /// Runs that it needs are missing or not complete.
     NotRun,
 }
 
-/// A claim beside what the runs say.
+/// A claim, with what the runs say about it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// A name for programs that stays the same: `fig-6b-settling-vpn`.
+    /// A stable name for programs: `fig-6b-settling-vpn`.
     pub id: &'static str,
     /// Where the paper says it: `Fig 6b`.
     pub place: &'static str,
-    /// What it says, in a sentence of ours.
+    /// What it says, in our words.
     pub claim: &'static str,
     /// What counts as agreement, in words: `settling 3 to 5 times that on arima`.
     pub check: String,
-    /// The claim that this is a reading of: settings, or a look at the same rows, that the paper's text allows
-    /// and does not state. A reading is no claim and is not counted as one.
+    /// The claim of which this is a reading: with settings, or an evaluation of the same rows, that
+    /// the paper's text allows but does not state. A reading is not counted as a claim.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reading_of: Option<&'static str>,
-    /// The worst of the parts that decide. Those come first; what is only shown beside them, such as
-    /// a browser that the paper does not name, has a verdict of its own.
+    /// The worst verdict of the parts that decide, which come first. Parts that are only shown, such
+    /// as those of a browser that the paper does not name, have verdicts of their own.
     pub verdict: Verdict,
-    /// Why, in a sentence with numbers in it; of a difference, what explains it.
+    /// Why, in sentences with numbers; for a difference, also what explains it.
     pub reason: String,
     /// What was measured.
     pub parts: Vec<Part>,
-    /// The cells that it came from, by id.
+    /// Ids of the cells that it is based on.
     pub runs: Vec<String>,
 }
 
 /// One number of a claim.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Part {
-    /// What was measured, where: `settling, python, diego-vpn, 333 Hz`.
+    /// What was measured, and where: `settling, python, diego-vpn, 333 Hz`.
     pub of: String,
     /// What was measured, without where: `settling`.
     #[serde(skip)]
     pub quantity: String,
     /// The unit, empty for a share or a ratio.
     pub unit: &'static str,
-    /// The paper's number, where it has one.
+    /// The paper's number, if it has one.
     pub paper: Option<f64>,
-    /// Ours; `None` where it was not run.
+    /// Our number; `None` if it was not run.
     pub ours: Option<Estimate>,
-    /// From where to where ours agrees; an end that is open is infinite.
+    /// The range in which our number agrees; an open end is infinite.
     #[serde(serialize_with = "open_ends")]
     pub accepted: Option<(f64, f64)>,
-    /// What came of it.
+    /// The verdict on the number.
     pub verdict: Verdict,
 }
 
 impl Part {
-    /// A number that is judged by the one rule: see `rule`.
+    /// A number, judged by the rule in `rule`.
     #[must_use]
     pub fn judged(
         of: impl Into<String>,
@@ -127,7 +128,7 @@ impl Part {
         }
     }
 
-    /// The same of this place: `python, diego-vpn, 333 Hz`.
+    /// The same part with its place: `python, diego-vpn, 333 Hz`.
     #[must_use]
     pub fn at(self, place: &str) -> Part {
         Part {
@@ -137,10 +138,10 @@ impl Part {
     }
 }
 
-/// Every claim, in the order of the paper, and after them the readings that there are runs for.
+/// Every claim, in the order of the paper, then the readings for which there are runs.
 ///
 /// # Errors
-/// [`ReadError`] where rows that a claim needs cannot be read.
+/// [`ReadError`] if rows that a claim needs cannot be read.
 pub fn all(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
     let mut findings = ping::table_2(campaign)?;
     findings.push(ping::couva(campaign)?);

@@ -1,13 +1,12 @@
-//! Two campaigns side by side: in which groups of runs is the second worse, or better?
+//! Compares two campaigns: in which groups of runs is the second worse, or better?
 //!
-//! Runs are paired that met the same link: equal in topology, client, setup, mode, rate, repeat and
-//! the link's seed. A group is the pairs that differ in their repeat only. A measure of a group is
-//! worse where both hold: the change is larger than what matters, and chance would not have brought
-//! it about, by the signed-rank test with Holm's correction over the groups. The tests themselves
-//! are in [`analysis::pairs`].
+//! Runs that met the same link are paired: those with equal topology, client, setup, mode, rate,
+//! repeat and link seed. A group consists of the pairs that differ only in their repeat. A measure of
+//! a group is worse if both hold: the change is large enough to matter, and it is more than chance by
+//! the signed-rank test with Holm's correction over the groups. The tests are in [`analysis::pairs`].
 //!
-//! - `measure`: what is compared, and which way is worse; `pairing`: which run stands beside which;
-//! - `text`: the comparison for people and as CSV.
+//! - `measure`: what is compared, and which direction is worse; `pairing`: which runs form a pair;
+//! - `text`: the comparison as text and as CSV.
 
 mod measure;
 mod pairing;
@@ -25,21 +24,21 @@ pub(crate) use pairing::pair;
 
 use pairing::{Paired, is_complete};
 
-/// How likely a false alarm among all groups of a measure may be.
+/// The probability of a false alarm that is accepted among all groups of a measure.
 pub const LEVEL: f64 = 0.05;
 
-/// Two campaigns, compared.
+/// The comparison of two campaigns.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// What is compared with.
+    /// A, with which B is compared.
     pub a: Side,
-    /// What is compared.
+    /// B, which is compared.
     pub b: Side,
     /// The least change that matters, as a share: 0.05.
     pub least_change: f64,
     /// The groups that have pairs, in the order of A's plan, with each measure that they have.
     pub groups: Vec<Group>,
-    /// Loops whose verdict is not what it was.
+    /// Loops whose verdict changed.
     pub changed: Vec<ChangedLoop>,
     /// The groups without a pair, and why.
     pub lone: Vec<Lone>,
@@ -52,68 +51,68 @@ pub struct Side {
     pub experiment: String,
     /// The campaign's seed.
     pub seed: u64,
-    /// Cells of its plan.
+    /// Number of cells in its plan.
     pub cells: usize,
-    /// Those of them that are complete.
+    /// Number of its cells that are complete.
     pub complete: usize,
-    /// Whether they are in virtual time.
+    /// Whether its runs are in virtual time.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub simulated: bool,
 }
 
-/// Pairs that differ in their repeat only.
+/// Pairs of runs that differ only in their repeat.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Group {
     /// What they have in common.
     #[serde(flatten)]
     pub kind: Kind,
-    /// How many pairs there are.
+    /// Number of pairs.
     pub pairs: usize,
-    /// How many there would be if all that either plan has were complete in both.
+    /// Number of pairs if all runs of either plan were complete in both.
     pub planned: usize,
-    /// What was measured of them.
+    /// The measures of the group.
     pub measures: Vec<Compared>,
 }
 
-/// A measure of a group in both campaigns. A number that is infinite, of loops that never settled,
-/// is null in JSON and empty in CSV.
+/// A measure of a group in both campaigns. An infinite number, from loops that never settled, is null
+/// in JSON and empty in CSV.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Compared {
-    /// What was measured.
+    /// The measure.
     pub measure: Measure,
-    /// Pairs in which both have it.
+    /// Number of pairs in which both runs have it.
     pub pairs: usize,
     /// A's median over these pairs, in the measure's unit.
     pub a: f64,
-    /// B's.
+    /// B's median.
     pub b: f64,
-    /// The median change over the pairs, as [`Measure::change`] has it; `None` where half of them
-    /// never settled in A and half never in B.
+    /// The median change over the pairs, as [`Measure::change`] defines it; `None` if half of them
+    /// never settled in A and the other half never in B.
     pub change: Option<f64>,
     /// The sign test's probability.
     pub p_sign: f64,
     /// The signed-rank test's probability.
     pub p_rank: f64,
-    /// The signed-rank test's after Holm's correction over the groups of this measure; `None` where
-    /// there are too few pairs to tell.
+    /// The signed-rank test's probability after Holm's correction over the groups of this measure;
+    /// `None` if there are too few pairs to tell.
     pub p_holm: Option<f64>,
-    /// What follows.
+    /// The conclusion.
     pub outcome: Outcome,
 }
 
-/// What can be said of a measure.
+/// The conclusion about a measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
     /// B is worse, by more than chance and by enough to matter.
     Worse,
-    /// B is better, likewise.
+    /// B is better, by more than chance and by enough to matter.
     Better,
     /// The change is too small to matter.
     Alike,
-    /// The change is large, and chance may have brought it about.
+    /// The change is large, but may be due to chance.
     Unclear,
-    /// No change, however large, could be told from chance with so few pairs.
+    /// With so few pairs, no change, however large, could be told from chance.
     TooFew,
 }
 
@@ -157,21 +156,21 @@ impl Comparison {
     }
 
     /// Whether anything is worse in B: a measure of a group, or a loop that has become unstable,
-    /// for which no statistics are needed.
+    /// which needs no statistics.
     #[must_use]
     pub fn is_worse(&self) -> bool {
         let unstable = |changed: &ChangedLoop| changed.to == LoopVerdict::Unstable;
         self.count(Outcome::Worse) > 0 || self.changed.iter().any(unstable)
     }
 
-    /// How many measures of groups have this outcome.
+    /// The number of measures, over all groups, with this outcome.
     #[must_use]
     pub fn count(&self, outcome: Outcome) -> usize {
         let measures = self.groups.iter().flat_map(|group| &group.measures);
         measures.filter(|of| of.outcome == outcome).count()
     }
 
-    /// All of it as JSON.
+    /// The comparison as JSON.
     #[must_use]
     pub fn to_json(&self) -> String {
         // Plain data of strings and numbers: serialising it cannot fail.
@@ -204,7 +203,8 @@ impl Group {
 }
 
 impl Compared {
-    /// Of the pairs in which both have it, not yet judged; `None` of none.
+    /// Compares the pairs in which both runs have the measure, without a conclusion yet; `None` if
+    /// there are none.
     fn of(measure: Measure, paired: &Paired<'_>) -> Option<Compared> {
         let both = paired.runs.iter().filter_map(|(a, b)| {
             let (a, b) = (measure.of(&a.summary)?, measure.of(&b.summary)?);
@@ -230,7 +230,8 @@ impl Compared {
         let Some(p) = self.p_holm else {
             return Outcome::TooFew;
         };
-        // The pairs go either way without end: large, and nobody can say which way.
+        // Half of the pairs change infinitely in one direction and half in the other: a large change
+        // of unknown direction.
         let Some(change) = self.change else {
             return Outcome::Unclear;
         };
@@ -244,7 +245,7 @@ impl Compared {
     }
 }
 
-/// Corrects the probabilities of a measure over all its groups, and says what follows.
+/// Corrects the probabilities of a measure over all its groups, and sets the outcomes.
 fn judge(of_all: &mut [&mut Compared], least_change: f64) {
     let least: Vec<f64> = of_all
         .iter()

@@ -1,12 +1,12 @@
-//! What a results folder says of itself to archives and to other people's tools.
+//! Descriptions of a results folder for archives and for other people's tools.
 //!
 //! - [`package`]: `datapackage.json`, every CSV file with its columns, types and units;
 //! - [`provenance`]: `ro-crate-metadata.json`, which program made what, when, from which plan;
 //! - [`schema`] and [`field`]: the columns of the files that webloop itself writes.
 //!
-//! Both lie in the results folder, not in the report's: they speak of the rows as well. What is in
-//! them comes from the plan, the manifests and the files that are there, and from no clock. Authors
-//! are not in them: a folder does not know who made it.
+//! Both files are in the results folder and not in the report's, since they describe the rows as
+//! well. Their content comes from the plan, the manifests and the files that are there, and not from
+//! a clock. They name no authors: a folder does not know who made it.
 
 pub mod field;
 pub mod package;
@@ -18,21 +18,21 @@ use std::path::Path;
 use analysis::Campaign;
 use plan::file_name::{PLAN, REPORT, SUMMARY};
 
-/// The terms of webloop itself, which hold for results unless who publishes them says otherwise.
+/// The licence of webloop itself, which also applies to results unless their publisher says otherwise.
 const LICENCE: Licence = Licence {
     name: "MIT",
     title: "MIT License",
     url: "https://spdx.org/licenses/MIT.html",
 };
 
-/// Terms of use.
+/// A licence.
 struct Licence {
     name: &'static str,
     title: &'static str,
     url: &'static str,
 }
 
-/// What the folder is called.
+/// The title of the folder.
 fn title(campaign: &Campaign) -> String {
     format!("webloop experiment {}", campaign.plan.experiment)
 }

@@ -1,7 +1,7 @@
 //! `summary.md`: the report on a screen or two of Markdown, for a CI job's page or a pull request.
 //!
-//! It says what the answer is, what differs from the paper and what is wrong or missing, and leaves
-//! what is fine to the report: however large the campaign, it stays short.
+//! It has the answer, what differs from the paper, and what is wrong or missing; the rest is in the
+//! report. It stays short, however large the campaign.
 
 use std::collections::BTreeMap;
 
@@ -12,12 +12,12 @@ use crate::answer::Answer;
 use crate::claim::Verdict;
 use crate::outcome::{self, Kind, Outcome};
 
-/// At most so many lines of one list.
+/// The most lines of one list.
 const MOST_LINES: usize = 25;
-/// At most so many characters of a reason.
+/// The most characters of a reason.
 const MOST_CHARACTERS: usize = 240;
 
-/// The file's text.
+/// The text of `summary.md`.
 #[must_use]
 pub fn markdown(report: &Report<'_>) -> String {
     let outcomes: Vec<(&Run, Outcome)> = report
@@ -110,7 +110,7 @@ fn claims(report: &Report<'_>) -> String {
         + &readings(report)
 }
 
-/// What came of the readings of claims, in a sentence.
+/// The verdicts on the readings of claims, in a sentence.
 fn readings(report: &Report<'_>) -> String {
     let readings = report.claims.iter().filter_map(|finding| {
         let verdict = outcome::answered(finding.verdict);
@@ -127,7 +127,7 @@ fn readings(report: &Report<'_>) -> String {
     }
 }
 
-/// What kept cells from being complete, each with the cells that it kept.
+/// The reasons why cells are not complete, each with its cells.
 fn faults(outcomes: &[(&Run, Outcome)]) -> String {
     let mut faults: BTreeMap<(Kind, &str), Vec<&str>> = BTreeMap::new();
     for (run, Outcome { kind, reason }) in outcomes {
@@ -170,7 +170,7 @@ fn missing(report: &Report<'_>, outcomes: &[(&Run, Outcome)]) -> String {
     heading("Not run") + &sentence + &table(&head, &rows)
 }
 
-/// The first few of some cells, and how many there are.
+/// The first few cells, and how many more there are.
 fn some(cells: &[&str]) -> String {
     const FEW: usize = 3;
     let named: Vec<String> = cells.iter().take(FEW).map(|cell| text(cell)).collect();
@@ -184,7 +184,7 @@ fn heading(words: &str) -> String {
     format!("## {words}\n\n")
 }
 
-/// A table, cut after [`MOST_LINES`]; nothing where there are no rows.
+/// A table, cut after [`MOST_LINES`]; empty if there are no rows.
 fn table(head: &[String], rows: &[Vec<String>]) -> String {
     if rows.is_empty() {
         return String::new();
@@ -199,8 +199,8 @@ fn table(head: &[String], rows: &[Vec<String>]) -> String {
     line(head) + &line(&rule) + &shown + &more
 }
 
-/// Words that stay words in a table's cell: on one line, cut to a length, without signs that
-/// Markdown or HTML would take for their own.
+/// Makes a text safe for a table's cell: on one line, cut to a length, and with the characters
+/// escaped that mean something in Markdown or HTML.
 fn text(words: &str) -> String {
     let mut words: Vec<char> = words.chars().collect();
     if words.len() > MOST_CHARACTERS {

@@ -1,7 +1,7 @@
 //! The paper's figures, recomputed.
 //!
-//! Each is made of complete runs by a file of this folder; where there are none its panels say so.
-//! How it is drawn is [`chart`]'s.
+//! Each is made from complete runs by a file of this folder; a panel without any says so. [`chart`]
+//! draws them.
 
 mod arrivals;
 mod interval;
@@ -20,25 +20,25 @@ use serde::Serialize;
 use crate::origin::Origin;
 use crate::subject::TONES;
 
-/// A figure of the paper, and what it looks like here.
+/// A figure of the paper, recomputed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
     /// Its number in the paper: `3`.
     pub number: &'static str,
-    /// What is drawn, in a sentence or two of ours.
+    /// What is drawn, in our words.
     pub caption: String,
-    /// What the paper's figure shows, beside which ours is to be read.
+    /// What the paper's figure shows, for comparison.
     pub paper: &'static str,
-    /// What is drawn.
+    /// The drawing.
     pub chart: Chart,
-    /// The cells that it came from, by id.
+    /// Ids of the cells that it is made from.
     pub runs: Vec<String>,
 }
 
 /// Figures 2 to 9, in order.
 ///
 /// # Errors
-/// [`ReadError`] where rows that a figure needs cannot be read.
+/// [`ReadError`] if rows that a figure needs cannot be read.
 pub fn all(campaign: &Campaign) -> Result<Vec<Figure>, ReadError> {
     let mut figures = vec![
         arrivals::figure(campaign)?,
@@ -64,9 +64,10 @@ pub fn all(campaign: &Campaign) -> Result<Vec<Figure>, ReadError> {
     Ok(figures)
 }
 
-/// Which runs are in no figure since something disturbed them, with what and when.
+/// A sentence on the runs that are in no figure because they were disturbed, with what disturbed them
+/// and when.
 fn disturbed(campaign: &Campaign) -> Option<String> {
-    /// Of more than these it is enough to know how many.
+    /// The most runs that are named; further ones are only counted.
     const NAMED: usize = 3;
     let marked = campaign
         .runs
@@ -90,7 +91,7 @@ fn disturbed(campaign: &Campaign) -> Option<String> {
 }
 
 impl Figure {
-    /// Of so many columns, with nothing drawn yet.
+    /// A figure with this number of columns, and nothing drawn yet.
     fn new(
         number: &'static str,
         title: &str,
@@ -115,7 +116,7 @@ impl Figure {
         }
     }
 
-    /// With its panels, what they show in sentences, and where that came from.
+    /// Adds the panels, what they show in sentences, and where the data came from.
     fn drawn(
         mut self,
         panels: Vec<Panel>,
@@ -145,10 +146,10 @@ impl Figure {
     }
 }
 
-/// What stands in a panel without a complete run.
+/// The text in a panel without a complete run.
 const NOT_RUN: &str = "not run";
 
-/// A panel with linear axes as long as its data, and nothing in it yet.
+/// A panel with linear axes in the range of its data, and nothing in it yet.
 fn panel(letter: &str, title: impl Into<String>, x: &str, y: &str) -> Panel {
     let axis = |label| Axis::new(label, Scale::Linear);
     Panel {

@@ -1,4 +1,4 @@
-//! The files that are made of a report.
+//! The files of a report.
 
 use std::fs;
 use std::io;
@@ -10,7 +10,7 @@ use crate::table::Table;
 use crate::{claim, digest, junit, page};
 
 impl Report<'_> {
-    /// Every file of the report: its name, and what is in it.
+    /// Every file of the report: its name and its content.
     #[must_use]
     pub fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
         let text = |name: &str, content: String| (PathBuf::from(name), content.into_bytes());
@@ -27,14 +27,14 @@ impl Report<'_> {
     }
 }
 
-/// Writes a report's [files](Report::files) into `folder`, over those of an earlier one.
+/// Writes a report's [files](Report::files) into `folder`, and overwrites those of an earlier one.
 ///
 /// # Errors
-/// When the folder or a file cannot be written.
+/// If the folder or a file cannot be written.
 pub fn write(files: &[(PathBuf, Vec<u8>)], folder: &Path) -> io::Result<()> {
     fs::create_dir_all(folder)?;
     for (name, content) in files {
-        // A report lies in a results folder, in which a name may have been made to lead elsewhere.
+        // The report is inside a results folder, in which a name may be a link to another place.
         file::make_folder(folder, name.parent().unwrap_or(Path::new("")))?;
         file::write(&folder.join(name), content)?;
     }

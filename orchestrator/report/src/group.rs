@@ -1,4 +1,4 @@
-//! Runs that differ only in their repeat, and what they agree on.
+//! Runs that differ only in their repeat, and their medians.
 
 use analysis::{Campaign, Run};
 use endpoint::Mode;
@@ -11,11 +11,11 @@ use crate::subject::Subject;
 pub struct Group<'a> {
     /// The complete runs.
     pub runs: Vec<&'a Run>,
-    /// How many there would be if all had been run and were complete.
+    /// Number of planned runs, complete or not.
     pub planned: usize,
 }
 
-/// What is looked for.
+/// Which runs are asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Asked<'a> {
     /// The client with its preset.
@@ -26,13 +26,13 @@ pub(crate) struct Asked<'a> {
     pub(crate) mode: Mode,
     /// The sample time, ns.
     pub(crate) h_ns: u64,
-    /// Whether cells are meant whose plant is as noisy as it is told to be, else those in exactly this
+    /// Whether to select cells whose plant has tick noise; otherwise those with exactly the subject's
     /// setup.
     pub(crate) is_noisy: bool,
 }
 
 impl Subject {
-    /// Its complete runs at one place, in one mode, at one rate.
+    /// Its complete runs on one topology, in one mode, at one rate.
     pub(crate) fn runs<'a>(
         self,
         campaign: &'a Campaign,
@@ -43,12 +43,12 @@ impl Subject {
         Group::of(campaign, self.at(topology, mode, h_ns))
     }
 
-    /// Its open loops at one place, at one rate.
+    /// Its open loops on one topology, at one rate.
     pub(crate) const fn open(self, topology: &str, h_ns: u64) -> Asked<'_> {
         self.at(topology, Mode::Open, h_ns)
     }
 
-    /// Its closed loops at one place, at one rate.
+    /// Its closed loops on one topology, at one rate.
     pub(crate) const fn closed(self, topology: &str, h_ns: u64) -> Asked<'_> {
         self.at(topology, Mode::Closed, h_ns)
     }
@@ -65,12 +65,12 @@ impl Subject {
 }
 
 impl<'a> Group<'a> {
-    /// The group that is asked for; empty where the plan has none.
+    /// The group that is asked for; empty if the plan has none.
     pub(crate) fn of(campaign: &'a Campaign, asked: Asked<'_>) -> Group<'a> {
         Group::complete(campaign.runs.iter().filter(|run| asked.is_for(run)))
     }
 
-    /// The complete ones of the runs of one kind.
+    /// The complete runs among those of one kind.
     pub(crate) fn complete(kind: impl Iterator<Item = &'a Run>) -> Group<'a> {
         let planned: Vec<&Run> = kind.collect();
         Group {
@@ -88,27 +88,28 @@ impl<'a> Group<'a> {
         self.runs.iter().map(|run| run.cell.id.clone()).collect()
     }
 
-    /// The median of a figure that each run has.
+    /// The median of a figure; `None` if it is not finite, since half of the runs do not have the
+    /// figure.
     pub(crate) fn median(&self, figure: impl Fn(&Run) -> Option<f64>) -> Option<Estimate> {
         self.median_or_never(figure)
             .filter(|median| median.value.is_finite())
     }
 
-    /// The median of a figure that runs may never have come to: infinite where half of them did not, as
-    /// a step that never settled is later than any.
+    /// The median of a figure that runs may never reach: infinite if half of them did not, as a step
+    /// that never settled is later than any other.
     pub(crate) fn median_or_never(&self, figure: impl Fn(&Run) -> Option<f64>) -> Option<Estimate> {
         let value = |run: &&Run| figure(run).unwrap_or(f64::INFINITY);
         Estimate::median_or_never(&self.runs.iter().map(value).collect::<Vec<_>>())
     }
 
-    /// The median settling, ms; infinite where half of the runs never settled.
+    /// The median settling, ms; infinite if half of the runs never settled.
     pub(crate) fn settling_ms(&self) -> Option<Estimate> {
         self.median_or_never(|run| run.summary.settling_ms)
     }
 }
 
 impl Asked<'_> {
-    /// Whether a run is meant.
+    /// Whether a run is asked for.
     pub(crate) fn is_for(&self, run: &Run) -> bool {
         let cell = &run.cell;
         cell.topology == self.topology
@@ -124,38 +125,38 @@ impl Asked<'_> {
     }
 }
 
-/// The fewest values that an interval is formed from. The median of the law that six values came from
-/// lies between the least and the greatest of them with 97 % (1 - 2/2^6), of five with 94 %: no two of
-/// five values enclose it with 95 %.
+/// The fewest values for an interval. The median of the distribution of six values is between the
+/// least and the greatest of them with 97 % (1 - 2/2^6). With five values it is 94 %: no two of them
+/// enclose it with 95 %.
 pub const INTERVAL_MIN: u64 = 6;
 
-/// A figure with the interval that it is known in.
+/// A figure with its interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Estimate {
     /// The figure itself: a median over runs, or one run's.
     pub value: f64,
-    /// The interval's lower end; as `value` where the figure is exact, and minus infinity where there
+    /// The interval's lower end; equal to `value` if the figure is exact, and minus infinity if there
     /// are too few values for an interval.
     pub low: f64,
-    /// The interval's upper end; infinite where there is no interval, and where it holds runs that never
-    /// came to the figure.
+    /// The interval's upper end; infinite if there is no interval, or if it includes runs that never
+    /// reached the figure.
     pub high: f64,
-    /// How many runs, or messages, it is over.
+    /// Number of runs or messages that it is based on.
     pub n: u64,
 }
 
 impl Estimate {
-    /// The median of some values with its 95 % interval by order statistics (binomial, exact). Fewer
-    /// than [`INTERVAL_MIN`] values have none.
+    /// The median of values with its 95 % interval by order statistics (binomial, exact). With fewer
+    /// than [`INTERVAL_MIN`] values there is no interval.
     ///
-    /// `None` of no values, and where the median itself is infinite.
+    /// `None` without values, or if the median itself is infinite.
     #[must_use]
     pub fn median(values: &[f64]) -> Option<Estimate> {
         Estimate::median_or_never(values).filter(|median| median.value.is_finite())
     }
 
-    /// The median over runs, of which some may never have come to it: infinite where half of them did
-    /// not. `None` of no values.
+    /// The median over runs, some of which may never have reached the figure: infinite if half of
+    /// them did not. `None` without values.
     pub(crate) fn median_or_never(values: &[f64]) -> Option<Estimate> {
         let mut sorted = values.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -170,7 +171,7 @@ impl Estimate {
         ))
     }
 
-    /// A value with the ends of its interval, or without them where `n` values are too few for one.
+    /// A value with the ends of its interval, or without an interval if `n` values are too few for one.
     pub(crate) fn within(value: f64, ends: (f64, f64), n: u64) -> Estimate {
         let (low, high) = if n < INTERVAL_MIN {
             (f64::NEG_INFINITY, f64::INFINITY)
@@ -185,17 +186,17 @@ impl Estimate {
         }
     }
 
-    /// Whether anything is known of where the figure lies beyond its value.
+    /// Whether the figure has an interval; one of its ends may be infinite.
     #[must_use]
     pub fn has_interval(&self) -> bool {
         self.low > f64::NEG_INFINITY || self.high < f64::INFINITY
     }
 }
 
-/// How many of `n` values lie below the 95 % interval of their median: the largest k for which at
-/// most k of n fair coins show heads in at most 2.5 % of throws.
+/// The number of values, of `n`, below the 95 % interval of their median: the largest k for which n
+/// flips of a fair coin give at most k heads with a probability of at most 2.5 %.
 fn ranks_below(n: usize) -> usize {
-    // P(X = 0), then each from the one before.
+    // P(X = 0), then each term from the one before.
     let mut term = 0.5f64.powi(i32::try_from(n).unwrap_or(i32::MAX));
     let (mut sum, mut k) = (term, 0);
     while k < n {
@@ -215,8 +216,8 @@ mod tests {
 
     #[test]
     fn the_median_s_interval_is_the_textbooks() {
-        // Tables of the sign test: of 20 values the 6th and the 15th, of 10 the 2nd and the 9th, of 6
-        // the extremes; of five there is none.
+        // From tables of the sign test: the 6th and the 15th of 20 values, the 2nd and the 9th of 10,
+        // the extremes of 6; none for five.
         for (n, below) in [(1, 0), (5, 0), (6, 0), (9, 1), (10, 1), (20, 5), (25, 7)] {
             assert_eq!(ranks_below(n), below, "{n}");
         }
@@ -239,7 +240,7 @@ mod tests {
         assert_eq!((five.value, five.has_interval()), (3.0, false));
         let six = Estimate::median(&values).expect("six");
         assert_eq!((six.value, six.low, six.high), (3.5, 1.0, 6.0));
-        // Half of them never came to it: it is later than the least, and nothing more is known.
+        // Half of them never reached it: the median is later than the least, and nothing more is known.
         let never = [1.0, 2.0, 3.0].into_iter().chain([f64::INFINITY; 3]);
         let never = Estimate::median_or_never(&never.collect::<Vec<_>>()).expect("six");
         assert_eq!((never.value, never.low), (f64::INFINITY, 1.0));

@@ -1,9 +1,9 @@
-//! `junit.xml`: the cells and the claims as test cases, for what CI systems show of tests.
+//! `junit.xml`: the cells and the claims as test cases, for the test views of CI systems.
 //!
-//! A suite is a topology and a case a cell; the claims of the paper are a suite of their own. What
-//! passes and what fails is about the testbed and about the paper: whether a loop was stable is a
-//! property of its case and never a failure. There are no timestamps: some readers take them for
-//! the time of the tests of the program.
+//! A suite is a topology, and a case is a cell; the claims of the paper are a suite of their own.
+//! Whether a case passes is about the testbed and about the paper: whether a loop was stable is a
+//! property of its case and never a failure. There are no timestamps, since some readers take them
+//! for the time at which the program was tested.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -15,10 +15,10 @@ use crate::Report;
 use crate::claim::{Finding, Part, Verdict};
 use crate::outcome::{self, Kind, Outcome};
 
-/// What the suite of the claims is called.
+/// Name of the suite of claims.
 const CLAIMS: &str = "paper";
 
-/// The file's text.
+/// The text of `junit.xml`.
 #[must_use]
 pub fn xml(report: &Report<'_>) -> String {
     let name = format!("webloop {}", report.campaign.plan.experiment);
@@ -35,7 +35,8 @@ pub fn xml(report: &Report<'_>) -> String {
         junit.add_test_suite(suite);
     }
     junit.set_time(runs().map(wall).sum());
-    // Into memory, and every string that XML cannot have is cleaned by the library: it cannot fail.
+    // This cannot fail: it writes to memory, and the library removes characters that XML does not
+    // allow.
     junit.to_string().unwrap_or_default()
 }
 
@@ -48,7 +49,7 @@ fn cells(report: &Report<'_>, topology: &str, runs: &[&Run]) -> TestSuite {
     }
     for run in runs {
         let words = outcome::words(run);
-        // The words leave out how long a cell is, among others; a name has to be its cell's alone.
+        // The words leave out a cell's duration, among others, but a name has to be unique.
         let name = match named.get(&words) {
             Some(1) => words,
             _ => format!("{words} ({})", run.cell.id),
@@ -64,8 +65,8 @@ fn cells(report: &Report<'_>, topology: &str, runs: &[&Run]) -> TestSuite {
     suite
 }
 
-/// What became of a cell: the testbed's own faults are errors, a link that did not hold a failure,
-/// and what was not asked of this machine is skipped.
+/// The status of a cell: the testbed's own faults are errors, a link that did not hold or a
+/// disturbance is a failure, and a cell that was not run or is unsupported is skipped.
 fn status(report: &Report<'_>, run: &Run) -> TestCaseStatus {
     let Outcome { kind, reason } = Outcome::of(report, run);
     let mut status = match kind {
@@ -78,7 +79,7 @@ fn status(report: &Report<'_>, run: &Run) -> TestCaseStatus {
     status
 }
 
-/// The cell's row of `summary.csv`, what is filled of it.
+/// The cell's row of `summary.csv`, without empty fields.
 fn properties(run: &Run) -> Vec<(String, String)> {
     let text = analysis::Summary::to_csv(std::slice::from_ref(&run.summary));
     let mut rows = csv::ReaderBuilder::new()
@@ -93,7 +94,7 @@ fn properties(run: &Run) -> Vec<(String, String)> {
         .collect()
 }
 
-/// How long a cell took; nothing where it was not run.
+/// How long a cell took; zero if it was not run.
 fn wall(run: &Run) -> Duration {
     let wall_s = run.manifest.as_ref().map(|manifest| manifest.wall_s);
     wall_s
@@ -127,7 +128,8 @@ fn claim(finding: &Finding) -> TestCase {
     case
 }
 
-/// A number of a claim against what would agree: `settling on arima: 0.31 s, accepted 0.2 to 0.4`.
+/// A number of a claim with what is accepted:
+/// `settling on arima: 0.31 s (0.29 to 0.33, n 20), accepted 0.2 to 0.4: agrees`.
 fn part(part: &Part) -> String {
     let with_unit = |x: f64| match part.unit {
         "" => format!("{x}"),

@@ -1,18 +1,18 @@
-//! A results folder as the paper tells it: tables, figures, claims, and a page to open.
+//! The report on a results folder: the paper's tables, figures and claims, and a page to open.
 //!
-//! - [`group`]: runs that differ only in their repeat, and what they agree on;
-//! - [`claim`]: the paper's claims, each held against the runs; [`table`] and [`figure`]: its tables
-//!   and figures, recomputed;
-//! - [`junit`] and [`digest`]: what CI systems show of it; [`deposit`]: what archives read of the
-//!   folder; [`outcome`]: how each cell ended, in the words that both use;
-//! - [`paper`]: the paper's numbers, as printed; `subject`, `origin` and `number`: whom tables and
-//!   figures show, where they came from, and how their numbers are written;
+//! - [`group`]: runs that differ only in their repeat, and their medians;
+//! - [`claim`]: the paper's claims, each checked against the runs; [`table`] and [`figure`]: its
+//!   tables and figures, recomputed;
+//! - [`junit`] and [`digest`]: for CI systems; [`deposit`]: descriptions of the folder for archives;
+//!   [`outcome`]: how each cell ended, in words;
+//! - [`paper`]: the paper's numbers, as printed; `subject`, `origin` and `number`: the clients that
+//!   tables and figures show, where their data came from, and how their numbers are written;
 //! - [`compare`]: two results folders side by side, and [`agree`]: whether one can stand for the other;
 //! - [`answer`]: whether the loop survives, where, with which client;
 //! - [`page`]: `report.html`, the page to open;
-//! - [`report`]: all of it as one value; [`files`]: every file that is made of it.
+//! - [`report`]: the whole report as one value; [`files`]: every file that is made from it.
 //!
-//! Everything here is worked out of a [`analysis::Campaign`] and can be deleted and made again:
+//! Everything here is computed from an [`analysis::Campaign`] and can be deleted and made again:
 //! equal folders give equal bytes. Nothing is run, and only [`files::write`] writes.
 #![forbid(unsafe_code)]
 

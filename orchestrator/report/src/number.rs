@@ -1,7 +1,7 @@
-//! Numbers in words: to so many significant digits. The one home of it in this crate.
+//! Numbers as text, to a number of significant digits, for tables, figures, claims and the page.
 
-/// A number to so many significant digits, but none before the point cut off; from ten million on,
-/// and below a millionth, with its power of ten. `-` is no number.
+/// A number to this many significant digits, but always with its whole integer part; from ten million
+/// on, and below a millionth, with its power of ten. `-` if it is not finite.
 pub(crate) fn significant(number: f64, digits: u8) -> String {
     let after = usize::from(digits).saturating_sub(1);
     let scientific = format!("{number:.after$e}");
@@ -20,9 +20,9 @@ pub(crate) fn significant(number: f64, digits: u8) -> String {
     }
 }
 
-/// A number in a sentence, to three digits; to two where it is small: `0.0746`, `9.8e-4`, `infinite`.
+/// A number for a sentence, to three digits, or to two if it is small: `0.0746`, `9.8e-4`, `infinite`.
 pub(crate) fn number(number: f64) -> String {
-    /// From where it would be rounded to 0.0100.
+    /// From here on, three digits would round it to 0.0100 or more.
     const SMALL: f64 = 0.009_995;
     if number.is_infinite() {
         "infinite".to_owned()
@@ -33,9 +33,9 @@ pub(crate) fn number(number: f64) -> String {
     }
 }
 
-/// Milliseconds to three digits in the unit that suits them: `0.964 ms`, `331 ms`, `3.21 s`.
+/// Milliseconds to three digits, in the unit that suits them: `0.964 ms`, `331 ms`, `3.21 s`.
 pub(crate) fn duration(ms: f64) -> String {
-    // From where it would be rounded to 1000 ms.
+    // From here on, it would be rounded to 1000 ms.
     if ms.abs() >= 999.5 {
         format!("{} s", significant(ms / 1e3, 3))
     } else {
@@ -43,7 +43,7 @@ pub(crate) fn duration(ms: f64) -> String {
     }
 }
 
-/// A number as it was written down where that is short, and else to four digits: `0.0005`, `0.9167`.
+/// A number with all its digits if these are few, else to four digits: `0.0005`, `0.9167`.
 pub(crate) fn brief(number: f64) -> String {
     const SHORT: usize = 8;
     let whole = number.to_string();
@@ -59,7 +59,7 @@ pub(crate) fn percent(share: f64) -> String {
     format!("{} %", significant(share * 100.0, 2))
 }
 
-/// A number up to twelve as people write it: `ten`.
+/// A whole number up to twelve as a word: `ten`; any other in digits.
 pub(crate) fn spelled(number: f64) -> String {
     const WORDS: [&str; 13] = [
         "zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten",

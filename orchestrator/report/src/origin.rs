@@ -9,16 +9,16 @@ use endpoint::Mode;
 use crate::group::Group;
 use crate::paper;
 
-/// The runs that a table or a figure was made of.
+/// The runs from which a table or a figure was made.
 #[derive(Debug, Default)]
 pub(crate) struct Origin<'a> {
     runs: Vec<&'a Run>,
-    /// Planned and wanted, and not complete.
+    /// Number of runs that were planned and wanted, but are not complete.
     lacking: usize,
 }
 
 impl<'a> Origin<'a> {
-    /// Takes all of a group. A group that has been taken is not taken twice.
+    /// Adds all runs of a group. A group with complete runs is counted only once.
     pub(crate) fn all(&mut self, group: &Group<'a>) {
         if group.runs.is_empty() || !group.runs.iter().all(|run| self.has(run)) {
             self.lacking += group.planned - group.runs.len();
@@ -26,7 +26,7 @@ impl<'a> Origin<'a> {
         self.take(&group.runs);
     }
 
-    /// Takes the first run of a group, of which one is enough; `None` where none is complete.
+    /// Adds the first run of a group, where one is enough; `None` if none is complete.
     pub(crate) fn first(&mut self, group: &Group<'a>) -> Option<&'a Run> {
         let first = group.runs.first().copied();
         match first {
@@ -36,7 +36,7 @@ impl<'a> Origin<'a> {
         first
     }
 
-    /// Takes some runs, each once.
+    /// Adds runs, each once.
     pub(crate) fn take(&mut self, runs: &[&'a Run]) {
         for run in runs {
             if !self.has(run) {
@@ -56,7 +56,7 @@ impl<'a> Origin<'a> {
         runs.iter().map(|run| run.cell.id.clone()).collect()
     }
 
-    /// The line.
+    /// The origin in one line.
     pub(crate) fn line(&self, campaign: &Campaign) -> String {
         let (taken, wanted) = (self.runs.len(), self.runs.len() + self.lacking);
         let mut words = vec![match (taken, wanted) {
@@ -86,7 +86,7 @@ impl<'a> Origin<'a> {
         words.join("; ")
     }
 
-    /// How long the runs were; of open loops, beside the paper's.
+    /// The duration of the runs; for open loops, beside the paper's.
     fn durations(&self) -> String {
         let durations: BTreeSet<u64> = self.runs.iter().map(|run| run.cell.duration_ns).collect();
         let seconds: Vec<String> = durations

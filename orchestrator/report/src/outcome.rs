@@ -1,4 +1,4 @@
-//! How each cell of a campaign ended, in the words that lists of failures use.
+//! How each cell of a campaign ended, in words for lists of failures.
 //!
 //! The words for a cell and for a claim's verdict are here too. How a cell ended is about the
 //! testbed: a loop that goes unstable over a link that held is a result, and its cell is
@@ -14,9 +14,9 @@ use crate::{Report, claim};
 /// How a cell ended, and why.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Outcome {
-    /// How.
+    /// How it ended.
     pub kind: Kind,
-    /// Why, in a sentence or several; empty of a complete cell.
+    /// Why, in one or more sentences; empty for a complete cell.
     pub reason: String,
 }
 
@@ -25,13 +25,13 @@ pub struct Outcome {
 pub enum Kind {
     /// It ran to its end, its link held, and its rows are there.
     Complete,
-    /// It ran over its link, and something was done to it that nobody asked for.
+    /// It ran over its link, but the machine held up a part of the run.
     Disturbed,
     /// It ran, but its link was not the one asked for, or rows were lost.
     Invalid,
     /// It did not run to its end.
     Failed,
-    /// Its files cannot be read, or are not what its manifest says.
+    /// Its files cannot be read, or do not match its manifest.
     Damaged,
     /// The machine cannot run it.
     Unsupported,
@@ -40,7 +40,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All of them, in the order in which tables show them.
+    /// All kinds, in the order in which tables show them.
     pub const ALL: [Kind; 7] = [
         Kind::Complete,
         Kind::Disturbed,
@@ -51,7 +51,7 @@ impl Kind {
         Kind::NotRun,
     ];
 
-    /// Of a run.
+    /// The kind of a run.
     #[must_use]
     pub fn of(run: &Run) -> Kind {
         match run.verdict() {
@@ -65,7 +65,7 @@ impl Kind {
         }
     }
 
-    /// The word for it.
+    /// Its word.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -81,7 +81,7 @@ impl Kind {
 }
 
 impl Outcome {
-    /// Of a run of this report's campaign.
+    /// The outcome of a run of this report's campaign.
     #[must_use]
     pub fn of(report: &Report<'_>, run: &Run) -> Outcome {
         let faults = run.damage.iter().map(|damage| {
@@ -101,7 +101,7 @@ impl Outcome {
     }
 }
 
-/// A cell in people's words, without its topology: `python, paper-python, closed, 333 Hz, repeat 1`.
+/// A cell in words, without its topology: `python, paper-python, closed, 333 Hz, repeat 1`.
 #[must_use]
 pub fn words(run: &Run) -> String {
     let cell = &run.cell;
@@ -110,7 +110,7 @@ pub fn words(run: &Run) -> String {
     format!("{client}, {setup}, {mode}, {rate}, repeat {repeat}")
 }
 
-/// What came of a claim, in a word or two.
+/// The verdict on a claim, in a word or two.
 #[must_use]
 pub fn answered(verdict: claim::Verdict) -> &'static str {
     match verdict {
@@ -133,7 +133,8 @@ pub fn topologies<'a>(report: &Report<'a>) -> Vec<&'a str> {
     found
 }
 
-/// A message without the way to the folder that was read: the page is the same wherever that is.
+/// A message without the path of the results folder, so that the page is the same wherever the folder
+/// is.
 pub(crate) fn without_folder(campaign: &Campaign, message: &str) -> String {
     let mut folder = campaign.folder.display().to_string();
     if folder.is_empty() {

@@ -1,9 +1,9 @@
 //! `report.html`: the whole report as one file that needs no network and no other file.
 //!
-//! Each section is a module of its own that turns values into markup and computes nothing that a
-//! program could want; whatever is worked out is in [`answer`](crate::answer),
-//! [`claim`](crate::claim), [`table`](crate::table) or [`figure`](crate::figure). Everything can be
-//! read without the script: it filters the claims, zooms into figures and switches the colours.
+//! Each section is a module that turns values into markup and computes no results: these are in
+//! [`answer`](crate::answer), [`claim`](crate::claim), [`table`](crate::table) and
+//! [`figure`](crate::figure). Everything can be read without the script, which filters the claims,
+//! zooms into figures and switches the colours.
 
 mod again;
 mod badge;
@@ -41,14 +41,14 @@ const DYGRAPHS_LICENCE: &str = include_str!("page/dygraphs/LICENSE");
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; \
                       img-src data:; base-uri 'none'; form-action 'none'";
 
-/// A part of the page that the contents name.
+/// A section of the page, listed in its contents.
 struct Section {
     id: &'static str,
     title: String,
     body: Markup,
 }
 
-/// The page.
+/// Renders the page.
 #[must_use]
 pub fn render(report: &Report<'_>) -> String {
     let plan = &report.campaign.plan;
@@ -92,7 +92,7 @@ pub fn render(report: &Report<'_>) -> String {
     .into_string()
 }
 
-/// What there is to say, in order; a section without anything in it is left out.
+/// The sections, in order, without empty ones.
 fn sections(report: &Report<'_>) -> Vec<Section> {
     let simulated = if report.campaign.is_simulated() {
         ", simulated"
@@ -103,7 +103,7 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
         body.map(|body| {
             let title = match id {
                 "claims" | "links" | "runs" => format!("{title}{simulated}"),
-                // Tables and figures say so each, and the others have no figures.
+                // Each table and figure says so itself, and the other sections have no numbers.
                 _ => title.to_owned(),
             };
             Section { id, title, body }

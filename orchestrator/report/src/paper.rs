@@ -1,26 +1,26 @@
-//! The paper's numbers, each with the place that it stands in.
+//! The paper's numbers, each with its place in the paper.
 //!
-//! Only what is printed there. What counts as agreement with it is each claim's, in
-//! [`claim`](crate::claim); what a profile makes of Table 2 is that profile's.
+//! Only what is printed there. Each claim in [`claim`](crate::claim) defines what counts as
+//! agreement; how Table 2 becomes a link is in the profiles.
 
-/// 1/h of 3.3 Hz, ns: Table 3's fractions are counts out of 2000 messages in 600 s.
+/// h at 3.3 Hz, ns: Table 3's fractions are counts out of 2000 messages in 600 s.
 pub const H_3_HZ_NS: u64 = 300_000_000;
-/// 1/h of 10 Hz, ns.
+/// h at 10 Hz, ns.
 pub const H_10_HZ_NS: u64 = 100_000_000;
-/// 1/h of 100 Hz, ns.
+/// h at 100 Hz, ns.
 pub const H_100_HZ_NS: u64 = 10_000_000;
-/// 1/h of 333 Hz, ns (section 3.2, Figure 7b).
+/// h at 333 Hz, ns (section 3.2, Figure 7b).
 pub const H_333_HZ_NS: u64 = 3_000_000;
-/// 1/h of 1 kHz, ns (section 3.2, Figure 7a).
+/// h at 1 kHz, ns (section 3.2, Figure 7a).
 pub const H_1_KHZ_NS: u64 = 1_000_000;
 
 /// How long the open loops ran, s (section 3.1).
 pub const OPEN_LOOP_S: f64 = 600.0;
 
-/// What `ping` said between the server and one machine (Table 2).
+/// What `ping` reported between the server and one machine (Table 2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ping {
-    /// The network position, by its name here.
+    /// The network position, by its topology here.
     pub topology: &'static str,
     /// Least round trip, ms.
     pub min_ms: f64,
@@ -34,7 +34,7 @@ pub struct Ping {
     pub loss: f64,
 }
 
-/// Table 2, in its order.
+/// Table 2, in the paper's order.
 pub const TABLE_2: [Ping; 5] = [
     ping("arima", [0.031, 0.108, 0.625, 0.069], 0.0),
     ping("buccoo", [1.360, 3.376, 4.539, 0.484], 0.0),
@@ -64,8 +64,8 @@ pub struct SameTime {
     pub topology: &'static str,
     /// The sample time, ns.
     pub h_ns: u64,
-    /// Share of the messages, 0 to 1: the table says percentage, but only fractions are counts of
-    /// whole messages (0.0010 and 0.0005 of 2000 are 2 and 1).
+    /// Share of the messages, 0 to 1. The table says percentage, but only as fractions are its
+    /// numbers counts of whole messages (0.0010 and 0.0005 of 2000 are 2 and 1).
     pub share: f64,
 }
 
@@ -90,25 +90,25 @@ const fn same(topology: &'static str, h_ns: u64, share: f64) -> SameTime {
     }
 }
 
-/// From the first to the 600th message of the JavaScript client at 100 Hz on arima, s: two more than
-/// the six that were asked for (section 4.1, Figure 2).
+/// Time from the first to the 600th message of the JavaScript client at 100 Hz on arima, s: two more
+/// than the six that were asked for (section 4.1, Figure 2).
 pub const FIG_2_600TH_S: f64 = 8.0;
-/// Messages of the same client in the first six seconds: "just shy of" so many (section 4.1).
+/// Messages of the same client in the first six seconds: "just shy of" this number (section 4.1).
 pub const FIG_2_IN_6_S: f64 = 400.0;
 
 /// Messages of that client in ten minutes (section 4.1).
 pub const SENT_IN_600_S: f64 = 55_000.0;
-/// Messages that it should have sent in them (section 4.1).
+/// Messages that it should have sent in this time (section 4.1).
 pub const DUE_IN_600_S: f64 = 60_000.0;
-/// How late open-loop control would be after them, s (section 4.1).
+/// Lag of open-loop control after this time, s (section 4.1).
 pub const LAG_AFTER_600_S: f64 = 50.0;
 
-/// Settling of the JavaScript client on arima at 333 Hz, in settlings of Python's (section 4.3,
-/// Figure 6a).
+/// Settling of the JavaScript client on arima at 333 Hz, relative to Python's (section 4.3, Figure 6a).
 pub const FIG_6A_SETTLING: f64 = 10.0;
-/// Settling of Python over the VPN at 333 Hz, likewise (section 4.3, Figure 6b).
+/// Settling of Python over the VPN at 333 Hz, relative to that on arima (section 4.3, Figure 6b).
 pub const FIG_6B_SETTLING: f64 = 4.0;
-/// Settling of Python from the data centre over the campus LAN, likewise (section 4.3, Figure 6c).
+/// Settling of Python from the data centre over the campus LAN, relative to that on arima (section
+/// 4.3, Figure 6c).
 pub const FIG_6C_SETTLING: f64 = 1.0;
 
 /// How the paper's server kept its sample time (section 4.3, Figure 7).
@@ -122,7 +122,8 @@ pub struct SampleIntervals {
     pub sd_ms: f64,
 }
 
-/// The text on Figure 7. It names 3.0 ms before 1.004 ms, and the standard deviations likewise.
+/// The text on Figure 7. It names 3.0 ms before 1.004 ms, and the standard deviations in the same
+/// order.
 pub const FIG_7: [SampleIntervals; 2] = [
     SampleIntervals {
         h_ns: H_333_HZ_NS,
@@ -136,5 +137,5 @@ pub const FIG_7: [SampleIntervals; 2] = [
     },
 ];
 
-/// The delay over the VPN "at minimum on the order of" so many ms (section 4.3, Figure 9b).
+/// The delay over the VPN, "at minimum on the order of" this many ms (section 4.3, Figure 9b).
 pub const FIG_9B_LEAST_RTT_MS: f64 = 40.0;

@@ -1,4 +1,4 @@
-//! All of a report as one value. The files that are made of it are in [`files`](crate::files).
+//! The whole report as one value. Its files are made in [`files`](crate::files).
 
 use analysis::{Campaign, Damage, ReadError};
 
@@ -9,7 +9,7 @@ use crate::table::{self, Table};
 /// A report.
 #[derive(Debug, Clone)]
 pub struct Report<'a> {
-    /// What it is of.
+    /// The campaign that it is about.
     pub campaign: &'a Campaign,
     /// The paper's claims, and readings of them.
     pub claims: Vec<Finding>,
@@ -17,15 +17,15 @@ pub struct Report<'a> {
     pub tables: Vec<Table>,
     /// The paper's figures.
     pub figures: Vec<Figure>,
-    /// Files that are not what they have to be.
+    /// Damaged files.
     pub damage: Vec<Damage>,
 }
 
 impl<'a> Report<'a> {
-    /// Works everything out.
+    /// Computes the whole report.
     ///
     /// # Errors
-    /// [`ReadError`] where rows that were whole a moment ago cannot be read.
+    /// [`ReadError`] if rows that were whole a moment ago cannot be read.
     pub fn of(campaign: &'a Campaign) -> Result<Report<'a>, ReadError> {
         Ok(Report {
             campaign,
@@ -36,7 +36,7 @@ impl<'a> Report<'a> {
         })
     }
 
-    /// The claims themselves, without readings of them.
+    /// The claims themselves, without their readings.
     pub fn strict(&self) -> impl Iterator<Item = &Finding> {
         self.claims
             .iter()

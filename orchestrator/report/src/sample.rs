@@ -1,26 +1,27 @@
-//! Campaigns made by hand, for tests: an experiment, and what became of each of its cells.
+//! Campaigns for tests: an experiment, with a given outcome for each of its cells.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
 use analysis::{Campaign, CellFacts, LinkFacts, LoopVerdict, Metrics, Run, Summary};
+use link::Epoch;
 use manifest::{FileFact, Machine, Manifest};
 use plan::{Cell, Instead, Plan, ProfileText, Verdict};
 
-/// What became of a cell.
+/// The outcome of a cell.
 pub(crate) enum Outcome {
-    /// It is complete; its loop is stable and settled in so many ms.
+    /// It is complete; its loop is stable and settled in this many ms.
     Stable(f64),
     /// It is complete; its loop is not stable.
     Lost(LoopVerdict),
-    /// It did not come to its end, for this reason.
+    /// It did not run to its end, for this reason.
     Failed(&'static str),
     /// It has not been run.
     Absent,
 }
 
-/// One repeat of a step from each client, topology and rate, after some lines of `[[cells]]`.
+/// A campaign of the cells in these lines of `[[cells]]`, with the outcome of each.
 pub(crate) fn campaign(cells: &str, outcome: impl Fn(&Cell) -> Outcome) -> Campaign {
     let source = format!("name = \"mine\"\nabout = \"a sample\"\n{cells}");
     let profile = |name: &str| {
@@ -72,7 +73,7 @@ fn run(cell: &Cell, outcome: &Outcome) -> Run {
     }
 }
 
-/// The metrics of files without a row.
+/// The metrics of empty files.
 fn no_rows(cell: &Cell) -> Metrics {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for name in ["ticks.csv", "arrivals.csv", "messages.csv", "probes.csv"] {
@@ -114,7 +115,7 @@ fn manifest(cell: &Cell, verdict: Verdict, outcome: &Outcome) -> Manifest {
         authority: "privileged".to_owned(),
         started: "2026-01-01T00:00:00.123Z".to_owned(),
         wall_s: 4.0,
-        epoch_ns: 0,
+        epoch: Epoch::at_ns(0),
         start_ns: 0,
         messages: None,
         pulse: None,

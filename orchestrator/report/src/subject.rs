@@ -1,4 +1,4 @@
-//! Whom tables, figures and claims are about: a client with its preset, under one name and in one
+//! What tables, figures and claims are about: a client with its preset, under one name and in one
 //! colour everywhere.
 
 use std::sync::LazyLock;
@@ -7,9 +7,9 @@ use chart::Tone;
 use endpoint::Preset;
 use plan::Client;
 
-/// The plant's.
+/// The tone of the plant.
 pub(crate) const PLANT_TONE: Tone = tone("plant", [0x7a, 0x7a, 0x7a], 0);
-/// Anything else: quiet.
+/// A quiet tone, for anything else.
 pub(crate) const OTHER_TONE: Tone = tone("other", [0x9c, 0x9c, 0x9c], 0);
 
 /// The tones of all figures.
@@ -18,7 +18,7 @@ pub(crate) static TONES: LazyLock<Vec<Tone>> = LazyLock::new(|| {
     clients.chain([PLANT_TONE, OTHER_TONE]).collect()
 });
 
-/// A client's.
+/// The tone of a client.
 fn tone_of(client: Client) -> Tone {
     let spec = client.spec();
     tone(spec.name, spec.rgb, spec.dash)
@@ -41,17 +41,17 @@ pub(crate) struct Subject {
 pub(crate) const NATIVE: Subject = Subject::of(Client::Native, Preset::PaperPython);
 /// The paper's Python client.
 pub(crate) const PYTHON: Subject = Subject::of(Client::Python, Preset::PaperPython);
-/// The paper's JavaScript client in the paper's browser: what claims on JavaScript are judged by.
+/// The paper's JavaScript client in the paper's browser, which decides the claims about JavaScript.
 pub(crate) const FIREFOX_2011: Subject = Subject::of(Client::Firefox, Preset::Paper2011);
-/// The same program in a browser that the paper does not name: shown beside, and decides nothing.
+/// The same program in a browser that the paper does not name: it is shown but decides nothing.
 pub(crate) const CHROMIUM_2011: Subject = Subject::of(Client::Chromium, Preset::Paper2011);
-/// That program with the timers of today, in Firefox.
+/// The paper's program with the timers of today, in Firefox.
 pub(crate) const FIREFOX_TODAY: Subject = Subject::of(Client::Firefox, Preset::Today);
-/// In Chromium.
+/// The paper's program with the timers of today, in Chromium.
 pub(crate) const CHROMIUM_TODAY: Subject = Subject::of(Client::Chromium, Preset::Today);
-/// What Firefox can do today.
+/// The program of today, with a worker, in Firefox.
 pub(crate) const FIREFOX_WORKER: Subject = Subject::of(Client::Firefox, Preset::Worker);
-/// What Chromium can do today.
+/// The program of today, with a worker, in Chromium.
 pub(crate) const CHROMIUM_WORKER: Subject = Subject::of(Client::Chromium, Preset::Worker);
 
 impl Subject {
@@ -59,12 +59,12 @@ impl Subject {
         Subject { client, preset }
     }
 
-    /// The client, with its preset where that says more: a browser is known by its page.
+    /// The client, and for a browser its preset: `firefox, paper-2011`.
     pub(crate) fn name(self) -> String {
         self.joined(", ")
     }
 
-    /// The same as one word of a list: `firefox paper-2011`.
+    /// The same without a comma, for lists: `firefox paper-2011`.
     pub(crate) fn label(self) -> String {
         self.joined(" ")
     }
@@ -77,7 +77,7 @@ impl Subject {
         }
     }
 
-    /// The client's.
+    /// The client's tone.
     pub(crate) fn tone(self) -> Tone {
         tone_of(self.client)
     }

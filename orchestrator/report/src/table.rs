@@ -17,33 +17,33 @@ use analysis::{Campaign, ReadError};
 /// A table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// What its files are called: `table-2`.
+    /// Name of its files: `table-2`.
     pub name: String,
     /// Its number in the paper and its heading: `Table 2: round trips`.
     pub title: String,
-    /// What has to be known to read it: units, runs, seed, back-end, player.
+    /// What a reader has to know: units, runs, seed, back-end, player.
     pub notes: Vec<String>,
-    /// Its columns. Whether numbers stand in one follows from the rows.
+    /// Its columns. Whether a column is numeric follows from the rows.
     pub columns: Vec<Column>,
-    /// Its rows, an entry for each column.
+    /// Its rows, with an entry for each column.
     pub rows: Vec<Vec<Entry>>,
 }
 
-/// What stands in a table.
+/// An entry of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Entry {
-    /// Words.
+    /// A text.
     Text(String),
-    /// A number, and with how many significant digits it is printed; the CSV has all of it.
+    /// A number, and the significant digits with which it is printed; the CSV has all digits.
     Number(f64, u8),
-    /// Nothing to say: not run, or the paper has none.
+    /// Empty: not run, or the paper has no number.
     None,
 }
 
 /// Every table, in the paper's order.
 ///
 /// # Errors
-/// [`ReadError`] where rows that a table needs cannot be read.
+/// [`ReadError`] if rows that a table needs cannot be read.
 pub fn all(campaign: &Campaign) -> Result<Vec<Table>, ReadError> {
     let mut tables = vec![
         machine::table(campaign),
@@ -69,7 +69,7 @@ impl Table {
         ]
     }
 
-    /// Whether a column holds numbers, which are aligned at the right with their heading.
+    /// Whether a column has numbers, which are right-aligned with their heading.
     pub(crate) fn is_number(&self, at: usize) -> bool {
         let mut entries = self.rows.iter().filter_map(|row| row.get(at));
         entries.any(|entry| matches!(entry, Entry::Number(..)))
@@ -77,12 +77,12 @@ impl Table {
 }
 
 impl Entry {
-    /// Words.
+    /// A text.
     fn text(words: impl Into<String>) -> Entry {
         Entry::Text(words.into())
     }
 
-    /// A measured number to so many significant digits, where there is one.
+    /// A measured number to this many significant digits; empty if there is none.
     fn measured(number: Option<f64>, digits: u8) -> Entry {
         number.map_or(Entry::None, |number| Entry::Number(number, digits))
     }

@@ -11,7 +11,7 @@ use std::time::Instant;
 use analysis::response::ResponseTrace;
 use control::preset;
 use endpoint::{Hold, Mode, Preset, TickRow};
-use link::Profile;
+use link::{Epoch, Profile};
 use sim::{Pool, Record, Setup, Timing, run};
 
 const RUNS: usize = 9;
@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             message_bytes: [166, 288],
             echoes: &[],
             timing: &Timing::IDEAL,
-            epoch_ns: 0,
+            epoch: Epoch::at_ns(0),
             plant_start_ns: 0,
             start_ns: 0,
             duration_ns: DURATION_S * 1_000_000_000,

@@ -1,46 +1,46 @@
 //! When a client's kernel acknowledges an answer: at once, by a timer, or with the next message.
 //!
-//! Linux takes a connection for interactive on which it sent something soon after it received
-//! something, and then leaves the acknowledgement of what comes to the next message, for as long as
-//! a timer goes (`inet_csk_in_pingpong_mode`). Otherwise a program that reads an answer has it
-//! acknowledged at once (`tcp_cleanup_rbuf`). The plant takes the time to it for a round trip. Its
-//! own acknowledgements go with its answers, which come at once.
+//! Linux treats a connection as interactive if it sent data soon after it had received some. It then
+//! delays an acknowledgement until the next message, at most until a timer ends
+//! (`inet_csk_in_pingpong_mode`). Otherwise the kernel acknowledges an answer as soon as the program
+//! reads it (`tcp_cleanup_rbuf`). The plant counts the wait for this acknowledgement as part of the
+//! round trip. Its own acknowledgements travel with its answers, which it sends at once.
 
 use crate::retransmission::Wheel;
 
-/// The least that the timer is set for (`TCP_ATO_MIN`, `TCP_DELACK_MIN`).
+/// Shortest delayed-acknowledgement timer (`TCP_ATO_MIN`, `TCP_DELACK_MIN`).
 const LEAST_NS: u64 = 40_000_000;
 
 /// When an answer was acknowledged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum Acknowledged {
-    /// There was none yet.
+    /// There was no answer yet.
     #[default]
     Never,
     /// This long after its arrival, in ns.
     After(u64),
-    /// With the next message; it was there at this time.
+    /// With the next message; the answer arrived at this time.
     WithMessage { answered_ns: u64 },
 }
 
-/// One connection's ways.
+/// Acknowledgement state of one connection.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Acknowledger {
-    /// When the last answer was there.
+    /// When the last answer arrived.
     received_ns: Option<u64>,
-    /// How soon a message has to follow an answer to make the connection interactive, and how long
-    /// its acknowledgement may wait for one (`icsk_ack.ato`).
+    /// A message that follows an answer within this time makes the connection interactive; it also
+    /// limits how long an acknowledgement waits for a message (`icsk_ack.ato`).
     patience_ns: u64,
     is_interactive: bool,
 }
 
 impl Acknowledger {
-    /// Whether the next message is waited for.
+    /// Whether acknowledgements wait for the next message.
     pub(crate) fn is_interactive(&self) -> bool {
         self.is_interactive
     }
 
-    /// An answer is there (`tcp_event_data_recv`).
+    /// Notes that an answer arrived (`tcp_event_data_recv`).
     pub(crate) fn receives(&mut self, now_ns: u64) {
         let pause_ns = self.received_ns.map(|before_ns| now_ns - before_ns);
         self.patience_ns = match pause_ns {
@@ -52,8 +52,8 @@ impl Acknowledger {
         self.received_ns = Some(now_ns);
     }
 
-    /// A message is sent, with a smoothed round trip of `rtt_ns`: when the answer before it was
-    /// acknowledged (`tcp_send_delayed_ack`, `tcp_event_data_sent`).
+    /// Notes that a message is sent, with a smoothed round trip of `rtt_ns`. Returns when the answer
+    /// before it was acknowledged (`tcp_send_delayed_ack`, `tcp_event_data_sent`).
     pub(crate) fn sends(&mut self, now_ns: u64, rtt_ns: u64, wheel: Wheel) -> Acknowledged {
         let Some(answered_ns) = self.received_ns else {
             return Acknowledged::Never;
@@ -63,7 +63,7 @@ impl Acknowledger {
             false => Acknowledged::After(0),
             true if by_timer_ns > now_ns => Acknowledged::WithMessage { answered_ns },
             true => {
-                // It waited in vain.
+                // The acknowledgement waited in vain.
                 self.is_interactive = false;
                 self.patience_ns = LEAST_NS;
                 Acknowledged::After(by_timer_ns - answered_ns)
@@ -80,8 +80,8 @@ mod tests {
 
     const MS: u64 = 1_000_000;
 
-    /// Answers that come 3 ms after each message, and messages so many ms after each answer: when
-    /// each answer was acknowledged.
+    /// How each answer is acknowledged if it comes 3 ms after its message and the next message
+    /// follows after the given pauses in ms.
     fn acknowledged(pauses_ms: &[u64]) -> Vec<Acknowledged> {
         let mut acknowledger = Acknowledger::default();
         let mut now_ns = 1_000 * MS;

@@ -1,8 +1,8 @@
 //! The client's HTTP connections: which one takes a message, and when a new one is opened.
 //!
-//! A message takes the connection that was used last and is idle; where none is, one is opened for
-//! it, and by its [`Pool`] it waits for that one, or goes on whichever is free first. What is known
-//! of a connection's round trip is here, packets are not.
+//! A message takes the idle connection that was used last. If none is idle, a new one is opened for
+//! it; depending on [`Pool`] the message waits for that one or takes the first that becomes free.
+//! This file also keeps what is known of a connection's round trip, but no packets.
 
 use std::collections::VecDeque;
 
@@ -11,44 +11,44 @@ use endpoint::{Answer, Command, Connection as Keeping};
 use crate::acknowledgement::{Acknowledged, Acknowledger};
 use crate::retransmission::{RoundTrip, Wheel};
 
-/// The connection for a message that found no idle one.
+/// Which connection a message takes if it found none idle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pool {
-    /// Whichever is free first, as in the native client and in browsers.
+    /// The first that becomes free, as in the native client and in browsers.
     Shared,
-    /// The one that was opened for it, as where each message has a worker that keeps its own
-    /// connection: the Python client.
+    /// The one that was opened for it, as in the Python client, where each message has a worker that
+    /// keeps its own connection.
     Own,
 }
 
 /// How long a connection may idle before the client leaves it.
 const IDLE_MAX_NS: u64 = 5_000_000_000;
-/// A connection's number; of one that was closed it is given again.
+/// A connection's number; the number of a closed connection is reused.
 pub(crate) type Id = u32;
 
-/// A connection, with one packet under way on it at most.
+/// A connection, with at most one packet under way on it.
 #[derive(Debug, Clone)]
 pub(crate) struct Connection {
-    /// The command that is under way on it, or was last.
+    /// The command under way on it, or the last one.
     pub(crate) command: Command,
-    /// The plant's answer to it, once it has one.
+    /// The plant's answer to that command, once there is one.
     pub(crate) answer: Option<Answer>,
-    /// The message that it was opened for, until it is open.
+    /// The message that the connection is opened for; unused once it is open.
     opened_for: u64,
-    /// Whether it has carried nothing yet.
+    /// Whether it has carried no message yet.
     pub(crate) fresh: bool,
-    /// Whether the client has given up what is under way on it.
+    /// Whether the client has given up the message under way on it.
     pub(crate) abandoned: bool,
-    /// When what is under way, or else idling, began.
+    /// When the handshake or message under way began, or when the connection became idle.
     since_ns: u64,
-    /// How the client acknowledges answers, and when it did, or does, the last.
+    /// How the client acknowledges answers, and how it acknowledged the last one.
     acknowledger: Acknowledger,
     acknowledged: Acknowledged,
-    /// The number of what is under way on it, or was last: its handshake, or a message.
+    /// Counts handshakes and messages on the connection: the number of the current or last one.
     turn: u32,
-    /// Whether that has not come back yet.
+    /// Whether that one has not been answered yet.
     is_unheard: bool,
-    /// Whether the request under way was lost, and its answer.
+    /// Whether the current request was lost, and whether its answer was.
     request_lost: bool,
     answer_lost: bool,
     client: RoundTrip,
@@ -62,11 +62,11 @@ pub(crate) struct Connections {
     pool: Pool,
     all: Vec<Connection>,
     closed: Vec<Id>,
-    /// Those that idle, the one used last at the end.
+    /// Idle connections; the one used last is at the end.
     idle: Vec<Id>,
     /// Messages that have no connection yet.
     waiting: VecDeque<Command>,
-    /// How many were opened.
+    /// Number of connections opened.
     pub(crate) opened: u64,
 }
 
@@ -83,32 +83,32 @@ impl Connections {
         }
     }
 
-    /// An idle connection for a message, if there is one.
+    /// Takes an idle connection for a message, if there is one.
     pub(crate) fn take(&mut self, now_ns: u64) -> Option<Id> {
         let id = self.idle.pop()?;
         if now_ns - self.all[id as usize].since_ns <= IDLE_MAX_NS {
             return Some(id);
         }
-        // Those below it have idled for longer.
+        // The connections below it have idled for longer.
         self.closed.push(id);
         self.closed.append(&mut self.idle);
         None
     }
 
-    /// A place for a message on a connection that all share, which is open.
+    /// Adds a place for a message on the shared connection, which is already open.
     pub(crate) fn place(&mut self, now_ns: u64) -> Id {
         let id = self.add(u64::MAX, now_ns);
         self.all[id as usize].fresh = false;
         id
     }
 
-    /// Begins to open one for a message, which waits.
+    /// Starts to open a connection for a message, which waits meanwhile.
     pub(crate) fn open(&mut self, command: Command, now_ns: u64) -> Id {
         self.waiting.push_back(command);
         self.begin(command.seq, now_ns)
     }
 
-    /// Begins to open one.
+    /// Starts to open a connection.
     pub(crate) fn begin(&mut self, opened_for: u64, now_ns: u64) -> Id {
         self.opened += 1;
         self.add(opened_for, now_ns)
@@ -146,12 +146,12 @@ impl Connections {
         u32::try_from(self.all.len() - 1).unwrap_or(u32::MAX)
     }
 
-    /// A packet of its handshake is sent again: what it takes from now on is its round trip.
+    /// A packet of the handshake is sent again: the round trip counts from now on.
     pub(crate) fn begins_again(&mut self, id: Id, now_ns: u64) {
         self.all[id as usize].since_ns = now_ns;
     }
 
-    /// It is open: the message that it shall carry at once, if one waits.
+    /// The connection is open. Returns the waiting message that it must carry at once, if any.
     pub(crate) fn on_open(&mut self, id: Id, now_ns: u64) -> Option<Command> {
         let connection = &mut self.all[id as usize];
         connection.is_unheard = false;
@@ -159,14 +159,14 @@ impl Connections {
         connection.client = RoundTrip::first(rtt_ns);
         connection.plant = RoundTrip::first(rtt_ns);
         let own = connection.opened_for;
-        // Its own message may have gone on another meanwhile, or been given up.
+        // Its own message may have taken another connection meanwhile, or been given up.
         match self.waiting.iter().position(|command| command.seq == own) {
             Some(place) => self.waiting.remove(place),
             None => self.on_free(id, now_ns),
         }
     }
 
-    /// A message goes out on it.
+    /// A message is sent on the connection.
     pub(crate) fn sends(&mut self, id: Id, command: Command, now_ns: u64, wheel: Wheel) {
         let connection = &mut self.all[id as usize];
         connection.command = command;
@@ -179,16 +179,17 @@ impl Connections {
         connection.acknowledged = connection.acknowledger.sends(now_ns, rtt_ns, wheel);
     }
 
-    /// Its message, or what was sent of it again, gets through at `now_ns`: what the plant sees of
-    /// the round trip, whose last answer was acknowledged with it or before.
+    /// The connection's message, sent or resent at `now_ns`, gets through. Updates the plant's
+    /// estimate of the round trip, which ended when the client acknowledged the last answer, with
+    /// this message or before it.
     pub(crate) fn gets_through(&mut self, id: Id, now_ns: u64, wheel: Wheel) {
         let connection = &mut self.all[id as usize];
         let waited_ns = match connection.acknowledged {
             Acknowledged::Never => return,
             Acknowledged::After(pause_ns) => pause_ns,
             Acknowledged::WithMessage { answered_ns } => {
-                // Where the acknowledgement was lost with the message, the plant may have sent its
-                // answer again meanwhile, and that was acknowledged at once.
+                // If the acknowledgement was lost with the message, the plant may have resent its
+                // answer meanwhile, and the client acknowledged that at once.
                 let probed_ns = wheel.rings_ns(answered_ns, connection.plant.probe_ns());
                 if probed_ns < now_ns {
                     0
@@ -202,12 +203,12 @@ impl Connections {
             .seen(connection.client.smoothed_ns() + waited_ns);
     }
 
-    /// Its message was answered: the next that it shall carry at once, if one waits.
+    /// The message was answered. Returns the waiting message that the connection must carry at once, if any.
     pub(crate) fn on_answer(&mut self, id: Id, now_ns: u64, wheel: Wheel) -> Option<Command> {
         let connection = &mut self.all[id as usize];
         let client = &mut connection.client;
-        // Where the answer was lost, the message may have been sent again meanwhile, and that was
-        // acknowledged at once.
+        // If the answer was lost, the client may have resent the message meanwhile, and the plant
+        // acknowledged that at once.
         let probed_ns = || wheel.rings_ns(connection.since_ns, client.probe_ns());
         let is_probed = connection.answer_lost && probed_ns() + client.smoothed_ns() < now_ns;
         if !connection.request_lost && !is_probed {
@@ -234,13 +235,13 @@ impl Connections {
         next
     }
 
-    /// It is not used any more, and nothing is under way on it.
+    /// Closes a connection that nothing is under way on.
     pub(crate) fn close(&mut self, id: Id) {
         self.closed.push(id);
     }
 
-    /// The client gives up a message: what is under way on its connection goes on without it, and
-    /// one that waits is forgotten.
+    /// The client gives up a message: the packet under way on its connection goes on without it, and
+    /// a message that waits for a connection is dropped.
     pub(crate) fn give_up(&mut self, seq: u64, carrier: Option<Id>) {
         match carrier {
             Some(id) => self.all[id as usize].abandoned = true,
@@ -248,28 +249,28 @@ impl Connections {
         }
     }
 
-    /// Whether the client acknowledges an answer on it at once, with a packet of its own.
+    /// Whether the client acknowledges an answer on this connection at once, with a packet of its own.
     pub(crate) fn acknowledges_at_once(&self, id: Id) -> bool {
         !self.all[id as usize].acknowledger.is_interactive()
     }
 
-    /// The plant has answered what is under way on it.
+    /// Stores the plant's answer to the command under way.
     pub(crate) fn answers(&mut self, id: Id, answer: Answer) {
         self.all[id as usize].answer = Some(answer);
     }
 
-    /// An answer is with the client's kernel.
+    /// An answer has reached the client's kernel.
     pub(crate) fn hears(&mut self, id: Id) {
         self.all[id as usize].is_unheard = false;
     }
 
-    /// What is under way on it: its number, if it has not come back yet.
+    /// Number of the handshake or message under way, if it has not been answered yet.
     pub(crate) fn turn(&self, id: Id) -> Option<u32> {
         let connection = &self.all[id as usize];
         connection.is_unheard.then_some(connection.turn)
     }
 
-    /// What an end knows of its round trip.
+    /// The plant's or the client's estimate of this connection's round trip.
     pub(crate) fn round_trip(&self, id: Id, of_plant: bool) -> RoundTrip {
         let connection = &self.all[id as usize];
         if of_plant {
@@ -284,7 +285,7 @@ impl Connections {
         &self.all[id as usize]
     }
 
-    /// What is under way on it was lost: the answer, or the request.
+    /// The answer or the request under way was lost.
     pub(crate) fn loses(&mut self, id: Id, is_answer: bool) {
         let connection = &mut self.all[id as usize];
         if is_answer {

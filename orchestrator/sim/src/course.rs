@@ -1,9 +1,9 @@
 //! The event loop of a run: takes the next event and computes its consequences.
 //!
-//! There are four sources of what happens: the plant's next tick, the controller's next waking,
-//! the next message that runs out of time, and packets, which have a queue. At equal times they
-//! come in that order, packets before the waking, since a client that wakes takes in first what
-//! is there. What the ends do is in `endpoint`, what the link does in `link`.
+//! Events have four sources: the plant's next tick, the controller's next waking, the next message to
+//! time out, and packets, which have a queue. Simultaneous events are taken in the order tick,
+//! packet, timeout, waking: a client that wakes first takes in the packets that are there. `endpoint`
+//! has what the ends do, `link` what the link does.
 
 mod echoing;
 mod passage;
@@ -31,10 +31,10 @@ use crate::wire::Wire;
 
 use passage::{Event, Packet};
 
-/// Timers of a browser with a floor wait in whole steps of this, as event loops on poll did.
+/// In a browser with a timer floor, timers wait in whole steps of this, as event loops on poll did.
 const TIMER_STEP_NS: u64 = 1_000_000;
 
-/// Simulates a run, and gives its rows to `record`.
+/// Simulates a run and passes its rows to `record`.
 ///
 /// # Errors
 /// [`Unfit`] if the controller's settings are invalid.
@@ -44,7 +44,7 @@ pub fn run(setup: &Setup, record: &mut impl Record) -> Result<Outcome, Unfit> {
     Ok(course.outcome)
 }
 
-/// A message that may run out of time.
+/// The timeout of a message.
 #[derive(Debug, Clone, Copy)]
 struct Term {
     end_ns: u64,
@@ -72,16 +72,16 @@ struct Course<'a, R> {
     wheel: Wheel,
     message_bytes: [u32; 2],
     echoes: &'a [Series],
-    /// The link's, which draws when echoes leave.
+    /// The link's seed, which also draws when echoes are sent.
     seed: u64,
     connections: Connections,
-    /// Where all messages share one connection, those of `connections` are places on it.
+    /// With one connection for all messages, the entries of `connections` are places on it.
     stream: Option<Stream>,
     queue: Queue<Event>,
     terms: VecDeque<Term>,
     random: ChaCha8Rng,
     waiting: Waiting,
-    /// Requests at the plant whose turn has not come, and answers at the client.
+    /// Requests that wait for the plant's thread, and answers that wait for the client's.
     at_plant: VecDeque<Id>,
     at_client: VecDeque<Id>,
     plant_free_ns: u64,
@@ -119,7 +119,7 @@ impl<'a, R: Record> Course<'a, R> {
             wire: Wire::new(
                 setup.profile,
                 setup.seed,
-                setup.epoch_ns,
+                setup.epoch,
                 setup.timing.player_ns,
             ),
             wheel: Wheel::new(setup.timing.hz, setup.seed),
@@ -129,7 +129,7 @@ impl<'a, R: Record> Course<'a, R> {
             connections: Connections::new(
                 match stream {
                     None => settings.connection,
-                    // A place is a message's own.
+                    // Each message has a place of its own.
                     Some(_) => Connection::New,
                 },
                 setup.pool,
@@ -157,7 +157,7 @@ impl<'a, R: Record> Course<'a, R> {
     }
 
     fn run(&mut self) {
-        // A client has looked at the plant before, and its connection is there.
+        // A client has looked at the plant before, so its first connection is already open.
         let warm = self.connections.begin(u64::MAX, self.last_end_ns);
         self.connections.on_open(warm, self.last_end_ns);
         self.begin_series(false);
@@ -193,7 +193,7 @@ impl<'a, R: Record> Course<'a, R> {
                 self.wakes(waking_ns);
             }
         }
-        // The plant is gone; its kernel still answers.
+        // The plant has stopped, but its kernel still answers echoes.
         while let Some((t_ns, event)) = self.queue.pop() {
             if matches!(event, Event::EchoDue(_) | Event::EchoReached(_)) {
                 self.happens(t_ns, event);
@@ -227,7 +227,7 @@ impl<'a, R: Record> Course<'a, R> {
         }
     }
 
-    /// The controller does what is to be done at `now_ns`, and waits for what comes next.
+    /// The controller does all that is due at `now_ns`, then waits for its next event.
     fn wait(&mut self, now_ns: u64) {
         self.waiting = loop {
             match self.controller.poll(now_ns) {
@@ -252,7 +252,7 @@ impl<'a, R: Record> Course<'a, R> {
             .max(self.client_free_ns)
     }
 
-    /// A message goes out, or waits for a connection.
+    /// A message is sent, or waits for a connection.
     fn sends(&mut self, command: Command, now_ns: u64) {
         self.client_free_ns = now_ns + u64::from(self.timing.send_ns);
         let carrier = match self.stream {
@@ -273,7 +273,7 @@ impl<'a, R: Record> Course<'a, R> {
         }
     }
 
-    /// A message goes out on a connection that it had to wait for.
+    /// A message is sent on a connection that it had to wait for.
     fn carries(&mut self, id: Id, command: Command, now_ns: u64) {
         if let Ok(place) = self
             .terms

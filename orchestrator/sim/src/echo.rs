@@ -1,9 +1,9 @@
-//! Echoes beside the messages: packets of their own through the same link, answered by the plant's
-//! kernel at once.
+//! Echoes beside the messages: packets of their own through the same link, which the plant's kernel
+//! answers at once.
 //!
-//! They take part in the queue of a rate limit as messages do, and in nothing else.
+//! They queue at a rate limit as messages do, and have no other effect.
 
-/// An echo's IP packet, there and back, as the prober of real runs sends it.
+/// Length of an echo's IP packet, each way, as the prober of real runs sends it.
 pub(crate) const ECHO_BYTES: u32 = 84;
 
 /// When a series of echoes begins.
@@ -15,18 +15,18 @@ pub enum Start {
     AfterLast,
 }
 
-/// Echoes, one at an instant of each interval that the link's seed draws.
+/// A series of echoes: one in each interval, at an instant drawn from the link's seed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Series {
-    /// When the first is sent.
+    /// When the first interval begins.
     pub start: Start,
-    /// From one to the next, ns.
+    /// Interval in ns.
     pub interval_ns: u64,
     /// Number of echoes.
     pub count: u32,
 }
 
-/// One echo. Times are virtual; what is lost has none.
+/// One echo. Times are virtual; a lost echo lacks those after its loss.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Echo {
     /// Its number in its series, from 0.
@@ -35,6 +35,6 @@ pub struct Echo {
     pub t_send_ns: u64,
     /// When it reached the plant.
     pub t_reach_ns: Option<u64>,
-    /// When it was back.
+    /// When it came back.
     pub t_back_ns: Option<u64>,
 }

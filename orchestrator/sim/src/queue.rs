@@ -1,4 +1,4 @@
-//! Future events in order of time; events of one instant in the order of insertion.
+//! Future events in order of time; simultaneous events in order of insertion.
 //!
 //! Times are integers, so the order is the same on every machine.
 
@@ -6,8 +6,8 @@ use std::collections::VecDeque;
 
 /// Events in order of (time, sequence).
 ///
-/// Kept sorted, in a ring and not in a heap: packets come out of a link mostly in the order in
-/// which they entered, so nearly all are put in at the end or close to it.
+/// A sorted ring, not a heap: packets leave a link mostly in the order in which they entered, so
+/// nearly all are inserted at the end or close to it.
 #[derive(Debug)]
 pub(crate) struct Queue<E> {
     entries: VecDeque<(u64, E)>,
@@ -20,7 +20,7 @@ impl<E> Queue<E> {
         }
     }
 
-    /// Puts in what happens at `t_ns`.
+    /// Inserts an event at `t_ns`.
     pub(crate) fn push(&mut self, t_ns: u64, event: E) {
         if self
             .entries
@@ -34,12 +34,12 @@ impl<E> Queue<E> {
         }
     }
 
-    /// When the first event is due; never, if there is none.
+    /// When the first event is due; `u64::MAX` if there is none.
     pub(crate) fn next_ns(&self) -> u64 {
         self.entries.front().map_or(u64::MAX, |(t_ns, _)| *t_ns)
     }
 
-    /// Takes the first event out.
+    /// Removes the first event.
     pub(crate) fn pop(&mut self) -> Option<(u64, E)> {
         self.entries.pop_front()
     }

@@ -1,11 +1,11 @@
-//! Who takes the rows of a simulated run, as it goes.
+//! The receiver of a simulated run's rows, as the run goes on.
 
 use endpoint::{ArrivalRow, MessageRow, TickRow};
 use link::Way;
 
 use crate::echo::Echo;
 
-/// Takes rows, in the order in which a real run would write them.
+/// Receives rows in the order in which a real run would write them.
 pub trait Record {
     /// The plant has ticked.
     fn tick(&mut self, row: &TickRow);
@@ -15,7 +15,7 @@ pub trait Record {
         let _ = row;
     }
 
-    /// A deadline is over, or its message has ended.
+    /// A deadline was missed, or its message has ended.
     fn message(&mut self, row: &MessageRow) {
         let _ = row;
     }
@@ -26,8 +26,8 @@ pub trait Record {
         let _ = (series, echo);
     }
 
-    /// A packet of `bytes` (of IP) enters the link at `t_ns`, whatever becomes of it. Called for links
-    /// with a rate limit on either way and from link time 0 on, in order of entry for each way.
+    /// A packet of `bytes` (IP length) enters the link at `t_ns`, whether it is lost or not. Called only for
+    /// links with a rate limit on either way, from link time 0 on, in order of entry for each way.
     fn packet(&mut self, way: Way, t_ns: u64, bytes: u32) {
         let _ = (way, t_ns, bytes);
     }

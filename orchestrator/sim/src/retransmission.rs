@@ -1,30 +1,30 @@
-//! When TCP sends a lost packet again: the timers of RFC 6298 and RFC 8985 as Linux 6.5 to 6.18 has
-//! them, on the wheel that its timers are kept in.
+//! When TCP sends a lost packet again: the timers of RFC 6298 and RFC 8985 as implemented in Linux
+//! 6.5 to 6.18, on the kernel's timer wheel.
 //!
-//! A message is one packet and alone on its connection, so no later packet reveals its loss:
-//! only timers do. The first to end is the tail loss probe, which with one packet under way is
-//! due after two round trips and 200 ms, or with the retransmission timeout if that is earlier; it
-//! sends the packet again and does not double the timeout. Each that follows does
-//! (`tcp_schedule_loss_probe`, `tcp_retransmit_timer`).
+//! A message is one packet and alone on its connection, so no later packet reveals its loss, only
+//! timers do. The first is the tail loss probe. With one packet under way it is due after two round
+//! trips plus 200 ms, or with the retransmission timeout if that is earlier; it sends the packet
+//! again and does not double the timeout. Every later timer doubles it (`tcp_schedule_loss_probe`,
+//! `tcp_retransmit_timer`).
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-/// Linux's least retransmission timeout beyond the round trip (`TCP_RTO_MIN`).
+/// Least time that Linux adds to the round trip in its retransmission timeout (`TCP_RTO_MIN`).
 const VARIATION_MIN_NS: u64 = 200_000_000;
-/// The timeout before any round trip was seen (RFC 6298, 2.1).
+/// The timeout before any round trip was measured (RFC 6298, 2.1).
 pub(crate) const INITIAL_NS: u64 = 1_000_000_000;
 /// The greatest timeout (`TCP_RTO_MAX`).
 const GREATEST_NS: u64 = 120_000_000_000;
 /// Number of SYNs resent before the timeout doubles (`tcp_syn_linear_timeouts`).
 const LINEAR_SYNS: u16 = 4;
 
-/// Linux's timer wheel since 4.8 (`calc_wheel_index` in `kernel/time/timer.c`): timers end with a
-/// tick, a jiffy, that lies beyond their time, and the later the coarser.
+/// Linux's timer wheel since 4.8 (`calc_wheel_index` in `kernel/time/timer.c`): a timer ends at a
+/// tick (a jiffy) after its time; the longer the timer, the coarser the ticks.
 ///
-/// A timer of less than 63 jiffies ends with the first tick after its last jiffy; one of less than
-/// 8 * 63 with the first that 8 divides; and so on by eights. A timer is never early. With 250
-/// ticks a second 203 ms become 204 to 208, and 253 ms become 256 to 288.
+/// A timer of less than 63 jiffies ends at the first tick after its last jiffy, one of less than 8 *
+/// 63 at the first such tick that is a multiple of 8, and so on in powers of 8. A timer is never
+/// early. At 250 ticks a second, 203 ms become 204 to 208 ms, and 253 ms become 256 to 288 ms.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Wheel {
     jiffy_ns: u64,
@@ -33,11 +33,11 @@ pub(crate) struct Wheel {
 }
 
 impl Wheel {
-    /// Of a kernel with `hz` ticks a second. Where its ticks lie follows from the seed: nothing that
-    /// a run does is in step with them.
+    /// The wheel of a kernel with `hz` ticks a second. The seed chooses the phase of the ticks,
+    /// because a run is not synchronous with them.
     pub(crate) fn new(hz: u32, seed: u64) -> Self {
         let jiffy_ns = (1_000_000_000 / u64::from(hz.max(1))).max(1);
-        // Another stream than the run's own draws and the plant's phase; up for a day at most.
+        // A random stream other than the run's own and the plant's phase; an uptime of at most a day.
         let mut random = ChaCha8Rng::seed_from_u64(seed.rotate_left(32) ^ 0x7769_6d65_7273);
         Self {
             jiffy_ns,
@@ -45,7 +45,7 @@ impl Wheel {
         }
     }
 
-    /// When a timer ends that is set at `now_ns` for `pause_ns`.
+    /// When a timer ends that was set at `now_ns` for `pause_ns`.
     pub(crate) fn rings_ns(self, now_ns: u64, pause_ns: u64) -> u64 {
         let jiffies = pause_ns.div_ceil(self.jiffy_ns);
         let expires = (now_ns + self.ahead_ns) / self.jiffy_ns + jiffies;
@@ -58,21 +58,22 @@ impl Wheel {
     }
 }
 
-/// One end's estimate of its round trip, in ns: RFC 6298 as Linux has it (`tcp_rtt_estimator`).
+/// One end's estimate of its round trip, in ns: RFC 6298 as Linux implements it
+/// (`tcp_rtt_estimator`).
 ///
-/// Other than the RFC's, its variation hardly grows when round trips become shorter, and falls
-/// back slowly from the greatest that there was: a stall that is over is not mistaken for another.
+/// Unlike the RFC's, its variation hardly grows when round trips become shorter, and decays slowly
+/// from its maximum, so that the end of a stall is not mistaken for another stall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct RoundTrip {
     smoothed_ns: u64,
     /// Four mean deviations.
     deviation_ns: u64,
-    /// The wait beyond the smoothed round trip.
+    /// What the timeout adds to the smoothed round trip.
     variation_ns: u64,
 }
 
 impl RoundTrip {
-    /// From the first round trip, a handshake's.
+    /// The estimate after the first round trip, a handshake's.
     pub(crate) fn first(rtt_ns: u64) -> Self {
         Self {
             smoothed_ns: rtt_ns,
@@ -81,7 +82,7 @@ impl RoundTrip {
         }
     }
 
-    /// Takes in a round trip. One whose packet was sent twice must not be (Karn's algorithm).
+    /// Updates the estimate with a round trip. Its packet must not have been sent twice (Karn's algorithm).
     pub(crate) fn seen(&mut self, rtt_ns: u64) {
         let quarter_ns = self.deviation_ns / 4;
         let off_ns = rtt_ns.abs_diff(self.smoothed_ns);
@@ -115,8 +116,8 @@ impl RoundTrip {
     }
 }
 
-/// How long after the `tries`-th sending of a packet the next is due: once for a probe, once the
-/// timeout, then twice that, and so on.
+/// The pause between the `tries`-th sending of a packet and the next: the probe's, then the timeout,
+/// then twice the timeout, and so on.
 pub(crate) fn pause_ns(round_trip: RoundTrip, tries: u16) -> u64 {
     let timeout_ns = round_trip.timeout_ns();
     if tries == 1 {
@@ -128,7 +129,7 @@ pub(crate) fn pause_ns(round_trip: RoundTrip, tries: u16) -> u64 {
         .min(GREATEST_NS)
 }
 
-/// The same for a SYN, or for the answer to one: a handshake has no probe.
+/// The same for a SYN or SYN-ACK: a handshake has no probe.
 pub(crate) fn handshake_pause_ns(is_syn: bool, tries: u16) -> u64 {
     let linear = if is_syn { LINEAR_SYNS } else { 0 };
     let doublings = tries.saturating_sub(1 + linear).min(32);
@@ -207,16 +208,16 @@ mod tests {
         let rings_ms = |now_ms: u64, pause_us: u64| {
             wheel.rings_ns(now_ms * 1_000_000, pause_us * 1_000) / 1_000_000
         };
-        // 203 ms are 51 jiffies. Set with a tick, or just before the next: the same tick.
+        // 203 ms are 51 jiffies. A timer set at a tick and one set just before the next end at the same tick.
         assert_eq!([rings_ms(400, 203_000), rings_ms(403, 203_000)], [608, 608]);
         assert_eq!(rings_ms(404, 203_000), 612);
-        // 248.001 ms are 63 jiffies, so by eights: set at 100 and at 101 jiffies it would end with
-        // the ticks 164 and 165, and ends with 168; set at 105 with 176 for 169.
+        // 248.001 ms are 63 jiffies, so multiples of 8: set at jiffies 100 and 101 the timer is due
+        // at ticks 164 and 165 and ends at 168; set at 105 it is due at 169 and ends at 176.
         assert_eq!([rings_ms(400, 248_000), rings_ms(400, 248_001)], [652, 672]);
         assert_eq!([rings_ms(404, 248_001), rings_ms(420, 248_001)], [672, 704]);
-        // A second is 250 jiffies, so by eights too: 351 becomes 352.
+        // A second is 250 jiffies, so multiples of 8 too: 351 becomes 352.
         assert_eq!(rings_ms(400, 1_000_000), 1_408);
-        // Three are 750, more than 8 * 63, so by sixty-fours: 851 becomes 896.
+        // Three seconds are 750 jiffies, more than 8 * 63, so multiples of 64: 851 becomes 896.
         assert_eq!(rings_ms(400, 3_000_000), 3_584);
     }
 

@@ -2,55 +2,55 @@
 
 use control::{Law, Stepper};
 use endpoint::{ControllerSettings, Counts, Hold, InvalidSettings, TickNoise};
-use link::Profile;
+use link::{Epoch, LinkTime, Profile};
 
 use crate::connection::Pool;
 use crate::echo::Series;
 use crate::timing::Timing;
 
-/// A run to be simulated. All times are virtual, in ns.
+/// A run to simulate. All times are virtual, in ns.
 #[derive(Debug, Clone)]
 pub struct Setup<'a> {
     /// The profile of the link.
     pub profile: &'a Profile,
     /// Seed of the link and of the machine's times.
     pub seed: u64,
-    /// The controller's settings; the plant takes h and `late` from here too.
+    /// The controller's settings; the plant also uses their h and `late`.
     pub settings: ControllerSettings,
-    /// The least that a timer of the client's waits, 0 for none: what browsers of 2011 had.
+    /// Least wait of the client's timers, as in browsers of 2011; 0 for none.
     pub timer_floor_ns: u64,
     /// The plant at rest, sampled at h.
     pub plant: Stepper,
     /// How long the plant holds a command.
     pub hold: Hold,
-    /// How late the plant ticks by its own machine.
+    /// Noise of the plant's tick times, from its machine.
     pub tick_noise: Option<TickNoise>,
     /// The control law at rest.
     pub law: Law,
-    /// How the client's messages come by connections.
+    /// Which connection a message takes if none is idle.
     pub pool: Pool,
-    /// A message's IP packets, up and down: what counts where there is a rate limit.
+    /// Length of a message's IP packets, up and down; matters only with a rate limit.
     pub message_bytes: [u32; 2],
     /// Echoes beside the messages.
     pub echoes: &'a [Series],
-    /// How long programs and their kernel take.
+    /// How long programs and their kernels take.
     pub timing: &'a Timing,
     /// Link time 0.
-    pub epoch_ns: u64,
+    pub epoch: Epoch,
     /// The plant's first tick.
     pub plant_start_ns: u64,
     /// The controller's first deadline.
     pub start_ns: u64,
-    /// Deadlines end this long after the first.
+    /// Time from the first deadline to the end of the deadlines.
     pub duration_ns: u64,
     /// How long the plant goes on after the last message has ended.
     pub after_ns: u64,
 }
 
-/// What a simulated run came to.
+/// Result of a simulated run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outcome {
-    /// What became of the controller's deadlines.
+    /// Counts of what happened to the controller's deadlines.
     pub counts: Counts,
     /// Ticks of the plant.
     pub ticks: u64,
@@ -60,30 +60,30 @@ pub struct Outcome {
     pub connections: u64,
     /// Packets that were lost and sent again.
     pub resent: u64,
-    /// When the last message had ended.
+    /// When the last message ended.
     pub end_ns: u64,
 }
 
 /// Why a run cannot be simulated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Unfit {
-    /// The controller's end refuses its settings.
+    /// The controller's end rejects its settings.
     #[error(transparent)]
     Settings(#[from] InvalidSettings),
 }
 
-/// From virtual time 0 to link time 0.
-pub const EPOCH_NS: u64 = 1_000_000_000;
+/// Link time 0 is 1 s after virtual time 0.
+pub const EPOCH: Epoch = Epoch::at_ns(1_000_000_000);
 
-/// The plant is there so long before link time 0.
+/// The plant starts this long before link time 0, plus its phase.
 const PLANT_AHEAD_NS: u64 = 500_000_000;
 
-/// The plant's first tick. Where it lies within a period follows from the seed: the ends start
-/// independently, so any place is as likely as any other.
+/// The plant's first tick. Its phase within a period follows from the seed: the ends start
+/// independently, so every phase is equally likely.
 #[must_use]
 pub fn plant_start_ns(seed: u64, h_ns: u64) -> u64 {
     use rand_core::{Rng, SeedableRng};
-    // Another stream than the run's own draws.
+    // A random stream other than the run's own.
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(!seed);
-    EPOCH_NS - PLANT_AHEAD_NS + random.next_u64() % h_ns.max(1)
+    EPOCH.t_ns(LinkTime::ZERO) - PLANT_AHEAD_NS + random.next_u64() % h_ns.max(1)
 }

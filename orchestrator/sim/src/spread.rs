@@ -1,14 +1,14 @@
-//! A time that is not the same each time: the quantiles of a measurement, and draws from them.
+//! A time that varies: the quantiles of a measurement, and draws from them.
 //!
-//! A measured distribution is kept as it is, since the tails of a machine's delays follow no law
-//! that has a name. All of it is integers, so draws are the same bits on every machine.
+//! A measured distribution is kept as it is, since the tails of a machine's delays follow no named
+//! law. It is all integers, so draws are the same bits on every machine.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::Rng;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Steps between quantiles: a draw's upper five bits choose one, the others where within it.
+/// Steps between quantiles: the upper five bits of a draw choose the step, the others the place in it.
 const STEPS: usize = 32;
 const STEP_BITS: u32 = 32 - STEPS.trailing_zeros();
 
@@ -21,16 +21,16 @@ pub struct Spread {
     constant: bool,
 }
 
-/// Quantiles that are no distribution.
+/// Values that are not the quantiles of a distribution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidSpread {
-    /// Neither one number nor a quantile for each of the steps.
+    /// Neither a single number nor one quantile per step.
     #[error("a spread of times is one number of ns, or 33 quantiles from 0 to 1; these are {0}")]
     Count(usize),
-    /// One is less than the one before it.
+    /// A quantile is less than the one before it.
     #[error("quantile {index} is less than the one before it")]
     Order {
-        /// Its place, from 0.
+        /// Its index, from 0.
         index: usize,
     },
 }
@@ -47,8 +47,8 @@ impl Spread {
 
     /// The distribution of these times, in ns and in any order; 0 for an empty list.
     ///
-    /// The ends are the quantiles 0.5 and 99.5 %: of the very slowest a model need not know, since
-    /// they are the machine's moments and not the program's.
+    /// The ends are the quantiles 0.5 % and 99.5 %: the model does not need the very slowest times,
+    /// which come from the machine at that moment and not from the program.
     #[must_use]
     pub fn of(times_ns: &mut [u32]) -> Self {
         times_ns.sort_unstable();
@@ -69,7 +69,7 @@ impl Spread {
         self.quantiles_ns[STEPS / 2]
     }
 
-    /// One time, in ns.
+    /// Draws a time, in ns.
     pub(crate) fn draw(&self, random: &mut ChaCha8Rng) -> u64 {
         if self.constant {
             return u64::from(self.quantiles_ns[0]);
@@ -125,7 +125,7 @@ mod tests {
 
     #[test]
     fn draws_have_the_quantiles_that_were_measured() {
-        // An exponential law by its own quantiles, and back by 100 000 draws.
+        // An exponential law by its own quantiles, compared with 100 000 draws.
         let mut times: Vec<u32> = (0..10_000)
             .map(|i| (-50_000.0 * (1.0 - (f64::from(i) + 0.5) / 1e4).ln()) as u32)
             .collect();

@@ -1,11 +1,11 @@
-//! All messages on one connection, as a WebSocket carries them: what is lost holds up what follows.
+//! All messages on one connection, as a WebSocket carries them: a lost message holds up those behind it.
 //!
-//! Packets that are sent after a lost one reveal it, so it is sent again about a round trip later
-//! and not when a timer ends (RACK, RFC 8985): as soon as the next packet is acknowledged and a
-//! quarter of the shortest round trip has passed beyond its own. Where a client waits for each answer there is
-//! no next packet, and the timer remains. What is left out: that a connection starts slowly, with
-//! ten packets under way, which over a long link makes the first round trips of it longer; and that
-//! messages which wait for that go out together.
+//! Packets sent after a lost one reveal the loss. The packet is then sent again about a round trip
+//! later, before any timer ends (RACK, RFC 8985): as soon as the next packet is acknowledged and a
+//! quarter of the shortest round trip has passed beyond its own. A client that waits for each answer
+//! sends no next packet, so the timer remains. The model leaves out slow start, with ten packets
+//! under way, which lengthens a connection's first round trips over a long link; and that messages
+//! which wait for it are sent together.
 
 use std::collections::VecDeque;
 
@@ -14,24 +14,24 @@ use link::{PerWay, Way};
 use crate::connection::Id;
 use crate::retransmission::Wheel;
 
-/// Linux's least retransmission timeout beyond the round trip (`TCP_RTO_MIN`).
+/// Least time that Linux adds to the round trip in its retransmission timeout (`TCP_RTO_MIN`).
 const VARIATION_MIN_NS: u64 = 200_000_000;
 
-/// One connection's two ways.
+/// The two ways of one connection.
 #[derive(Debug)]
 pub(crate) struct Stream {
     lines: PerWay<Line>,
-    /// From one packet to the next; none where the client waits for each answer.
+    /// Time from one packet to the next; `None` if the client waits for each answer.
     pause_ns: Option<u64>,
 }
 
-/// One way: what has been sent and not yet read, in the order of sending.
+/// One way: messages sent and not yet read, in the order of sending.
 #[derive(Debug, Default)]
 struct Line {
     waiting: VecDeque<Waiting>,
-    /// How long the latest packet took: what RACK goes by.
+    /// How long the latest packet took, which RACK uses.
     delay_ns: u64,
-    /// How long the quickest took.
+    /// How long the fastest packet took.
     least_ns: Option<u64>,
 }
 
@@ -42,7 +42,7 @@ struct Waiting {
 }
 
 impl Stream {
-    /// A connection that a packet enters every `pause_ns`, or only once the last was answered.
+    /// A connection that a packet enters every `pause_ns`; with `None`, only after the last was answered.
     pub(crate) fn new(pause_ns: Option<u64>) -> Self {
         Self {
             lines: PerWay::default(),
@@ -50,8 +50,8 @@ impl Stream {
         }
     }
 
-    /// A message enters one way, for the first time or again; its packet gets through in this time,
-    /// if it does. Out of line, since most runs have no stream.
+    /// A message enters one way, for the first time or again; `delay_ns` is how long its packet
+    /// takes, `None` if it is lost. Marked cold, since most runs have no stream.
     #[cold]
     pub(crate) fn sends(&mut self, way: Way, id: Id, is_first: bool, delay_ns: Option<u64>) {
         let line = &mut self.lines[way];
@@ -76,7 +76,7 @@ impl Stream {
         }
     }
 
-    /// The next message that can be read: none while one before it is missing.
+    /// Takes the next message that can be read: none while an earlier one is missing.
     pub(crate) fn reads(&mut self, way: Way) -> Option<Id> {
         let line = &mut self.lines[way];
         match line.waiting.front() {
@@ -85,7 +85,7 @@ impl Stream {
         }
     }
 
-    /// When a packet is sent again that was sent at `now_ns` and lost.
+    /// When a packet that was sent at `now_ns` and lost is sent again.
     pub(crate) fn again_ns(&self, now_ns: u64, wheel: Wheel) -> u64 {
         let PerWay { up, down } = &self.lines;
         let rtt_ns = up.delay_ns + down.delay_ns;
@@ -127,7 +127,7 @@ mod tests {
         };
         assert_eq!(crossed(Some(1_000_000)), 50_000_000);
         assert_eq!(crossed(Some(100_000_000)), 140_000_000);
-        // 240 ms, and then the next tick.
+        // 240 ms, then the next tick.
         let by_timer_ns = crossed(None);
         assert!(
             (240_000_000..=244_000_000).contains(&by_timer_ns),

@@ -1,8 +1,8 @@
-//! What a machine adds to a link: how long programs and their kernel take, by measurement.
+//! What a machine adds to a link: how long programs and their kernels take, as measured.
 //!
-//! Each number is one that a run's rows show: `late` is `t_send - t_due`, `up` is
-//! `t_arrive - t_send` less the link, `down` is `t_receive - t_arrive` less the link. They are
-//! given as spreads, as measured; `webloop calibrate` measures them on the machine it runs on.
+//! A run's rows show each of these numbers: `late` is `t_send - t_due`, `up` is `t_arrive - t_send`
+//! less the link's part, `down` is `t_receive - t_arrive` less the link's part. They are given as
+//! measured spreads; `webloop calibrate` measures them on the machine it runs on.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -37,7 +37,7 @@ pub struct Timing {
     pub hz: u32,
 }
 
-/// What most kernels have.
+/// Most kernels have this.
 const HZ: u32 = 250;
 
 fn hz() -> u32 {
@@ -45,7 +45,7 @@ fn hz() -> u32 {
 }
 
 impl Timing {
-    /// A machine that takes no time at all: what remains are deadlines, ticks and the link.
+    /// A machine that takes no time: only deadlines, ticks and the link remain.
     pub const IDEAL: Self = Self {
         late_ns: Spread::constant(0),
         up_ns: Spread::constant(0),

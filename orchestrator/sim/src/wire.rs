@@ -1,53 +1,52 @@
-//! A link between two ends, in virtual time: when a packet that enters comes out, if it does.
+//! A link between two ends, in virtual time: when a packet comes out, if it does.
 
-use link::{Fate, Link, PerWay, Profile, Way};
+use link::{Epoch, Fate, Link, LinkTime, PerWay, Profile, Way};
 
-/// A packet that has come out.
+/// The latest packet that came out.
 #[derive(Debug, Clone, Copy, Default)]
 struct Latest {
     out_ns: u64,
     read_ns: u64,
 }
 
-/// Both ways of a link, or none between two ends on one machine.
+/// Both ways of a link, or no link between two ends on one machine.
 #[derive(Debug)]
 pub(crate) struct Wire {
-    /// The empty link, which there is until link time 0, and the profile's.
+    /// The empty link, which holds until link time 0, and the profile's.
     links: Option<[Link; 2]>,
     has_rate: bool,
-    epoch_ns: u64,
+    epoch: Epoch,
     player_ns: u64,
-    /// When the latest packet entered that goes up, and down: link time never runs backwards.
+    /// When the latest packet entered, each way: link time never runs backwards.
     entered_ns: PerWay<u64>,
-    /// When the latest packet came out that went up, and down, and when it was read.
+    /// When the latest packet came out, each way, and when it was read.
     latest: PerWay<Latest>,
 }
 
 impl Wire {
-    /// The link of `profile` under `seed`, whose time 0 is `epoch_ns`; its player adds `player_ns`
-    /// each way.
-    pub(crate) fn new(profile: &Profile, seed: u64, epoch_ns: u64, player_ns: u32) -> Self {
+    /// The link of `profile` under `seed`, which begins at `epoch`; its player adds `player_ns` each way.
+    pub(crate) fn new(profile: &Profile, seed: u64, epoch: Epoch, player_ns: u32) -> Self {
         Self {
-            // The empty link is constant: its seed says nothing.
+            // The empty link is constant, so its seed has no effect.
             links: (!profile.is_loopback())
                 .then(|| [Link::new(&Profile::empty(), 0), Link::new(profile, seed)]),
             has_rate: profile.has_rate(),
-            epoch_ns,
+            epoch,
             player_ns: u64::from(player_ns),
             entered_ns: PerWay::default(),
             latest: PerWay::default(),
         }
     }
 
-    /// Whether there is a rate limit, and packets wait for others.
+    /// Whether there is a rate limit, so that packets wait for others.
     pub(crate) fn has_rate(&self) -> bool {
         self.has_rate
     }
 
-    /// When a packet enters that is sent at `t_ns`, if that is known of all of them: where there is
-    /// a rate limit, from link time 0 on.
+    /// When a packet sent at `t_ns` enters the link. `None` without a rate limit or before link time
+    /// 0: only then is the entry of every packet known.
     pub(crate) fn enters_ns(&mut self, way: Way, t_ns: u64) -> Option<u64> {
-        if !self.has_rate || t_ns < self.epoch_ns {
+        if !self.has_rate || self.epoch.link_time(t_ns).is_none() {
             return None;
         }
         let entered_ns = &mut self.entered_ns[way];
@@ -55,30 +54,29 @@ impl Wire {
         Some(*entered_ns)
     }
 
-    /// When a packet of `bytes` (IP packet length) that enters at `t_ns` comes out; `None` if it
-    /// is lost. To be asked in order of entry.
+    /// When a packet of `bytes` (IP packet length) that enters at `t_ns` comes out; `None` if it is
+    /// lost. Must be called in order of entry.
     pub(crate) fn cross(&mut self, way: Way, t_ns: u64, bytes: u32) -> Option<u64> {
         let Some([empty, link]) = &mut self.links else {
             return Some(t_ns);
         };
-        let (link, origin_ns) = if t_ns < self.epoch_ns {
-            (empty, 0)
-        } else {
-            (link, self.epoch_ns)
+        let (link, t, origin) = match self.epoch.link_time(t_ns) {
+            Some(t) => (link, t, self.epoch),
+            None => (empty, LinkTime::from_ns(t_ns), Epoch::default()),
         };
-        match link.path_mut(way).transmit(t_ns - origin_ns, bytes) {
-            Fate::Deliver { at_ns } => Some(at_ns + origin_ns + self.player_ns),
+        match link.path_mut(way).transmit(t, bytes) {
+            Fate::Deliver { at } => Some(origin.t_ns(at) + self.player_ns),
             Fate::Drop(_) => None,
         }
     }
 
-    /// When a packet is read that comes out at `out_ns` and by itself would take `takes_ns` more:
-    /// not before one that came out before it.
+    /// When a packet that comes out at `out_ns` is read, if it alone would take `takes_ns` more: not
+    /// before packets that came out earlier.
     pub(crate) fn read_ns(&mut self, way: Way, out_ns: u64, takes_ns: u64) -> u64 {
         let latest = &mut self.latest[way];
         let read_ns = out_ns + takes_ns;
         if out_ns < latest.out_ns {
-            // A link may let packets overtake.
+            // A link may reorder packets.
             return read_ns;
         }
         *latest = Latest {

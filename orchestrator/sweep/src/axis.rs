@@ -1,10 +1,9 @@
-//! What a sweep can vary, and how each of it is called: in a file, in a column, in a figure, in a
-//! sentence.
+//! What a sweep can vary, and the names of each axis: in a file, in a column, in a figure, in a sentence.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// How an axis is called.
+/// The names of an axis.
 struct Names {
     word: &'static str,
     column: &'static str,
@@ -13,8 +12,8 @@ struct Names {
     unit: &'static str,
 }
 
-/// Declares the axes, each with what it is called: its word, its column, its heading, its name along a
-/// figure's axis, and what stands behind its numbers in a sentence.
+/// Declares the axes with their names: the word, the column, the heading, the label along a figure's
+/// axis, and the unit after a number in a sentence.
 macro_rules! axes {
     ($($(#[$meta:meta])* $axis:ident: $word:literal $column:literal $heading:literal $label:literal $unit:literal,)+) => {
         /// Something that a sweep varies.
@@ -24,7 +23,7 @@ macro_rules! axes {
         }
 
         impl Axis {
-            /// All of them, the slowest to change first: runs over one link follow each other.
+            /// All axes, the slowest to change first, so that runs over one link follow each other.
             pub const ALL: [Axis; [$($word),+].len()] = [$(Axis::$axis),+];
 
             const fn names(self) -> Names {
@@ -86,12 +85,12 @@ impl Axis {
         self.names().label
     }
 
-    /// What stands behind its numbers in a sentence.
+    /// The unit after its numbers in a sentence.
     fn unit(self) -> &'static str {
         self.names().unit
     }
 
-    /// One of its levels in a sentence or a heading: `h = 3 ms`, `over couva`.
+    /// One of its levels as part of a sentence or a heading: `h = 3 ms`, `over couva`.
     #[must_use]
     pub fn say(self, level: &str) -> String {
         match self {
@@ -106,7 +105,7 @@ impl Axis {
         }
     }
 
-    /// The same where it stands alone: `h = 3 ms`, `couva`.
+    /// One of its levels on its own: `h = 3 ms`, `couva`.
     #[must_use]
     pub fn title(self, level: &str) -> String {
         match self {
@@ -115,13 +114,13 @@ impl Axis {
         }
     }
 
-    /// Whether its levels stand in an order, so that a line may join them.
+    /// Whether its levels are ordered, so that a line may join them.
     #[must_use]
     pub fn is_ordered(self) -> bool {
         !matches!(self, Axis::Topology | Axis::Client | Axis::System)
     }
 
-    /// Whether it is part of a link that is made from numbers.
+    /// Whether it describes a link that is made from numbers.
     pub(crate) fn makes_a_link(self) -> bool {
         matches!(self, Axis::Rtt | Axis::Jitter | Axis::Loss | Axis::Rate)
     }
@@ -133,7 +132,7 @@ impl fmt::Display for Axis {
     }
 }
 
-/// A word that no axis has.
+/// A word that names no axis.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "there is no axis `{0}`; choose topology, rtt, jitter, loss, rate, client, system, h, outstanding, \

@@ -1,11 +1,11 @@
-//! Where points are run, one after another: what they can share is kept from one to the next.
+//! Runs points one after another, and keeps what consecutive points can share.
 
 use std::sync::Arc;
 
 use endpoint::{ControllerSettings, Hold, Mode, Preset};
 use link::Profile;
 use plan::{Client, series};
-use sim::{EPOCH_NS, Pool, Series, Setup, Start, Timing};
+use sim::{EPOCH, Pool, Series, Setup, Start, Timing};
 
 use crate::machine::Machine;
 use crate::made::Made;
@@ -15,8 +15,8 @@ use crate::row::Row;
 use crate::sweep::{Run, Sweep};
 use crate::trace::Trace;
 
-/// When the controller begins, as with `webloop run --backend sim`.
-const START_NS: u64 = EPOCH_NS + plan::START_AT_NS;
+/// When the controller starts, as with `webloop run --backend sim`.
+const START_NS: u64 = EPOCH.t_ns(plan::START_AT);
 
 /// A point that cannot be run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -28,11 +28,11 @@ pub struct Unfit {
     pub problem: String,
 }
 
-/// Runs points. One for each thread.
+/// Runs points. Each thread has its own.
 #[derive(Debug, Default)]
 pub struct Bench {
     trace: Trace,
-    /// The newest made link: points over one link follow each other.
+    /// The newest made link: consecutive points often share one.
     made: Option<(Made, Arc<Profile>)>,
 }
 
@@ -74,10 +74,10 @@ impl Bench {
             ..Preset::PaperPython.settings(Mode::Closed, point.h)
         };
         let (seed, h_ns) = (sweep.link_seed(point, run.repeat), point.h.ns());
-        // The plant rests until the first command, so of its ticks before it only the phase counts.
+        // The plant rests until the first command, so of the earlier ticks only the phase matters.
         let first_ns = sim::plant_start_ns(seed, h_ns);
         let idle_ns = START_NS.saturating_sub(first_ns) / h_ns * h_ns;
-        // Who takes no time keeps connections as webloop's own client does.
+        // An ideal machine keeps connections as webloop's own client does.
         let client = match point.client {
             Machine::Ideal => Client::Native,
             Machine::Of(client) => client,
@@ -103,11 +103,11 @@ impl Bench {
             message_bytes: client.message_bytes(settings.transport),
             echoes: &echoes,
             timing,
-            epoch_ns: EPOCH_NS,
+            epoch: EPOCH,
             plant_start_ns: first_ns + idle_ns,
             start_ns: START_NS,
             duration_ns: sweep.duration_ns,
-            // Until the last command is taken.
+            // Long enough for the plant to take the last command.
             after_ns: h_ns,
         };
         self.trace.begin(point.h.seconds(), settings.r, sweep.rho);
@@ -131,19 +131,16 @@ impl Bench {
     }
 }
 
-/// The echoes of a run over a whole link, where messages wait for them: behind a rate limit.
+/// The echoes of a run over a whole link. They matter only behind a rate limit, where messages wait for them.
 fn echoes(profile: &Profile, duration_ns: u64) -> Vec<Series> {
     if !profile.has_rate() {
         return Vec::new();
     }
-    [
-        series::before(EPOCH_NS),
-        series::during(START_NS, duration_ns),
-    ]
-    .map(|series| Series {
-        start: Start::At(series.start_ns),
-        interval_ns: series.interval_ns,
-        count: series.count,
-    })
-    .into()
+    [series::before(EPOCH), series::during(START_NS, duration_ns)]
+        .map(|series| Series {
+            start: Start::At(series.start_ns),
+            interval_ns: series.interval_ns,
+            count: series.count,
+        })
+        .into()
 }

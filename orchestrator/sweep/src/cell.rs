@@ -1,4 +1,4 @@
-//! A point's runs taken together: how many were stable, and the medians of their figures.
+//! The runs of a point taken together: how many were stable, and the medians of their figures.
 
 use analysis::statistics::median;
 
@@ -8,9 +8,9 @@ use crate::sweep::Sweep;
 /// A measure that is mapped and compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Measure {
-    /// Into 2 % of the reference for good, ms.
+    /// Time until y stays within 2 % of the reference, ms.
     Settling,
-    /// Beyond the reference, % of it.
+    /// Overshoot beyond the reference, % of it.
     Overshoot,
     /// Integral of the absolute error.
     Iae,
@@ -19,7 +19,7 @@ pub enum Measure {
 }
 
 impl Measure {
-    /// All of them.
+    /// All measures.
     pub const ALL: [Measure; 4] = [
         Measure::Settling,
         Measure::Overshoot,
@@ -27,7 +27,7 @@ impl Measure {
         Measure::Cost,
     ];
 
-    /// Its name in a file's.
+    /// Its name in the name of a file.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -50,19 +50,19 @@ impl Measure {
     }
 }
 
-/// The runs of a point. A figure is the median of all its runs, where one that is unstable, or has
-/// none, counts as worse than any: infinite.
+/// The runs of a point. A figure is the median over all its runs; a run that is unstable or lacks the
+/// figure counts as infinite, worse than any other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cell {
-    /// How many there are.
+    /// Number of runs.
     pub runs: u32,
-    /// How many of them were stable.
+    /// Number of stable runs.
     pub stable: u32,
     medians: [f64; Measure::ALL.len()],
 }
 
 impl Cell {
-    /// All of a sweep's points in order; of those without a row `runs` is 0.
+    /// The cells of all points of a sweep, in order; `runs` is 0 for points without a row.
     #[must_use]
     pub fn all(sweep: &Sweep, rows: &[Row]) -> Vec<Cell> {
         let mut of_point = vec![Vec::new(); sweep.grid.points()];
@@ -74,7 +74,7 @@ impl Cell {
         of_point.iter().map(|rows| Cell::of(rows)).collect()
     }
 
-    /// Of one point's rows.
+    /// The cell of one point's rows.
     #[must_use]
     pub fn of(rows: &[Row]) -> Cell {
         let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
@@ -98,10 +98,10 @@ impl Cell {
         }
     }
 
-    /// A figure; infinite where half of its runs or more have none.
+    /// A figure; infinite if at least half of the runs have none.
     #[must_use]
     pub fn figure(&self, measure: Measure) -> f64 {
-        // In the order of `Measure::ALL`, which is that of its variants.
+        // `medians` is in the order of `Measure::ALL`, which is that of the variants.
         self.medians[measure as usize]
     }
 
@@ -112,7 +112,7 @@ impl Cell {
     }
 }
 
-/// The median; infinite of no values.
+/// The median; infinite without values.
 pub(crate) fn middle(values: &[f64]) -> f64 {
     median(values).unwrap_or(f64::INFINITY)
 }

@@ -1,4 +1,4 @@
-//! A sweep as its TOML says it: typed text with its places, not yet checked against anything.
+//! A sweep as written in TOML: typed values with their positions, not yet checked.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -51,12 +51,12 @@ macro_rules! axes_file {
         }
 
         impl AxesFile {
-            /// What is given for an axis.
+            /// The values given for an axis.
             pub(crate) fn get(&self, axis: Axis) -> Option<&Spanned<Given>> {
                 match axis { $(Axis::$axis => self.$key.as_ref(),)+ }
             }
 
-            /// Gives an axis something else.
+            /// Replaces the values of an axis.
             pub(crate) fn set(&mut self, axis: Axis, given: Spanned<Given>) {
                 *match axis { $(Axis::$axis => &mut self.$key,)+ } = Some(given);
             }
@@ -89,8 +89,7 @@ axes_file! {
     ki: Ki,
 }
 
-/// The JSON schema of a sweep, for editors: what is committed as
-/// `orchestrator/sweeps/sweep.schema.json`.
+/// The JSON schema of a sweep, for editors; committed as `orchestrator/sweeps/sweep.schema.json`.
 #[must_use]
 pub fn schema() -> String {
     let schema = schemars::schema_for!(SweepFile);

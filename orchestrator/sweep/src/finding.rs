@@ -1,9 +1,8 @@
-//! What a sweep finds by itself: where two of its axes do not simply add up.
+//! What a sweep finds by itself: pairs of axes whose effects do not simply add up.
 //!
-//! An axis's first level is the one its others are held against. Each other level makes the step
-//! settle so many times as late; where that number is another at another axis's levels than at its
-//! first, the two axes act on each other, and the more the number changes the greater the finding.
-//! Nothing is said of which axes these may be.
+//! The first level of an axis is its baseline; each other level multiplies the settling time by a ratio. If
+//! that ratio at some level of another axis differs from the ratio at that axis's first level, the two axes
+//! interact; the more it changes, the greater the finding. No pairs are chosen in advance.
 
 use std::fmt;
 
@@ -14,37 +13,37 @@ use crate::cell::{Cell, Measure, middle};
 use crate::grid::Dimension;
 use crate::sweep::Sweep;
 
-/// Axes of more levels are for maps: there each level is a small step.
+/// Axes with more levels are for maps: each of their levels is a small step.
 const LEVELS_MAX: usize = 12;
 /// A ratio that changes by less than this factor is not a finding.
 const FACTOR: f64 = 1.25;
-/// The most findings printed, in all and for one pair of axes.
+/// Most findings printed: in total, and for one pair of axes.
 const TOLD: usize = 4;
 const OF_A_PAIR: usize = 2;
 
-/// One level's effect, which another axis changes.
+/// The effect of one level, changed by another axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
-    /// The axis whose effect it is.
+    /// The axis that has the effect.
     pub axis: Axis,
-    /// Of which level.
+    /// The level that has the effect.
     pub level: String,
-    /// Against which: the first of the axis.
+    /// The level that it is compared with: the first of the axis.
     pub baseline: String,
-    /// What changes it.
+    /// The axis that changes the effect.
     pub by: Axis,
-    /// At which of its levels most.
+    /// The level of that axis at which the effect changes most.
     pub at: String,
-    /// Against which: the first of that axis.
+    /// The first level of that axis, for comparison.
     pub home: String,
-    /// Settling there over settling at the baseline; infinite if it does not settle.
+    /// Settling at `level` over settling at `baseline`, both at `at`; infinite if it does not settle.
     pub ratio: f64,
-    /// And at home.
+    /// The same ratio at `home`.
     pub at_home: f64,
 }
 
 impl Finding {
-    /// By which factor it changes, either way.
+    /// The factor by which the ratio changes, at least 1 in either direction.
     #[must_use]
     pub fn factor(&self) -> f64 {
         let factor = self.ratio / self.at_home;
@@ -73,7 +72,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// The findings, the greatest first.
+/// The findings, greatest first.
 #[must_use]
 pub fn findings(sweep: &Sweep, cells: &[Cell]) -> Vec<Finding> {
     let dimensions = sweep.grid.dimensions();
@@ -82,8 +81,8 @@ pub fn findings(sweep: &Sweep, cells: &[Cell]) -> Vec<Finding> {
     let mut told: Vec<Finding> = Vec::new();
     for (first, one) in few.iter().enumerate() {
         for other in &few[first + 1..] {
-            // Whichever of two is held against the other, the factor is the same; a name reads
-            // better as the one whose effect it is.
+            // The factor is the same whichever axis of the pair is the cause; a sentence reads better
+            // if a named axis is the one whose effect changes.
             let (axis, by) = if one.axis.is_ordered() && !other.axis.is_ordered() {
                 (other, one)
             } else {
@@ -104,7 +103,7 @@ pub fn findings(sweep: &Sweep, cells: &[Cell]) -> Vec<Finding> {
     told
 }
 
-/// The median settling at each pair of levels, over everything else.
+/// The median settling at each pair of levels, over all other axes.
 struct Settling(Vec<Vec<f64>>);
 
 impl Settling {
@@ -124,14 +123,14 @@ impl Settling {
         Settling(medians)
     }
 
-    /// How many times as late as at the first level the step settles at `level`; `None` where it
-    /// does not settle at the first.
+    /// Settling at `level` over settling at the first level; `None` if it does not settle at the first.
     fn ratio(&self, level: usize, at: usize) -> Option<f64> {
         let (own, first) = (self.0[level][at], self.0[0][at]);
         (first.is_finite() && first > 0.0).then_some(own / first)
     }
 
-    /// Where along `by` a level's ratio is farthest from what it is at the first of them.
+    /// The level of `by` at which the ratio of `level` differs most from the ratio at the first level
+    /// of `by`.
     fn departure(&self, axis: &Dimension<'_>, level: usize, by: &Dimension<'_>) -> Option<Finding> {
         let at_home = self.ratio(level, 0).filter(|ratio| ratio.is_finite())?;
         let candidates = (1..by.levels.len()).filter_map(|at| {

@@ -1,4 +1,4 @@
-//! The values of an axis in a file: one, a list, or a number of steps between two.
+//! The values of an axis in a file: one, a list, or a number of steps between two values.
 
 use std::fmt;
 
@@ -43,7 +43,7 @@ pub(crate) struct Range {
     pub(crate) scale: Option<Spanned<String>>,
 }
 
-// Not untagged enums: their errors name no place, and what is wrong with a range would be lost.
+// Not untagged enums: their errors have no position, and would hide what is wrong with a range.
 impl<'de> Deserialize<'de> for Word {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         match deserializer.deserialize_any(Reading { is_axis: false })? {
@@ -59,7 +59,7 @@ impl<'de> Deserialize<'de> for Given {
     }
 }
 
-/// Reads a word, or whatever an axis can be given.
+/// Reads a word, or all that an axis accepts.
 struct Reading {
     is_axis: bool,
 }

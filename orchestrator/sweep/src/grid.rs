@@ -1,6 +1,6 @@
 //! The grid: every combination of the axes' levels is a point.
 //!
-//! A point has a number, and for each axis the place of its level; the last axis turns fastest.
+//! A point has a number and, for each axis, the place of its level; the last axis changes fastest.
 
 use std::sync::Arc;
 
@@ -13,25 +13,25 @@ use crate::machine::Machine;
 use crate::made::Made;
 use crate::point::{Between, Point};
 
-/// One level of an axis, as it is written and drawn.
+/// One level of an axis, as written and drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Level {
-    /// As it stands in rows, in its column's unit.
+    /// Its text in rows, in the unit of its column.
     pub text: String,
-    /// The same as a number, where it is one.
+    /// The same as a number, if it is one.
     pub number: Option<f64>,
 }
 
 /// An axis and its levels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dimension<'a> {
-    /// The axis that the level is on.
+    /// The axis.
     pub axis: Axis,
-    /// At least one.
+    /// Its levels, at least one.
     pub levels: &'a [Level],
 }
 
-/// Levels with what they stand for, at least one.
+/// At least one level, each with its value.
 #[derive(Debug, Clone)]
 pub(crate) struct Levels<T> {
     values: Vec<T>,
@@ -39,13 +39,13 @@ pub(crate) struct Levels<T> {
 }
 
 impl<T: Clone> Levels<T> {
-    /// The first and the others.
+    /// The first level and the others.
     pub(crate) fn new(first: (T, Level), others: impl IntoIterator<Item = (T, Level)>) -> Self {
         let (values, levels) = std::iter::once(first).chain(others).unzip();
         Self { values, levels }
     }
 
-    /// What the level at this place stands for; the first where there is no such place.
+    /// The value of the level at this place; of the first level if there is no such place.
     fn at(&self, place: usize) -> T {
         let value = self.values.get(place).unwrap_or(&self.values[0]);
         value.clone()
@@ -60,7 +60,7 @@ impl<T: Clone> Levels<T> {
     }
 }
 
-/// Between the two ends: whole links, or links made of numbers.
+/// The link between the two ends: whole links, or links made of numbers.
 #[derive(Debug, Clone)]
 pub(crate) enum Links {
     Named(Levels<Arc<Profile>>),
@@ -86,7 +86,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// The axes in their order, those of one level too.
+    /// The axes in order, including those with one level.
     #[must_use]
     pub fn dimensions(&self) -> Vec<Dimension<'_>> {
         let mut all = Vec::with_capacity(Axis::ALL.len());
@@ -115,7 +115,7 @@ impl Grid {
         all
     }
 
-    /// The whole links, where it has those.
+    /// The whole links, if it has any.
     #[must_use]
     pub fn profiles(&self) -> &[Arc<Profile>] {
         match &self.links {
@@ -124,20 +124,20 @@ impl Grid {
         }
     }
 
-    /// The systems, but for the paper's.
+    /// The systems other than the paper's.
     pub fn systems(&self) -> impl Iterator<Item = &System> {
         let all = self.system.values().iter().map(|system| &**system);
         all.filter(|system| !system.is_paper())
     }
 
-    /// Whether the programs of any point take time.
+    /// Whether any client is other than ideal, so that programs take time.
     #[must_use]
     pub fn takes_time(&self) -> bool {
         let mut machines = self.client.values().iter();
         machines.any(|machine| *machine != Machine::Ideal)
     }
 
-    /// How many points it has.
+    /// Number of points.
     #[must_use]
     pub fn points(&self) -> usize {
         let sizes = self.dimensions().into_iter().map(|d| d.levels.len());
@@ -177,7 +177,7 @@ impl Grid {
     pub fn point(&self, number: usize) -> Point {
         let place = self.place(number);
         let mut at = place.iter().copied();
-        // There is a place for every axis.
+        // Every axis has a place.
         let mut next = || at.next().unwrap_or(0);
         let between = match &self.links {
             Links::Named(topology) => Between::Named(topology.at(next())),

@@ -1,13 +1,13 @@
-//! How a control loop does over a grid of network conditions and settings, in virtual time.
+//! How a control loop behaves over a grid of network conditions and settings, in virtual time.
 //!
-//! - what is asked: `file` and `given` (keys), `resolve` (checks), [`Sweep`], its [`Grid`] of
-//!   [`Axis`]es, a [`Point`] with its loop and link (`made`: one of numbers), [`Machine`]
-//! - what is run: [`Bench`] takes a point through `sim`, `trace` watches it, [`Outcome`] is what it
-//!   comes to, [`is_stable`] whether it dies out, [`Row`] a line of it
-//! - what is made of it: [`Cell`] (a point's runs), [`Border`] (how much delay, beside analysis),
-//!   [`Finding`] (axes that act on each other), `map` (figures), `summary` (words for people)
+//! - input: `file` and `given` (keys), `resolve` (checks), [`Sweep`], its [`Grid`] of [`Axis`]es, a
+//!   [`Point`] with its loop and link (`made`: a link from numbers), [`Machine`]
+//! - runs: [`Bench`] runs a point in `sim`, `trace` records it, [`Outcome`] is the result,
+//!   [`is_stable`] decides whether the error dies out, [`Row`] is its line
+//! - results: [`Cell`] (a point's runs), [`Border`] (the longest stable delay, beside its analysis),
+//!   [`Finding`] (axes that interact), `map` (figures), `summary` (text for people)
 //!
-//! Threads, files and progress are the caller's: each run is a function of the sweep and its
+//! Threads, files and progress are the caller's task: each run is a function of the sweep and its
 //! number, so rows are the same in whatever order they are made.
 #![forbid(unsafe_code)]
 
@@ -50,7 +50,7 @@ pub use stability::{growth, is_stable};
 pub use summary::summary;
 pub use sweep::{Instead, Run, Sweep, checksum};
 
-/// The sweeps that the binary carries, by name.
+/// The built-in sweeps, by name.
 pub const SWEEPS: &[(&str, &str)] = &[
     ("margin", include_str!("../../sweeps/margin.toml")),
     ("delay-gain", include_str!("../../sweeps/delay-gain.toml")),

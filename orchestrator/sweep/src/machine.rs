@@ -1,20 +1,20 @@
-//! The timings of the two ends: a client's, as measured, or ideal ones of 0.
+//! The timings of the two ends: those of a client, as measured, or ideal ones of 0.
 
 use std::fmt;
 use std::str::FromStr;
 
 use plan::Client;
 
-/// What the programs of both ends take over a message.
+/// The time that the programs of both ends take for a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Machine {
-    /// No time: what remains are deadlines, ticks and the link.
+    /// No time: only deadlines, ticks and the link remain.
     Ideal,
-    /// What this client takes.
+    /// The time that this client takes.
     Of(Client),
 }
 
-/// A word that is neither `ideal` nor a client's.
+/// A word that is neither `ideal` nor a client.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("client `{0}` is unknown; choose ideal, {choices}", choices = Client::choices())]
 pub struct UnknownMachine(String);

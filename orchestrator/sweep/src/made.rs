@@ -2,24 +2,24 @@
 
 use link::Profile;
 
-/// Half of everything that is a round trip's lies each way; losses and rates hold each way alike.
+/// A link made of numbers. Round-trip times are halved between the two ways; loss and rate apply to each way.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Made {
     /// The constant part of the round trip.
     pub rtt_ns: u64,
-    /// Mean of what is added to it, by the exponential law; order is kept.
+    /// Mean of the exponential delay that is added to it; packets stay in order.
     pub jitter_ns: u64,
-    /// Share of packets lost, 0 to 1, each slot of a millisecond by itself.
+    /// Share of packets lost, 0 to 1, independently in each slot of 1 ms.
     pub loss: f64,
-    /// Rate limit in bit/s, where there is one.
+    /// Rate limit in bit/s, if there is one.
     pub rate_bps: Option<u64>,
-    /// Mean time until the added part is drawn anew.
+    /// Mean time until the added delay is redrawn.
     pub hold_ns: u64,
 }
 
 impl Made {
-    /// What its profile is called: draws of a seed are the same for all made links, so that their
-    /// points can be compared in pairs.
+    /// The name of its profile. Seeds are derived from it, so all made links have the same draws and
+    /// their points can be compared in pairs.
     pub const NAME: &'static str = "made";
 
     /// Whether every round trip is the same.
@@ -28,10 +28,10 @@ impl Made {
         self.jitter_ns == 0 && self.loss == 0.0 && self.rate_bps.is_none()
     }
 
-    /// Its profile.
+    /// The link as a profile.
     ///
     /// # Errors
-    /// A sentence on what keeps it from being played.
+    /// A sentence that says why it cannot be played.
     pub fn profile(&self) -> Result<Profile, String> {
         let source = self.toml();
         Profile::parse(&source, Made::NAME).map_err(|findings| {
@@ -40,7 +40,7 @@ impl Made {
         })
     }
 
-    /// As it would be written by hand.
+    /// The profile as one would write it by hand.
     #[must_use]
     pub fn toml(&self) -> String {
         let one_way = |ns: u64| format!("{}us", ns as f64 / 2e3);

@@ -1,7 +1,7 @@
-//! Figures of a sweep: a map where two axes are long, lines where they are short.
+//! Figures of a sweep: a map if two axes are long, lines if they are short.
 //!
-//! What is drawn along which axis is decided from the axes alone, in `layout`; how, in
-//! `tiles` and `lines`. Each remaining level has a panel of its own.
+//! `layout` decides from the axes alone which axis is drawn where; `tiles` and `lines` draw. Each
+//! remaining level has its own panel.
 
 mod layout;
 mod lines;
@@ -20,7 +20,7 @@ use crate::sweep::Sweep;
 
 use layout::{Form, Layout};
 
-/// The tones that a page may set, which are those of a report's figures; the line of analysis has the first.
+/// The tones that a page may set, the same as in a report's figures; the computed limit has the first.
 static TONES: LazyLock<Vec<Tone>> = LazyLock::new(|| {
     let clients = Client::ALL.into_iter().map(Client::spec);
     let clients = clients.map(|spec| tone(spec.name, spec.rgb, spec.dash));
@@ -32,14 +32,14 @@ const fn tone(name: &'static str, rgb: [u8; 3], dash: u8) -> Tone {
     Tone { name, rgb, dash }
 }
 
-/// The most panels of one figure.
+/// Most panels in one figure.
 const PANELS_MAX: usize = 12;
-/// What a panel says that has nothing to show.
+/// The text of a panel that has nothing to show.
 const NOTHING: &str = "nothing settled";
-/// What the line of analysis is called.
+/// The name of the computed limit.
 const LIMIT: &str = "longest stable round trip, computed";
 
-/// The figures of a sweep: one for each measure, and none where nothing is varied.
+/// The figures of a sweep, one for each measure; none if nothing is varied.
 #[must_use]
 pub fn maps(sweep: &Sweep, cells: &[Cell], borders: &[Border]) -> Vec<Chart> {
     let subject = Subject {
@@ -98,7 +98,7 @@ impl Subject<'_> {
         }
     }
 
-    /// The place of each panel, with the first level of what is drawn in it.
+    /// The place of each panel, at the first level of the axes drawn in it.
     fn panels(&self, layout: &Layout) -> Vec<Vec<usize>> {
         let mut places = vec![vec![0; self.dimensions.len()]];
         for at in &layout.panels {
@@ -116,7 +116,7 @@ impl Subject<'_> {
         places
     }
 
-    /// What a panel has that the others have not.
+    /// The levels that distinguish a panel from the others.
     fn heading(&self, layout: &Layout, place: &[usize]) -> String {
         let words = layout.panels.iter().map(|at| {
             let dimension = &self.dimensions[*at];
@@ -135,7 +135,7 @@ impl Subject<'_> {
         format!("{what}: sweep {}", self.sweep.name)
     }
 
-    /// The text alternative.
+    /// The figure's text alternative.
     fn about(&self, measure: Measure) -> String {
         let stable = self.cells.iter().filter(|cell| cell.is_stable()).count();
         let figures = self.cells.iter().map(|cell| cell.figure(measure));
@@ -156,7 +156,7 @@ impl Subject<'_> {
         about
     }
 
-    /// What was held still, and how it was run.
+    /// The levels that were fixed, and how the sweep was run.
     fn source(&self, layout: &Layout, measure: Measure, panels: usize, drawn: usize) -> String {
         let still = self
             .dimensions
@@ -197,7 +197,7 @@ impl Subject<'_> {
         source
     }
 
-    /// The point where the panel's place has these levels along x and the other axis.
+    /// The cell at these levels of x and of the other axis, at the panel's place.
     fn cell(&self, layout: &Layout, place: &[usize], x: usize, other: usize) -> Option<&Cell> {
         let mut there = place.to_vec();
         there[layout.x] = x;
@@ -207,7 +207,7 @@ impl Subject<'_> {
         self.cells.get(self.sweep.grid.number(&there))
     }
 
-    /// What analysis says where round trips lie along x; `None` elsewhere.
+    /// The computed limit, if round trips lie along x; otherwise `None`.
     fn limit(&self, layout: &Layout, place: &[usize], other: usize) -> Option<Limit> {
         let mut there = place.to_vec();
         if let Some(at) = layout.other {
@@ -225,7 +225,7 @@ impl Subject<'_> {
     }
 }
 
-/// Whether an axis says nothing as it is: no jitter, no loss, no limit to the rate.
+/// Whether an axis has no effect: no jitter, no loss, no rate limit.
 fn is_idle(dimension: &Dimension<'_>) -> bool {
     let level = dimension.levels.first().map_or("", |level| &level.text);
     matches!(
@@ -234,7 +234,7 @@ fn is_idle(dimension: &Dimension<'_>) -> bool {
     )
 }
 
-/// By which powers a measure is laid out: what differs by factors by factors, shares evenly.
+/// The scale of a measure: logarithmic if its values differ by factors, linear for shares.
 fn scale(measure: Measure) -> Scale {
     match measure {
         Measure::Overshoot => Scale::Linear,

@@ -1,5 +1,5 @@
-//! The longest constant round trip with which a loop is stable: as `control` works it out, and as
-//! the sweep found it.
+//! The longest constant round trip at which a loop is stable: as `control` computes it, and as the
+//! sweep found it.
 
 use std::collections::BTreeMap;
 
@@ -13,38 +13,38 @@ use crate::sweep::Sweep;
 
 const MS_PER_S: f64 = 1e3;
 
-/// What analysis says of a point's loop, whatever its own link is.
+/// The longest stable round trip of a point's loop by analysis, whatever its own link is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
-    /// It says nothing: a few requests under way are neither one nor as many as it takes, or the
-    /// loop looks back over too many ticks.
+    /// Analysis has no answer: it covers one request under way or any number of them, but not a few;
+    /// or the loop depends on too many past ticks.
     Unknown,
-    /// Not even the shortest is stable.
+    /// The loop is unstable even at the shortest round trip.
     None,
-    /// Up to this, ms, every shorter one included; infinite where all are.
+    /// The loop is stable up to this round trip, ms, and at every shorter one; infinite if at all.
     Until(f64),
 }
 
-/// Where a sweep's loops turn unstable along its round trips, all else being equal.
+/// Where a sweep's loops become unstable along the round trip, all else being equal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Border {
     /// The place of the point with the shortest round trip.
     pub place: Vec<usize>,
     /// The computed limit.
     pub limit: Limit,
-    /// The longest round trip that all runs survived, as they did every shorter one, ms.
+    /// The longest round trip, ms, at which all runs were stable, as at every shorter one.
     pub found_ms: Option<f64>,
-    /// The shortest that one of them did not, ms; none where all did.
+    /// The shortest round trip, ms, at which a run was unstable; `None` if there is none.
     pub lost_ms: Option<f64>,
-    /// Whether every round trip is the same, so that analysis speaks of this very link.
+    /// Whether every round trip is the same, so that the analysis holds for this link.
     pub is_constant: bool,
-    /// One sample, ms: what the two may differ by.
+    /// One sample, ms: the permitted difference between the two.
     pub h_ms: f64,
 }
 
 impl Border {
-    /// How far analysis is outside of what the sweep leaves open, ms; `None` where there is nothing
-    /// to compare.
+    /// How far the computed limit lies outside the range that the sweep leaves open, ms; `None` if
+    /// there is nothing to compare.
     #[must_use]
     pub fn off_ms(&self) -> Option<f64> {
         let limit_ms = match self.limit {
@@ -57,17 +57,17 @@ impl Border {
         self.is_constant.then_some(below.max(above).max(0.0))
     }
 
-    /// Whether the two are within one sample of each other.
+    /// Whether the two differ by at most one sample.
     #[must_use]
     pub fn agrees(&self) -> Option<bool> {
-        // A sum of numbers in ms that were rounded once each.
+        // For sums of numbers in ms, each of which was rounded once.
         const ROUNDING_MS: f64 = 1e-6;
         self.off_ms()
             .map(|off_ms| off_ms <= self.h_ms + ROUNDING_MS)
     }
 }
 
-/// What analysis says of a point's loop.
+/// The longest stable round trip of a point's loop by analysis.
 #[must_use]
 pub fn limit(point: &Point) -> Limit {
     let Ok(own) = point.design() else {
@@ -100,7 +100,7 @@ pub fn borders(sweep: &Sweep, cells: &[Cell]) -> Vec<Border> {
         .filter_map(|(at, level)| Some((level.number?, at)))
         .collect();
     rtts.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // What analysis says does not depend on the link, and takes longer than a run.
+    // The computed limit does not depend on the link, and takes longer to compute than a run.
     let mut known: BTreeMap<Vec<usize>, Limit> = BTreeMap::new();
     let first = rtts.first().map_or(0, |(_, at)| *at);
     let points = (0..sweep.grid.points()).map(|number| sweep.grid.place(number));

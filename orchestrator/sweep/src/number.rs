@@ -1,10 +1,10 @@
-//! Numbers as rows have them.
+//! Numbers as written in rows.
 
-/// Nine significant digits and no noise behind them: rows stay short, and what is read back and
-/// written again is the same text.
+/// A number with nine significant digits and without rounding noise: rows stay short, and a number
+/// that is read back is written as the same text.
 pub(crate) fn brief(number: f64) -> String {
     let rounded: f64 = format!("{number:.8e}").parse().unwrap_or(number);
-    // Debug, unlike Display, writes a power of ten where the digits would not end.
+    // Debug, unlike Display, writes very large and very small numbers with an exponent.
     let text = format!("{rounded:?}");
     text.strip_suffix(".0").unwrap_or(&text).to_owned()
 }

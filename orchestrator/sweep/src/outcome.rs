@@ -1,9 +1,9 @@
-//! What a run came to.
+//! The result of a run.
 
 /// Declares an outcome from the list of its figures, in the order of their columns.
 macro_rules! figures {
     ($($(#[$meta:meta])* $figure:ident,)+) => {
-        /// The figures of one run. What does not exist is `None`.
+        /// The figures of one run; `None` for a figure that does not exist.
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub struct Outcome {
             /// Whether the error dies out, see [`crate::is_stable`].
@@ -11,17 +11,17 @@ macro_rules! figures {
             $($(#[$meta])* pub $figure: Option<f64>,)+
         }
 
-        /// Every figure but whether it is stable, by its column.
+        /// The columns of all figures, without `stable`.
         pub(crate) const COLUMNS: [&str; [$(stringify!($figure)),+].len()] =
             [$(stringify!($figure)),+];
 
         impl Outcome {
-            /// What it has in each of them.
+            /// The figures in the order of `COLUMNS`.
             pub(crate) fn figures(&self) -> [Option<f64>; COLUMNS.len()] {
                 [$(self.$figure),+]
             }
 
-            /// From the same.
+            /// The outcome with these figures, in the order of `COLUMNS`.
             pub(crate) fn of(stable: bool, figures: [Option<f64>; COLUMNS.len()]) -> Outcome {
                 let [$($figure),+] = figures;
                 Outcome { stable, $($figure),+ }
@@ -31,24 +31,25 @@ macro_rules! figures {
 }
 
 figures! {
-    /// The largest error of the last quarter over that of the second, see [`crate::growth()`].
+    /// The largest error in the last quarter over that in the second quarter, see
+    /// [`crate::growth()`].
     growth,
-    /// Into 2 % of the reference for good.
+    /// Time until y stays within 2 % of the reference.
     settling_ms,
-    /// From 10 to 90 % of the reference.
+    /// Rise time, from 10 to 90 % of the reference.
     rise_ms,
-    /// How far beyond the reference, % of it.
+    /// Overshoot beyond the reference, % of it.
     overshoot_pct,
     /// Integral of the absolute error, in units of y times s.
     iae_s,
     /// Integral of e² + rho u².
     cost_s,
-    /// Of the controller's deadlines, those at which it sent something, %.
+    /// Share of the controller's deadlines at which it sent a message, %.
     sent_pct,
-    /// From a message's sending to its answer: the median of those that were answered.
+    /// Time from sending a message to its answer: the median of answered messages.
     rtt_median_ms,
-    /// The same, 95 % of them.
+    /// The 95 % quantile of the same.
     rtt_p95_ms,
-    /// The same, the longest.
+    /// The maximum of the same.
     rtt_max_ms,
 }

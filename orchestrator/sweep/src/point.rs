@@ -1,4 +1,4 @@
-//! A point of the grid: one loop over one link, and which plant and law that loop is made of.
+//! A point of the grid: one loop over one link, and the plant and law of that loop.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::made::Made;
 pub enum Between {
     /// A whole link.
     Named(Arc<Profile>),
-    /// One made of numbers.
+    /// A link made of numbers.
     Made(Made),
 }
 
@@ -48,7 +48,7 @@ pub struct Point {
     pub ki: Option<f64>,
 }
 
-/// Gains, or a sample time, that make no loop.
+/// Gains, or a sample time, with which there is no loop.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NoLoop {
     /// The law has no such gains.
@@ -57,16 +57,16 @@ pub enum NoLoop {
         /// Name of the system.
         system: String,
     },
-    /// The system does not go with h.
+    /// The system cannot run at this h.
     #[error(transparent)]
     Unfit(#[from] Unfit),
 }
 
 impl Point {
-    /// The point's plant and law: its system's, with the point's gains where it has some.
+    /// The point's plant and law: those of its system, with the point's gains if it has any.
     ///
     /// # Errors
-    /// [`NoLoop`] where its gains or its h make none.
+    /// [`NoLoop`] if its gains or its h make no loop.
     pub fn design(&self) -> Result<Loop, NoLoop> {
         let system = self.system.with_gains(self.kp, self.ki);
         let system = system.ok_or_else(|| NoLoop::Gains {

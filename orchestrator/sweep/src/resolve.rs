@@ -1,7 +1,7 @@
-//! From a sweep's TOML to a [`Sweep`], every value checked and every error placed.
+//! From a sweep's TOML to a [`Sweep`]: checks every value, and gives the position of every error.
 //!
-//! Reading files is left to the caller, who hands in the texts and a way to look up profiles. How an
-//! axis's values become its levels is in `level`.
+//! The caller reads files and passes in the texts and a way to look up profiles. `level` turns the
+//! values of an axis into its levels.
 
 mod level;
 
@@ -25,12 +25,12 @@ use crate::sweep::{Instead, Sweep};
 
 use level::{duration_ns_of, number, parsed, said, text};
 
-/// The most runs of a sweep: a day of two cores.
+/// Most runs of a sweep: about a day on two cores.
 const RUNS_MAX: usize = 10_000_000;
-/// The least and the most samples of a response: enough for quarters to be compared, and no more
-/// than fit into memory once a core.
+/// Fewest and most samples of a response: enough to compare its quarters, and few enough to fit into
+/// memory once per core.
 const SAMPLES: std::ops::RangeInclusive<u64> = 40..=20_000_000;
-/// How long a made link's jitter stays as it is, if nothing is said: in diego-vpn's own range.
+/// How long a made link's jitter keeps its value by default: within the range that suits diego-vpn.
 const HOLD: &str = "50ms";
 
 /// Looks up texts by name or path, or says why it cannot.
@@ -39,10 +39,10 @@ type Texts<'a> = &'a mut dyn Library;
 impl Sweep {
     /// Resolves a sweep's TOML.
     ///
-    /// `origin` names the text in errors, `instead` replaces what it says.
+    /// `origin` names the text in errors, `instead` replaces parts of it.
     ///
     /// # Errors
-    /// [`InvalidFile`], with line and column, for everything that is not a sweep that can run.
+    /// [`InvalidFile`], with line and column, if the text is not a sweep that can run.
     pub fn resolve(
         source: &str,
         origin: &str,
@@ -73,7 +73,7 @@ impl Sweep {
     }
 }
 
-/// The text being read, for the places of errors.
+/// The text being read, for the positions of errors.
 struct Reader<'a> {
     text: plan::Reader<'a>,
     file: &'a SweepFile,
@@ -110,14 +110,13 @@ impl Reader<'_> {
 
     fn grid(&self, library: Texts<'_>) -> Result<Grid, InvalidFile> {
         let links = self.links(library)?;
-        // Over a real link the question is what `run` would see, and over a made one what the
-        // delay does.
+        // Over a named link the question is what `run` would see; over a made link, what the delay does.
         let client = match &links {
             Links::Named(_) => "native",
             Links::Made { .. } => "ideal",
         };
         let system = self.systems(library)?;
-        // With one system its own gains can be given in numbers.
+        // With the paper's system alone, its own gains can be given as numbers.
         let is_paper = matches!(system.values(), [only] if only.is_paper());
         let grid = Grid {
             client: self.words(Axis::Client, Some(client), |word| {
@@ -145,7 +144,7 @@ impl Reader<'_> {
         Ok(grid)
     }
 
-    /// Whole links, or links made of numbers, and not both.
+    /// The links: whole ones, or ones made of numbers, but not both.
     fn links(&self, library: Texts<'_>) -> Result<Links, InvalidFile> {
         let axes = self.file.axes.get_ref();
         let made = Axis::ALL
@@ -228,8 +227,8 @@ impl Reader<'_> {
         })
     }
 
-    /// What only shows in numbers taken together: made links that cannot be played, loops that are
-    /// none, responses with too few samples.
+    /// Checks what depends on several values: made links that cannot be played, loops that do not
+    /// exist, responses with too few or too many samples.
     fn check(&self, grid: &Grid) -> Result<(), InvalidFile> {
         let duration_ns = self.text.duration(&self.file.duration)?;
         for h in grid.h.values() {
@@ -259,7 +258,7 @@ impl Reader<'_> {
                 rtt_ns: most(rtt_ns.values()),
                 jitter_ns: most(jitter_ns.values()),
                 loss: loss.values().iter().copied().fold(0.0, f64::max),
-                // The slowest.
+                // The slowest rate.
                 rate_bps: rate_bps.values().iter().copied().flatten().min(),
                 hold_ns: *hold_ns,
             };

@@ -1,15 +1,15 @@
-//! A run as a line of `points.csv`: its number, its axes' levels, what it came to.
+//! A run as a line of `points.csv`: its number, the levels of its axes, its result.
 
 use crate::number::brief;
 use crate::outcome::{COLUMNS, Outcome};
 use crate::sweep::{Run, Sweep};
 
-/// One run and what it came to.
+/// One run and its result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// The run that it belongs to.
+    /// The run.
     pub run: Run,
-    /// What it came to.
+    /// Its result.
     pub outcome: Outcome,
 }
 
@@ -25,8 +25,7 @@ impl Sweep {
         columns.join(",")
     }
 
-    /// A row as a line, without its end. No entry needs quotes: names are plain, and the rest are
-    /// numbers.
+    /// A row as a line, without line break. No field needs quotes: names are plain, and the rest are numbers.
     #[must_use]
     pub fn line(&self, row: &Row) -> String {
         let mut line = self.key(row.run);
@@ -38,10 +37,10 @@ impl Sweep {
         line
     }
 
-    /// Reads a line; what was written is read as the same, to nine digits.
+    /// Reads a line; it gives the values that were written, to nine digits.
     ///
     /// # Errors
-    /// The fault in the row.
+    /// A sentence that says what is wrong with the row.
     pub fn read(&self, line: &str) -> Result<Row, String> {
         let mut fields = line.split(',');
         let mut field = || fields.next().ok_or("it has too few fields");
@@ -94,7 +93,7 @@ impl Sweep {
         }
     }
 
-    /// What a run's line begins with.
+    /// The beginning of a run's line.
     fn key(&self, run: Run) -> String {
         let point = self.grid.point(run.point);
         let seed = self.link_seed(&point, run.repeat);

@@ -1,26 +1,27 @@
-//! Whether a loop is stable, by one response of finite length.
+//! Whether a loop is stable, judged by one response of finite length.
 //!
-//! Near its margin a loop rings for a long time, whichever way it goes, so whether it has settled
-//! says nothing. The criterion is whether its error dies out: over half the run the slowest mode
-//! of a stable loop has shrunk, that of an unstable one has grown. The paper's loop, one sample of 1 ms
-//! from its margin, changes by 0.045 a second, which makes a fifth over half of ten seconds.
+//! Near its margin a loop rings for a long time whether it is stable or not, so settling is no criterion. The
+//! criterion is whether its error dies out: over half of the run the slowest mode of a stable loop has
+//! shrunk, that of an unstable one has grown. The error of the paper's loop, one sample of 1 ms from its
+//! margin, changes by 4.5 % a second, that is by a fifth over half of ten seconds.
 //!
-//! With a link that varies, the same is true of its error on average: at rest a delay changes
-//! nothing, so what a stall or a loss adds is in proportion to the error that is there.
+//! With a link that varies, the same holds for the mean error: at rest a delay changes nothing, so
+//! what a stall or a loss adds is proportional to the error at that time.
 
-/// Within this part of the reference a response has settled, and whatever it does there is no
-/// growth worth the name; below it lies the noise of its arithmetic, too.
+/// A response within this part of the reference has settled, and growth there means nothing; rounding
+/// noise lies there too.
 const BAND: f64 = 0.02;
-/// To die out an error has to lose this part of itself, so that a lasting oscillation does not.
+/// An error that dies out loses at least this part of itself, so that a lasting oscillation does not.
 const LOSS: f64 = 0.01;
-/// A response is cut in four. The first part holds the step itself, the third keeps the two that
-/// are compared apart.
+/// A response is divided into four parts. The first contains the step itself; the third separates the
+/// two parts that are compared.
 const PARTS: usize = 4;
 
-/// The largest error of the response's last quarter over that of its second: below 1 it dies out.
-/// Infinite where the response has left the numbers, or where nothing was left of the error before.
+/// The largest error in the last quarter of the response over that in its second quarter: below 1 the
+/// error dies out. Infinite if the response is no longer finite, or if there was no error in the
+/// second quarter.
 ///
-/// `None` of a response too short to be cut in four.
+/// `None` if the response is too short to be divided into four.
 #[must_use]
 pub fn growth(y: &[f64], r: f64) -> Option<f64> {
     let (early, late) = errors(y, r)?;
@@ -32,7 +33,7 @@ pub fn growth(y: &[f64], r: f64) -> Option<f64> {
 }
 
 /// Whether the error of a step response `y` to `r` dies out: its last quarter lies within 2 % of the
-/// reference, or [`growth`] is below 0.99. A response that is too short is not shown to be stable.
+/// reference, or [`growth`] is at most 0.99. A response that is too short counts as not stable.
 #[must_use]
 pub fn is_stable(y: &[f64], r: f64) -> bool {
     errors(y, r).is_some_and(|(early, late)| {
@@ -40,7 +41,7 @@ pub fn is_stable(y: &[f64], r: f64) -> bool {
     })
 }
 
-/// The largest errors of the second and of the last quarter; infinite if one is not a number.
+/// The largest errors in the second and in the last quarter; infinite if a value is not finite.
 fn errors(y: &[f64], r: f64) -> Option<(f64, f64)> {
     if y.len() < PARTS {
         return None;

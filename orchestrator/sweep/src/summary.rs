@@ -1,4 +1,4 @@
-//! A sweep in a table and a few sentences.
+//! A sweep as a table and a few sentences.
 
 use analysis::layout::{Column, align, digits, number, text};
 
@@ -8,10 +8,10 @@ use crate::finding::findings;
 use crate::margin::{Border, Limit};
 use crate::sweep::Sweep;
 
-/// A table of more rows is no longer read; the rows are in their file.
+/// Nobody reads a longer table; the file has all rows.
 const ROWS_MAX: usize = 60;
 
-/// What people want to know of a sweep, as text.
+/// What people want to know about a sweep, as text.
 #[must_use]
 pub fn summary(sweep: &Sweep, cells: &[Cell], borders: &[Border]) -> String {
     let mut paragraphs = Vec::new();
@@ -29,7 +29,7 @@ pub fn summary(sweep: &Sweep, cells: &[Cell], borders: &[Border]) -> String {
     paragraphs.join("\n")
 }
 
-/// The axes that have several levels, by their position.
+/// The axes with several levels, and their positions.
 fn varied(sweep: &Sweep) -> Vec<(usize, Axis)> {
     let dimensions = sweep.grid.dimensions().into_iter().enumerate();
     let several = dimensions.filter(|(_, dimension)| dimension.levels.len() > 1);
@@ -46,7 +46,7 @@ fn columns(axes: &[(usize, Axis)]) -> Vec<Column> {
     axes.iter().map(|(_, axis)| column(*axis)).collect()
 }
 
-/// The levels of a place on these axes.
+/// The levels of these axes at a place.
 fn entries(sweep: &Sweep, axes: &[(usize, Axis)], place: &[usize]) -> Vec<String> {
     let dimensions = sweep.grid.dimensions();
     let level = |at: usize| dimensions[at].levels[place[at]].text.clone();
@@ -118,7 +118,7 @@ fn stable(cells: &[Cell]) -> String {
     format!("{stable} of {} points are stable.", cells.len())
 }
 
-/// The point that settles first, where points differ.
+/// The point that settles first, if points differ.
 fn soonest(sweep: &Sweep, cells: &[Cell]) -> Option<String> {
     let axes = varied(sweep);
     let settling = |cell: &Cell| cell.figure(Measure::Settling);
@@ -139,7 +139,7 @@ fn soonest(sweep: &Sweep, cells: &[Cell]) -> Option<String> {
     })
 }
 
-/// Whether the sweep's borders are where analysis has them.
+/// Whether the sweep's borders agree with analysis.
 fn agreement(borders: &[Border]) -> Option<String> {
     let compared: Vec<&Border> = borders.iter().filter(|b| b.off_ms().is_some()).collect();
     if compared.is_empty() {

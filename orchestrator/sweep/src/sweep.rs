@@ -6,31 +6,31 @@ use crate::axis::Axis;
 use crate::grid::Grid;
 use crate::point::Point;
 
-/// Everything that a sweep is.
+/// A sweep.
 #[derive(Debug, Clone)]
 pub struct Sweep {
     /// Short name.
     pub name: String,
     /// The question that it answers.
     pub about: String,
-    /// How long the controller sends, virtual time.
+    /// How long the controller sends, in virtual time.
     pub duration_ns: u64,
     /// How often each point is run.
     pub repeats: u32,
     /// The seed that all others are derived from.
     pub seed: u64,
-    /// What a squared command costs beside a squared error.
+    /// Cost of a squared command relative to a squared error.
     pub rho: f64,
     /// The points to run.
     pub grid: Grid,
 }
 
-/// What the caller asks for in place of what a file says.
+/// What the caller sets in place of the file's values.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Instead {
-    /// The seed.
+    /// The seed, if it is replaced.
     pub seed: Option<u64>,
-    /// The one value of an axis.
+    /// Axes that are fixed to one value.
     pub fixed: Vec<(Axis, String)>,
 }
 
@@ -44,13 +44,13 @@ pub struct Run {
 }
 
 impl Sweep {
-    /// How many runs it has.
+    /// Number of runs.
     #[must_use]
     pub fn runs(&self) -> usize {
         self.grid.points().saturating_mul(self.repeats as usize)
     }
 
-    /// The run with this number: the repeats of a point follow each other.
+    /// The run with this number; the repeats of a point follow each other.
     #[must_use]
     pub fn run(&self, number: usize) -> Run {
         let repeats = self.repeats as usize;
@@ -67,16 +67,15 @@ impl Sweep {
         run.point * self.repeats as usize + run.repeat as usize - 1
     }
 
-    /// The seed of a point's link, derived as `webloop run` derives it: by the link's name and the
-    /// repeat, and nothing else. So points can be compared in pairs, and a point over a whole link
-    /// is the cell of a run.
+    /// The seed of a point's link, derived as in `webloop run` from the link's name and the repeat only. So
+    /// points can be compared in pairs, and a point over a whole link equals the cell of a run.
     #[must_use]
     pub fn link_seed(&self, point: &Point, repeat: u32) -> u64 {
         plan::link_seed(self.seed, point.between.name(), repeat)
     }
 }
 
-/// A text's SHA-256, in hex: two texts with the same are the same.
+/// SHA-256 of a text, in hex: texts with the same checksum are the same.
 #[must_use]
 pub fn checksum(text: &str) -> String {
     let digest = Sha256::digest(text.as_bytes());

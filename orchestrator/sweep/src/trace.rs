@@ -1,4 +1,4 @@
-//! A run as it goes by: what its figures are worked out from, in memory that is used again.
+//! Records a run as it goes: the data for its figures, in memory that is reused.
 
 use control::{StepSettings, sampled_step_info};
 use endpoint::{MessageRow, TickRow};
@@ -9,10 +9,10 @@ use crate::stability::{growth, is_stable};
 
 const NS_PER_MS: f64 = 1e6;
 
-/// Records what a step response's figures need.
+/// Records what the figures of a step response need.
 ///
-/// A response begins with the tick that took the first command and ends with the one that took the
-/// last, as `analysis` has it: afterwards the loop is open.
+/// A response begins with the tick that took the first command and ends with the tick that took the
+/// last, as in `analysis`: after that the loop is open.
 #[derive(Debug, Default)]
 pub(crate) struct Trace {
     h_s: f64,
@@ -20,7 +20,7 @@ pub(crate) struct Trace {
     rho: f64,
     y: Vec<f64>,
     command: Option<u64>,
-    /// Integrals so far, and as they were when the newest command was taken.
+    /// The integrals so far, and as they were when the newest command was taken.
     sums: Sums,
     length: usize,
     sums_there: Sums,
@@ -34,7 +34,7 @@ struct Sums {
 }
 
 impl Trace {
-    /// Forgets what was; what comes is a response to `r` sampled at `h_s`.
+    /// Starts a new recording: a response to `r` sampled at `h_s`.
     pub(crate) fn begin(&mut self, h_s: f64, r: f64, rho: f64) {
         let (mut y, mut rtt_ns) = (
             std::mem::take(&mut self.y),
@@ -52,7 +52,7 @@ impl Trace {
         };
     }
 
-    /// The figures of what was recorded.
+    /// The figures of the recorded run.
     pub(crate) fn outcome(&mut self, counts: endpoint::Counts) -> Outcome {
         let y = &self.y[..self.length];
         let to_r = StepSettings {

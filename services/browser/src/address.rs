@@ -6,18 +6,18 @@ use std::{fmt::Write, net::SocketAddr};
 
 use endpoint::{ControllerSettings, PageSettings};
 
-/// What the page's address holds beside the settings.
+/// What the page's address contains besides the settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Times {
     /// The first deadline; soon after loading, if not given.
     pub(crate) start_ns: Option<u64>,
-    /// Deadlines end this long after the first.
+    /// Time from the first deadline to the end of the deadlines.
     pub(crate) duration_ns: u64,
-    /// What makes a page's time of day the run's: see [`crate::clock`].
+    /// Converts a page's time of day to the run's clock: see [`crate::clock`].
     pub(crate) clock_ns: u64,
 }
 
-/// The address at which the page runs the loop by itself.
+/// The address at which the page runs the loop without further input.
 pub(crate) fn url(
     plant: SocketAddr,
     settings: &ControllerSettings,
@@ -34,10 +34,10 @@ pub(crate) fn url(
         settings.h.ns()
     );
     let told = [serde_json::to_value(settings), serde_json::to_value(page)];
-    // Numbers and words under fixed names: making values of them cannot fail.
+    // Numbers and words under fixed names: converting them to values cannot fail.
     for value in told.into_iter().flatten() {
         for (name, value) in value.as_object().into_iter().flatten() {
-            // JavaScript gets times in whole nanoseconds.
+            // JavaScript gets times as whole nanoseconds.
             if name != "h" {
                 let value = value
                     .as_str()

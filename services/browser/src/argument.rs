@@ -1,34 +1,33 @@
-//! What a browser is started with: flags for measurement, and for a network
-//! that leads nowhere but to the plant.
+//! What a browser is started with: flags for measurement, and for a network that leads only to the plant.
 //!
-//! Chromium takes all of it as flags. Firefox takes its folder, and the rest
-//! from a file in it, [`crate::preference`].
+//! Chromium takes all of it as flags. Firefox takes its folder as a flag and the rest from a file in
+//! that folder, see [`crate::preference`].
 
 use std::{net::SocketAddr, path::Path};
 
 use crate::Engine;
 
-/// What Chromium is always started with.
+/// Flags for every start of Chromium.
 const CHROMIUM: &[&str] = &[
     "--headless=new",
-    // No GPU is a testbed's; without this, one is emulated.
+    // A testbed has no GPU; without this flag one is emulated.
     "--disable-gpu",
     "--mute-audio",
-    // First of all a fresh profile has questions.
+    // A fresh profile starts with questions.
     "--no-first-run",
     "--no-default-browser-check",
     "--password-store=basic",
     "--use-mock-keychain",
-    // What is kept of answers is in memory alone: they are not to be kept, and
-    // looking for them on disk takes half a millisecond of each request.
+    // Cached answers are kept in memory only: they must not be stored, and looking for them on disk
+    // takes half a millisecond of each request.
     "--incognito",
-    // Chromium slows down hidden pages.
+    // Chromium throttles hidden pages.
     "--disable-background-timer-throttling",
     "--disable-renderer-backgrounding",
     "--disable-backgrounding-occluded-windows",
-    // A thread that blocks on purpose hangs.
+    // A thread that blocks on purpose looks hung.
     "--disable-hang-monitor",
-    // Nothing is to be fetched, sent or asked beside the plant.
+    // Nothing may be fetched, sent or asked for except from the plant.
     "--no-proxy-server",
     "--no-pings",
     "--disable-background-networking",
@@ -47,9 +46,9 @@ const CHROMIUM: &[&str] = &[
 /// Properties of this machine that the arguments depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Circumstance {
-    /// Whether Chromium is to have its own sandbox.
+    /// Whether Chromium should use its own sandbox.
     pub(crate) sandbox: bool,
-    /// Whether `/dev/shm` has room for a browser.
+    /// Whether `/dev/shm` has enough room for a browser.
     pub(crate) shared_memory: bool,
 }
 
@@ -66,8 +65,8 @@ pub(crate) fn arguments(
         Engine::Chromium => {
             arguments.extend(CHROMIUM.iter().map(ToString::to_string));
             arguments.push(format!("--user-data-dir={}", profile.display()));
-            // Only a secure context has a clock better than 100 us and shared
-            // memory, and only loopback and HTTPS are one by themselves.
+            // Only a secure context has shared memory and a clock better than 100 us, and only
+            // loopback and HTTPS are secure by themselves.
             if !plant.ip().is_loopback() {
                 arguments.push(format!(
                     "--unsafely-treat-insecure-origin-as-secure=http://{plant}"

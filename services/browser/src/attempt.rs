@@ -1,6 +1,6 @@
 //! One start of the browser: from its fresh folder until nothing is left of it.
 //!
-//! Whether there is another one is decided in [`crate::visit`].
+//! [`crate::visit()`] decides whether there is another start.
 
 use std::{future::Future, io, pin::Pin, time::Duration};
 
@@ -23,17 +23,17 @@ use crate::{
     watch::{Course, Step, Trouble, Watch},
 };
 
-/// How often the browser's process is looked at.
+/// Interval at which the browser's process is checked.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// A Chromium that cannot have its sandbox ends this soon.
+/// A Chromium that cannot use its sandbox ends within this time.
 const REFUSAL_WITHIN: Duration = Duration::from_secs(10);
 
-/// `nobody`. Root's browser runs as that user, since Chromium gives root no
-/// sandbox, and Firefox root's powers.
+/// `nobody`. Root's browser runs as that user, since Chromium does not sandbox root, and Firefox
+/// would keep root's rights.
 const NOBODY: u32 = 65534;
 
-/// What there is to tell of one start of the browser.
+/// The data of one start of the browser.
 #[derive(Default)]
 pub(crate) struct Attempt {
     pub(crate) arguments: Vec<String>,
@@ -43,20 +43,20 @@ pub(crate) struct Attempt {
     pub(crate) interrupted: bool,
 }
 
-/// A browser on its way to a plant.
+/// The state of a visit of a browser to a plant.
 pub(crate) struct Visit<'a> {
     pub(crate) config: &'a Config,
     pub(crate) program: Program,
     pub(crate) plant: Plant,
-    /// Whether Chromium is to have its own sandbox.
+    /// Whether Chromium should use its own sandbox.
     pub(crate) sandbox: bool,
-    /// What it said when it could not.
+    /// Chromium's output when it could not.
     pub(crate) reason: Option<String>,
 }
 
 impl Visit<'_> {
-    /// Starts the browser once, until the page's end; nothing if Chromium could
-    /// not have its sandbox and is to be started without.
+    /// Starts the browser once and waits for the page's end; returns `None` if Chromium could not use
+    /// its sandbox and should be started without it.
     pub(crate) async fn attempt(
         &mut self,
         stop: Pin<&mut impl Future<Output = io::Result<()>>>,
@@ -89,7 +89,7 @@ impl Visit<'_> {
             .watch(&mut process, &mut watch, &mut attempt, stop, ready)
             .await;
 
-        // Whatever came of it: nothing of the browser is left.
+        // Whatever the result, nothing may be left of the browser.
         let status = process.ended().ok().flatten();
         let lived = process.started().elapsed();
         process.end(limits.end).map_err(refused(engine, "end it"))?;
@@ -125,7 +125,7 @@ impl Visit<'_> {
         Err(self.named(trouble, &watch, words, url))
     }
 
-    /// A fresh folder for the browser's own files, with what it is to prefer.
+    /// A fresh folder for the browser's own files, with Firefox's preferences.
     fn profile(&self) -> Result<Profile, VisitError> {
         let Config { engine, plant, .. } = *self.config;
         let no_folder = refused(engine, "make its folder");
@@ -137,7 +137,7 @@ impl Visit<'_> {
         Ok(profile)
     }
 
-    /// Starts the browser: root's as nobody, where the system lets it.
+    /// Starts the browser; root's runs as nobody if the system permits it.
     fn start(&self, profile: &Profile, attempt: &mut Attempt) -> Result<Process, VisitError> {
         let home = profile.home();
         let start = |user| {
@@ -159,8 +159,7 @@ impl Visit<'_> {
         start(None).map_err(refused(self.config.engine, "start it"))
     }
 
-    /// Watches the page until its end. An error without trouble is the end of
-    /// the browser's process.
+    /// Watches the page until its end. An error without trouble means that the browser's process has ended.
     async fn watch(
         &self,
         process: &mut Process,
@@ -180,7 +179,7 @@ impl Visit<'_> {
                 _ = looks.tick() => {
                     let ended = process.ended().map_err(refused(engine, "check its process"))?;
                     if ended.is_some() {
-                        // The page may have ended before.
+                        // The page may have ended before the browser.
                         let last = self.plant.status().await;
                         let step = last.ok().map(|last| watch.saw(started.elapsed(), &last));
                         return Ok(match step {
@@ -215,7 +214,7 @@ impl Visit<'_> {
         }
     }
 
-    /// What the plant says next of its session; nothing if it does not answer.
+    /// The next status of the plant's session; `None` if the plant does not answer.
     async fn ask(&self) -> Option<Status> {
         sleep(self.config.limits.look).await;
         match self.plant.status().await {
@@ -227,7 +226,7 @@ impl Visit<'_> {
         }
     }
 
-    /// What went wrong, with what is known of it.
+    /// The error for a trouble, with all that is known of it.
     fn named(&self, trouble: Trouble, watch: &Watch, words: String, url: String) -> VisitError {
         let limits = self.config.limits;
         let version = self.program.version.clone();

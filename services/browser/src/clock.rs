@@ -1,19 +1,17 @@
 //! The difference between a page's clock and the run's.
 //!
-//! A page knows the time of day at which it began, and how long ago that is. The
-//! run's clock is `CLOCK_MONOTONIC`. On one machine the difference is the same
-//! for both, as long as the system time is not set.
+//! A page knows the time of day at which it began, and the time since then. The run's clock is
+//! `CLOCK_MONOTONIC`. On one machine the difference is constant as long as nobody sets the system time.
 
 use rustix::time::{ClockId, clock_gettime};
 
 const NS_PER_S: i64 = 1_000_000_000;
 
-/// How often both clocks are read. The reading in the least time counts, since
-/// nothing came between.
+/// How often both clocks are read. The fastest reading counts, since nothing interrupted it.
 const READINGS: u32 = 32;
 
-/// `CLOCK_REALTIME` - `CLOCK_MONOTONIC` in nanoseconds; 0 where the time of day
-/// is before the machine's start, which no clock that was ever set says.
+/// `CLOCK_REALTIME` - `CLOCK_MONOTONIC` in nanoseconds; 0 if the time of day is before the machine's
+/// start, which happens only with a clock that was never set.
 pub(crate) fn clock_ns() -> u64 {
     (0..READINGS)
         .map(|_| {
@@ -40,7 +38,7 @@ mod tests {
     fn the_difference_makes_the_time_of_day_the_time_of_the_run() {
         let clock_ns = i64::try_from(clock_ns()).expect("it fits");
         let apart_ns = read(ClockId::Realtime) - clock_ns - read(ClockId::Monotonic);
-        // As long as the two readings here may be apart on a busy machine.
+        // The two readings here may be this far apart on a busy machine.
         assert!(apart_ns.abs() < NS_PER_S, "{apart_ns} ns");
     }
 }

@@ -1,5 +1,4 @@
-//! Settings of a visit, and why it may fail. What it reports at its end is
-//! [`endpoint::report::Visit`].
+//! Settings of a visit, and why it may fail. [`endpoint::report::Visit`] is its report.
 
 use std::{
     io,
@@ -13,9 +12,8 @@ use endpoint::{ControllerSettings, InvalidSetting, PageSettings};
 
 use crate::{Engine, Missing, Version};
 
-/// Ties a command to this process before it is started, so that it cannot
-/// outlive it. A function, because doing that between fork and exec is not this
-/// crate's business.
+/// Ties a command to this process before it is started, so that the command cannot outlive the
+/// process. A function, because another crate has to do this between fork and exec.
 pub type Leash = fn(&mut Command) -> io::Result<()>;
 
 /// Settings of a visit.
@@ -27,34 +25,34 @@ pub struct Config {
     pub plant: SocketAddr,
     /// How the page sends.
     pub settings: ControllerSettings,
-    /// How it goes about that.
+    /// How the page sends and waits: its thread, its timer, its kind of request.
     pub page: PageSettings,
-    /// The first deadline on the run's clock; soon, if not given.
+    /// The first deadline on the run's clock; if not given, the page begins soon after loading.
     pub start_ns: Option<u64>,
-    /// Deadlines end this long after the first.
+    /// Time from the first deadline to the end of the deadlines.
     pub duration_ns: u64,
-    /// Where the folder of the browser's own files is made, and removed.
+    /// Where the folder of the browser's own files is created, and removed.
     pub scratch: PathBuf,
     /// Ties the browser to this process.
     pub leash: Leash,
-    /// How long each thing is waited for.
+    /// How long to wait for each step.
     pub limits: Limits,
 }
 
-/// How long each thing is waited for. Every visit ends within their sum.
+/// How long to wait for each step. Every visit ends within their sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// A plant that is still starting.
+    /// Until a plant that is still starting answers.
     pub plant: Duration,
-    /// From the browser's start until the page holds the session. On a slow
-    /// disk a browser alone takes ten seconds.
+    /// From the browser's start until the page holds the session. On a slow disk the browser alone
+    /// takes ten seconds.
     pub open: Duration,
     /// How long a page may be silent beyond its own time-out.
     pub silence: Duration,
-    /// From the last deadline, and a time-out, until the page has ended: its
-    /// last rows go over the run's link.
+    /// From the last deadline plus a time-out until the page has ended: it sends its last rows over
+    /// the run's link.
     pub finish: Duration,
-    /// Between two looks at the session. They go over the run's link, too.
+    /// Interval between queries of the session. They cross the run's link too.
     pub look: Duration,
     /// From the signal to end a browser until it is killed.
     pub end: Duration,
@@ -73,37 +71,37 @@ impl Default for Limits {
     }
 }
 
-/// Why a visit did not come to its end. Each has a name of one word, for
-/// manifests: [`VisitError::name`].
+/// Why a visit was not completed. Each reason has a name of one word for manifests:
+/// [`VisitError::name`].
 #[derive(Debug, thiserror::Error)]
 pub enum VisitError {
     /// This machine has no such browser.
     #[error(transparent)]
     Missing(#[from] Missing),
-    /// The settings make no page.
+    /// No page can follow the settings.
     #[error("a page cannot be the controller with these settings: {0}")]
     Settings(#[from] InvalidSetting),
-    /// The plant does not answer before the browser is started.
+    /// The plant did not answer before the start of the browser.
     #[error(
         "no plant answers at http://{plant} after {waited_s} s: {why}; start it, or correct the \
          address"
     )]
     Unreachable {
-        /// What was asked.
+        /// The plant's address.
         plant: SocketAddr,
         /// How long it was waited for.
         waited_s: u64,
-        /// What the last attempt came to.
+        /// The result of the last attempt.
         why: String,
     },
-    /// Somebody else has the plant.
+    /// Another client controls the plant.
     #[error(
         "the plant at http://{plant} is controlled by `{client}`; wait for the end of that session"
     )]
     Taken {
         /// Address of the plant.
         plant: SocketAddr,
-        /// What that page calls itself.
+        /// The name that this client gives itself.
         client: String,
     },
     /// The browser ended before the page did.
@@ -116,12 +114,12 @@ pub enum VisitError {
         version: Version,
         /// Path of the browser's program.
         program: String,
-        /// How it ended.
+        /// Its exit status.
         status: ExitStatus,
-        /// What it said last.
+        /// Its last output.
         words: String,
     },
-    /// The page did not come to be.
+    /// The page never took the session.
     #[error(
         "{version} runs, but no page of it took control of the plant within {waited_s} s; its last \
          output: {words}; open {url} by hand to see more"
@@ -131,9 +129,9 @@ pub enum VisitError {
         version: Version,
         /// How long it was waited for.
         waited_s: u64,
-        /// What the browser said last.
+        /// The browser's last output.
         words: String,
-        /// What it was to open.
+        /// The address that it should have opened.
         url: String,
     },
     /// The page fell silent.
@@ -144,31 +142,31 @@ pub enum VisitError {
     Hung {
         /// The browser's version.
         version: Version,
-        /// How long, at least.
+        /// At least how long it was silent.
         silent_s: u64,
-        /// How many there were.
+        /// Number of commands before that.
         commands: u64,
     },
-    /// The page did not come to an end.
+    /// The page did not end.
     #[error(
         "the page in {version} has not ended {late_s} s after its last deadline; {seen}; is the link too slow for its rows?"
     )]
     Unfinished {
         /// The browser's version.
         version: Version,
-        /// How long it was waited for.
+        /// How late it was.
         late_s: u64,
-        /// How far it was when it was seen last.
+        /// Its progress when last seen.
         seen: String,
     },
-    /// The page says itself that it did not do what was asked.
+    /// The page itself reports that it did not do what was asked.
     #[error("the page in {version} ended as {outcome}: {reason}")]
     Page {
         /// The browser's version.
         version: Version,
-        /// The page's word for it: `late`, `failed` or `stopped`.
+        /// The page's word for its outcome: `late`, `failed` or `stopped`.
         outcome: String,
-        /// What it says of it.
+        /// Its reason.
         reason: String,
     },
     /// The system refused a folder, a process or a signal handler.
@@ -178,12 +176,12 @@ pub enum VisitError {
         engine: Engine,
         /// What could not be done.
         what: &'static str,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
 }
 
-/// What the system refused.
+/// Makes an error of what the system refused.
 pub(crate) fn refused(engine: Engine, what: &'static str) -> impl Fn(io::Error) -> VisitError {
     move |source| VisitError::System {
         engine,
@@ -193,7 +191,7 @@ pub(crate) fn refused(engine: Engine, what: &'static str) -> impl Fn(io::Error) 
 }
 
 impl VisitError {
-    /// The ending's name.
+    /// The name of the reason.
     #[must_use]
     pub fn name(&self) -> &str {
         match self {

@@ -1,6 +1,6 @@
 //! A browser's names, its program and its version.
 //!
-//! How it is started is in [`crate::argument`] and [`crate::preference`].
+//! [`crate::argument`] and [`crate::preference`] have how it is started.
 
 use std::{
     env,
@@ -16,13 +16,13 @@ use std::{
 
 use endpoint::report::{Engine, Version};
 
-/// A browser that has not said its version by then will not.
+/// A browser that has not printed its version after this time never will.
 const VERSION_WITHIN: Duration = Duration::from_secs(10);
 
-/// How often its answer is looked for.
+/// Interval at which its answer is checked.
 const POLL: Duration = Duration::from_millis(10);
 
-/// The variable that names another one than the first in `PATH`.
+/// The environment variable that names another program than the first in `PATH`.
 fn variable(engine: Engine) -> &'static str {
     match engine {
         Engine::Chromium => "WEBLOOP_CHROMIUM",
@@ -30,7 +30,7 @@ fn variable(engine: Engine) -> &'static str {
     }
 }
 
-/// What the program may be called, the first that is there being taken.
+/// Possible names of the program; the first one found is used.
 fn names(engine: Engine) -> &'static [&'static str] {
     match engine {
         Engine::Chromium => &[
@@ -43,7 +43,7 @@ fn names(engine: Engine) -> &'static [&'static str] {
     }
 }
 
-/// Whether a process with these arguments is one that runs a page.
+/// Whether a process with these arguments runs a page.
 pub(crate) fn runs_a_page(engine: Engine, arguments: &[&str]) -> bool {
     match engine {
         Engine::Chromium => arguments.contains(&"--type=renderer"),
@@ -57,7 +57,7 @@ pub(crate) fn runs_a_page(engine: Engine, arguments: &[&str]) -> bool {
 pub struct Missing {
     /// The browser that was looked for.
     pub engine: Engine,
-    /// Where, and what was there instead.
+    /// Where it was looked for, and what was found instead.
     pub why: String,
     /// What to do.
     pub remedy: String,
@@ -73,7 +73,7 @@ pub(crate) struct Program {
 /// The browser that a visit would start, with its version: `Chromium 156.0.8078.79`.
 ///
 /// # Errors
-/// [`Missing`] says where it was looked for, and what to do.
+/// [`Missing`], with the places that were searched and the remedy.
 pub fn found(engine: Engine) -> Result<String, Missing> {
     find(engine).map(|program| program.version.to_string())
 }
@@ -130,8 +130,8 @@ fn is_program(path: &Path) -> bool {
         .is_ok_and(|meta| meta.is_file() && meta.permissions().mode() & 0o111 != 0)
 }
 
-/// What the program says on `--version`, on standard output alone: wrapper
-/// scripts of distributions complain of this and that beside it.
+/// The program's output for `--version`, from standard output only: wrapper scripts of distributions
+/// print warnings on standard error.
 fn first_words(path: &Path) -> io::Result<String> {
     let mut child = Command::new(path)
         .arg("--version")
@@ -150,8 +150,8 @@ fn first_words(path: &Path) -> io::Result<String> {
         thread::sleep(POLL);
     }
     let mut said = Vec::new();
-    // A line fits a pipe, so the program ended without a reader. A child of its
-    // own may still hold the other end: so no more is read than a line may be.
+    // One line fits into a pipe, so the program has ended without a reader. A child process of its
+    // own may still hold the other end, so read no more than one line.
     if let Some(mut out) = child.stdout.take() {
         let mut bytes = [0; 512];
         let n = out.read(&mut bytes)?;

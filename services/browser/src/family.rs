@@ -1,9 +1,8 @@
-//! The processes that a program started, and those that these started.
+//! The processes that a program started, and those that these started in turn.
 //!
-//! A browser's helpers may leave its process group and its session, and outlive
-//! their parent. As long as a [`Family`] is there, such an orphan becomes a
-//! child of this process, and so is found. Therefore there is one at a time, and
-//! this process starts nothing else meanwhile.
+//! A browser's helpers may leave its process group and its session, and outlive their parent. As long
+//! as a [`Family`] exists, such an orphan becomes a child of this process, where it can be found.
+//! Therefore there may be only one at a time, and this process must start nothing else meanwhile.
 
 use std::{
     collections::{HashMap, HashSet},
@@ -14,14 +13,14 @@ use rustix::process::{
     Pid, Signal, WaitOptions, getpid, kill_process, set_child_subreaper, waitpid,
 };
 
-/// All that this process has started since.
+/// All processes that this process has started since.
 pub(crate) struct Family {
-    /// Children of before.
+    /// Children from before.
     others: HashSet<i32>,
 }
 
 impl Family {
-    /// Takes in orphans from now on.
+    /// Adopts orphans from now on.
     pub(crate) fn begin() -> io::Result<Self> {
         set_child_subreaper(Some(getpid()))?;
         let this = getpid().as_raw_pid();
@@ -31,8 +30,8 @@ impl Family {
         })
     }
 
-    /// Those that live, besides `head`'s own remains: whoever started that
-    /// waits for it. Those of orphans are cleared away.
+    /// The living processes. Reaps dead orphans, but not `head`, since the process that started it
+    /// waits for it.
     pub(crate) fn members(&self, head: i32) -> Vec<Pid> {
         let mut children = children();
         let this = getpid().as_raw_pid();
@@ -47,7 +46,7 @@ impl Family {
         found
     }
 
-    /// Kills those that live.
+    /// Kills the living processes.
     pub(crate) fn kill(&self, head: i32) {
         for pid in self.members(head) {
             let _ = kill_process(pid, Signal::KILL);
@@ -61,7 +60,7 @@ impl Drop for Family {
     }
 }
 
-/// Waits for a child of this process if it is only a zombie, and says whether.
+/// Reaps a child of this process if it is a zombie; returns whether it did.
 fn is_cleared(pid: i32) -> bool {
     is_zombie(pid)
         && Pid::from_raw(pid)
@@ -72,7 +71,7 @@ fn is_zombie(pid: i32) -> bool {
     stat(pid).is_none_or(|(state, _)| matches!(state, 'Z' | 'X'))
 }
 
-/// Every process' children.
+/// The children of every process.
 fn children() -> HashMap<i32, Vec<i32>> {
     let mut children: HashMap<i32, Vec<i32>> = HashMap::new();
     for entry in fs::read_dir("/proc").into_iter().flatten().flatten() {
@@ -87,12 +86,12 @@ fn children() -> HashMap<i32, Vec<i32>> {
     children
 }
 
-/// A process' state and parent.
+/// A process's state and parent.
 fn stat(pid: i32) -> Option<(char, i32)> {
     state_and_parent(&fs::read_to_string(format!("/proc/{pid}/stat")).ok()?)
 }
 
-/// The two fields after the name, which may have any character in it.
+/// The two fields after the name, which may contain any characters.
 fn state_and_parent(stat: &str) -> Option<(char, i32)> {
     let (_, rest) = stat.rsplit_once(')')?;
     let mut fields = rest.split_whitespace();

@@ -1,17 +1,16 @@
 //! Real browsers as controllers.
 //!
-//! * [`visit`], [`visit_until`]: start one at the plant's page, watch it from
-//!   outside, and give each ending a name; [`Config`] in,
-//!   [`endpoint::report::Visit`] out.
-//! * [`found`]: which browser this machine has.
+//! * [`visit()`], [`visit_until`]: start a browser at the plant's page, watch it from outside, and name
+//!   every ending; [`Config`] in, [`endpoint::report::Visit`] out.
+//! * [`found`]: the browser that this machine has.
 //! * `engine`, `argument`, `preference`: the browsers, and what each is started with.
 //! * `attempt`: one start of a browser.
-//! * `profile`, `process`, `family`, `words`, `sandbox`: one as files and processes.
+//! * `profile`, `process`, `family`, `words`, `sandbox`: its files and processes.
 //! * [`page`]: the page's files, which the plant serves.
-//! * `address`, `clock`, `plant`, `watch`: the page, and what the plant says of it.
+//! * `address`, `clock`, `plant`, `watch`: the page, and what the plant reports about it.
 //!
-//! Nothing drives the browser while it runs: it opens one address, and the page
-//! there does the rest by itself. What the page does is not here.
+//! Nothing controls the browser while it runs: it opens one address, and the page there does the
+//! rest. The page itself is not in this crate's Rust code.
 #![forbid(unsafe_code)]
 
 mod address;

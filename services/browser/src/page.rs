@@ -1,5 +1,4 @@
-//! The page's files, carried inside the program. What serves them, with which
-//! headers, is the plant's business.
+//! The page's files, embedded in the program. The plant serves them and sets their headers.
 
 const HTML: &str = "text/html; charset=utf-8";
 const CSS: &str = "text/css; charset=utf-8";
@@ -9,7 +8,7 @@ const SVG: &str = "image/svg+xml";
 /// A file of the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct File {
-    /// Where a browser asks for it: `/` for the page itself, `/style.css`.
+    /// Its path in a request: `/` for the page itself, `/style.css`.
     pub path: &'static str,
     /// Its content type.
     pub kind: &'static str,

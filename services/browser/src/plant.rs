@@ -1,20 +1,20 @@
-//! The plant as seen from the launcher: whether it is well, and who is in control.
+//! The plant as seen by the launcher: whether it is ready, and who controls it.
 //!
-//! This goes over the same link as the loop: a link may stall for seconds and
-//! lose packets, so a question without an answer is only asked again.
+//! The requests use the same link as the loop. A link may stall for seconds and lose packets, so a
+//! request without an answer is simply repeated.
 
 use std::{error::Error, net::SocketAddr, time::Duration};
 
 use reqwest::{Client, redirect, retry};
 use serde::Deserialize;
 
-/// A link may stall for five seconds and still be well.
+/// A link may stall for five seconds without being broken.
 const ANSWER_WITHIN: Duration = Duration::from_secs(8);
 
-/// How long to leave a plant alone that does not answer yet.
+/// Pause between requests to a plant that does not answer yet.
 const WARM_UP_PAUSE: Duration = Duration::from_millis(50);
 
-/// Who is in control.
+/// State of the control session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum State {
@@ -22,11 +22,11 @@ pub(crate) enum State {
     Free,
     /// A page holds the session.
     Held,
-    /// No page any more: the last one said that it ended.
+    /// No page holds the session any more: the last one reported its end.
     Ended,
 }
 
-/// What the plant says of sessions, `GET /session`.
+/// The plant's status of its session, `GET /session`.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub(crate) struct Status {
     pub(crate) state: State,
@@ -36,18 +36,18 @@ pub(crate) struct Status {
     pub(crate) commands: u64,
     #[serde(default)]
     pub(crate) rows: u64,
-    /// Since the page was heard last.
+    /// Time since the plant last heard from the page.
     #[serde(default)]
     pub(crate) idle_ms: u64,
-    /// What the page says of its end, where the plant repeats it.
+    /// The page's own outcome, if the plant repeats it.
     #[serde(default)]
     pub(crate) outcome: Option<String>,
-    /// Why that was.
+    /// The reason for that outcome.
     #[serde(default)]
     pub(crate) reason: Option<String>,
 }
 
-/// A way to ask the plant.
+/// A client for the plant's status.
 #[derive(Clone, Debug)]
 pub(crate) struct Plant {
     client: Client,
@@ -68,7 +68,7 @@ impl Plant {
         Ok(Self { client, address })
     }
 
-    /// Waits until it is well; else what the last attempt came to.
+    /// Waits until the plant is ready; otherwise returns the result of the last attempt.
     pub(crate) async fn is_well_within(&self, within: Duration) -> Result<(), String> {
         let mut why = String::from("no attempt ended");
         let well = async {
@@ -80,7 +80,7 @@ impl Plant {
         tokio::time::timeout(within, well).await.map_err(|_| why)
     }
 
-    /// Who is in control.
+    /// The state of the control session.
     pub(crate) async fn status(&self) -> Result<Status, String> {
         let text = self.get("/session").await?;
         serde_json::from_str(&text).map_err(|error| format!("/session: {error}"))
@@ -99,7 +99,7 @@ impl Plant {
     }
 }
 
-/// The outermost error only says that a request failed; why is further in.
+/// The outermost error only says that a request failed; its sources say why.
 fn sentence(error: reqwest::Error) -> String {
     let error = error.without_url();
     let mut why = error.to_string();

@@ -1,14 +1,14 @@
-//! Firefox' preferences: the `user.js` of a fresh profile.
+//! Firefox's preferences: the `user.js` of a fresh profile.
 //!
-//! They ask for what the flags of [`crate::argument`] ask of Chromium: no
-//! questions, no throttling, and nothing fetched, sent or asked beside the
-//! plant. How exact timers and the clock are is left as it comes.
+//! They request the same as the flags of [`crate::argument`] for Chromium: no questions, no
+//! throttling, and nothing fetched, sent or asked for except from the plant. The resolution of timers
+//! and of the clock keeps its default.
 
 use std::{fmt::Write, net::SocketAddr};
 
 /// Preferences and their values, as JavaScript.
 const PREFERENCES: &[(&str, &str)] = &[
-    // First of all a fresh profile has questions, and pages to show.
+    // A fresh profile starts with questions and welcome pages.
     ("app.normandy.first_run", "false"),
     ("browser.aboutConfig.showWarning", "false"),
     ("browser.aboutwelcome.enabled", "false"),
@@ -28,10 +28,10 @@ const PREFERENCES: &[(&str, &str)] = &[
     // Do not restore an earlier session.
     ("browser.sessionstore.resume_from_crash", "false"),
     ("toolkit.startup.max_resumed_crashes", "-1"),
-    // Browsers slow down hidden pages, and costly ones too.
+    // Browsers throttle hidden pages and expensive pages.
     ("dom.timeout.enable_budget_timer_throttling", "false"),
     ("browser.tabs.unloadOnLowMemory", "false"),
-    // A thread that blocks on purpose hangs.
+    // A thread that blocks on purpose looks hung.
     ("dom.ipc.processHangMonitor", "false"),
     ("dom.ipc.reportProcessHangs", "false"),
     ("dom.max_script_run_time", "0"),
@@ -49,7 +49,7 @@ const PREFERENCES: &[(&str, &str)] = &[
     ("network.predictor.enabled", "false"),
     ("network.prefetch-next", "false"),
     ("browser.urlbar.speculativeConnect.enabled", "false"),
-    // Updates, of whatever.
+    // Updates of any kind.
     ("app.normandy.enabled", "false"),
     ("app.update.auto", "false"),
     ("app.update.disabledForTesting", "true"),
@@ -66,7 +66,7 @@ const PREFERENCES: &[(&str, &str)] = &[
         "\"data:,#remote-settings-dummy/v1\"",
     ),
     ("security.OCSP.enabled", "0"),
-    // Reports to its makers, and lists from them.
+    // Reports to Mozilla, and lists from it.
     ("browser.contentblocking.database.enabled", "false"),
     ("browser.ping-centre.telemetry", "false"),
     ("browser.safebrowsing.blockedURIs.enabled", "false"),
@@ -96,8 +96,8 @@ pub(crate) fn user_js(plant: SocketAddr) -> String {
     for (name, value) in PREFERENCES {
         set(name, value);
     }
-    // Only a secure context has a clock better than 1 ms and shared memory,
-    // and only loopback and HTTPS are one by themselves.
+    // Only a secure context has shared memory and a clock better than 1 ms, and only loopback and
+    // HTTPS are secure by themselves.
     if !plant.ip().is_loopback() {
         set(
             "dom.securecontext.allowlist",

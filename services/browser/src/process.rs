@@ -1,4 +1,4 @@
-//! A browser as a process: started like a user's program, ended with all of its own.
+//! A browser as a process: started like a user's program, and ended with all its children.
 
 use std::{
     io,
@@ -20,21 +20,21 @@ use thread_priority::{
 
 use crate::{config::Leash, engine::Program, family::Family, words::Words};
 
-/// How often an ending is looked for.
+/// Interval at which the end is checked.
 const POLL: Duration = Duration::from_millis(20);
 
-/// A process that SIGKILL has not ended by then is stuck in the kernel.
+/// A process that has not ended this long after SIGKILL is stuck in the kernel.
 const KILL_WITHIN: Duration = Duration::from_secs(5);
 
-/// What a browser keeps in shared memory for a page is far below this. Some
-/// containers have 64 MiB, in which larger pages crash.
+/// A browser's shared memory for a page is far below this. Some containers have 64 MiB, in which
+/// larger pages crash.
 const SHARED_MEMORY_BYTES: u64 = 128 << 20;
 
-/// What of the environment a browser is given; whatever else is there is of
-/// whoever started this, and no two runs' need be the same.
+/// Environment variables passed on to a browser; all others belong to whoever started webloop and may
+/// differ between runs.
 const PASSED_ON: &[&str] = &["PATH", "LD_LIBRARY_PATH", "FONTCONFIG_FILE"];
 
-/// A browser that runs.
+/// A running browser.
 pub(crate) struct Process {
     child: Child,
     family: Family,
@@ -63,14 +63,14 @@ impl Process {
             .env("HOME", home)
             .env("TMPDIR", home)
             .env("LANG", "C.UTF-8")
-            // Else it is looked for, and one may be started.
+            // Without this the browser looks for a session bus and may start one.
             .env("DBUS_SESSION_BUS_ADDRESS", "disabled:")
             .env("MOZ_CRASHREPORTER_DISABLE", "1")
             .current_dir(home)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
-            // A Ctrl-C reaches whoever started it and not itself.
+            // A Ctrl-C reaches the launcher but not the browser.
             .process_group(0);
         if let Some(user) = user {
             command.uid(user).gid(user);
@@ -93,27 +93,27 @@ impl Process {
         self.started
     }
 
-    /// How it ended, if it has.
+    /// Its exit status, if it has ended.
     pub(crate) fn ended(&mut self) -> io::Result<Option<ExitStatus>> {
         self.child.try_wait()
     }
 
-    /// All of its processes.
+    /// All its processes.
     pub(crate) fn members(&self) -> Vec<Pid> {
         self.family.members(self.number())
     }
 
-    /// What it said last.
+    /// Its last output.
     pub(crate) fn last_words(&self) -> String {
         self.words.last(self.members().is_empty())
     }
 
-    /// Ends it and all that it started: asks, waits for `within`, kills.
+    /// Ends the browser and all processes that it started: sends SIGTERM, waits for `within`, then kills.
     ///
     /// # Errors
-    /// If something is there that cannot be killed.
+    /// If a process cannot be killed.
     pub(crate) fn end(&mut self, within: Duration) -> io::Result<()> {
-        // Its number is not reused until it has been waited for.
+        // Its pid is not reused until it has been waited for.
         if self.child.try_wait()?.is_none()
             && let Some(group) = Pid::from_raw(self.number())
         {
@@ -157,16 +157,15 @@ impl Drop for Process {
     }
 }
 
-/// Whether there is room for a browser where programs share memory.
+/// Whether there is enough shared memory for a browser.
 pub(crate) fn has_shared_memory() -> bool {
     statvfs("/dev/shm")
         .is_ok_and(|volume| volume.f_bavail.saturating_mul(volume.f_frsize) >= SHARED_MEMORY_BYTES)
 }
 
-/// Gives up real-time scheduling that this thread was started with: a browser
-/// would inherit it, and no user's has it.
+/// Gives up this thread's real-time scheduling: a browser would inherit it, and no user's browser has it.
 fn leave_real_time() {
-    /// Niceness 0 on the scale from 0 to 99 that the crate asks for.
+    /// Niceness 0 on the crate's scale from 0 to 99.
     const ORDINARY: u8 = 47;
     if let (Ok(ThreadSchedulePolicy::Realtime(_)), Ok(ordinary)) = (
         thread_schedule_policy(),
@@ -174,7 +173,7 @@ fn leave_real_time() {
     ) {
         let other = ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Other);
         let ordinary = ThreadPriority::Crossplatform(ordinary);
-        // Leaving the class is always granted; at worst a niceness stays.
+        // Leaving the real-time class is always permitted; at worst a niceness remains.
         let _ = set_thread_priority_and_policy(thread_native_id(), ordinary, other);
     }
 }
@@ -187,7 +186,7 @@ mod tests {
     fn a_browser_inherits_no_real_time_scheduling() {
         // In a thread of its own, since the scheduling stays with the thread.
         let (policy, niceness) = thread::spawn(|| {
-            // Where it is not granted there is nothing to give up.
+            // If it is not granted, there is nothing to give up.
             pace::ask(Some(10));
             leave_real_time();
             let niceness = rustix::process::getpriority_process(None);

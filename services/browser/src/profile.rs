@@ -1,7 +1,7 @@
-//! The folder of a browser's own files: fresh for each visit, and gone after it.
+//! The folder of a browser's own files: fresh for each visit, and removed afterwards.
 //!
-//! A launcher that was killed leaves its folder behind. It held a lock on a
-//! file in it, which no longer is held then: so the next launcher removes it.
+//! A launcher that was killed leaves its folder behind. It held a lock on a file in the folder, which
+//! the kernel releases; the next launcher sees that and removes the folder.
 
 use std::{
     fs::{self, File, Permissions},
@@ -13,27 +13,27 @@ use std::{
 
 use tempfile::TempDir;
 
-/// What all such folders begin with.
+/// Prefix of all such folders.
 const PREFIX: &str = "webloop-browser-";
 
-/// The file that whoever made the folder has a lock on.
+/// The file on which the launcher that made the folder holds a lock.
 const LOCK: &str = "lock";
 
-/// What a browser may write in.
+/// The folder in which a browser may write.
 const HOME: &str = "home";
 
-/// A folder younger than this may still be waiting for its lock.
+/// The launcher of a folder younger than this may not hold its lock yet.
 const SETTLED: Duration = Duration::from_secs(60);
 
 /// A browser's own folder.
 pub(crate) struct Profile {
     folder: TempDir,
-    /// Held as long as this is.
+    /// Held as long as the profile exists.
     _lock: File,
 }
 
 impl Profile {
-    /// Makes one in `scratch`, and removes what killed launchers left there.
+    /// Creates one in `scratch`, and removes those that killed launchers left there.
     pub(crate) fn make(scratch: &Path) -> io::Result<Self> {
         sweep(scratch);
         let folder = tempfile::Builder::new()
@@ -41,7 +41,7 @@ impl Profile {
             .tempdir_in(scratch)?;
         let lock = File::create_new(folder.path().join(LOCK))?;
         lock.lock()?;
-        // Another user may pass to what is theirs in it.
+        // Another user may pass through to its own files.
         fs::set_permissions(folder.path(), Permissions::from_mode(0o711))?;
         let home = folder.path().join(HOME);
         fs::create_dir(&home)?;
@@ -57,12 +57,12 @@ impl Profile {
         self.folder.path().join(HOME)
     }
 
-    /// Writes a file of the browser's.
+    /// Writes one of the browser's files.
     pub(crate) fn write(&self, name: &str, text: &str) -> io::Result<()> {
         fs::write(self.home().join(name), text)
     }
 
-    /// Gives all that is there to another user.
+    /// Gives the browser's folder and its files to another user.
     pub(crate) fn give_to(&self, user: u32) -> io::Result<()> {
         let home = self.home();
         for entry in fs::read_dir(&home)? {
@@ -77,7 +77,7 @@ impl Profile {
     }
 }
 
-/// Removes folders that no process holds. What cannot be removed is left to the next call.
+/// Removes folders that no process holds. Those that cannot be removed are left to the next call.
 fn sweep(scratch: &Path) {
     for entry in fs::read_dir(scratch).into_iter().flatten().flatten() {
         let ours = entry.file_name().to_string_lossy().starts_with(PREFIX);
@@ -87,7 +87,7 @@ fn sweep(scratch: &Path) {
     }
 }
 
-/// Whether a folder was made by a launcher of this user that is gone.
+/// Whether a launcher of this user made the folder and has ended since.
 fn is_abandoned(folder: &Path) -> bool {
     let Ok(meta) = folder.symlink_metadata() else {
         return false;
@@ -123,12 +123,12 @@ mod tests {
         let left = || fs::read_dir(scratch.path()).expect("it is there").count();
         let held = Profile::make(scratch.path()).expect("a profile");
         let held_path = held.folder.path().to_owned();
-        // As of a launcher that was killed: its lock went with it.
+        // Like a launcher that was killed: its lock is released.
         let killed = Profile::make(scratch.path()).expect("a profile");
         let Profile { folder, _lock } = killed;
         let killed_path = folder.keep();
         drop(_lock);
-        // As of somebody else.
+        // Like a folder of another program.
         fs::create_dir(scratch.path().join("other")).expect("a folder");
         age(&held_path);
         age(&killed_path);

@@ -1,6 +1,6 @@
-//! How a browser keeps its pages from the machine, as seen from outside.
+//! How a browser isolates its pages from the machine, as seen from outside.
 //!
-//! What a browser was asked for is not what it has: the kernel says that of
+//! A browser may not have the isolation that was requested; the kernel reports the actual one for
 //! each process.
 
 use std::{fs, path::PathBuf};
@@ -9,14 +9,14 @@ use rustix::process::Pid;
 
 use crate::{Confinement, Engine, engine::runs_a_page};
 
-/// The least that holds any of these processes which runs a page. What holds
-/// this process too, as a container does, is not counted.
+/// The weakest confinement among those processes that run a page. Confinement that this process has
+/// too, such as a container's, does not count.
 pub(crate) fn confinement(engine: Engine, members: &[Pid]) -> Confinement {
     let ours = Hold::of("self");
     members
         .iter()
         .filter_map(|pid| {
-            // Its arguments, parted by zeros or, in a name it gave itself, spaces.
+            // Its arguments, separated by zeros or, in a name that it gave itself, by spaces.
             let line = fs::read_to_string(format!("/proc/{pid}/cmdline")).ok()?;
             let arguments: Vec<&str> = line
                 .split(['\0', ' '])
@@ -28,13 +28,13 @@ pub(crate) fn confinement(engine: Engine, members: &[Pid]) -> Confinement {
         .unwrap_or(Confinement::Unknown)
 }
 
-/// What the kernel says that holds a process.
+/// The confinement of a process as reported by the kernel.
 struct Hold {
-    /// Filters of system calls.
+    /// Number of system call filters.
     filters: u32,
-    /// Its user namespace, where this process may know it.
+    /// Its user namespace, if this process may read it.
     namespace: Option<PathBuf>,
-    /// What that one's users are outside: another way to tell two apart.
+    /// The outside ids of that namespace's users: another way to distinguish two namespaces.
     users: Option<String>,
 }
 
@@ -48,7 +48,7 @@ impl Hold {
         }
     }
 
-    /// What holds it besides what holds `other`.
+    /// The confinement that it has beyond that of `other`.
     fn beyond(&self, other: &Self) -> Confinement {
         let apart = match (&self.namespace, &other.namespace) {
             (Some(one), Some(other)) => one != other,
@@ -62,8 +62,7 @@ impl Hold {
     }
 }
 
-/// How many filters of system calls there are; 0 on kernels before 5.9, which
-/// do not say it.
+/// Number of system call filters; 0 on kernels before 5.9, which do not report it.
 fn filters(status: &str) -> u32 {
     let number = |line: &str| {
         let number = line.strip_prefix("Seccomp_filters:")?;
@@ -90,7 +89,7 @@ mod tests {
             namespace: namespace.map(PathBuf::from),
             users: Some(users.to_owned()),
         };
-        // In a container, whose own filter holds all in it.
+        // In a container, whose own filter applies to all its processes.
         let ours = hold(1, Some("user:[1]"), "0 0 1");
         for (page, expected) in [
             (hold(1, Some("user:[1]"), "0 0 1"), Confinement::None),

@@ -1,4 +1,4 @@
-//! The entry: starts a browser at the plant's page, watches it, ends it, reports.
+//! The entry point: starts a browser at the plant's page, watches it, ends it, reports.
 
 use std::{future::Future, io, pin::pin};
 
@@ -12,18 +12,16 @@ use crate::{
     watch::Watch,
 };
 
-/// Runs a visit to its end, or until SIGTERM or SIGINT. `ready` is called when
-/// the page holds the session. The browser dies with the calling thread where
-/// the leash sees to it.
+/// Runs a visit to its end, or until SIGTERM or SIGINT. Calls `ready` when the page holds the
+/// session. If the leash provides for it, the browser dies with the calling thread.
 ///
 /// # Errors
-/// [`VisitError`] names every failure, each after a bounded time.
-/// The browser is gone by then, too.
+/// [`VisitError`] names every failure, each after a bounded time. The browser is gone by then, too.
 pub fn visit(config: &Config, ready: impl FnOnce()) -> Result<report::Visit, VisitError> {
     visit_until(config, pace::told_to_end(), ready)
 }
 
-/// Like [`visit`], or until `stop` is done.
+/// Like [`visit`], but runs until `stop` is done instead of a signal.
 ///
 /// # Errors
 /// Those of [`visit`].
@@ -72,7 +70,7 @@ pub fn visit_until(
 }
 
 impl Visit<'_> {
-    /// Waits for the plant, which no other client may control.
+    /// Waits for the plant, and makes sure that no other client controls it.
     async fn plant_is_free(&self) -> Result<(), VisitError> {
         let (plant, within) = (self.config.plant, self.config.limits.plant);
         let unreachable = |why| VisitError::Unreachable {

@@ -1,6 +1,5 @@
-//! What to make of a page, from what the plant says of its session.
-//! Pure: the time since the browser was started is an argument. Processes, and
-//! asking the plant, are in [`crate::attempt`].
+//! Judges a page by the plant's status of its session. Pure: the time since the start of the browser
+//! is an argument. [`crate::attempt`] handles processes and asks the plant.
 
 use std::time::Duration;
 
@@ -14,15 +13,15 @@ use crate::{
 /// A page that goes on, or has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Step {
-    /// No change since the last look.
+    /// No change since the last query.
     Wait,
     /// The page holds the session now.
     Opened,
-    /// The page has ended, in good order as far as the plant knows.
+    /// The page has ended, without an error as far as the plant knows.
     Ended,
 }
 
-/// Why a page did not end as it should.
+/// Why a page did not end as expected.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Trouble {
     /// No page took the session.
@@ -31,37 +30,37 @@ pub(crate) enum Trouble {
     Hung { silent_s: u64 },
     /// The page does not end.
     Unfinished,
-    /// The page says itself what went wrong.
+    /// The page itself reports what went wrong.
     Page { outcome: String, reason: String },
 }
 
-/// When a page is to have come, and gone.
+/// When a page should take the session, and when it should end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Course {
-    /// From the browser's start to the first deadline, if that is known.
+    /// Time from the browser's start to the first deadline, if known.
     pub(crate) start: Option<Duration>,
-    /// From the first deadline to the last.
+    /// Time from the first deadline to the last.
     pub(crate) length: Duration,
     /// How long a message waits for its answer.
     pub(crate) timeout: Duration,
-    /// How long each thing is waited for.
+    /// How long to wait for each step.
     pub(crate) limits: Limits,
 }
 
 impl Course {
-    /// How long a page may say nothing: no longer than a message of it may take.
+    /// How long a page may be silent: a message's time-out plus the limit of silence.
     pub(crate) fn silence(&self) -> Duration {
         self.timeout.saturating_add(self.limits.silence)
     }
 }
 
-/// One page, from the browser's start on.
+/// Watches one page from the start of the browser.
 #[derive(Clone, Debug)]
 pub(crate) struct Watch {
     course: Course,
     /// When it was first seen to hold the session.
     opened: Option<Duration>,
-    /// What the plant said of its session last.
+    /// The plant's last status of its session.
     seen: Option<Session>,
 }
 
@@ -79,21 +78,21 @@ impl Watch {
         self.opened
     }
 
-    /// What the plant said of its session last.
+    /// The plant's last status of its session.
     pub(crate) fn session(&self) -> Option<&Session> {
         self.seen.as_ref()
     }
 
-    /// Takes in what the plant says at `now`.
+    /// Judges the plant's status at `now`.
     pub(crate) fn saw(&mut self, now: Duration, status: &Status) -> Result<Step, Trouble> {
         let idle = Duration::from_millis(status.idle_ms);
         match status.state {
             State::Free if self.opened.is_none() => self.passed(now).map(|()| Step::Wait),
-            // The plant gave up waiting for it.
+            // The plant has stopped waiting for the page.
             State::Free => Err(Trouble::Hung {
                 silent_s: self.course.silence().as_secs(),
             }),
-            // A session that ended before the browser was started is not its.
+            // A session that ended before the start of the browser belongs to another page.
             State::Ended if self.opened.is_none() && idle >= now => {
                 self.passed(now).map(|()| Step::Wait)
             }
@@ -123,7 +122,7 @@ impl Watch {
         }
     }
 
-    /// Takes in that it is `now`, whatever the plant says.
+    /// Judges the page at `now` by the time alone.
     pub(crate) fn passed(&self, now: Duration) -> Result<(), Trouble> {
         let Course {
             start,
@@ -167,7 +166,7 @@ mod tests {
         Duration::from_secs(s)
     }
 
-    /// Starts 5 s after the browser, for 6 s, with a time-out of 5 s.
+    /// A page with deadlines from `start` for 6 s, and a time-out of 5 s.
     fn watch(start: Option<Duration>) -> Watch {
         Watch::new(Course {
             start,
@@ -221,13 +220,13 @@ mod tests {
         };
         assert_eq!(watch(None).passed(s(30)), Ok(()));
         assert_eq!(watch(None).passed(s(31)), Err(Trouble::NeverOpened));
-        // 5 s of time-out and 10 s of grace.
+        // 5 s of time-out and 10 s of permitted silence.
         let silent = |idle_ms| opened(None).saw(s(20), &status(State::Held, idle_ms));
         assert_eq!(silent(15_000), Ok(Step::Wait));
         assert_eq!(silent(15_001), Err(Trouble::Hung { silent_s: 15 }));
         let expired = opened(None).saw(s(20), &status(State::Free, 0));
         assert_eq!(expired, Err(Trouble::Hung { silent_s: 15 }));
-        // 6 s, 5 s of time-out and 60 s from the start; or, if none was given, from its coming.
+        // 6 s, 5 s of time-out and 60 s, from the start or, if none was given, from when the page opened.
         for (start, last) in [(Some(s(5)), s(76)), (None, s(73))] {
             assert_eq!(opened(start).passed(last), Ok(()));
             let over = last + Duration::from_millis(1);

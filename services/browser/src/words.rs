@@ -1,4 +1,4 @@
-//! What a program says on standard error: the end of it is kept.
+//! Keeps the end of a program's output on standard error.
 
 use std::{
     collections::VecDeque,
@@ -11,13 +11,13 @@ use std::{
 /// Number of last lines that are kept and quoted.
 const LINES: usize = 3;
 
-/// How much of a line is kept.
+/// Bytes of a line that are kept.
 const LINE_BYTES: u64 = 300;
 
-/// How long to wait for what was said last.
+/// How long to wait for the last output.
 const DRAIN: Duration = Duration::from_secs(1);
 
-/// The last words of a program.
+/// The last output of a program.
 pub(crate) struct Words {
     lines: Arc<Mutex<VecDeque<String>>>,
     reader: JoinHandle<()>,
@@ -34,7 +34,7 @@ impl Words {
             let mut bytes = Vec::new();
             loop {
                 bytes.clear();
-                // A line longer than that goes on as the next.
+                // A longer line continues as the next line.
                 match stream
                     .by_ref()
                     .take(LINE_BYTES)
@@ -58,7 +58,7 @@ impl Words {
         Self { lines, reader }
     }
 
-    /// The last lines as one; of a program that has ended, after all of it came.
+    /// The last lines joined into one. If the program has ended, waits for all its output, at most `DRAIN`.
     pub(crate) fn last(&self, ended: bool) -> String {
         let deadline = Instant::now() + DRAIN;
         while ended && !self.reader.is_finished() && Instant::now() < deadline {

@@ -1,10 +1,10 @@
-//! The loop of a client with one request at a time: the longest constant round trip it survives.
+//! The loop of a client with one request at a time: the longest constant round trip with which it is stable.
 //!
-//! Such a client sends at the first deadline after its answer came, so a longer round trip does not
-//! only delay its commands, it makes them rarer: one every ceil(RTT/h) deadlines, each held by the
-//! plant over all ticks between. And a law that advances h a message, however long the message took,
-//! is slower. From command to command that is a loop of its own, whose poles are worked out here.
-//! Delays that vary are left to the ends that run the loop.
+//! Such a client sends at the first deadline after it has received its answer. A longer round trip
+//! therefore not only delays its commands but makes them rarer: one every ceil(RTT/h) deadlines, held
+//! by the plant over all ticks between. And a law that advances by h per message, however long the
+//! message took, becomes slower. From command to command this is a loop of its own, whose poles are
+//! computed here. Variable delays are left to the ends that run the loop.
 
 use nalgebra::DMatrix;
 use thiserror::Error;
@@ -13,18 +13,18 @@ use crate::law::Law;
 use crate::plant::SampledPlant;
 use crate::transfer::InvalidTransferFunction;
 
-/// A plant that has forgotten its state to this share has forgotten it: what is held longer
-/// changes nothing more.
+/// Once the plant's response to its old state has decayed to this share, holding a command for longer
+/// changes nothing.
 const FORGOTTEN: f64 = 1e-12;
-/// The most ticks between two commands; longer round trips are not examined.
+/// Most ticks between two commands; longer round trips are not examined.
 const LONGEST_TICKS: usize = 1_000_000;
-/// With more states than this the poles of every round trip take too long.
+/// With more states than this, computing the poles for every round trip takes too long.
 const MOST_STATES: usize = 60;
 
-/// Why nothing can be said of a loop with one request at a time.
+/// Why there is no result for a loop with one request at a time.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum Untold {
-    /// Too many states, as a dead time of hundreds of samples has.
+    /// Too many states, for instance from a dead time of hundreds of samples.
     #[error(
         "plant and law have {states} states; the poles for every round trip can be computed for at \
          most {most}"
@@ -40,13 +40,13 @@ pub enum Untold {
     Law(#[from] InvalidTransferFunction),
 }
 
-/// The longest constant round trip, in seconds, with which a loop with one request at a time is
-/// stable, every shorter one included: a multiple of h.
+/// The longest constant round trip, in seconds, at which a loop with one request at a time is stable,
+/// as at every shorter one: a multiple of h.
 ///
-/// Infinite where no round trip makes it unstable; `None` where not even the shortest is stable.
+/// Infinite if no round trip makes it unstable; `None` if it is unstable even at the shortest.
 ///
-/// With y read at a command's arrival, before it acts, n ticks to the next, and the law s' = F s + G
-/// y, u = H s + E y,
+/// With y read at a command's arrival before the command acts, n ticks to the next command, and the
+/// law s' = F s + G y, u = H s + E y:
 ///
 /// ```text
 /// x' = Aⁿ x + (Aⁿ⁻¹ + .. + 1) B u        y' = C (Aⁿ⁻¹ x + (Aⁿ⁻² + .. + 1) B u) + D u
@@ -54,7 +54,7 @@ pub enum Untold {
 /// ```
 ///
 /// # Errors
-/// [`Untold`] where they are too many states, or too great numbers, to tell.
+/// [`Untold`] if there are too many states, or numbers overflow.
 pub fn largest_stable_blocking_round_trip_s(
     plant: &SampledPlant,
     law: &Law,
@@ -71,7 +71,7 @@ pub fn largest_stable_blocking_round_trip_s(
     let law = law.state_space(h_s)?;
     let plant = plant.state_space();
     let (order, of_law) = (plant.order(), law.order());
-    // Aⁿ⁻¹ and (Aⁿ⁻² + .. + 1) B, from n = 1 on.
+    // Aⁿ⁻¹ and (Aⁿ⁻² + .. + 1) B, for n = 1 first.
     let mut power = DMatrix::identity(order, order);
     let mut held = plant.b() * 0.0;
     for ticks in 1..=LONGEST_TICKS {

@@ -1,8 +1,8 @@
-//! The loop around a constant delay, in ticks: its step response, and the longest round trip it
-//! survives.
+//! The loop with a constant delay in ticks: its step response, and the longest round trip at which it
+//! is stable.
 //!
-//! This is the bare arithmetic that a network can only make worse. Delays that vary, messages that
-//! are lost or overtake each other, and the two clocks are left to the ends that run the loop.
+//! A network can only make these results worse. Variable delays, lost or reordered messages, and the
+//! two clocks are left to the ends that run the loop.
 
 use std::collections::VecDeque;
 use std::num::NonZeroUsize;
@@ -14,24 +14,24 @@ use crate::polynomial::{is_schur_stable, sum};
 use crate::timebase::{Discrete, Timebase};
 use crate::transfer::TransferFunction;
 
-/// How many ticks pass from a plant output to the first output that was made with a command
-/// computed from it, when every message takes the same round trip and both ends run every `h_ns`.
+/// Number of ticks from a plant output to the first output that depends on a command computed from
+/// it, if every message has the same round trip and both ends run every `h_ns`.
 ///
-/// The controller sends at each of its deadlines and computes from the newest answer it has. An
-/// answer is ceil(RTT/h) deadlines old when it is used, and at least one, since no message can use
-/// its own answer; the command then waits for the next tick of the plant: ceil(RTT/h) + 1, whatever
-/// the phase between the two ends and however the round trip is shared between the directions.
+/// The controller sends at each of its deadlines and computes from its newest answer. An answer is
+/// ceil(RTT/h) deadlines old when it is used, and at least one, since no message can use its own
+/// answer. The command then waits for the plant's next tick. The sum is ceil(RTT/h) + 1, whatever the
+/// phase between the two ends and however the round trip is divided between the directions.
 ///
 /// # Panics
-/// When `h_ns` is 0.
+/// If `h_ns` is 0.
 #[must_use]
 pub fn loop_delay_ticks(rtt_ns: u64, h_ns: u64) -> NonZeroUsize {
     let ticks = rtt_ns.div_ceil(h_ns).max(1).saturating_add(1);
     NonZeroUsize::new(usize::try_from(ticks).unwrap_or(usize::MAX)).unwrap_or(NonZeroUsize::MAX)
 }
 
-/// The first `ticks` outputs of `plant` at rest under `law` with reference `r`, when the
-/// command of a tick is computed from the output `delay` ticks before it (from 0 before the first).
+/// The first `ticks` outputs of `plant`, from rest, under `law` with reference `r`, if each command
+/// is computed from the output `delay` ticks earlier (from 0 before the first).
 #[must_use]
 pub fn step_response(
     plant: &SampledPlant,
@@ -42,7 +42,7 @@ pub fn step_response(
 ) -> Vec<f64> {
     let h_s = plant.h_s();
     let (mut plant, mut law) = (plant.stepper(), law.into());
-    // The outputs that the controller has not seen yet, oldest first; before the start they are 0.
+    // The outputs that the controller has not yet received, oldest first; 0 before the start.
     let mut under_way = VecDeque::from(vec![0.0; delay.get().min(ticks)]);
     let mut response = Vec::with_capacity(ticks);
     while let Some(seen) = under_way.pop_front() {
@@ -56,16 +56,16 @@ pub fn step_response(
     response
 }
 
-/// The longest constant round trip, in seconds, with which the loop is stable, every shorter one
-/// included: a multiple of h, after [`loop_delay_ticks`]. `system` is plant and controller in
-/// series, both with h.
+/// The longest constant round trip, in seconds, at which the loop is stable, as at every shorter one:
+/// a multiple of h, by [`loop_delay_ticks`]. `system` is plant and controller in series, both with h.
 ///
-/// Infinite when no delay can make the loop unstable. `None` when not even the shortest round trip
-/// (two ticks) can be shown to be stable.
+/// Infinite if no delay can make the loop unstable. `None` if not even the shortest round trip (two
+/// ticks) can be shown to be stable.
 ///
-/// Jury's test decides the two ticks; the delay margin from there is exact, as stability can only
-/// be lost where the delayed loop passes through -1. Where the gain at the Nyquist frequency is one
-/// or more, each further tick turns the response's sign there, and so no two in a row are stable.
+/// Jury's test decides the case of two ticks. From there the delay margin is exact, since stability
+/// can only be lost where the delayed loop passes through -1. If the gain at the Nyquist frequency is
+/// one or more, each further tick changes the sign of the response there, so no two consecutive
+/// delays are stable.
 #[must_use]
 pub fn largest_stable_round_trip_s(system: &TransferFunction<Discrete>) -> Option<f64> {
     const SHORTEST_TICKS: usize = 2;
@@ -81,13 +81,12 @@ pub fn largest_stable_round_trip_s(system: &TransferFunction<Discrete>) -> Optio
         return Some((SHORTEST_TICKS as f64 - 1.0) * h_s);
     }
     let margin = margins(system, SHORTEST_TICKS as f64 * h_s).ok()?.delay_s;
-    // A further delay of exactly the margin leaves a pole on the circle, so that tick does not
-    // count.
+    // A further delay of exactly the margin leaves a pole on the unit circle, so that tick does not count.
     let further_ticks = (margin / h_s).ceil() - 1.0;
     Some((SHORTEST_TICKS as f64 - 1.0 + further_ticks.max(0.0)) * h_s)
 }
 
-/// Whether den(z) z^ticks + num(z), the closed loop's poles, all lie inside the unit circle.
+/// Whether all poles of the closed loop, the roots of den(z) z^ticks + num(z), lie inside the unit circle.
 pub(crate) fn is_stable_with_delay(system: &TransferFunction<Discrete>, ticks: usize) -> bool {
     let mut delayed = system.den().to_vec();
     delayed.resize(delayed.len() + ticks, 0.0);
@@ -127,7 +126,7 @@ mod tests {
 
     #[test]
     fn the_longest_stable_round_trip_of_the_paper_is_where_jury_s_test_turns() {
-        // 96 ms at 1 kHz and 93 ms at 333 Hz: numpy's roots of the closed loop's polynomial say the
+        // 96 ms at 1 kHz and 93 ms at 333 Hz: numpy's roots of the closed loop's polynomial give the
         // same (fixtures).
         for (h_s, longest_s) in [(0.001, 0.096), (0.003, 0.093)] {
             let system = paper_loop(h_s);

@@ -1,8 +1,8 @@
-//! From continuous to sampled.
+//! From continuous to sampled systems.
 //!
 //! All three methods give the same standard form, next x = A x + B u and y = C x + D u, in which u
-//! and y belong to the same tick. The forms agree with scipy's `cont2discrete` matrix by matrix
-//! (methods `backward_diff`, `zoh`, `bilinear`). Pre-warping is left out.
+//! and y belong to the same tick. The results agree with scipy's `cont2discrete` matrix by matrix
+//! (methods `backward_diff`, `zoh`, `bilinear`). There is no pre-warping.
 
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
@@ -10,11 +10,11 @@ use thiserror::Error;
 use crate::state_space::{InvalidStateSpace, StateSpace};
 use crate::timebase::{Continuous, Discrete, InvalidSampleTime};
 
-/// What stands for s, or what is assumed of the input between samples.
+/// The substitution for s, or the assumption about the input between samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
-    /// s = (z - 1) / (z h), the paper's: `x_k = (I - hA)⁻¹ (x_(k-1) + h B u_k)`, `y_k = C x_k + D
-    /// u_k`. The input of a tick acts within it, so D is not zero even where the continuous D is.
+    /// s = (z - 1) / (z h), as in the paper: `x_k = (I - hA)⁻¹ (x_(k-1) + h B u_k)`, `y_k = C x_k + D
+    /// u_k`. The input of a tick acts within that tick, so D is not zero even if the continuous D is.
     BackwardEuler,
     /// The input is held between samples; exact at the samples for such an input.
     ZeroOrderHold,
@@ -22,13 +22,13 @@ pub enum Method {
     Tustin,
 }
 
-/// A system that cannot be sampled in this way.
+/// Why a system cannot be sampled in this way.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum InvalidDiscretisation {
     /// The sample time is not a positive finite number.
     #[error(transparent)]
     SampleTime(#[from] InvalidSampleTime),
-    /// A pole lies exactly where the substitution for s has its own.
+    /// A pole lies exactly at the pole of the substitution for s.
     #[error(
         "with h = {h_s} s the pole at {pole_rad_s} rad/s makes {method:?} singular; use another h or method"
     )]
@@ -40,13 +40,13 @@ pub enum InvalidDiscretisation {
         /// The (real) pole, in rad/s.
         pole_rad_s: f64,
     },
-    /// A dead time that is not a whole number of samples, with a method that cannot represent it.
+    /// The dead time is not a whole number of samples, which the method cannot represent.
     #[error(
         "a dead time of {dead_time_ns} ns is not a multiple of h = {h_ns} ns, and {method:?} \
          handles whole samples only; use zero-order hold, or another h"
     )]
     DeadTime {
-        /// What was asked for, in ns.
+        /// The dead time in ns.
         dead_time_ns: u64,
         /// The sample time in ns.
         h_ns: u64,
@@ -61,15 +61,15 @@ pub enum InvalidDiscretisation {
     },
 }
 
-/// A pole this near (relative to it) to the substitution's own counts as on it: closer, nothing is
-/// left of the sixteen digits of the inverse.
+/// A pole this close (relative to its size) to the pole of the substitution counts as equal: any
+/// closer, and the inverse loses all its sixteen digits.
 const SINGULAR: f64 = 1e-12;
 
 /// Samples `system` every `h_s` seconds.
 ///
 /// # Errors
-/// [`InvalidDiscretisation`] when h is not finite and positive, when I - hA (backward Euler) or I -
-/// hA/2 (Tustin) is singular, or when the result overflows.
+/// [`InvalidDiscretisation`] if h is not finite and positive, if I - hA (backward Euler) or I - hA/2
+/// (Tustin) is singular, or if the result overflows.
 pub fn discretise(
     system: &StateSpace<Continuous>,
     method: Method,
@@ -125,8 +125,7 @@ fn bilinear(
     Ok((a, b, c, d))
 }
 
-/// [A B; 0 0] exponentiated over h gives the sampled A and B in its upper blocks (C. Van Loan,
-/// 1978).
+/// The exponential of [A B; 0 0] h has the sampled A and B in its upper blocks (C. Van Loan, 1978).
 pub(crate) fn held(system: &StateSpace<Continuous>, h_s: f64) -> (DMatrix<f64>, DVector<f64>) {
     let n = system.order();
     let mut block = DMatrix::<f64>::zeros(n + 1, n + 1);
@@ -156,8 +155,8 @@ mod tests {
 
     #[test]
     fn backward_euler_of_one_lag_is_the_paper_s_substitution_by_hand() {
-        // 1/(s + 2) with s = (z - 1)/(z h), h = 0.1: h z / ((1 + 2h) z - 1), so pole 1/1.2 and gain
-        // h/1.2 at once.
+        // 1/(s + 2) with s = (z - 1)/(z h), h = 0.1: h z / ((1 + 2h) z - 1), so the pole is 1/1.2 and
+        // the immediate gain h/1.2.
         let sampled = discretise(&lag(-2.0), Method::BackwardEuler, 0.1).expect("regular");
         let g = sampled.transfer_function().expect("finite");
         assert!((g.poles()[0].re - 1.0 / 1.2).abs() < 1e-15);

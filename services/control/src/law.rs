@@ -1,14 +1,14 @@
-//! Control laws that run: from a reference and the newest output to a command, once a message.
+//! Running control laws: from a reference and the newest output to a command, once per message.
 //!
 //! - [`Pid`]: PI and PID, in `pid`;
 //! - [`Transfer`]: any transfer function of the error, in `law::transfer`;
-//! - [`Smith`]: a PID that looks past a known dead time, in `law::smith`;
-//! - [`StateFeedback`]: gains on the states that a Kalman filter makes out, in `law::feedback`.
+//! - [`Smith`]: a PID that predicts past a known dead time, in `law::smith`;
+//! - [`StateFeedback`]: gains on states that a Kalman filter estimates, in `law::feedback`.
 //!
-//! Except [`Pid`], which gets the time since the last update, a law advances by the h that it
-//! was sampled with, one step a message. What is not finite changes nothing and repeats the last
-//! command, in all of them. Laws in Python and JavaScript give the same bits: they are held against
-//! vectors. Choosing gains for somebody is left out, but for the two that follow from weights.
+//! [`Pid`] gets the time since the last update; the other laws advance by the h with which they were
+//! sampled, one step per message. In all of them an input that is not finite changes nothing and
+//! repeats the last command. The laws in Python and JavaScript give the same bits, which test vectors
+//! verify. The crate chooses no gains, except the two kinds that follow from weights.
 
 mod feedback;
 mod smith;
@@ -39,25 +39,25 @@ pub enum Law {
     StateFeedback(StateFeedback),
 }
 
-/// Numbers that make no law.
+/// Numbers that do not give a law.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum InvalidLaw {
-    /// Gains or limits.
+    /// Invalid gains or limits.
     #[error(transparent)]
     Pid(#[from] InvalidPid),
-    /// Weights or noise.
+    /// Invalid weights or noise.
     #[error(transparent)]
     Riccati(#[from] NoSolution),
-    /// A list has another length than the model has states.
+    /// The length of a list does not match the number of the model's states.
     #[error("{list} has {given} numbers; it needs {needed}, {why}")]
     Length {
         /// `gains` or `observer`.
         list: &'static str,
-        /// How many there are.
+        /// Its length.
         given: usize,
-        /// How many there must be.
+        /// The required length.
         needed: usize,
-        /// What they belong to.
+        /// What its numbers belong to.
         why: &'static str,
     },
     /// A number is not finite.
@@ -75,11 +75,11 @@ pub enum InvalidLaw {
 }
 
 impl Law {
-    /// One update for the reference `r` with the newest output `y`, `dt_s` seconds after the last
-    /// update: the command u.
+    /// Returns the command u for the reference `r` and the newest output `y`, `dt_s` seconds after
+    /// the last update.
     #[inline]
     pub fn update(&mut self, r: f64, y: f64, dt_s: f64) -> f64 {
-        // Asked by itself: a jump to one of four costs more than the paper's law does.
+        // Tested separately: a jump to one of four targets costs more than the paper's law does.
         if let Self::Pid(pid) = self {
             return pid.update(r - y, dt_s);
         }
@@ -95,7 +95,7 @@ impl Law {
         }
     }
 
-    /// How many numbers its state has.
+    /// Number of state variables.
     #[must_use]
     pub fn order(&self) -> usize {
         match self {
@@ -106,10 +106,10 @@ impl Law {
         }
     }
 
-    /// The law from y to u with r = 0, inside its limits, one step every `h_s`.
+    /// The law from y to u with r = 0, within its limits, one step every `h_s`.
     ///
     /// # Errors
-    /// [`InvalidTransferFunction`] when a number overflows.
+    /// [`InvalidTransferFunction`] if a number overflows.
     pub fn state_space(&self, h_s: f64) -> Result<StateSpace<Discrete>, InvalidTransferFunction> {
         Ok(match self {
             Self::Pid(pid) => StateSpace::from(&negated(&pid.gains().sampled(h_s)?)?),
@@ -119,10 +119,10 @@ impl Law {
         })
     }
 
-    /// The law from -y to u, as the loop with negative feedback has it.
+    /// The law from -y to u, as used in the loop with negative feedback.
     ///
     /// # Errors
-    /// [`InvalidTransferFunction`] when a coefficient overflows.
+    /// [`InvalidTransferFunction`] if a coefficient overflows.
     pub fn transfer_function(
         &self,
         h_s: f64,
@@ -149,7 +149,7 @@ fn negated(
     TransferFunction::try_new(num, g.den(), g.timebase())
 }
 
-/// A command within its limits, where it has some.
+/// A command limited to its range, if it has one.
 #[inline]
 fn limited(u: f64, limits: Option<&Saturation>) -> f64 {
     limits.map_or(u, |limits| u.clamp(limits.min, limits.max))

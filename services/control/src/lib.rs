@@ -1,32 +1,31 @@
 //! The control mathematics of the loop: plants, controllers, how they are sampled, and how well the
-//! result does.
+//! loop performs.
 //!
 //! Read in this order:
 //!
-//! - [`timebase`]: what tells a continuous system from a sampled one, by type;
-//! - [`transfer`] and [`state_space`]: the two ways to write a linear system with one input and one
-//!   output;
+//! - [`timebase`]: distinguishes continuous from sampled systems by type;
+//! - [`transfer`] and [`state_space`]: the two forms of a linear system with one input and one output;
 //! - [`mod@discretise`]: from continuous to sampled, by backward Euler (the paper's), zero-order hold
 //!   or Tustin;
-//! - [`stepper`]: a sampled system that runs, one input and one output a tick;
-//! - [`plant`]: a model behind a dead time, and how it is sampled;
-//! - [`pid`]: the controller of the paper, one error and one command an update;
-//! - [`law`]: it and the others: a transfer function, a Smith predictor, state feedback with a Kalman
-//!   filter;
+//! - [`stepper`]: a running sampled system, one input and one output per tick;
+//! - [`plant`]: a model with dead time, and how it is sampled;
+//! - [`pid`]: the controller of the paper, one error and one command per update;
+//! - [`law`]: the PID and other laws: a transfer function, a Smith predictor, state feedback with a
+//!   Kalman filter;
 //! - [`preset`]: the plant and the controller of the paper;
 //! - [`margin`]: gain, phase and delay margin, with dead time;
-//! - [`closed_loop`]: the loop around a constant delay, and the longest round trip it survives;
-//! - [`blocking`]: the same where a client waits for each answer;
-//! - [`mod@step_info`]: rise, settling, overshoot and the rest, with the names and definitions of
-//!   python-control.
+//! - [`closed_loop`]: the loop with a constant delay, and the longest round trip at which it is stable;
+//! - [`blocking`]: the same for a client that waits for each answer;
+//! - [`mod@step_info`]: rise, settling, overshoot and the other figures, with python-control's names
+//!   and definitions.
 //!
-//! Names and conventions are python-control's where it has one: polynomials are written highest
+//! Names and conventions are those of python-control where it has one: polynomials have the highest
 //! power first, frequencies are in rad/s, phases in degrees, times in seconds. Its results (0.10.2)
 //! and scipy's are committed under `tests/fixtures`, and the tests compare with them.
 //!
-//! The crate is pure. It leaves out systems with several inputs or outputs, nonlinear plants, and
-//! design, but for what follows from weights by a Riccati equation: it runs and judges a loop that
-//! somebody has designed.
+//! The crate is pure. It has no systems with several inputs or outputs, no nonlinear plants, and no
+//! design, except what follows from weights by a Riccati equation: it runs and judges loops that are
+//! already designed.
 #![forbid(unsafe_code)]
 
 pub mod blocking;

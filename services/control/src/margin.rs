@@ -1,9 +1,10 @@
 //! Gain, phase and delay margin of a loop L, continuous or sampled, with dead time.
 //!
-//! python-control's `stability_margins` finds crossovers as roots of polynomials, which a dead time
-//! does not have, and gives up on sampled loops with a short h. Here the frequency response itself
-//! is scanned, densely around the corners of poles and zeros, and every change of sign is bisected
-//! to the last bit. A response that only touches the unit circle or the real axis is no crossover.
+//! python-control's `stability_margins` finds crossovers as roots of polynomials. A dead time has no
+//! polynomial, and for sampled loops with a short h the method fails. This module therefore scans the
+//! frequency response itself, densely around the corners of poles and zeros, and bisects every change
+//! of sign to the last bit. A response that only touches the unit circle or the real axis has no
+//! crossover there.
 
 use std::f64::consts::PI;
 
@@ -16,36 +17,34 @@ use crate::transfer::TransferFunction;
 /// The margins of a loop, in python-control's order gm, pm, wpc, wgc, and the delay margin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Margins {
-    /// `gm`: the factor on the gain that brings L to -1, the one nearest to 1; infinite when there
-    /// is none.
+    /// `gm`: the gain factor nearest to 1 that brings L to -1; infinite if there is none.
     pub gain: f64,
-    /// `pm` in degrees: the phase lag that brings L to -1, the one nearest to 0; infinite when
-    /// there is none.
+    /// `pm` in degrees: the phase lag nearest to 0 that brings L to -1; infinite if there is none.
     pub phase_deg: f64,
-    /// `wpc`: where `gain` was read, rad/s (NaN without one).
+    /// `wpc`: the frequency of `gain`, rad/s (NaN if there is none).
     pub phase_crossover_rad_s: f64,
-    /// `wgc`: where `phase_deg` was read, rad/s (NaN without one).
+    /// `wgc`: the frequency of `phase_deg`, rad/s (NaN if there is none).
     pub gain_crossover_rad_s: f64,
-    /// The shortest further dead time that brings L to -1, in seconds; infinite when there is none.
+    /// The shortest additional dead time that brings L to -1, in seconds; infinite if there is none.
     /// For a loop that is stable without it, the least delay that makes it unstable.
     pub delay_s: f64,
 }
 
-/// A dead time whose margins cannot be found.
+/// A dead time for which margins cannot be found.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum InvalidDeadTime {
-    /// It is negative or not finite.
+    /// The dead time is negative or not finite.
     #[error("the dead time is {dead_time_s} s; give a finite number of seconds, 0 or more")]
     Invalid {
-        /// What was asked for, in seconds.
+        /// The dead time in seconds.
         dead_time_s: f64,
     },
-    /// The phase turns too often below the highest frequency of interest to look at every turn.
+    /// The phase turns too often below the highest frequency of interest to examine every turn.
     #[error(
         "a dead time of {dead_time_s} s turns the phase by {radians:.1e} rad below {end_rad_s} rad/s; shorten it"
     )]
     TooLong {
-        /// What was asked for, in seconds.
+        /// The dead time in seconds.
         dead_time_s: f64,
         /// The highest frequency of interest.
         end_rad_s: f64,
@@ -54,27 +53,25 @@ pub enum InvalidDeadTime {
     },
 }
 
-/// Points a decade between corners: a response without a corner nearby bends over a whole decade.
+/// Points per decade between corners: without a corner nearby a response bends over a whole decade.
 const POINTS_PER_DECADE: f64 = 200.0;
-/// The scan starts and ends this factor outside the outermost corners, where the magnitude is a
-/// power law.
+/// The scan extends beyond the outermost corners by this factor; there the magnitude is a power law.
 const BEYOND_CORNERS: f64 = 1e3;
-/// Decades that the scan may grow by in search of an outer crossover: a gain of 10^30 has one
-/// there.
+/// Most decades by which the scan may grow to find an outer crossover: a gain of 10^30 has one there.
 const MOST_DECADES: usize = 30;
-/// Around each corner the points close in to this power of ten of it, so that hardly damped
-/// resonances are seen.
+/// Around each corner the points approach it to this power of ten of its frequency, so that lightly
+/// damped resonances are found.
 const CLOSEST_DECADES: i32 = 8;
-/// The turn of the dead time between two points, rad: thirty points a turn.
+/// Phase of the dead time between two points, rad: thirty points per turn.
 const TURN_PER_POINT: f64 = 0.2;
-/// The most that a dead time may turn the phase (five million points, about a second).
+/// The greatest phase of a dead time, rad (five million points, about a second).
 const MOST_TURN: f64 = 1e6;
 
 /// The margins of `system` followed by a dead time of `dead_time_s` seconds, in the loop with
 /// negative feedback.
 ///
 /// # Errors
-/// [`InvalidDeadTime`] when the dead time is negative, not finite, or too long to follow its phase.
+/// [`InvalidDeadTime`] if the dead time is negative, not finite, or too long to follow its phase.
 pub fn margins<T: Timebase>(
     system: &TransferFunction<T>,
     dead_time_s: f64,
@@ -129,15 +126,15 @@ pub fn margins<T: Timebase>(
     })
 }
 
-/// Whether a point where the imaginary part changes sign lies on the negative real axis: at a pole
-/// on the axis of frequency the sign changes through infinity instead.
+/// Whether a point where the imaginary part changes sign lies on the negative real axis. At a pole on
+/// the frequency axis the sign changes through infinity instead.
 fn on_negative_axis(l: Complex<f64>) -> bool {
     const ROUNDING: f64 = 1e-6;
     l.is_finite() && l.re < 0.0 && l.im.abs() <= ROUNDING * l.re.abs()
 }
 
-/// The frequencies to look at, rising: evenly spaced in the logarithm, and closing in on every
-/// corner.
+/// The frequencies to examine, in ascending order: evenly spaced on a log scale, and denser around
+/// every corner.
 fn grid<T: Timebase>(system: &TransferFunction<T>) -> Vec<f64> {
     let timebase = system.timebase();
     let mut corners: Vec<f64> = system
@@ -175,10 +172,9 @@ fn grid<T: Timebase>(system: &TransferFunction<T>) -> Vec<f64> {
     grid
 }
 
-/// From an outermost frequency outward by decades for as long as the magnitude is still on its way
-/// to one.
+/// Moves from an outermost frequency outward, decade by decade, as long as the magnitude approaches one.
 fn walk(from: f64, factor: f64, level: impl Fn(f64) -> f64) -> f64 {
-    // Less than this change in a decade is no slope: a slope is at least one power of ten.
+    // A smaller change per decade is no slope: a slope is at least one power of ten.
     const FLAT: f64 = 0.1;
     let mut omega = from;
     for _ in 0..MOST_DECADES {
@@ -196,8 +192,8 @@ fn walk(from: f64, factor: f64, level: impl Fn(f64) -> f64) -> f64 {
     omega
 }
 
-/// Past the last corner and the last gain crossover the magnitude only falls, so of the many phase
-/// crossovers that a dead time makes there only the first can be the margin; two turns hold it.
+/// Beyond the last corner and the last gain crossover the magnitude only falls. Of the many phase
+/// crossovers that a dead time causes there, only the first can be the margin; two turns contain it.
 fn end_of_interest<T: Timebase>(
     system: &TransferFunction<T>,
     grid: &[f64],
@@ -213,7 +209,7 @@ fn end_of_interest<T: Timebase>(
     (10.0 * last_corner).max(2.0 * last_gain) + 4.0 * PI / dead_time_s
 }
 
-/// The grid up to `end`, with each gap divided so finely that the dead time cannot turn unseen.
+/// The grid up to `end`, with each gap divided so finely that no turn of the dead time is missed.
 fn refined(grid: &[f64], end: f64, dead_time_s: f64) -> impl Iterator<Item = f64> {
     let first = grid.first().copied().into_iter();
     let last = grid.last().copied().filter(|last| *last < end);
@@ -298,8 +294,8 @@ mod tests {
         let l = TransferFunction::try_new([1e-5], [1.0, 2e-6, 1.0], Continuous).expect("valid");
         let m = margins(&l, 0.0).expect("valid");
         assert!((m.gain_crossover_rad_s - 1.0).abs() < 1e-5);
-        // Past the peak, |L| = 1 where w² - 1 = sqrt(1e-10 - 4e-12), and the phase leads -180 by
-        // asin(2e-6/1e-5).
+        // Past the peak, |L| = 1 where w² - 1 = sqrt(1e-10 - 4e-12), and there the phase is
+        // asin(2e-6/1e-5) ahead of -180 degrees.
         assert!(
             (m.phase_deg - 0.2f64.asin().to_degrees()).abs() < 1e-3,
             "{}",

@@ -1,7 +1,7 @@
 //! PI and PID control by backward Euler, in parallel form: kp + ki/s + kd N s/(s + N).
 //!
-//! The integral includes the error of the same update, as s = (z - 1)/(z h) has it. The elapsed
-//! time is an argument of every update, so that a client may integrate h, or the time that has
+//! The integral includes the error of the same update, according to s = (z - 1)/(z h). The elapsed
+//! time is an argument of every update, so a client may integrate over h or over the time that has
 //! really passed.
 
 use thiserror::Error;
@@ -35,11 +35,10 @@ impl Gains {
         }
     }
 
-    /// The law as a transfer function, without poles for the terms that are absent.
+    /// The law as a transfer function, without poles for absent terms.
     ///
     /// # Errors
-    /// [`InvalidTransferFunction`] when a gain is not finite, or `kd` is not zero and has no
-    /// filter.
+    /// [`InvalidTransferFunction`] if a gain is not finite, or `kd` is not zero and has no filter.
     pub fn transfer_function(&self) -> Result<TransferFunction, InvalidTransferFunction> {
         let Self {
             kp,
@@ -58,16 +57,16 @@ impl Gains {
         TransferFunction::try_new(num, den, Continuous)
     }
 
-    /// How many poles it has: one for each of integral and derivative that is there.
+    /// Number of its poles: one each for an integral and a derivative term.
     pub(crate) fn order(&self) -> usize {
         usize::from(self.ki != 0.0) + usize::from(self.kd != 0.0)
     }
 
-    /// The law as it runs every `h_s`, from the error to the command, inside its limits: each term
-    /// by backward Euler, without poles for those that are absent.
+    /// The law sampled every `h_s`, from the error to the command, within its limits: each term by
+    /// backward Euler, without poles for absent terms.
     ///
     /// # Errors
-    /// [`InvalidTransferFunction`] when h or a gain is not finite and positive.
+    /// [`InvalidTransferFunction`] if h is not finite and positive, or a gain is not finite.
     pub fn sampled(&self, h_s: f64) -> Result<TransferFunction<Discrete>, InvalidTransferFunction> {
         let timebase = Discrete::try_new(h_s).map_err(|_| InvalidTransferFunction::Timebases)?;
         let (mut num, mut den) = (vec![self.kp], vec![1.0]);
@@ -93,12 +92,12 @@ pub struct Saturation {
     pub min: f64,
     /// The largest command.
     pub max: f64,
-    /// What the integral does while the command is limited.
+    /// Behaviour of the integral while the command is limited.
     pub anti_windup: AntiWindup,
 }
 
 impl Saturation {
-    /// Refuses limits that leave no room.
+    /// Rejects an empty range.
     pub(crate) fn check(&self) -> Result<(), InvalidPid> {
         let Self { min, max, .. } = *self;
         if min.is_nan() || max.is_nan() || min >= max {
@@ -109,22 +108,22 @@ impl Saturation {
     }
 }
 
-/// What the integral does while the command is limited.
+/// Behaviour of the integral while the command is limited.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AntiWindup {
-    /// It goes on, and winds up.
+    /// The integral continues, and winds up.
     Off,
-    /// It stands still while the error would drive the command further past its limit (clamping).
+    /// The integral stops while the error would drive the command further beyond its limit (clamping).
     Conditional,
-    /// It is driven back by `gain_per_s` times the part of the command that was cut off (backward
-    /// Euler too, so that any positive gain is stable).
+    /// The integral is driven back by `gain_per_s` times the part of the command that was cut off
+    /// (also by backward Euler, so that any positive gain is stable).
     BackCalculation {
         /// The tracking gain in 1/s: the inverse of MATLAB's and Åström's tracking time constant.
         gain_per_s: f64,
     },
 }
 
-/// Settings that make no controller.
+/// Settings that do not give a controller.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum InvalidPid {
     /// A gain or a limit is not finite.
@@ -132,7 +131,7 @@ pub enum InvalidPid {
     NotFinite {
         /// The field's name.
         field: &'static str,
-        /// What was given.
+        /// The given value.
         value: f64,
     },
     /// The derivative filter or the back-calculation gain is not positive.
@@ -140,10 +139,10 @@ pub enum InvalidPid {
     NotPositive {
         /// The field's name.
         field: &'static str,
-        /// What was given.
+        /// The given value.
         value: f64,
     },
-    /// The limits leave no room.
+    /// The range of the limits is empty.
     #[error("saturation from {min} to {max} is empty; min must be below max")]
     EmptyRange {
         /// The smallest command.
@@ -162,7 +161,7 @@ pub struct Pid {
     output: f64,
 }
 
-/// What an update hands to the next one.
+/// The values that an update passes to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Memory {
     integral: f64,
@@ -171,12 +170,11 @@ struct Memory {
 }
 
 impl Pid {
-    /// A controller at rest; `None` leaves the command unlimited, as the paper does.
+    /// A controller at rest; `None` leaves the command unlimited, as in the paper.
     ///
     /// # Errors
-    /// [`InvalidPid`] when a number is not finite (the filter may be infinite), when the filter or
-    /// the back-calculation gain is not positive, or when min is not below max. Limits may be
-    /// infinite on one side.
+    /// [`InvalidPid`] if a number is not finite (the filter may be infinite), if the filter or the
+    /// back-calculation gain is not positive, or if min is not below max. Limits may be infinite on one side.
     pub fn try_new(gains: Gains, saturation: Option<Saturation>) -> Result<Self, InvalidPid> {
         for (field, value) in [("kp", gains.kp), ("ki", gains.ki), ("kd", gains.kd)] {
             if !value.is_finite() {
@@ -204,11 +202,10 @@ impl Pid {
         })
     }
 
-    /// One update with error `e` = r - y, `dt_s` seconds after the last: the command u.
+    /// Returns the command u for the error `e` = r - y, `dt_s` seconds after the last update.
     ///
-    /// An `e` that is not finite, a `dt_s` that is not positive and finite, and an update whose
-    /// result would not be finite change nothing: the last command is returned again (0 before the
-    /// first).
+    /// An `e` that is not finite, a `dt_s` that is not positive and finite, or an update whose result
+    /// would not be finite changes nothing: the last command is returned again (0 before the first).
     #[inline]
     pub fn update(&mut self, e: f64, dt_s: f64) -> f64 {
         if !(e.is_finite() && dt_s.is_finite() && dt_s > 0.0) {
@@ -234,13 +231,13 @@ impl Pid {
         self.output
     }
 
-    /// The integral term's share of the command.
+    /// The integral term's part of the command.
     #[must_use]
     pub fn integral(&self) -> f64 {
         self.memory.integral
     }
 
-    /// Back to rest.
+    /// Returns to rest.
     pub fn reset(&mut self) {
         self.memory = Memory::default();
         self.output = 0.0;
@@ -294,8 +291,8 @@ impl Pid {
         )
     }
 
-    /// kd N s/(s + N) by backward Euler: `(1 + N h) d_k = d_(k-1) + kd N (e_k - e_(k-1))`. Divided
-    /// by N, so that an infinite N leaves the plain difference quotient.
+    /// kd N s/(s + N) by backward Euler: `(1 + N h) d_k = d_(k-1) + kd N (e_k - e_(k-1))`. It is
+    /// divided by N, so that an infinite N leaves the plain difference quotient.
     fn derivative(&self, e: f64, dt_s: f64) -> f64 {
         let Gains {
             kd, filter_rad_s, ..
@@ -347,9 +344,9 @@ mod tests {
 
     #[test]
     fn without_anti_windup_the_integral_passes_the_limit_and_with_it_comes_back_at_once() {
-        // Ten seconds of e = 1 wind the integral to 10; then e = -1. Wound up, the command stays at
-        // its limit for nine more seconds; clamped, the integral stands at 1 and the first reversed
-        // second brings it to 0.
+        // Ten seconds of e = 1 wind the integral up to 10; then e = -1. Without anti-windup the
+        // command stays at its limit for nine more seconds. With clamping the integral stops at 1,
+        // and the first reversed second brings it to 0.
         let run = |anti_windup| {
             let mut pid = limited(anti_windup);
             for _ in 0..10 {
@@ -359,8 +356,8 @@ mod tests {
         };
         assert_eq!(run(AntiWindup::Off), 1.0);
         assert_eq!(run(AntiWindup::Conditional), 0.0);
-        // A gain of 99/s takes back 99 % of the excess every second: the integral rests at 1/0.99,
-        // 1 % too high.
+        // A gain of 99/s removes 99 % of the excess every second: the integral settles at 1/0.99, 1 %
+        // too high.
         assert!(run(AntiWindup::BackCalculation { gain_per_s: 99.0 }) < 0.02);
     }
 

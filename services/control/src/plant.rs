@@ -1,7 +1,6 @@
-//! A plant: a linear model behind a dead time, and how it is sampled.
+//! A plant: a linear model with dead time, and how it is sampled.
 //!
-//! A dead time is at the input here; at the output it would look the same to all who see input and
-//! output alone.
+//! The dead time is at the input; from input and output alone one could not tell it from one at the output.
 
 use nalgebra::{DMatrix, DVector, RowDVector};
 
@@ -17,18 +16,18 @@ use crate::transfer::{InvalidTransferFunction, TransferFunction};
 pub struct Plant {
     /// The model without its dead time.
     pub model: StateSpace,
-    /// From an input to its first effect, ns.
+    /// Time from an input to its first effect, ns.
     pub dead_time_ns: u64,
     /// How it is sampled.
     pub method: Method,
 }
 
-/// A plant as it is stepped every h.
+/// A plant sampled every h.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SampledPlant {
-    /// The model, with what part of the dead time lies between two samples.
+    /// The model, including the part of the dead time that is a fraction of a sample.
     pub system: StateSpace<Discrete>,
-    /// The whole samples of the dead time.
+    /// The dead time in whole samples.
     pub delay_ticks: usize,
 }
 
@@ -46,8 +45,8 @@ impl Plant {
     /// The plant, sampled every `h_ns`.
     ///
     /// # Errors
-    /// [`InvalidDiscretisation`], also where the dead time is no multiple of h and the method is
-    /// not zero-order hold, which alone says what the input is between samples.
+    /// [`InvalidDiscretisation`], also if the dead time is not a multiple of h and the method is not
+    /// zero-order hold: only that method defines the input between samples.
     pub fn sampled(&self, h_ns: u64) -> Result<SampledPlant, InvalidDiscretisation> {
         let h_s = seconds(h_ns);
         let (ticks, rest_ns) = match h_ns {
@@ -71,9 +70,9 @@ impl Plant {
         })
     }
 
-    /// Zero-order hold where an input takes effect `rest_s` after a sample: until then the one
-    /// before acts, which is a state of its own (K. J. Astrom and B. Wittenmark,
-    /// Computer-Controlled Systems, 3.2).
+    /// Zero-order hold if an input takes effect `rest_s` after a sample: until then the previous
+    /// input acts, which is an additional state (K. J. Astrom and B. Wittenmark, Computer-Controlled
+    /// Systems, 3.2).
     fn split(&self, h_s: f64, rest_s: f64) -> Result<StateSpace<Discrete>, InvalidDiscretisation> {
         let timebase = Discrete::try_new(h_s)?;
         let n = self.model.order();
@@ -90,7 +89,7 @@ impl Plant {
         c.columns_mut(0, n).copy_from(self.model.c());
         c[n] = self.model.d();
         StateSpace::try_new(a, b, c, 0.0, timebase).map_err(|_: InvalidStateSpace| {
-            // The shapes fit by construction.
+            // The shapes match by construction.
             InvalidDiscretisation::Overflow { h_s }
         })
     }
@@ -103,10 +102,10 @@ impl SampledPlant {
         Stepper::delayed(&self.system, self.delay_ticks)
     }
 
-    /// It with its dead time, as num/den: z^-d is d poles at the origin.
+    /// The plant with its dead time, as num/den: z^-d is d poles at the origin.
     ///
     /// # Errors
-    /// [`InvalidTransferFunction::NotFinite`] when a coefficient overflows.
+    /// [`InvalidTransferFunction::NotFinite`] if a coefficient overflows.
     pub fn transfer_function(&self) -> Result<TransferFunction<Discrete>, InvalidTransferFunction> {
         let core = self.system.transfer_function()?;
         let mut delay = vec![0.0; self.delay_ticks + 1];
@@ -114,7 +113,7 @@ impl SampledPlant {
         TransferFunction::try_new(core.num(), product(core.den(), &delay), core.timebase())
     }
 
-    /// It with its dead time, whose inputs under way are states.
+    /// The plant with its dead time, whose inputs under way are states.
     #[must_use]
     pub fn state_space(&self) -> StateSpace<Discrete> {
         let (n, d) = (self.system.order(), self.delay_ticks);

@@ -38,16 +38,16 @@ pub(crate) fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Rounds of Aberth's iteration; simple roots need about ten, and more are only for tight clusters.
+/// Rounds of Aberth's iteration. Simple roots need about ten; only tight clusters need more.
 const ROUNDS: usize = 400;
 /// An iterate that moves by less than this part of itself has converged.
 const CONVERGED: f64 = 4.0 * f64::EPSILON;
 
 /// All roots. Zeros at the origin are split off exactly; the rest come from Aberth's simultaneous
-/// iteration (O. Aberth, Math. Comp. 27, 1973), which, unlike shifted QR on a companion matrix,
-/// does not stall on x^n - 1.
+/// iteration (O. Aberth, Math. Comp. 27, 1973), which, unlike shifted QR on a companion matrix, does
+/// not stall on x^n - 1.
 ///
-/// A root of multiplicity m is found to about the m-th root of the machine precision, as by any
+/// A root of multiplicity m is accurate to about the m-th root of the machine precision, as with any
 /// method that starts from coefficients.
 pub(crate) fn roots(coefficients: &[f64]) -> Vec<Complex<f64>> {
     let p = trimmed(coefficients);
@@ -100,7 +100,7 @@ fn aberth(p: &[f64]) -> Vec<Complex<f64>> {
             break;
         }
     }
-    // A real root carries an imaginary part of rounding only.
+    // The imaginary part of a real root is only rounding.
     for root in &mut z {
         if root.im.abs() <= 16.0 * f64::EPSILON * root.re.abs() {
             root.im = 0.0;
@@ -109,8 +109,7 @@ fn aberth(p: &[f64]) -> Vec<Complex<f64>> {
     z
 }
 
-/// p/p' at x. Outside the unit circle the reversed polynomial is used, whose powers cannot
-/// overflow.
+/// p/p' at x. Outside the unit circle it uses the reversed polynomial, whose powers cannot overflow.
 fn newton_step(p: &[f64], reversed: &[f64], x: Complex<f64>) -> Complex<f64> {
     let degree = p.len() - 1;
     if x.norm() <= 1.0 {
@@ -133,7 +132,7 @@ fn value_and_slope(p: &[f64], x: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
 /// Bini's choice: circles whose radii are the slopes of the Newton polygon (the upper hull of
 /// ln|coefficient|), so that roots of very different size each start near their own magnitude.
 fn first_guesses(p: &[f64]) -> Vec<Complex<f64>> {
-    // An angle that is no rational part of a turn keeps guesses off every axis of symmetry.
+    // An angle that is no rational fraction of a turn keeps guesses off every axis of symmetry.
     const OFFSET_RAD: f64 = 0.7;
     let degree = p.len() - 1;
     let log = |power: usize| p[degree - power].abs().ln();

@@ -29,7 +29,7 @@ pub fn motor() -> TransferFunction {
     .expect("the paper's constants are finite and the motor is proper")
 }
 
-/// The paper's plant as it is sampled: without dead time, by backward Euler.
+/// The paper's plant and its sampling: without dead time, by backward Euler.
 #[must_use]
 pub fn paper_plant() -> Plant {
     Plant::new(&motor(), Method::BackwardEuler)
@@ -47,8 +47,8 @@ pub fn paper_pi() -> Pid {
     Pid::try_new(paper_gains(), None).expect("the paper's gains are finite")
 }
 
-/// Settling time (2 %, seconds) of the paper's loop without a network, at h = 1 ms: the shortest
-/// round trip that two free-running ends can have, two ticks (see [`crate::loop_delay_ticks`]).
+/// Settling time (2 %, seconds) of the paper's loop without a network, at h = 1 ms, with the shortest
+/// round trip that two free-running ends can have: two ticks (see [`crate::loop_delay_ticks`]).
 pub const BARE_SETTLING_1MS_S: f64 = 0.313;
 /// The same at h = 3 ms.
 #[expect(

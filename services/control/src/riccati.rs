@@ -1,10 +1,10 @@
-//! The algebraic Riccati equation of sampled systems: the weights of an optimal regulator, and by
-//! duality those of a Kalman filter.
+//! The algebraic Riccati equation of sampled systems: it gives the gains of an optimal regulator and,
+//! by duality, those of a Kalman filter.
 
 use nalgebra::DMatrix;
 use thiserror::Error;
 
-/// An equation without a solution that stabilises.
+/// The equation has no stabilising solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error(
     "the Riccati equation has no stabilising solution: an unstable mode is not controllable or not \
@@ -12,16 +12,16 @@ use thiserror::Error;
 )]
 pub struct NoSolution;
 
-/// Doublings; 60 of them are 2^60 samples ahead.
+/// Most doublings; 60 of them look 2^60 samples ahead.
 const DOUBLINGS: usize = 60;
-/// A change less than this part of the solution is rounding.
+/// A change smaller than this part of the solution is rounding.
 const CONVERGED: f64 = 1e-13;
 
 /// The stabilising X of X = A'XA - A'XB (r + B'XB)⁻¹ B'XA + Q, by the doubling of E. K.-W. Chu, H.-Y.
 /// Fan and W.-W. Lin (2005): each round looks twice as far ahead. Shapes: A and Q n×n, B n×1.
 ///
 /// # Errors
-/// [`NoSolution`] where it does not converge, or r is not positive.
+/// [`NoSolution`] if it does not converge, or r is not positive.
 pub(crate) fn solve(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
@@ -48,11 +48,11 @@ pub(crate) fn solve(
             return Err(NoSolution);
         }
         if growth.norm() <= CONVERGED * h.norm() {
-            // Symmetric but for rounding.
+            // Symmetric except for rounding.
             let x = (&h + h.transpose()) / 2.0;
             let gains = b.transpose() * &x * original / (r + (b.transpose() * &x * b)[0]);
             let poles = (original - b * gains).complex_eigenvalues();
-            // A mode that nothing reaches converges too, to nothing that stabilises it.
+            // An uncontrollable mode converges too, but to a solution that does not stabilise it.
             return if poles.iter().all(|pole| pole.norm() < 1.0) {
                 Ok(x)
             } else {
@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn the_scalar_equation_has_the_root_of_its_quadratic() {
-        // a = b = q = r = 1: x = x - x²/(1 + x) + 1, so x² - x - 1 = 0, the golden ratio.
+        // a = b = q = r = 1: x = x - x²/(1 + x) + 1, so x² - x - 1 = 0, whose root is the golden ratio.
         let one = DMatrix::from_element(1, 1, 1.0);
         let x = solve(&one, &one, &one, 1.0).expect("stabilisable")[0];
         assert!((x - f64::midpoint(1.0, 5f64.sqrt())).abs() < 1e-12);

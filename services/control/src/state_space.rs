@@ -17,10 +17,10 @@ pub struct StateSpace<T: Timebase = Continuous> {
     timebase: T,
 }
 
-/// Matrices that make no system.
+/// Matrices that do not form a system.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum InvalidStateSpace {
-    /// The shapes do not fit each other.
+    /// Their shapes do not match.
     #[error(
         "A is {rows}x{columns}, B has {b} rows and C has {c} columns; with n states they must be n x n, n and n"
     )]
@@ -43,10 +43,10 @@ pub enum InvalidStateSpace {
 }
 
 impl<T: Timebase> StateSpace<T> {
-    /// A system from its matrices. No states at all (a pure gain D) is a system too.
+    /// A system from its matrices. A system without states (a pure gain D) is valid too.
     ///
     /// # Errors
-    /// [`InvalidStateSpace`] when shapes do not fit or an entry is not finite.
+    /// [`InvalidStateSpace`] if shapes do not match or an entry is not finite.
     pub fn try_new(
         a: DMatrix<f64>,
         b: DVector<f64>,
@@ -125,11 +125,10 @@ impl<T: Timebase> StateSpace<T> {
         roots(&resolvent(&self.a).0)
     }
 
-    /// The same input-output behaviour as num/den: C adj(sI - A) B + D det(sI - A) over det(sI -
-    /// A).
+    /// The same input-output behaviour as num/den: C adj(sI - A) B + D det(sI - A) over det(sI - A).
     ///
     /// # Errors
-    /// [`InvalidTransferFunction::NotFinite`] when a coefficient overflows.
+    /// [`InvalidTransferFunction::NotFinite`] if a coefficient overflows.
     pub fn transfer_function(&self) -> Result<TransferFunction<T>, InvalidTransferFunction> {
         let (den, adjugate) = resolvent(&self.a);
         let strictly_proper: Vec<f64> = adjugate
@@ -141,8 +140,8 @@ impl<T: Timebase> StateSpace<T> {
     }
 }
 
-/// The controllable canonical form, the one of scipy's `tf2ss`: the first row of A holds the
-/// negated denominator, ones run below the diagonal, B is the first unit vector.
+/// The controllable canonical form of scipy's `tf2ss`: the first row of A is the negated denominator,
+/// the entries below the diagonal are ones, and B is the first unit vector.
 impl<T: Timebase> From<&TransferFunction<T>> for StateSpace<T> {
     fn from(system: &TransferFunction<T>) -> Self {
         let n = system.order();
@@ -167,9 +166,9 @@ impl<T: Timebase> From<&TransferFunction<T>> for StateSpace<T> {
     }
 }
 
-/// det(λI - A) and adj(λI - A), a polynomial with matrices for coefficients, both highest power
-/// first: the recursion of Faddeev and Le Verrier. It is meant for the few states of a plant; with
-/// tens of them it loses its digits.
+/// det(λI - A) and adj(λI - A), a polynomial with matrix coefficients, both highest power first, by
+/// the recursion of Faddeev and Le Verrier. It suits the few states of a plant; with tens of them it
+/// loses accuracy.
 fn resolvent(a: &DMatrix<f64>) -> (Vec<f64>, Vec<DMatrix<f64>>) {
     let n = a.nrows();
     let mut determinant = vec![1.0];

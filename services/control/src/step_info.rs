@@ -1,19 +1,18 @@
 //! The figures of a step response, with the names and definitions of python-control's `step_info`
 //! (0.10).
 //!
-//! Times are those of samples: nothing is interpolated, and t counts from wherever the caller
-//! starts it.
+//! Times are those of samples, without interpolation, and t counts from the caller's start.
 
 use thiserror::Error;
 
-/// What counts as risen and as settled.
+/// When a response counts as risen and as settled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepSettings {
-    /// Python's `RiseTimeLimits`: from which to which part of the final value the rise is timed.
+    /// Python's `RiseTimeLimits`: the rise is timed between these parts of the final value.
     pub rise_limits: (f64, f64),
     /// Python's `SettlingTimeThreshold`: half the width of the band, as a part of the final value.
     pub settling_threshold: f64,
-    /// Python's `yfinal`; `None` takes the last sample.
+    /// Python's `yfinal`; `None` uses the last sample.
     pub final_value: Option<f64>,
 }
 
@@ -31,17 +30,17 @@ impl Default for StepSettings {
 /// The figures. A figure that does not exist is NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepInfo {
-    /// `RiseTime`: from the first sample at 10 % to the first at 90 % of the final value. NaN when
-    /// it gets there never (python-control raises an `IndexError`).
+    /// `RiseTime`: from the first sample at 10 % to the first at 90 % of the final value. NaN if it
+    /// never gets there (python-control raises an `IndexError`).
     pub rise_time: f64,
-    /// `SettlingTime`: the first time from which every sample is less than 2 % from the final
-    /// value; NaN when even the last sample is not.
+    /// `SettlingTime`: the first time from which every sample is within 2 % of the final value; NaN
+    /// if even the last sample is not.
     pub settling_time: f64,
     /// `SettlingMin`: the smallest of the final value and the samples after the rise.
     pub settling_min: f64,
     /// `SettlingMax`: the largest of the final value and the samples after the rise.
     pub settling_max: f64,
-    /// `Overshoot`: how far the response goes beyond the final value, in percent of it.
+    /// `Overshoot`: how far the response exceeds the final value, in percent of it.
     pub overshoot: f64,
     /// `Undershoot`: how far it goes to the other side of zero, in percent of the final value.
     pub undershoot: f64,
@@ -53,13 +52,13 @@ pub struct StepInfo {
     pub steady_state_value: f64,
 }
 
-/// A series that is no response.
+/// A series that is not a response.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum InvalidResponse {
-    /// There is no sample.
+    /// There are no samples.
     #[error("the response has no samples")]
     Empty,
-    /// Times and values do not pair up.
+    /// There is not one value for each time.
     #[error("{t} times but {y} values; there must be one value for each time")]
     Lengths {
         /// Number of times.
@@ -70,20 +69,18 @@ pub enum InvalidResponse {
     /// A value is not a number.
     #[error("sample {index} is not a number")]
     NotANumber {
-        /// Place in the series, from 0.
+        /// Index in the series, from 0.
         index: usize,
     },
 }
 
-/// The figures of the response `y` at the times `t` (seconds, or any unit: times come out in the
-/// same).
+/// The figures of the response `y` at the times `t` (seconds, or any unit; the figures use the same).
 ///
-/// As in python-control, a final value that is infinite or not a number leaves every figure NaN and
-/// the peak and its time infinite. A final value of 0 that is given is used (python-control takes
-/// it as not given).
+/// As in python-control, if the final value is infinite or not a number, every figure is NaN and the peak and
+/// its time are infinite. Unlike in python-control, a final value that is given as 0 is used.
 ///
 /// # Errors
-/// [`InvalidResponse`] when there is no sample, the lengths differ, or a value is not a number.
+/// [`InvalidResponse`] if there are no samples, the lengths differ, or a value is not a number.
 pub fn step_info(
     t: &[f64],
     y: &[f64],
@@ -104,11 +101,11 @@ pub fn step_info(
     figures(|k| t.get(k).copied().unwrap_or(f64::NAN), y, settings)
 }
 
-/// The figures of a response that was sampled every `h`, from time 0 on; times come out in the
-/// unit of `h`. See [`step_info`].
+/// The figures of a response sampled every `h`, from time 0 on; times have the unit of `h`. See
+/// [`step_info`].
 ///
 /// # Errors
-/// [`InvalidResponse`] when there is no sample, or a value is not a number.
+/// [`InvalidResponse`] if there are no samples, or a value is not a number.
 pub fn sampled_step_info(
     h: f64,
     y: &[f64],
@@ -117,7 +114,7 @@ pub fn sampled_step_info(
     figures(|k| k as f64 * h, y, settings)
 }
 
-/// The figures of `y`, whose sample number k was taken at `t(k)`.
+/// The figures of `y`, whose sample k was taken at `t(k)`.
 fn figures(
     t: impl Fn(usize) -> f64,
     y: &[f64],
@@ -188,7 +185,7 @@ fn figures(
     })
 }
 
-/// The ends of a response, in one pass over it.
+/// The extremes of a response, in one pass.
 struct Extremes {
     /// In the direction of the final value.
     highest: f64,
@@ -205,7 +202,7 @@ impl Extremes {
         peak_at: 0,
     };
 
-    /// Takes in sample number `k`, which is a number.
+    /// Includes sample `k`, which is a number.
     fn see(&mut self, k: usize, y: f64, sign: f64) {
         let towards = sign * y;
         if towards > self.highest {
@@ -243,8 +240,7 @@ mod tests {
 
     #[test]
     fn a_response_worked_out_by_hand() {
-        // Final value 1: 10 % at t = 1, 90 % at t = 3, 20 % beyond at t = 4, within 2 % from t = 6
-        // on.
+        // Final value 1: 10 % at t = 1, 90 % at t = 3, 20 % overshoot at t = 4, within 2 % from t = 6 on.
         let t = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
         let y = [-0.05, 0.2, 0.6, 0.95, 1.2, 0.97, 1.01, 1.0];
         let info = step_info(&t, &y, &StepSettings::default()).expect("valid");

@@ -1,4 +1,4 @@
-//! A sampled system that runs: one input and one output a tick, nothing allocated after
+//! A running sampled system: one input and one output per tick, without allocation after
 //! construction.
 
 use crate::state_space::StateSpace;
@@ -6,9 +6,8 @@ use crate::timebase::Discrete;
 
 /// The state of a running system, at rest when new.
 ///
-/// A step costs about n² multiplications; for the motor (n = 2) that is a few nanoseconds. The
-/// input is taken as it comes: one that is not finite stays in the state for ever, so refuse it
-/// before it gets here.
+/// A step costs about n² multiplications; for the motor (n = 2) that is a few nanoseconds. The input
+/// is not checked: one that is not finite would stay in the state forever, so reject it earlier.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stepper {
     /// The matrix row by row, as made by [`rows`].
@@ -17,7 +16,7 @@ pub struct Stepper {
     d: f64,
     state: Vec<f64>,
     next: Vec<f64>,
-    /// Inputs that have not come through the dead time yet, the oldest at `oldest`.
+    /// Inputs within the dead time, the oldest at `oldest`.
     waiting: Vec<f64>,
     oldest: usize,
 }
@@ -29,7 +28,7 @@ impl Stepper {
         Self::delayed(system, 0)
     }
 
-    /// `system` at rest, behind a dead time of so many ticks.
+    /// `system` at rest, behind a dead time of `delay_ticks` ticks.
     #[must_use]
     pub fn delayed(system: &StateSpace<Discrete>, delay_ticks: usize) -> Self {
         let n = system.order();
@@ -44,7 +43,7 @@ impl Stepper {
         }
     }
 
-    /// One tick with input `u`: the output of the same tick.
+    /// One tick with input `u`; returns the output of the same tick.
     #[inline]
     pub fn step(&mut self, u: f64) -> f64 {
         let ticks = self.waiting.len();
@@ -52,11 +51,11 @@ impl Stepper {
             None => u,
             Some(place) => {
                 self.oldest = (self.oldest + 1) % ticks;
-                // The newest takes the place that the oldest leaves.
+                // The newest input takes the place of the oldest.
                 std::mem::replace(place, u)
             }
         };
-        // Two states, which most plants have, without a loop: the same sums.
+        // Two states, as most plants have, without a loop: the same sums in the same order.
         if let ([x0, x1], [c0, c1], [a00, a01, b0, a10, a11, b1], [next0, next1]) = (
             self.state.as_slice(),
             self.c.as_slice(),
@@ -78,7 +77,7 @@ impl Stepper {
         y
     }
 
-    /// Back to rest.
+    /// Returns to rest.
     pub fn reset(&mut self) {
         self.state.fill(0.0);
         self.waiting.fill(0.0);
@@ -89,7 +88,7 @@ impl Stepper {
         self.state.iter().all(|x| x.is_finite())
     }
 
-    /// Takes the last step back, of a system without dead time: once, and only right after it.
+    /// Undoes the last step of a system without dead time: only once, directly after the step.
     pub(crate) fn undo(&mut self) {
         std::mem::swap(&mut self.state, &mut self.next);
     }
@@ -106,7 +105,7 @@ pub(crate) fn rows(system: &StateSpace<Discrete>) -> Vec<f64> {
     rows
 }
 
-/// From left to right and from 0, so that other languages get the same bits.
+/// Summed from left to right, beginning with 0, so that other languages get the same bits.
 #[inline]
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |sum, (x, y)| sum + x * y)

@@ -1,21 +1,20 @@
-//! Continuous or sampled: the one difference that must never be mixed up, so it is part of the
-//! type.
+//! Continuous or sampled: this difference must never be confused, so it is part of the type.
 
 use nalgebra::Complex;
 use thiserror::Error;
 
 /// How a system's complex frequency relates to real frequency, and where its stable poles lie.
 pub trait Timebase: Copy + PartialEq {
-    /// The point of the complex plane that stands for the frequency `omega_rad_s`: jω, or e^(jωh).
+    /// The point of the complex plane for the frequency `omega_rad_s`: jω, or e^(jωh).
     fn point(self, omega_rad_s: f64) -> Complex<f64>;
 
     /// The frequency (rad/s) at which a pole or zero bends the magnitude; zero for an integrator.
     fn corner_rad_s(self, root: Complex<f64>) -> f64;
 
-    /// Whether a mode with this pole dies out.
+    /// Whether a mode with this pole decays.
     fn is_stable(self, pole: Complex<f64>) -> bool;
 
-    /// The highest frequency that exists, π/h, where there is one.
+    /// The highest possible frequency, π/h, if there is one.
     fn nyquist_rad_s(self) -> Option<f64>;
 }
 
@@ -23,7 +22,7 @@ pub trait Timebase: Copy + PartialEq {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Continuous;
 
-/// Sampled time: the variable is z, and a sample is `h_s` seconds.
+/// Sampled time: the variable is z, and the sample time is `h_s` seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Discrete {
     h_s: f64,
@@ -35,7 +34,7 @@ pub struct Discrete {
     "the sample time h is {h_s} s; give a positive finite number of seconds, for example 0.003"
 )]
 pub struct InvalidSampleTime {
-    /// What was asked for, in seconds.
+    /// The given sample time in seconds.
     pub h_s: f64,
 }
 
@@ -59,15 +58,14 @@ impl Discrete {
     }
 }
 
-/// A span of nanoseconds in seconds.
+/// Nanoseconds as seconds.
 #[must_use]
 pub fn seconds(ns: u64) -> f64 {
-    // A quotient of two exact numbers: 3 ms is exactly the f64 nearest 0.003.
+    // A quotient of two exact numbers, so 3 ms is exactly the f64 nearest to 0.003.
     ns as f64 / 1e9
 }
 
-/// A pole nearer to 1 than this is an integrator: rounding of the coefficients moves it by about
-/// this much.
+/// A pole closer to 1 than this is an integrator: rounding of the coefficients moves it by about this much.
 const INTEGRATOR: f64 = 1e-9;
 
 impl Timebase for Continuous {
@@ -93,8 +91,8 @@ impl Timebase for Discrete {
         Complex::from_polar(1.0, omega_rad_s * self.h_s)
     }
 
-    /// The corner of the continuous root that this one samples: |ln z| / h. A root at the origin
-    /// has none.
+    /// The corner of the continuous root that is sampled to this one: |ln z| / h. A root at the
+    /// origin has none.
     fn corner_rad_s(self, root: Complex<f64>) -> f64 {
         if root.norm() == 0.0 || (root - 1.0).norm() < INTEGRATOR {
             0.0

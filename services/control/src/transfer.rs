@@ -15,10 +15,10 @@ pub struct TransferFunction<T: Timebase = Continuous> {
     timebase: T,
 }
 
-/// Coefficients that make no transfer function.
+/// Coefficients that do not form a transfer function.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum InvalidTransferFunction {
-    /// A list of coefficients has no element.
+    /// A list of coefficients is empty.
     #[error("{polynomial} has no coefficients; give at least one, highest power first")]
     Empty {
         /// `num` or `den`.
@@ -29,9 +29,9 @@ pub enum InvalidTransferFunction {
     NotFinite {
         /// `num` or `den`.
         polynomial: &'static str,
-        /// Place in the list, from 0.
+        /// Index in the list, from 0.
         index: usize,
-        /// What stands there.
+        /// The coefficient.
         coefficient: f64,
     },
     /// The denominator's highest power has coefficient zero.
@@ -59,8 +59,8 @@ impl<T: Timebase> TransferFunction<T> {
     /// num/den, both highest power first. Leading zeros of `num` are dropped.
     ///
     /// # Errors
-    /// [`InvalidTransferFunction`] when a list is empty, a coefficient is not finite, `den` starts
-    /// with zero, or the function is not proper.
+    /// [`InvalidTransferFunction`] if a list is empty, a coefficient is not finite, `den` starts with
+    /// zero, or the function is not proper.
     pub fn try_new(
         num: impl Into<Vec<f64>>,
         den: impl Into<Vec<f64>>,
@@ -152,7 +152,7 @@ impl<T: Timebase> TransferFunction<T> {
     /// This system followed by `next`.
     ///
     /// # Errors
-    /// [`InvalidTransferFunction::Timebases`] when the two are not sampled alike.
+    /// [`InvalidTransferFunction::Timebases`] if their sample times differ.
     pub fn series(&self, next: &Self) -> Result<Self, InvalidTransferFunction> {
         if self.timebase != next.timebase {
             return Err(InvalidTransferFunction::Timebases);
@@ -167,8 +167,8 @@ impl<T: Timebase> TransferFunction<T> {
     /// The loop closed around this system with unity negative feedback: L / (1 + L).
     ///
     /// # Errors
-    /// [`InvalidTransferFunction::LeadingZero`] when 1 + L loses its highest power, that is when
-    /// the feed-through is exactly -1 and the algebraic loop has no solution.
+    /// [`InvalidTransferFunction::LeadingZero`] if 1 + L loses its highest power, that is, if the
+    /// feed-through is exactly -1 and the algebraic loop has no solution.
     pub fn feedback(&self) -> Result<Self, InvalidTransferFunction> {
         Self::try_new(self.num.clone(), sum(&self.den, &self.num), self.timebase)
     }

@@ -1,5 +1,4 @@
-//! Settings of a controller, and why it may fail. What it reports at its end is
-//! [`endpoint::report::Native`].
+//! Settings of a controller, and why it may fail. [`endpoint::report::Native`] is its report.
 
 use std::{io, path::PathBuf};
 
@@ -12,51 +11,51 @@ use journal::JournalError;
 pub struct Config {
     /// The plant, as `http://10.77.0.2:8080`.
     pub plant: String,
-    /// How it sends.
+    /// How the controller sends.
     pub settings: ControllerSettings,
     /// The control law at rest, such as `control::preset::paper_pi()`.
     pub law: Law,
-    /// The first deadline on the run's clock; soon, if not given.
+    /// The first deadline on the run's clock; if not given, soon after the warm-up.
     pub start_ns: Option<u64>,
-    /// Deadlines end this long after the first.
+    /// Time from the first deadline to the end of the deadlines.
     pub duration_ns: u64,
-    /// Connections opened before the start, at least one; a WebSocket is always
-    /// one. Over HTTP requests at one time each need their own: a client that
-    /// sends more opens the others as it goes, each for a round trip.
+    /// Connections opened before the start, at least one; a WebSocket always has one. Over HTTP each
+    /// simultaneous request needs its own: a client that sends more of them opens the others during
+    /// the run, each for a round trip.
     pub connections: u16,
-    /// The folder of `messages.csv`; made if need be.
+    /// The folder of `messages.csv`; created if necessary.
     pub out: PathBuf,
-    /// Whether to ask for real-time scheduling.
+    /// Whether to request real-time scheduling.
     pub fifo: bool,
 }
 
-/// Why a controller did not run, or not to its end.
+/// Why a controller did not run, or did not complete its run.
 #[derive(Debug, thiserror::Error)]
 pub enum DriveError {
-    /// The plant's address is not one.
+    /// The plant's address is invalid.
     #[error("plant `{plant}`: {why}; write it like http://10.77.0.2:8080")]
     Address {
-        /// What was asked.
+        /// The address that was given.
         plant: String,
-        /// The fault in the address.
+        /// What is wrong with the address.
         why: String,
     },
-    /// The settings make no controller.
+    /// The controller's end rejects the settings.
     #[error(transparent)]
     Settings(#[from] InvalidSettings),
     /// No client can follow the settings.
     #[error(transparent)]
     Conflict(#[from] InvalidSetting),
-    /// No answer before the start.
+    /// The plant did not answer before the start.
     #[error(
         "no plant answers at {plant} after {waited_s} s: {why}; start it, or correct the address"
     )]
     Unreachable {
-        /// What was asked.
+        /// The address of the plant.
         plant: String,
         /// How long it was waited for.
         waited_s: u64,
-        /// What the last attempt came to.
+        /// The result of the last attempt.
         why: String,
     },
     /// Rows are missing.

@@ -1,4 +1,4 @@
-//! The entry: warms up, runs the deadlines, waits for what is under way, reports.
+//! The entry point: warms up, runs the deadlines, waits for messages under way, reports.
 
 use std::{future::Future, io, pin::Pin, pin::pin, time::Duration};
 
@@ -12,29 +12,29 @@ use crate::{
     transport::{Address, ExchangeError, Http, Transport, WebSocket},
 };
 
-/// Just below the plant's ticker, as the plant's own HTTP thread.
+/// Just below the plant's ticker, like the plant's own HTTP thread.
 const FIFO_PRIORITY: u8 = 45;
 
 /// How long to wait for a plant that is still starting.
 const WARM_UP: Duration = Duration::from_secs(10);
 
-/// How long to leave a plant alone that does not answer yet.
+/// Pause between requests to a plant that does not answer yet.
 const WARM_UP_PAUSE: Duration = Duration::from_millis(50);
 
-/// The start, if none is given, is this long after the warm-up.
+/// If no start is given, it is this long after the warm-up.
 const START_AHEAD_NS: u64 = 200_000_000;
 
-/// Runs a controller for its duration, or until SIGTERM or SIGINT. The calling
-/// thread keeps the scheduling that it was granted.
+/// Runs a controller for its duration, or until SIGTERM or SIGINT. The calling thread keeps the
+/// scheduling that it was granted.
 ///
 /// # Errors
-/// [`DriveError`] says what could not be had, or which rows are missing. A
-/// message that fails is a row, not an error.
+/// [`DriveError`], with what was not available or which rows are missing. A message that fails is a
+/// row, not an error.
 pub fn drive(config: &Config) -> Result<report::Native, DriveError> {
     drive_until(config, pace::told_to_end())
 }
 
-/// Like [`drive`], or until `stop` is done.
+/// Like [`drive`], but runs until `stop` is done instead of a signal.
 ///
 /// # Errors
 /// Those of [`drive`].
@@ -69,7 +69,7 @@ fn drive_by(
 
     runtime.block_on(async {
         let mut stop = pin!(stop);
-        // 0, the output at rest, stands for a plant that was never looked at.
+        // If stopped before the plant was read, y is 0, the output at rest.
         let (y, stopped) = tokio::select! {
             y = warm_up(config, &transport) => (y?, false),
             result = &mut stop => (0.0, result.map(|()| true)?),
@@ -102,7 +102,7 @@ fn drive_by(
     })
 }
 
-/// Waits for the plant, opens the connections, and gives the plant's output.
+/// Waits for the plant, opens the connections, and returns the plant's output.
 async fn warm_up(config: &Config, transport: &impl Transport) -> Result<f64, DriveError> {
     let mut why = String::from("no attempt ended");
     let answers = async {
@@ -129,7 +129,7 @@ async fn warm_up(config: &Config, transport: &impl Transport) -> Result<f64, Dri
     Ok(y)
 }
 
-/// How one message ended: its number, when, and with what.
+/// The end of a message: its number, its time, and its result.
 type Ended = (u64, u64, Result<Answer, ExchangeError>);
 
 /// A run of deadlines.
@@ -142,7 +142,7 @@ struct Run<T> {
 }
 
 impl<T: Transport> Run<T> {
-    /// Passes all deadlines and waits for all messages; whether `stop` came first.
+    /// Runs through all deadlines and waits for all messages; returns whether `stop` came first.
     async fn deadlines(
         &mut self,
         mut stop: Pin<&mut impl Future<Output = io::Result<()>>>,
@@ -167,8 +167,8 @@ impl<T: Transport> Run<T> {
                 Step::Finished if self.under_way.is_empty() => return Ok(false),
                 Step::Finished => {}
             }
-            // The deadline goes first; after it rang, what has come by then is
-            // taken in, so that the command is made from the newest output.
+            // The deadline goes first. After it has rung, messages that have come by then are
+            // processed, so that the command uses the newest output.
             tokio::select! {
                 biased;
                 rung = alarm.rung() => {
@@ -187,7 +187,7 @@ impl<T: Transport> Run<T> {
         }
     }
 
-    /// Takes in how a message ended.
+    /// Records the end of a message.
     fn ended(&mut self, ended: Result<Ended, JoinError>) {
         let (seq, t_ns, result) = match ended {
             Ok(ended) => ended,

@@ -1,8 +1,7 @@
-//! How a command goes out and its answer comes back.
+//! Sends a command and receives its answer.
 //!
-//! [`Transport`] is the seam: the loop knows nothing of what carries its
-//! messages. [`Http`] makes a request of each, [`WebSocket`] has one socket for
-//! all. Where the plant is, is the same for both: [`Address`].
+//! [`Transport`] is the interface: the loop does not know what carries its messages. [`Http`] sends
+//! each as a request, [`WebSocket`] uses one socket for all. Both use the plant's [`Address`].
 
 mod http;
 mod websocket;
@@ -17,7 +16,7 @@ use reqwest::Url;
 
 use crate::DriveError;
 
-/// How much of a refusal is repeated.
+/// Number of characters of an error text that are quoted.
 const EXCERPT_CHARS: usize = 200;
 
 /// Why a message has no valid answer.
@@ -31,40 +30,38 @@ pub(crate) enum ExchangeError {
     Failed(String),
 }
 
-/// A way to the plant and back. Cheap to clone: each message takes its own.
+/// A way to send messages to the plant. Cheap to clone: each message takes its own.
 pub(crate) trait Transport: Clone + Send + 'static {
-    /// Looks at the plant.
+    /// Reads the plant's state.
     fn observe(self) -> impl Future<Output = Result<Observation, ExchangeError>> + Send + 'static;
 
-    /// Opens a connection beforehand, for one more message under way. Where it
-    /// cannot be had now, a message opens it later.
+    /// Opens a connection in advance, for one more message under way. If that fails now, a message
+    /// opens it later.
     fn open(self) -> impl Future<Output = ()> + Send + 'static;
 
-    /// Sends a command and waits for its answer. Commands go out in the order
-    /// in which these futures are first polled, and dropping one gives its
-    /// message up.
+    /// Sends a command and waits for its answer. Commands are sent in the order in which these
+    /// futures are first polled; dropping one gives up its message.
     fn exchange(
         self,
         command: Command,
     ) -> impl Future<Output = Result<Answer, ExchangeError>> + Send + 'static;
 
-    /// Takes leave of the plant, when there is no message under way any more.
+    /// Disconnects from the plant; to be called when no message is under way any more.
     fn close(self) -> impl Future<Output = ()> + Send + 'static;
 }
 
-/// Where the plant is.
+/// The plant's address.
 #[derive(Clone, Debug)]
 pub(crate) struct Address {
-    /// What was asked, for errors.
+    /// The address as given, for errors.
     plant: String,
     base: Url,
-    /// A name is looked up once, and not within the loop.
+    /// A name is looked up once, outside the loop.
     socket: SocketAddr,
 }
 
 impl Address {
-    /// Reads an address like `http://10.77.0.2:8080`, and looks its name up if
-    /// it has one.
+    /// Reads an address like `http://10.77.0.2:8080`; if it has a name, looks it up.
     pub(crate) fn parse(plant: &str) -> Result<Self, DriveError> {
         let bad = |why: &dyn ToString| DriveError::Address {
             plant: plant.to_owned(),
@@ -105,7 +102,7 @@ impl Address {
     }
 }
 
-/// The beginning of what a plant said, fit for a line.
+/// The beginning of a plant's text, short enough for a line.
 fn excerpt(text: &str) -> String {
     text.trim_end().chars().take(EXCERPT_CHARS).collect()
 }

@@ -1,10 +1,9 @@
-//! The controller's end: a deadline every h, a command at each if it may.
+//! The controller's end: a deadline every h, and a command at each if permitted.
 //!
-//! [`ControllerEnd::poll`] is asked for the next step until it says to wait;
-//! [`ControllerEnd::answered`] and [`ControllerEnd::lost`] tell it how a message
-//! ended. Each deadline becomes exactly one [`MessageRow`]: at once if nothing
-//! was sent, otherwise when its message ends. Nothing is allocated after
-//! [`ControllerEnd::try_new`]. Sockets, retries and waiting are not here.
+//! Call [`ControllerEnd::poll`] for the next step until it says to wait; report the end of each
+//! message with [`ControllerEnd::answered`] or [`ControllerEnd::lost`]. Each deadline becomes exactly
+//! one [`MessageRow`]: at once if nothing was sent, otherwise when its message ends. Nothing is
+//! allocated after [`ControllerEnd::try_new`]. There are no sockets, retries or waiting here.
 
 use std::collections::VecDeque;
 
@@ -18,30 +17,30 @@ use crate::{
     setting::{ControllerSettings, Integrate, Late, Mode, Outstanding, Schedule},
 };
 
-/// What to do next.
+/// The next step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
-    /// Send this command now, then ask again.
+    /// Send this command now, then poll again.
     Send(Command),
-    /// Record this deadline, at which nothing is sent, then ask again.
+    /// Record this deadline, at which nothing is sent, then poll again.
     Missed(MessageRow),
-    /// Ask again at this time, or when a message has ended.
+    /// Poll again at this time, or when a message has ended.
     Sleep {
         /// The next deadline.
         until_ns: u64,
     },
-    /// Ask again when the message under way has ended.
+    /// Poll again when the message under way has ended.
     AwaitAnswer,
     /// There are no more deadlines. Messages may still be under way.
     Finished,
 }
 
-/// How a message ends that gets no valid answer.
+/// How a message without a valid answer ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loss {
     /// No answer came within the timeout.
     Timeout,
-    /// The connection or the answer was broken.
+    /// The connection broke, or the answer was invalid.
     Failed,
 }
 
@@ -66,16 +65,16 @@ pub struct Counts {
     pub failed: u64,
 }
 
-/// Settings that no controller can work with.
+/// Settings with which no controller can work.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidSettings {
-    /// A reference that is not finite.
+    /// The reference is not finite.
     #[error("reference r = {r} is not a finite number; the paper's is 1")]
     Reference {
-        /// What was asked.
+        /// The reference.
         r: f64,
     },
-    /// Every message would end before it is sent.
+    /// The timeout is 0, so every message would end before it is sent.
     #[error("timeout_ns = 0: every message would be late; the paper's is 5000000000 (5 s)")]
     Timeout,
 }
@@ -84,27 +83,26 @@ pub enum InvalidSettings {
 #[derive(Clone, Debug)]
 pub struct ControllerEnd {
     settings: ControllerSettings,
-    /// h in seconds: divided once, since a division is what a law's arithmetic costs.
+    /// h in seconds, computed once, since a division costs as much as a law's arithmetic.
     h_s: f64,
     law: Law,
-    /// The newest output known, and the plant's tick that it belongs to.
+    /// The newest known output, and the plant's tick to which it belongs.
     y: f64,
     y_tick: u64,
-    /// When the command before was sent, for `Integrate::Elapsed`.
+    /// When the previous command was sent, for `Integrate::Elapsed`.
     last_send_ns: Option<u64>,
     next_seq: u64,
     /// `None` while a relative schedule waits for an answer.
     next_due_ns: Option<u64>,
     stop_ns: u64,
-    /// In order of `seq`, and so mostly answered from the front.
+    /// Messages under way in order of `seq`, so mostly answered from the front.
     under_way: VecDeque<MessageRow>,
     counts: Counts,
 }
 
 impl ControllerEnd {
-    /// An end whose first deadline is `start_ns` and whose last is before
-    /// `stop_ns`. `y` is the plant's output before the first answer: 0 for a
-    /// plant at rest.
+    /// An end whose first deadline is `start_ns` and whose last is before `stop_ns`. `y` is the
+    /// plant's output before the first answer: 0 for a plant at rest.
     ///
     /// # Errors
     /// [`InvalidSettings`] if the reference is not finite or the timeout is 0.
@@ -136,13 +134,11 @@ impl ControllerEnd {
         })
     }
 
-    /// The next step at `now_ns`. One call passes at most one deadline, so ask
-    /// until the answer is to wait.
+    /// The next step at `now_ns`. One call handles at most one deadline, so poll until the step is to wait.
     ///
-    /// On an absolute schedule a deadline is over when the next one is due: a
-    /// controller that wakes late sends for the present deadline and records
-    /// those before it as missed, since it cannot send in the past. The other
-    /// schedules have no such grid, and a late message only delays the next.
+    /// On an absolute schedule a deadline is over when the next one is due: a controller that wakes late
+    /// sends for the present deadline and records the earlier ones as missed, since it cannot send in the
+    /// past. The other schedules have no such grid, and a late message only delays the next.
     #[inline]
     pub fn poll(&mut self, now_ns: u64) -> Step {
         let Some(due_ns) = self.next_due_ns else {
@@ -187,7 +183,7 @@ impl ControllerEnd {
         Step::Send(self.send(seq, due_ns, now_ns))
     }
 
-    /// A message was answered. `None` if it is not under way (any more).
+    /// Reports the answer to a message. Returns `None` if that message is not under way (any more).
     #[inline]
     pub fn answered(&mut self, answer: &Answer, now_ns: u64) -> Option<MessageRow> {
         let mut row = self.end(answer.seq(), now_ns)?;
@@ -197,8 +193,8 @@ impl ControllerEnd {
         row.outcome = MessageOutcome::Answered;
         if let Answer::State(state) = answer {
             row.tick = Some(state.tick);
-            // The plant's tick, not seq, is the age of a measurement: a command
-            // that was overtaken on its way up brings home the newer output.
+            // The plant's tick, not seq, gives the age of a measurement: a command that was overtaken
+            // on its way up brings back the newer output.
             let overtaken = state.tick < self.y_tick;
             if !(overtaken && self.settings.late == Late::Drop) {
                 self.y = state.y;
@@ -208,7 +204,7 @@ impl ControllerEnd {
         Some(row)
     }
 
-    /// A message ended without a valid answer. `None` if it is not under way.
+    /// Reports that a message ended without a valid answer. Returns `None` if it is not under way.
     pub fn lost(&mut self, seq: u64, loss: Loss, now_ns: u64) -> Option<MessageRow> {
         let mut row = self.end(seq, now_ns)?;
         row.outcome = match loss {
@@ -224,19 +220,19 @@ impl ControllerEnd {
         Some(row)
     }
 
-    /// The oldest message under way, if any.
+    /// Number of the oldest message under way, if any.
     #[must_use]
     pub fn oldest_under_way(&self) -> Option<u64> {
         self.under_way.front().map(|row| row.seq)
     }
 
-    /// What became of the deadlines so far.
+    /// Counts of the deadlines so far.
     #[must_use]
     pub fn counts(&self) -> Counts {
         self.counts
     }
 
-    /// The command for a deadline: from the newest output known right now.
+    /// The command for a deadline, from the newest known output.
     #[inline]
     fn send(&mut self, seq: u64, due_ns: u64, now_ns: u64) -> Command {
         let ControllerSettings {
@@ -244,7 +240,7 @@ impl ControllerEnd {
         } = self.settings;
         let mut row = self.row(seq, due_ns);
         let u = match mode {
-            // The plant does not apply it; the reference is as good as any.
+            // The plant does not apply it, so the reference will do.
             Mode::Open => r,
             Mode::Closed => {
                 let e = r - self.y;
@@ -268,23 +264,23 @@ impl ControllerEnd {
         }
     }
 
-    /// Takes a message off those under way.
+    /// Removes a message from those under way.
     #[inline]
     fn end(&mut self, seq: u64, now_ns: u64) -> Option<MessageRow> {
-        // Mostly it is the oldest.
+        // Usually it is the oldest.
         let row = if self.under_way.front()?.seq == seq {
             self.under_way.pop_front()
         } else {
             let found = self.under_way.binary_search_by_key(&seq, |row| row.seq);
             self.under_way.remove(found.ok()?)
         }?;
-        // Only a relative schedule with one outstanding waits for this.
+        // Only a relative schedule with one outstanding message waits for this.
         let h_ns = self.settings.h.ns();
         self.next_due_ns.get_or_insert(now_ns.saturating_add(h_ns));
         Some(row)
     }
 
-    /// The row of a deadline before anything is known of it.
+    /// The row of a deadline before its outcome is known.
     #[inline]
     fn row(&self, seq: u64, t_due_ns: u64) -> MessageRow {
         MessageRow {

@@ -1,21 +1,21 @@
-//! How long something lasts, as people write it: `6s`, `500ms`, `1m 30s`.
+//! Durations as people write them: `6s`, `500ms`, `1m 30s`.
 //!
-//! For whatever lasts a run or a part of it, in experiments, sweeps and settings alike. A sample time,
-//! which has to be exact, is read by [`crate::span`]; a profile's times are in tc's words.
+//! For the duration of a run or of a part of it, in experiments, sweeps and settings. [`crate::span`]
+//! reads sample times, which must be exact; the times of a profile are in tc's syntax.
 
 use jiff::SignedDuration;
 
-/// How it is written.
+/// How to write a duration.
 pub const DURATION_REMEDY: &str = "write it with its unit, like 6s, 500ms or 1m 30s";
 
-/// The longest: a week. Beyond it a typing error is likelier than a run.
+/// The longest duration: a week. Anything longer is more likely a typing error than a run.
 pub const DURATION_MAX_NS: u64 = 7 * 24 * 3_600_000_000_000;
 
-/// The nanoseconds that a text says.
+/// Reads a duration in nanoseconds.
 ///
 /// # Errors
-/// A sentence on what is wrong with it, for a text that says no time, or none between 0 and a week;
-/// [`DURATION_REMEDY`] goes with it.
+/// A sentence that says what is wrong, if the text is not a duration, or not one above 0 and up to a
+/// week; [`DURATION_REMEDY`] belongs to it.
 pub fn duration_ns(text: &str) -> Result<u64, String> {
     match floor_ns(text) {
         Ok(0) => Err(out_of_range(text)),
@@ -23,10 +23,10 @@ pub fn duration_ns(text: &str) -> Result<u64, String> {
     }
 }
 
-/// The nanoseconds that a text says, which may be none.
+/// Reads a duration in nanoseconds, which may be 0.
 ///
 /// # Errors
-/// As [`duration_ns`], but for 0.
+/// The same as [`duration_ns`], except for 0.
 pub(crate) fn floor_ns(text: &str) -> Result<u64, String> {
     let duration: SignedDuration = text
         .parse()
@@ -41,7 +41,7 @@ fn out_of_range(text: &str) -> String {
     format!("`{text}` is not between 0 and a week")
 }
 
-/// As people write it: `10ms`, `1s 500ms`.
+/// A duration as people write it: `10ms`, `1s 500ms`.
 #[must_use]
 pub fn duration_text(ns: u64) -> String {
     let ns = i64::try_from(ns).unwrap_or(i64::MAX);

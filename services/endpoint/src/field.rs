@@ -1,8 +1,8 @@
-//! Settings by their names, for code that reads, passes on or shows them without a list of its own:
-//! experiments, command lines, a cell's setup in words.
+//! Settings by name, for code that reads, forwards or shows them without its own list: experiments,
+//! command lines, a cell's setup in words.
 //!
-//! Mode, sample time and reference are not among them: those are a run's own. Which settings there are is
-//! where their types are declared.
+//! Mode, sample time and reference are not among them, since they belong to a run. The settings are
+//! declared with their types.
 
 use std::fmt::{self, Display};
 use std::str::FromStr;
@@ -10,31 +10,31 @@ use std::str::FromStr;
 /// A setting of `S` by its name.
 #[derive(Debug)]
 pub struct Field<S> {
-    /// As TOML has it, like `timer_floor`; a command line has `-` for `_`.
+    /// Its name in TOML, like `timer_floor`; a command line has `-` instead of `_`.
     pub name: &'static str,
-    /// What it decides, and which words there are, in a line.
+    /// What it decides, and its possible words, in one line.
     pub about: &'static str,
-    /// What stands for its word in a help text.
+    /// The placeholder for its value in a help text.
     pub placeholder: &'static str,
-    /// Whether its words say by themselves whose they are: `websocket`, and not `new`.
+    /// Whether its words are clear without the setting's name: `websocket` is, `new` is not.
     pub is_telling: bool,
     pub(crate) read: fn(&mut S, &str) -> Result<(), InvalidSetting>,
     pub(crate) text: fn(&S) -> String,
 }
 
-/// Why a setting cannot be had, and what to do about it.
+/// Why a setting is invalid, and what to do about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InvalidSetting {
     /// The setting's name.
     pub name: &'static str,
     /// What is wrong.
     pub problem: String,
-    /// What to do; empty where the problem says it.
+    /// What to do; empty if the problem says it.
     pub remedy: &'static str,
 }
 
 impl InvalidSetting {
-    /// Reads a word; its own error has the words to choose from.
+    /// Reads a word; the word's own error lists the choices.
     pub(crate) fn word<T: FromStr<Err: Display>>(
         name: &'static str,
         text: &str,
@@ -59,10 +59,10 @@ impl Display for InvalidSetting {
 impl std::error::Error for InvalidSetting {}
 
 impl<S> Field<S> {
-    /// Sets it to what `text` says.
+    /// Sets the field to the value of `text`.
     ///
     /// # Errors
-    /// [`InvalidSetting`] if that is not one of its words.
+    /// [`InvalidSetting`] if that is not a valid value.
     pub fn read(&self, settings: &mut S, text: &str) -> Result<(), InvalidSetting> {
         (self.read)(settings, text)
     }
@@ -74,7 +74,7 @@ impl<S> Field<S> {
     }
 }
 
-/// A setting that is one of some words.
+/// A setting that is one of several words.
 macro_rules! word_field {
     ($field:ident, $about:literal, $placeholder:literal, $is_telling:literal) => {
         $crate::Field {
@@ -91,7 +91,7 @@ macro_rules! word_field {
     };
 }
 
-/// A setting that is a length of time.
+/// A setting that is a duration.
 macro_rules! span_field {
     ($name:literal, $field:ident, $about:literal, $read:path) => {
         $crate::Field {

@@ -1,7 +1,7 @@
-//! How long the plant holds a command when no other comes: for ever, or for a time and then 0.
+//! How long the plant holds a command if no other comes: forever, or for a time and then 0.
 //!
-//! Holding the last is what the paper's plant does, and such a plant keeps the last command when
-//! its controller is gone. With a watchdog its input goes to 0 after a time.
+//! The paper's plant holds the last command, and so keeps it when its controller is gone. With a
+//! watchdog its input becomes 0 after a time.
 
 use std::{fmt, str::FromStr};
 
@@ -26,19 +26,19 @@ pub enum Hold {
     },
 }
 
-/// A word that is no holding.
+/// A text that is not a hold.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "hold `{text}` is unknown; write `last`, or a time above zero like 100ms, after which the \
      plant's input is 0"
 )]
 pub struct InvalidHold {
-    /// What was asked.
+    /// The text.
     text: String,
 }
 
 impl Hold {
-    /// Whether it is the default of plants.
+    /// Whether it is the plants' default.
     #[must_use]
     pub fn is_last(&self) -> bool {
         *self == Self::Last

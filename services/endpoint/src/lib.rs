@@ -1,18 +1,18 @@
 //! Both ends of the control loop, without the network between them.
 //!
-//! * [`Command`], [`State`], [`Acknowledgement`], [`Observation`]: what the
-//!   ends say to each other, and how it is written ([`message`], [`query`]).
-//! * [`ControllerEnd`] and [`PlantEnd`]: what each end does, as state machines
-//!   that get the time as an argument ([`controller`], [`plant`]).
-//! * [`TickRow`], [`ArrivalRow`], [`MessageRow`]: what each end records ([`row`]).
-//! * [`ControllerSettings`], [`PlantSettings`]: how an experiment sets them up
-//!   ([`setting`]), [`PageSettings`] where a page is the controller ([`page`]),
-//!   [`Preset`] with a name ([`preset`]), [`Field`] by their names ([`mod@field`]).
-//! * [`report`]: what each role says of itself when it ends.
+//! * [`Command`], [`State`], [`Acknowledgement`], [`Observation`]: the messages between the ends, and
+//!   their text form ([`message`], [`query`]).
+//! * [`ControllerEnd`] and [`PlantEnd`]: what each end does, as state machines that get the time as
+//!   an argument ([`controller`], [`plant`]).
+//! * [`TickRow`], [`ArrivalRow`], [`MessageRow`]: what each end records ([`mod@row`]).
+//! * [`ControllerSettings`], [`PlantSettings`]: how an experiment configures them ([`setting`]),
+//!   [`PageSettings`] for a page as controller ([`page`]), [`Preset`] for named settings
+//!   ([`preset`]), [`Field`] for settings by name ([`mod@field`]).
+//! * [`report`]: what each role reports at its end.
 //!
-//! There is no clock, socket, file or thread in this crate. Every time is an
-//! integer number of nanoseconds on one monotonic clock (`CLOCK_MONOTONIC` in a
-//! real run, virtual time in a simulated one), and its name ends in `_ns`.
+//! This crate has no clock, socket, file or thread. Every time is an integer number of nanoseconds on
+//! one monotonic clock (`CLOCK_MONOTONIC` in a real run, virtual time in a simulated one), and its
+//! name ends in `_ns`.
 #![forbid(unsafe_code)]
 
 pub mod controller;

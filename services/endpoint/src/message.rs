@@ -1,11 +1,10 @@
-//! What the two ends say to each other.
+//! The messages between the two ends.
 //!
-//! On the wire a message is a URI-encoded query, as in the paper:
-//! `seq=7&t_send_ns=1200000&u=0.35`. `Display` writes that form and `FromStr`
-//! reads it, strictly ([`crate::query`]). Numbers are written with the fewest
-//! digits that read back to the same f64. The same fields go as a JSON object
-//! (serde) where a client asks for it. An output that has left the finite
-//! numbers is written as `inf` or `NaN` and refused by the reader.
+//! On the wire a message is a URI-encoded query, as in the paper: `seq=7&t_send_ns=1200000&u=0.35`.
+//! `Display` writes that form and `FromStr` reads it strictly ([`crate::query`]). Numbers are written
+//! with the fewest digits that read back to the same f64. A client may request the same fields as a
+//! JSON object (serde). An output that is no longer finite is written as `inf` or `NaN`, which the
+//! reader rejects.
 
 use std::{fmt, str::FromStr};
 
@@ -28,7 +27,7 @@ pub struct Command {
     pub u: f64,
 }
 
-/// From plant to controller in closed loop: what became of the plant.
+/// From plant to controller in closed loop: the plant's state.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct State {
@@ -54,11 +53,11 @@ pub struct Acknowledgement {
     pub t_arrive_ns: u64,
 }
 
-/// The plant seen without commanding it.
+/// The plant's state, read without sending a command.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Observation {
-    /// When it was seen, on the plant's clock.
+    /// When it was read, on the plant's clock.
     pub t_ns: u64,
     /// The latest tick.
     pub tick: u64,
@@ -82,8 +81,8 @@ impl Answer {
     /// Reads the answer to `command`.
     ///
     /// # Errors
-    /// [`InvalidMessage`] names the field; an answer to another command is
-    /// refused too, for its y belongs to another moment.
+    /// [`InvalidMessage`], which names the field. An answer to another command is rejected too, since
+    /// its y belongs to another time.
     pub fn parse(mode: Mode, text: &str, command: &Command) -> Result<Self, InvalidMessage> {
         let answer = match mode {
             Mode::Closed => Self::State(text.parse()?),
@@ -118,8 +117,8 @@ impl Answer {
     }
 }
 
-// `{:?}` of an f64 has the fewest digits that read back, as `{}` has, but goes
-// over to an exponent where `{}` would write 300 zeros.
+// `{:?}` of an f64 has the fewest digits that read back, like `{}`, but uses an exponent where `{}`
+// would write 300 zeros.
 
 impl fmt::Display for Command {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -1,9 +1,9 @@
-//! How late a plant ticks by its own machine: a seeded extra time for each tick.
+//! Noise of the plant's tick times, from its machine: a seeded extra time for each tick.
 //!
-//! A loop should have a plant that keeps its deadlines, which the paper's desktop did not: its
-//! sample intervals scattered by as much as they were long. Each tick waits its extra time, drawn by number
-//! and seed alone, after it was due; its row keeps both times. The model is still stepped once a tick, so
-//! simulated time keeps to `k h`, and a tick that came late may be followed by the next at once.
+//! A plant should keep its deadlines, but the paper's desktop did not: its sample intervals scattered
+//! by as much as their own length. Each tick comes later than its due time by an extra time, drawn
+//! from its number and the seed alone; its row has both times. The model still advances by one step
+//! per tick, so simulated time stays at `k h`, and a late tick may be followed by the next at once.
 
 use std::{fmt, str::FromStr};
 
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::span::{span_ns, span_text};
 
-/// The longest extra time that a law may be of, ns: beyond it a typing error is likelier than a plant.
+/// Greatest parameter of a law, ns: anything longer is more likely a typing error than a plant.
 const SIZE_MAX_NS: u64 = 10_000_000_000;
 
 /// The law of the extra time. Written `uniform 3ms` or `normal 1ms`.
@@ -33,14 +33,14 @@ pub enum NoiseLaw {
     },
 }
 
-/// Words that are no law.
+/// A text that is not a law.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "tick noise `{text}` is not a law; write `uniform` and the longest extra time of a tick, like \
      uniform 3ms, or `normal` and a standard deviation, like normal 1ms, up to 10s"
 )]
 pub struct InvalidNoise {
-    /// What was asked.
+    /// The text.
     text: String,
 }
 
@@ -61,8 +61,8 @@ impl TickNoise {
         match self.law {
             NoiseLaw::Uniform { max_ns } => (self.uniform(k) * max_ns as f64) as u64,
             NoiseLaw::Normal { sd_ns } => {
-                // Twelve uniform draws have a variance of one: a normal deviate up to six of them, without
-                // functions that differ from machine to machine.
+                // The sum of twelve uniform draws has a variance of one: a normal deviate up to six
+                // standard deviations, without functions that differ from machine to machine.
                 let sum: f64 = (0..12)
                     .map(|draw| self.uniform(k.wrapping_mul(12).wrapping_add(draw)))
                     .sum();
@@ -71,9 +71,9 @@ impl TickNoise {
         }
     }
 
-    /// Draw number `index`, from 0 up to but not including 1.
+    /// Draw number `index`, at least 0 and less than 1.
     fn uniform(&self, index: u64) -> f64 {
-        // SplitMix64 (Steele, Lea and Flood), whose state after so many steps is a product.
+        // SplitMix64 (Steele, Lea and Flood), whose state after a number of steps is a product.
         let mut z = self
             .seed
             .wrapping_add(index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn extra_times_have_the_moments_of_their_law() {
-        // Of 100 000 draws: the mean is good to 0.2 %.
+        // With 100 000 draws the mean is accurate to 0.2 %.
         let mean_ms = |law| {
             let noise = TickNoise { law, seed: 7 };
             let sum: u64 = (0..100_000).map(|k| noise.extra_ns(k)).sum();
@@ -161,8 +161,8 @@ mod tests {
         };
         let uniform = mean_ms(NoiseLaw::Uniform { max_ns: 3 * MS });
         assert!((uniform / 1.5 - 1.0).abs() < 0.01, "{uniform}");
-        // The mean size of a normal deviate is its sd times the root of 2/pi; of the sum of twelve it is
-        // 1 % more.
+        // The mean size of a normal deviate is its sd times the square root of 2/pi; for the sum of
+        // twelve draws it is 1 % more.
         let normal = mean_ms(NoiseLaw::Normal { sd_ns: MS });
         assert!((normal / 0.7979 - 1.0).abs() < 0.02, "{normal}");
     }

@@ -1,8 +1,7 @@
-//! How a page in a browser goes about its loop: thread, sender, timer.
+//! How a page in a browser runs its loop: thread, sender, timer.
 //!
-//! A page cannot do everything that its settings could be put together to;
-//! [`PageSettings::check`] says what it cannot. The page itself, which says so
-//! too, is not here.
+//! A page cannot follow every combination of its settings; [`PageSettings::check`] rejects the
+//! others. The page itself, which rejects them too, is elsewhere.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -63,10 +62,10 @@ pub struct PageSettings {
 }
 
 impl PageSettings {
-    /// Why a page cannot follow these settings.
+    /// Checks whether a page can follow these settings.
     ///
     /// # Errors
-    /// [`InvalidSetting`], which names the one to change.
+    /// [`InvalidSetting`], which names the setting to change.
     pub fn check(&self, settings: &ControllerSettings) -> Result<(), InvalidSetting> {
         let blocking = settings.outstanding == Outstanding::ONE;
         let http = settings.transport == Transport::Http;
@@ -120,7 +119,7 @@ impl PageSettings {
 
 #[rustfmt::skip]
 impl PageSettings {
-    /// Each setting that an experiment may choose of a page.
+    /// The settings of a page that an experiment may choose.
     pub const FIELDS: &[Field<Self>] = &[
         word_field!(thread, "Where in the page the loop runs: main or worker", "THREAD", false),
         word_field!(sender, "What sends its requests: xhr or fetch", "SENDER", true),

@@ -1,9 +1,8 @@
-//! The plant's end: it holds the last input and is stepped every h.
+//! The plant's end: it holds the last input and steps the model every h.
 //!
-//! It is made of two parts, because in a real run two threads own them: the
-//! [`Inbox`] takes commands as they arrive and says which input is held, the
-//! [`Process`] steps the model on its deadlines. [`PlantEnd`] is both at once,
-//! for virtual time and for the test vectors. The HTTP around it is not here.
+//! It has two parts, because in a real run two threads own them: the [`Inbox`] takes commands as they arrive
+//! and gives the input that is held, the [`Process`] steps the model at its deadlines. [`PlantEnd`] is both
+//! together, for virtual time and for the test vectors. The HTTP around it is elsewhere.
 
 use control::Stepper;
 
@@ -15,10 +14,10 @@ use crate::{
     setting::{Late, Mode, PlantSettings},
 };
 
-/// What the plant is driven with between two commands.
+/// The plant's input between two commands.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Input {
-    /// The input held; 0 before the first command.
+    /// The input that is held; 0 before the first command.
     pub u: f64,
     /// The command that set it.
     pub seq: Option<u64>,
@@ -26,20 +25,19 @@ pub struct Input {
     pub t_ns: u64,
 }
 
-/// What the outside can see of the process: its latest tick.
+/// The visible output of the process: its latest tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Output {
-    /// Number of the latest tick; 0 also just before it.
+    /// Number of the latest tick; also 0 before tick 0.
     pub tick: u64,
-    /// The output after it.
+    /// The output after that tick.
     pub y: f64,
 }
 
 /// Where commands arrive: numbers them, judges late ones, holds the input.
 ///
-/// The age of a command is its sequence number, so with [`Late::Drop`] a
-/// controller that starts again from 0 finds all its commands stale, unless
-/// [`Inbox::welcome`] was called for it.
+/// The age of a command is its sequence number. With [`Late::Drop`] all commands of a controller that
+/// starts again from 0 are therefore stale, unless [`Inbox::welcome`] was called for it.
 #[derive(Clone, Debug)]
 pub struct Inbox {
     late: Late,
@@ -61,13 +59,13 @@ impl Inbox {
         }
     }
 
-    /// Another controller comes, whose commands count from 0. The input is held.
+    /// Accepts another controller, whose commands count from 0. The input is held.
     pub fn welcome(&mut self) {
         self.newest = None;
     }
 
-    /// Takes a command that arrived at `now_ns`, when the process showed
-    /// `output`, and gives the row and the answer.
+    /// Takes a command that arrived at `now_ns`, while the output of the process was `output`;
+    /// returns the row and the answer.
     #[inline]
     pub fn command(
         &mut self,
@@ -117,20 +115,20 @@ impl Inbox {
         (row, answer)
     }
 
-    /// The input held.
+    /// The input that is held.
     #[must_use]
     pub fn input(&self) -> Input {
         self.input
     }
 
-    /// How many commands have arrived.
+    /// Number of commands that have arrived.
     #[must_use]
     pub fn arrivals(&self) -> u64 {
         self.arrivals
     }
 }
 
-/// The model on its deadlines, start + k h.
+/// The model at its deadlines, start + k h.
 #[derive(Clone, Debug)]
 pub struct Process {
     stepper: Stepper,
@@ -139,14 +137,13 @@ pub struct Process {
     noise: Option<TickNoise>,
     next_k: u64,
     next_due_ns: u64,
-    /// When the latest tick was.
+    /// When the latest tick happened.
     last_ns: u64,
     output: Output,
 }
 
 impl Process {
-    /// A process whose tick 0 is due at `start_ns`. `stepper` is the model,
-    /// sampled at h and at rest.
+    /// A process whose tick 0 is due at `start_ns`. `stepper` is the model, sampled at h and at rest.
     #[must_use]
     pub fn new(settings: &PlantSettings, stepper: Stepper, start_ns: u64) -> Self {
         Self {
@@ -167,8 +164,8 @@ impl Process {
         self.next_due_ns
     }
 
-    /// When the next tick is to happen: when it is due, or as much later as the plant's machine is said to be
-    /// late. Ticks keep their order, so it is no earlier than the one before.
+    /// When the next tick should happen: when it is due, plus its noise if the plant has any. Ticks
+    /// keep their order, so never before the previous tick.
     #[must_use]
     pub fn next_tick_ns(&self) -> u64 {
         match self.noise {
@@ -180,14 +177,14 @@ impl Process {
         }
     }
 
-    /// Does the next tick with `input`; `now_ns` is only recorded. A tick that
-    /// comes late is caught up, not left out, so simulated time keeps to `k h`.
+    /// Performs the next tick with `input`; `now_ns` is only recorded. A late tick is caught up, not
+    /// skipped, so simulated time stays at `k h`.
     #[inline]
     pub fn tick(&mut self, input: Input, now_ns: u64) -> TickRow {
         let k = self.next_k;
         let input = match self.hold {
             Hold::Last => input,
-            // By when the tick is due: a tick that is caught up is stepped as one in time.
+            // Judged by the due time, so that a tick that is caught up is stepped like one on time.
             Hold::For { ns } => {
                 if self.next_due_ns.saturating_sub(input.t_ns) > ns {
                     Input::default()
@@ -219,7 +216,7 @@ impl Process {
     }
 }
 
-/// The whole end, for one thread.
+/// The whole plant's end, for one thread.
 #[derive(Clone, Debug)]
 pub struct PlantEnd {
     inbox: Inbox,
@@ -242,13 +239,13 @@ impl PlantEnd {
         self.process.next_due_ns()
     }
 
-    /// When the next tick is to happen; see [`Process::next_tick_ns`].
+    /// When the next tick should happen; see [`Process::next_tick_ns`].
     #[must_use]
     pub fn next_tick_ns(&self) -> u64 {
         self.process.next_tick_ns()
     }
 
-    /// Does the next tick with the input held; see [`Process::tick`].
+    /// Performs the next tick with the input that is held; see [`Process::tick`].
     #[inline]
     pub fn tick(&mut self, now_ns: u64) -> TickRow {
         self.process.tick(self.inbox.input(), now_ns)
@@ -261,7 +258,7 @@ impl PlantEnd {
             .command(mode, command, self.process.output(), now_ns)
     }
 
-    /// The plant seen without commanding it.
+    /// Reads the plant's state without a command.
     #[must_use]
     pub fn observe(&self, now_ns: u64) -> Observation {
         let Output { tick, y } = self.process.output();

@@ -1,7 +1,7 @@
-//! Settings with a name: the paper's two clients, and what can be done today.
+//! Named settings: the paper's two clients, and what is possible today.
 //!
-//! A preset says how a client sends and, where that client is a page, how the
-//! page goes about it. Native and Python clients have no use for the latter.
+//! A preset says how a client sends and, if that client is a page, how the page runs its loop. Native
+//! and Python clients do not use the latter.
 
 use crate::{
     SampleTime,
@@ -57,10 +57,10 @@ impl Preset {
         }
     }
 
-    /// How a page goes about it.
+    /// How a page runs its loop.
     #[must_use]
     pub fn page(self) -> PageSettings {
-        /// The least delay of a timer in the browsers of 2011.
+        /// The least delay of a timer in browsers of 2011.
         const FLOOR_OF_2011_NS: u64 = 10_000_000;
         match self {
             Self::Paper2011 | Self::Today => PageSettings {

@@ -1,19 +1,18 @@
-//! Reading `key=value&key=value`, strictly.
+//! Reads `key=value&key=value` strictly.
 //!
-//! Every key has to be there exactly once and no other may be, since a
-//! misspelt or doubled key is a mistake in a client that should not steer
-//! anything. Numbers are decimal and finite. Writing needs no code of its own:
-//! the messages' `Display` does it, as no character of a number needs escaping.
+//! Every key must be there exactly once, and no other: a misspelt or repeated key is a mistake of a
+//! client, which then should not control anything. Numbers are decimal and finite. Writing needs no
+//! code here: the messages' `Display` does it, since no character of a number needs escaping.
 
 use std::borrow::Cow;
 
-/// The longest query that is read. The longest valid command has about 100 bytes.
+/// Longest query that is accepted. The longest valid command has about 100 bytes.
 pub const MAX_BYTES: usize = 1024;
 
-/// How much of a refused text an error repeats.
+/// Number of characters of a rejected text that an error quotes.
 const EXCERPT_CHARS: usize = 40;
 
-/// Why a message was refused. Each names the field.
+/// Why a message was rejected. Each variant names the field.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidMessage {
     /// The whole text is too long.
@@ -22,7 +21,7 @@ pub enum InvalidMessage {
         /// Length of the query in bytes.
         bytes: usize,
     },
-    /// A field is not there.
+    /// A field is missing.
     #[error("field `{field}` is missing: this message has the fields {expected}")]
     Missing {
         /// Name of the missing field.
@@ -30,13 +29,13 @@ pub enum InvalidMessage {
         /// All fields of the message.
         expected: String,
     },
-    /// A field is there twice.
+    /// A field appears twice.
     #[error("field `{field}` appears twice: give it once")]
     Duplicate {
         /// Name of the repeated field.
         field: &'static str,
     },
-    /// A field that the message does not have.
+    /// The message has no such field.
     #[error("field `{field}` is unknown: this message has the fields {expected}")]
     Unknown {
         /// The field, shortened.
@@ -44,7 +43,7 @@ pub enum InvalidMessage {
         /// All fields of the message.
         expected: String,
     },
-    /// Not a whole number from 0 to 2^64 - 1.
+    /// The value is not a whole number from 0 to 2^64 - 1.
     #[error("field `{field}`: `{value}` is not a whole number from 0 to 18446744073709551615")]
     NotCount {
         /// Name of the field.
@@ -52,7 +51,7 @@ pub enum InvalidMessage {
         /// Its value, shortened.
         value: String,
     },
-    /// Not a number, or an infinite one.
+    /// The value is not a finite number.
     #[error(
         "field `{field}`: `{value}` is not a finite decimal number; write it like 0.35 or -1e-3"
     )]
@@ -72,7 +71,7 @@ pub enum InvalidMessage {
     },
 }
 
-/// The values of the fields `names`, in their order.
+/// The values of the fields `names`, in that order.
 pub(crate) fn fields<'a, const N: usize>(
     text: &'a str,
     names: [&'static str; N],
@@ -116,7 +115,7 @@ pub(crate) fn count(field: &'static str, value: &str) -> Result<u64, InvalidMess
     }
 }
 
-/// A finite number. `1e400` reads as infinite in an f64 and is refused too.
+/// A finite number. `1e400` is infinite as an f64 and is rejected too.
 pub(crate) fn finite(field: &'static str, value: &str) -> Result<f64, InvalidMessage> {
     match value.parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
@@ -127,7 +126,7 @@ pub(crate) fn finite(field: &'static str, value: &str) -> Result<f64, InvalidMes
     }
 }
 
-/// The beginning of a text that came from outside, fit for a log line.
+/// The beginning of a text from outside, escaped for a log line.
 fn excerpt(text: &str) -> String {
     let mut start: String = text
         .chars()

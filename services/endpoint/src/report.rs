@@ -1,7 +1,7 @@
-//! What each role says of itself when it ends, as it leaves it in its file: data without behaviour,
-//! which readers and writers of a run share.
+//! What each role reports at its end, as written to its file: data without behaviour, shared by
+//! readers and writers of a run.
 //!
-//! Each refuses by its name a field that it does not know.
+//! Each type rejects unknown fields by name.
 
 mod controller;
 mod page;
@@ -54,7 +54,7 @@ pub struct Scheduling {
 }
 
 impl Scheduling {
-    /// The scheduling of a thread that asked for nothing, on Linux's defaults.
+    /// The scheduling of a thread that requested nothing, with Linux's defaults.
     #[must_use]
     pub fn ordinary() -> Self {
         Self {

@@ -1,13 +1,12 @@
-//! The rows that the two ends record: one struct a CSV file, one field a column.
+//! The rows that the two ends record: one struct per CSV file, one field per column.
 //!
-//! The plant writes `ticks.csv` and `arrivals.csv`, the controller
-//! `messages.csv`. All times are nanoseconds on the run's monotonic clock; an
-//! empty field means that there was nothing to record. Writing and reading the
-//! files is left to others.
+//! The plant writes `ticks.csv` and `arrivals.csv`, the controller `messages.csv`. All times are
+//! nanoseconds on the run's monotonic clock; an empty field means that there was nothing to record.
+//! Writing and reading the files is the task of others.
 
 use crate::setting::choice;
 
-/// Declares a row: a struct with a field for each column, and the columns' names.
+/// Declares a row: a struct with a field for each column, and the names of the columns.
 #[macro_export]
 macro_rules! row {
     ($(#[$meta:meta])* $name:ident { $($(#[$field_meta:meta])* $field:ident: $type:ty,)+ }) => {
@@ -31,9 +30,9 @@ row!(
         k: u64,
         /// When the tick was due: start + k h.
         t_due_ns: u64,
-        /// When it really happened.
+        /// When it actually happened.
         t_tick_ns: u64,
-        /// The input that the plant was stepped with.
+        /// The input of the step.
         u: f64,
         /// The output after the step.
         y: f64,
@@ -49,15 +48,15 @@ row!(
         n: u64,
         /// The command's sequence number.
         seq: u64,
-        /// When the controller says that it sent the command.
+        /// When the controller sent the command, by the controller.
         t_send_ns: u64,
-        /// When the plant had the whole request.
+        /// When the plant had received the whole request.
         t_arrive_ns: u64,
-        /// The plant's latest tick at that moment.
+        /// The plant's latest tick at that time.
         tick: u64,
         /// The commanded input.
         u: f64,
-        /// What became of it.
+        /// Its outcome at the plant.
         outcome: ArrivalOutcome,
     }
 );
@@ -83,24 +82,24 @@ row!(
         seq: u64,
         /// When the message was due.
         t_due_ns: u64,
-        /// When it was really sent; empty if it was not.
+        /// When it was actually sent; empty if it was not.
         t_send_ns: Option<u64>,
         /// When its answer was received.
         t_receive_ns: Option<u64>,
-        /// When it reached the plant, by the plant's answer.
+        /// When it reached the plant, from the plant's answer.
         t_arrive_ns: Option<u64>,
         /// The reference.
         r: f64,
-        /// The newest output known at the moment of sending, from which `u` follows;
-        /// empty in open loop. (The answer's own `y` is in the next message.)
+        /// The newest output known when the message was sent, from which `u` follows; empty in open
+        /// loop. (The answer's own `y` is used in the next message.)
         y: Option<f64>,
         /// The error r - y.
         e: Option<f64>,
         /// The commanded input.
         u: Option<f64>,
-        /// The plant's latest tick when the message arrived there, by its answer.
+        /// The plant's latest tick when the message arrived there, from its answer.
         tick: Option<u64>,
-        /// What became of it.
+        /// Its outcome.
         outcome: MessageOutcome,
     }
 );
@@ -140,8 +139,8 @@ mod tests {
 
     use super::*;
 
-    /// A file is written with a header even when it stays empty, so the header
-    /// is a constant; it has to be the one that serde derives.
+    /// A file gets a header even if it stays empty, so the header is a constant; it must equal the
+    /// one that serde derives.
     fn check<R: Serialize>(row: R, columns: &[&str], line: &str) {
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer.serialize(row).expect("a row is a flat struct");

@@ -18,10 +18,10 @@ use crate::span::{span_ns, span_text};
 pub struct SampleTime(u64);
 
 impl SampleTime {
-    /// The shortest sample time: a tick costs about a microsecond of a core, so
-    /// below ten a plant does little but chase its deadlines.
+    /// The shortest sample time, 10 us: a tick costs about a microsecond of a core, so with a shorter
+    /// one a plant does little but try to meet its deadlines.
     pub const MIN_NS: u64 = 10_000;
-    /// The longest: an hour. Beyond it a typing error is likelier than a plant.
+    /// The longest sample time: an hour. Anything longer is more likely a typing error than a plant.
     pub const MAX_NS: u64 = 3_600_000_000_000;
 
     /// A sample time of `ns` nanoseconds.
@@ -49,24 +49,24 @@ impl SampleTime {
     }
 }
 
-/// Why a sample time was refused.
+/// Why a sample time was rejected.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidSampleTime {
-    /// Zero, too short or too long.
+    /// It is zero, too short or too long.
     #[error(
         "sample time h = {ns} ns is outside 10us to 3600s; for 333 Hz write 3ms, for 1 kHz 1ms"
     )]
     OutOfRange {
-        /// What was asked.
+        /// The given sample time, ns.
         ns: u64,
     },
-    /// Not a number and a unit.
+    /// It is not a number with a unit.
     #[error(
         "sample time `{text}` is not a number with a unit that makes whole nanoseconds; \
          write it like 3ms, 100us or 0.3s"
     )]
     NotATime {
-        /// What was asked.
+        /// The given text.
         text: String,
     },
 }

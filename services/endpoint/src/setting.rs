@@ -1,8 +1,7 @@
-//! How an experiment sets up the two ends. Settings with a name are in [`crate::preset`].
+//! How an experiment configures the two ends. [`crate::preset`] has named settings.
 //!
-//! Each choice is a word in kebab-case, the same on the command line, in TOML
-//! and in a manifest. What the words do is in [`crate::controller`] and
-//! [`crate::plant`].
+//! Each choice is a word in kebab-case, the same on the command line, in TOML and in a manifest.
+//! [`crate::controller`] and [`crate::plant`] have the effects of the words.
 
 use std::{borrow::Cow, fmt, num::NonZeroU16, str::FromStr};
 
@@ -13,20 +12,20 @@ use crate::duration::duration_ns;
 use crate::field::{span_field, word_field};
 use crate::{Field, Hold, InvalidSetting, SampleTime, TickNoise};
 
-/// A word that none of a setting's choices has.
+/// A word that is not one of a setting's choices.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{setting} `{word}` is unknown; choose {choices}")]
 pub struct UnknownWord {
     /// Name of the setting.
     pub setting: &'static str,
-    /// What was asked.
+    /// The given word.
     pub word: String,
-    /// What can be asked.
+    /// The possible words.
     pub choices: &'static str,
 }
 
-/// Declares a setting that is a choice of words: the enum, and its reading and
-/// writing (`FromStr`, `Display`, serde) from one list.
+/// Declares a setting that is a choice of words: the enum, and how it is read and written (`FromStr`,
+/// `Display`, serde), from one list.
 #[macro_export]
 macro_rules! choice {
     ($(#[$meta:meta])* $name:ident, $setting:literal, $choices:literal, {
@@ -137,14 +136,14 @@ choice!(
 );
 
 impl Default for Mode {
-    /// A loop that is closed, which is what it is about.
+    /// A closed loop, the subject of the experiments.
     fn default() -> Self {
         Self::Closed
     }
 }
 
 impl Default for Transport {
-    /// What there was before there was a choice: plans of then name none.
+    /// The transport of plans from before there was a choice, which name none.
     fn default() -> Self {
         Self::Http
     }
@@ -165,9 +164,8 @@ impl Outstanding {
     /// One request at a time.
     pub const ONE: Self = Self::Limited(NonZeroU16::MIN);
 
-    /// The technical limit on `unlimited`, and on any number: each request may
-    /// hold a socket, and a process has a limited number of those. At 1 kHz and
-    /// a timeout of 5 s no more than 5000 can be under way.
+    /// The technical limit on `unlimited`, and on any number: each request may need a socket, and a process
+    /// has a limited number of them. At 1 kHz and with a timeout of 5 s at most 5000 can be under way.
     pub const CAP: u16 = 8192;
 
     /// The number of requests that may be under way.
@@ -288,7 +286,7 @@ pub struct ControllerSettings {
 }
 
 impl ControllerSettings {
-    /// Sends as the paper's clients did, every h, whatever is outstanding.
+    /// Settings of a client that sends every h, whatever is outstanding, like the paper's.
     #[must_use]
     pub fn new(mode: Mode, h: SampleTime) -> Self {
         Self {
@@ -305,10 +303,10 @@ impl ControllerSettings {
         }
     }
 
-    /// Why no client can follow these settings.
+    /// Checks whether any client can follow these settings.
     ///
     /// # Errors
-    /// [`InvalidSetting`], which names the one to change.
+    /// [`InvalidSetting`], which names the setting to change.
     pub fn check(&self) -> Result<(), InvalidSetting> {
         if self.transport == Transport::WebSocket && self.connection == Connection::New {
             return Err(InvalidSetting {
@@ -323,7 +321,7 @@ impl ControllerSettings {
 
 #[rustfmt::skip]
 impl ControllerSettings {
-    /// Each setting that an experiment may choose, whichever the client.
+    /// The settings that an experiment may choose for any client.
     pub const FIELDS: &[Field<Self>] = &[
         word_field!(transport, "http or websocket", "TRANSPORT", true),
         word_field!(outstanding, "Requests under way: a number, or unlimited", "N", false),

@@ -1,4 +1,4 @@
-//! A span of time as it is written: a number with its unit that makes whole nanoseconds, `2.5ms`.
+//! A time span in text form: a number with a unit that gives whole nanoseconds, `2.5ms`.
 
 /// Units, longest name first so that `ms` is not read as `s`.
 const UNITS: [(&str, u64); 4] = [
@@ -8,8 +8,8 @@ const UNITS: [(&str, u64); 4] = [
     ("s", 1_000_000_000),
 ];
 
-/// The nanoseconds that a text such as `3ms`, `100us` or `0.3s` says; `None` where it says none, or
-/// no whole number of them.
+/// Reads a text such as `3ms`, `100us` or `0.3s` in nanoseconds; `None` if it is not a time span, or
+/// not a whole number of nanoseconds.
 #[must_use]
 pub fn span_ns(text: &str) -> Option<u64> {
     let (number, unit_ns) = UNITS
@@ -20,7 +20,7 @@ pub fn span_ns(text: &str) -> Option<u64> {
     if whole.is_empty() || !is_digits(whole) || !is_digits(fraction) {
         return None;
     }
-    // Decimal digits by hand: 0.3 ms has to be 300000 ns, not a rounding of it.
+    // Computed digit by digit: 0.3 ms must be exactly 300000 ns, without rounding.
     let mut ns = whole.parse::<u64>().ok()?.checked_mul(unit_ns)?;
     let mut place_ns = unit_ns;
     for digit in fraction.bytes().map(|byte| u64::from(byte - b'0')) {

@@ -1,13 +1,11 @@
-//! Rows from a measured thread to a CSV file, without holding that thread up.
+//! Writes rows from a measured thread to a CSV file, without holding up that thread.
 //!
-//! A [`Recorder`] puts rows into a ring of fixed size: no allocation, no lock,
-//! no system call. The [`Journal`] is a thread that empties the ring into the
-//! file several times a second, so that a run that is killed leaves its rows on
-//! disk. What cannot be written is never silent: a full ring is counted, and
-//! an error of the file comes back from [`Journal::finish`] with its name.
+//! A [`Recorder`] puts rows into a ring of fixed size, without an allocation, a lock or a system call. The
+//! [`Journal`] is a thread that moves the rows from the ring to the file several times a second, so that a
+//! run that is killed leaves its rows on disk. Losses are never silent: rows that find the ring full are
+//! counted, and [`Journal::finish`] returns an error of the file with its name.
 //!
-//! Files are only ever appended to, and an existing one is refused. What the
-//! rows mean is left to their types.
+//! Files are only appended to, and an existing file is rejected. The meaning of rows is left to their types.
 #![forbid(unsafe_code)]
 
 use std::{
@@ -22,24 +20,23 @@ use endpoint::report::Written;
 use rtrb::{Consumer, Producer, RingBuffer};
 use serde::Serialize;
 
-/// How often rows go to the file.
+/// Interval at which rows are written to the file.
 const FLUSH_EVERY: Duration = Duration::from_millis(100);
 
-/// Rows that fit the ring: at 1 kHz over a minute, at 10 kHz six seconds, in
-/// which the file may stand still.
+/// Number of rows in the ring: the file may stall for over a minute at 1 kHz, for six seconds at 10 kHz.
 pub const CAPACITY: usize = 1 << 16;
 
 /// Why a file of rows is missing or incomplete.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
-    /// The file could not be made.
+    /// The file could not be created.
     #[error(
         "cannot create {path}: {source}; give an output folder that is writable and has no rows of an earlier run"
     )]
     Create {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// The file could not take all rows.
@@ -47,7 +44,7 @@ pub enum JournalError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: csv::Error,
     },
 }
@@ -60,7 +57,7 @@ pub struct Recorder<R> {
 }
 
 impl<R> Recorder<R> {
-    /// Hands over a row, or counts it as lost if the ring is full.
+    /// Passes on a row, or counts it as lost if the ring is full.
     pub fn record(&mut self, row: R) {
         if self.ring.push(row).is_err() {
             self.overflow += 1;
@@ -75,11 +72,10 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Makes the file with its header, and the folder if need be.
+    /// Creates the file with its header, and the folder if necessary.
     ///
     /// # Errors
-    /// [`JournalError`] if the folder or the file cannot be made or written,
-    /// or if the file exists.
+    /// [`JournalError`] if the folder or the file cannot be created or written, or if the file exists.
     pub fn create<R>(path: &Path, columns: &[&str]) -> Result<(Recorder<R>, Self), JournalError>
     where
         R: Serialize + Send + 'static,
@@ -105,7 +101,7 @@ impl Journal {
         let file = File::create_new(path).map_err(create)?;
         let mut sheet = Sheet {
             path: path.to_owned(),
-            // The header is written here, so that a file without rows has one.
+            // The header is written here, so that a file without rows has one too.
             csv: csv::WriterBuilder::new()
                 .has_headers(false)
                 .from_writer(file),
@@ -126,13 +122,13 @@ impl Journal {
         ))
     }
 
-    /// Ends the file with every row that was recorded.
+    /// Completes the file with every row that was recorded.
     ///
     /// # Errors
-    /// [`JournalError::Write`] if any write failed since the beginning.
+    /// [`JournalError::Write`] if any write has failed since the beginning.
     pub fn finish<R>(self, recorder: Recorder<R>) -> Result<Written, JournalError> {
         let Recorder { ring, overflow } = recorder;
-        // The writer ends when the other side of its ring is gone.
+        // The writer ends when the other side of its ring is dropped.
         drop(ring);
         self.writer.thread().unpark();
         match self.writer.join() {
@@ -159,8 +155,7 @@ impl Sheet {
     /// Empties the ring into the file until the recorder is gone.
     fn fill<R: Serialize>(mut self, mut ring: Consumer<R>) -> Result<u64, JournalError> {
         loop {
-            // Asked before the ring is emptied: rows recorded before the end
-            // are then surely seen.
+            // Checked before the ring is emptied, so that rows recorded before the end are certainly written.
             let last = ring.is_abandoned();
             self.drain(&mut ring)
                 .map_err(|source| self.broken(source))?;
@@ -231,7 +226,7 @@ mod tests {
         let path = folder.path().join("rows.csv");
         let (mut recorder, journal) = Journal::create(&path, COLUMNS).expect("a new file");
         recorder.record(Row { n: 7, x: None });
-        // A flush is due every 0.1 s; ten times that on a busy machine.
+        // A flush is due every 0.1 s; the test allows ten times that on a busy machine.
         let on_disk = (0..100).any(|_| {
             thread::sleep(Duration::from_millis(10));
             std::fs::read_to_string(&path).is_ok_and(|text| text.ends_with("7,\n"))

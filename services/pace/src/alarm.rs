@@ -1,5 +1,5 @@
-//! Deadlines for a task: the runtime's own timers round to a millisecond, so
-//! this is a `timerfd` on the run's clock.
+//! Deadlines for a task. The runtime's own timers round to a millisecond, so this is a `timerfd` on
+//! the run's clock.
 #![allow(
     unsafe_code,
     reason = "registering a descriptor with the runtime; see `Alarm::new`"
@@ -21,24 +21,24 @@ pub struct Alarm {
 }
 
 impl Alarm {
-    /// An alarm that is not set. It needs the runtime's context.
+    /// An alarm that is not set. Needs the runtime's context.
     ///
     /// # Errors
-    /// What the system says if it has no timer or no file descriptor left.
+    /// The system's error if it has no timer or no file descriptor left.
     pub fn new() -> io::Result<Self> {
         let flags = TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC;
         let timer = timerfd_create(TimerfdClockId::Monotonic, flags)?;
-        // SAFETY: the descriptor is open, an `OwnedFd` keeps it so and never
-        // changes, and it is owned by the `AsyncFd` from here to its end.
+        // SAFETY: the descriptor is open, an `OwnedFd` keeps it open and never changes it, and the
+        // `AsyncFd` owns it from here on until it is dropped.
         let timer = unsafe { AsyncFd::register_with_interest(timer, Interest::READABLE) }?;
         Ok(Self { timer })
     }
 
-    /// Rings at `t_ns` of the run's clock, at once if that has passed, and not
-    /// at the time it was set to before.
+    /// Sets the alarm to `t_ns` of the run's clock, in place of an earlier setting; it rings at once
+    /// if that time has passed.
     ///
     /// # Errors
-    /// None that a valid timer gives; the system's in any other case.
+    /// None for a valid timer; otherwise the system's.
     pub fn set(&self, t_ns: u64) -> io::Result<()> {
         let once = Itimerspec {
             it_interval: timespec(0),
@@ -49,10 +49,10 @@ impl Alarm {
         Ok(())
     }
 
-    /// Done when it rings. Dropping this before it is done loses nothing.
+    /// Waits until the alarm rings. Dropping this future early loses nothing.
     ///
     /// # Errors
-    /// None that a valid timer gives; the system's in any other case.
+    /// None for a valid timer; otherwise the system's.
     pub async fn rung(&self) -> io::Result<()> {
         loop {
             let mut ready = self.timer.readable().await?;

@@ -1,4 +1,4 @@
-//! The run's clock in integer nanoseconds, and waiting for an instant of it.
+//! The run's clock in integer nanoseconds, and waiting for an instant on it.
 
 use rustix::{
     thread::clock_nanosleep_absolute,
@@ -9,8 +9,7 @@ use endpoint::report::{Policy, Scheduling};
 
 const NS_PER_S: u64 = 1_000_000_000;
 
-/// The time now, in nanoseconds of `CLOCK_MONOTONIC`. It does not enter the
-/// kernel on the machines that matter.
+/// The time now, in nanoseconds of `CLOCK_MONOTONIC`. On common machines this is not a system call.
 #[must_use]
 pub fn now_ns() -> u64 {
     let now = clock_gettime(ClockId::Monotonic);
@@ -18,7 +17,7 @@ pub fn now_ns() -> u64 {
     now.tv_sec.cast_unsigned() * NS_PER_S + now.tv_nsec.cast_unsigned()
 }
 
-/// An instant of the run's clock as the kernel takes it.
+/// An instant of the run's clock in the kernel's form.
 #[must_use]
 pub fn timespec(t_ns: u64) -> Timespec {
     Timespec {
@@ -35,14 +34,12 @@ pub struct Pacer {
 }
 
 impl Pacer {
-    /// How long before a deadline a real-time thread wakes and spins. It covers
-    /// waking a halted core, measured at 20 to 60 us on a virtual machine, and
-    /// costs 7 % of a core at 1 kHz.
+    /// How long before a deadline a real-time thread wakes and spins. It covers waking a halted core,
+    /// measured as 20 to 60 us on a virtual machine, and costs 7 % of a core at 1 kHz.
     const GUARD_NS: u64 = 70_000;
 
-    /// A pacer for a thread with this scheduling. A thread of the ordinary
-    /// class only sleeps: spinning would cost it its share just when it needs
-    /// it, and measured worse than sleeping.
+    /// A pacer for a thread with this scheduling. An ordinary thread only sleeps: spinning would use
+    /// up its processor share just when it needs it, and was measured to be worse than sleeping.
     #[must_use]
     pub fn new(scheduling: &Scheduling) -> Self {
         let guard_ns = match scheduling.policy {
@@ -52,12 +49,11 @@ impl Pacer {
         Self { guard_ns }
     }
 
-    /// Returns at `due_ns` or as soon after it as the kernel lets it; at once
-    /// if that has passed.
+    /// Returns at `due_ns`, or as soon after it as the kernel permits; at once if that has passed.
     pub fn sleep_until(&self, due_ns: u64) {
         let wake_ns = due_ns.saturating_sub(self.guard_ns);
         if now_ns() < wake_ns {
-            // Interrupted by a signal it returns early; the loop sleeps again.
+            // The sleep returns early if a signal interrupts it, so the loop sleeps again.
             let wake = timespec(wake_ns);
             while clock_nanosleep_absolute(ClockId::Monotonic, &wake).is_err() && now_ns() < wake_ns
             {

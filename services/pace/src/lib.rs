@@ -1,15 +1,13 @@
-//! Time for the two ends of a real run, and what the kernel grants them.
+//! Time for the two ends of a real run, and the scheduling that the kernel grants them.
 //!
-//! * [`now_ns`]: the run's clock. It is `CLOCK_MONOTONIC`, which all processes
-//!   and namespaces of one kernel share, so times of plant and controller compare.
-//! * [`Pacer`] and [`Alarm`]: waiting for a deadline on it, in a thread and in a task.
-//! * [`ask`]: the best scheduling that a thread can get, and
-//!   what it got, for the manifest.
+//! * [`now_ns`]: the run's clock. It is `CLOCK_MONOTONIC`, which all processes and namespaces of one
+//!   kernel share, so times of plant and controller can be compared.
+//! * [`Pacer`] and [`Alarm`]: wait for a deadline on it, in a thread and in a task.
+//! * [`ask`]: requests the best scheduling that a thread can get, and returns what it got, for the manifest.
 //! * [`raise_open_files`]: room for the sockets of many messages.
-//! * [`told_to_end`]: the signals that end a process in good order.
+//! * [`told_to_end`]: the signals that end a process in an orderly way.
 //!
-//! What happens at a deadline is left to the crate `endpoint`. The one `unsafe`
-//! is in `alarm`.
+//! The crate `endpoint` decides what happens at a deadline. The only `unsafe` is in `alarm`.
 
 mod alarm;
 mod clock;

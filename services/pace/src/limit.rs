@@ -2,8 +2,8 @@
 
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
-/// Raises the limit on open files to the most that the process may give
-/// itself, and returns it. Best effort: if that is refused, the limit stays.
+/// Raises the limit on open files to the greatest that the process may set, and returns it. Best
+/// effort: if the system refuses, the limit stays.
 pub fn raise_open_files() -> u64 {
     let Rlimit { maximum, .. } = getrlimit(Resource::Nofile);
     // A refusal leaves the old limit, which the second reading then shows.

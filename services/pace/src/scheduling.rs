@@ -1,7 +1,7 @@
-//! Asking the kernel for real-time scheduling, and recording what it granted.
+//! Requests real-time scheduling from the kernel, and records what it granted.
 //!
-//! It is best effort, since many machines and most containers refuse it: a run
-//! goes on without, and its manifest says so.
+//! Best effort, since many machines and most containers refuse it: a run goes on without it, and its
+//! manifest says so.
 
 use std::num::NonZeroU64;
 
@@ -12,9 +12,8 @@ use thread_priority::{
     set_thread_priority_and_policy, thread_native_id, thread_schedule_policy_param,
 };
 
-/// Asks for the calling thread: the least timer slack, and `SCHED_FIFO` with
-/// this priority if there is one. Never fails; threads that it starts later
-/// inherit what it gets.
+/// Requests for the calling thread the least timer slack, and `SCHED_FIFO` with this priority if one
+/// is given. Never fails; threads that it starts later inherit what it gets.
 pub fn ask(fifo_priority: Option<u8>) -> Scheduling {
     let mut refused = Vec::new();
     if let Err(error) = set_current_timer_slack(NonZeroU64::new(1)) {

@@ -1,14 +1,14 @@
-//! The signal to end.
+//! The signals that end a process.
 
 use std::io;
 
 use tokio::signal::unix::{SignalKind, signal};
 
-/// Done when this process gets SIGTERM or SIGINT. From the first poll on, these
-/// signals do not kill the process.
+/// Waits until this process gets SIGTERM or SIGINT. From the first poll on, these signals do not kill
+/// the process.
 ///
 /// # Errors
-/// What the system says if a signal cannot be handled.
+/// The system's error if a signal cannot be handled.
 pub async fn told_to_end() -> io::Result<()> {
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;

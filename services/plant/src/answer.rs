@@ -1,4 +1,4 @@
-//! The responses of the API: how a text or a message becomes one.
+//! The responses of the API: made from a text or a message.
 
 use std::fmt;
 
@@ -13,7 +13,7 @@ pub(crate) const FORM: &str = "application/x-www-form-urlencoded";
 pub(crate) const JSON: &str = "application/json";
 pub(crate) const TEXT: &str = "text/plain; charset=utf-8";
 
-/// A message in the form that the client accepts: a query unless it says JSON.
+/// A message in the form that the client accepts: a query, unless it asks for JSON.
 pub(crate) fn message<M: fmt::Display + Serialize>(
     message: &M,
     headers: &HeaderMap,
@@ -36,7 +36,7 @@ pub(crate) fn message<M: fmt::Display + Serialize>(
     }
 }
 
-/// A value of ours as JSON.
+/// A value as JSON.
 pub(crate) fn as_json<V: Serialize>(value: &V) -> Response<Bytes> {
     let text = serde_json::to_string(value).expect("numbers and texts under fixed names");
     respond(JSON, text)
@@ -47,7 +47,7 @@ pub(crate) fn respond(kind: &'static str, body: impl Into<Bytes>) -> Response<By
     let mut response = Response::new(body.into());
     let headers = response.headers_mut();
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(kind));
-    // A GET that moves a plant must reach it, and each answer is of its moment.
+    // A GET that moves a plant must reach it, and each answer holds only for its moment.
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     response
 }

@@ -1,13 +1,12 @@
 //! The order of a page's chunks of rows: each is taken once, in its turn.
 //!
-//! A page that heard no answer sends its chunk again, and cannot know whether
-//! it had arrived. So a chunk has a number, and one that was taken before is
-//! well received and left alone.
+//! A page that received no answer sends its chunk again, since it cannot know whether it had arrived.
+//! So chunks are numbered, and one that was taken before is acknowledged again and otherwise ignored.
 
-/// The most rows of one session: a day at 1 kHz, and some 9 GB on disk.
+/// Most rows of one session: a day at 1 kHz, or some 9 GB on disk.
 const MAX_ROWS: u64 = 86_400_000;
 
-/// What has been taken of one session.
+/// The chunks and rows taken from one session.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Chunks {
     next: u64,
@@ -19,7 +18,7 @@ pub(crate) struct Chunks {
 pub(crate) enum Turn {
     /// It is the next one.
     New,
-    /// It was taken before.
+    /// It was already taken.
     Again,
 }
 
@@ -35,7 +34,7 @@ pub(crate) enum OutOfTurn {
 }
 
 impl Chunks {
-    /// Whether this chunk is the next one, or was taken before; a later one is refused.
+    /// Whether this chunk is the next one or was already taken; a later one is rejected.
     pub(crate) fn turn(self, chunk: u64) -> Result<Turn, OutOfTurn> {
         let Self { next, .. } = self;
         match chunk.cmp(&next) {
@@ -45,7 +44,7 @@ impl Chunks {
         }
     }
 
-    /// The next chunk has so many rows, and is taken if there is room.
+    /// Takes the next chunk, with `rows` rows, if there is room.
     pub(crate) fn take(&mut self, rows: u64) -> Result<(), OutOfTurn> {
         let total = self.rows.saturating_add(rows);
         if total > MAX_ROWS {

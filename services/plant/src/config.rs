@@ -1,5 +1,4 @@
-//! Settings of a plant, and why it may fail. What it reports at its end is
-//! [`endpoint::report::Plant`].
+//! Settings of a plant, and why it may fail. [`endpoint::report::Plant`] is its report.
 
 use std::{io, net::SocketAddr, path::PathBuf};
 
@@ -11,39 +10,39 @@ use serde::{Deserialize, Serialize};
 /// Settings of a plant.
 #[derive(Clone, Debug)]
 pub struct Config {
-    /// Where it listens; port 0 takes a free one, which [`Ready`] names.
+    /// The address to listen on; port 0 takes a free port, which [`Ready`] gives.
     pub listen: SocketAddr,
-    /// Sample time, what becomes of late commands, and how long a command is held.
+    /// Sample time, treatment of late commands, and how long a command is held.
     pub settings: PlantSettings,
     /// The plant, such as `control::preset::paper_plant()`.
     pub plant: Plant,
-    /// The law that a page is to follow, as `system` writes it; the paper's, if none is given.
+    /// The law that a page should follow, as `system` writes it; if `None`, the paper's.
     pub law: Option<serde_json::Value>,
-    /// The folder of `ticks.csv` and `arrivals.csv`, and of each page's
-    /// `messages.csv` and `page.json`; made if need be.
+    /// The folder of `ticks.csv` and `arrivals.csv`, and of each page's `messages.csv` and
+    /// `page.json`; created if necessary.
     pub out: PathBuf,
-    /// Whether to ask for real-time scheduling.
+    /// Whether to request real-time scheduling.
     pub fifo: bool,
 }
 
-/// What a plant tells when it can be reached.
+/// What a plant reports when it can be reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ready {
-    /// Where it listens.
+    /// The address on which it listens.
     pub address: SocketAddr,
     /// When tick 0 is due, on the run's clock.
     pub start_ns: u64,
 }
 
-/// Why a plant did not run, or not to its end.
+/// Why a plant did not run, or stopped early.
 #[derive(Debug, thiserror::Error)]
 pub enum ServeError {
-    /// The address cannot be listened on.
+    /// The plant cannot listen on the address.
     #[error("cannot listen on {address}: {source}; give a free address of this machine, or port 0")]
     Listen {
         /// The address asked for.
         address: SocketAddr,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// The model cannot be sampled at this h.

@@ -1,21 +1,20 @@
-//! How a page's session ended, in the page's own word.
+//! How a page's session ended, by the page's own report.
 //!
-//! The plant reads no more of a page's report. The rest is filed as
-//! it was sent, for others to read.
+//! The plant reads no more than this of the report. The whole is stored as it was sent, for others to read.
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// How much of a text is passed on.
+/// Number of characters of a text that are passed on.
 const EXCERPT_CHARS: usize = 200;
 
-/// What a report says of its page's end.
+/// A report's data on the end of its page.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct Ending {
-    /// Such as `complete` or `late`.
+    /// The page's word for its outcome, such as `complete` or `late`.
     #[serde(default, deserialize_with = "excerpt")]
     #[serde(skip_serializing_if = "Option::is_none")]
     outcome: Option<String>,
-    /// Why, in a sentence.
+    /// The reason, in a sentence.
     #[serde(default, deserialize_with = "excerpt")]
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<String>,
@@ -30,7 +29,7 @@ fn excerpt<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>,
 }
 
 impl Ending {
-    /// Of a report, which may be any JSON.
+    /// Reads it from a report, which may be any JSON.
     pub(crate) fn read(report: &[u8]) -> serde_json::Result<Self> {
         let report: serde_json::Value = serde_json::from_slice(report)?;
         Ok(serde_json::from_value(report).unwrap_or_default())

@@ -1,11 +1,10 @@
-//! The thread that takes a page's rows and report, and files them.
+//! The thread that receives a page's rows and report, and writes them to files.
 //!
-//! What a page sends is read and written here, so that the thread that speaks
-//! HTTP neither parses 64 KiB between two commands, which takes 0.14 ms of usual
-//! rows and up to 0.5 ms of the shortest, nor waits for the disk.
-//! The filer is started before any thread has real-time scheduling, so it has
-//! none, and neither have the journals' threads, which it starts. Who may send
-//! anything is decided before it comes here, in `session`.
+//! This thread parses and writes what a page sends, so that the thread that serves HTTP does not wait
+//! for the disk, nor parse 64 KiB between two commands, which takes 0.14 ms for usual rows and up to
+//! 0.5 ms for the shortest. The filer is started before any thread has real-time scheduling, so it
+//! has none, and neither do the journals' threads that it starts. `session` decides who may send
+//! before anything comes here.
 
 use std::{
     fs::{self, File},
@@ -27,7 +26,7 @@ use crate::{
     rows::{self, InvalidRow},
 };
 
-/// Why something was not filed.
+/// Why something was not stored.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum FilingError {
     #[error("no row of this chunk was accepted: {0}")]
@@ -46,23 +45,23 @@ pub(crate) enum FilingError {
     Gone,
 }
 
-/// What the filer did.
+/// The result of the filer.
 #[derive(Debug, Default)]
 pub(crate) struct Filed {
     /// Rows of all sessions.
     pub(crate) written: Written,
-    /// The first file that misses rows.
+    /// The error of the first file with missing rows.
     pub(crate) problem: Option<JournalError>,
 }
 
-/// The way to the filer.
+/// The handle of the filer.
 #[derive(Debug)]
 pub(crate) struct Filer {
     orders: Sender<Order>,
     thread: JoinHandle<Filed>,
 }
 
-/// What the filer will have done; awaited by the thread that speaks HTTP.
+/// The pending result of an order to the filer; the thread that serves HTTP awaits it.
 pub(crate) struct Receipt<T>(oneshot::Receiver<Result<T, FilingError>>);
 
 type Done<T> = oneshot::Sender<Result<T, FilingError>>;
@@ -94,19 +93,19 @@ impl Filer {
         self.order(|done| Order::Open(number, done))
     }
 
-    /// Files a chunk of rows of the open session; how many it has in all.
+    /// Stores a chunk of rows of the open session; returns the session's total of rows.
     pub(crate) fn rows(&self, chunk: u64, text: Bytes) -> Receipt<u64> {
         self.order(|done| Order::Rows(chunk, text, done))
     }
 
-    /// Files the report of the open session and closes its files; what it says.
+    /// Stores the report of the open session and closes its files; returns how the session ended.
     pub(crate) fn report(&self, json: Bytes) -> Receipt<Ending> {
         self.order(|done| Order::Report(json, done))
     }
 
     /// Closes the files of session `number`, if they are still open.
     pub(crate) fn close(&self, number: u64) {
-        // One who has gone has closed them.
+        // A filer that has ended has closed them.
         let _ = self.orders.send(Order::Close(number));
     }
 
@@ -121,20 +120,20 @@ impl Filer {
 
     fn order<T>(&self, order: impl FnOnce(Done<T>) -> Order) -> Receipt<T> {
         let (done, receipt) = oneshot::channel();
-        // An order that is not taken drops `done`, and the receipt says so.
+        // If the order cannot be sent, `done` is dropped, and the receipt reports that.
         let _ = self.orders.send(order(done));
         Receipt(receipt)
     }
 }
 
 impl<T> Receipt<T> {
-    /// What came of it.
+    /// Waits for the result.
     pub(crate) async fn wait(self) -> Result<T, FilingError> {
         self.0.await.unwrap_or(Err(FilingError::Gone))
     }
 }
 
-/// The files of the session that is open.
+/// The files of the open session.
 struct Folder {
     number: u64,
     chunks: Chunks,
@@ -151,7 +150,7 @@ struct Files {
 impl Files {
     fn work(mut self, queue: &Receiver<Order>) -> Filed {
         while let Ok(order) = queue.recv() {
-            // Who asked may have gone; what was asked is done all the same.
+            // The order is executed even if nobody waits for its result any more.
             match order {
                 Order::Open(number, done) => drop(done.send(self.open(number))),
                 Order::Rows(chunk, text, done) => drop(done.send(self.rows(chunk, &text))),
@@ -194,7 +193,7 @@ impl Files {
 
     fn report(&mut self, json: &[u8]) -> Result<Ending, FilingError> {
         let ending = Ending::read(json)?;
-        // A page that heard no answer says it again.
+        // A page that received no answer sends its report again.
         let Some(open) = &self.open else {
             return Ok(ending);
         };
@@ -229,7 +228,7 @@ fn name(stem: &str, number: u64, extension: &str) -> String {
     }
 }
 
-/// Writes a file so that it is there whole or not at all.
+/// Writes a file completely or not at all.
 fn write_whole(path: &Path, content: &[u8]) -> io::Result<()> {
     let partial = path.with_extension("partial");
     let write = || {
@@ -271,7 +270,7 @@ mod tests {
         assert_eq!(text("page.json").expect("the report"), "{\"a\": 1}");
         assert_eq!(text("messages.csv").expect("rows").lines().count(), 3);
 
-        // The second ends without a report, and the third begins all the same.
+        // The second session ends without a report; the third begins all the same.
         wait(filer.open(2)).expect("a new file");
         filer.close(1);
         assert_eq!(rows(0, ROW).expect("a row"), 1);

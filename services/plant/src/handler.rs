@@ -1,4 +1,4 @@
-//! What requests are dealt with by; what each gets is in [`crate::route`].
+//! The state with which requests are handled; [`crate::route`] decides what each gets.
 
 use endpoint::{ArrivalRow, Inbox, PlantSettings};
 use journal::Recorder;
@@ -10,10 +10,10 @@ use crate::{
     session::Control,
 };
 
-/// Where requests are dealt with: the plant's state as the HTTP thread owns it.
+/// The plant's state as owned by the HTTP thread.
 pub(crate) struct Handler {
     pub(crate) settings: PlantSettings,
-    /// What a page that is granted a session is to follow.
+    /// The law that a page with a session should follow.
     pub(crate) law: Option<serde_json::Value>,
     pub(crate) inbox: Inbox,
     pub(crate) input: Publisher<4>,
@@ -22,6 +22,6 @@ pub(crate) struct Handler {
     pub(crate) refused: u64,
     pub(crate) control: Control,
     pub(crate) filer: Filer,
-    /// The latest session that is over, for the sockets of it.
+    /// The latest session that has ended, for its sockets.
     pub(crate) over: watch::Sender<u64>,
 }

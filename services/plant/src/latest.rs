@@ -1,14 +1,12 @@
-//! The latest value of one thread, as another sees it: a sequence lock.
+//! The latest value of one thread, as read by another: a sequence lock.
 //!
-//! One thread publishes a few words, others read all of them or none. The
-//! publisher never waits. A reader that meets a publication half done gets
-//! nothing and decides by itself: the tick thread must not wait for a thread
-//! that it may just have preempted, so it keeps what it had.
+//! One thread publishes a few words, others read all of them or none. The publisher never waits. A
+//! reader that meets an incomplete publication gets nothing and decides what to do. The tick thread
+//! must not wait for a thread that it may just have preempted, so it keeps its previous value.
 //!
-//! The words are atomics, so a torn read is impossible to observe and the
-//! ordering is the one of H.-J. Boehm, "Can seqlocks get along with programming
-//! language memory models?" (2012): the version is odd while words change, and
-//! the fences keep the words between its two changes and its two readings.
+//! The words are atomics, so a torn read cannot be observed. The ordering follows H.-J. Boehm, "Can
+//! seqlocks get along with programming language memory models?" (2012): the version is odd while
+//! words change, and the fences keep the words between its two changes and its two reads.
 
 use std::sync::{
     Arc,
@@ -21,11 +19,11 @@ struct Shared<const N: usize> {
     words: [AtomicU64; N],
 }
 
-/// The one side that writes; not `Clone`, since two writers would mix words.
+/// The only writer; not `Clone`, since two writers would mix words.
 #[derive(Debug)]
 pub(crate) struct Publisher<const N: usize>(Arc<Shared<N>>);
 
-/// A side that reads.
+/// A reader.
 #[derive(Clone, Debug)]
 pub(crate) struct Reader<const N: usize>(Arc<Shared<N>>);
 
@@ -55,7 +53,7 @@ impl<const N: usize> Publisher<N> {
 }
 
 impl<const N: usize> Reader<N> {
-    /// The latest words, or `None` in the nanoseconds in which they change.
+    /// The latest words, or `None` during the nanoseconds in which they change.
     pub(crate) fn try_read(&self) -> Option<[u64; N]> {
         let before = self.0.version.load(Ordering::Acquire);
         let mut words = [0; N];
@@ -67,7 +65,7 @@ impl<const N: usize> Reader<N> {
         (before == after && before.is_multiple_of(2)).then_some(words)
     }
 
-    /// The latest words, giving way to the publisher as long as it takes.
+    /// The latest words; yields to the publisher for as long as necessary.
     pub(crate) fn read(&self) -> [u64; N] {
         loop {
             if let Some(words) = self.try_read() {
@@ -90,7 +88,7 @@ mod tests {
                 publisher.publish([n, n.wrapping_mul(3), !n]);
             }
         });
-        // The first value is the only one in which the last word is not !n.
+        // Only in the first value is the last word not !n.
         let mut newest = 0;
         while newest < 300_000 {
             let [n, triple, complement] = reader.read();

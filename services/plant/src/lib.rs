@@ -1,23 +1,20 @@
-//! The plant over HTTP: the model runs free, every h, and takes the inputs that
-//! requests bring.
+//! The plant over HTTP: the model runs freely, every h, and takes its input from requests.
 //!
-//! * [`serve`], [`serve_until`]: the entry; [`Config`] in,
-//!   [`endpoint::report::Plant`] out.
-//! * `ticker`: the thread that steps the model on its deadlines.
-//! * `server`: the thread that accepts connections and speaks HTTP/1.
-//! * `route`: what each request gets, as an `answer` or a `refusal`; `origin`
-//!   keeps foreign pages out; `openapi` describes it all to others.
+//! * [`serve()`], [`serve_until`]: the entry points; [`Config`] in, [`endpoint::report::Plant`] out.
+//! * `ticker`: the thread that steps the model at its deadlines.
+//! * `server`: the thread that accepts connections and serves HTTP/1.
+//! * `route`: what each request gets, as an `answer` or a `refusal`; `origin` keeps foreign pages
+//!   out; `openapi` describes the API.
 //! * `socket`: commands over a WebSocket.
 //! * `page`: the files of the page that closes the loop in a browser.
 //! * `session`: who is in control, proved by a `token`.
-//! * `upload`: what a page sends with a body; `filer`: the thread that files it,
+//! * `upload`: requests of a page that have a body; `filer`: the thread that stores their data,
 //!   `chunk` by chunk of `rows`.
-//! * `latest`: how the two threads see each other without waiting.
+//! * `latest`: how the two threads exchange values without waiting.
 //!
-//! What a command does to the plant is decided in the crate `endpoint`, what
-//! the model is in `control`. There is no TLS here, and a token says who is in
-//! control, not who may be: a plant listens where only its own controllers can
-//! reach it.
+//! The crate `endpoint` decides what a command does to the plant, `control` has the model. There is
+//! no TLS, and a token shows who is in control, not who is permitted to be: a plant should listen
+//! only where its own controllers can reach it.
 #![forbid(unsafe_code)]
 
 mod answer;

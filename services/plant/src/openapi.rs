@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use endpoint::MessageRow;
 use serde_json::{Value, json};
 
-/// The paths of the API. The page's files are beside them.
+/// The paths of the API, without the page's files.
 pub(crate) const PATHS: [&str; 9] = [
     "/closed",
     "/open",
@@ -18,17 +18,17 @@ pub(crate) const PATHS: [&str; 9] = [
     "/openapi.json",
 ];
 
-/// A session's token.
+/// The pattern of a session's token.
 const TOKEN: &str = "^[0-9a-f]{32}$";
 
-/// How a body may be refused.
+/// The responses that reject a body.
 const BODY: [(u16, &str); 3] = [
     (408, "the body did not come within 10 s"),
     (413, "a body of more than 64 KiB"),
     (415, "another content type"),
 ];
 
-/// The description as it is served, written once.
+/// The description as served; written once.
 pub(crate) static DOCUMENT: LazyLock<String> = LazyLock::new(|| document().to_string());
 
 fn document() -> Value {
@@ -149,7 +149,7 @@ fn session() -> Value {
                                                       until then"},
         "reason": {"type": "string", "description": "why"},
     }));
-    // The last two are there once it has ended.
+    // The last two are present only after its end.
     status["required"] = json!(["state", "client", "commands", "rows", "idle_ms"]);
     let json = |schema: &Value| json!({"description": "done", "content": {"application/json": {"schema": schema}}});
     json!({
@@ -183,7 +183,7 @@ fn end() -> Value {
     )
 }
 
-/// A POST that has no answer.
+/// A POST without content in its answer.
 fn told(summary: &str, parameters: &[Value], content: &Value) -> Value {
     let done = json!({"description": "taken"});
     let turn = (409, "out of turn, or the session is over");
@@ -204,8 +204,7 @@ fn session_header(required: bool) -> Value {
     json!({"name": "Webloop-Session", "in": "header", "required": required, "schema": schema})
 }
 
-/// The response when it is done, and those that refuse: these and the ones that
-/// any path has.
+/// The response on success, and those that reject: `refusals`, and the ones that every path has.
 fn responses(status: &str, done: &Value, refusals: &[(u16, &str)]) -> Value {
     let any = [
         (
@@ -224,7 +223,7 @@ fn responses(status: &str, done: &Value, refusals: &[(u16, &str)]) -> Value {
     responses
 }
 
-/// An object in which every property is required and no other is allowed.
+/// An object in which every property is required and no other is permitted.
 fn object(properties: &Value) -> Value {
     let names: Vec<&String> = properties
         .as_object()

@@ -1,8 +1,8 @@
-//! Foreign pages: what a browser says about where a request comes from.
+//! Foreign pages: the browser's information on the origin of a request.
 //!
-//! Any page that a person has open can make their browser send requests to any
-//! address, this plant's too, and a GET moves it. Browsers say whose page it
-//! was; what says nothing is no browser, and is let pass.
+//! Any page that a person has open can make the browser send requests to any address, also to this
+//! plant, where a GET moves it. Browsers say which page sent a request. A request without this
+//! information does not come from a browser and is permitted.
 
 use hyper::header::{self, HeaderMap, HeaderValue};
 
@@ -12,11 +12,11 @@ use hyper::header::{self, HeaderMap, HeaderValue};
     "`{header}` says that the request comes from another page; only this plant's own page may ask from a browser, so open that"
 )]
 pub(crate) struct Foreign {
-    /// The header that says so.
+    /// The header that shows it.
     header: &'static str,
 }
 
-/// Refuses what a page of another origin sent.
+/// Rejects requests from a page of another origin.
 pub(crate) fn check(headers: &HeaderMap) -> Result<(), Foreign> {
     let host = headers.get(header::HOST).map(HeaderValue::as_bytes);
     let all = |name: &'static str, own: &dyn Fn(&[u8]) -> bool| {
@@ -40,7 +40,7 @@ pub(crate) fn check(headers: &HeaderMap) -> Result<(), Foreign> {
     })
 }
 
-/// What follows `http://<host>` in `address`, if it begins so.
+/// The part of `address` after `http://<host>`, if it begins like that.
 fn rest<'a>(address: &'a [u8], host: Option<&[u8]>) -> Option<&'a [u8]> {
     let (start, rest) = address.split_at_checked(b"http://".len())?;
     let (named, rest) = rest.split_at_checked(host?.len())?;
@@ -63,7 +63,7 @@ mod tests {
     #[test]
     fn only_the_plants_own_page_and_what_is_no_page_may_ask() {
         let host = ("host", "10.77.0.2:8000");
-        // One header beside Host, and whether it passes.
+        // One header besides Host, and whether the request passes.
         let table = [
             ("accept", "*/*", true),
             ("origin", "http://10.77.0.2:8000", true),

@@ -1,9 +1,7 @@
 //! The page's files as responses.
 //!
-//! The headers isolate the page from all others, which is what browsers ask
-//! for before they give it their finest clock and shared memory, and keep it to
-//! its own files and its own plant. What is in the files is in the crate
-//! `browser`.
+//! The headers isolate the page from all others, which browsers require for their finest clock and for shared
+//! memory, and restrict it to its own files and its own plant. The crate `browser` has the files.
 
 use browser::page::FILES;
 use hyper::{
@@ -14,7 +12,7 @@ use hyper::{
 
 use crate::answer::respond;
 
-/// The same for every file.
+/// Headers of every file.
 const HEADERS: [(HeaderName, &str); 5] = [
     (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
     (header::REFERRER_POLICY, "same-origin"),
@@ -46,8 +44,8 @@ pub(crate) fn file(path: &str, headers: &HeaderMap) -> Option<Response<Bytes>> {
     Some(response)
 }
 
-/// What the page may load and talk to. Not every browser takes `'self'` for
-/// `ws:` too, so the plant is named.
+/// What the page may load and connect to. Not every browser applies `'self'` to `ws:` too, so the
+/// plant is named.
 fn policy(headers: &HeaderMap) -> HeaderValue {
     let host = headers
         .get(header::HOST)

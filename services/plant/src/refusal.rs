@@ -1,5 +1,5 @@
-//! Why a request is refused, and how that is said: over HTTP as a status and a
-//! text, over a WebSocket as a close frame.
+//! Why a request is rejected, and how that is reported: over HTTP as a status and a text, over a
+//! WebSocket as a close frame.
 
 use endpoint::InvalidMessage;
 use hyper::{
@@ -17,7 +17,7 @@ use crate::{
     session::{Denied, InvalidClient},
 };
 
-/// Why a request was refused.
+/// Why a request was rejected.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Refusal {
     #[error(transparent)]
@@ -95,8 +95,7 @@ impl Refusal {
         }
     }
 
-    /// The refusal as a response. `unread` is whether the request has a body
-    /// that nobody has read.
+    /// The refusal as a response. `unread` tells whether the request has a body that has not been read.
     pub(crate) fn response(&self, unread: bool) -> Response<Bytes> {
         let mut response = respond(TEXT, format!("{self}\n"));
         *response.status_mut() = self.status();
@@ -113,13 +112,13 @@ impl Refusal {
             _ => {}
         }
         if unread || matches!(self, Self::Target | Self::Long { .. } | Self::Slow { .. }) {
-            // What follows on this connection may not be a request.
+            // The bytes that follow on this connection may not be a request.
             tell(header::CONNECTION, "close");
         }
         response
     }
 
-    /// The refusal of a message as the code of a close frame.
+    /// The code of the close frame for a rejected message.
     pub(crate) fn close_code(&self) -> CloseCode {
         match self {
             Self::Diverged { .. } => CloseCode::Error,

@@ -1,8 +1,8 @@
 //! What each request gets.
 //!
-//! [`Handler::answer`] is a function from the head of a request to what follows: a
-//! response, a body to be read (`upload`) or a conversation (`socket`). It needs
-//! no socket, and a request that it refuses leaves the input as it was.
+//! [`Handler::answer`] maps the head of a request to its continuation: a response, a body to read
+//! (`upload`) or a WebSocket (`socket`). It needs no network, and a request that it rejects leaves
+//! the input unchanged.
 
 use endpoint::{Answer, Command, InvalidMessage, Mode, Observation, query::MAX_BYTES};
 use hyper::{
@@ -27,18 +27,18 @@ use crate::{
 /// The header that carries a session's token.
 const SESSION: &str = "webloop-session";
 
-/// What follows a head.
+/// How a request continues after its head.
 pub(crate) enum Reply {
-    /// This, and no more.
+    /// With this response only.
     Done(Response<Bytes>),
-    /// What comes of the body.
+    /// With a body to read.
     Upload(Upload),
-    /// This, and then messages.
+    /// With this response, then messages.
     Socket(Response<Bytes>, socket::Opening),
 }
 
 impl Handler {
-    /// What follows a head that arrived at `now_ns`.
+    /// The continuation of a request whose head arrived at `now_ns`.
     pub(crate) fn answer(&mut self, head: &Parts, has_body: bool, now_ns: u64) -> Reply {
         self.try_answer(head, has_body, now_ns)
             .unwrap_or_else(|refusal| {
@@ -58,7 +58,7 @@ impl Handler {
         if has_body && (head.method == Method::GET || !PATHS.contains(&path)) {
             return Err(Refusal::Body);
         }
-        // Not even HEAD: a GET here moves the plant, and HEAD would do so too.
+        // HEAD is not permitted either: a GET here moves the plant, and HEAD would do the same.
         let get = head.method == Method::GET;
         let response = match path {
             "/closed" if get => self.exchange(Mode::Closed, query, &head.headers, now_ns)?,
@@ -86,7 +86,7 @@ impl Handler {
         Ok(Reply::Done(response))
     }
 
-    /// Does what a command says; `text` is its query.
+    /// Executes a command; `text` is its query.
     pub(crate) fn command(
         &mut self,
         mode: Mode,
@@ -118,7 +118,7 @@ impl Handler {
     }
 
     fn observe(&mut self, headers: &HeaderMap, now_ns: u64) -> Result<Response<Bytes>, Refusal> {
-        // How a page that waits for its start keeps its session. Whoever has none may look too.
+        // A page that waits for its start keeps its session by this. Clients without a session may read too.
         let _ = self.control.hear(&pass(headers), now_ns);
         let output = output(self.output.read());
         if !output.y.is_finite() {
@@ -147,7 +147,7 @@ impl Handler {
         Ok(Reply::Socket(response, opening))
     }
 
-    /// What a POST asks for, if it is one of ours, before its body is read.
+    /// The upload of a POST, if its path has one, checked before its body is read.
     fn upload(
         &mut self,
         path: &str,
@@ -188,15 +188,14 @@ impl Handler {
     }
 }
 
-/// Refuses what is not a plain request of one host and no foreign page's; the
-/// query of what is.
+/// Rejects all but plain requests with one host that do not come from a foreign page; returns the query.
 fn check(head: &Parts) -> Result<&str, Refusal> {
     // `CONNECT host:port` and `GET http://host/path` are for proxies.
     if head.uri.authority().is_some() {
         return Err(Refusal::Target);
     }
     let hosts = head.headers.get_all(header::HOST).iter().count();
-    // HTTP/1.0 came before the header (RFC 9112, 3.2).
+    // HTTP/1.0 is older than this header (RFC 9112, 3.2).
     if hosts > 1 || (hosts == 0 && head.version != Version::HTTP_10) {
         return Err(Refusal::Host(hosts));
     }
@@ -243,7 +242,7 @@ fn pass(headers: &HeaderMap) -> Pass {
     }
 }
 
-/// Whether the body is of this type, whatever its parameters.
+/// Whether the body has this type, regardless of parameters.
 fn is_kind(headers: &HeaderMap, expected: &str) -> bool {
     headers
         .get(header::CONTENT_TYPE)

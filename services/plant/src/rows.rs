@@ -1,18 +1,17 @@
 //! Message rows as a page sends them: lines of CSV, read strictly.
 //!
-//! What a page writes is believed no further than it can be checked: every
-//! field is a number of its kind, and a row has the fields that its outcome
-//! says. The columns are those of [`MessageRow`]; there is no header and there
-//! are no quotes, since no field needs them.
+//! Everything that can be checked is checked: each field must be a number of its kind, and a row must
+//! have exactly the fields that its outcome requires. The columns are those of [`MessageRow`]; there
+//! is no header, and no quotes, since no field needs them.
 
 use std::str::FromStr;
 
 use endpoint::{MessageOutcome, MessageRow};
 
-/// How much of a refused text an error repeats.
+/// Number of characters of a rejected text that an error quotes.
 const EXCERPT_CHARS: usize = 40;
 
-/// Why rows were refused.
+/// Why rows were rejected.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {problem}")]
 pub(crate) struct InvalidRow {
@@ -49,11 +48,11 @@ enum Problem {
     Order { t_send_ns: u64, t_receive_ns: u64 },
 }
 
-/// Reads the rows of one chunk: all of them or none.
+/// Reads all rows of a chunk, or none.
 pub(crate) fn read(bytes: &[u8]) -> Result<Vec<MessageRow>, InvalidRow> {
     let mut rows = Vec::new();
     let whole = bytes.strip_suffix(b"\n").unwrap_or(bytes);
-    if whole.is_empty() && bytes.is_empty() {
+    if bytes.is_empty() {
         return Ok(rows);
     }
     for (line, bytes) in (1..).zip(whole.split(|byte| *byte == b'\n')) {
@@ -101,7 +100,7 @@ fn row(line: &str) -> Result<MessageRow, Problem> {
     Ok(row)
 }
 
-/// Whether a row has what its outcome says, and no more.
+/// Checks that a row has exactly the fields that its outcome requires.
 fn consistent(row: &MessageRow) -> Result<(), Problem> {
     let (sent, answered, outcome) = match row.outcome {
         MessageOutcome::Answered => (true, true, "answered"),
@@ -169,7 +168,7 @@ fn finite(field: &'static str, value: &str) -> Result<f64, Problem> {
     }
 }
 
-/// The beginning of a text that came from outside, fit for a line.
+/// The beginning of a text from outside, escaped for one line.
 fn excerpt(text: &str) -> String {
     let start = text.chars().take(EXCERPT_CHARS);
     start.flat_map(char::escape_debug).collect()
@@ -220,7 +219,7 @@ mod tests {
 
     #[test]
     fn a_bad_row_is_refused_by_line_and_field() {
-        // The second line, and what is said of it.
+        // The second line, and the expected error.
         let table = [
             ("", "1 fields; a row has the 11: seq,t_due_ns,"),
             ("1,2,3", "3 fields"),

@@ -1,4 +1,4 @@
-//! The entry: sets the two threads up, waits for the end, reports.
+//! The entry point: starts the two threads, waits for the end, reports.
 
 use std::{
     cell::RefCell,
@@ -26,24 +26,24 @@ use crate::{
     ticker::{Running, Ticker, input_words},
 };
 
-/// Tick 0 is due this long after the threads are set up, so that it is not late.
+/// Tick 0 is due this long after the threads have been started, so that it is not late.
 const START_AHEAD_NS: u64 = 5_000_000;
 
-/// Below the ticker: a tick goes before a request. See `ticker::FIFO_PRIORITY`.
+/// Below the ticker, so that a tick precedes a request. See `ticker::FIFO_PRIORITY`.
 const FIFO_PRIORITY: u8 = 45;
 
-/// Runs a plant until SIGTERM or SIGINT. The calling thread becomes the one
-/// that speaks HTTP, and keeps the scheduling that it was granted.
+/// Runs a plant until SIGTERM or SIGINT. The calling thread serves HTTP and keeps the scheduling that
+/// it was granted.
 ///
-/// `ready` is called once, when the plant can be reached.
+/// Calls `ready` once, when the plant can be reached.
 ///
 /// # Errors
-/// [`ServeError`] says what could not be had, or which rows are missing.
+/// [`ServeError`], with what was not available or which rows are missing.
 pub fn serve(config: &Config, ready: impl FnOnce(Ready)) -> Result<report::Plant, ServeError> {
     serve_until(config, pace::told_to_end(), ready)
 }
 
-/// Like [`serve`], until `stop` is done.
+/// Like [`serve`], but runs until `stop` is done instead of a signal.
 ///
 /// # Errors
 /// Those of [`serve`].
@@ -57,7 +57,7 @@ pub fn serve_until(
         .enable_all()
         .build()?;
     let (listener, address) = listen(config.listen, &runtime)?;
-    // No file is made for a plant that cannot listen.
+    // No files are created for a plant that cannot listen.
     let Started {
         start_ns,
         mut ticker,
@@ -79,7 +79,7 @@ pub fn serve_until(
     };
     let ready = || ready(Ready { address, start_ns });
     let ended = tasks.block_on(&runtime, end(stop, ready, served));
-    // The connections hold the handler: they end here.
+    // The connections hold the handler, so they end here.
     drop(tasks);
     let ticked = Running::stop(ticker).ok_or(ServeError::Ticker)?;
     let handler = Rc::into_inner(handler)
@@ -115,7 +115,7 @@ pub fn serve_until(
     })
 }
 
-/// The threads of a plant, started, with what they share and where they write.
+/// The started threads of a plant, the data that they share, and their files.
 struct Started {
     /// When tick 0 is due.
     start_ns: u64,
@@ -123,12 +123,12 @@ struct Started {
     tick_journal: Journal,
     arrival_journal: Journal,
     handler: Handler,
-    /// What the calling thread was granted, which is to speak HTTP.
+    /// The scheduling granted to the calling thread, which serves HTTP.
     server: report::Scheduling,
 }
 
 impl Started {
-    /// In this order: the threads that write files must not inherit real-time scheduling.
+    /// Starts the threads in this order, since those that write files must not inherit real-time scheduling.
     fn new(config: &Config, stepper: Stepper) -> Result<Started, ServeError> {
         let settings = config.settings;
         let (tick_rows, tick_journal) =
@@ -180,14 +180,14 @@ fn listen(address: SocketAddr, runtime: &Runtime) -> Result<(TcpListener, Socket
     listened.map_err(|source| ServeError::Listen { address, source })
 }
 
-/// Calls `ready` and waits: for `stop`, or for `served`, which is an error.
+/// Calls `ready` and waits for `stop`, or for `served`, which is an error.
 async fn end(
     stop: impl Future<Output = io::Result<()>>,
     ready: impl FnOnce(),
     served: impl Future<Output = ServeError>,
 ) -> Result<(), ServeError> {
     let mut stop = pin!(stop);
-    // Asked once before `ready`, so that a signal right after it is caught.
+    // Polled once before `ready`, so that a signal right after it is caught.
     let asked = poll_fn(|context| Poll::Ready(stop.as_mut().poll(context))).await;
     if let Poll::Ready(result) = asked {
         return result.map_err(ServeError::Start);

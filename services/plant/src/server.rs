@@ -1,8 +1,7 @@
-//! The thread that accepts connections and speaks HTTP/1.
+//! The thread that accepts connections and serves HTTP/1.
 //!
-//! Its limits are for clients that misbehave: heads that do not end, headers
-//! without end, more connections than sockets. Reaching a limit costs the
-//! client its connection, never the plant its ticks.
+//! Its limits are for clients that misbehave: incomplete heads, endless headers, more connections
+//! than sockets. A client that reaches a limit loses its connection; the plant never loses a tick.
 
 use std::{
     cell::RefCell, convert::Infallible, io, net::SocketAddr, rc::Rc, sync::Arc, time::Duration,
@@ -26,42 +25,41 @@ use tokio::{
 
 use crate::{handler::Handler, route::Reply, socket, upload};
 
-/// How long a connection may wait for a head to be complete, and so also how
-/// long it may idle between two requests. Clients keep idle connections for
-/// less, else a request can meet the close of its connection.
+/// How long a connection may wait until a head is complete, and so also how long it may idle between
+/// two requests. Clients must close idle connections earlier, or a request could be sent just as the
+/// plant closes its connection.
 const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// The largest head of a request.
+/// Greatest size of a request's head.
 const HEAD_BYTES: usize = 16 * 1024;
 
-/// Connections at a time. Others wait in the backlog.
+/// Most simultaneous connections. Others wait in the backlog.
 const CONNECTIONS: usize = 8192;
 
-/// Connections that the kernel completes ahead of us.
+/// Connections that the kernel completes in advance.
 const BACKLOG: u32 = 4096;
 
-/// Files of the process that are not connections.
+/// Files of the process other than connections.
 const OTHER_FILES: u64 = 64;
 
-/// How long to leave a refused accept alone: without it, running out of files
-/// would be a busy loop.
+/// Pause after a failed accept: without it, running out of files would cause a busy loop.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 
-/// Listens on `address`. It needs the runtime's context.
+/// Listens on `address`. Needs the runtime's context.
 pub(crate) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
     let socket = if address.is_ipv4() {
         TcpSocket::new_v4()
     } else {
         TcpSocket::new_v6()
     }?;
-    // A plant that starts again must not wait for the old one's connections.
+    // A restarted plant must not wait for the old one's connections.
     socket.set_reuseaddr(true)?;
     socket.bind(address)?;
     socket.listen(BACKLOG)
 }
 
-/// Accepts for ever, `open_files` being the limit of the process. It runs on
-/// the thread that owns `handler`; dropping it drops all connections.
+/// Accepts connections forever; `open_files` is the limit of the process. Runs on the thread that
+/// owns `handler`; dropping it drops all connections.
 pub(crate) async fn accept(
     listener: TcpListener,
     handler: Rc<RefCell<Handler>>,
@@ -80,8 +78,7 @@ pub(crate) async fn accept(
                 *accepted.borrow_mut() += 1;
                 let handler = Rc::clone(&handler);
                 task::spawn_local(async move {
-                    // A connection that ends badly is its client's loss; what
-                    // the client makes of it is in the client's rows.
+                    // If a connection ends badly, only its client is affected, and the client's rows show it.
                     if let Err(error) = converse(stream, handler, Rc::new(slot)).await {
                         tracing::debug!(%error, "connection ended");
                     }
@@ -95,16 +92,16 @@ pub(crate) async fn accept(
     }
 }
 
-/// Serves one connection to its end. `slot` is its place among others, which a
-/// socket that comes of it keeps.
+/// Serves one connection to its end. `slot` counts it among all connections; a WebSocket that it
+/// becomes keeps the slot.
 async fn converse(
     stream: TcpStream,
     handler: Rc<RefCell<Handler>>,
     slot: Rc<OwnedSemaphorePermit>,
 ) -> hyper::Result<()> {
-    // Answers are one small segment each: waiting for more to send would add
-    // the other end's delayed acknowledgement, 40 ms. If it is refused, the
-    // connection is already broken, and serving it will say so.
+    // Answers are one small segment each: waiting for more data would add the other end's delayed
+    // acknowledgement, 40 ms. If this call fails, the connection is already broken, and serving it
+    // will report that.
     let _ = stream.set_nodelay(true);
     let service = service_fn(|request: Request<Incoming>| {
         let now_ns = now_ns();
@@ -114,8 +111,7 @@ async fn converse(
             .answer(&head, !body.is_end_stream(), now_ns);
         let response = match reply {
             Reply::Done(response) => Next::Response(response),
-            // In a task of its own, so that what a page has begun is done to its
-            // end even if its connection breaks.
+            // In a task of its own, so that an upload is completed even if its connection breaks.
             Reply::Upload(upload) => Next::Upload(task::spawn_local(upload::run(
                 upload,
                 body,
@@ -149,7 +145,7 @@ async fn converse(
         .await
 }
 
-/// Where a response comes from.
+/// The source of a response.
 enum Next {
     Response(Response<Bytes>),
     Upload(JoinHandle<Response<Bytes>>),

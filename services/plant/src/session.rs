@@ -1,9 +1,8 @@
 //! Who is in control of the plant: a page with a session, controllers without one, or no client.
 //!
-//! A pure state machine that gets the time as an argument. A session is one page's sole
-//! right to command: it begins with a claim, is kept by being used, and is over
-//! when its page says so or is silent. Native controllers need no session; a page
-//! cannot take the plant from one that is running.
+//! A pure state machine that gets the time as an argument. A session is one page's exclusive right to
+//! command: it begins with a claim, lasts as long as it is used, and ends when its page says so or is
+//! silent. Native controllers need no session; a page cannot take the plant from one that is running.
 
 use serde::Serialize;
 
@@ -12,23 +11,23 @@ use crate::{
     token::{Pass, Token},
 };
 
-/// A session of which nothing is heard for so long is over: its page was closed
-/// or lost. A page sends rows every second, and a link may stall for 5 s.
+/// A session ends if nothing is heard of it for this long: its page was closed or lost. A page sends
+/// rows every second, and a link may stall for 5 s.
 pub(crate) const SILENCE_NS: u64 = 15_000_000_000;
 
-/// A controller without a session is in control until it is silent for so long.
+/// A controller without a session is in control until it has been silent for this long.
 const PLAIN_NS: u64 = 2_000_000_000;
 
-/// The longest name of a client.
+/// Greatest length of a client's name.
 const CLIENT_BYTES: usize = 200;
 
-/// What a page calls itself, fit for a line of text.
+/// A page's name for itself, fit for a line of text.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(transparent)]
 pub(crate) struct Client(String);
 
 impl Client {
-    /// A name that is short and has no control characters.
+    /// Accepts a name that is short and has no control characters.
     pub(crate) fn try_new(name: String) -> Result<Self, InvalidClient> {
         if name.len() > CLIENT_BYTES {
             return Err(InvalidClient::Long { bytes: name.len() });
@@ -40,7 +39,7 @@ impl Client {
     }
 }
 
-/// A name that no client can have.
+/// Why a client's name is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum InvalidClient {
     #[error("`client` has {bytes} bytes; give at most {CLIENT_BYTES}")]
@@ -49,7 +48,7 @@ pub(crate) enum InvalidClient {
     Control,
 }
 
-/// Why a request may not pass.
+/// Why a request is denied.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum Denied {
     #[error(
@@ -70,7 +69,7 @@ pub(crate) enum Denied {
     Missing,
 }
 
-/// What everybody may know.
+/// The public status of the control session.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct Status {
     state: &'static str,
@@ -78,12 +77,12 @@ pub(crate) struct Status {
     commands: u64,
     rows: u64,
     idle_ms: u64,
-    /// Once it has ended.
+    /// Present once it has ended.
     #[serde(flatten)]
     ending: Ending,
 }
 
-/// Who is in control.
+/// Decides who is in control.
 #[derive(Debug)]
 pub(crate) struct Control {
     state: State,
@@ -95,7 +94,7 @@ pub(crate) struct Control {
 enum State {
     Free,
     Held(Session),
-    /// Kept until the next one, for whoever watches it from outside.
+    /// Kept until the next session, for observers from outside.
     Ended(Session),
 }
 
@@ -110,7 +109,7 @@ struct Session {
 }
 
 impl Control {
-    /// No client is in control.
+    /// A state in which no client is in control.
     pub(crate) fn new() -> Self {
         Self {
             state: State::Free,
@@ -119,13 +118,12 @@ impl Control {
         }
     }
 
-    /// How many sessions there have been; each has the number of its claim,
-    /// from 1.
+    /// Number of sessions so far; each has the number of its claim, from 1.
     pub(crate) fn sessions(&self) -> u64 {
         self.sessions
     }
 
-    /// Begins a session, unless somebody is in control. Its number.
+    /// Begins a session, unless a client is in control. Returns its number.
     pub(crate) fn claim(
         &mut self,
         token: Token,
@@ -155,8 +153,8 @@ impl Control {
         Ok(self.sessions)
     }
 
-    /// Lets a request pass or not; the number of the session that it is of, if
-    /// it is of one, which has then been heard.
+    /// Admits or denies a request. Returns the number of its session, if it has one; that session has
+    /// then been heard.
     pub(crate) fn admit(&mut self, pass: &Pass, now_ns: u64) -> Result<Option<u64>, Denied> {
         self.expire(now_ns);
         match (&mut self.state, pass) {
@@ -170,13 +168,13 @@ impl Control {
         }
     }
 
-    /// Like [`Control::admit`], for what only a session can do; its number.
+    /// Like [`Control::admit`], for requests that need a session; returns its number.
     pub(crate) fn hear(&mut self, pass: &Pass, now_ns: u64) -> Result<u64, Denied> {
         self.admit(pass, now_ns)?.ok_or(Denied::Missing)
     }
 
-    /// Like [`Control::admit`], for a command: it is counted, and one without a
-    /// session is remembered.
+    /// Like [`Control::admit`], for a command: it is counted in its session; without a session its
+    /// time is recorded.
     pub(crate) fn command(&mut self, pass: &Pass, now_ns: u64) -> Result<(), Denied> {
         if self.admit(pass, now_ns)?.is_none() {
             self.plain_ns = Some(now_ns);
@@ -186,17 +184,17 @@ impl Control {
         Ok(())
     }
 
-    /// The session has sent so many rows in all.
+    /// Records the session's total of rows.
     pub(crate) fn count_rows(&mut self, number: u64, rows: u64) {
         if let State::Held(session) | State::Ended(session) = &mut self.state
             && number == self.sessions
         {
-            // Two answers of the filer may be dealt with in either order.
+            // Two answers of the filer may be processed in either order.
             session.rows = session.rows.max(rows);
         }
     }
 
-    /// Ends a session at its page's word.
+    /// Ends a session at its page's request.
     pub(crate) fn end(&mut self, number: u64, ending: Ending) {
         if number == self.sessions {
             self.state = match std::mem::replace(&mut self.state, State::Free) {
@@ -206,15 +204,15 @@ impl Control {
         }
     }
 
-    /// Takes a session back as if it had never been held.
+    /// Cancels a session as if it had never been held.
     pub(crate) fn withdraw(&mut self, number: u64) {
         if number == self.sessions {
             self.state = State::Free;
         }
     }
 
-    /// Whether `pass` is of the session that ended last: its page says a second
-    /// time what it has said, for it heard no answer.
+    /// Whether `pass` belongs to the session that ended last: its page repeats its report because it
+    /// received no answer.
     pub(crate) fn has_ended(&self, pass: &Pass) -> bool {
         match (&self.state, pass) {
             (State::Ended(session), Pass::Token(token)) => session.token.is(token),
@@ -222,7 +220,7 @@ impl Control {
         }
     }
 
-    /// How long a session has left to be heard; `None` when it is over.
+    /// Time left until a session must be heard again; `None` if it has ended.
     pub(crate) fn left_ns(&mut self, number: u64, now_ns: u64) -> Option<u64> {
         self.expire(now_ns);
         match &self.state {
@@ -233,7 +231,7 @@ impl Control {
         }
     }
 
-    /// What everybody may know.
+    /// The public status of the control session.
     pub(crate) fn status(&mut self, now_ns: u64) -> Status {
         self.expire(now_ns);
         let (state, session) = match &self.state {

@@ -1,10 +1,9 @@
-//! Commands over a WebSocket: each text message is a command's query, each
-//! answer the text that it would have been over HTTP.
+//! Commands over a WebSocket: each text message is a command's query, each answer the text that HTTP
+//! would return.
 //!
-//! One connection carries a whole loop, and a message has none of the headers of
-//! a request. What a command does is in `route`; framing is the crate's. A
-//! message that cannot be read ends the connection with the reason: a client
-//! that sends one has a mistake.
+//! One connection carries a whole loop, and a message has none of a request's headers. `route`
+//! executes commands; the framing is tungstenite's. A message that cannot be read ends the connection
+//! with the reason, since a client that sends one has an error.
 
 use std::{cell::RefCell, rc::Rc, time::Duration};
 
@@ -39,31 +38,31 @@ use crate::{handler::Handler, refusal::Refusal, token::Pass};
 /// The longest reason that fits a close frame (RFC 6455, 5.5).
 const REASON_BYTES: usize = 123;
 
-/// How long a socket may be silent. Clients that wait for a run to begin are
-/// silent for some seconds; one that is gone must not hold its place for ever.
+/// How long a socket may be silent. Clients that wait for the start of a run are silent for some
+/// seconds; one that is gone must not keep its place forever.
 const IDLE_TIMEOUT: Duration = Duration::from_secs(60);
 
-/// How long an answer may wait for room.
+/// How long an answer may wait for room in the socket.
 const SEND_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// How long the other end has to read why it is over. What it still sends is
-/// thrown away meanwhile: closing before that would take the reason from it.
+/// How long the other end has to read why the connection is closed. What it still sends is discarded
+/// meanwhile: closing earlier would lose the reason.
 const LINGER: Duration = Duration::from_secs(1);
 
 type Socket = WebSocketStream<TokioIo<Upgraded>>;
 
-/// What a socket was opened for.
+/// The purpose of a socket.
 #[derive(Debug)]
 pub(crate) struct Opening {
     pub(crate) mode: Mode,
     pub(crate) pass: Pass,
-    /// The number of its session, if it is of one.
+    /// The number of its session, if it belongs to one.
     pub(crate) session: Option<u64>,
-    /// The latest session that is over.
+    /// The latest session that has ended.
     pub(crate) over: watch::Receiver<u64>,
 }
 
-/// Why a socket is closed, by us.
+/// Why we close a socket.
 struct Closing {
     code: CloseCode,
     reason: String,
@@ -87,7 +86,7 @@ pub(crate) fn query(query: &str) -> Result<(Mode, Pass), Refusal> {
     Ok((mode.ok_or_else(refuse)?, pass.unwrap_or(Pass::Nothing)))
 }
 
-/// The response that opens a socket, where the request asks for one.
+/// The response that opens a socket, if the request asks for one.
 pub(crate) fn handshake(head: &Parts) -> Result<Response<Bytes>, Refusal> {
     let headers = &head.headers;
     let expect = |field, given| {
@@ -118,7 +117,7 @@ pub(crate) fn handshake(head: &Parts) -> Result<Response<Bytes>, Refusal> {
     Ok(response)
 }
 
-/// Whether a header has `word` among its words.
+/// Whether a header contains `word`.
 fn has(headers: &HeaderMap, name: &HeaderName, word: &str) -> bool {
     headers
         .get_all(name)
@@ -128,7 +127,7 @@ fn has(headers: &HeaderMap, name: &HeaderName, word: &str) -> bool {
         .any(|given| given.trim().eq_ignore_ascii_case(word))
 }
 
-/// Whether this is the base64 of 16 bytes.
+/// Whether this is the base64 encoding of 16 bytes.
 fn is_key(key: &[u8]) -> bool {
     let digit = |byte: &u8| byte.is_ascii_alphanumeric() || b"+/".contains(byte);
     key.len() == 24 && key.ends_with(b"==") && key[..22].iter().all(digit)
@@ -152,7 +151,7 @@ pub(crate) async fn serve(upgrade: OnUpgrade, opening: Opening, handler: Rc<RefC
     }
 }
 
-/// Answers messages until the end; why we end it, unless the other end did.
+/// Answers messages until the end; returns why we end it, unless the other end did.
 async fn converse(
     socket: &mut Socket,
     opening: Opening,
@@ -186,7 +185,7 @@ async fn converse(
                 let reason = "a binary message; a command is text";
                 return Some(Closing::refused(handler, CloseCode::Unsupported, reason));
             }
-            // Pings are answered by the crate, and so is a close.
+            // The crate answers pings and close frames.
             Ok(Some(Ok(_))) => continue,
             Ok(Some(Err(error))) => return broken(handler, &error),
             Ok(None) => return None,
@@ -205,20 +204,20 @@ async fn converse(
         };
         match timeout(SEND_TIMEOUT, socket.send(answer)).await {
             Ok(Ok(())) => {}
-            // It does not read, or it is gone.
+            // The other end does not read, or it is gone.
             Ok(Err(_)) | Err(_) => return None,
         }
     }
 }
 
-/// What to say to an end whose messages cannot be read.
+/// How to close the socket of an end whose messages cannot be read.
 fn broken(handler: &RefCell<Handler>, error: &Error) -> Option<Closing> {
     let (code, reason) = match error {
         Error::Capacity(CapacityError::MessageTooLong { size, .. }) => (
             CloseCode::Size,
             format!("a message of {size} bytes; a command has at most {MAX_BYTES}"),
         ),
-        // It is gone, and left without a word; that is no mistake in a message.
+        // The other end is gone without a close frame; that is not an invalid message.
         Error::Protocol(ProtocolError::ResetWithoutClosingHandshake) => return None,
         Error::Utf8(_) => (CloseCode::Invalid, "a text that is not UTF-8".to_owned()),
         Error::Protocol(problem) => (CloseCode::Protocol, problem.to_string()),
@@ -241,7 +240,7 @@ impl Closing {
     }
 }
 
-/// Says why, and lets the other end read it.
+/// Sends the reason, and lets the other end read it.
 async fn close(mut socket: Socket, closing: Closing) {
     let Closing { code, reason } = closing;
     let frame = CloseFrame {
@@ -256,7 +255,7 @@ async fn close(mut socket: Socket, closing: Closing) {
             while let Ok(1..) = stream.read(&mut rest).await {}
         }
     };
-    // Whether it listens is its own affair.
+    // It does not matter whether the other end listens.
     let _ = timeout(LINGER, parting).await;
 }
 

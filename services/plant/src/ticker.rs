@@ -1,9 +1,8 @@
-//! The thread that steps the model on its deadlines.
+//! The thread that steps the model at its deadlines.
 //!
-//! Between two ticks it only sleeps (and spins for the last moment, where it
-//! has real-time scheduling). A tick reads the input, steps, publishes the
-//! output and hands over a row: it does not allocate, lock, log or enter the
-//! kernel. Late ticks follow at once, so simulated time keeps to real time.
+//! Between two ticks it only sleeps (and with real-time scheduling spins for the last moment). A tick reads
+//! the input, steps, publishes the output and passes on a row, without allocating, locking, logging or
+//! entering the kernel. Late ticks follow at once, so that simulated time stays at real time.
 
 use std::{
     io,
@@ -21,13 +20,13 @@ use tokio::sync::oneshot;
 
 use crate::latest::{Publisher, Reader};
 
-/// Below most kernel threads, above everything else of a run.
+/// Below most kernel threads, above all other threads of a run.
 const FIFO_PRIORITY: u8 = 50;
 
-/// The longest sleep, so that a plant with a long h still stops soon.
+/// Longest sleep, so that a plant with a long h still stops soon.
 const NAP_NS: u64 = 50_000_000;
 
-/// An input as the threads share it.
+/// An input in the form that the threads share.
 pub(crate) fn input_words(input: Input) -> [u64; 4] {
     [
         input.u.to_bits(),
@@ -49,7 +48,7 @@ fn output_words(output: Output) -> [u64; 2] {
     [output.tick, output.y.to_bits()]
 }
 
-/// An output as the threads share it.
+/// An output in the form that the threads share.
 pub(crate) fn output([tick, y]: [u64; 2]) -> Output {
     Output {
         tick,
@@ -57,7 +56,7 @@ pub(crate) fn output([tick, y]: [u64; 2]) -> Output {
     }
 }
 
-/// What the thread needs.
+/// The data that the thread needs.
 pub(crate) struct Ticker {
     pub(crate) process: Process,
     pub(crate) h_ns: u64,
@@ -67,7 +66,7 @@ pub(crate) struct Ticker {
     pub(crate) fifo: bool,
 }
 
-/// What the thread leaves.
+/// The result of the thread.
 pub(crate) struct Ticked {
     pub(crate) ticks: u64,
     pub(crate) missed: u64,
@@ -75,11 +74,11 @@ pub(crate) struct Ticked {
     pub(crate) scheduling: Scheduling,
 }
 
-/// The thread while it runs.
+/// The running thread.
 pub(crate) struct Running {
     stop: Arc<AtomicBool>,
     thread: JoinHandle<Ticked>,
-    /// Ends when the thread does, whatever the reason.
+    /// Completes when the thread ends, for whatever reason.
     pub(crate) ended: oneshot::Receiver<()>,
 }
 
@@ -90,7 +89,7 @@ impl Ticker {
         let thread = thread::Builder::new().name("ticker".to_owned()).spawn({
             let stop = Arc::clone(&stop);
             move || {
-                // Dropped at the end of this closure, also by a panic.
+                // Dropped at the end of this closure, also after a panic.
                 let _alive: oneshot::Sender<()> = alive;
                 self.run(&stop)
             }
@@ -135,7 +134,7 @@ impl Ticker {
 }
 
 impl Running {
-    /// Stops the thread; `None` if it had panicked.
+    /// Stops the thread; `None` if it has panicked.
     pub(crate) fn stop(self) -> Option<Ticked> {
         self.stop.store(true, Ordering::Relaxed);
         self.thread.join().ok()

@@ -1,30 +1,30 @@
-//! What proves that a request belongs to the session in control.
+//! The proof that a request belongs to the session in control.
 
 use std::{fmt, io};
 
 use rustix::rand::{GetRandomFlags, getrandom};
 use subtle::ConstantTimeEq;
 
-/// 128 bits: beyond guessing.
+/// 128 bits, which cannot be guessed.
 const BYTES: usize = 16;
 
 /// A session's token. It is never printed.
 #[derive(Clone)]
 pub(crate) struct Token([u8; BYTES]);
 
-/// What a request shows.
+/// The token of a request.
 #[derive(Clone, Debug)]
 pub(crate) enum Pass {
-    /// Nothing: it is of a controller without a session.
+    /// No token: the request is from a controller without a session.
     Nothing,
-    /// A token, of whatever session.
+    /// A token, of any session.
     Token(Token),
-    /// What cannot be a token.
+    /// A text that cannot be a token.
     Unreadable,
 }
 
 impl Token {
-    /// A new one, from the kernel's randomness.
+    /// A new token, from the kernel's randomness.
     pub(crate) fn random() -> io::Result<Self> {
         let mut bytes = [0; BYTES];
         let mut filled = 0;
@@ -39,8 +39,7 @@ impl Token {
         Self([byte; BYTES])
     }
 
-    /// Whether `other` is this token, in a time that says nothing about where
-    /// they differ.
+    /// Whether `other` is this token, in a time that does not depend on where they differ.
     pub(crate) fn is(&self, other: &Self) -> bool {
         self.0.ct_eq(&other.0).into()
     }

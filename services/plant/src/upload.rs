@@ -1,8 +1,7 @@
-//! What a page asks for with a body: to begin a session, to take rows, to end.
+//! Requests of a page with a body: to begin a session, to store rows, to end.
 //!
-//! The head was judged in `route`; here the body is read, within limits of size
-//! and time, and the filer returns the result. All of it runs
-//! beside the commands of the loop, never before them.
+//! `route` has checked the head; this file reads the body, within limits of size and time, and waits
+//! for the filer's result. All of it runs beside the commands of the loop, never before them.
 
 use std::{cell::RefCell, rc::Rc, time::Duration};
 
@@ -26,10 +25,10 @@ use crate::{
     token::{Pass, Token},
 };
 
-/// The longest body. A second at 1 kHz has some 100 bytes a row: two chunks.
+/// The longest body. A second of rows at 1 kHz, some 100 bytes each, takes two chunks.
 pub(crate) const BODY_BYTES: usize = 64 * 1024;
 
-/// How long a body may take. The worst links stall for 5 s.
+/// Time limit for a body. The worst links stall for 5 s.
 const BODY_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// What to do with a body.
@@ -61,20 +60,20 @@ impl Upload {
     }
 }
 
-/// What a claim says.
+/// The body of a claim.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Claim {
     client: String,
 }
 
-/// What a claim gets.
+/// The answer to a claim.
 #[derive(Serialize)]
 struct Grant<'a> {
     session: String,
     h_ns: u64,
     late: endpoint::Late,
-    /// Not there: the paper's.
+    /// The law, absent if it is the paper's.
     #[serde(skip_serializing_if = "Option::is_none")]
     law: Option<&'a serde_json::Value>,
 }
@@ -104,7 +103,7 @@ async fn claim(body: Incoming, handler: &Rc<RefCell<Handler>>) -> Result<Respons
     let (number, files) = {
         let mut handler = handler.borrow_mut();
         let number = handler.control.claim(token, client, now_ns())?;
-        // One that was silent may not have been noticed yet.
+        // An earlier session that fell silent may not have been noticed yet.
         handler.on_end_of(number - 1);
         handler.inbox.welcome();
         (number, handler.filer.open(number))
@@ -132,7 +131,7 @@ async fn rows(
     let text = read(body).await?;
     let (number, filed) = {
         let mut handler = handler.borrow_mut();
-        // Asked again: the body took its time.
+        // Checked again, since reading the body took time.
         let number = handler.control.hear(pass, now_ns())?;
         (number, handler.filer.rows(chunk, text))
     };
@@ -162,7 +161,7 @@ async fn end(
     Ok(done())
 }
 
-/// Sees to it that a session whose page is silent is over.
+/// Ends a session whose page is silent.
 async fn watch(number: u64, handler: Rc<RefCell<Handler>>) {
     loop {
         let left_ns = handler.borrow_mut().control.left_ns(number, now_ns());
@@ -177,7 +176,7 @@ async fn watch(number: u64, handler: Rc<RefCell<Handler>>) {
 }
 
 impl Handler {
-    /// Tells the sockets of session `number` and of all before it.
+    /// Tells the sockets of session `number` and of all earlier ones that it has ended.
     fn on_end_of(&self, number: u64) {
         self.over.send_if_modified(|over| {
             let newer = number > *over;

@@ -1,4 +1,4 @@
-//! The package's files as a zip archive, which the interpreter runs as it is.
+//! The package's files as a zip archive, which the interpreter runs directly.
 //!
 //! Stored, not compressed: it is read once, from memory.
 
@@ -16,7 +16,7 @@ macro_rules! package {
     };
 }
 
-/// Where each file is in the archive, and its content.
+/// The path of each file in the archive, and its content.
 const FILES: [(&str, &str); 27] = package![
     "__init__.py",
     "__main__.py",
@@ -47,11 +47,11 @@ const FILES: [(&str, &str); 27] = package![
     "worker.py",
 ];
 
-/// The interpreter runs the `__main__` at the top of an archive; this one goes
-/// on to the package's, so that the package's modules find each other by name.
+/// The interpreter runs the `__main__` at the top of an archive; this one starts the package's, so
+/// that the package's modules find each other by name.
 const START: &str = "import webloop_controller.__main__ as entry\nentry.start()\n";
 
-/// The archive could not be made.
+/// The archive could not be created.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot pack the controller's files: {0}")]
 pub struct InvalidArchive(#[from] ZipError);

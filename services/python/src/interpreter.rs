@@ -1,4 +1,4 @@
-//! Finds a Python interpreter, and becomes it by `exec`.
+//! Finds a Python interpreter, and replaces this process by it with `exec`.
 
 use std::{
     convert::Infallible,
@@ -14,20 +14,19 @@ use rustix::fs::{MemfdFlags, memfd_create};
 
 use crate::archive::{InvalidArchive, pack};
 
-/// Names another interpreter than the `python3` of PATH.
+/// Names another interpreter than the `python3` in PATH.
 const VARIABLE: &str = "WEBLOOP_PYTHON";
 
-/// The oldest Python that the controller is written for.
+/// The oldest Python version that the controller supports.
 const OLDEST: (u32, u32) = (3, 9);
 
-/// Prints an interpreter's version. The newest digits come last, and any Python
-/// since 2.6 understands it.
+/// Prints an interpreter's version: major, minor, patch. Every Python since 2.6 understands it.
 const ASK: &str = "import sys; sys.stdout.write('%d.%d.%d' % (sys.version_info[0], sys.version_info[1], sys.version_info[2]))";
 
-/// Why there is no controller in Python.
+/// Why the controller cannot run in Python.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// This machine has no Python that will do.
+    /// This machine has no suitable Python.
     #[error(
         "this machine does not let webloop run the controller in Python ({why}): install Python \
          3.9 or newer, or name one in WEBLOOP_PYTHON"
@@ -36,7 +35,7 @@ pub enum Error {
         /// What is wrong with the interpreter.
         why: String,
     },
-    /// The controller's files could not be handed over.
+    /// The controller's files could not be passed on.
     #[error("cannot hand the controller's files to Python: {0}")]
     System(#[from] io::Error),
     /// The controller's files could not be packed.
@@ -44,8 +43,9 @@ pub enum Error {
     Archive(#[from] InvalidArchive),
 }
 
-/// Becomes the interpreter that runs the controller with these arguments and this on its standard input,
-/// so that signals, the exit code and the wish to die with a parent are its own.
+/// Replaces this process by the interpreter that runs the controller with these arguments and this
+/// standard input, so that signals, the exit code and the wish to die with a parent apply to the
+/// interpreter.
 ///
 /// An interpreter that is too old says so itself, and exits with 3.
 ///
@@ -55,15 +55,14 @@ pub fn run<A: AsRef<OsStr>>(
     arguments: impl IntoIterator<Item = A>,
     input: &str,
 ) -> Result<Infallible, Error> {
-    // Both stay open across the change, and are gone with the last that has them open.
+    // Both files stay open across `exec`, and disappear when their last descriptor is closed.
     let file = in_memory("webloop_controller", &pack()?)?;
     let mut input = in_memory("input", input.as_bytes())?;
     input.rewind()?;
     let interpreter = interpreter();
     let error = Command::new(&interpreter)
-        // Isolated from the user's packages and variables, and writes no bytecode.
-        // `-I` says the same for an archive, but a Python 2 would stop at it
-        // before it can say that it is too old.
+        // Isolated from the user's packages and variables, and writes no bytecode. `-I` means the
+        // same for an archive, but a Python 2 would reject it before it can say that it is too old.
         .args(["-E", "-s", "-B"])
         .arg(format!("/proc/self/fd/{}", file.as_raw_fd()))
         .args(arguments)
@@ -72,7 +71,7 @@ pub fn run<A: AsRef<OsStr>>(
     Err(unsupported(&interpreter, &error.to_string()))
 }
 
-/// A file that is nowhere but in memory.
+/// A file that exists only in memory.
 fn in_memory(name: &str, content: &[u8]) -> io::Result<File> {
     let mut file = File::from(memfd_create(name, MemfdFlags::empty())?);
     file.write_all(content)?;

@@ -1,11 +1,11 @@
-//! The controller in Python, from this binary.
+//! The controller in Python, carried in this binary.
 //!
-//! * [`run`]: becomes the interpreter that runs the controller.
-//! * [`version`]: which interpreter that is.
+//! * [`run`]: replaces this process by the interpreter that runs the controller.
+//! * [`version`]: the version of that interpreter.
 //!
-//! The controller itself is the package `webloop_controller` beside `src`, and
-//! can be run without this crate. Here its files are carried in the binary and
-//! handed over in memory: nothing is installed, and nothing is left on disk.
+//! The controller itself is the package `webloop_controller` beside `src`, which also runs without
+//! this crate. This crate embeds its files in the binary and passes them on in memory: nothing is
+//! installed, and nothing is left on disk.
 #![forbid(unsafe_code)]
 
 mod archive;

@@ -1,6 +1,6 @@
-//! A law as numbers, in the form that clients in other languages get: one JSON object.
+//! A law as numbers, in the form in which clients in other languages get it: one JSON object.
 //!
-//! `control::law` says what a client does with them, sum by sum; test vectors check all clients.
+//! `control::law` defines how a client uses them, sum by sum; test vectors check all clients.
 
 use control::{AntiWindup, Discrete, Gains, Saturation, StateSpace};
 use serde::Serialize;
@@ -11,7 +11,7 @@ use serde::Serialize;
 pub enum Design {
     /// PI or PID of the error.
     Pid(PidNumbers),
-    /// A sampled system of the error.
+    /// A sampled transfer function of the error.
     Transfer {
         /// The controller as a sampled model, from error to command.
         model: Model,
@@ -24,16 +24,16 @@ pub enum Design {
         pid: PidNumbers,
         /// The plant, sampled, without its dead time.
         model: Model,
-        /// How many ticks the model is ahead.
+        /// Number of ticks by which the model is ahead.
         ticks: usize,
     },
     /// State feedback with a Kalman filter.
     StateFeedback {
         /// The plant, sampled, without its dead time.
         model: Model,
-        /// One for each state.
+        /// One gain for each state.
         gains: Vec<f64>,
-        /// One for each state, then one for each tick that the output is old.
+        /// One gain for each state, then one for each tick of the output's age.
         observer: Vec<f64>,
         /// The factor of the reference.
         reference: f64,
@@ -51,7 +51,7 @@ pub struct PidNumbers {
     pub ki: f64,
     /// Derivative gain, s.
     pub kd: f64,
-    /// The derivative's filter, rad/s; none: a plain difference.
+    /// The pole of the derivative's filter, rad/s; `None` means a plain difference.
     pub filter_rad_s: Option<f64>,
     /// The limits of the command.
     pub limits: Option<Limits>,
@@ -60,9 +60,9 @@ pub struct PidNumbers {
 /// Limits of the command.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Limits {
-    /// The smallest; none on that side.
+    /// The smallest command; `None` if unlimited.
     pub min: Option<f64>,
-    /// The largest; none on that side.
+    /// The largest command; `None` if unlimited.
     pub max: Option<f64>,
     /// `off`, `conditional` or `back-calculation`.
     pub anti_windup: &'static str,
@@ -70,14 +70,14 @@ pub struct Limits {
     pub gain_per_s: Option<f64>,
 }
 
-/// next x = a x + b u, y = c x + d u.
+/// A sampled model: next x = a x + b u, y = c x + d u.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Model {
     /// The state matrix A, as rows.
     pub a: Vec<Vec<f64>>,
-    /// One for each state.
+    /// One entry for each state.
     pub b: Vec<f64>,
-    /// One for each state.
+    /// One entry for each state.
     pub c: Vec<f64>,
     /// The feed-through D.
     pub d: f64,

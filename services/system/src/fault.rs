@@ -1,10 +1,10 @@
-//! A fault in a system's text, with its place.
+//! A fault in a system's text, with its position.
 
 use std::ops::Range;
 
 use toml::Spanned;
 
-/// Why a text describes no system.
+/// Why a text does not describe a system.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{line}:{column}: {problem}; {remedy}")]
 pub struct Fault {
@@ -12,7 +12,7 @@ pub struct Fault {
     pub problem: String,
     /// What to do about it.
     pub remedy: String,
-    /// Bytes of the text that it is about.
+    /// Byte range of the text that it refers to.
     pub span: Range<usize>,
     /// Line, from 1.
     pub line: usize,
@@ -39,7 +39,7 @@ impl Fault {
     }
 }
 
-/// The text being read, for the places of faults.
+/// The text being read, for the positions of faults.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Source<'a>(pub(crate) &'a str);
 
@@ -61,7 +61,7 @@ impl Source<'_> {
         }
     }
 
-    /// A number that is more than zero.
+    /// A number above zero.
     pub(crate) fn positive(self, field: &str, value: &Spanned<f64>) -> Result<f64, Fault> {
         match self.finite(field, value)? {
             x if x > 0.0 => Ok(x),
@@ -69,7 +69,7 @@ impl Source<'_> {
         }
     }
 
-    /// A time, at most a minute: more is a typing error.
+    /// A time of at most a minute: anything longer is a typing error.
     pub(crate) fn span_ns(self, field: &str, text: &Spanned<String>) -> Result<u64, Fault> {
         const LONGEST_NS: u64 = 60_000_000_000;
         endpoint::span::span_ns(text.get_ref())

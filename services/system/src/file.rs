@@ -1,6 +1,6 @@
-//! A system as its TOML says it: typed text, not yet checked against anything.
+//! A system as written in TOML: typed values, not yet checked.
 //!
-//! Values keep their place in the text, so that a fault can point at them.
+//! Values keep their position in the text, so that a fault can refer to it.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -157,7 +157,7 @@ pub(crate) struct LimitsFile {
     pub(crate) gain: Number,
 }
 
-/// The JSON schema of a system, for editors: what is committed as
+/// The JSON schema of a system, for editors; committed as
 /// `services/system/systems/system.schema.json`.
 #[must_use]
 pub fn schema() -> String {

@@ -1,4 +1,4 @@
-//! The law in a system's text, and the law that follows at a sample time.
+//! The law in a system's text, and the resulting law at a sample time.
 
 use control::{
     Estimator, Gains, InvalidLaw, Law, Method, Pid, SampledPlant, Saturation, Smith, StateFeedback,
@@ -13,13 +13,13 @@ use crate::limits;
 use crate::obstacle::Obstacle;
 use crate::plant::{method, ratio};
 
-/// A predictor keeps a number a tick; Python and the page keep as many.
+/// A predictor keeps one number per tick; this limit also holds in Python and on the page.
 const SMITH_TICKS: usize = 1_000_000;
 
-/// A filter's gains cost the cube of them: with these, seconds.
+/// Computing a filter's gains takes time with the cube of their number: with this many, seconds.
 const FILTER_TICKS: usize = 300;
 
-/// A law before anybody knows the sample time.
+/// A law before the sample time is known.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Recipe {
     Pid {
@@ -44,14 +44,14 @@ pub(crate) enum Recipe {
     },
 }
 
-/// Who has chosen the gains of a state feedback.
+/// Where the gains of a state feedback come from.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Choice {
     Gains(Vec<f64>),
     Weights(Weights),
 }
 
-/// The words of each law beside `law` and `limits`.
+/// The keys of each law besides `law` and `limits`.
 const WORDS: [(&str, &[&str]); 4] = [
     ("pid", &["kp", "ki", "kd", "filter"]),
     ("transfer", &["num", "den", "sampling"]),
@@ -114,7 +114,7 @@ impl Recipe {
         }
     }
 
-    /// The same law with other gains, where it has these.
+    /// The same law with other gains; `None` if it has no such gains, or they are not finite.
     pub(crate) fn with_gains(&self, kp: Option<f64>, ki: Option<f64>) -> Option<Self> {
         let mut recipe = self.clone();
         let (Self::Pid { gains, .. } | Self::Smith { gains, .. }) = &mut recipe else {
@@ -125,7 +125,7 @@ impl Recipe {
         (gains.kp.is_finite() && gains.ki.is_finite()).then_some(recipe)
     }
 
-    /// Whether it can integrate the time that has passed: others advance by h.
+    /// Whether it can integrate over the time that has passed; other laws advance by h.
     pub(crate) fn takes_elapsed(&self) -> bool {
         matches!(self, Self::Pid { .. })
     }
@@ -135,7 +135,7 @@ impl Recipe {
         matches!(self, Self::StateFeedback { .. })
     }
 
-    /// The law at a sample time, and its numbers.
+    /// The law at a sample time, with its numbers.
     pub(crate) fn at(&self, plant: &SampledPlant, h_ns: u64) -> Result<(Law, Design), Obstacle> {
         let model = &plant.system;
         Ok(match self {
@@ -203,7 +203,7 @@ impl Recipe {
     }
 }
 
-/// The most ticks of dead time and round trip that a law can span.
+/// Checks that a law spans at most `most` ticks of dead time and round trip.
 fn within(law: &'static str, ticks: usize, most: usize) -> Result<usize, Obstacle> {
     if ticks <= most {
         Ok(ticks)
@@ -212,7 +212,7 @@ fn within(law: &'static str, ticks: usize, most: usize) -> Result<usize, Obstacl
     }
 }
 
-/// The words beside `law` and `limits` that are there.
+/// The keys besides `law` and `limits` that the file has.
 fn given(file: &ControllerFile) -> Vec<&'static str> {
     let all = [
         ("kp", file.kp.is_some()),

@@ -1,12 +1,11 @@
 //! A system: a plant, the law that controls it, and the reference, described in TOML.
 //!
-//! - [`System`] is one, read and found valid; those that the binary carries are in `systems/`;
-//! - [`Loop`] is one at a sample time: what a plant steps, and what a controller runs;
-//! - [`Design`] is the law as numbers, in the form that clients in other languages get.
+//! - [`System`] is a system, read and found valid; the built-in ones are in `systems/`;
+//! - [`Loop`] is a system at a sample time: what a plant steps, and what a controller runs;
+//! - [`Design`] is the law as numbers, in the form in which clients in other languages get it.
 //!
-//! What the words of the TOML are is in `file`, what is made of them in `plant` and `law`. Where the
-//! text comes from is left to the caller: there is no file, clock or socket here. What plants and
-//! laws do is in `control`.
+//! `file` has the keys of the TOML, `plant` and `law` interpret them. The caller provides the text:
+//! there is no file, clock or socket here. `control` has what plants and laws do.
 #![forbid(unsafe_code)]
 
 mod design;

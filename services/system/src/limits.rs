@@ -1,4 +1,4 @@
-//! The actuator's limits, and what a law does at them.
+//! The actuator's limits, and a law's behaviour at them.
 
 use control::{AntiWindup, Saturation};
 use toml::Spanned;
@@ -6,7 +6,7 @@ use toml::Spanned;
 use crate::fault::{Fault, Source};
 use crate::file::LimitsFile;
 
-/// Reads them for a law of this name: what becomes of an integral is for those that have one.
+/// Reads the limits for the law of this name: anti-windup is only for laws with an integral.
 pub(crate) fn read(
     source: Source,
     asked: &Spanned<LimitsFile>,

@@ -11,14 +11,14 @@ pub enum Obstacle {
     /// The law cannot be computed.
     #[error(transparent)]
     Law(#[from] InvalidLaw),
-    /// Dead time and round trip are more ticks than the law can span.
+    /// Dead time and round trip have more ticks than the law can span.
     #[error("law `{law}` must span {ticks} ticks of dead time and round trip; the limit is {most}")]
     Ticks {
         /// Name of the law.
         law: &'static str,
         /// Dead time and round trip, in ticks.
         ticks: usize,
-        /// The most ticks that the law can span.
+        /// Most ticks that the law can span.
         most: usize,
     },
 }

@@ -1,4 +1,4 @@
-//! The plant of a system's text.
+//! The plant in a system's text.
 
 use control::{Continuous, Method, Plant, StateSpace, TransferFunction};
 use nalgebra::{DMatrix, DVector, RowDVector};
@@ -7,7 +7,7 @@ use toml::Spanned;
 use crate::fault::{Fault, Source};
 use crate::file::PlantFile;
 
-/// More states than this are no plant's; fewer would do.
+/// No plant needs more states than this.
 const MOST_STATES: usize = 20;
 
 const FORMS: &str =

@@ -24,11 +24,11 @@ pub struct System {
 /// A system at a sample time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loop {
-    /// What the plant's end steps.
+    /// The plant that the plant's end steps.
     pub plant: SampledPlant,
-    /// What the controller's end runs, at rest.
+    /// The law that the controller's end runs, at rest.
     pub law: Law,
-    /// The law in numbers, for clients in other languages.
+    /// The law as numbers, for clients in other languages.
     pub design: Design,
 }
 
@@ -44,12 +44,12 @@ pub struct Unfit {
     pub obstacle: Obstacle,
 }
 
-/// Testing stability compares all coefficients with all: with this many it takes seconds.
+/// Testing stability takes time with the square of the number of coefficients: with this many, seconds.
 const PLANT_TICKS: usize = 50_000;
-/// Margins are searched for around a law's poles, each of which must be found first.
+/// Margins are searched for around a law's poles, which must all be found first.
 const LAW_ORDER: usize = 1_000;
 
-/// A loop that cannot be written down as one transfer function.
+/// Why a loop cannot be written as one transfer function.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NotOpened {
     /// A coefficient overflows.
@@ -62,7 +62,7 @@ pub enum NotOpened {
     Order {
         /// The plant or the law.
         what: &'static str,
-        /// The order that it would have.
+        /// Its order.
         order: usize,
         /// The limit.
         most: usize,
@@ -75,7 +75,7 @@ macro_rules! built_in {
     };
 }
 
-/// What the binary carries, by name; the first is the paper's.
+/// The built-in systems, by name; the first is the paper's.
 const BUILT_IN: [(&str, &str); 7] = built_in![
     "motor",
     "lag",
@@ -87,15 +87,15 @@ const BUILT_IN: [(&str, &str); 7] = built_in![
 ];
 
 impl System {
-    /// The paper's system: what is meant where none is named.
+    /// The paper's system, the default.
     pub const PAPER: &str = "motor";
 
-    /// The names of those that the binary carries, the paper's first.
+    /// The names of the built-in systems, the paper's first.
     pub fn built_in_names() -> impl Iterator<Item = &'static str> {
         BUILT_IN.iter().map(|(name, _)| *name)
     }
 
-    /// The text of one that the binary carries.
+    /// The text of a built-in system.
     #[must_use]
     pub fn built_in(name: &str) -> Option<&'static str> {
         let found = BUILT_IN.iter().find(|(own, _)| *own == name);
@@ -105,7 +105,7 @@ impl System {
     /// The paper's motor under the paper's PI.
     ///
     /// # Panics
-    /// Never, as a test shows.
+    /// Never; a test checks that.
     #[must_use]
     pub fn paper() -> Self {
         Self::read(BUILT_IN[0].1).expect("built in")
@@ -114,7 +114,7 @@ impl System {
     /// Reads a system's TOML.
     ///
     /// # Errors
-    /// [`Fault`], with line and column, for what is no system.
+    /// [`Fault`], with line and column, if the text is not a valid system.
     pub fn read(text: &str) -> Result<Self, Fault> {
         let file: SystemFile = toml::from_str(text).map_err(|error| {
             Fault::new(
@@ -158,19 +158,19 @@ impl System {
         &self.text
     }
 
-    /// The text, where it is not the paper's, which whoever runs an end has already.
+    /// The text, unless it is the paper's system, which every end already has.
     #[must_use]
     pub fn own_text(&self) -> Option<&str> {
         (!self.is_paper()).then_some(self.text.as_str())
     }
 
-    /// A sentence on what it is; may be empty.
+    /// A sentence that describes it; may be empty.
     #[must_use]
     pub fn about(&self) -> &str {
         &self.about
     }
 
-    /// The reference that its output is to reach.
+    /// The reference for its output.
     #[must_use]
     pub fn r(&self) -> f64 {
         self.r
@@ -182,16 +182,16 @@ impl System {
         &self.plant
     }
 
-    /// Whether it is the paper's: no other may have its name.
+    /// Whether it is the paper's: no other system may have its name.
     #[must_use]
     pub fn is_paper(&self) -> bool {
         self.name == Self::PAPER
     }
 
-    /// Whether its law can do what a client's settings ask of it.
+    /// Checks whether its law can follow a client's settings.
     ///
     /// # Errors
-    /// [`InvalidSetting`] where it advances by h alone, and the time that has really passed is asked for.
+    /// [`InvalidSetting`] if the law always advances by h and the settings ask for the elapsed time.
     pub fn check(&self, settings: &ControllerSettings) -> Result<(), InvalidSetting> {
         if settings.integrate == Integrate::Elapsed && !self.recipe.takes_elapsed() {
             return Err(InvalidSetting {
@@ -209,16 +209,17 @@ impl System {
         self.recipe.has_estimator()
     }
 
-    /// Whether its plant, left alone, runs away: a pole has a positive real part. An integrator has none.
+    /// Whether its plant is unstable without control: a pole has a positive real part. An integrator
+    /// has none.
     #[must_use]
     pub fn is_unstable(&self) -> bool {
-        // Of a pole at 0 the eigenvalues are as far off as their arithmetic.
+        // The eigenvalue of a pole at 0 is off by rounding.
         const NOISE_PER_S: f64 = 1e-6;
         let poles = self.plant.model.poles();
         poles.iter().any(|pole| pole.re > NOISE_PER_S)
     }
 
-    /// The same with other gains; `None` where its law has no such gains, or they are not finite.
+    /// The same system with other gains; `None` if its law has no such gains, or they are not finite.
     #[must_use]
     pub fn with_gains(&self, kp: Option<f64>, ki: Option<f64>) -> Option<Self> {
         Some(Self {
@@ -230,7 +231,7 @@ impl System {
     /// The system at a sample time.
     ///
     /// # Errors
-    /// [`Unfit`] where it cannot be sampled with this h, or its law does not come out.
+    /// [`Unfit`] if it cannot be sampled with this h, or its law cannot be computed.
     pub fn at(&self, h: SampleTime) -> Result<Loop, Unfit> {
         self.sampled(h).map_err(|obstacle| Unfit {
             system: self.name.clone(),
@@ -246,8 +247,8 @@ impl System {
     }
 }
 
-/// Whether a text can name a system, an experiment or a sweep, and so a results folder: up to 40 of
-/// a-z, 0-9 and -.
+/// Whether a text can name a system, an experiment or a sweep, and so a folder of results: up to 40
+/// of a-z, 0-9 and -.
 #[must_use]
 pub fn is_name(text: &str) -> bool {
     let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
@@ -255,11 +256,11 @@ pub fn is_name(text: &str) -> bool {
 }
 
 impl Loop {
-    /// The loop cut open: the plant and behind it the law, from an error to the next command's
-    /// effect, without a network.
+    /// The open loop: the plant followed by the law, from an error to the next command's effect,
+    /// without a network.
     ///
     /// # Errors
-    /// [`NotOpened`] where a coefficient overflows, or there are too many of them to be of use.
+    /// [`NotOpened`] if a coefficient overflows, or there are too many coefficients.
     pub fn open(&self) -> Result<TransferFunction<Discrete>, NotOpened> {
         for (what, order, most) in [
             ("plant", self.plant.delay_ticks, PLANT_TICKS),

@@ -8,14 +8,14 @@ use crate::finding::Findings;
 use crate::law::{Form, Law};
 use crate::profile::{Delay, Level, Stall};
 
-/// Share of a law's draws that may be clipped without a word.
+/// Share of a law's draws that may be clipped without a finding.
 const CLIPPED_SILENTLY: f64 = 1e-6;
-/// Share of draws above which clipping deserves a warning even if asked for.
+/// Share of draws above which clipping causes a warning even if it was asked for.
 const CLIPPED_NOTABLY: f64 = 0.05;
-/// The player looks back over as many redraws as the greatest delay holds, for
-/// each packet; more than this would make it late.
+/// For each packet the player looks back over as many redraws as fit into the greatest delay; with
+/// more than this it would be late.
 const MOST_HOLDS_IN_FLIGHT: f64 = 1000.0;
-/// A link that holds packets for longer than this has other troubles.
+/// A link that holds packets for longer than this has other problems.
 const LONGEST_DELAY_NS: f64 = 3600e9;
 
 pub(super) fn delay(
@@ -97,7 +97,7 @@ pub(super) fn delay(
     }))
 }
 
-/// What a profile clips it has to say.
+/// Reports draws that the profile's limits clip.
 fn check_clipping(
     field: &str,
     at: &DelayFile,
@@ -126,8 +126,8 @@ fn check_clipping(
     }
 }
 
-/// How large a share of the unclipped draws `is` says yes to, all of them at one
-/// end of the law: by bisection of the quantile function.
+/// The share of unclipped draws for which `is` is true, which must all be at one end of the law: by
+/// bisection of the quantile function.
 fn share_of_draws(law: &Law, is: impl Fn(f64) -> bool) -> f64 {
     const BISECTIONS: usize = 60;
     let (low, high) = (f64::EPSILON / 2.0, 1.0 - f64::EPSILON / 2.0);
@@ -161,7 +161,7 @@ pub(super) fn stall(
     let form = law::form(&key("length"), &at.length, findings);
     let (every_ns, max_ns, form) = (every_ns?, max_ns?, form?);
     if let Form::Normal { mean_ns, sd_ns } = form {
-        // As for a delay, but there is no base: five sd keep it above zero.
+        // As for a delay, but without a base: five sd keep it above zero.
         if mean_ns < 5.0 * sd_ns {
             let message = "a normal law gives stalls of negative length";
             let remedy = "use a gamma law, or an sd below a fifth of the mean";
@@ -198,7 +198,7 @@ pub(super) fn stall(
     })
 }
 
-/// `Some(None)` where the key is not there, `None` where it is wrong.
+/// `Some(None)` if the key is absent, `None` if its value is wrong.
 pub(super) fn optional<T, U>(
     key: &Option<T>,
     resolve: impl FnOnce(&T) -> Option<U>,

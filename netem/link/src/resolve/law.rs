@@ -1,4 +1,4 @@
-//! Laws of times: parameters that a law cannot have are refused.
+//! Laws of times: rejects parameters that a law cannot have.
 
 use toml::Spanned;
 
@@ -6,13 +6,12 @@ use crate::file::LawFile;
 use crate::finding::Findings;
 use crate::law::Form;
 
-/// Shape of a gamma law beyond which it is a constant for every purpose here,
-/// and below which its draws are zero but for a few.
+/// Shapes of a gamma law. Above them it is practically a constant, below them nearly all its draws are zero.
 const GAMMA_SHAPES: std::ops::RangeInclusive<f64> = 1e-2..=1e6;
-/// Likewise for the two shapes of a beta law.
+/// The same for the two shapes of a beta law.
 const BETA_SHAPES: std::ops::RangeInclusive<f64> = 1e-2..=1e6;
 
-/// A law's form; `None` is an error that has been noted.
+/// A law's form; `None` after an error, which is recorded.
 pub(super) fn form(
     field: &str,
     file: &Spanned<LawFile>,
@@ -96,7 +95,7 @@ pub(super) fn form(
         LawFile::Pareto { scale, shape } => {
             let scale_ns = findings.positive_ns(&key("pareto.scale"), scale);
             let exponent = *shape.get_ref();
-            // Not "<= 0": NaN has to be refused too.
+            // Not "<= 0", since NaN must be rejected too.
             if !(exponent > 0.0 && exponent.is_finite()) {
                 let message = format!("the Pareto law's shape is {exponent}");
                 findings.error(

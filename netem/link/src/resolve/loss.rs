@@ -8,14 +8,14 @@ use crate::finding::Findings;
 use crate::profile::{Loss, Rate};
 use crate::trace::Trace;
 
-/// Loss is decided once a millisecond if nothing else is said: the burst of
-/// packets that one control message makes shares its fate, as it would on air.
+/// Loss is decided once a millisecond by default: the burst of packets of one control message shares
+/// its fate, as it would on air.
 const HOLD_NS: f64 = 1e6;
-/// tc's own default.
+/// The default of tc.
 const LIMIT: u32 = 1000;
 /// Bytes of the largest packet on an Ethernet.
 const LARGE_PACKET_BYTES: f64 = 1500.0;
-/// A packet that takes longer than this to send means a slip in the rate.
+/// A rate at which a packet takes longer than this to send is a mistake.
 const LONGEST_SEND_S: f64 = 10.0;
 
 pub(super) fn loss(
@@ -107,7 +107,7 @@ fn all_lost(field: &str, share: &Spanned<String>, p: f64, findings: &mut Finding
     }
 }
 
-/// `Some(None)` is a path without a rate limit.
+/// The rate limit; `Some(None)` for a path without one.
 pub(super) fn rate(
     field: &str,
     path: &PathFile,
@@ -163,7 +163,7 @@ pub(super) fn rate(
     }
 }
 
-/// The fault of a rate at which nothing gets through.
+/// What is wrong with a rate at which nothing gets through, or hardly anything.
 pub(super) fn too_slow(rate_bps: u64) -> Option<String> {
     if rate_bps == 0 {
         return Some("a rate of 0 bit/s lets nothing through".to_owned());

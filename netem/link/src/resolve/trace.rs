@@ -72,7 +72,7 @@ fn from_toml(field: &str, files: &[StepFile], findings: &mut Findings<'_>) -> Op
     Some(steps)
 }
 
-/// The columns of a trace file, by their place in its header.
+/// The columns of a trace file, by their position in its header.
 struct Columns {
     t: usize,
     delay: usize,
@@ -173,7 +173,7 @@ fn row(line: &str, columns: &Columns) -> Result<Step, String> {
     })
 }
 
-/// Whether a step can come after those before it.
+/// Checks that a step can follow those before it.
 fn follows(before: &[Step], step: &Step) -> Result<(), String> {
     match before.last() {
         None if step.t_ns != 0 => return Err("the first step is not at time 0".to_owned()),

@@ -1,7 +1,7 @@
-//! Network namespaces that have no name: the kernel keeps them for as long as a process or
-//! a descriptor is in them, so nothing is left behind however the program ends.
+//! Network namespaces without a name: the kernel keeps them as long as a process or a descriptor
+//! refers to them, so nothing is left behind however the program ends.
 //!
-//! How interfaces come into them is the business of [`veth`](crate::network::veth).
+//! [`veth`](crate::network::veth) adds interfaces to them.
 
 use std::fs::{self, File};
 use std::io;
@@ -17,31 +17,30 @@ use crate::error::{Doing, Error, Result};
 use crate::network::netlink::Netlink;
 use crate::sys::{self, Unshare};
 
-/// What lets this process make namespaces.
+/// What permits this process to make namespaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Authority {
-    /// It has the capabilities, as root has.
+    /// It has the capabilities, like root.
     Privileged,
-    /// It has them in a user namespace of its own.
+    /// It has the capabilities in a user namespace of its own.
     UserNamespace,
 }
 
-/// Makes sure that this process may make and fill network namespaces.
+/// Makes sure that this process may create and configure network namespaces.
 ///
-/// A process that has the capabilities already stays as it is. Any other enters a user
-/// namespace of its own, in which it appears as root; outside of it, it can do no more than
-/// before. Call it first thing in `main`: the kernel lets only a process with a single
-/// thread enter a user namespace.
+/// A process that already has the capabilities stays as it is. Any other enters a user namespace of
+/// its own, in which it appears as root; outside of it, it can do no more than before. Call this
+/// first in `main`: the kernel lets only a single-threaded process enter a user namespace.
 ///
 /// # Errors
-/// [`Error::Unsupported`], with the remedy, where user namespaces are forbidden;
-/// [`Error::Failed`] when the process has other threads.
+/// [`Error::Unsupported`], with the remedy, if user namespaces are forbidden; [`Error::Failed`] if
+/// the process has other threads.
 pub fn become_root() -> Result<Authority> {
     if has_capabilities() {
         return Ok(Authority::Privileged);
     }
-    // The numbers outside, which cannot be asked for any more from the inside.
+    // The ids outside, which cannot be read from the inside any more.
     let (user, group) = (geteuid().as_raw(), getegid().as_raw());
     sys::unshare(Unshare::User).map_err(|source| match Errno::from_io_error(&source) {
         Some(Errno::INVAL) => Error::Failed {
@@ -50,12 +49,12 @@ pub fn become_root() -> Result<Authority> {
         },
         _ => forbidden(source),
     })?;
-    // Without this the kernel would let no group map be written by an unprivileged process.
+    // Without this the kernel does not let an unprivileged process write a group map.
     write_map("setgroups", "deny")?;
     write_map("uid_map", &format!("0 {user} 1"))?;
     write_map("gid_map", &format!("0 {group} 1"))?;
-    // Some distributions let the user namespace be made and then give it no capabilities.
-    // A trial shows that, and it is undone with the thread.
+    // Some distributions permit the user namespace but give it no capabilities. A trial shows that;
+    // the namespace that it makes ends with its thread.
     Namespace::new().map(|_| Authority::UserNamespace)
 }
 
@@ -89,12 +88,12 @@ pub struct Namespace {
 }
 
 impl Namespace {
-    /// Makes one. The calling thread stays where it is.
+    /// Makes a namespace. The calling thread stays where it is.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] where this process may not; see [`become_root`].
+    /// [`Error::Unsupported`] if this process may not; see [`become_root`].
     pub fn new() -> Result<Self> {
-        // A namespace is entered by the thread that makes it: a short-lived one, therefore.
+        // The thread that makes a namespace also enters it, so a short-lived thread makes it.
         on_a_thread(|| {
             sys::unshare(Unshare::Network).map_err(|source| {
                 match Errno::from_io_error(&source) {
@@ -116,7 +115,7 @@ impl Namespace {
         })
     }
 
-    /// Moves the calling thread, and no other, into this namespace for good.
+    /// Moves the calling thread, and no other, into this namespace permanently.
     ///
     /// # Errors
     /// [`Error::Failed`] if the kernel refuses.
@@ -125,11 +124,11 @@ impl Namespace {
             .doing("enter a network namespace")
     }
 
-    /// Does something inside this namespace, on a thread of its own, and waits for it.
-    /// Sockets that are made there stay there, whoever uses them.
+    /// Runs `action` inside this namespace, on a thread of its own, and waits for it. Sockets that it
+    /// opens stay in the namespace, whichever thread uses them.
     ///
     /// # Errors
-    /// What `action` answers, or [`Error::Failed`] if the namespace cannot be entered.
+    /// Those of `action`, or [`Error::Failed`] if the namespace cannot be entered.
     pub fn run<T: Send>(&self, action: impl FnOnce() -> Result<T> + Send) -> Result<T> {
         on_a_thread(|| {
             self.enter()?;
@@ -145,9 +144,9 @@ impl AsFd for Namespace {
     }
 }
 
-/// Keeps the kernel from speaking IPv6 on interfaces still to come. The player forwards none
-/// of it, so a kernel without IPv6 or a read-only `/proc/sys` costs only that its chatter is
-/// counted as foreign: nothing to fail for.
+/// Turns IPv6 off on interfaces that are added later. The player does not forward IPv6. With a
+/// read-only `/proc/sys` its packets are only counted as foreign, and a kernel without IPv6 sends
+/// none, so this never fails.
 fn silence_ipv6() {
     for scope in ["all", "default"] {
         let switch = format!("/proc/sys/net/ipv6/conf/{scope}/disable_ipv6");

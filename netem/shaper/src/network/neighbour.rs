@@ -1,7 +1,7 @@
-//! The other end's Ethernet address, found before anything is shaped and then kept for good.
+//! The other end's Ethernet address, found before anything is shaped and then kept permanently.
 //!
-//! Otherwise ARP would cross the link like any packet: the first exchange would take twice
-//! its time, and so would one now and then, when the kernel asks again.
+//! Otherwise ARP would cross the link like any packet: the first exchange would take twice its time,
+//! and so would later ones whenever the kernel asks again.
 
 use std::fs;
 use std::io;
@@ -12,21 +12,20 @@ use std::time::{Duration, Instant};
 use crate::error::{Doing, Error, Result};
 use crate::network::netlink::{Mac, Netlink};
 
-/// Two machines on one network answer within a millisecond. The kernel itself gives up after
-/// three requests, a second apart.
+/// Two machines on one network answer within a millisecond. The kernel itself gives up after three
+/// requests, one second apart.
 const PATIENCE: Duration = Duration::from_secs(4);
-/// From one look at the kernel's table to the next.
+/// Time between two reads of the kernel's table.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// Finds the Ethernet address of `peer`, a neighbour on `device`, and makes the kernel keep
-/// it. It speaks of the namespace of the calling thread.
+/// Finds the Ethernet address of `peer`, a neighbour on `device` in the calling thread's namespace,
+/// and makes the kernel keep it.
 ///
 /// # Errors
-/// [`Error::Failed`] if the peer does not answer within 4 s or is no neighbour on that
-/// device, or if the kernel refuses.
+/// [`Error::Failed`] if the peer does not answer within 4 s, is not a neighbour on that device, or
+/// the kernel refuses.
 pub fn prefill_neighbour(device: &str, peer: Ipv4Addr) -> Result<()> {
-    /// Nothing listens on `discard`, and nothing needs to: the packet makes the
-    /// kernel ask for the address.
+    /// Nothing listens on `discard`, and nothing needs to: the packet makes the kernel ask for the address.
     const DISCARD: u16 = 9;
     let action = || format!("find `{peer}` on `{device}`");
     let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).doing_with(action)?;
@@ -53,7 +52,7 @@ pub fn prefill_neighbour(device: &str, peer: Ipv4Addr) -> Result<()> {
     }
 }
 
-/// The address in the kernel's ARP table, where it is complete.
+/// The address in the kernel's ARP table, if its entry is complete.
 fn find(table: &str, device: &str, peer: Ipv4Addr) -> Option<Mac> {
     /// `ATF_COM` of `linux/if_arp.h`: the address is known.
     const COMPLETE: u32 = 0x2;

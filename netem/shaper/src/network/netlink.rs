@@ -1,7 +1,7 @@
-//! The few requests to the kernel's network configuration that the shaper makes, each sent
-//! and waited for.
+//! The few requests that the shaper makes to the kernel's network configuration. Each is sent and its
+//! answer awaited.
 //!
-//! It speaks to the namespace of the thread that opened it.
+//! They apply to the namespace of the thread that opened the socket.
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, RawFd};
@@ -25,14 +25,14 @@ use crate::error::{Doing, Error, Result};
 /// An Ethernet address.
 pub(crate) type Mac = [u8; 6];
 
-/// One end of a pair of interfaces that is to be made.
+/// One end of a pair of interfaces to create.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct End<'a> {
     /// The interface's name.
     pub(crate) name: &'a str,
     /// Its Ethernet address.
     pub(crate) mac: Mac,
-    /// The namespace that it is made in.
+    /// The namespace in which to create it.
     pub(crate) namespace: BorrowedFd<'a>,
 }
 
@@ -47,14 +47,14 @@ impl End<'_> {
     }
 }
 
-/// An open conversation with the kernel.
+/// An open netlink socket.
 pub(crate) struct Netlink {
     socket: Socket,
     sequence: u32,
 }
 
 impl Netlink {
-    /// Opens a conversation about the namespace of this thread.
+    /// Opens a socket for the namespace of this thread.
     pub(crate) fn open() -> Result<Self> {
         let action = "talk netlink to the kernel";
         let mut socket = Socket::new(NETLINK_ROUTE).doing(action)?;
@@ -66,7 +66,7 @@ impl Netlink {
         })
     }
 
-    /// Makes two interfaces that are the two ends of a cable.
+    /// Creates two interfaces that are the two ends of a cable.
     pub(crate) fn create_pair(&mut self, one: &End<'_>, other: &End<'_>) -> Result<()> {
         let mut peer = LinkMessage::default();
         peer.attributes = other.attributes();
@@ -88,7 +88,7 @@ impl Netlink {
         })
     }
 
-    /// Makes a bridge, which forwards between its ports once it is up.
+    /// Creates a bridge, which forwards between its ports once it is up.
     pub(crate) fn create_bridge(&mut self, name: &str) -> Result<()> {
         let mut link = LinkMessage::default();
         link.attributes = vec![
@@ -125,7 +125,7 @@ impl Netlink {
             .doing_with(|| format!("bring interface {index} up"))
     }
 
-    /// Sets the longest packet that an interface takes.
+    /// Sets the longest packet that an interface accepts.
     pub(crate) fn set_mtu(&mut self, index: u32, mtu_bytes: u32) -> Result<()> {
         let mut link = LinkMessage::default();
         link.header.index = index;
@@ -156,13 +156,13 @@ impl Netlink {
         .doing_with(|| format!("give interface {index} the address {address}"))
     }
 
-    /// Tells the kernel for good which Ethernet address an IPv4 address has, so that it
-    /// never asks the network.
+    /// Tells the kernel permanently which Ethernet address an IPv4 address has, so that it never asks
+    /// the network.
     pub(crate) fn add_neighbour(&mut self, index: u32, address: Ipv4Addr, mac: Mac) -> Result<()> {
         self.set_neighbour(index, address, mac, NLM_F_CREATE | NLM_F_EXCL)
     }
 
-    /// The same where the kernel has found the address out already.
+    /// The same if the kernel has already found the address.
     pub(crate) fn replace_neighbour(
         &mut self,
         index: u32,
@@ -185,7 +185,7 @@ impl Netlink {
             .doing_with(|| format!("add {address} to the neighbours of interface {index}"))
     }
 
-    /// The kernel's number of the interface of this name.
+    /// The kernel's index of the interface with this name.
     pub(crate) fn index_of(&self, name: &str) -> Result<u32> {
         rustix::net::netdevice::name_to_index(self.borrow(), name)
             .doing_with(|| format!("find the network interface `{name}`"))

@@ -6,7 +6,7 @@ use std::net::Ipv4Addr;
 
 use crate::error::{Doing, Result};
 
-/// The interface of this thread's namespace through which packets for `peer` leave.
+/// The interface of this thread's namespace through which packets to `peer` leave.
 ///
 /// # Errors
 /// [`Error::Failed`](crate::Error::Failed) if no route leads there.
@@ -18,9 +18,9 @@ pub fn device_towards(peer: Ipv4Addr) -> Result<String> {
         .doing_with(action)
 }
 
-/// The interface of the longest matching prefix in a table as `/proc/net/route` has it: after a
-/// line of titles `Iface Destination Gateway Flags RefCnt Use Metric Mask ..`, the numbers in hex
-/// as they lie in this machine's memory.
+/// The interface of the longest matching prefix in a table in the form of `/proc/net/route`: a line
+/// of titles `Iface Destination Gateway Flags RefCnt Use Metric Mask ..`, then the numbers in hex in
+/// this machine's byte order.
 fn lookup(table: &str, peer: Ipv4Addr) -> Option<String> {
     let peer = u32::from_ne_bytes(peer.octets());
     table
@@ -41,7 +41,7 @@ fn lookup(table: &str, peer: Ipv4Addr) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// As a little-endian machine writes it.
+    /// As written by a little-endian machine.
     #[cfg(target_endian = "little")]
     #[test]
     fn the_longest_prefix_decides() {

@@ -6,12 +6,12 @@
 //!   link0 10.77.0.1/30 ──── controller   plant ──── link0 10.77.0.2/30
 //! ```
 //!
-//! The middle has no address: its kernel forwards nothing, so a packet gets across only
-//! through the [player](crate::player). The two ends are neighbours on one subnet and know
-//! each other's Ethernet address beforehand, so that no ARP is ever shaped.
+//! The middle has no address and its kernel forwards nothing, so packets cross only through the
+//! [player](crate::player). The two ends are neighbours on one subnet and know each other's Ethernet
+//! address in advance, so that no ARP is ever shaped.
 //!
-//! Ends that are to be joined by a [tunnel](crate::player::tunnel) get a cable of another kind, one
-//! that stands for the network that the tunnel crosses.
+//! Ends that are joined by a [tunnel](crate::player::tunnel) get another kind of cable, which
+//! represents the network that the tunnel crosses.
 
 use std::net::{Ipv4Addr, UdpSocket};
 use std::os::fd::AsFd;
@@ -25,33 +25,33 @@ use crate::sys;
 pub const CONTROLLER_ADDRESS: Ipv4Addr = Ipv4Addr::new(10, 77, 0, 1);
 /// The plant's address on the link.
 pub const PLANT_ADDRESS: Ipv4Addr = Ipv4Addr::new(10, 77, 0, 2);
-/// The subnet of the two.
+/// The prefix length of their subnet.
 pub(crate) const PREFIX_LEN: u8 = 30;
 
-/// The only interface that an end has besides loopback.
+/// The only interface of an end besides loopback.
 pub const END_INTERFACE: &str = "link0";
 /// The interface in the middle that leads to the controller.
 pub const CONTROLLER_INTERFACE: &str = "controller";
 /// The interface in the middle that leads to the plant.
 pub const PLANT_INTERFACE: &str = "plant";
 
-/// The interface of an end to the network that a tunnel crosses.
+/// The interface from an end to the network that a tunnel crosses.
 const NETWORK_INTERFACE: &str = "network0";
 /// The ends' addresses on that network, the controller's first.
 const NETWORK_ADDRESSES: [Ipv4Addr; 2] = [Ipv4Addr::new(10, 78, 0, 1), Ipv4Addr::new(10, 78, 0, 2)];
 
-/// Locally administered (the bit `0x02`), fixed, so that each end can learn the other's.
+/// Locally administered (bit `0x02`) and fixed, so that each end knows the other's.
 const CONTROLLER_MAC: Mac = [0x02, 0x77, 0, 0, 0, 1];
 const PLANT_MAC: Mac = [0x02, 0x77, 0, 0, 0, 2];
 const MIDDLE_CONTROLLER_MAC: Mac = [0x02, 0x77, 0, 0, 1, 1];
 const MIDDLE_PLANT_MAC: Mac = [0x02, 0x77, 0, 0, 1, 2];
 
-/// Joins the ends through the middle with two veth pairs, each interface made directly in
-/// its namespace, so that a crash half-way strands nothing.
+/// Joins the ends through the middle with two veth pairs. Each interface is created directly in its
+/// namespace, so that a crash half-way leaves nothing behind.
 ///
 /// # Errors
 /// [`Error::Unsupported`](crate::Error::Unsupported) on a kernel without veth,
-/// [`Error::Failed`](crate::Error::Failed) if a step is refused.
+/// [`Error::Failed`](crate::Error::Failed) if the kernel rejects a step.
 pub fn join(controller: &Namespace, plant: &Namespace, middle: &Namespace) -> Result<()> {
     let end = |namespace, mac| End {
         name: END_INTERFACE,
@@ -96,11 +96,11 @@ pub fn join(controller: &Namespace, plant: &Namespace, middle: &Namespace) -> Re
     Ok(())
 }
 
-/// Joins the ends by one cable that is no link, as a network of containers or machines joins
-/// them: what a tunnel crosses. Its addresses are returned, the controller's first.
+/// Joins the ends by one plain cable, as a network of containers or machines does, for a tunnel to
+/// cross. Returns its addresses, the controller's first.
 ///
 /// # Errors
-/// As [`join`].
+/// The same as [`join`].
 pub fn connect(controller: &Namespace, plant: &Namespace) -> Result<[Ipv4Addr; 2]> {
     let end = |namespace, mac| End {
         name: NETWORK_INTERFACE,
@@ -132,8 +132,8 @@ fn configure_end(interface: &str, address: Ipv4Addr, far: (Ipv4Addr, Mac)) -> Re
     netlink.add_neighbour(index, far.0, far.1)
 }
 
-/// Turns off what would let packets cross an interface in a shape that no wire carries: several
-/// segments glued to one of 64 KiB, or without their checksum.
+/// Turns off the offloads that let packets cross an interface in a form that no wire carries: several
+/// segments merged into one of up to 64 KiB, or packets without a checksum.
 pub(crate) fn send_whole_packets(interface: &str) -> Result<()> {
     /// `ETHTOOL_STSO`, `_SGSO`, `_SGRO` and `_STXCSUM` of `linux/ethtool.h`.
     const OFFLOADS: [(u32, &str); 4] = [
@@ -142,7 +142,7 @@ pub(crate) fn send_whole_packets(interface: &str) -> Result<()> {
         (0x2c, "generic receive offload"),
         (0x17, "transmit checksum offload"),
     ];
-    // Any socket will do: the kernel only asks which namespace it is in.
+    // Any socket will do: the kernel only needs its namespace.
     let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).doing("open a socket")?;
     for (command, feature) in OFFLOADS {
         sys::set_feature(&socket, interface, command, false)

@@ -1,6 +1,6 @@
 //! The player without its sockets: packets that have entered wait here for their departure.
 //!
-//! Pure: time comes in as arguments. Order among equal departures is that of entry.
+//! Pure: time is passed as an argument. Packets with equal departures leave in order of entry.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -9,8 +9,8 @@ use link::{Cause, Fate, PerWay, Timeline, Way};
 
 use crate::port::{Arrival, FRAME_MAX};
 
-/// Packets that the pool has room for from the beginning: two ways at 1 kHz with an answer
-/// to each message, through a stall of two seconds. Longer stalls make it grow.
+/// Number of packets for which the pool has room from the beginning: two ways at 1 kHz, with an
+/// answer to each message, through a stall of two seconds. During longer stalls it grows.
 const POOL: usize = 8192;
 
 /// Room for one frame.
@@ -21,16 +21,16 @@ pub(crate) type Frame = Box<[u8; FRAME_MAX]>;
 pub(crate) struct Departure {
     /// When it is due, monotonic.
     pub(crate) at_ns: u64,
-    /// The number of packets that entered before it.
+    /// Number of packets that entered before it.
     sequence: u64,
-    /// Where it is sent.
+    /// The direction in which it leaves.
     pub(crate) way: Way,
     frame: Frame,
     frame_bytes: usize,
 }
 
 impl Departure {
-    /// The frame to be sent.
+    /// The frame to send.
     pub(crate) fn frame(&self) -> &[u8] {
         &self.frame[..self.frame_bytes]
     }
@@ -61,7 +61,7 @@ impl Ord for Departure {
 #[derive(Debug)]
 pub(crate) struct Relay {
     timeline: Timeline,
-    /// A way that is another player's to shape: its packets are due when they enter.
+    /// A way that another player shapes: its packets are due when they enter.
     carried: Option<Way>,
     waiting: BinaryHeap<Reverse<Departure>>,
     free: Vec<Frame>,
@@ -84,7 +84,7 @@ impl Relay {
         }
     }
 
-    /// The same relay, except that it only carries the packets of this way.
+    /// The same relay, but it only carries the packets of this way without shaping them.
     pub(crate) fn carrying(self, way: Way) -> Self {
         Self {
             carried: Some(way),
@@ -92,27 +92,27 @@ impl Relay {
         }
     }
 
-    /// An empty frame to receive into. In the steady state it is one that was used before.
+    /// An empty frame to receive into; in the steady state a reused one.
     pub(crate) fn frame(&mut self) -> Frame {
         self.free.pop().unwrap_or_else(new_frame)
     }
 
-    /// Takes back a frame that is done with.
+    /// Takes back a frame that is no longer needed.
     pub(crate) fn recycle(&mut self, frame: Frame) {
         self.free.push(frame);
     }
 
-    /// Lets a packet enter the link, and says why if it will not leave it.
+    /// Lets a packet enter the link; returns the cause if the link drops it.
     pub(crate) fn enter(&mut self, way: Way, arrival: &Arrival, frame: Frame) -> Option<Cause> {
         let entered_ns = &mut self.entered_ns[way];
         *entered_ns = arrival.stamp_ns.max(*entered_ns);
         let fate = if self.carried == Some(way) {
-            Fate::Deliver { at_ns: *entered_ns }
+            Fate::Deliver { at: *entered_ns }
         } else {
             self.timeline.transmit(way, *entered_ns, arrival.ip_bytes)
         };
         match fate {
-            Fate::Deliver { at_ns } => {
+            Fate::Deliver { at: at_ns } => {
                 self.waiting.push(Reverse(Departure {
                     at_ns,
                     sequence: self.sequence,
@@ -135,7 +135,7 @@ impl Relay {
         self.entered_ns[way]
     }
 
-    /// Whether a way is another player's to shape.
+    /// Whether another player shapes this way.
     pub(crate) fn is_carried(&self, way: Way) -> bool {
         self.carried == Some(way)
     }
@@ -145,7 +145,7 @@ impl Relay {
         self.waiting.peek().map(|Reverse(next)| next.at_ns)
     }
 
-    /// The next packet, if it is due by `now_ns`. [`finish`](Self::finish) takes it back.
+    /// The next packet, if it is due by `now_ns`. Return it with [`finish`](Self::finish).
     pub(crate) fn pop_due(&mut self, now_ns: u64) -> Option<Departure> {
         if self.next_ns()? > now_ns {
             return None;
@@ -167,7 +167,7 @@ impl Relay {
     }
 }
 
-/// Filled, not merely zeroed, so that its page is there when a packet needs it.
+/// Filled, not only zeroed, so that its page is mapped when a packet needs it.
 fn new_frame() -> Frame {
     Box::new([0x77; FRAME_MAX])
 }
@@ -175,7 +175,7 @@ fn new_frame() -> Frame {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use link::Profile;
+    use link::{Epoch, Profile};
     use proptest::prelude::*;
 
     const EPOCH_NS: u64 = 1_000_000_000;
@@ -188,17 +188,17 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
-        /// Arrivals on both ways at any gaps, over the stalling and lossy link: each packet is
-        /// either dropped or leaves once, whole, at the instant that the timeline states for
-        /// its entry, and in the order of these instants.
+        /// Arrivals on both ways with any gaps, over the stalling and lossy link: each packet is
+        /// either dropped or leaves once, whole, at the instant that the timeline gives for its
+        /// entry, and in the order of these instants.
         #[test]
         fn each_packet_leaves_when_the_timeline_says_or_is_dropped(
             seed in any::<u64>(),
             gaps in prop::collection::vec((0_u64..20_000_000, any::<bool>()), 1..400),
         ) {
             let couva = profile("couva");
-            let mut relay = Relay::new(Timeline::new(&couva, seed, EPOCH_NS));
-            let mut stated = Timeline::new(&couva, seed, EPOCH_NS);
+            let mut relay = Relay::new(Timeline::new(&couva, seed, Epoch::at_ns(EPOCH_NS)));
+            let mut stated = Timeline::new(&couva, seed, Epoch::at_ns(EPOCH_NS));
             let (mut t_ns, mut dropped, mut due) = (EPOCH_NS, 0, Vec::new());
             for (number, (gap_ns, up)) in gaps.iter().enumerate() {
                 t_ns += gap_ns;
@@ -234,7 +234,11 @@ mod tests {
 
     #[test]
     fn before_the_epoch_the_empty_link_plays() {
-        let mut relay = Relay::new(Timeline::new(&profile("diego-vpn"), 1, EPOCH_NS));
+        let mut relay = Relay::new(Timeline::new(
+            &profile("diego-vpn"),
+            1,
+            Epoch::at_ns(EPOCH_NS),
+        ));
         let frame = relay.frame();
         let arrival = Arrival {
             frame_bytes: 64,
@@ -250,7 +254,8 @@ mod tests {
     fn a_carried_way_is_due_at_once_and_the_other_way_is_shaped_as_ever() {
         let constant = "name = \"c\"\nabout = \"c\"\n[both.delay]\nbase = \"5ms\"\n";
         let constant = Profile::parse(constant, "a test").expect("a valid profile");
-        let mut relay = Relay::new(Timeline::new(&constant, 1, 0)).carrying(Way::Down);
+        let mut relay =
+            Relay::new(Timeline::new(&constant, 1, Epoch::default())).carrying(Way::Down);
         for (way, due_ns) in [(Way::Down, 9_000), (Way::Up, 5_009_000)] {
             let frame = relay.frame();
             let arrival = Arrival {
@@ -268,7 +273,7 @@ mod tests {
 
     #[test]
     fn a_stamp_before_the_last_one_enters_with_the_last_one() {
-        let mut relay = Relay::new(Timeline::new(&Profile::empty(), 1, 0));
+        let mut relay = Relay::new(Timeline::new(&Profile::empty(), 1, Epoch::default()));
         for stamp_ns in [9_000, 5_000] {
             let frame = relay.frame();
             let arrival = Arrival {

@@ -1,5 +1,5 @@
-//! What the player counts: a running tally per way, of which the rows of each second and the
-//! report at the end are made.
+//! What the player counts: a running tally per way, the source of the rows of each second and of the
+//! report at the end.
 
 use certificate::{Histogram, LinkRow, WayReport};
 use link::{Cause, Way};
@@ -14,7 +14,7 @@ pub(crate) struct Tally {
     /// The counts at the last row.
     counted: Counts,
     late: Histogram,
-    /// Lateness of the departures since the last row.
+    /// Greatest lateness of the departures since the last row.
     late_max_ns: u64,
 }
 
@@ -47,7 +47,7 @@ impl Tally {
         }
     }
 
-    /// A packet came in, and the link has spoken.
+    /// A packet has entered, and the link has decided its fate.
     pub(crate) fn entered(&mut self, ip_bytes: u32, dropped: Option<Cause>) {
         self.counts.packets += 1;
         self.counts.bytes += u64::from(ip_bytes);
@@ -58,7 +58,7 @@ impl Tally {
         }
     }
 
-    /// A packet was due and has been sent, or the attempt failed.
+    /// A packet was due and was sent, or sending it failed.
     pub(crate) fn left(&mut self, late_ns: u64, sent: bool) {
         if !sent {
             self.counts.unsent += 1;
@@ -70,12 +70,12 @@ impl Tally {
         self.late.add(late_ns);
     }
 
-    /// Takes over what the port has counted since it was opened.
+    /// Updates the port's counts since it was opened.
     pub(crate) fn update(&mut self, port: PortCounters) {
         self.counts.port = port;
     }
 
-    /// What happened since the last row.
+    /// The row of everything since the last row.
     pub(crate) fn row(&mut self, t_ns: u64) -> LinkRow {
         let (now, before) = (self.counts, self.counted);
         let delivered = now.delivered - before.delivered;
@@ -97,7 +97,7 @@ impl Tally {
         row
     }
 
-    /// The sum of it all, with so many packets left unplayed.
+    /// The total, with `unplayed` packets left under way.
     pub(crate) fn report(&self, unplayed: u64) -> WayReport {
         WayReport {
             packets: self.counts.packets,

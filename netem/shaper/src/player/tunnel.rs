@@ -1,5 +1,5 @@
-//! Plays one way of a link beside an end, for two ends that no interface of this machine
-//! lies between, as two containers are.
+//! Plays one way of a link beside an end, for two ends that no interface of this machine connects,
+//! such as two containers.
 //!
 //! ```text
 //!  controller's namespace                  plant's namespace
@@ -9,16 +9,15 @@
 //!     shapes up                             shapes down
 //! ```
 //!
-//! Each end has a player beside it, which takes what its end sends into a
-//! [TUN device](TunPort), shapes it, and sends it to the other one in
-//! [datagrams](UdpPort); what comes from there is shaped already and handed to the end at
-//! once. What the network between the two costs is in the
-//! [baseline](certificate::Baseline), as a player's own cost is.
+//! Each end has a player beside it, which takes the packets of its end from a [TUN device](TunPort),
+//! shapes them, and sends them to the other player in [datagrams](UdpPort). Packets from the other
+//! player are already shaped and go to the end at once. The cost of the network between the two is
+//! part of the [baseline](certificate::Baseline), like a player's own cost.
 
 use std::sync::atomic::AtomicBool;
 
 use certificate::{LinkRow, WayPlayed};
-use link::{PacketRow, PerWay, Profile, Timeline, Way};
+use link::{Epoch, PacketRow, PerWay, Profile, Timeline, Way};
 
 use crate::error::Result;
 use crate::player::Player;
@@ -31,26 +30,25 @@ use crate::record::Record;
 /// What to play beside an end.
 #[derive(Debug)]
 pub struct WayConfig {
-    /// The link, of which the way of the end's packets is played.
+    /// The link; the way of the end's packets is played.
     pub profile: Profile,
-    /// Its seed: the same beside both ends.
+    /// Its seed, the same beside both ends.
     pub seed: u64,
-    /// The monotonic instant of link time 0: the same beside both ends. Before it, the empty
-    /// link is played.
-    pub epoch_ns: u64,
+    /// The monotonic instant of link time 0, the same beside both ends. Before it, the empty link is played.
+    pub epoch: Epoch,
     /// The end's interface.
     pub end: TunPort,
-    /// The way to the other end's player.
+    /// The socket to the other end's player.
     pub tunnel: UdpPort,
-    /// Where each packet that enters the way is written down, if it is.
+    /// Where each packet that enters the way is recorded, if at all.
     pub packets: Option<Record<PacketRow>>,
 }
 
-/// Plays as [`play`](crate::play) does, on the calling thread and until `stop` is set, but
-/// the way of this end alone. `on_second` gets the row of that way.
+/// Plays like [`play`](crate::play), on the calling thread and until `stop` is set, but only the way
+/// of this end. `on_second` gets the row of that way.
 ///
 /// # Errors
-/// [`Error::Failed`](crate::Error::Failed) when a port fails.
+/// [`Error::Failed`](crate::Error::Failed) if a port fails.
 pub fn play_way(
     config: WayConfig,
     stop: &AtomicBool,
@@ -59,7 +57,7 @@ pub fn play_way(
     let (mut end, mut tunnel) = (config.end, config.tunnel);
     let shaped = end.way();
     let carried = shaped.back();
-    let timeline = Timeline::new(&config.profile, config.seed, config.epoch_ns);
+    let timeline = Timeline::new(&config.profile, config.seed, config.epoch);
     let relay = Relay::new(timeline).carrying(carried);
     let ports: PerWay<&mut dyn Port> = match shaped {
         Way::Up => PerWay {
@@ -77,7 +75,7 @@ pub fn play_way(
     Ok(WayPlayed {
         way: shaped,
         scheduling: played.scheduling,
-        epoch_ns: config.epoch_ns,
+        epoch: config.epoch,
         started_ns: played.started_ns,
         ended_ns: played.ended_ns,
         pauses: played.pauses,

@@ -1,14 +1,14 @@
-//! When a player had something to do but was stopped, or got no processor.
+//! Detects when a player had something to do but was stopped or got no processor.
 //!
-//! Pure: instants come in as arguments. A player that works without a rest is not held up, however
-//! late its packets are by then: that is in their lateness.
+//! Pure: instants are passed as arguments. A player that works without a rest is not held up, however
+//! late its packets are; their lateness shows that.
 
 use certificate::Pause;
 
-/// A shorter pause is a matter of a time slice, and shows in the lateness of the packets.
+/// A shorter pause may be a time slice, and shows in the lateness of the packets.
 const PAUSE_NS: u64 = 5_000_000;
 
-/// Pauses that are kept: a player that is stopped ten times a second keeps those of ten seconds.
+/// Pauses that are kept; a player that is stopped ten times a second keeps those of ten seconds.
 const KEPT: usize = 100;
 
 /// What a player knows of its own time.
@@ -16,9 +16,9 @@ const KEPT: usize = 100;
 pub(crate) struct Watch {
     /// Until when it had reason to be idle, or when it was last seen at work.
     busy_from_ns: u64,
-    /// When it was last seen at work: whatever waits for longer, waits for its turn.
+    /// When it was last seen at work. A packet that came earlier waited for its turn until then.
     worked_ns: u64,
-    /// Whether it has just rested: what it finds first may have waited for it.
+    /// Whether it has just rested, so that the first packet it finds may have waited for it.
     rested: bool,
     pub(crate) pauses: Vec<Pause>,
 }
@@ -33,13 +33,14 @@ impl Watch {
         }
     }
 
-    /// It rests until then, or until a packet comes.
+    /// The player rests until `t_ns`, or until a packet comes.
     pub(crate) fn rest_until(&mut self, t_ns: u64) {
         self.busy_from_ns = t_ns;
         self.rested = true;
     }
 
-    /// It takes a packet that the kernel received at `stamp_ns`: the first after a rest ended that.
+    /// The player takes a packet that the kernel received at `stamp_ns`. The first packet after a
+    /// rest ended the rest.
     pub(crate) fn on_arrival(&mut self, stamp_ns: u64) {
         if self.rested {
             let waits_from_ns = stamp_ns.max(self.worked_ns);
@@ -48,7 +49,7 @@ impl Watch {
         }
     }
 
-    /// It is at work.
+    /// The player is at work.
     pub(crate) fn beat(&mut self, now_ns: u64) {
         let ns = now_ns.saturating_sub(self.busy_from_ns);
         if ns >= PAUSE_NS && self.pauses.len() < KEPT {
@@ -86,7 +87,7 @@ mod tests {
         let mut watch = Watch::new(0);
         watch.rest_until(50 * MS);
         watch.on_arrival(10 * MS);
-        // Of the second it is known that it came while the first was waited for.
+        // The second packet does not count: the first one ended the rest.
         watch.on_arrival(9 * MS);
         watch.beat(40 * MS);
         assert_eq!(pauses(&watch), [(40, 30)]);
@@ -98,7 +99,7 @@ mod tests {
         for t_ms in 20..30 {
             watch.beat(t_ms * MS);
             watch.rest_until(50 * MS);
-            // It came with the burst, before those that were taken before it.
+            // This packet came with the burst, before packets that were taken earlier.
             watch.on_arrival(MS);
         }
         assert_eq!(pauses(&watch), [(20, 20)]);

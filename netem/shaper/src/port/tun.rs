@@ -1,14 +1,12 @@
-//! A port that is an interface of an end: a TUN device in its namespace, for the player that
+//! A port that is an interface of an end: a TUN device in the end's namespace, for the player that
 //! runs beside that end.
 //!
-//! What is written into the device reaches the end. What the end sends into it could be read
-//! from it too, but without the time at which it was sent: a player that is kept from its
-//! processor would then play another link. So a packet socket listens at the device, to
-//! which the kernel gives each packet with a stamp, and what lies in the device is thrown
-//! away.
+//! Packets written into the device reach the end. Packets from the end could be read from it too, but
+//! without the time at which they were sent, so a player that loses its processor would play another
+//! link. Therefore a packet socket listens at the device, for which the kernel stamps each packet,
+//! and the packets in the device itself are discarded.
 //!
-//! There is no Ethernet on it, so no ARP either. The device goes with the process, however
-//! that ends.
+//! The device has no Ethernet, so no ARP either. It ends with the process, however that ends.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
@@ -26,20 +24,20 @@ use crate::port::udp::UDP_HEADERS;
 use crate::port::{Arrival, FRAME_MAX, Port, PortCounters, is_ipv4, packet_socket};
 use crate::sys;
 
-/// Where the kernel hands out TUN devices.
+/// The kernel's file for TUN devices.
 const CONTROL: &str = "/dev/net/tun";
 
-/// The action that fails without a TUN device or the right to use it.
+/// The action that fails without a TUN device or without the right to use it.
 const ACTION: &str = "make the TUN device";
 
-/// The longest packet: in a datagram it fills one of a network that carries 1500 bytes.
+/// The longest packet: its datagram just fits a network that carries 1500 bytes.
 const MTU_BYTES: u32 = 1500 - UDP_HEADERS;
 
-/// A TUN device, [`END_INTERFACE`], that is up and has its end's address.
+/// A TUN device called [`END_INTERFACE`], which is up and has its end's address.
 #[derive(Debug)]
 pub struct TunPort {
     device: File,
-    /// Hears what the end sends.
+    /// Receives what the end sends.
     tap: OwnedFd,
     way: Way,
     stamps: StampClock,
@@ -47,13 +45,12 @@ pub struct TunPort {
 }
 
 impl TunPort {
-    /// Makes the device in the namespace of the calling thread. `way` tells which end that
-    /// is, by the way its packets go: the controller's go [up](Way::Up), the plant's
-    /// [down](Way::Down).
+    /// Makes the device in the namespace of the calling thread. `way` tells which end that is by the
+    /// direction of its packets: the controller's go [up](Way::Up), the plant's [down](Way::Down).
     ///
     /// # Errors
-    /// [`Error::Unsupported`] where there is no TUN device or this process may not make one
-    /// and listen to it; [`Error::Failed`] if the end has an interface of this name already.
+    /// [`Error::Unsupported`] if there is no TUN device, or if this process may not make one or
+    /// listen to it; [`Error::Failed`] if the end already has an interface of this name.
     pub fn open(way: Way) -> Result<Self> {
         let device = open_control(CONTROL)?;
         sys::make_tun(&device, END_INTERFACE).map_err(|source| {
@@ -82,7 +79,7 @@ impl TunPort {
         netlink.set_mtu(index, MTU_BYTES)?;
         netlink.add_address(index, address(way), PREFIX_LEN)?;
         netlink.bring_up(index)?;
-        // Only an interface that is up can be listened to.
+        // One can listen only to an interface that is up.
         let tap = packet_socket()?;
         sys::stamp_received(&tap)
             .and_then(|()| sys::hear_only_outgoing(&tap))
@@ -97,17 +94,16 @@ impl TunPort {
         })
     }
 
-    /// The way that the end's packets go.
+    /// The direction of the end's packets.
     #[must_use]
     pub fn way(&self) -> Way {
         self.way
     }
 
-    /// Takes a packet out of the device that the tap has heard already. A missing packet
-    /// does no harm, nor that one stays: what the device has no room for is heard all the
-    /// same.
+    /// Removes a packet that the tap has received from the device. It does no harm if a packet is
+    /// missing or stays: the tap also receives packets for which the device has no room.
     fn discard(&self) -> io::Result<()> {
-        // The kernel cuts off what does not fit.
+        // The kernel truncates what does not fit.
         match rustix::io::read(&self.device, &mut [0; 1]) {
             Ok(_) | Err(Errno::AGAIN | Errno::INTR) => Ok(()),
             Err(error) => Err(error.into()),
@@ -136,8 +132,8 @@ fn open_control(path: &str) -> Result<File> {
         .custom_flags(libc::O_NONBLOCK)
         .open(path)
         .map_err(|source| match source.kind() {
-            // A container without leave to use the device is told so; anyone else has not
-            // the rights of the file.
+            // In a container without access to the device this error occurs too; otherwise the user
+            // lacks the permission for the file.
             ErrorKind::PermissionDenied => unsupported(
                 "/dev/net/tun is not accessible to this process: run webloop as root, or make it \
                  readable and writable; in a container, --device /dev/net/tun",
@@ -174,7 +170,7 @@ impl Port for TunPort {
         Ok(None)
     }
 
-    /// The kernel takes a packet whole, and at once.
+    /// The kernel accepts a packet as a whole, and at once.
     fn send(&mut self, frame: &[u8]) -> io::Result<()> {
         self.device.write(frame).map(|_| ())
     }
@@ -211,7 +207,7 @@ mod tests {
         }
     }
 
-    /// What opens but is no TUN device, as a container may have it by mistake.
+    /// A file that opens but is not a TUN device, as may happen in a misconfigured container.
     #[test]
     fn a_device_that_is_none_is_a_failure() {
         let null = open_control("/dev/null").expect("it opens");

@@ -1,8 +1,7 @@
-//! A port that is the way to another player: packets of the link, each in a datagram of its
-//! own and with nothing before it.
+//! A port that leads to another player: each packet of the link in its own datagram, with nothing before it.
 //!
-//! The other player is known by address and port. What anyone else sends is counted and
-//! thrown away: this keeps strays out, not a forger, who has no business on that network.
+//! The other player is known by its address and port. Datagrams from any other sender are counted and
+//! discarded. This keeps stray packets out, but not a forger, who should not be on that network.
 
 use std::io;
 use std::net::SocketAddrV4;
@@ -16,33 +15,31 @@ use crate::error::{Doing, Result};
 use crate::port::{Arrival, FRAME_MAX, Port, PortCounters, is_ipv4, widen};
 use crate::sys;
 
-/// Bytes that carrying a packet costs: a header of IPv4 without options, and one of UDP.
+/// Bytes that a datagram adds to a packet: an IPv4 header without options, and a UDP header.
 pub(crate) const UDP_HEADERS: u32 = 20 + 8;
 
 /// The default UDP port of both players.
 pub const TUNNEL_PORT: u16 = 7077;
 
-/// A UDP socket that hears one peer.
+/// A UDP socket that accepts one peer.
 ///
-/// It is not connected to it, or the kernel would let the first datagrams fail that come
-/// before the peer is there.
+/// It is not connected to the peer, because then the first datagrams would fail if the peer is not there yet.
 #[derive(Debug)]
 pub struct UdpPort {
     socket: OwnedFd,
     peer: SocketAddrV4,
     stamps: StampClock,
     counters: PortCounters,
-    /// Datagrams that the kernel took and this port could not.
+    /// Datagrams that the kernel received but that are too long for this port.
     oversized: u64,
 }
 
 impl UdpPort {
-    /// Opens the local address in the namespace of the calling thread. 0.0.0.0 is all of
-    /// them: the route to the peer decides which one it sees.
+    /// Opens the local address in the namespace of the calling thread. With 0.0.0.0, the route to the
+    /// peer decides which address the peer sees.
     ///
     /// # Errors
-    /// [`Error::Failed`](crate::Error::Failed) if the address is not this machine's, or in
-    /// use.
+    /// [`Error::Failed`](crate::Error::Failed) if the address is not on this machine or is in use.
     pub fn open(local: SocketAddrV4, peer: SocketAddrV4) -> Result<Self> {
         let socket = rustix::net::socket_with(
             AddressFamily::INET,
@@ -89,7 +86,7 @@ impl Port for UdpPort {
         Ok(None)
     }
 
-    /// Does not wait: a datagram that the kernel has no room for is lost, and counted.
+    /// Does not wait: a datagram for which the kernel has no room is lost, and counted.
     fn send(&mut self, frame: &[u8]) -> io::Result<()> {
         loop {
             match rustix::net::sendto(&self.socket, frame, SendFlags::DONTWAIT, &self.peer) {
@@ -125,7 +122,7 @@ mod tests {
         )
     }
 
-    /// The next packet, for which it waits at most two seconds.
+    /// The next packet; waits at most two seconds.
     fn next(port: &mut UdpPort, frame: &mut [u8; FRAME_MAX]) -> Option<Arrival> {
         let patience = Timespec {
             tv_sec: 2,
@@ -162,17 +159,17 @@ mod tests {
         let arrival = next(&mut port, &mut frame).expect("the peer's packet");
         assert_eq!((arrival.frame_bytes, arrival.ip_bytes), (90, 90));
         assert_eq!(&frame[..90], packet(0x45, 90));
-        // The stamp is brought from another clock: to some microseconds.
+        // The stamp is converted from another clock, to some microseconds.
         assert!((before_ns - 100_000..=now_ns()).contains(&arrival.stamp_ns));
         let counters = port.counters().expect("the socket works");
         assert_eq!((counters.foreign, counters.dropped), (3, 1));
-        // And back, from the port that the peer knows.
+        // The way back, from the port that the peer knows.
         port.send(&packet(0x45, 84)).expect("loopback");
         let (bytes, from) = peer.recv_from(&mut frame).expect("loopback");
         assert_eq!((bytes, from), (84, local.into()));
     }
 
-    /// A peer that is not there yet makes the kernel answer; that must not end a play.
+    /// If the peer is not there yet, the kernel answers with an error; that must not end a play.
     #[test]
     fn a_peer_that_is_not_there_yet_is_no_error() {
         let bind = || UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).expect("loopback");

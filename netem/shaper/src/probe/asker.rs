@@ -1,6 +1,5 @@
-//! The half of a probe that is at the controller: it sends echoes, each at its instant, and
-//! hears the answers. It does not know when they reached the plant; that is for the
-//! [witness](crate::Witness) there.
+//! The half of a probe at the controller: it sends echoes, each at its instant, and receives the
+//! answers. It does not know when they reached the plant; the [witness](crate::Witness) there does.
 
 use std::io;
 use std::net::SocketAddrV4;
@@ -20,9 +19,9 @@ use crate::probe::plan::ProbePlan;
 use crate::probe::thread::{LONGEST_SLEEP_NS, on_a_thread};
 use crate::probe::witness::Witness;
 
-/// A socket that sends requests and hears the answers.
+/// A socket that sends requests and receives the answers.
 ///
-/// It stays in the namespace that it was opened in, so any thread can run it.
+/// It stays in the namespace in which it was opened, so any thread can run it.
 #[derive(Debug)]
 pub struct Asker {
     hearer: Hearer,
@@ -38,16 +37,15 @@ impl Asker {
         Hearer::open(icmp::REPLY).map(|hearer| Self { hearer })
     }
 
-    /// Sends the echoes of `plan` at absolute instants that no slow answer moves, until all
-    /// are through or `stop` is set. `on_answer` gets each echo as its answer comes; all of
-    /// them are returned, in the order of sending. When they reached the plant is not known:
-    /// [`merge`](certificate::merge) adds it.
+    /// Sends the echoes of `plan` at absolute instants, independently of slow answers, until all are
+    /// done or `stop` is set. Calls `on_answer` with each echo when its answer comes; returns all
+    /// echoes in order of sending. The times at which they reached the plant are missing;
+    /// [`merge`](certificate::merge) adds them.
     ///
-    /// It does so on a thread of its own, for which it asks real-time scheduling, and waits
-    /// for that.
+    /// Runs on a thread of its own, for which it requests real-time scheduling, and waits for that thread.
     ///
     /// # Errors
-    /// [`Error::Failed`](crate::Error::Failed) when the socket fails.
+    /// [`Error::Failed`](crate::Error::Failed) if the socket fails.
     pub fn run(
         &mut self,
         plan: &ProbePlan,
@@ -57,7 +55,7 @@ impl Asker {
         on_a_thread("probe", || self.exchange(plan, None, stop, on_answer))
     }
 
-    /// The same on this thread, and with the witness at hand if it is in this process.
+    /// The same on this thread, with the witness if it is in this process.
     pub(crate) fn exchange(
         &mut self,
         plan: &ProbePlan,
@@ -65,7 +63,7 @@ impl Asker {
         stop: &AtomicBool,
         mut on_answer: impl FnMut(&Echo),
     ) -> Result<Vec<Echo>> {
-        /// Room for a probe of usual length; a longer one makes it grow.
+        /// Room for a probe of usual length; for a longer one it grows.
         const CAPACITY: u32 = 1 << 16;
         let start_ns = plan.start_ns.max(now_ns());
         let due_ns = |seq: u32| plan.due_ns(start_ns, seq);
@@ -116,7 +114,7 @@ impl Asker {
 
     fn send(&self, probe: u16, seq: u32, target: &SocketAddrV4) -> Result<Echo> {
         let message = icmp::request(EchoId { probe, seq });
-        // The last thing before the system call: what is done earlier is not the link's.
+        // Read last before the system call, since the time of earlier steps does not belong to the link.
         let t_send_ns = now_ns();
         rustix::net::sendto(&self.hearer, &message, SendFlags::empty(), target)
             .doing_with(|| format!("send echo {seq}"))?;
@@ -133,7 +131,7 @@ impl Asker {
             return Ok(());
         }
         let own = self.hearer.as_fd();
-        // Without a witness the same socket twice does no harm.
+        // Without a witness the same socket is polled twice, which does no harm.
         let mut sockets = [own, witness.map_or(own, AsFd::as_fd)]
             .map(|socket| PollFd::from_borrowed_fd(socket, PollFlags::IN));
         match poll(&mut sockets, Some(&timespec(sleep_ns))) {

@@ -1,5 +1,5 @@
-//! A raw ICMP socket, as both halves of a probe have one: it hears one type of message, each
-//! with the kernel's receive stamp.
+//! A raw ICMP socket, used by both halves of a probe: it receives one type of message, each with the
+//! kernel's receive stamp.
 
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 
@@ -11,7 +11,7 @@ use crate::port::widen;
 use crate::probe::icmp::{self, EchoId};
 use crate::sys;
 
-/// The socket. It stays in the namespace that it was opened in.
+/// The socket. It stays in the namespace in which it was opened.
 #[derive(Debug)]
 pub(crate) struct Hearer {
     socket: OwnedFd,
@@ -44,7 +44,7 @@ impl Hearer {
         })
     }
 
-    /// Takes all that has come and tells each echo and its time.
+    /// Takes all messages that have come, and passes on each echo with its time.
     pub(crate) fn drain(&mut self, mut heard: impl FnMut(EchoId, u64)) -> Result<()> {
         let mut packet = [0; 256];
         while let Some(received) =

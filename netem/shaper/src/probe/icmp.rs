@@ -1,27 +1,27 @@
 //! ICMP echo messages as bytes: what `ping` sends and what comes back (RFC 792).
 
-/// Type of a request for an echo.
+/// Type of an echo request.
 pub(crate) const REQUEST: u8 = 8;
-/// Type of the answer.
+/// Type of an echo reply.
 pub(crate) const REPLY: u8 = 0;
 
 const HEADER: usize = 8;
 const SHORTEST_IP_HEADER: usize = 20;
 
-/// Bytes of a message, its header among them.
+/// Bytes of a message, including its header.
 const MESSAGE_BYTES: usize = certificate::PACKET_BYTES as usize - SHORTEST_IP_HEADER;
 
-/// Which echo of whose. The number is carried in full in the payload: the header has room
-/// for 16 bits of it.
+/// Identifies an echo and its probe. The payload carries the full number; the header has room for
+/// only 16 bits of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct EchoId {
-    /// Tells probes apart that run at the same time.
+    /// Distinguishes probes that run at the same time.
     pub(crate) probe: u16,
     /// Counts the echoes of a probe from 0.
     pub(crate) seq: u32,
 }
 
-/// The request of this id.
+/// The request with this id.
 pub(crate) fn request(id: EchoId) -> [u8; MESSAGE_BYTES] {
     let mut message = [0; MESSAGE_BYTES];
     message[0] = REQUEST;
@@ -33,8 +33,8 @@ pub(crate) fn request(id: EchoId) -> [u8; MESSAGE_BYTES] {
     message
 }
 
-/// The id of the echo in an IPv4 packet, as a raw socket delivers it, if it is one of ours:
-/// of this type, whole, and with the same number in payload and header.
+/// The id of the echo in an IPv4 packet from a raw socket, if it is one of ours: of this type,
+/// complete, and with the same number in payload and header.
 pub(crate) fn parse(packet: &[u8], icmp_type: u8) -> Option<EchoId> {
     let header_bytes = usize::from(packet.first()? & 0x0f) * 4;
     if header_bytes < SHORTEST_IP_HEADER {
@@ -50,8 +50,8 @@ pub(crate) fn parse(packet: &[u8], icmp_type: u8) -> Option<EchoId> {
     (seq as u16 == low).then_some(EchoId { probe, seq })
 }
 
-/// The Internet checksum (RFC 1071): the complement of the ones' complement sum of 16-bit
-/// words. Over a message that holds its checksum it is 0.
+/// The Internet checksum (RFC 1071): the complement of the ones' complement sum of 16-bit words. It
+/// is 0 over a message that contains its checksum.
 fn checksum(message: &[u8]) -> u16 {
     let mut sum: u32 = message
         .chunks(2)
@@ -93,7 +93,7 @@ mod tests {
             prop_assert_eq!(parse(&packet, REPLY), None);
         }
 
-        /// One flipped bit changes the ones' complement sum, so no such message is ours.
+        /// One flipped bit changes the ones' complement sum, so every such message is rejected.
         #[test]
         fn a_damaged_message_is_refused(seq in any::<u32>(), bit in 0..MESSAGE_BYTES * 8) {
             let mut message = request(EchoId { probe: 7, seq });

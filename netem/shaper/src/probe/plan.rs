@@ -8,28 +8,27 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProbePlan {
-    /// Whom to ask: [`PLANT_ADDRESS`](crate::PLANT_ADDRESS), or 127.0.0.1 where there is no
-    /// link.
+    /// The address to probe: [`PLANT_ADDRESS`](crate::PLANT_ADDRESS), or 127.0.0.1 without a link.
     pub target: Ipv4Addr,
-    /// When the first leaves, monotonic. An instant in the past means now.
+    /// When the first echo is sent, monotonic. An instant in the past means now.
     pub start_ns: u64,
-    /// The time from one to the next.
+    /// Interval between echoes.
     pub interval_ns: u64,
     /// Number of echoes.
     pub count: u32,
-    /// Where it is given, each leaves at an instant of its interval that is drawn by it, so that
-    /// nothing that keeps a period can pass between them. Without it they leave at its beginning.
+    /// With a seed each echo is sent at an instant of its interval drawn from the seed, so that no periodic
+    /// disturbance can always fall between echoes. Without a seed it is sent at the beginning.
     pub seed: Option<u64>,
-    /// How long after the last one answers are waited for. More than the link's longest
-    /// round trip, or late answers pass for lost ones.
+    /// How long to wait for answers after the last echo. It must exceed the link's longest round
+    /// trip, or late answers count as lost.
     pub grace_ns: u64,
-    /// Tells probes apart: one that runs at the same time, or that ran before and may still
-    /// have answers under way, needs another id.
+    /// Distinguishes probes: a probe needs another id if one runs at the same time, or ran before and
+    /// may still have answers under way.
     pub id: u16,
 }
 
 impl ProbePlan {
-    /// When echo `seq` leaves, in a series that begins at `start_ns`; later than the one before.
+    /// When echo `seq` is sent, in a series that begins at `start_ns`; later than the one before.
     #[must_use]
     pub fn due_ns(&self, start_ns: u64, seq: u32) -> u64 {
         let begin_ns = start_ns.saturating_add(u64::from(seq).saturating_mul(self.interval_ns));

@@ -1,12 +1,12 @@
-//! The thread that a probe, or half of one, runs on.
+//! The thread of a probe, or of half of one.
 
 use std::thread;
 
 use crate::error::{Doing, Result};
 use crate::scheduling::prefer_this_thread;
 
-/// Just ahead of the player: a probe that is held up between reading the clock and sending
-/// would measure itself. It does next to nothing, so it takes nothing from anyone.
+/// Just above the player: a probe that is held up between reading the clock and sending would measure
+/// itself. It needs almost no processor time.
 const PRIORITY: u8 = 49;
 
 /// The longest sleep, so that a request to stop is seen soon.

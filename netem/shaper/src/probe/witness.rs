@@ -1,5 +1,5 @@
-//! The half of a probe that is at the plant: it stamps the requests that reach it, of
-//! whatever probe. The plant's kernel answers them.
+//! The half of a probe at the plant: it stamps the requests that reach the plant, of any probe. The
+//! plant's kernel answers them.
 
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd};
@@ -15,9 +15,9 @@ use crate::probe::hearer::Hearer;
 use crate::probe::icmp;
 use crate::probe::thread::{LONGEST_SLEEP_NS, on_a_thread};
 
-/// A socket that hears requests.
+/// A socket that receives requests.
 ///
-/// It stays in the namespace that it was opened in, so any thread can run it.
+/// It stays in the namespace in which it was opened, so any thread can run it.
 #[derive(Debug)]
 pub struct Witness {
     hearer: Hearer,
@@ -33,13 +33,13 @@ impl Witness {
         Hearer::open(icmp::REQUEST).map(|hearer| Self { hearer })
     }
 
-    /// Reports each request as it comes, until `stop` is set; all that came before are reported.
+    /// Reports each request as it comes, until `stop` is set; reports all that came before that.
     ///
-    /// It does so on a thread of its own, for which it asks real-time scheduling, and waits
-    /// for that. So `on_sighting` must neither wait nor write.
+    /// Runs on a thread of its own, for which it requests real-time scheduling, and waits for that
+    /// thread. `on_sighting` must therefore neither wait nor write.
     ///
     /// # Errors
-    /// [`Error::Failed`](crate::Error::Failed) when the socket fails.
+    /// [`Error::Failed`](crate::Error::Failed) if the socket fails.
     pub fn run(
         &mut self,
         stop: &AtomicBool,
@@ -54,7 +54,7 @@ impl Witness {
         })
     }
 
-    /// Tells each request that has come.
+    /// Reports each request that has come.
     pub(crate) fn drain(&mut self, mut on_sighting: impl FnMut(Sighting)) -> Result<()> {
         self.hearer.drain(|id, t_reach_ns| {
             on_sighting(Sighting {
@@ -68,7 +68,7 @@ impl Witness {
     fn wait(&self) -> Result<()> {
         let mut sockets = [PollFd::from_borrowed_fd(self.as_fd(), PollFlags::IN)];
         match poll(&mut sockets, Some(&timespec(LONGEST_SLEEP_NS))) {
-            // A signal is a reason to look at `stop`.
+            // After a signal the caller checks `stop`.
             Ok(_) | Err(Errno::INTR) => Ok(()),
             Err(error) => Err(io::Error::from(error)).doing("wait for echoes"),
         }

@@ -1,4 +1,4 @@
-//! Requests about an interface that are ioctls, and so in no safe crate.
+//! Requests about an interface that exist only as ioctls, and so in no safe crate.
 #![allow(unsafe_code)]
 
 use std::io;
@@ -7,8 +7,8 @@ use std::os::fd::{AsFd, AsRawFd};
 
 use super::succeeded;
 
-/// Sets a feature of an interface that is in the namespace of `socket`, with the ioctl of
-/// ethtool: netlink has the same, but older kernels do not.
+/// Sets a feature of an interface in the namespace of `socket`, with the ioctl of ethtool: netlink
+/// can do the same, but not on older kernels.
 pub(crate) fn set_feature(socket: impl AsFd, name: &str, command: u32, on: bool) -> io::Result<()> {
     /// `struct ethtool_value` of `linux/ethtool.h`.
     #[repr(C)]
@@ -34,11 +34,11 @@ pub(crate) fn set_feature(socket: impl AsFd, name: &str, command: u32, on: bool)
     succeeded(status)
 }
 
-/// Makes a TUN device of this name in the namespace of the calling thread: IP packets
-/// without anything before them. `control` is an open `/dev/net/tun`, through which its
-/// packets come and go; the device goes when that is closed.
+/// Makes a TUN device of this name in the namespace of the calling thread: IP packets without a
+/// header before them. `control` is an open `/dev/net/tun`, through which its packets pass; the
+/// device ends when that is closed.
 pub(crate) fn make_tun(control: impl AsFd, name: &str) -> io::Result<()> {
-    /// Both fit: they are single bits below the sixteenth.
+    /// The cast fits: both are single bits below the sixteenth.
     const FLAGS: libc::c_short = (libc::IFF_TUN | libc::IFF_NO_PI) as libc::c_short;
     let mut request = interface_request(name)?;
     request.ifr_ifru.ifru_flags = FLAGS;
@@ -53,11 +53,11 @@ pub(crate) fn make_tun(control: impl AsFd, name: &str) -> io::Result<()> {
     succeeded(status)
 }
 
-/// A request about the interface of this name, and nothing more in it.
+/// A request about the interface of this name, otherwise empty.
 fn interface_request(name: &str) -> io::Result<libc::ifreq> {
     // SAFETY: all zeros is a valid `ifreq`: integers and null pointers.
     let mut request: libc::ifreq = unsafe { mem::zeroed() };
-    // The last byte stays zero, as the kernel wants names to end so.
+    // The last byte stays zero: the kernel expects names to end with it.
     let room = request.ifr_name.len() - 1;
     if name.len() > room {
         return Err(io::ErrorKind::InvalidInput.into());

@@ -1,9 +1,8 @@
-//! One `tc -batch -` that keeps running: it gets a command a line and carries it out at once,
-//! without the milliseconds that the start of a program takes.
+//! One `tc -batch -` that keeps running: it gets one command per line and executes it at once,
+//! without the milliseconds that it takes to start a program.
 //!
-//! It answers inquiries and nothing else. At its first refusal it ends, and its last words
-//! become the error. It also ends when this process does, since it then reads the end of its
-//! input: no signal is needed.
+//! It answers only inquiries. At its first error it ends, and its last output becomes our error. It
+//! also ends when this process does, since it then reads the end of its input: no signal is needed.
 
 use std::io::{self, Read, Write};
 use std::os::fd::{AsFd, BorrowedFd};
@@ -14,11 +13,11 @@ use std::time::{Duration, Instant};
 use crate::error::{Doing, Error, Result};
 use crate::tc::command::{TC, not_started, refused};
 
-/// How long it may take over what it has been given when it is to end. A hundred commands
-/// are some milliseconds.
+/// How long tc may take at its end for the commands that it still has. A hundred commands take some
+/// milliseconds.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// What doing anything with it is called in an error.
+/// The name of every action with tc in an error.
 const ACTION: &str = "play the link through `tc -batch`";
 
 /// The running program.
@@ -27,14 +26,14 @@ pub(crate) struct Batch {
     /// `None` after the batch has been closed.
     commands: Option<ChildStdin>,
     answers: ChildStdout,
-    /// The beginning of an answer that is not whole yet.
+    /// The beginning of an incomplete answer.
     partial: Vec<u8>,
-    /// The last command, for an error.
+    /// The last command, for error messages.
     last: String,
 }
 
 impl Batch {
-    /// Starts it in the namespace of this thread, whose scheduling it inherits.
+    /// Starts tc in the namespace of this thread, whose scheduling it inherits.
     pub(crate) fn start() -> Result<Self> {
         let mut child = Command::new(TC)
             .args(["-s", "-j", "-batch", "-"])
@@ -46,7 +45,7 @@ impl Batch {
         let missing = || io::Error::other("a pipe is missing");
         let commands = child.stdin.take().ok_or_else(missing).doing(ACTION)?;
         let answers = child.stdout.take().ok_or_else(missing).doing(ACTION)?;
-        // A program that does not keep up must not hold the player up.
+        // A tc that does not keep up must not hold up the player.
         for pipe in [commands.as_fd(), answers.as_fd()] {
             rustix::io::ioctl_fionbio(pipe, true).doing(ACTION)?;
         }
@@ -59,7 +58,7 @@ impl Batch {
         })
     }
 
-    /// Hands it a command. It is carried out some ten microseconds later.
+    /// Sends a command to tc, which executes it some ten microseconds later.
     pub(crate) fn send(&mut self, command: &str) -> Result<()> {
         self.last.clear();
         self.last.push_str(command);
@@ -67,7 +66,7 @@ impl Batch {
         let Some(commands) = &mut self.commands else {
             return Ok(());
         };
-        // A pipe takes a line whole or not at all.
+        // A pipe accepts a line as a whole or not at all.
         match commands.write_all(line.as_bytes()) {
             Ok(()) => Ok(()),
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(self.last_words()),
@@ -78,7 +77,7 @@ impl Batch {
         }
     }
 
-    /// The next whole answer, if one has come.
+    /// The next complete answer, if one has come.
     pub(crate) fn answer(&mut self) -> Result<Option<Vec<u8>>> {
         loop {
             if let Some(end) = self.partial.iter().position(|&byte| byte == b'\n') {
@@ -106,7 +105,7 @@ impl Batch {
         }
     }
 
-    /// Ends it when it has carried out all that it was given.
+    /// Ends tc once it has executed all its commands.
     pub(crate) fn finish(&mut self) -> Result<()> {
         self.commands = None;
         self.end().doing(ACTION)?;
@@ -119,7 +118,7 @@ impl Batch {
         }
     }
 
-    /// Why it has ended by itself.
+    /// Why tc has ended by itself.
     fn last_words(&mut self) -> Error {
         let mut words = String::new();
         self.commands = None;
@@ -143,7 +142,7 @@ impl Batch {
         Ok(())
     }
 
-    /// It has ended, so this ends too.
+    /// Reads tc's error output. tc has ended, so the output has an end too.
     fn read_words(&mut self, words: &mut String) {
         if let Some(mut stderr) = self.child.stderr.take() {
             let mut bytes = Vec::new();
@@ -153,14 +152,14 @@ impl Batch {
     }
 }
 
-/// The descriptor of its answers, to wait on.
+/// The descriptor of its answers, to poll.
 impl AsFd for Batch {
     fn as_fd(&self) -> BorrowedFd<'_> {
         self.answers.as_fd()
     }
 }
 
-/// Whoever gives it up without a word ends it.
+/// Ends tc if the batch is dropped without `finish`.
 impl Drop for Batch {
     fn drop(&mut self) {
         self.commands = None;

@@ -1,44 +1,42 @@
-//! The program `tc`, run once: to ask, to try, to clean up; and what its refusals mean.
+//! The program `tc`, run once, to query, to try out or to clean up; and the meaning of its errors.
 //!
-//! The commands that play a link go to one that [keeps running](crate::tc::batch).
+//! The commands that play a link go to a tc that [keeps running](crate::tc::batch).
 
 use std::io;
 use std::process::{Command, Output};
 
-use link::{Profile, Setting, Staircase, Verb, Way};
+use link::{LinkTime, Profile, Setting, Staircase, Verb, Way};
 use serde_json::Value;
 
 use crate::error::{Doing, Error, Result};
 use crate::tc::qdisc::{Owner, Root};
 
-/// The program, found by the path.
+/// The program, found through `PATH`.
 pub(crate) const TC: &str = "tc";
 
-/// The queueing discipline at the root of an interface, with tc's listing.
+/// The queueing discipline at the root of an interface, and tc's listing.
 pub(crate) struct Listing {
     pub(crate) root: Root,
     pub(crate) text: Value,
 }
 
-/// Whether tc can play a link on `device`, found out by trying: a netem is put there and
-/// taken away again.
+/// Checks by trial whether tc can play a link on `device`: adds a netem and removes it.
 ///
 /// # Errors
-/// [`Error::Unsupported`], with the remedy, where there is no tc, no netem in the kernel or no
-/// right to use it; [`Error::Failed`] where the device is not there or somebody else shapes
-/// it.
+/// [`Error::Unsupported`], with the remedy, if there is no tc, no netem in the kernel or no right to
+/// use it; [`Error::Failed`] if the device does not exist or another program shapes it.
 pub fn tc_available(device: &str) -> Result<()> {
     claim(device)?;
     let mut empty = Staircase::new(&Profile::empty(), 0, Way::Up);
-    if let Some(change) = empty.next_before(1) {
+    if let Some(change) = empty.next_before(LinkTime::ZERO.after(1)) {
         command(&change.setting.command(Verb::Add, device))?;
         command(&Setting::removal(device))?;
     }
     Ok(())
 }
 
-/// Makes sure that no other program shapes `device`, and removes what a killed player of ours
-/// has left there. Gives what was found.
+/// Makes sure that no other program shapes `device`, and removes a netem that a killed player of ours
+/// has left there. Returns what was found.
 pub(crate) fn claim(device: &str) -> Result<Listing> {
     let found = list(device)?;
     match found.root.owner() {
@@ -63,7 +61,7 @@ fn foreign(device: &str, qdisc: &str) -> Error {
     }
 }
 
-/// What tc says of the queueing disciplines of `device`, counters included.
+/// tc's listing of the queueing disciplines of `device`, with counters.
 pub(crate) fn list(device: &str) -> Result<Listing> {
     let output = run(&["-s", "-j"], &Setting::inquiry(device))?;
     let action = || format!("read the queueing disciplines of `{device}`");
@@ -74,12 +72,12 @@ pub(crate) fn list(device: &str) -> Result<Listing> {
     Ok(Listing { root, text })
 }
 
-/// One command that changes something.
+/// Executes one command that changes something.
 pub(crate) fn command(line: &str) -> Result<()> {
     run(&[], line).map(|_| ())
 }
 
-/// What `tc -V` says.
+/// The output of `tc -V`.
 pub(crate) fn version() -> Result<String> {
     let output = run(&[], "-V")?;
     Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
@@ -98,7 +96,7 @@ fn run(options: &[&str], line: &str) -> Result<Output> {
     }
 }
 
-/// Why there is no tc.
+/// The error if tc cannot be started.
 pub(crate) fn not_started(source: io::Error) -> Error {
     match source.kind() {
         io::ErrorKind::NotFound => Error::Unsupported {
@@ -114,7 +112,7 @@ pub(crate) fn not_started(source: io::Error) -> Error {
     }
 }
 
-/// What it means that tc has refused the command `line` with these words.
+/// The error if tc has rejected the command `line` with these words.
 pub(crate) fn refused(line: &str, words: &str) -> Error {
     let source = io::Error::other(
         words
@@ -124,7 +122,7 @@ pub(crate) fn refused(line: &str, words: &str) -> Error {
             .collect::<Vec<_>>()
             .join("; "),
     );
-    // tc has no codes for these, and the kernel's own words change little.
+    // tc has no codes for these errors, and the kernel's messages rarely change.
     let says = |what: &str| words.contains(what);
     if says("Operation not permitted") {
         return Error::Unsupported {
@@ -133,7 +131,7 @@ pub(crate) fn refused(line: &str, words: &str) -> Error {
             source,
         };
     }
-    // The second is what kernels before 5.8 say.
+    // The second is the message of kernels before 5.8.
     if says("qdisc kind is unknown") || says("No such file or directory") {
         return Error::Unsupported {
             action: "shape an interface with tc's netem",
@@ -148,9 +146,9 @@ pub(crate) fn refused(line: &str, words: &str) -> Error {
     }
 }
 
-/// Takes the netem away when the play ends early.
+/// Removes the netem if the play ends early.
 pub(crate) struct Restore {
-    /// The interface; none where nothing is left to do.
+    /// The interface; `None` if nothing is left to do.
     pub(crate) device: Option<String>,
 }
 
@@ -159,7 +157,7 @@ impl Drop for Restore {
         if let Some(device) = &self.device
             && let Err(error) = command(&Setting::removal(device))
         {
-            // It may not have come to be, or its interface may be gone.
+            // The netem may not have been created, or its interface may be gone.
             tracing::debug!(%error, device, "no netem was removed");
         }
     }

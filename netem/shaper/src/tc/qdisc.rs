@@ -1,7 +1,7 @@
-//! What `tc -s -j qdisc show` says of an interface: whose queueing discipline is at its root,
-//! what a netem there has accepted, and its counters.
+//! The output of `tc -s -j qdisc show` for an interface: the owner of the queueing discipline at its
+//! root, the setting of a netem there, and its counters.
 //!
-//! Pure: text in, values out. Who asks tc is not said here.
+//! Pure: text in, values out. Running tc is the task of others.
 
 use std::io;
 
@@ -9,10 +9,10 @@ use link::{HANDLE, Pace, Setting};
 use serde::Deserialize;
 use serde_json::Value;
 
-/// The kernel gives its own defaults, whichever they are, no handle.
+/// The handle of the kernel's default queueing disciplines, whichever they are.
 const KERNELS_HANDLE: &str = "0:";
 
-/// tc counts a time in units of 64 ns, and prints it cut to the microsecond or to six digits,
+/// tc counts time in units of 64 ns, and prints it truncated to the microsecond or to six digits,
 /// whichever is coarser.
 fn rounding_us(delay_us: u64) -> u64 {
     2 + delay_us / 100_000
@@ -23,14 +23,14 @@ fn rounding_us(delay_us: u64) -> u64 {
 pub(crate) struct Root {
     kind: String,
     handle: String,
-    /// Each kind has its own.
+    /// Options differ by kind.
     #[serde(default)]
     options: Value,
     #[serde(flatten)]
     pub(crate) counters: Counters,
 }
 
-/// What it has done since it is there.
+/// Its counters since it was added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default)]
 pub(crate) struct Counters {
@@ -38,13 +38,13 @@ pub(crate) struct Counters {
     pub(crate) packets: u64,
     /// Their length, Ethernet headers included.
     pub(crate) bytes: u64,
-    /// Frames that it was to lose, or had no room for: netem does not tell them apart.
+    /// Frames lost by the setting or for lack of room: netem does not distinguish them.
     pub(crate) drops: u64,
     /// Frames in it.
     pub(crate) qlen: u64,
 }
 
-/// netem's words for its settings. What is zero is left out.
+/// netem's options. tc leaves out zeros.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 struct Options {
@@ -79,16 +79,16 @@ struct Rate {
 /// The owner of a root queueing discipline.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Owner {
-    /// The kernel's default.
+    /// The kernel: its default.
     Kernel,
-    /// A netem with our handle.
+    /// webloop: a netem with our handle.
     Ours,
-    /// Anyone else's: kind and handle.
+    /// Another program: kind and handle.
     Foreign(String),
 }
 
 impl Root {
-    /// The root among the queueing disciplines of an interface, as tc lists them.
+    /// The root among the queueing disciplines of an interface, from tc's listing.
     pub(crate) fn of(listing: &Value) -> io::Result<Self> {
         let invalid = |why: &str| {
             let what = format!("{why} in what tc says: {listing}");
@@ -111,7 +111,7 @@ impl Root {
         }
     }
 
-    /// Checks that `asked` is in force; the error says what differs.
+    /// Checks that the kernel plays `asked`; the error says what differs.
     pub(crate) fn confirm(&self, asked: &Setting) -> Result<(), String> {
         if self.owner() != Owner::Ours {
             return Err(format!("{} {} has taken its place", self.kind, self.handle));
@@ -121,7 +121,7 @@ impl Root {
         let rate = match asked.pace {
             Pace::Free => options.rate.rate == 0,
             Pace::Ordered => options.rate.rate > 0,
-            // Whole bytes a second.
+            // In whole bytes a second.
             Pace::Limited(rate_bps) => options.rate.rate.abs_diff(rate_bps / 8) <= 1,
         };
         let agrees = delay_us.abs_diff(u64::from(asked.delay_us)) <= rounding_us(delay_us)
@@ -140,7 +140,7 @@ impl Root {
 mod tests {
     use super::*;
 
-    /// As tc 6.1 on Linux 6.1 prints them.
+    /// As printed by tc 6.1 on Linux 6.1.
     const DEFAULT: &str = r#"[{"kind":"mq","handle":"0:","root":true,"options":{},"bytes":0,"packets":0,"drops":0,"overlimits":0,"requeues":0,"backlog":0,"qlen":0},
         {"kind":"fq_codel","handle":"0:","parent":":1","options":{"limit":10240}}]"#;
     const NETEM: &str = r#"[{"kind":"netem","handle":"77:","root":true,"refcnt":2,"options":{"limit":4000,"delay":{"delay":0.002499,"jitter":0,"correlation":0},"loss-random":{"loss":1,"correlation":0},"rate":{"rate":1250000,"packetoverhead":-14,"cellsize":0,"celloverhead":0},"ecn":false,"gap":0},"bytes":196,"packets":2,"drops":3,"overlimits":0,"requeues":0,"backlog":0,"qlen":4}]"#;

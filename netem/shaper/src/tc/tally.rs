@@ -1,26 +1,26 @@
-//! What the tc player counts, of which its rows and its report are made.
+//! What the tc player counts, the source of its rows and its report.
 //!
-//! netem counts the packets, the player its changes. netem has one count for what it was to
-//! lose and what it had no room for; which of the two it was is concluded here.
+//! netem counts the packets, the player its changes. netem has one count for losses by the setting
+//! and for lack of room; this file infers which of the two it was.
 
 use certificate::{Histogram, TcRow, WayReport};
 use link::Way;
 
 use crate::tc::qdisc::Counters;
 
-/// What netem counts besides the IP packet.
+/// netem counts these bytes besides the IP packet.
 const ETHERNET_HEADER_BYTES: u64 = 14;
 
-/// What has happened so far.
+/// The counts so far.
 pub(crate) struct TcTally {
     way: Way,
-    /// Whether a full queue is the link's own doing.
+    /// Whether there is a rate limit, so that a full queue belongs to the link.
     limited: bool,
     limit: u64,
     counters: Counters,
     overflow: u64,
     changes: u64,
-    /// Changes and their lateness at the last row.
+    /// Number of changes at the last row, and the lateness of the changes since then.
     counted: u64,
     late_ns: u64,
     late_max_ns: u64,
@@ -43,7 +43,7 @@ impl TcTally {
         }
     }
 
-    /// What netem has room for from now on, and whether behind a rate limit.
+    /// Sets the number of packets for which netem has room from now on, and whether there is a rate limit.
     pub(crate) fn room(&mut self, limit: u32, limited: bool) {
         self.limit = u64::from(limit);
         self.limited |= limited;
@@ -57,12 +57,12 @@ impl TcTally {
         self.late.add(late_ns);
     }
 
-    /// The row up to the instant at which netem has counted so much.
+    /// The row up to the instant at which netem had these counters.
     pub(crate) fn row(&mut self, t_ns: u64, now: Counters) -> TcRow {
         let before = self.counters;
         let delivered = now.packets.saturating_sub(before.packets);
         let drops = now.drops.saturating_sub(before.drops);
-        // All that was there or has come since must have lain in netem at once to fill it.
+        // netem can only have been full if all packets that were there or came since were in it at once.
         let most = before.qlen + (delivered + drops + now.qlen).saturating_sub(before.qlen);
         let overflow = if most >= self.limit { drops } else { 0 };
         let changes = self.changes - self.counted;
@@ -136,7 +136,7 @@ mod tests {
         assert_eq!((row.delivered, row.lost, row.dropped), (50, 9, 0));
         assert_eq!((row.bytes, row.queued, row.changes), (50 * 84, 10, 2));
         assert_eq!((row.late_mean_us, row.late_max_us), (4.0, 5.0));
-        // 10 lay there, 85 came in and 15 more did: a hundred.
+        // 10 were there and 100 came (40 left, 11 were dropped, 59 wait): more than the room for 100.
         let row = tally.row(2, counters(90, 20, 59));
         assert_eq!((row.lost, row.dropped, row.overflow), (0, 11, 0));
         assert_eq!((row.changes, row.late_max_us), (0, 0.0));

@@ -6,7 +6,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use certificate::{Baseline, Certificate, Echo, LinkRow, PlayerReport, certify};
-use link::Profile;
+use link::{Epoch, Profile};
 use shaper::{
     CONTROLLER_INTERFACE, Namespace, PLANT_ADDRESS, PLANT_INTERFACE, PacketPort, PlayerConfig,
     ProbePlan, join, now_ns, play, probe,
@@ -93,7 +93,7 @@ impl Cell {
             packets: None,
             profile: profile.clone(),
             seed,
-            epoch_ns,
+            epoch: Epoch::at_ns(epoch_ns),
             controller: at_controller,
             plant: at_plant,
         };
@@ -134,7 +134,7 @@ impl Cell {
         let echoes = self.probe(100 * MS.cast_signed(), interval_ns, count, 2);
         let (profile, seed, epoch_ns) = (self.profile.clone(), self.seed, self.epoch_ns);
         let report = self.finish();
-        let certificate = certify(&echoes, &profile, seed, epoch_ns, baseline);
+        let certificate = certify(&echoes, &profile, seed, Epoch::at_ns(epoch_ns), baseline);
         print(name, &certificate);
         println!(
             "  {:?}, lateness up {:?}",

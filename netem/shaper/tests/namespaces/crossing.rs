@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use link::Way;
+use link::{Epoch, Way};
 use rustix::thread::{CapabilitySet, capabilities, set_capabilities};
 use shaper::{
     Authority, CONTROLLER_ADDRESS, Error, Namespace, PLANT_ADDRESS, TunPort, UdpPort, WayConfig,
@@ -204,7 +204,7 @@ pub(crate) fn hold() -> ExitCode {
         packets: None,
         profile: constant("5ms"),
         seed: SEED,
-        epoch_ns: 0,
+        epoch: Epoch::at_ns(0),
         end: TunPort::open(Way::Up).unwrap(),
         tunnel: UdpPort::open(
             "0.0.0.0:7077".parse().unwrap(),

@@ -3,7 +3,7 @@
 use std::net::Ipv4Addr;
 
 use certificate::{Baseline, Verdict, certify};
-use link::Profile;
+use link::{Epoch, Profile};
 use shaper::{Namespace, ProbePlan, now_ns, probe};
 
 use crate::attempt::{held, holds};
@@ -73,7 +73,13 @@ pub(crate) fn a_missing_link_and_one_of_another_seed_are_found_out() {
         let cell = Cell::start(&builtin("buccoo"), SEED, SECOND).unwrap();
         let proof = cell.prove("buccoo", 5 * MS, 300)?;
         let against = |profile: &Profile, seed| {
-            certify(&proof.echoes, profile, seed, proof.epoch_ns, proof.baseline)
+            certify(
+                &proof.echoes,
+                profile,
+                seed,
+                Epoch::at_ns(proof.epoch_ns),
+                proof.baseline,
+            )
         };
         for (what, profile, seed) in [
             ("another seed", builtin("buccoo"), SEED + 1),
@@ -109,7 +115,13 @@ pub(crate) fn loopback_needs_no_player() {
         };
         let echoes = probe(&plan, &machine, &machine).unwrap();
         let arima = builtin("arima");
-        let certificate = certify(&echoes, &arima, SEED, epoch_ns, Baseline::default());
+        let certificate = certify(
+            &echoes,
+            &arima,
+            SEED,
+            Epoch::at_ns(epoch_ns),
+            Baseline::default(),
+        );
         print("arima", &certificate);
         held(&certificate)
     });

@@ -8,7 +8,7 @@ use std::sync::mpsc::channel;
 use std::thread::{self, JoinHandle};
 
 use certificate::{Baseline, Echo, TcReport, TcRow, Verdict, certify_within};
-use link::{Profile, Timeline, Way};
+use link::{Epoch, Profile, Timeline, Way};
 use shaper::{
     CONTROLLER_INTERFACE, Error, Namespace, PLANT_INTERFACE, TcConfig, TcPlayer, bridge, join,
     now_ns, probe, tc_available,
@@ -92,7 +92,7 @@ pub(crate) fn config(profile: &Profile, way: Way, epoch_ns: u64) -> TcConfig {
     TcConfig {
         profile: profile.clone(),
         seed: SEED,
-        epoch_ns,
+        epoch: Epoch::at_ns(epoch_ns),
         way,
         device: device.to_owned(),
     }
@@ -199,7 +199,7 @@ fn play_and_judge(name: &str, cell: TcCell) -> Result<(), String> {
         }
     };
     let echoes = cell.probe(100 * MS.cast_signed(), 20 * MS, 400, 2);
-    let timeline = |seed| Timeline::new(&builtin(name), seed, cell.epoch_ns);
+    let timeline = |seed| Timeline::new(&builtin(name), seed, Epoch::at_ns(cell.epoch_ns));
     let [right, wrong] = [SEED, SEED + 1].map(timeline);
     let reports = cell.finish();
     let edge = reports[0].edge().or(reports[1].edge());

@@ -10,7 +10,7 @@ use std::thread::{self, JoinHandle};
 use certificate::{
     Baseline, Certificate, Echo, LinkRow, PlayerReport, Sighting, WayPlayed, certify, merge,
 };
-use link::{Profile, Way};
+use link::{Epoch, Profile, Way};
 use shaper::{
     Asker, Error, Namespace, TUNNEL_PORT, TunPort, UdpPort, WayConfig, Witness, connect, now_ns,
     play_way,
@@ -48,7 +48,7 @@ impl Tunnel {
                 Ok(WayConfig {
                     profile: profile.clone(),
                     seed: SEED,
-                    epoch_ns,
+                    epoch: Epoch::at_ns(epoch_ns),
                     end: TunPort::open(way)?,
                     tunnel: UdpPort::open(local, peer)?,
 
@@ -141,7 +141,7 @@ impl Tunnel {
         let (up, down, sightings) = self.finish();
         let baseline = Baseline::of(&merge(&empty, 1, &sightings)).expect("it answers");
         let echoes = merge(&echoes, 2, &sightings);
-        let certificate = certify(&echoes, &profile, SEED, epoch_ns, baseline);
+        let certificate = certify(&echoes, &profile, SEED, Epoch::at_ns(epoch_ns), baseline);
         print(name, &certificate);
         println!(
             "  {:?}; late us: shaped up {:.0} (99 %: {:.0}), down {:.0} ({:.0}), carried up {:.0} ({:.0}), down {:.0} ({:.0})",

@@ -3,7 +3,7 @@ use serde::Deserialize;
 
 use super::*;
 
-/// What scipy says; `pairs.py` beside the file says how it was asked.
+/// Reference values from scipy; `pairs.py` in the same folder produces them.
 const REFERENCE: &str = include_str!("../../tests/fixtures/pairs.json");
 
 #[derive(Deserialize)]
@@ -46,7 +46,7 @@ fn both_tests_say_what_scipy_says() {
 fn an_infinite_difference_is_the_largest_and_as_large_as_another() {
     let far = [1.0, 2.0, 1e300, -3.0, 1e301];
     let infinite = [1.0, 2.0, f64::INFINITY, -3.0, f64::INFINITY];
-    // As two equal ones: 7 and 7 among 1, 2 and 3.
+    // The same as two equal finite differences: 7 and 7 among 1, 2 and 3.
     let equal = [1.0, 2.0, 7.0, -3.0, 7.0];
     assert_eq!(signed_rank_test(&infinite), signed_rank_test(&equal));
     assert_eq!(sign_test(&infinite), sign_test(&far));
@@ -73,7 +73,7 @@ fn six_pairs_are_the_fewest_that_can_tell() {
 
 #[test]
 fn holm_raises_by_how_many_are_left_and_never_turns_the_order() {
-    // By hand: 3 x 0.01, 2 x 0.02, then 0.03 is raised to what stands before it.
+    // By hand: 3 x 0.01, 2 x 0.02, then 0.03 is raised to the one before it.
     let raised = holm(&[0.02, 0.01, 0.03]);
     let by_hand = [0.04, 0.03, 0.04];
     assert!(
@@ -88,7 +88,7 @@ fn holm_raises_by_how_many_are_left_and_never_turns_the_order() {
 #[test]
 fn tests_that_cannot_tell_do_not_cost_those_that_can() {
     let least = [20, 5, 5, 5, 5, 5, 6].map(least_probability);
-    // Of six pairs 0.031 is the least, which beside another is 0.062.
+    // Six pairs give 0.031 at least, which becomes 0.062 beside a second such test.
     let worth = [true, false, false, false, false, false, false];
     assert_eq!(worth_making(&least, 0.05), worth);
     assert_eq!(worth_making(&[6].map(least_probability), 0.05), [true]);
@@ -110,7 +110,7 @@ proptest! {
     #[test]
     fn the_signed_rank_test_counts_what_trying_every_sign_finds(differences in differences()) {
         let kept: Vec<f64> = differences.iter().copied().filter(|d| *d != 0.0).collect();
-        // Twice the mean rank: how many are smaller, and how many are not larger.
+        // Twice the mean rank, from the numbers of smaller and of equal magnitudes.
         let rank = |d: &f64| {
             let smaller = kept.iter().filter(|e| e.abs() < d.abs()).count();
             let equal = kept.iter().filter(|e| e.abs() == d.abs()).count();

@@ -7,7 +7,7 @@ use super::*;
 
 const H_S: f64 = 0.003;
 
-/// The paper's loop at 333 Hz with a constant delay of so many ticks, for eight seconds.
+/// The paper's loop at 333 Hz with a constant delay in ticks, over eight seconds.
 fn paper(ticks: usize) -> Vec<f64> {
     let plant = paper_plant().sampled(3_000_000).expect("regular");
     let delay = NonZeroUsize::new(ticks).expect("not 0");
@@ -65,9 +65,9 @@ fn without_a_command_there_is_no_response() {
 
 #[test]
 fn the_paper_s_loop_is_judged_as_jury_s_test_says_away_from_the_boundary() {
-    // The boundary is at 32 ticks (control's fixtures). At 28 the oscillation dies out within the
-    // eight seconds; at 32 it hardly does, which eight seconds cannot show; at 40 it grows beyond
-    // the step.
+    // The stability boundary is at 32 ticks (control's fixtures). At 28 the oscillation dies out
+    // within eight seconds; at 32 it hardly does, which eight seconds cannot show; at 40 it grows
+    // beyond the step.
     let verdicts = [2, 19, 32, 40, 100].map(|ticks| judge(&paper(ticks), 1.0));
     let [bare, vpn, boundary, beyond, far] = verdicts;
     assert_eq!([bare, vpn], [LoopVerdict::Stable; 2]);
@@ -77,8 +77,8 @@ fn the_paper_s_loop_is_judged_as_jury_s_test_says_away_from_the_boundary() {
 
 #[test]
 fn a_stall_early_or_late_does_not_make_a_stable_loop_unstable() {
-    // Early, the input of the first rise is held for half a second: several hundred percent of
-    // overshoot. Late, the settled output leaves by 8 % for 50 ms.
+    // Early: the input of the first rise is held for half a second, with several hundred percent of
+    // overshoot. Late: the settled output is 8 % off for 50 ms.
     let mut early = paper(2);
     for (k, y) in early.iter_mut().enumerate().take(400) {
         *y = 5.0 * (-(k as f64) / 100.0).exp() + 1.0;

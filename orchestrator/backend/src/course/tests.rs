@@ -1,5 +1,5 @@
-//! What becomes of a run whose parts do this or that, at a site that is made up: no process, no network,
-//! and a clock that goes on when somebody waits.
+//! How a run ends when its parts end, fail or hang, at a made-up site: no process, no network, and a
+//! clock that advances only when something waits.
 
 use std::net::Ipv4Addr;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -7,6 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use certificate::Echo;
+use link::Epoch;
 use plan::{Instead, Plan, ProfileText};
 use shaper::ProbePlan;
 
@@ -14,11 +15,12 @@ use super::*;
 
 const S: u64 = 1_000_000_000;
 const LEAD_NS: u64 = S;
-/// When a run of this test's cell has its first deadline, and its last.
-const START_NS: u64 = 2 * LEAD_NS + plan::START_AT_NS;
+/// Link time 0 of the run, its first deadline, and the end of its deadlines.
+const EPOCH: Epoch = Epoch::at_ns(2 * LEAD_NS);
+const START_NS: u64 = EPOCH.t_ns(plan::START_AT);
 const END_NS: u64 = START_NS + 2 * S;
 
-/// When a part ends, and whether well.
+/// When a part ends, and whether it fails.
 #[derive(Debug, Clone, Copy)]
 enum Ends {
     WhenStopped,
@@ -29,7 +31,7 @@ enum Ends {
 struct MadeUp {
     clock_ns: AtomicU64,
     stop: AtomicBool,
-    /// When somebody interrupts the run.
+    /// When the run is interrupted.
     interrupted_ns: u64,
     /// How long the first series of echoes takes.
     empty_ns: u64,
@@ -39,7 +41,7 @@ struct MadeUp {
 }
 
 impl MadeUp {
-    /// Where all goes well.
+    /// A site where everything goes well.
     fn new() -> MadeUp {
         MadeUp {
             clock_ns: AtomicU64::new(LEAD_NS),
@@ -167,7 +169,7 @@ impl Drop for MadeUpPart<'_> {
     }
 }
 
-/// What a run ended with that did not come to its end, and that nothing of it is left.
+/// The error of a run that fails. Checks that none of its parts is left.
 fn failure(site: &MadeUp) -> String {
     let error = site.run().expect_err("it cannot end well");
     let log = site.log();
@@ -182,7 +184,7 @@ fn failure(site: &MadeUp) -> String {
 fn a_run_that_goes_well_starts_its_parts_from_the_link_on_and_stops_them_to_it() {
     let site = MadeUp::new();
     let seen = site.run().expect("it goes well");
-    assert_eq!((seen.epoch_ns, seen.start_ns), (2 * LEAD_NS, START_NS));
+    assert_eq!((seen.epoch, seen.start_ns), (EPOCH, START_NS));
     let steps: Vec<String> = site.log();
     let steps: Vec<&str> = steps.iter().map(String::as_str).collect();
     assert_eq!(

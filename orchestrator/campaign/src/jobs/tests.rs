@@ -7,20 +7,20 @@ use plan::{Cell, Plan};
 use super::*;
 use crate::sample::{manifest, now_ns, plan};
 
-/// What a made-up program does for a cell.
+/// What the fake program does for a cell.
 #[derive(Clone, Copy)]
 enum Does {
     /// Leaves a manifest with this verdict, and ends.
     Ends(Verdict),
-    /// Ends, and leaves nothing but these words.
+    /// Ends without a manifest, with these last words.
     Says(&'static str),
     /// Does nothing until it is told to end.
     Hangs,
-    /// Does not even start.
+    /// Cannot be started.
     Fails,
 }
 
-/// A program that does something for each cell of a plan, by its index.
+/// A fake program; `does` has an entry for each cell, by index.
 struct Made<'a> {
     campaign: &'a Path,
     does: &'a [Does],
@@ -59,7 +59,7 @@ impl Running for Step {
     fn ended(&mut self) -> Result<Option<String>, Error> {
         Ok(match self.does {
             Does::Says(words) => Some(words.to_owned()),
-            // It takes its time even then.
+            // It ends only after the third request.
             Does::Hangs => (self.told > 2).then(|| "interrupted".to_owned()),
             Does::Ends(_) | Does::Fails => Some(String::new()),
         })
@@ -70,11 +70,11 @@ impl Running for Step {
     }
 }
 
-/// What was told, in order.
+/// Records progress events in order.
 #[derive(Default)]
 struct Told<'a> {
     events: Mutex<Vec<String>>,
-    /// Set when this cell begins.
+    /// The flag to set when the cell of this index begins.
     stop: Option<(usize, &'a AtomicBool)>,
 }
 
@@ -105,7 +105,7 @@ impl Progress for Told<'_> {
     }
 }
 
-/// Four cells of which each runs alone.
+/// A plan of four cells, each of which runs alone.
 fn alone() -> Plan {
     plan(&[(
         "\"native\"",
@@ -114,7 +114,7 @@ fn alone() -> Plan {
     )])
 }
 
-/// What came of running a plan.
+/// The outcome of running a plan.
 struct Came {
     outcome: Result<(), Error>,
     /// The cells that were started, each with its tries.
@@ -122,7 +122,7 @@ struct Came {
     told: Vec<String>,
 }
 
-/// Runs a plan by a made-up program, and stops when a cell of this index begins.
+/// Runs a plan with the fake program. Sets the stop flag when the cell `stop_at` begins.
 fn make(plan: &Plan, does: &[Does], stop_at: Option<usize>) -> Came {
     let folder = tempfile::tempdir().expect("a folder");
     let stop = AtomicBool::new(false);
@@ -159,7 +159,7 @@ fn each_cell_is_told_of_as_its_manifest_has_it_and_else_by_its_programs_last_wor
         told,
     } = make(&alone(), &does, None);
     outcome.expect("cells that fail are no failure of the campaign");
-    // Whoever runs alone may be asked again, by its own program.
+    // A cell that runs alone may be repeated by its own program.
     assert_eq!(started, [(0, 3), (1, 3), (2, 3), (3, 3)]);
     let ends = [
         "complete: why",

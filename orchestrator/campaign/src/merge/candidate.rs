@@ -1,4 +1,4 @@
-//! A run of a cell that may be taken: which of several is, and how it is copied.
+//! Candidates for the run of a cell in a merge: how they are ranked and copied.
 
 use std::cmp::Reverse;
 use std::fs::{self, OpenOptions};
@@ -14,17 +14,18 @@ use super::error::{Cause, MergeError};
 /// A run of a cell, in one of the folders.
 pub(super) struct Candidate {
     pub(super) folder: PathBuf,
-    /// The manifest's text, byte by byte.
+    /// Text of the manifest, byte by byte.
     text: String,
     manifest: Manifest,
-    /// Why it is not taken.
+    /// Why it cannot be taken; empty if it can.
     pub(super) damage: Vec<Damage>,
-    /// Whether it lies in the merged folder already.
+    /// Whether it is in the merged folder already.
     pub(super) is_own: bool,
 }
 
 impl Candidate {
-    /// A run; `None` where it has no manifest, which comes last.
+    /// Makes a candidate of a run; `None` if it has no manifest, which is the last file that a run
+    /// writes.
     pub(super) fn of(run: Run, is_own: bool) -> Result<Option<Candidate>, Vec<Damage>> {
         let Some(manifest) = run.manifest else {
             return if run.damage.is_empty() {
@@ -51,9 +52,9 @@ impl Candidate {
         self.manifest.verdict == Verdict::Complete
     }
 
-    /// The least is taken: complete before all, then what has most to look at, of equals the latest
-    /// and, so that the order of the folders tells nothing, by its text; the merged folder's own
-    /// before a copy of it.
+    /// Sort key; the smallest is taken. Complete runs come first, then the verdict with the most to
+    /// look at, then the latest. Equal ones are ordered by text, so that the order of the folders
+    /// does not matter, and the merged folder's own run comes before a copy of it.
     pub(super) fn rank(&self) -> impl Ord + use<> {
         let kind = match self.manifest.verdict {
             Verdict::Complete => 0,
@@ -66,7 +67,8 @@ impl Candidate {
         (kind, started, self.text.clone(), !self.is_own)
     }
 
-    /// Copies what its manifest names, in a folder that gets its name when all is there and proved.
+    /// Copies the files that its manifest names. The folder gets its final name once all are there
+    /// and checked.
     pub(super) fn copy_to(&self, target: &Path) -> Result<(), Cause> {
         let mut partial = target.as_os_str().to_owned();
         partial.push(".partial");
@@ -87,15 +89,16 @@ impl Candidate {
     }
 }
 
-/// Copies a file of so many bytes, in whole or not at all.
+/// Copies at most `bytes` bytes of a file into a new one, and syncs it to disk.
 fn copy(from: &Path, to: &Path, bytes: u64) -> io::Result<()> {
     let mut copy = OpenOptions::new().write(true).create_new(true).open(to)?;
-    // What is longer is not what was looked at: its checksum tells.
+    // Copy no more than was checked. If the content has changed since, its checksum tells.
     io::copy(&mut file::open(from)?.take(bytes), &mut copy)?;
     copy.sync_all()
 }
 
-/// Runs of two back-ends are two campaigns, whatever their plan.
+/// Checks that all runs have one back-end: runs of two back-ends are two campaigns, whatever their
+/// plan.
 pub(super) fn check_backend(best: &[(&Cell, Candidate)]) -> Result<(), MergeError> {
     let Some(((_, first), others)) = best.split_first() else {
         return Ok(());
@@ -115,7 +118,7 @@ pub(super) fn check_backend(best: &[(&Cell, Candidate)]) -> Result<(), MergeErro
     }
 }
 
-/// Two runs that both came to their end cannot both be the cell's.
+/// Checks that the complete runs of a cell do not differ.
 pub(super) fn check_conflict(candidates: &[Candidate]) -> Result<(), MergeError> {
     let mut complete = candidates.iter().filter(|one| one.is_complete());
     let Some(first) = complete.next() else {

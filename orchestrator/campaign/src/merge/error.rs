@@ -1,20 +1,20 @@
-//! Why folders are not merged.
+//! Why folders cannot be merged.
 
 use std::io;
 use std::path::PathBuf;
 
 use plan::file_name::PLAN;
 
-/// What a step of copying failed by.
+/// Why a step of copying failed.
 pub(super) type Cause = Box<dyn std::error::Error + Send + Sync>;
 
-/// Why folders are not merged.
+/// Why folders cannot be merged.
 #[derive(Debug, thiserror::Error)]
 pub enum MergeError {
-    /// A folder has no plan, and none of those in it has.
+    /// A folder has no plan, nor has any folder in it.
     #[error("{} is not a results folder and contains none: {PLAN} is missing", .0.display())]
     NoPlan(PathBuf),
-    /// There are no folders.
+    /// No folder was given.
     #[error("there is no folder to collect from")]
     Nothing,
     /// Two folders have different plans.
@@ -25,12 +25,12 @@ pub enum MergeError {
     OtherPlan {
         /// A folder.
         first: PathBuf,
-        /// The first one that has another plan.
+        /// The first folder that has another plan.
         other: PathBuf,
-        /// In what they differ.
+        /// How they differ.
         difference: String,
     },
-    /// A plan is none.
+    /// A plan is invalid.
     #[error("cannot use the plan {}: {problem}", path.display())]
     BadPlan {
         /// Its file.
@@ -46,7 +46,7 @@ pub enum MergeError {
         /// What the system said.
         problem: io::Error,
     },
-    /// A folder's names cannot be read.
+    /// A folder's entries cannot be listed.
     #[error("cannot read the folder {}", path.display())]
     NotListed {
         /// The folder.
@@ -64,12 +64,12 @@ pub enum MergeError {
         first: PathBuf,
         /// Its back-end.
         first_backend: String,
-        /// The first one of another.
+        /// The first run by another back-end.
         other: PathBuf,
         /// Its back-end.
         other_backend: String,
     },
-    /// Two runs that both came to their end cannot both be the cell's.
+    /// A cell has two different complete runs.
     #[error(
         "{} and {} are two different complete runs of one cell; leave one of them out, or move it \
          away. Nothing was copied", first.display(), other.display()
@@ -77,23 +77,23 @@ pub enum MergeError {
     Conflict {
         /// A run's folder.
         first: PathBuf,
-        /// The other one's.
+        /// The other run's folder.
         other: PathBuf,
     },
     /// A cell cannot be copied.
     #[error("cannot copy {} to {}; run the same command again", from.display(), to.display())]
     NotCopied {
-        /// Its folder.
+        /// The run's folder.
         from: PathBuf,
-        /// What it was to be.
+        /// Where it was to go.
         to: PathBuf,
-        /// What is wrong.
+        /// What went wrong.
         source: Cause,
     },
 }
 
 impl MergeError {
-    /// Whether the folders that were named are to blame, and nothing was copied.
+    /// Whether the given folders are at fault. Nothing was copied then.
     pub(crate) fn is_usage(&self) -> bool {
         !matches!(self, MergeError::NotCopied { .. })
     }

@@ -21,7 +21,7 @@ fn indices(jobs: Option<u16>) -> Vec<Vec<usize>> {
 
 #[test]
 fn as_many_run_together_as_the_most_particular_of_them_allows_in_order() {
-    // 0 to 2 in pairs, 3 alone, 4 and 5 in threes.
+    // 0 to 2 run in pairs, 3 alone, 4 and 5 in threes.
     assert_eq!(indices(None), [vec![0, 1], vec![2], vec![3], vec![4, 5]]);
 }
 
@@ -70,7 +70,7 @@ fn nobody_is_measured_before_the_last_of_its_batch_is_up_and_none_starts_beside_
             assert!(starts.is_sorted(), "one after another");
             for turn in &turns {
                 assert_eq!(usize::from(turn.together), batch.len());
-                // Its own start fits before anybody's measurement.
+                // It is up before any cell is measured.
                 let up_ns = turn.start_ns + backend::lead_ns(turn.cell.client);
                 assert!(turns.iter().all(|any| up_ns <= any.not_before_ns));
             }

@@ -1,4 +1,4 @@
-//! What a sweep's folder is of: all that its rows follow from, in its manifest.
+//! The identity of a sweep's folder: everything that determines its rows, stored in its manifest.
 
 use std::path::Path;
 
@@ -9,12 +9,12 @@ use sweep::{Instead, Sweep, checksum};
 use crate::error::Error;
 use crate::open_error::OpenError;
 
-/// What the folder is of.
+/// The file that says which sweep the folder belongs to.
 pub(super) const MANIFEST: &str = "manifest.json";
 /// Version of the manifest's format.
 const VERSION: u32 = 1;
 
-/// Whether a folder is of the same sweep.
+/// Checks that a folder belongs to the same sweep.
 pub(super) fn check(
     text: &str,
     identity: &Map<String, Value>,
@@ -39,7 +39,7 @@ pub(super) fn check(
     Ok(())
 }
 
-/// All that the rows follow from.
+/// Everything that determines the rows.
 pub(super) fn identity(
     sweep: &Sweep,
     text: &str,
@@ -80,7 +80,7 @@ pub(super) fn identity(
     Ok(named.into_iter().collect())
 }
 
-/// A manifest as a file's text.
+/// The text of a manifest.
 pub(super) fn manifest(facts: &Map<String, Value>) -> String {
     // Plain data of strings and finite numbers: serialising it cannot fail.
     serde_json::to_string_pretty(facts).unwrap_or_default() + "\n"

@@ -7,8 +7,8 @@ fn one_cell() -> Plan {
     plan(&[("\"native\"", "\"10ms\"", 1)])
 }
 
-/// Makes attempts that end with these verdicts, one after another, each for a reason of its own;
-/// what came of it, and what each attempt was told of those before it.
+/// Makes attempts that end with these verdicts in turn, each for a reason of its own. Returns the
+/// outcome, and the earlier reasons that each attempt was given.
 fn make(verdicts: &[Verdict], tries: u8) -> (Result<Ended, RunError>, Vec<Vec<String>>) {
     let plan = one_cell();
     let mut told = Vec::new();

@@ -1,4 +1,4 @@
-//! Running experiments and looking at what came of them.
+//! Arguments for running experiments and for looking at their results.
 
 // The comments on arguments are their help, printed as they stand.
 #![allow(clippy::doc_markdown)]
@@ -11,7 +11,7 @@ use clap::{Args, ValueEnum};
 use endpoint::SampleTime;
 use plan::{EXPERIMENTS, Selection, Shard};
 
-/// What an experiment can be: one that the binary carries, or a file.
+/// What an experiment can be: a built-in one, or a file.
 static EXPERIMENT: LazyLock<String> = LazyLock::new(|| {
     let names: Vec<&str> = EXPERIMENTS.iter().map(|(name, _)| *name).collect();
     format!(
@@ -77,7 +77,7 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// The name or path of what is run.
+    /// Name or path of the experiment to run.
     pub(crate) fn experiment(&self) -> &str {
         if self.quick {
             "quick"
@@ -121,7 +121,7 @@ impl From<Player> for backend::Player {
     }
 }
 
-/// A choice as it is typed.
+/// The word for a choice on the command line.
 pub(crate) fn word(choice: &impl ValueEnum) -> String {
     choice
         .to_possible_value()
@@ -148,7 +148,7 @@ pub(crate) struct Choice {
 }
 
 impl Choice {
-    /// What it selects of a plan, before that is shared out.
+    /// The cells of a plan that it selects, before they are divided into shards.
     pub(crate) fn selection(&self) -> Selection {
         match (self.only.as_slice(), self.cells.as_slice()) {
             ([], []) => Selection::All,
@@ -172,7 +172,7 @@ pub(crate) enum Progress {
 }
 
 impl Progress {
-    /// Whether bars are drawn. A CI's log is no terminal, whatever it says.
+    /// Whether to draw bars. A CI's log is not a terminal, even if it claims to be one.
     pub(crate) fn draws(self) -> bool {
         match self {
             Progress::Auto => std::io::stderr().is_terminal() && std::env::var_os("CI").is_none(),
@@ -391,7 +391,7 @@ pub(crate) enum CompareFormat {
     Json,
 }
 
-/// A share that is meant as a limit.
+/// Parses a percentage that serves as a limit.
 fn percent(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()

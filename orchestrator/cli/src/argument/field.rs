@@ -1,19 +1,19 @@
-//! Options for settings, made from what `endpoint` declares: names, words, help and defaults.
+//! Options for settings, made from their names, words, help and defaults in `endpoint`.
 
 use clap::error::ErrorKind;
 use clap::{Arg, ArgMatches, Args, Command, Error, FromArgMatches};
 use endpoint::{ControllerSettings, Field, Mode, PageSettings, Preset, SampleTime};
 
-/// The settings of `S` as options; what is not given is as the paper's Python client has it.
+/// The settings of `S` as options. Those not given are as in the paper's Python client.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fields<S>(pub(crate) S);
 
-/// What can be set by options.
+/// Settings that options can set.
 pub(crate) trait Fielded: Clone + Sized + 'static {
-    /// Its settings by their names.
+    /// Its settings by name.
     const FIELDS: &'static [Field<Self>];
 
-    /// What they are where nothing is given.
+    /// Its values where no option is given.
     fn usual() -> Self;
 }
 
@@ -40,7 +40,7 @@ impl<S: Fielded> Args for Fields<S> {
     fn augment_args(command: Command) -> Command {
         let usual = S::usual();
         let option = |field: &'static Field<S>| {
-            // Once a process and setting.
+            // Leaked once for each process and setting.
             let default: &'static str = field.text(&usual).leak();
             let long: &'static str = field.name.replace('_', "-").leak();
             Arg::new(field.name)

@@ -1,4 +1,4 @@
-//! Links by themselves: explained, checked, pinged through.
+//! Arguments for links by themselves: explaining, checking, probing.
 
 // The comments on arguments are their help, printed as they stand.
 #![allow(clippy::doc_markdown)]

@@ -1,4 +1,4 @@
-//! The report on a results folder.
+//! Arguments of the report on a results folder.
 
 // The comments on arguments are their help, printed as they stand.
 #![allow(clippy::doc_markdown)]

@@ -1,4 +1,4 @@
-//! Roles by hand, or as an agent or a run starts them.
+//! Arguments of roles that are started by hand, by an agent or by a run.
 
 // The comments on arguments are their help, printed as they stand.
 #![allow(clippy::doc_markdown)]

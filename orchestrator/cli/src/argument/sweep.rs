@@ -1,4 +1,4 @@
-//! A loop over a grid of conditions and settings.
+//! Arguments of sweeps: a loop over a grid of conditions and settings.
 
 // The comments on arguments are their help, printed as they stand.
 #![allow(clippy::doc_markdown)]
@@ -10,7 +10,7 @@ use clap::Args;
 
 use super::Progress;
 
-/// What a sweep can be: one that the binary carries, or a file.
+/// What a sweep can be: a built-in one, or a file.
 static SWEEP: LazyLock<String> = LazyLock::new(|| {
     let names: Vec<&str> = sweep::SWEEPS.iter().map(|(name, _)| *name).collect();
     format!(
@@ -49,7 +49,7 @@ pub(crate) struct Sweep {
     pub(crate) progress: Progress,
 }
 
-/// An axis and what it is fixed to.
+/// Parses an axis and the value that it is fixed to.
 fn fixed(text: &str) -> Result<(sweep::Axis, String), String> {
     let (axis, value) = text
         .split_once('=')

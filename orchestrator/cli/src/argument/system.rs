@@ -1,4 +1,4 @@
-//! Systems by themselves: listed, shown, checked.
+//! Arguments for systems by themselves: listing, showing, checking.
 
 // The comments on arguments are their help, printed as they stand.
 #![allow(clippy::doc_markdown)]

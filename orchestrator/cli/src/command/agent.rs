@@ -10,7 +10,7 @@ use crate::argument::{ServeAgent, ServeHealth};
 use crate::command::serve::{ns, say_ready};
 use crate::exit::{Exit, Failure, Outcome};
 
-/// Serves an orchestrator until it ends the agent, leaves it alone, or a signal comes.
+/// Serves an orchestrator until it ends the agent, is not heard for too long, or a signal comes.
 pub(crate) fn serve(argument: &ServeAgent) -> Outcome {
     let config = Config {
         listen: address(&argument.listen)?,
@@ -28,11 +28,11 @@ pub(crate) fn serve(argument: &ServeAgent) -> Outcome {
     Ok(Exit::Fine)
 }
 
-/// How often a held check asks again: often enough to be gone soon after the agent is done.
+/// How often a held check asks again: often enough to end soon after the agent.
 const HELD_CHECK: Duration = Duration::from_secs(10);
 
-/// Asks once, or for as long as the agent is at work. It says nothing when all is well, as it is
-/// asked again and again.
+/// Asks once, or with `--hold` again and again while the agent is claimed. Prints nothing if all is
+/// well, since it is called over and over.
 pub(crate) fn health(argument: &ServeHealth) -> Outcome {
     while agent::health(&argument.agent)?.claimed && argument.hold {
         std::thread::sleep(HELD_CHECK);
@@ -40,7 +40,7 @@ pub(crate) fn health(argument: &ServeHealth) -> Outcome {
     Ok(Exit::Fine)
 }
 
-/// An address, or what a name stands for on this machine.
+/// Resolves an address, or a name known on this machine.
 fn address(text: &str) -> Result<SocketAddr, Failure> {
     let refused = |why: &str| {
         Failure::usage(anyhow!(

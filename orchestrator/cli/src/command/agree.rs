@@ -10,7 +10,7 @@ use crate::argument::{Agree, AgreeFormat};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::results::{are_whole, tell_damage};
 
-/// Reads both folders and prints where they agree and part.
+/// Reads both folders and prints where they agree and where they differ.
 pub(crate) fn run(argument: &Agree) -> Outcome {
     let read = |folder| Campaign::read(folder).map_err(Failure::usage);
     let (a, b) = (read(&argument.a)?, read(&argument.b)?);
@@ -28,7 +28,7 @@ pub(crate) fn run(argument: &Agree) -> Outcome {
         )?,
         AgreeFormat::Json => write!(out, "{}", agreement.to_json())?,
     }
-    // A check that holds nothing against anything must not let everything pass.
+    // A check that compares nothing must not pass.
     if agreement.groups.is_empty() {
         tell_damage(&a);
         tell_damage(&b);
@@ -48,7 +48,7 @@ pub(crate) fn run(argument: &Agree) -> Outcome {
     }
 }
 
-/// What is said of a folder in virtual time.
+/// The remark on a folder in virtual time.
 fn simulated(campaign: &Campaign) -> &'static str {
     if campaign.is_simulated() {
         ", simulated"

@@ -1,4 +1,4 @@
-//! `webloop calibrate`: runs the experiment of that name, and writes what it shows of this machine.
+//! `webloop calibrate`: runs the experiment of that name, and writes the timings of this machine.
 
 use std::io::Write;
 
@@ -13,10 +13,10 @@ use crate::source;
 
 use super::run;
 
-/// What it runs.
+/// The experiment to run.
 const EXPERIMENT: &str = "calibrate";
 
-/// Runs what has to be run, and writes the timings.
+/// Runs the experiment, unless a folder of it is given, and writes the timings.
 pub(crate) fn run(argument: &Calibrate) -> Outcome {
     let folder = match &argument.folder {
         Some(folder) => folder.clone(),

@@ -1,7 +1,7 @@
-//! `webloop serve python|browser`: the clients that are not webloop's own code, by hand or as a
-//! run's child.
+//! `webloop serve python|browser`: starts the clients that are not webloop's own code, by hand or
+//! as a run's child.
 //!
-//! What they do is theirs; here they are started with what the native one is started with.
+//! They close the loop themselves; here they get the same settings as the native client.
 
 use std::convert::Infallible;
 use std::fs::File;
@@ -17,9 +17,9 @@ use crate::argument::{ServeBrowser, ServeController};
 use crate::command::serve::{controller_role, leave, say_ready, told_law};
 use crate::exit::{Exit, Failure, Outcome};
 
-/// Becomes the interpreter that runs the controller in Python.
+/// Replaces this process by the interpreter that runs the controller in Python.
 pub(crate) fn python(argument: &ServeController) -> Outcome {
-    // Checked here, so that mistakes are told in the same words.
+    // Checked here, so that mistakes give the same error texts as with other clients.
     let (role, system) = controller_role(argument, None)?;
     let settings = json!({
         "plant": role.plant,
@@ -43,7 +43,7 @@ pub(crate) fn python(argument: &ServeController) -> Outcome {
     )
 }
 
-/// Starts a real browser at the plant's page, and watches it to its end.
+/// Starts a real browser at the plant's page, and watches it until it ends.
 pub(crate) fn browser(argument: &ServeBrowser) -> Outcome {
     let is_asked = |client: &Client| client.spec().engine == Some(argument.engine);
     let client = Client::ALL.into_iter().find(is_asked);
@@ -76,7 +76,7 @@ pub(crate) fn browser(argument: &ServeBrowser) -> Outcome {
     })
 }
 
-/// The browser, and how its page goes about the loop.
+/// The browser, and the settings of its page.
 fn of_page(role: &ControllerRole) -> Result<(Engine, endpoint::PageSettings), Failure> {
     role.client.spec().engine.zip(role.page).ok_or_else(|| {
         Failure::usage(anyhow!(
@@ -85,7 +85,7 @@ fn of_page(role: &ControllerRole) -> Result<(Engine, endpoint::PageSettings), Fa
     })
 }
 
-/// Ends the browser with this process, whatever ends that.
+/// Makes the browser end when this process does, whatever ends it.
 fn leash(command: &mut Command) -> std::io::Result<()> {
     backend::spawn::bind(command, None::<&File>)
 }

@@ -1,6 +1,7 @@
-//! `webloop collect DIR... --out D`: what several machines ran of one plan, in one results folder.
+//! `webloop collect DIR... --out D`: merges what several machines ran of one plan into one results
+//! folder.
 //!
-//! How the folders are merged is in the crate `campaign`.
+//! The crate `campaign` merges the folders.
 
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -13,7 +14,7 @@ use crate::argument::Collect;
 use crate::command::run::{cells, exit};
 use crate::exit::{Exit, Outcome};
 
-/// Merges the folders, and says what is missing of the plan.
+/// Merges the folders, and prints which cells of the plan are not complete.
 pub(crate) fn run(argument: &Collect) -> Outcome {
     let sources = Sources::find(&argument.folders, &argument.out)?;
     let campaign = CampaignFolder::open_text(&sources.text, &argument.out)?;

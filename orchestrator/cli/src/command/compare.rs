@@ -30,7 +30,7 @@ pub(crate) fn run(argument: &Compare) -> Outcome {
         CompareFormat::Json => comparison.to_json(),
     };
     write!(std::io::stdout(), "{text}")?;
-    // A gate that compares nothing must not let everything pass.
+    // A check that compares nothing must not pass.
     if comparison.groups.is_empty() {
         tell_damage(&both.0);
         tell_damage(&both.1);

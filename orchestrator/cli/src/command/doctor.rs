@@ -6,7 +6,7 @@ use backend::ability::{Need, abilities};
 
 use crate::exit::{Exit, Outcome};
 
-/// Tries everything that a run needs and says what it found.
+/// Tries everything that a run needs, and prints what it found.
 pub(crate) fn run() -> Outcome {
     // First of all: a user namespace can only be entered while there is one thread.
     let authority = shaper::become_root();

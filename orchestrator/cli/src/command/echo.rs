@@ -1,6 +1,6 @@
 //! `webloop serve ask` and `serve hear`: the two halves of a probe, each beside its end.
 //!
-//! Which echoes are sent, and what they say of the link, is decided by whoever starts the halves.
+//! Whoever starts the halves decides which echoes are sent, and what they show about the link.
 
 use std::fs::File;
 use std::path::Path;
@@ -14,7 +14,7 @@ use crate::command::serve::{read, say_ready};
 use crate::exit::{Exit, Outcome};
 use crate::stop;
 
-/// Sends a series of echoes beside the controller, and leaves them as `echoes-<id>.csv`.
+/// Sends a series of echoes beside the controller, and writes them to `echoes-<id>.csv`.
 pub(crate) fn ask(argument: &ServeHalf) -> Outcome {
     let plan: ProbePlan = read(&argument.settings)?;
     let stop = stop::told_to_end()?;
@@ -30,7 +30,7 @@ pub(crate) fn ask(argument: &ServeHalf) -> Outcome {
     Ok(Exit::Fine)
 }
 
-/// Writes down each echo that reaches the plant, in `sightings.csv`, until SIGTERM or SIGINT.
+/// Records each echo that reaches the plant in `sightings.csv`, until SIGTERM or SIGINT.
 pub(crate) fn hear(argument: &ServeHalf) -> Outcome {
     let stop = stop::told_to_end()?;
     let mut record = Record::start(create(&argument.out, file_name::SIGHTINGS)?)?;

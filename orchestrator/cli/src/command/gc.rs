@@ -7,7 +7,7 @@ use compose::{Order, Problem};
 use crate::argument::Gc;
 use crate::exit::{Exit, Failure, Outcome};
 
-/// Sweeps, and says what went and what stays for which reason.
+/// Sweeps, and prints what was removed, what stays, and why.
 pub(crate) fn run(argument: &Gc) -> Outcome {
     let unsupported = |problem: Problem| match problem {
         Problem::Unsupported { .. } => Failure::unsupported(problem),

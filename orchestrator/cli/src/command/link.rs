@@ -1,4 +1,4 @@
-//! `webloop link show|lint|schema`: profiles explained and checked.
+//! `webloop link show|lint|schema`: explains and checks profiles.
 
 use std::io::Write;
 
@@ -8,12 +8,12 @@ use crate::argument::{LinkLint, LinkShow};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::{diagnostic, source};
 
-/// Says in plain words what a link does, or in tc's.
+/// Prints what a link does, in plain words or as tc commands.
 pub(crate) fn show(show: &LinkShow) -> Outcome {
     let profile = source::profile(&show.profile)?;
     let text = if show.tc {
         let way = show.way.into();
-        // The argument's reading has bounded it.
+        // The argument's parser has limited it.
         let span_ns = show.span.as_nanos().unsigned_abs() as u64;
         ::link::script(&profile, show.seed, way, span_ns)
     } else {
@@ -23,7 +23,7 @@ pub(crate) fn show(show: &LinkShow) -> Outcome {
     Ok(Exit::Fine)
 }
 
-/// Checks profile files; warnings are drawn too, errors decide.
+/// Checks profile files. Draws warnings too, but only errors decide the outcome.
 pub(crate) fn lint(lint: &LinkLint) -> Outcome {
     let mut unplayable = 0;
     for file in &lint.files {

@@ -17,17 +17,17 @@ use crate::command::serve::at;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::source;
 
-/// A link is looked at a hundred times a second for this long.
+/// How to sample a link: a hundred times a second, for 2000 s.
 const LOOKS: Pings = Pings {
     count: 200_000,
     interval_ns: 10_000_000,
 };
-/// Where a client waits for each answer no message waits for another, whatever the rate limit.
+/// For a client that waits for each answer: no message waits for another, whatever the rate limit.
 const APART: Pings = Pings {
     count: 2_000,
     interval_ns: 1_000_000_000,
 };
-/// Of a link's realisations any is as good as another.
+/// Any realisation of a link is as good as another.
 const SEED: u64 = 1;
 
 /// Two free-running ends take two ticks around the loop, without any network between them.
@@ -37,14 +37,13 @@ const OWN_TICKS: f64 = 2.0;
 struct Loop {
     h: SampleTime,
     margins: Margins,
-    /// The longest constant round trip with which it is stable, s: with any number of requests
-    /// under way, and with one.
+    /// The longest constant round trip at which it is stable with any number of requests in flight, s.
     unlimited_s: Option<f64>,
-    /// Not told of a loop with too many states.
+    /// The same with one request in flight; not known for a loop with too many states.
     one_s: Result<Option<f64>, Untold>,
 }
 
-/// Prints the margins, and the chances of each link.
+/// Prints the margins, and how often each link stays within them.
 pub(crate) fn run(argument: &Margin) -> Outcome {
     let system = asked(argument)?;
     let loops = argument
@@ -72,7 +71,7 @@ pub(crate) fn run(argument: &Margin) -> Outcome {
     Ok(Exit::Fine)
 }
 
-/// Which loop it is, in a line.
+/// The loop in one line.
 fn title(system: &System, argument: &Margin) -> String {
     let mut title = format!("{}: {}", system.name(), system.about());
     for (name, gain) in [("kp", argument.kp), ("ki", argument.ki)] {
@@ -108,7 +107,7 @@ fn look(h: SampleTime, system: &System) -> Result<Loop, Failure> {
     })
 }
 
-/// The system that is asked for, with the gains that are.
+/// The requested system with the requested gains.
 fn asked(argument: &Margin) -> Result<System, Failure> {
     let system = source::system(&argument.system)?;
     system.with_gains(argument.kp, argument.ki).ok_or_else(|| {
@@ -183,7 +182,7 @@ fn of_links(loops: &[Loop], names: &[&str], profiles: &[Profile]) -> String {
     align(&COLUMNS, &rows)
 }
 
-/// A message every h, for as long as [`LOOKS`]: they load the queue of a rate limit.
+/// A message every h, for as long as [`LOOKS`] take: they load the queue of a rate limit.
 fn every(h: SampleTime) -> Pings {
     let span_ns = u64::from(LOOKS.count) * LOOKS.interval_ns;
     Pings {
@@ -192,7 +191,7 @@ fn every(h: SampleTime) -> Pings {
     }
 }
 
-/// What has a value that is not worked out.
+/// The text for a value that is not computed.
 const UNTOLD: &str = "unknown";
 
 fn longest(s: Option<f64>) -> String {

@@ -1,5 +1,5 @@
-//! `webloop matrix`: an experiment shared out into jobs, one topology each or of equal length, and
-//! the plan that makes their results one campaign.
+//! `webloop matrix`: splits an experiment into jobs, one for each topology or all of equal length,
+//! and writes the plan that makes their results one campaign.
 
 use std::io::Write;
 use std::time::Duration;
@@ -15,16 +15,16 @@ use crate::exit::{Exit, Failure, Outcome};
 use crate::progress::people;
 use crate::source;
 
-/// A job may take this many times what is expected, on a machine that has other work too ...
+/// A job may take this many times its expected time, on a machine that has other work too ...
 const SLOWER: u64 = 2;
 
 /// ... and this much more, in minutes, to build images and bring containers up.
 const PREPARATION_MIN: u64 = 30;
 
-/// GitHub refuses a matrix of more jobs.
+/// GitHub refuses a matrix with more jobs.
 const GITHUB_JOBS_MAX: usize = 256;
 
-/// Prints the jobs, and writes the plan where it is wanted.
+/// Prints the jobs, and writes the plan if requested.
 pub(crate) fn run(argument: &Matrix) -> Outcome {
     if let Some(document) = argument.schema {
         let document = match document {
@@ -52,7 +52,7 @@ pub(crate) fn run(argument: &Matrix) -> Outcome {
             jobs.len()
         )));
     }
-    // Before the first line is printed: who reads it may start at once.
+    // Written before the first line is printed: a reader of the jobs may start at once.
     if let Some(path) = &argument.plan {
         std::fs::write(path, plan.to_json())
             .with_context(|| format!("cannot write the plan to {}", path.display()))
@@ -67,7 +67,7 @@ pub(crate) fn run(argument: &Matrix) -> Outcome {
     Ok(Exit::Fine)
 }
 
-/// Jobs that take about equally long, as many as are asked for or there are cells.
+/// Jobs that take about equally long: as many as requested, but no more than there are cells.
 fn shards<'a>(chosen: &[&'a Cell], of: u32) -> Vec<Job<'a>> {
     let job = |(shard, cells)| Job {
         part: Part::Shard(shard),
@@ -77,7 +77,7 @@ fn shards<'a>(chosen: &[&'a Cell], of: u32) -> Vec<Job<'a>> {
     shards.into_iter().map(job).collect()
 }
 
-/// A line for each job, and one for all.
+/// A line for each job, and one for all of them.
 fn list(jobs: &[Job<'_>]) -> String {
     let of_job = |job: &Job<'_>| {
         let time = people(expected(&job.cells, Pace::ALONE));
@@ -102,13 +102,13 @@ fn list(jobs: &[Job<'_>]) -> String {
     format!("{lines}\n{count}, the longest about {}\n", people(longest))
 }
 
-/// What a workflow's `strategy.matrix` is made of.
+/// Content of a workflow's `strategy.matrix`.
 #[derive(Serialize)]
 struct Github<'a> {
     include: Vec<GithubJob<'a>>,
 }
 
-/// What names a job: `topology` and `about`, or `shard`.
+/// The name of a job: `topology` and `about`, or `shard`.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Name<'a> {
@@ -134,7 +134,7 @@ impl<'a> Name<'a> {
 struct GithubJob<'a> {
     #[serde(flatten)]
     name: Name<'a>,
-    /// As `run --cells` takes them.
+    /// The cells, as `run --cells` takes them.
     cells: String,
     count: usize,
     timeout_minutes: u64,
@@ -157,7 +157,7 @@ fn github(jobs: &[Job<'_>]) -> anyhow::Result<String> {
     Ok(serde_json::to_string(&Github { include })? + "\n")
 }
 
-/// The same for programs that count themselves.
+/// The same for other programs, which can count the cells themselves.
 #[derive(Serialize)]
 struct Json<'a> {
     experiment: &'a str,
@@ -197,7 +197,7 @@ fn numbers(cells: &[&Cell]) -> String {
     indices.join(",")
 }
 
-/// After this a job hangs rather than works.
+/// Time limit of a job in min: one that takes longer hangs.
 fn timeout_min(expected: Duration) -> u64 {
     SLOWER * expected.as_secs().div_ceil(60) + PREPARATION_MIN
 }

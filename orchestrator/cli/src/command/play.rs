@@ -1,6 +1,6 @@
 //! `webloop serve link`: plays a link, both ways between two interfaces or one way beside an end.
 //!
-//! A player says `ready` when packets can cross, and leaves its report as JSON beside its rows.
+//! A player prints `ready` when packets can cross, and writes its report as JSON beside its rows.
 
 use std::fs::File;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, ToSocketAddrs};
@@ -11,6 +11,7 @@ use ::link::{PacketRow, Profile, Way};
 use anyhow::{Context, anyhow};
 use backend::{LinkRole, Player};
 use certificate::{Beside, OneWay};
+use link::Epoch;
 use serde::Serialize;
 use shaper::{
     PacketPort, PlayerConfig, Record, TUNNEL_PORT, TcConfig, TcPlayer, TunPort, UdpPort, WayConfig,
@@ -22,17 +23,17 @@ use crate::command::serve::{leave, read, say_ready};
 use crate::exit::{Failure, Outcome};
 use crate::{source, stop};
 
-/// What is played, and by whom.
+/// What to play, and by which player.
 struct Piece {
     profile: Profile,
     seed: u64,
-    epoch_ns: u64,
+    epoch: Epoch,
     player: Player,
     device: Option<String>,
 }
 
-/// What a player beside an end says when it is ready: whoever started it learns from it how the
-/// two ends call each other on this link.
+/// What a player beside an end prints when it is ready. It tells whoever started it the addresses
+/// of the two ends on this link.
 #[derive(Debug, Serialize)]
 struct Playing {
     player: Player,
@@ -58,7 +59,7 @@ pub(crate) fn link(argument: &ServeLink) -> Outcome {
     let piece = Piece {
         profile: source::played(&role.profile, "profile")?,
         seed: role.seed,
-        epoch_ns: role.epoch_ns.unwrap_or_else(now_ns),
+        epoch: role.epoch.unwrap_or_else(|| Epoch::at_ns(now_ns())),
         player: role.player,
         device: role.device,
     };
@@ -71,7 +72,7 @@ pub(crate) fn link(argument: &ServeLink) -> Outcome {
     }
 }
 
-/// What a player is told: as a file has it, or the options.
+/// The player's settings, from a file or from the options.
 fn role(argument: &ServeLink) -> Result<LinkRole, Failure> {
     if let Some(file) = &argument.told.file {
         return read(file);
@@ -80,21 +81,21 @@ fn role(argument: &ServeLink) -> Result<LinkRole, Failure> {
     Ok(LinkRole {
         profile: source::named_profile(asked)?,
         seed: argument.seed,
-        epoch_ns: argument.epoch_ns,
+        epoch: argument.epoch_ns.map(Epoch::at_ns),
         way: argument.way.map(Way::from),
         player: argument.player.into(),
         device: argument.device.clone(),
     })
 }
 
-/// Both ways, between two interfaces.
+/// Plays both ways, between two interfaces.
 fn between(argument: &ServeLink, piece: Piece, stop: &AtomicBool) -> Outcome {
     let mut record = record(&argument.out, "link")?;
     let packets = packets(&argument.out, "packets", &piece.profile)?;
     let config = PlayerConfig {
         profile: piece.profile,
         seed: piece.seed,
-        epoch_ns: piece.epoch_ns,
+        epoch: piece.epoch,
         controller: PacketPort::open(&argument.controller)?,
         plant: PacketPort::open(&argument.plant)?,
         packets,
@@ -105,7 +106,7 @@ fn between(argument: &ServeLink, piece: Piece, stop: &AtomicBool) -> Outcome {
     leave(&argument.out, "link", &report)
 }
 
-/// The way of one end's packets, in that end's namespace.
+/// Plays the way of one end's packets, in that end's namespace.
 fn beside(argument: &ServeLink, way: Way, piece: Piece, stop: &AtomicBool) -> Outcome {
     let neighbours = neighbours(argument)?;
     let device = match (&piece.device, neighbours) {
@@ -139,7 +140,7 @@ fn beside(argument: &ServeLink, way: Way, piece: Piece, stop: &AtomicBool) -> Ou
     }
 }
 
-/// By a netem on the interface through which this way's packets leave.
+/// Plays by netem, on the interface through which this way's packets leave.
 fn by_tc(
     argument: &ServeLink,
     way: Way,
@@ -153,7 +154,7 @@ fn by_tc(
     let config = TcConfig {
         profile: piece.profile,
         seed: piece.seed,
-        epoch_ns: piece.epoch_ns,
+        epoch: piece.epoch,
         way,
         device,
     };
@@ -169,7 +170,7 @@ fn by_tc(
     leave(&argument.out, &name, &OneWay::Tc(playing.beside(report)))
 }
 
-/// By a tunnel to the player beside the other end.
+/// Plays in user space, through a tunnel to the player beside the other end.
 fn by_user(
     argument: &ServeLink,
     way: Way,
@@ -184,7 +185,7 @@ fn by_user(
     let config = WayConfig {
         profile: piece.profile,
         seed: piece.seed,
-        epoch_ns: piece.epoch_ns,
+        epoch: piece.epoch,
         end: TunPort::open(way)?,
         tunnel: UdpPort::open(socket(local), socket(peer))?,
         packets,
@@ -205,7 +206,7 @@ fn by_user(
     leave(&argument.out, &name, &OneWay::User(playing.beside(report)))
 }
 
-/// The addresses of this end and of the other, where they are given.
+/// The addresses of this end and of the other, if given.
 fn neighbours(argument: &ServeLink) -> Result<Option<(Ipv4Addr, Ipv4Addr)>, Failure> {
     match (&argument.local, &argument.peer) {
         (Some(local), Some(peer)) => Ok(Some((address(local)?, address(peer)?))),
@@ -226,7 +227,7 @@ fn address(host: &str) -> anyhow::Result<Ipv4Addr> {
         .ok_or_else(|| anyhow!("the host `{host}` has no IPv4 address"))
 }
 
-/// Where the packets of a link with a rate limit are written down: with them its queue is known.
+/// The file that records packets, if the link has a rate limit: its queue follows from them.
 fn packets(
     folder: &Path,
     name: &str,

@@ -1,4 +1,4 @@
-//! `webloop probe`: ping through a link, and what the link should have done beside it.
+//! `webloop probe`: pings through a link, and compares with what the link should have done.
 
 use std::io::{self, Write};
 
@@ -74,7 +74,7 @@ fn answer(out: &mut impl Write, echo: &Echo) -> io::Result<()> {
     )
 }
 
-/// Milliseconds with three decimals, as ping's summary has them.
+/// Milliseconds with three decimals, as in ping's summary.
 fn ms(ns: u64) -> String {
     format!("{:.3}", ns as f64 / 1e6)
 }
@@ -155,9 +155,9 @@ fn statistics(asked: Asked) -> RttStatistics {
     }
 }
 
-/// The ends of the band in which 99 of 100 seeds put each statistic, and whether ours is in it.
+/// Prints the band in which 99 of 100 seeds put each statistic, and which measured ones are outside.
 ///
-/// `own_ms` is the player's own cost, which is this machine's and taken off first.
+/// `own_ms` is the player's own cost. It belongs to this machine and is subtracted first.
 fn bands(
     out: &mut impl Write,
     model: &Prediction,

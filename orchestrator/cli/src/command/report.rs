@@ -14,10 +14,10 @@ use report::{Report, answer::Answer};
 use crate::argument;
 use crate::exit::{Exit, Failure, Outcome};
 
-/// Makes the report, says where it is and what is missing or damaged in the folder.
+/// Makes the report. Prints where it is, and what is missing or damaged in the folder.
 pub(crate) fn run(argument: &argument::Report) -> Outcome {
     let campaign = Campaign::read(&argument.folder).map_err(Failure::usage)?;
-    // A folder of which only what is made from the rows was kept keeps it.
+    // If a folder was kept without its rows, leave the files that were derived from them.
     if campaign.absent().count() == campaign.runs.len() {
         return Err(Failure::usage(anyhow!(
             "{} has no cell's rows, so there is nothing to report; `webloop run {} --out DIR` \
@@ -30,7 +30,7 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
     let own = argument.folder.join(file_name::REPORT);
     let out = argument.out.as_deref().unwrap_or(&own);
     let files = report.files();
-    // By its own name it is of this folder, and not where a link leads.
+    // Under its own name, the report goes into this folder and not to where a link leads.
     file::check_folder(&own).map_err(Failure::usage)?;
     report::write(&files, out)
         .with_context(|| {
@@ -40,7 +40,7 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
             )
         })
         .map_err(Failure::usage)?;
-    // What is damaged is told below; the tables of before stay as they were.
+    // Damage is reported below; the earlier tables then stay as they were.
     if argument.out.is_none() && report.damage.is_empty() {
         describe(&report, &files, &argument.folder)?;
     }
@@ -62,7 +62,7 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
     })
 }
 
-/// What is made of the rows and lies beside them, and what describes the folder with all of it.
+/// Writes what is derived from the rows beside them, and the files that describe the whole folder.
 fn describe(
     report: &Report<'_>,
     files: &[(PathBuf, Vec<u8>)],
@@ -76,12 +76,12 @@ fn describe(
     let results = Results::of(report.campaign, |_| false)?;
     leave(file_name::SUMMARY, results.csv())?;
     leave(file_name::TABLE, results.table(false))?;
-    // These two look at what is there, and come last.
+    // These two list what is there, so they come last.
     leave(package::FILE, package::json(report, files))?;
     leave(provenance::FILE, provenance::json(report, files))
 }
 
-/// How many of the paper's claims came out how.
+/// How many of the paper's claims had which outcome.
 fn claims(report: &Report<'_>) -> String {
     let count = |verdict| {
         let of_it = |finding: &&Finding| finding.verdict == verdict;
@@ -97,7 +97,7 @@ fn claims(report: &Report<'_>) -> String {
     )
 }
 
-/// Why the folder is not whole, a sentence each.
+/// Why the folder is not whole: one sentence for each reason.
 fn troubles(report: &Report<'_>) -> Vec<String> {
     let damage = report.damage.iter().map(ToString::to_string);
     let absent: Vec<&str> = report
@@ -116,7 +116,7 @@ fn troubles(report: &Report<'_>) -> Vec<String> {
     damage.chain(missing).collect()
 }
 
-/// The first few, and how many more there are.
+/// The first few ids, and the number of the others.
 fn shortened(ids: &[&str]) -> String {
     const SHOWN: usize = 5;
     let first = ids[..ids.len().min(SHOWN)].join(", ");

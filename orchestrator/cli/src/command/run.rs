@@ -1,6 +1,6 @@
 //! `webloop run`: every cell of an experiment, and the table at the end.
 //!
-//! How cells are run is in the crate `campaign`; the program of a cell is `run_cell`.
+//! The crate `campaign` runs the cells; `run_cell` is the program of a cell.
 
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -27,7 +27,7 @@ pub(crate) fn run(argument: &Run) -> Outcome {
     }
     let agents = campaign::attach::agents()?;
     let outcome = run_all(argument, Some(&agents));
-    // Whatever came of it: nobody else will tell them that they are done.
+    // Whatever the outcome: nobody else tells the agents that they are done.
     backend::dismiss(&agents);
     outcome
 }
@@ -45,7 +45,7 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
     if argument.dry_run {
         return dry_run(&chosen, pace);
     }
-    // What is missing is told before a folder is made.
+    // Report what is missing before a folder is made.
     let containers = match argument.backend {
         Backend::Compose => Some(ComposeRunner::find(!argument.no_build)?),
         Backend::Netns | Backend::Attach | Backend::Sim => None,
@@ -85,11 +85,11 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
     conclude(argument, &chosen, &folder, &stop)
 }
 
-/// How many cells run at a time, and in whose time.
+/// How many cells run at a time, and in real or virtual time.
 fn pace(argument: &Run) -> Result<Pace, Failure> {
     let jobs = match (argument.backend, argument.jobs) {
         (Backend::Netns, jobs) => jobs,
-        // Nothing is measured, so nothing is disturbed.
+        // Nothing is measured, so nothing can be disturbed.
         (Backend::Sim, None) => Some(processors()),
         (Backend::Sim, jobs) => jobs,
         (Backend::Compose | Backend::Attach, None | Some(1)) => Some(1),
@@ -105,7 +105,7 @@ fn pace(argument: &Run) -> Result<Pace, Failure> {
     })
 }
 
-/// Opens the folder that is asked for: a given one, the newest of this plan, or a new one.
+/// Opens the requested folder: a given one, the newest of this plan, or a new one.
 fn open(argument: &Run, plan: &Plan) -> Result<CampaignFolder, Failure> {
     let is_latest = argument.out.is_none() && (argument.resume || argument.failed);
     let latest = is_latest
@@ -115,7 +115,7 @@ fn open(argument: &Run, plan: &Plan) -> Result<CampaignFolder, Failure> {
     Ok(CampaignFolder::open(plan, path)?)
 }
 
-/// Says what will be run, how long it takes, and where the results will be.
+/// Prints what will be run, how long it takes, and where the results will be.
 fn announce(plan: &Plan, chosen: &[&Cell], pending: &[&Cell], pace: Pace, folder: &CampaignFolder) {
     eprintln!(
         "{}: {}, about {}, into {}",
@@ -129,7 +129,7 @@ fn announce(plan: &Plan, chosen: &[&Cell], pending: &[&Cell], pace: Pace, folder
     );
 }
 
-/// Prints the table, says where the results are, and leaves both in the folder.
+/// Prints the table and where the results are, and writes the table into the folder, also as CSV.
 fn conclude(
     argument: &Run,
     chosen: &[&Cell],
@@ -162,16 +162,16 @@ fn conclude(
             argument.experiment()
         )?,
     }
-    // After the table, so that a full disk does not keep it from being seen.
+    // Written after the table is printed, so that a full disk does not hide it.
     campaign.leave(file_name::SUMMARY, results.csv().as_bytes())?;
     campaign.leave(file_name::TABLE, table.as_bytes())?;
     Ok(exit(verdicts.into_iter(), stop.load(Ordering::Relaxed)))
 }
 
-/// The cells that are meant, at least one.
+/// The selected cells, at least one.
 ///
 /// # Errors
-/// Where there is none; says how to see which there are. Exit code 2.
+/// When no cell is selected; an error with exit code 2 that says how to list the cells.
 pub(crate) fn choose<'a>(
     plan: &'a Plan,
     choice: &Choice,
@@ -220,7 +220,7 @@ fn dry_run(chosen: &[&Cell], pace: Pace) -> Outcome {
     Ok(Exit::Fine)
 }
 
-/// The worst verdict decides; a cell without one did not even leave a manifest.
+/// The exit code of the worst verdict. A cell without a verdict left no manifest, so it failed.
 pub(crate) fn exit(verdicts: impl Iterator<Item = Option<Verdict>>, interrupted: bool) -> Exit {
     if interrupted {
         return Exit::Interrupted;
@@ -235,13 +235,13 @@ pub(crate) fn exit(verdicts: impl Iterator<Item = Option<Verdict>>, interrupted:
     }
 }
 
-/// Processors that this process may use.
+/// Number of processors that this process may use.
 fn processors() -> u16 {
     let count = std::thread::available_parallelism().map_or(1, usize::from);
     u16::try_from(count).unwrap_or(u16::MAX)
 }
 
-/// How many cells, as people say it.
+/// A number of cells, as people say it.
 pub(crate) fn cells(count: usize) -> String {
     match count {
         1 => "1 cell".to_owned(),

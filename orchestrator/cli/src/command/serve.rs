@@ -1,6 +1,6 @@
-//! `webloop serve plant|controller`: one end, by hand or as a run's child; `play` has the link.
+//! `webloop serve plant|controller`: runs one end, by hand or as a run's child; `play` has the link.
 //!
-//! A role prints `ready ...` when it can be used, and leaves its report as `<role>.json`.
+//! A role prints `ready ...` when it can be used, and writes its report to `<role>.json`.
 
 use std::io::{Read, Write};
 use std::path::Path;
@@ -48,7 +48,7 @@ pub(crate) fn controller(argument: &ServeController) -> Outcome {
         out: argument.out.clone(),
         fifo: true,
     };
-    // Its settings are fine; the plant it waits for by itself.
+    // Its settings are valid. It waits for the plant by itself.
     say_ready(&config.plant);
     let report = ::controller::drive(&config)?;
     leave(&argument.out, "controller", &report)?;
@@ -59,7 +59,7 @@ pub(crate) fn controller(argument: &ServeController) -> Outcome {
     })
 }
 
-/// What the plant is told: as a file has it, or the options.
+/// The plant's settings, from a file or from the options.
 fn plant_role(argument: &ServePlant) -> Result<PlantRole, Failure> {
     if let Some(file) = &argument.told.file {
         return read(file);
@@ -79,8 +79,8 @@ fn plant_role(argument: &ServePlant) -> Result<PlantRole, Failure> {
     })
 }
 
-/// What a controller is told: as a file has it, or the options; with its system. A browser has the
-/// settings of its page beside it.
+/// A controller's settings, from a file or from the options, and its system. For a browser, `page`
+/// adds the settings of its page.
 pub(crate) fn controller_role(
     argument: &ServeController,
     page: Option<(Client, PageSettings)>,
@@ -120,7 +120,7 @@ fn by_options(
     })
 }
 
-/// What a role is told, from a file, or from standard input for `-`.
+/// Reads a role's settings from a file, or from standard input for `-`.
 pub(crate) fn read<T: DeserializeOwned>(file: &Path) -> Result<T, Failure> {
     let text = if file.as_os_str() == "-" {
         let mut text = String::new();
@@ -136,7 +136,7 @@ pub(crate) fn read<T: DeserializeOwned>(file: &Path) -> Result<T, Failure> {
         .map_err(|problem| Failure::usage(anyhow!("cannot use the settings in {name}: {problem}")))
 }
 
-/// The system of this text; the paper's, if there is none.
+/// The system of this text, or the paper's if there is none.
 fn system(text: Option<&str>) -> Result<System, Failure> {
     let Some(text) = text else {
         return Ok(System::paper());
@@ -149,19 +149,19 @@ fn own_text(system: &System) -> Option<String> {
     system.own_text().map(str::to_owned)
 }
 
-/// A system at a sample time.
+/// The loop of a system at a sample time.
 pub(crate) fn at(system: &System, h: SampleTime) -> Result<Loop, Failure> {
     system.at(h).map_err(Failure::usage)
 }
 
-/// The law that a client in another language has to be told: the paper's is what it follows by
-/// itself.
+/// The law that a client in another language needs to get; `None` for the paper's, which it has
+/// built in.
 pub(crate) fn told_law(system: &System, h: SampleTime) -> Result<Option<Design>, Failure> {
     let design = at(system, h)?.design;
     Ok((!system.is_paper()).then_some(design))
 }
 
-/// For whoever waits: a line that begins with `ready`. That nobody reads it is no error.
+/// Prints a line that begins with `ready`, for whoever waits. It is no error if nobody reads it.
 pub(crate) fn say_ready(what: &str) {
     let _ = writeln!(std::io::stdout(), "ready {what}");
 }

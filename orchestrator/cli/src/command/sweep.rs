@@ -1,6 +1,6 @@
 //! `webloop sweep`: a loop over a grid of network conditions and settings, in virtual time.
 //!
-//! What a sweep is and comes to is in the crate `sweep`, its folder and its threads in `campaign`.
+//! The crate `sweep` defines sweeps and their findings; `campaign` has their folder and threads.
 
 use std::io::Write;
 use std::path::Path;
@@ -15,7 +15,7 @@ use crate::exit::{Exit, Failure, Outcome};
 use crate::sweep_progress::SweepProgress;
 use crate::{source, stop};
 
-/// Runs a sweep's points, and says and draws what came of them.
+/// Runs a sweep's points, and prints and draws the findings.
 pub(crate) fn run(argument: &Sweep) -> Outcome {
     if argument.schema {
         write!(std::io::stdout(), "{}", sweep::schema())?;
@@ -54,7 +54,7 @@ pub(crate) fn run(argument: &Sweep) -> Outcome {
     }
 }
 
-/// Runs what is not there yet, and puts the rows in order; whether all are there.
+/// Runs what has no row yet, and sorts the rows once all are there. Returns whether they are.
 fn run_pending(
     argument: &Sweep,
     sweep: &sweep::Sweep,
@@ -95,7 +95,7 @@ fn run_pending(
     Ok(true)
 }
 
-/// Prints what came of it, and leaves it in the folder.
+/// Prints the findings, and writes them into the folder.
 fn conclude(sweep: &sweep::Sweep, folder: SweepFolder<'_>, path: &Path) -> Outcome {
     let findings = Findings::of(sweep, folder.rows());
     let mut out = std::io::stdout();
@@ -109,7 +109,7 @@ fn conclude(sweep: &sweep::Sweep, folder: SweepFolder<'_>, path: &Path) -> Outco
     Ok(Exit::Fine)
 }
 
-/// The sweeps that the binary carries.
+/// Lists the built-in sweeps.
 fn list() -> Outcome {
     let mut out = std::io::stdout();
     for (name, _) in SWEEPS {
@@ -126,7 +126,7 @@ fn list() -> Outcome {
     Ok(Exit::Fine)
 }
 
-/// Says what would be run.
+/// Prints what would be run.
 fn dry_run(sweep: &sweep::Sweep) -> Outcome {
     let mut out = std::io::stdout();
     writeln!(out, "{}\n", sweep.about)?;
@@ -149,7 +149,7 @@ fn dry_run(sweep: &sweep::Sweep) -> Outcome {
     Ok(Exit::Fine)
 }
 
-/// The axes that have several levels, with how many: `121 rtt`.
+/// The axes with more than one level, each with its number of levels: `121 rtt`.
 fn axes(sweep: &sweep::Sweep) -> Vec<String> {
     let dimensions = sweep.grid.dimensions();
     let several = dimensions.iter().filter(|d| d.levels.len() > 1);
@@ -162,12 +162,12 @@ fn axes(sweep: &sweep::Sweep) -> Vec<String> {
     axes
 }
 
-/// Processors that this process may use.
+/// Number of processors that this process may use.
 fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// How many runs, as people say it.
+/// A number of runs, as people say it.
 fn runs(count: usize) -> String {
     match count {
         1 => "1 run".to_owned(),

@@ -9,7 +9,7 @@ use crate::argument::{SystemLint, SystemShow};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::{diagnostic, source};
 
-/// Lists what the binary carries.
+/// Lists the built-in systems.
 pub(crate) fn list() -> Outcome {
     let mut out = std::io::stdout();
     for name in System::built_in_names() {
@@ -19,7 +19,7 @@ pub(crate) fn list() -> Outcome {
     Ok(Exit::Fine)
 }
 
-/// Prints a system's text, once it is found valid.
+/// Prints a system's text, if it is valid.
 pub(crate) fn show(show: &SystemShow) -> Outcome {
     source::system(&show.system)?;
     let text = source::system_text(&show.system).map_err(|problem| anyhow!(problem))?;

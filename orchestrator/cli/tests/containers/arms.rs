@@ -1,5 +1,5 @@
-//! The same cell by each way to run it: in namespaces, in containers, and in containers whose
-//! link the kernel's netem plays. What the link does and what becomes of the loop has to agree.
+//! Runs the same cell in each way: in namespaces, in containers, and in containers whose link the
+//! kernel's netem plays. The link and the loop have to behave alike.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -16,32 +16,32 @@ use crate::webloop::{
     Experiment, TRIES, code, command, doctor, manifest, said, too_busy, was_busy,
 };
 
-/// In a kernel with netem: an engine, its images and a testbed take two to three minutes on its
-/// one slow core, the cell half a minute.
+/// Time limit in a kernel with netem: an engine, its images and a testbed take two to three minutes
+/// on its one slow core, the cell half a minute.
 const GUEST_TIMEOUT_S: &str = "900";
 
-/// The exit code of a guest that was ended after that.
+/// Exit code of a guest that exceeded this limit.
 const GUEST_ENDED: i32 = 124;
 
-/// Round trips agree within the larger of the two. The link is the same, and what the machinery
-/// costs is measured by echoes on the empty link and taken off.
+/// Round trips agree within the larger of the two. The link is the same, and the player's cost is
+/// measured by echoes on the empty link and subtracted.
 const RTT_SHARE: f64 = 0.05;
 const RTT_MS: f64 = 0.5;
 
-/// A netem is changed in steps of this length while a delay falls.
+/// While a delay falls, netem is changed in steps of this length.
 const TC_STEP_MS: f64 = 2.0;
 
 /// One way to run a cell.
 struct Arm {
     backend: &'static str,
     player: &'static str,
-    /// How far round trips may be off besides.
+    /// How far round trips may be off in addition.
     step_ms: f64,
-    /// How far settling may be off, as a share of what it is in namespaces: over buccoo, where
-    /// the loop is damped well, and over diego-vpn, where it rings and each half-wave that is
-    /// just inside 2 % or just outside makes it 15 % longer.
+    /// How far settling may be off, as a share of its value in namespaces: over buccoo, where the
+    /// loop is well damped, and over diego-vpn, where it rings and each half-wave that is just
+    /// inside 2 % or just outside makes it 15 % longer.
     settling_shares: [f64; 2],
-    /// What runs the experiment, or why this machine cannot.
+    /// Builds the command that runs the experiment, or says why this machine cannot.
     command: fn(&Experiment) -> Result<Command, String>,
 }
 
@@ -70,24 +70,25 @@ const ARMS: [Arm; 3] = [
     },
 ];
 
-/// 100 Hz: at the paper's 333 the guest's one slow core misses a third of the messages, and the
-/// loop is another.
+/// 100 Hz: at the paper's 333 Hz the guest's one slow core misses a third of the messages, which
+/// makes another loop.
 const H: &str = "10ms";
 
-/// Their loops ring little and much. Not couva: whether the last of its spikes is inside 2 % is
-/// a matter of a message, and settling then jumps by half between two runs of equal links.
+/// One over which the loop rings little, and one over which it rings much. Not couva: whether the
+/// last of its spikes is inside 2 % depends on one message, so settling jumps by half between two
+/// runs of equal links.
 const TOPOLOGIES: [&str; 2] = ["buccoo", "diego-vpn"];
 
-/// So many pairs over equal links are compared, and the middle one counts: a machine that holds up
-/// a single message in the first third of a second makes a step response another one. (In virtual
-/// time, where nobody does, forty repeats over buccoo settle within one tick of each other.)
+/// Number of pairs over equal links to compare; the middle one counts. A machine that holds up a
+/// single message in the first third of a second changes a step response. (In virtual time, where
+/// nothing is held up, forty repeats over buccoo settle within one tick of each other.)
 const REPEATS: usize = 3;
 
-/// An arm is run so often until it agrees, and with it the one in namespaces: a machine that is slow
-/// for minutes takes two of three pairs apart, one whose arms are different takes all.
+/// How often an arm, and with it the one in namespaces, is run until the two agree. A machine that
+/// is slow for minutes spoils two of three pairs; arms that really differ fail each time.
 const COMPARISONS: usize = 3;
 
-/// What is compared.
+/// The figures to compare.
 #[derive(Debug, Clone)]
 struct Measured {
     rtt_p50_ms: f64,
@@ -122,7 +123,7 @@ pub(crate) fn the_same_cell_gives_the_same_in_namespaces_in_containers_and_by_tc
     Ok(())
 }
 
-/// Each topology's repeats by an arm, or why this machine cannot run it.
+/// The repeats of each topology by an arm, or why this machine cannot run it.
 fn measure(arm: &Arm) -> Result<[Vec<Measured>; 2], String> {
     let folder = tempfile::tempdir().unwrap();
     let experiment = Experiment::new(folder.path(), &TOPOLOGIES, H, "4s").repeated(REPEATS);
@@ -139,12 +140,12 @@ fn measure(arm: &Arm) -> Result<[Vec<Measured>; 2], String> {
     }))
 }
 
-/// Runs the cells until their runs are valid; their folders.
+/// Runs the cells until their runs are valid. Returns their folders.
 fn run(arm: &Arm, experiment: &Experiment) -> Result<Vec<PathBuf>, String> {
     for _ in 0..TRIES {
         let output = (arm.command)(experiment)?.output().unwrap();
         let exit = code(&output);
-        // A guest whose every cell was held up is a guest that the machine has no time for.
+        // If every cell of the guest was held up, the machine has no time for the guest.
         if exit == Some(GUEST_ENDED) && said(&output).contains("the machine was held up") {
             return Err(too_busy("the guest"));
         }
@@ -187,7 +188,7 @@ fn proves_itself(manifest: &Manifest, arm: &Arm) {
             let OneWay::Tc(Beside { report: tc, .. }) = way else {
                 panic!("{way:?}");
             };
-            // What `tc -s qdisc` said, with what was there before, which is not netem.
+            // Output of `tc -s qdisc`, and what was there before, which is not netem.
             assert_eq!(tc.first[0]["kind"], "netem", "{tc:?}");
             let last = &tc.last[0];
             assert_eq!(last["kind"], "netem", "{tc:?}");
@@ -198,7 +199,7 @@ fn proves_itself(manifest: &Manifest, arm: &Arm) {
 }
 
 impl Measured {
-    /// Of the echoes at the same instants of the link's time, and of the response.
+    /// From the echoes at the same instants of link time, and from the response.
     fn of(cell: &Path) -> Measured {
         let manifest = manifest(cell);
         let baseline_ms = manifest.certificate.as_ref().unwrap().baseline.rtt_ms;
@@ -214,7 +215,7 @@ impl Measured {
         Measured {
             rtt_p50_ms: rtts.p50_ms.unwrap() - baseline_ms,
             rtt_p90_ms: rtts.p90_ms.unwrap() - baseline_ms,
-            // One that was held up may not settle in its time; the others decide.
+            // A run that was held up may not settle in its time; the others decide.
             settling_ms: metrics
                 .response
                 .and_then(|response| response.settling_ms)
@@ -262,15 +263,15 @@ fn agree(
     Ok(())
 }
 
-/// How far a figure of one arm is off the other's, and what it is there. Repeats have their links in
-/// common one by one, so it is the middle one of their differences.
+/// How far a figure of one arm is off the other's, and its value there. Repeats have their links in
+/// common one by one, so this is the median of their differences.
 fn off(own: &[Measured], reference: &[Measured], of: fn(&Measured) -> f64) -> (f64, f64) {
     let pairs = std::iter::zip(own, reference);
     let differences: Vec<f64> = pairs
         .map(|(own, reference)| of(own) - of(reference))
         .collect();
     let usual: Vec<f64> = reference.iter().map(of).collect();
-    // Where neither loop settled there is no difference, and nothing agrees.
+    // If neither loop settled there is no difference, and nothing agrees.
     let middle = |values: &[f64]| median(values).unwrap_or(f64::NAN);
     (middle(&differences), middle(&usual))
 }
@@ -285,14 +286,14 @@ fn in_containers(experiment: &Experiment) -> Result<Command, String> {
     Ok(command)
 }
 
-/// On this machine's kernel, or in one that has netem.
+/// Runs on this machine's kernel, or in one that has netem.
 fn in_containers_by_tc(experiment: &Experiment) -> Result<Command, String> {
     let run = || Command::new(Path::new(TOP).join("netem/kernel/run"));
     let here = run().arg("--check").output().unwrap().status.success();
     let mut command = if here {
         command()
     } else {
-        // Who types `cargo test` does not ask for packages to be installed.
+        // Whoever types `cargo test` does not expect packages to be installed.
         let ready = run().args(["--no-install", "--", "true"]).output().unwrap();
         if !ready.status.success() {
             return Err(said(&ready).trim().to_owned());
@@ -311,7 +312,8 @@ fn in_containers_by_tc(experiment: &Experiment) -> Result<Command, String> {
         guest
             .args(["--no-install", "--timeout", GUEST_TIMEOUT_S, "--docker"])
             .arg(images)
-            // Asked again in there: the engine and its images took most of the time.
+            // Try a second time inside the guest: starting the engine and its images takes most of
+            // the time.
             .args(["--", "sh", "-c", "\"$@\" || \"$@\"", "webloop"])
             .arg(env!("CARGO_BIN_EXE_webloop"));
         guest

@@ -46,7 +46,7 @@ pub(crate) fn each_client_runs_in_a_container_through_a_shaped_link() -> Result<
     }
 }
 
-/// Brings it up until its run is valid; the manifest of its one cell.
+/// Brings it up until its run is valid. Returns the manifest of its one cell.
 fn up(client: &'static str, topology: &str) -> Result<Manifest, String> {
     for _ in 0..TRIES {
         let mut testbed = Testbed::new(topology, "3s");

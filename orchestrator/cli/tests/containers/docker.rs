@@ -1,17 +1,17 @@
-//! Docker by hand: what it holds, what it says of a container, and decoys that are to stay.
+//! Docker by hand: what it holds, what it reports of a container, and decoys that have to stay.
 
 use std::collections::BTreeMap;
 use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-/// The label that says which process made a thing; empty where a person did.
+/// The label that says which process made a thing; empty if a person did.
 const OWNER: &str = "webloop.owner";
 
 /// The checkout that this test was built in, whose compose file is tried.
 pub(crate) const TOP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// `docker` with these arguments, with nothing of what the tester's shell sets for Compose.
+/// `docker` with these arguments, without the Compose variables of the tester's shell.
 pub(crate) fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new("docker");
     command
@@ -25,7 +25,7 @@ pub(crate) fn command(arguments: &[&str]) -> Command {
     command
 }
 
-/// What docker-compose.yml asks of the environment, and what Compose does.
+/// The variables that docker-compose.yml reads, and those that Compose reads.
 const SETTINGS: &[&str] = &[
     "TOPOLOGY",
     "CLIENT",
@@ -42,7 +42,7 @@ const SETTINGS: &[&str] = &[
     "COMPOSE_PROJECT_NAME",
 ];
 
-/// Calls docker; gives back what it said, or its complaint.
+/// Calls docker. Returns its output, or its complaint as an error.
 pub(crate) fn docker(arguments: &[&str]) -> Result<String, String> {
     let output = command(arguments).output().map_err(|e| e.to_string())?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
@@ -53,7 +53,7 @@ pub(crate) fn docker(arguments: &[&str]) -> Result<String, String> {
     }
 }
 
-/// Why containers cannot be tried on this machine, if so.
+/// Why containers cannot be tested on this machine; `None` if they can.
 pub(crate) fn lack() -> Option<String> {
     if let Err(lack) = compose::serves().and(compose::composes()) {
         return Some(lack.to_string());
@@ -69,14 +69,14 @@ pub(crate) fn lack() -> Option<String> {
     .map(|problem| format!("{problem}; build the images: docker compose build"))
 }
 
-/// What `docker inspect` tells of a container.
+/// Output of `docker inspect` for a container.
 pub(crate) fn inspect(container: &str) -> Value {
     let text = docker(&["container", "inspect", container]).unwrap();
     let told: Vec<Value> = serde_json::from_str(&text).unwrap();
     told.into_iter().next().unwrap()
 }
 
-/// The numbers of a container's processes, as this machine has them.
+/// The process numbers of a container's processes on this machine.
 pub(crate) fn processes(container: &str) -> Vec<u32> {
     docker(&["container", "top", container, "-o", "pid"])
         .unwrap()
@@ -86,12 +86,12 @@ pub(crate) fn processes(container: &str) -> Vec<u32> {
         .collect()
 }
 
-/// Containers, networks and volumes by their number or name, with what labels each has.
+/// Containers, networks and volumes by their number or name, each with its labels.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Held(BTreeMap<String, String>);
 
 impl Held {
-    /// All that the engine holds now.
+    /// Everything that the engine holds now.
     pub(crate) fn now() -> Held {
         let mut held = BTreeMap::new();
         for (list, id) in [
@@ -109,8 +109,8 @@ impl Held {
         Held(held)
     }
 
-    /// What is here, was not in `before`, and was not made by anybody else's webloop: by that of
-    /// a process with the number `pid`, or by nobody who says so.
+    /// What is here, was not in `before`, and was not made by another webloop: it was made by the
+    /// process with the number `pid`, or does not say by whom.
     pub(crate) fn new_since(&self, before: &Held, pid: u32) -> Vec<String> {
         let of_others = |labels: &str| {
             labels
@@ -125,7 +125,7 @@ impl Held {
             .collect()
     }
 
-    /// The Compose projects of a process's webloop.
+    /// The Compose projects of the webloop process with this number.
     pub(crate) fn projects_of(&self, pid: u32) -> Vec<String> {
         let mut projects: Vec<String> = self
             .0
@@ -149,7 +149,7 @@ impl Held {
 pub(crate) struct Decoys {
     name: String,
     bridge: String,
-    /// What tc says of the bridge; empty where there is no tc, or not the right to use it.
+    /// What tc prints for the bridge; empty if there is no tc, or no right to use it.
     discipline: String,
 }
 
@@ -186,7 +186,7 @@ impl Decoys {
         }
     }
 
-    /// Whether all are as they were made.
+    /// Whether all of them are still as they were made.
     pub(crate) fn stand(&self) -> bool {
         docker(&["volume", "inspect", &self.name]).is_ok()
             && docker(&["network", "inspect", &self.name]).is_ok()
@@ -204,7 +204,7 @@ impl Drop for Decoys {
     }
 }
 
-/// The interface's discipline and its handle, such as `qdisc htb 9:`; what follows counts packets.
+/// The interface's discipline and its handle, such as `qdisc htb 9:`; the rest counts packets.
 fn discipline(device: &str) -> String {
     let said = tc(&["qdisc", "show", "dev", device, "root"]);
     said.split_whitespace()

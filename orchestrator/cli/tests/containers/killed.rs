@@ -1,5 +1,4 @@
-//! `webloop run --backend compose` that does not come to its end: killed at any moment, or told
-//! to end.
+//! `webloop run --backend compose` that does not run to its end: killed at any moment, or told to end.
 
 use std::fs;
 use std::process::{Child, Command};
@@ -13,18 +12,18 @@ use rustix::process::{Pid, Signal, kill_process};
 use crate::docker::{Decoys, Held};
 use crate::webloop::{Experiment, code, column, command, files, manifest, said, was_busy};
 
-/// A run of 5 s takes 14 s and more: four until all are well, ten of rows and echoes. A killed one
-/// must not have ended by itself, on however quick a machine.
+/// Runs are killed within this time, so that none ends by itself, even on a quick machine: a run of
+/// 5 s takes at least 14 s, four until all containers are healthy and ten of rows and echoes.
 const RUN_S: f64 = 12.0;
 
-/// A request of a killed Compose may reach the engine's shelves this much later.
+/// A request of a killed Compose may take effect in the engine this much later.
 const LATE: Duration = Duration::from_secs(1);
 
-/// Told to end: the orchestrator flushes its rows, then all is taken down.
+/// Time limit after it is told to end: the orchestrator flushes its rows, then all is taken down.
 const INTERRUPTED_WITHIN: Duration = Duration::from_secs(15);
 
 pub(crate) fn what_a_killed_run_leaves_is_swept_and_nothing_else() -> Result<(), String> {
-    /// A number of moments other than four, for a longer look.
+    /// Sets the number of moments, for a longer test; four by default.
     const COUNT: &str = "WEBLOOP_TEST_KILLS";
     const SEED: u64 = 4;
     let count: u64 = std::env::var(COUNT).map_or(4, |text| text.parse().expect(COUNT));
@@ -52,7 +51,7 @@ pub(crate) fn what_a_killed_run_leaves_is_swept_and_nothing_else() -> Result<(),
         );
         assert!(decoys.stand(), "what is not webloop's was touched");
     }
-    // Of as many rows as each had written, nothing is lost; and the run can be made.
+    // The run can still be made.
     let mut run = in_containers(&experiment).spawn().unwrap();
     let pid = run.id();
     let exit = run.wait().unwrap();
@@ -68,13 +67,13 @@ pub(crate) fn what_a_killed_run_leaves_is_swept_and_nothing_else() -> Result<(),
     Ok(())
 }
 
-/// `webloop gc` for all projects of a killed run, until the engine holds what it did `before`;
-/// how many things it removed.
+/// Runs `webloop gc` for all projects of a killed run, until the engine holds what it did `before`.
+/// Returns how many things it removed.
 ///
-/// Not a sweep of everything: what else of webloop's is on this engine is its user's.
+/// Does not sweep everything: other things of webloop on this engine belong to its user.
 fn sweep(before: &Held, pid: u32) -> usize {
     let mut removed = 0;
-    // Twice, since what is late may be all there is.
+    // Twice: late requests may make things only after the first round.
     for _ in 0..2 {
         for project in Held::now().projects_of(pid) {
             let gc = command()
@@ -126,7 +125,7 @@ pub(crate) fn a_run_that_is_told_to_end_takes_its_containers_with_it() -> Result
         let rows = manifest.controller.unwrap().rows().rows;
         assert_eq!(rows, messages as u64);
     }
-    // Before there is anything to be told: while Compose brings the containers up.
+    // Told to end before any role runs: while Compose brings the containers up.
     let folder = tempfile::tempdir().unwrap();
     let experiment = Experiment::new(folder.path(), &["diego-vpn"], "3ms", "2s");
     let before = Held::now();
@@ -157,7 +156,7 @@ fn send(run: &Child, signal: Signal) {
     kill_process(pid, signal).unwrap();
 }
 
-/// Waits until the loop is closed and its rows are copied here.
+/// Waits until the loop is closed and its rows are copied to the host.
 fn await_rows(run: &mut Child, experiment: &Experiment) {
     let deadline = Instant::now() + Duration::from_secs(60);
     let rows = |experiment: &Experiment| {

@@ -1,9 +1,9 @@
-//! The whole testbed in real containers, of the images that `docker compose build` made.
+//! The whole testbed in real containers, from the images that `docker compose build` made.
 //!
-//! This test has a main of its own instead of the usual harness: what takes wall-clock time must
-//! not run beside itself, and tests that the machine does not allow are reported as skipped. It
-//! builds no image, which takes minutes: `.ci/run` does so first, and by hand `docker compose build`
-//! after each change.
+//! This test has a main function of its own instead of the usual harness: tests that take
+//! wall-clock time must not run at the same time, and tests that the machine does not allow are
+//! reported as skipped. It builds no images, which takes minutes: `.ci/run` does that first; by
+//! hand, run `docker compose build` after each change.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 mod arms;
@@ -15,7 +15,7 @@ mod stopped;
 mod stopping;
 mod testbed;
 mod up;
-// The program and its folders, as the tests of runs in namespaces have them.
+// The program and its folders, shared with the tests of runs in namespaces.
 #[allow(dead_code)]
 #[path = "../runs/webloop.rs"]
 mod webloop;

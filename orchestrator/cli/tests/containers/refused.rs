@@ -1,4 +1,5 @@
-//! Containers that cannot do what was asked: a line that says what to do, a code, nothing left.
+//! Containers that cannot do what was requested: a line that says what to do, an exit code, nothing
+//! left.
 
 use std::fs;
 use std::process::{Command, Output};
@@ -9,7 +10,7 @@ use crate::docker::{Held, TOP};
 use crate::testbed::Testbed;
 use crate::webloop::{Experiment, code, command, said};
 
-/// Who may not write into a folder of root's.
+/// A user who may not write into folders that belong to root.
 const SOMEBODY: &str = "1234:1234";
 
 pub(crate) fn what_up_cannot_do_it_says_in_a_line_and_ends() -> Result<(), String> {
@@ -21,7 +22,7 @@ pub(crate) fn what_up_cannot_do_it_says_in_a_line_and_ends() -> Result<(), Strin
 
     let mut testbed = one();
     testbed.set("CLIENT", "netscape");
-    // The client is a container of its own kind, so the engine says it.
+    // Each client has its own kind of container, so the engine reports this.
     refuses(&testbed, &["webloop-netscape"]);
 
     let mut testbed = one();
@@ -70,7 +71,7 @@ pub(crate) fn what_up_cannot_do_it_says_in_a_line_and_ends() -> Result<(), Strin
     Ok(())
 }
 
-/// Brings it up, which must fail with all these words in a line.
+/// Brings it up, which must fail with all these words in one line.
 fn refuses(testbed: &Testbed, words: &[&str]) {
     let output = testbed.up().output().unwrap();
     assert_eq!(code(&output), Some(1), "{}", said(&output));
@@ -78,7 +79,7 @@ fn refuses(testbed: &Testbed, words: &[&str]) {
     testbed.await_silence();
 }
 
-/// That one line has all the words.
+/// Checks that one line has all the words.
 fn says(output: &Output, words: &[&str]) {
     let said = said(output);
     let line = said
@@ -163,7 +164,7 @@ pub(crate) fn what_run_cannot_do_in_containers_it_says_with_its_code() -> Result
     Ok(())
 }
 
-/// Runs it, which must end with this code and all these words in a line, and leave nothing.
+/// Runs the command, which must end with this code and all these words in one line, and leave nothing.
 fn refuses_to(command: &mut Command, exit: i32, words: &[&str]) {
     let before = Held::now();
     let run = command.spawn().unwrap();

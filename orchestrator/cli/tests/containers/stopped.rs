@@ -1,4 +1,4 @@
-//! A client that somebody stops in its container: its agent sees it, and the run says so.
+//! A client that is stopped in its container: its agent sees that, and the run reports it.
 
 use std::fs;
 use std::thread::sleep;
@@ -10,7 +10,7 @@ use crate::docker::{docker, inspect};
 use crate::testbed::Testbed;
 use crate::webloop::{TRIES, manifest};
 
-/// Once, in the middle of the run: long enough that no slow machine explains it.
+/// Length of the one stop in the middle of the run: too long to be explained by a slow machine.
 const STOPPED_FOR: Duration = Duration::from_millis(300);
 
 pub(crate) fn a_client_that_is_stopped_in_its_container_is_told_by_that_name() -> Result<(), String>
@@ -28,7 +28,7 @@ pub(crate) fn a_client_that_is_stopped_in_its_container_is_told_by_that_name() -
     panic!("{TRIES} times the machine was too busy for a run");
 }
 
-/// What a run says whose client is stopped in the middle of it: of itself, and of its first try.
+/// What a run reports if its client is stopped in the middle: of itself, and of its first try.
 fn run_and_stop_it() -> String {
     let mut testbed = Testbed::new("buccoo", "6s");
     testbed.set("CLIENT", "python");
@@ -51,7 +51,7 @@ fn run_and_stop_it() -> String {
     [manifest.reasons, manifest.earlier].concat().join("\n")
 }
 
-/// The processes beneath one.
+/// The descendants of a process.
 fn beneath(pid: u32) -> Vec<u32> {
     let tasks = fs::read_dir(format!("/proc/{pid}/task"))
         .into_iter()

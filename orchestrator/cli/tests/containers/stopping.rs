@@ -1,4 +1,4 @@
-//! Being told to end while a run is under way: each service alone, and all of them.
+//! Services that are told to end during a run: each alone, and all of them.
 
 use std::fs;
 use std::process::Child;
@@ -11,10 +11,10 @@ use crate::docker::{docker, inspect};
 use crate::testbed::{SERVICES, Testbed};
 use crate::webloop::{column, said};
 
-/// The issue's own figure.
+/// The limit that the issue sets.
 const STOPPED_WITHIN: Duration = Duration::from_secs(2);
 
-/// What `docker compose up` takes then: the agents are told, or hear nothing for half a minute.
+/// Time limit for `docker compose up` then: the agents are told, or hear nothing for half a minute.
 const ENDED_WITHIN: Duration = Duration::from_secs(60);
 
 /// Rows are written after a second at the latest, and copied once a second.
@@ -28,12 +28,12 @@ pub(crate) fn every_service_stops_soon_after_sigterm() -> Result<(), String> {
     Ok(())
 }
 
-/// Sends SIGTERM to these, in the middle of a run.
+/// Sends SIGTERM to these services in the middle of a run.
 fn stops(services: &[&str]) {
     let testbed = Testbed::new("diego-vpn", "20s");
     let mut up = testbed.up().spawn().unwrap();
     let cell = testbed.await_rows(&mut up);
-    // So that there is a second of rows to be on disk.
+    // Wait for a second of rows that have to be on disk.
     std::thread::sleep(Duration::from_secs(1));
     let containers: Vec<_> = services.iter().map(|s| testbed.container(s)).collect();
     let (signalled, signalled_ns) = (Timestamp::now(), now_ns());
@@ -63,7 +63,7 @@ fn stops(services: &[&str]) {
         "rows end {missing_ns} ns before"
     );
 
-    // An agent alone is missed by its orchestrator only after some time-outs: not waited for.
+    // If only an agent ends, its orchestrator notices after some time-outs; do not wait for that.
     if !services.contains(&"orchestrator") {
         testbed.down();
     }

@@ -1,5 +1,5 @@
-//! One `docker compose up` of webloop's own file, by hand as a user would: a project's name, its
-//! settings, its results folder, and its end.
+//! One `docker compose up` of webloop's own file, as a user would do it by hand: the project's
+//! name, its settings, its results folder, and its end.
 
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, chown};
@@ -13,7 +13,7 @@ use tempfile::TempDir;
 use crate::docker::{TOP, command, docker, inspect};
 use crate::webloop::{Experiment, column};
 
-/// Generous: a testbed is up within some five seconds.
+/// A generous limit: a testbed is up within some five seconds.
 const UP_WITHIN: Duration = Duration::from_secs(60);
 
 /// An agent that is told to end does so within a second.
@@ -28,7 +28,7 @@ pub(crate) const SERVICES: [&str; 5] = [
     "orchestrator",
 ];
 
-/// A project of its own; dropping it takes it down.
+/// A project of its own. Dropping it takes it down.
 pub(crate) struct Testbed {
     folder: TempDir,
     project: String,
@@ -38,10 +38,10 @@ pub(crate) struct Testbed {
 }
 
 impl Testbed {
-    /// One that runs a closed loop over `topology` for `duration`.
+    /// A testbed that runs a closed loop over `topology` for `duration`.
     pub(crate) fn new(topology: &str, duration: &str) -> Testbed {
         let folder = tempfile::tempdir().unwrap();
-        // The orchestrator becomes somebody else, who has to reach what is in it.
+        // The orchestrator becomes another user, who has to reach what is in the folder.
         fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o755)).unwrap();
         let experiments = folder.path().join("experiments");
         fs::create_dir(&experiments).unwrap();
@@ -69,12 +69,12 @@ impl Testbed {
         testbed
     }
 
-    /// Another setting, as in `TOPOLOGY=couva docker compose up`.
+    /// Sets another variable, as in `TOPOLOGY=couva docker compose up`.
     pub(crate) fn set(&mut self, variable: &'static str, value: impl Into<String>) {
         self.variables.push((variable, value.into()));
     }
 
-    /// Lays more YAML over webloop's file.
+    /// Adds a compose file on top of webloop's.
     pub(crate) fn lay_over(&mut self, yaml: &str) {
         let path = self
             .folder
@@ -88,7 +88,7 @@ impl Testbed {
         self.folder.path().join("results")
     }
 
-    /// Gives the results folder to somebody, which takes root; whose it is then.
+    /// Gives the results folder to another user, if we are root. Returns the folder's owner.
     pub(crate) fn give_results_to(&self, uid: u32) -> u32 {
         if geteuid().is_root() {
             chown(self.results(), Some(uid), Some(uid)).unwrap();
@@ -100,7 +100,7 @@ impl Testbed {
 
     /// `docker compose up`.
     pub(crate) fn up(&self) -> Command {
-        // The images are there: that is what these tests ask for first.
+        // The images exist: these tests check that first.
         self.compose(&["up", "--no-build"])
     }
 
@@ -109,14 +109,14 @@ impl Testbed {
         format!("{}-{service}-1", self.project)
     }
 
-    /// Those of its containers that are there, running or not.
+    /// Its existing containers, running or not.
     pub(crate) fn containers(&self) -> Vec<String> {
         let filter = format!("label=com.docker.compose.project={}", self.project);
         let list = ["container", "ls", "--all", "--quiet", "--filter", &filter];
         docker(&list).unwrap().lines().map(str::to_owned).collect()
     }
 
-    /// The exit code of each service that ran, after a check that none runs still.
+    /// The exit code of each service that ran. Checks that none still runs.
     pub(crate) fn exit_codes(&self) -> Vec<(&'static str, i64)> {
         SERVICES
             .into_iter()
@@ -128,7 +128,7 @@ impl Testbed {
             .collect()
     }
 
-    /// Waits until the loop is closed and its rows are copied to the host; the cell's folder.
+    /// Waits until the loop is closed and its rows are copied to the host. Returns the cell's folder.
     pub(crate) fn await_rows(&self, up: &mut Child) -> PathBuf {
         let deadline = Instant::now() + UP_WITHIN;
         loop {
@@ -150,7 +150,7 @@ impl Testbed {
         folders_in(&self.results())
     }
 
-    /// The cells' folders, without those of tries that were disturbed, which lie beside them.
+    /// The cells' folders, without those of disturbed tries, which are beside them.
     pub(crate) fn cells(&self) -> Vec<PathBuf> {
         let campaigns = self.campaigns();
         campaigns
@@ -167,7 +167,7 @@ impl Testbed {
             .output();
     }
 
-    /// Waits until none of its containers runs: `up` may end before agents that were told to.
+    /// Waits until none of its containers runs: `up` may end before agents that were told to end.
     pub(crate) fn await_silence(&self) {
         let deadline = Instant::now() + SILENT_WITHIN;
         let filter = format!("label=com.docker.compose.project={}", self.project);

@@ -1,4 +1,4 @@
-//! `docker compose up` from its start to its end: what it leaves, and what its containers may do.
+//! `docker compose up` from start to end: what it leaves, and what its containers may do.
 
 use std::fs;
 use std::os::unix::fs::MetadataExt;
@@ -10,13 +10,13 @@ use crate::docker::{inspect, processes};
 use crate::testbed::{SERVICES, Testbed};
 use crate::webloop::{TRIES, code, command, said, too_busy};
 
-/// Somebody who owns nothing else.
+/// A user who owns nothing else.
 const SOMEBODY: u32 = 1234;
 
-/// What the plant and the controller run as.
+/// The user of the plant and the controller.
 const NOBODY: u32 = 1000;
 
-/// `NET_ADMIN` and `NET_RAW`, as bits of a set of capabilities.
+/// `NET_ADMIN` and `NET_RAW`, as bits of a capability set.
 const SHAPING: u64 = 1 << 12 | 1 << 13;
 
 pub(crate) fn up_ends_by_itself_with_results_of_their_folders_owner() -> Result<(), String> {
@@ -55,7 +55,7 @@ pub(crate) fn up_ends_by_itself_with_results_of_their_folders_owner() -> Result<
     Err(too_busy("the link"))
 }
 
-/// A container's settings, and what the kernel says of every process in it.
+/// Checks a container's settings, and what the kernel reports of every process in it.
 fn no_more_than_it_needs(container: &str, service: &str, owner: u32) {
     let told = inspect(container);
     let host = &told["HostConfig"];
@@ -80,7 +80,7 @@ fn no_more_than_it_needs(container: &str, service: &str, owner: u32) {
     let processes = processes(container);
     assert!(!processes.is_empty(), "{service}");
     for process in processes {
-        // One may have ended since; and an engine elsewhere has other numbers.
+        // A process may have ended since, and an engine on another machine has other process numbers.
         let Ok(status) = fs::read_to_string(format!("/proc/{process}/status")) else {
             continue;
         };

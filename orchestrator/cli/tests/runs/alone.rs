@@ -1,4 +1,4 @@
-//! One folder, one run.
+//! Of two runs into one folder, only one runs.
 
 use std::process::Child;
 use std::time::{Duration, Instant};
@@ -9,7 +9,7 @@ use crate::webloop::{Experiment, code, command, said};
 pub(crate) fn of_two_runs_into_one_folder_one_runs() -> Result<(), String> {
     let folder = tempfile::tempdir().unwrap();
     let experiment = Experiment::new(folder.path(), &["office"], "3ms", "6s");
-    // Started at once, so that both find the folder empty. Who wins is the kernel's choice.
+    // Started at once, so that both find the folder empty. The kernel decides which one wins.
     let mut runs = [(); 2].map(|()| experiment.run(command()).spawn().unwrap());
     // Being refused takes some ms; the run itself takes 10 s.
     let within = Duration::from_secs(2);
@@ -31,7 +31,7 @@ pub(crate) fn of_two_runs_into_one_folder_one_runs() -> Result<(), String> {
     assert!(said(&refused).contains("in use"), "{}", said(&refused));
     assert!(said(&refused).contains("--out"), "{}", said(&refused));
 
-    // The other is not disturbed.
+    // The other one goes on.
     std::thread::sleep(Duration::from_secs(1));
     assert!(!ended(&mut winner));
     kill(&mut winner, &experiment.out);

@@ -13,11 +13,12 @@ use plan::{Client, Verdict};
 use crate::ending::{await_rows, kill};
 use crate::webloop::{Experiment, TRIES, code, column, command, manifest, said};
 
-/// Of a run of 3 s with h = 10 ms.
+/// Deadlines of a run of 3 s with h = 10 ms.
 const DUE: u64 = 300;
 
-/// Of a client with one request at a time on an absolute schedule, over 10 ms there and back.
-/// One that drifts or stands still sends less; a machine with other work costs a browser some.
+/// Minimum for a client with one request at a time on an absolute schedule, with a round trip
+/// of 10 ms. A client that drifts or stands still sends less; a machine with other work costs a
+/// browser some.
 const SENT_AT_LEAST: u64 = DUE / 3;
 
 pub(crate) fn every_client_closes_the_loop_over_a_link() -> Result<(), String> {
@@ -39,8 +40,8 @@ pub(crate) fn every_client_closes_the_loop_over_a_link() -> Result<(), String> {
     panic!("{TRIES} times not every client's loop settled");
 }
 
-/// The pendulum falls under the paper's law; what each client sent is what its own law says of the
-/// outputs that it had, worked out again from its rows.
+/// The pendulum falls under the paper's law. What each client sent has to be what its own law gives
+/// for the outputs that it had, computed again from its rows.
 pub(crate) fn every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit() -> Result<(), String>
 {
     let folder = tempfile::tempdir().unwrap();
@@ -81,8 +82,8 @@ pub(crate) fn every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit() 
 
 type Complete = (Vec<(PathBuf, Manifest)>, Result<(), String>);
 
-/// Runs an experiment: the cells of the clients that are here, each complete, and which clients this
-/// machine lacks.
+/// Runs an experiment. Returns the complete cells of the clients that this machine has, and the
+/// clients that it lacks.
 fn complete(experiment: &Experiment) -> Result<Complete, String> {
     let output = experiment.complete()?;
     let (mut cells, mut lacking) = (Vec::new(), Vec::new());
@@ -107,7 +108,7 @@ fn nothing_lacks(lacking: &[String]) -> Result<(), String> {
     }
 }
 
-/// Over the link a page needs several messages under way, as the others have.
+/// Over the link a page needs several messages in flight, like the other clients.
 fn of_all_clients(folder: &Path) -> Experiment {
     let experiment = Experiment::new(folder, &["office"], "10ms", "3s");
     let office = folder.join("office.toml").display().to_string();
@@ -130,7 +131,8 @@ fn of_all_clients(folder: &Path) -> Experiment {
     experiment
 }
 
-/// Every deadline has a row, and the rows are those of the counts; whether the loop was stable.
+/// Checks that every deadline has a row and that the rows match the counts. Returns whether it was
+/// stable.
 fn it_was_closed(manifest: &Manifest, cell: &Path) -> bool {
     let client = manifest.cell.client;
     let outcomes = column(&fs::read(cell.join("messages.csv")).unwrap(), "outcome");
@@ -155,7 +157,7 @@ fn it_was_closed(manifest: &Manifest, cell: &Path) -> bool {
     response.verdict == LoopVerdict::Stable
 }
 
-/// What a browser says of its clock, and that the plant saw what it says.
+/// Checks what a browser reports of its name and its clock, and that its page was isolated.
 fn the_page_is_honest(manifest: &Manifest) {
     let page = manifest.page.as_ref().unwrap();
     let client = manifest.cell.client;
@@ -165,7 +167,7 @@ fn the_page_is_honest(manifest: &Manifest) {
     };
     let agent = &page.user_agent;
     assert!(agent.contains(name), "{agent}");
-    // A plant on another address than loopback counts as a web site without encryption.
+    // On an address other than loopback, a plant counts as a web site without encryption.
     assert!(page.isolated, "{client}: {page:?}");
     let number = |number: &Option<serde_json::Number>| number.as_ref().unwrap().as_f64().unwrap();
     let step_us = number(&page.clock.step_us);
@@ -180,7 +182,7 @@ fn the_page_is_honest(manifest: &Manifest) {
     );
 }
 
-/// A browser is a dozen processes, some of which leave its group and its session.
+/// A browser has a dozen processes, some of which leave its group and its session.
 pub(crate) fn a_killed_run_takes_its_browser_with_it() -> Result<(), String> {
     let mut lacking = Vec::new();
     for engine in browser::Engine::ALL {
@@ -196,7 +198,7 @@ pub(crate) fn a_killed_run_takes_its_browser_with_it() -> Result<(), String> {
             .spawn()
             .unwrap();
         await_rows(&mut run, &experiment);
-        // Besides the browser's, which are found by the namespace that they are in.
+        // Also waits for the browser's processes, which are found by their namespace.
         let killed = kill(&mut run, &experiment.out);
         println!(
             "  {engine}: {} namespaces, all gone after {:.3} s",
@@ -210,7 +212,7 @@ pub(crate) fn a_killed_run_takes_its_browser_with_it() -> Result<(), String> {
 pub(crate) fn a_browser_that_fails_is_told_by_the_name_of_its_failure() -> Result<(), String> {
     for (program, verdict, exit, words) in [
         ("/nonexistent", Verdict::Unsupported, 3, "WEBLOOP_CHROMIUM"),
-        // It is started, and ends at once.
+        // It starts, and ends at once.
         ("/bin/false", Verdict::Failed, 1, "crashed"),
     ] {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! A run that goes well, and what can be said of it afterwards from its folder alone.
+//! A run that goes well, and what its folder alone shows afterwards.
 
 use std::fs;
 use std::path::Path;
@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 
 use crate::webloop::{Experiment, code, column, command, files, manifest, said};
 
-/// Of a run of 1.5 s with h = 3 ms: one each h, the first at once.
+/// Deadlines of a run of 1.5 s with h = 3 ms: one each h, the first at once.
 const DUE: u64 = 500;
 
 pub(crate) fn a_run_leaves_a_folder_that_proves_itself_and_is_not_made_twice() -> Result<(), String>
@@ -39,7 +39,7 @@ pub(crate) fn a_run_leaves_a_folder_that_proves_itself_and_is_not_made_twice() -
         assert!(table.contains(topology), "{table}");
     }
 
-    // A cell that is run takes its 1.5 s and more; two that are not take some ms.
+    // A cell that is run takes at least its 1.5 s; two that are not run take some ms.
     let (before, started) = (state(&experiment), Instant::now());
     let again = experiment.run(command()).output().unwrap();
     assert!(started.elapsed() < Duration::from_millis(1_500));
@@ -58,7 +58,7 @@ pub(crate) fn a_run_leaves_a_folder_that_proves_itself_and_is_not_made_twice() -
     Ok(())
 }
 
-/// Whatever the machine's hurry: each process came to its end, and each echo met its fate.
+/// Checks, even on a busy machine, that each process came to its end and each echo met its fate.
 pub(crate) fn came_to_its_end(manifest: &Manifest) {
     let (verdict, reasons) = (manifest.verdict, &manifest.reasons);
     assert!(
@@ -76,7 +76,7 @@ pub(crate) fn came_to_its_end(manifest: &Manifest) {
     assert_eq!(manifest.player, "user");
     let held = certificate.verdict == Holds;
     assert!(held || verdict != Verdict::Complete, "{certificate:?}");
-    // Which echo is lost hangs on the seed and not on time.
+    // Which echo is lost depends on the seed and not on time.
     assert_eq!(certificate.fates.came_though_lost, 0, "{certificate:?}");
     // 50 before, 10 a second during and 50 after. 2 % each way lose 4 % of 115 echoes, 4.6 +- 2.1;
     // five deviations more are 15.
@@ -85,7 +85,7 @@ pub(crate) fn came_to_its_end(manifest: &Manifest) {
     assert!(certificate.answered as u64 >= sent - 15);
 }
 
-/// Due = sent + missed, each with a row; and what the plant counted, it wrote.
+/// Checks that due = sent + missed, each with a row, and that the plant wrote what it counted.
 fn every_row_is_counted(manifest: &Manifest, cell: &Path) {
     let plant = manifest.plant.as_ref().and_then(PlantReport::real);
     let plant = plant.expect("it leaves its report");
@@ -130,7 +130,7 @@ fn checksums_hold(manifest: &Manifest, cell: &Path) {
     }
 }
 
-/// Everything in the folders of the cells, to see that nothing was touched.
+/// Everything in the folders of the cells, to check that nothing was touched.
 fn state(experiment: &Experiment) -> Vec<impl PartialEq + std::fmt::Debug> {
     let cells = fs::read_dir(experiment.out.join("cells"))
         .unwrap()

@@ -1,5 +1,5 @@
-//! A campaign that was broken off, and one of which a part failed: gone on with by `--resume`, and
-//! made again by `--failed`, each cell that is complete being left alone.
+//! A campaign that was interrupted, and one of which a part failed: continued by `--resume`, and
+//! repeated by `--failed`. Complete cells are left alone.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,8 @@ use plan::Verdict;
 use crate::ending::kill;
 use crate::webloop::{Experiment, TRIES, code, command, files, manifest, said, too_busy, was_busy};
 
-/// A browser that is not there, and one that ends as soon as it is started.
+/// The variable that names the browser; one that does not exist, and one that ends as soon as it is
+/// started.
 const BROWSER: &str = "WEBLOOP_CHROMIUM";
 const NO_BROWSER: &str = "/nonexistent";
 const BAD_BROWSER: &str = "/bin/false";
@@ -25,7 +26,7 @@ pub(crate) fn a_campaign_goes_on_where_it_was_broken_off_and_only_what_failed_is
         .ok_or_else(|| too_busy("one of the cells"))
 }
 
-/// A cell that the machine held up.
+/// The machine held up a cell.
 struct Busy;
 
 fn break_off_and_go_on() -> Result<(), Busy> {
@@ -35,7 +36,7 @@ fn break_off_and_go_on() -> Result<(), Busy> {
     assert_eq!(code(&refused), Some(2), "{}", said(&refused));
     assert!(said(&refused).contains("nothing to continue"));
 
-    // Killed in its second cell.
+    // Kill it in its second cell.
     let mut first = begin(folder.path(), &[], BAD_BROWSER).spawn().unwrap();
     let deadline = Instant::now() + Duration::from_secs(180);
     experiment.out = loop {
@@ -46,14 +47,14 @@ fn break_off_and_go_on() -> Result<(), Busy> {
             _ => {}
         }
     };
-    // Its processes know the folder by the name that it has for them.
+    // Its processes know the folder by this relative path.
     let name = experiment.out.strip_prefix(folder.path()).unwrap();
     kill(&mut first, name);
     let cells = experiment.cells();
     let done = files(&cells[0]);
     is_complete(&cells[0])?;
 
-    // Nothing failed so far, so there is nothing to make again.
+    // Nothing has failed so far, so there is nothing to repeat.
     let none = run(folder.path(), &["--failed"], BAD_BROWSER);
     assert_eq!(code(&none), Some(1), "{}", said(&none));
     assert!(said(&none).contains("0 cells (3 others are left alone)"));
@@ -72,7 +73,7 @@ fn break_off_and_go_on() -> Result<(), Busy> {
     assert_eq!(verdicts(), [complete, complete, Verdict::Failed]);
     assert_eq!(files(&cells[0]), done);
 
-    // With what it lacked, or here with a lack that has another name.
+    // Repeat what failed. Here the browser is missing instead, which gives another verdict.
     let (alone, failed) = (
         [0, 1].map(|index: usize| files(&cells[index])),
         files(&cells[2]),
@@ -85,13 +86,13 @@ fn break_off_and_go_on() -> Result<(), Busy> {
     let aside = PathBuf::from(format!("{}.unfinished-1", cells[2].display()));
     assert_eq!(files(&aside), failed);
 
-    // Of another seed there is no campaign to go on with.
+    // With another seed there is no campaign to continue.
     let other = run(folder.path(), &["--resume", "--seed", "2"], BAD_BROWSER);
     assert_eq!(code(&other), Some(2), "{}", said(&other));
     Ok(())
 }
 
-/// Whether a cell that is made is complete: it is, unless the machine held it up.
+/// Checks that a cell that was run is complete, unless the machine held it up.
 fn is_complete(cell: &Path) -> Result<(), Busy> {
     let manifest = manifest(cell);
     if was_busy(&manifest) {
@@ -102,7 +103,7 @@ fn is_complete(cell: &Path) -> Result<(), Busy> {
     Ok(())
 }
 
-/// Two cells that can be run anywhere, and one of a browser.
+/// Two cells that run on any machine, and one that needs a browser.
 fn of_two_clients(folder: &Path) -> Experiment {
     let experiment = Experiment::new(folder, &["arima"], "10ms", "1s");
     let block = |client: &str, h: &str| {
@@ -120,7 +121,7 @@ fn of_two_clients(folder: &Path) -> Experiment {
     experiment
 }
 
-/// What runs it in its folder, where results get names of their own.
+/// The command that runs it in its folder, where results get their default names.
 fn begin(folder: &Path, arguments: &[&str], browser: &str) -> Command {
     let mut command = command();
     command
@@ -135,13 +136,13 @@ fn run(folder: &Path, arguments: &[&str], browser: &str) -> Output {
     begin(folder, arguments, browser).output().unwrap()
 }
 
-/// The results folders that there are.
+/// The results folders in `folder`.
 fn results(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder.join("results")).into_iter().flatten();
     entries.flatten().map(|entry| entry.path()).collect()
 }
 
-/// The cells that have come to an end, whatever the verdict.
+/// The cells that have ended, whatever the verdict.
 fn ended(out: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(out.join("cells")).into_iter().flatten();
     let cells = entries.flatten().map(|entry| entry.path());

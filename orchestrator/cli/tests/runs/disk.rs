@@ -1,5 +1,5 @@
-//! A disk that is too small for the rows: a tmpfs in a mount namespace of one thread, which goes
-//! with that thread. This is the one file of these tests with `unsafe`.
+//! A disk that is too small for the rows: a tmpfs in the mount namespace of one thread, which
+//! disappears with that thread. Only this file of these tests has `unsafe` code.
 #![allow(unsafe_code)]
 
 use std::fs;
@@ -13,7 +13,7 @@ use rustix::thread::{UnshareFlags, unshare_unsafe};
 
 use crate::webloop::{Experiment, code, command, files, manifest, said};
 
-/// Seconds of ticks at 1 kHz with some 60 bytes each: it is full before the loop is closed.
+/// Holds some seconds of ticks at 1 kHz with some 60 bytes each: it is full before the loop is closed.
 const TOO_SMALL: &str = "size=200k";
 
 /// Enough for the same run.
@@ -26,7 +26,7 @@ pub(crate) fn a_full_disk_is_told_and_the_run_is_made_once_there_is_space() -> R
     let folder = tempfile::tempdir().unwrap();
     let experiment = Experiment::new(folder.path(), &["office"], "1ms", "2s");
     fs::create_dir(&experiment.out).unwrap();
-    // The thread, and the processes that it starts, see the disk; nobody else does.
+    // Only the thread, and the processes that it starts, see the disk.
     thread::scope(|scope| {
         scope
             .spawn(|| {
@@ -40,7 +40,7 @@ pub(crate) fn a_full_disk_is_told_and_the_run_is_made_once_there_is_space() -> R
 }
 
 fn mount_here(out: &Path) -> rustix::io::Result<()> {
-    // SAFETY: only this thread's view of the mounts is parted from the others'; no descriptor
+    // SAFETY: only this thread's view of the mounts is separated from the others'; no descriptor
     // and no memory is touched.
     unsafe { unshare_unsafe(UnshareFlags::NEWNS) }?;
     let private = MountPropagationFlags::PRIVATE | MountPropagationFlags::REC;

@@ -1,4 +1,4 @@
-//! Runs that end before their time: told to, or killed.
+//! Runs that end early: told to, or killed.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -17,10 +17,10 @@ use crate::complete::came_to_its_end;
 use crate::process::{gone, namespaces_of, of_run};
 use crate::webloop::{Experiment, code, column, command, files, manifest, said};
 
-/// Nothing may be left of a killed run after this: the issue's own figure.
+/// Nothing may be left of a killed run after this; the issue sets this limit.
 pub(crate) const GONE_WITHIN: Duration = Duration::from_secs(5);
 
-/// Rows older than this are on disk, whatever happens: the issue's own figure.
+/// Rows older than this are on disk, whatever happens; the issue sets this limit.
 const ON_DISK_AFTER_NS: u64 = 1_000_000_000;
 
 pub(crate) fn an_interrupted_run_ends_soon_with_its_rows() -> Result<(), String> {
@@ -38,7 +38,7 @@ pub(crate) fn an_interrupted_run_ends_soon_with_its_rows() -> Result<(), String>
         send(number(&run), Signal::INT).unwrap();
         let output = run.wait_with_output().unwrap();
         let took = signalled.elapsed();
-        // Three roles, each of which has to flush a file: some ms. 5 s is the issue's figure.
+        // Three roles, each of which has to flush a file: some ms. The issue sets the limit of 5 s.
         assert!(took < Duration::from_secs(5), "{who}: {took:?}");
         assert_eq!(code(&output), Some(130), "{who}: {}", said(&output));
         gone(&experiment.out, &namespaces, GONE_WITHIN);
@@ -52,8 +52,8 @@ pub(crate) fn an_interrupted_run_ends_soon_with_its_rows() -> Result<(), String>
             "{who}: {:?}",
             manifest.reasons
         );
-        // The plant ended by its own hand, so that its file goes up to the signal and has as
-        // many rows as it counted; one sleep of the player's roles lies between.
+        // The plant ended by itself, so its file goes up to the signal and has as many rows as it
+        // counted. One sleep of the player's roles lies in between.
         let ticks = column(&fs::read(cell.join("ticks.csv")).unwrap(), "t_tick_ns");
         let last_ns: u64 = ticks.last().unwrap().parse().unwrap();
         assert!(last_ns + 100_000_000 > signalled_ns, "{who}");
@@ -66,7 +66,7 @@ pub(crate) fn an_interrupted_run_ends_soon_with_its_rows() -> Result<(), String>
     Ok(())
 }
 
-/// Waits until the loop is closed, which is 2.3 s after the start, and 8.3 s with a browser.
+/// Waits until the loop is closed: 2.3 s after the start, or 8.3 s with a browser.
 pub(crate) fn await_rows(run: &mut Child, experiment: &Experiment) {
     // Four times as long, for a busy machine.
     let within = Duration::from_secs(33);
@@ -86,7 +86,7 @@ pub(crate) fn await_rows(run: &mut Child, experiment: &Experiment) {
     }
 }
 
-/// What there was of a killed run, and how long it stayed.
+/// What a killed run had, and how long it stayed.
 #[derive(Debug)]
 pub(crate) struct Killed {
     pub(crate) processes: usize,
@@ -95,7 +95,7 @@ pub(crate) struct Killed {
     pub(crate) at_ns: u64,
 }
 
-/// Kills the orchestrator, and no other, and waits until nothing is left.
+/// Kills only the orchestrator, and waits until nothing is left.
 pub(crate) fn kill(run: &mut Child, out: &Path) -> Killed {
     let processes = of_run(out);
     let namespaces = namespaces_of(&processes);
@@ -112,7 +112,7 @@ pub(crate) fn kill(run: &mut Child, out: &Path) -> Killed {
 
 pub(crate) fn a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued() -> Result<(), String>
 {
-    /// A number of moments other than six, for a longer look.
+    /// Sets the number of moments, for a longer test; six by default.
     const COUNT: &str = "WEBLOOP_TEST_KILLS";
     let count: u64 = std::env::var(COUNT).map_or(6, |text| text.parse().expect(COUNT));
     let folder = tempfile::tempdir().unwrap();
@@ -121,9 +121,9 @@ pub(crate) fn a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued() -
     let mut left = Vec::new();
     let mut longest = Duration::ZERO;
     for n in 0..count {
-        // Of the 5.3 s and more that the run takes, the first 4 s. By the third power half of the
-        // moments fall into the first half second, in which namespaces and processes are made.
-        // All in one folder: each run continues what was killed before.
+        // The run takes at least 5.3 s, and is killed within the first 4 s. By the third power half
+        // of the moments fall into the first half second, in which namespaces and processes are
+        // made. All runs use one folder: each continues what was killed before.
         let within = random.next_u64() as f64 / u64::MAX as f64;
         let moment = 4.0 * ((n as f64 + within) / count as f64).powi(3);
         let moment = Duration::from_secs_f64(moment);
@@ -164,7 +164,7 @@ pub(crate) fn a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued() -
     let output = experiment.complete()?;
     assert_eq!(code(&output), Some(0), "{}", said(&output));
     came_to_its_end(&manifest(&experiment.cells()[0]));
-    // What each killed run left lies beside the cell, byte by byte.
+    // What each killed run left is kept beside the cell, byte by byte.
     let aside: Vec<_> = fs::read_dir(experiment.out.join("cells"))
         .unwrap()
         .flatten()

@@ -1,7 +1,8 @@
 //! The whole program: real processes, real namespaces, real signals.
 //!
-//! This test has a main of its own instead of the usual harness: what takes wall-clock time must
-//! not run beside itself, and tests that the machine does not allow are reported as skipped.
+//! This test has a main function of its own instead of the usual harness: tests that take
+//! wall-clock time must not run at the same time, and tests that the machine does not allow are
+//! reported as skipped.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 mod alone;

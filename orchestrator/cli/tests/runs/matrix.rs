@@ -1,4 +1,4 @@
-//! An experiment that several machines share out: each runs a job, and their folders are merged.
+//! An experiment that several machines share: each runs a job, and their folders are merged.
 
 use std::fs;
 use std::path::Path;
@@ -26,7 +26,7 @@ pub(crate) fn jobs_of_one_plan_merge_by_being_copied() -> Result<(), String> {
         let topology = job["topology"].as_str().unwrap();
         let out = folder.path().join(topology);
         let run = of_job(&plan, job["cells"].as_str().unwrap(), &out);
-        // A busy machine may have been too late for the link; the cell is there all the same.
+        // A busy machine may have been too late for the link; the cell exists all the same.
         assert!(matches!(code(&run), Some(0 | 1)), "{}", said(&run));
         let table = String::from_utf8(run.stdout).unwrap();
         assert!(table.contains(topology), "{table}");
@@ -53,7 +53,7 @@ pub(crate) fn jobs_of_one_plan_merge_by_being_copied() -> Result<(), String> {
     let rows = column(&csv.stdout, "topology");
     assert_eq!(rows, ["arima", "office"]);
 
-    // `collect` makes the same of them, having checked each file.
+    // `collect` gives the same result, and checks each file.
     let collected = folder.path().join("collected");
     let collect = command()
         .arg("collect")
@@ -86,7 +86,7 @@ fn of_job(plan: &Path, cells: &str, out: &Path) -> std::process::Output {
         .unwrap()
 }
 
-/// Lays a folder's files over another's, as `cp -r` does and as artifacts are merged.
+/// Copies a folder's files over another's, as `cp -r` does and as artifacts are merged.
 fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap().flatten() {

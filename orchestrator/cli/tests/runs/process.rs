@@ -1,4 +1,4 @@
-//! Which processes a run has, and what they keep: asked of `/proc`, where nothing can hide.
+//! Finds the processes of a run and what they keep, in `/proc`, where nothing can hide.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -10,7 +10,7 @@ pub(crate) type Namespaces = BTreeSet<String>;
 
 /// Numbers of the processes with `folder` in their command line: all roles of a run into it.
 ///
-/// A process that has ended and is not yet waited for has no command line any more.
+/// A process that has ended but has not been waited for has no command line any more.
 pub(crate) fn of_run(folder: &Path) -> Vec<u32> {
     let folder = folder.display().to_string();
     numbers()
@@ -22,7 +22,7 @@ pub(crate) fn of_run(folder: &Path) -> Vec<u32> {
         .collect()
 }
 
-/// The network namespaces that these processes are in, or keep by a descriptor, besides our own.
+/// The network namespaces that these processes are in, or keep by a descriptor, except our own.
 pub(crate) fn namespaces_of(processes: &[u32]) -> Namespaces {
     let own = kept_by(std::process::id());
     processes
@@ -40,7 +40,7 @@ pub(crate) fn still_there(namespaces: &Namespaces) -> Namespaces {
         .collect()
 }
 
-/// Waits until nothing of the run into `folder` is left, and says how long that took.
+/// Waits until nothing of the run into `folder` is left. Returns how long that took.
 pub(crate) fn gone(folder: &Path, namespaces: &Namespaces, within: Duration) -> Duration {
     let started = Instant::now();
     loop {
@@ -63,7 +63,7 @@ fn numbers() -> impl Iterator<Item = u32> {
         .filter_map(|entry| entry.file_name().to_str()?.parse().ok())
 }
 
-/// By its threads and its descriptors: of each what it can be read of.
+/// The namespaces of its threads and descriptors, as far as they can be read.
 fn kept_by(process: u32) -> Namespaces {
     let links = |folder: String, under: &'static str| {
         fs::read_dir(folder)

@@ -1,4 +1,4 @@
-//! The same without any right: in a user namespace.
+//! The same without privileges: in a user namespace.
 
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, chown};
@@ -23,7 +23,7 @@ pub(crate) fn an_unprivileged_user_can_run_and_leaves_nothing_when_killed() -> R
     let command = || as_nobody(&program);
     doctor(command()).map_err(|lack| format!("not without root on this machine:\n{lack}"))?;
 
-    // In the middle of a run, 2 s after its start: the loop begins 2.3 s after it.
+    // Kill it in the middle of a run, 2 s after its start: the loop begins 2.3 s after it.
     let mut run = experiment.run(command()).spawn().unwrap();
     std::thread::sleep(Duration::from_secs(2));
     let killed = kill(&mut run, &experiment.out);
@@ -34,15 +34,15 @@ pub(crate) fn an_unprivileged_user_can_run_and_leaves_nothing_when_killed() -> R
     let output = experiment.run(command()).output().unwrap();
     let cells = experiment.cells();
     let manifest = manifest(&cells[0]);
-    // Real-time scheduling is root's: without it a busy machine may be too late for the link,
-    // and then has to say so. Which packets are lost hangs on the seed alone.
+    // Only root has real-time scheduling. Without it a busy machine may be too late for the link,
+    // and then has to report that. Which packets are lost depends on the seed alone.
     came_to_its_end(&manifest);
     assert!(matches!(code(&output), Some(0 | 1)), "{}", said(&output));
     assert_eq!(manifest.authority, "user-namespace");
     Ok(())
 }
 
-/// A copy of the program that anybody can reach, and a results folder that nobody owns.
+/// A copy of the program that any user can reach, and a results folder of the user `nobody`.
 fn handed_over(folder: &Path, experiment: &Experiment) -> PathBuf {
     let program = folder.join("webloop");
     fs::copy(env!("CARGO_BIN_EXE_webloop"), &program).unwrap();
@@ -56,7 +56,7 @@ fn handed_over(folder: &Path, experiment: &Experiment) -> PathBuf {
     program
 }
 
-/// As nobody, where we may choose; else as ourselves, who have no rights either.
+/// Runs the program as `nobody` if we are root, or else as ourselves, who have no rights either.
 fn as_nobody(program: &Path) -> Command {
     let mut command = command_of(program);
     if geteuid().is_root() {

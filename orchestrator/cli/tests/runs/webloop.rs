@@ -1,4 +1,4 @@
-//! The program as its users have it: a command with arguments, a folder with results.
+//! The program as its users see it: a command with arguments, a folder with results.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,17 +8,17 @@ use std::process::{Command, Output, Stdio};
 use backend::Manifest;
 use plan::{Plan, Verdict};
 
-/// A link to run over: a delay and losses, so that there is a fate to foretell for each echo.
+/// A link to run over. It has a delay and losses, so that there is a fate to predict for each echo.
 const OFFICE: &str = "name = \"office\"\nabout = \"5 ms and a little loss each way\"\n
 [both.delay]\nbase = \"5ms\"\n
 [both.loss.random]\nshare = \"2%\"\n";
 
-/// A busy machine can be too late for a link, or hold a client up in the middle of its loop: a
-/// measurement is made so often at most.
+/// A busy machine can be too late for a link, or hold up a client in the middle of its loop, so a
+/// measurement is tried up to this often.
 pub(crate) const TRIES: usize = 5;
 
-/// Whether it was the machine, or something else on it, that kept a run from being complete. Where
-/// not even the empty link could be measured in time, there is no run.
+/// Whether a run is not complete because of the machine, or of something else on it. If not even
+/// the empty link could be measured in time, the run failed.
 pub(crate) fn was_busy(manifest: &Manifest) -> bool {
     let reasons = || manifest.reasons.join("; ");
     match manifest.verdict {
@@ -28,17 +28,17 @@ pub(crate) fn was_busy(manifest: &Manifest) -> bool {
     }
 }
 
-/// Why a test cannot be made on a machine that was busy each time.
+/// Why a test cannot be made: the machine was busy each time.
 pub(crate) fn too_busy(for_what: &str) -> String {
     format!("the machine was too busy for {for_what}, {TRIES} times")
 }
 
-/// The program that this test was built with, without what the tester's own shell sets.
+/// The program that this test was built with, without the settings of the tester's own shell.
 pub(crate) fn command() -> Command {
     command_of(Path::new(env!("CARGO_BIN_EXE_webloop")))
 }
 
-/// A copy of it elsewhere.
+/// The same for a copy of the program elsewhere.
 pub(crate) fn command_of(program: &Path) -> Command {
     let mut command = Command::new(program);
     command
@@ -49,7 +49,7 @@ pub(crate) fn command_of(program: &Path) -> Command {
     command
 }
 
-/// What `webloop doctor` misses on this machine, if it misses anything that a run needs.
+/// What `webloop doctor` reports as missing, if this machine lacks anything that a run needs.
 pub(crate) fn doctor(mut command: Command) -> Result<(), String> {
     let output = command.arg("doctor").output().unwrap();
     match output.status.code() {
@@ -66,7 +66,7 @@ pub(crate) struct Experiment {
 }
 
 impl Experiment {
-    /// Closed loop over `topologies`, of which `office` is our own.
+    /// A closed loop over `topologies`; `office` is our own profile.
     pub(crate) fn new(folder: &Path, topologies: &[&str], h: &str, duration: &str) -> Self {
         let profile = folder.join("office.toml");
         fs::write(&profile, OFFICE).unwrap();
@@ -89,7 +89,7 @@ impl Experiment {
         }
     }
 
-    /// The same with so many repeats.
+    /// The same with this number of repeats.
     #[allow(dead_code)] // One of the two test programs that share this file needs it.
     pub(crate) fn repeated(self, repeats: usize) -> Self {
         let text = fs::read_to_string(&self.file).unwrap();
@@ -97,18 +97,18 @@ impl Experiment {
         self
     }
 
-    /// Adds to `command` what runs this experiment.
+    /// Adds the arguments that run this experiment to `command`.
     pub(crate) fn run(&self, mut command: Command) -> Command {
         command.arg("run").arg(&self.file).arg("--out");
         command.arg(&self.out);
         command
     }
 
-    /// Runs it until it is complete, [`TRIES`] times at most.
+    /// Runs it until it is complete, at most [`TRIES`] times.
     ///
-    /// A machine that is busy with something else can be too late for the link, which makes a
-    /// run `invalid`, or hold up a part of it, which makes it `disturbed`: then it must say so, and
-    /// whoever asks again must get a new one. A machine that is busy each time is the error.
+    /// A machine that is busy with something else can be too late for the link, which makes a run
+    /// `invalid`, or hold up a part of it, which makes it `disturbed`. webloop must then report
+    /// that, and asking again must give a new run. A machine that is busy each time is an error.
     pub(crate) fn complete(&self) -> Result<Output, String> {
         for _ in 0..TRIES {
             let output = self.run(command()).output().unwrap();
@@ -145,7 +145,7 @@ pub(crate) fn manifest(cell: &Path) -> Manifest {
     Manifest::from_json(&fs::read_to_string(cell.join(Manifest::FILE)).unwrap()).unwrap()
 }
 
-/// Every file of a folder, by name; none, where there is no folder.
+/// Every file of a folder, by name; empty if there is no folder.
 pub(crate) fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let Ok(entries) = fs::read_dir(folder) else {
         return BTreeMap::new();
@@ -160,7 +160,7 @@ pub(crate) fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         .collect()
 }
 
-/// A column of a CSV file, without a last line that was torn off.
+/// A column of a CSV file, without a torn last line.
 pub(crate) fn column(csv: &[u8], name: &str) -> Vec<String> {
     let text = std::str::from_utf8(csv).unwrap();
     let whole = text.rfind('\n').map_or("", |end| &text[..end]);
@@ -176,7 +176,7 @@ pub(crate) fn column(csv: &[u8], name: &str) -> Vec<String> {
         .collect()
 }
 
-/// Everything that a finished program said, for messages and for looking through.
+/// Everything that a finished program printed, for error texts and for searching.
 pub(crate) fn said(output: &Output) -> String {
     String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
 }

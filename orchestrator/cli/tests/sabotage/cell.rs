@@ -1,4 +1,4 @@
-//! A cell that is run and disturbed meanwhile.
+//! Runs a cell and disturbs it meanwhile.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,22 +15,22 @@ use crate::player::OtherPlayer;
 use crate::sabotage::Sabotage;
 use crate::target::{NOT_THERE, Target};
 
-/// What makes a wired link one with a rate, wide enough for the loop.
+/// Gives a wired link a rate that is wide enough for the loop.
 const NARROW: &str = "
 [both]
 rate = \"2mbit\"
 ";
 
-/// A seed that no plan comes to by chance.
+/// A seed that no plan has by chance.
 const OTHER_SEED: &str = "4711";
 
-/// Cells that are alike but for their links' seeds.
+/// Cells that differ only in their links' seeds.
 pub(crate) struct Series {
     folder: TempDir,
     plan: Plan,
 }
 
-/// What a series is made of.
+/// Settings of a series.
 #[derive(Clone, Debug)]
 pub(crate) struct Setup {
     /// A built-in topology, the path of a profile, or `narrow`.
@@ -41,18 +41,18 @@ pub(crate) struct Setup {
     pub(crate) times: usize,
 }
 
-/// What came of a cell.
+/// Outcome of a cell.
 pub(crate) struct Outcome {
     pub(crate) verdict: String,
     pub(crate) reasons: Vec<String>,
-    /// What was done to it, in numbers; or why it could not be done.
+    /// What was done to it, in numbers, or why it could not be done.
     pub(crate) done: Result<String, String>,
-    /// What its rows say; or why they cannot be read.
+    /// What its rows show, or why they cannot be read.
     pub(crate) effect: Result<Effect, String>,
 }
 
 impl Series {
-    /// Makes the plan, by webloop itself.
+    /// Makes the plan, with webloop itself.
     pub(crate) fn new(setup: &Setup) -> Result<Self, String> {
         let folder = tempfile::tempdir().map_err(|problem| problem.to_string())?;
         let topology = match setup.topology.as_str() {
@@ -97,7 +97,7 @@ impl Series {
                 let target = Target::find(&folder, cell.duration_ns, &ended)?;
                 sabotage.perform(&target)
             });
-            // On a thread of its own, whose view of the machine's files may be another.
+            // On a thread of its own, whose view of the machine's files may differ.
             let cell = scope.spawn(|| {
                 let said = self.run_cell(index, &out, sabotage);
                 ended.store(true, Ordering::Relaxed);
@@ -113,7 +113,7 @@ impl Series {
         let Ok(text) = fs::read_to_string(folder.join("manifest.json")) else {
             return Outcome::none(format!("no manifest: {said}"));
         };
-        // Not as plan's own type: verdicts may be more than it knows.
+        // Not read as plan's own type, which may not know all verdicts.
         let manifest: Value = serde_json::from_str(&text).unwrap();
         let reasons = manifest["reasons"].as_array().into_iter().flatten();
         let epoch_ns = manifest["epoch_ns"].as_u64().unwrap_or(0);
@@ -138,7 +138,7 @@ impl Series {
         outcome
     }
 
-    /// Runs the cell to its end, and gives what it said.
+    /// Runs the cell to its end. Returns what it printed.
     fn run_cell(&self, index: usize, out: &Path, sabotage: &Sabotage) -> Result<String, String> {
         let program = Path::new(env!("CARGO_BIN_EXE_webloop"));
         let folder = self.folder.path();
@@ -170,7 +170,7 @@ impl Series {
         Ok(crate::webloop::said(&output))
     }
 
-    /// A cell's profile with this rate in place of its own, or of none.
+    /// A cell's profile with this rate; replaces its own rate if it has one.
     fn with_rate(&self, index: usize, rate: &str) -> String {
         let source = &self.plan.profiles[&self.plan.cells[index].topology].source;
         if source.contains(NARROW) {
@@ -186,12 +186,12 @@ impl Series {
 }
 
 impl Outcome {
-    /// Whether the cell did not run to its end, whatever was done to it.
+    /// Whether the cell failed to run to its end, whatever was done to it.
     pub(crate) fn has_failed(&self) -> bool {
         ["failed", "none"].contains(&self.verdict.as_str())
     }
 
-    /// Whether the host took processors away from it, as the kernel has counted.
+    /// Whether the host took processors away from it, by the kernel's count.
     pub(crate) fn is_host_s(&self) -> bool {
         let mut reasons = self.reasons.iter();
         self.verdict == "disturbed" && reasons.any(|reason| reason.contains("the host took"))
@@ -207,12 +207,12 @@ impl Outcome {
     }
 }
 
-/// What a profile has at its end where it has a rate.
+/// The end of a profile that sets this rate.
 fn narrow_to(rate: &str) -> String {
     NARROW.replace("2mbit", rate)
 }
 
-/// A profile with a rate, in `folder`.
+/// Writes a profile with a rate into `folder`.
 fn narrow(folder: &Path) -> String {
     let buccoo = link::Profile::builtin("buccoo").unwrap();
     let text = buccoo.replace("name = \"buccoo\"", "name = \"narrow\"");

@@ -1,4 +1,4 @@
-//! Holds packets at the end that sends them, and lets each go so much later, in order.
+//! Holds packets at the end that sends them, and releases each after the same delay, in order.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,10 +15,10 @@ use crate::target::{Target, enter, inside, tool};
 
 const MS: u64 = 1_000_000;
 
-/// Below the player, at 48, and ahead of the ends, at 45.
+/// Below the player's priority, 48, and above the ends', 45.
 const PRIORITY: u8 = 47;
 
-/// The queues of the two ways, which share a namespace over loopback.
+/// Queue numbers of the two ways, which share a namespace over loopback.
 const NUMBERS: [u16; 2] = [770, 771];
 
 /// Which packets are held.
@@ -26,11 +26,11 @@ const NUMBERS: [u16; 2] = [770, 771];
 pub(crate) enum Held {
     /// TCP to the plant's port or from it.
     Tcp,
-    /// Whatever is no echo.
+    /// Everything except echoes.
     AllButEchoes,
 }
 
-/// Delays what goes `ways`.
+/// Delays the packets of these `ways`.
 pub(crate) fn delay(
     target: &Target,
     held: Held,
@@ -60,7 +60,7 @@ pub(crate) fn delay(
                         let open = Queue::open(NUMBERS[*way as usize]);
                         open.map_err(|problem| format!("no netfilter queue: {problem}"))
                     });
-                    // Who waits for all of them must not wait for this thread's end.
+                    // Report now: whoever waits for all queues must not wait for this thread's end.
                     let said = queue.as_ref().map(drop).map_err(Clone::clone);
                     let _ = ready.send(said);
                     drop(ready);
@@ -99,7 +99,7 @@ pub(crate) fn delay(
     })
 }
 
-/// Holds and releases until `done`; how many, and by how much the latest was released too late.
+/// Holds and releases packets until `done`. Returns how many, and how late the latest release was.
 fn hold(queue: &Queue, delay_ns: u64, done: &AtomicBool) -> Result<(u64, u64), String> {
     let fail = |problem| format!("the netfilter queue broke: {problem}");
     pace::ask(Some(PRIORITY));

@@ -1,22 +1,22 @@
-//! What a cell's rows say of a disturbance: how much longer than the link each message took, and
-//! the loop's own figures. Only to be looked at: the judging is webloop's.
+//! What a cell's rows show of a disturbance: how much longer than the link each message took, and
+//! the loop's own figures. For information only: webloop judges.
 
 use std::fmt;
 use std::path::Path;
 
 use analysis::{CellFacts, Metrics};
 use endpoint::MessageRow;
-use link::Timeline;
 use link::Way;
+use link::{Epoch, Timeline};
 use plan::{Cell, Plan};
 
-/// Times of messages beyond the link's own delay at their sending, in ms.
+/// Times that messages took beyond the link's own delay at their sending, ms.
 struct Excess {
     way: Way,
     sorted_ms: Vec<f64>,
 }
 
-/// What the rows of a cell come to.
+/// What the rows of a cell show.
 pub(crate) struct Effect {
     ways: [Excess; 2],
     metrics: Metrics,
@@ -46,10 +46,10 @@ impl Effect {
         };
         analysis::rows::read(&folder.join("messages.csv"), MessageRow::COLUMNS, each)
             .map_err(|problem| problem.to_string())?;
-        let mut timeline = Timeline::new(&profile, cell.link_seed, epoch_ns);
+        let mut timeline = Timeline::new(&profile, cell.link_seed, Epoch::at_ns(epoch_ns));
         let ways = [Way::Up, Way::Down].map(|way| {
             let passages = &mut passages[way as usize];
-            // A link is asked in the order of time.
+            // The timeline has to be queried in the order of time.
             passages.sort_unstable();
             let mut sorted_ms: Vec<_> = passages
                 .iter()

@@ -1,4 +1,4 @@
-//! The kinds of sabotage by name, each with where it is done and by what words a reason names it.
+//! The kinds of sabotage by name, each with its topology and the words by which a reason names it.
 
 use crate::delay::Held;
 use crate::sabotage::{BOTH, DOWN, Sabotage, UP};
@@ -8,10 +8,10 @@ use crate::stop::{Beat, Who};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kind {
     pub(crate) name: &'static str,
-    /// On what, if nothing else is asked: a topology, or `narrow`, which has a rate.
+    /// Its topology, unless another one is given: a built-in one, or `narrow`, which has a rate.
     pub(crate) topology: &'static str,
     pub(crate) sabotage: Sabotage,
-    /// A reason that names what was done has one of these in it. Empty: nothing was done.
+    /// A reason names the sabotage if it contains one of these. Empty if nothing is done.
     pub(crate) words: Words,
     /// Whether it is one of the few that a test run makes.
     pub(crate) tested: bool,
@@ -19,8 +19,8 @@ pub(crate) struct Kind {
 
 type Words = &'static [&'static str];
 
-// What reasons say of messages and of who made them so. One place for all that depends on how
-// webloop puts it.
+// Words in reasons about messages, and about what affected them. Everything that depends on
+// webloop's wording is here.
 const NOTHING: Words = &[];
 const QUICK: Words = &["quicker"];
 const LOST: Words = &["lost", "resent"];
@@ -29,10 +29,10 @@ const PLAYER: Words = &["player"];
 const PLANT: Words = &["plant"];
 const CONTROLLER: Words = &["controller"];
 const MACHINE: Words = &["machine"];
-/// Of a player that plays another link, echoes tell too.
+/// If a player plays another link, echoes show it too.
 const LINK: Words = &["link", "echo", "round trip", "late", "quicker"];
 
-/// All of them.
+/// All kinds.
 pub(crate) const KINDS: &[Kind] = &[
     wired("clean", Sabotage::Nothing, NOTHING).tested(),
     wired("around-both", Sabotage::Around(BOTH), QUICK).tested(),
@@ -76,7 +76,7 @@ pub(crate) const KINDS: &[Kind] = &[
     wired("rate-64kbit", Sabotage::Rate("64kbit"), LINK),
     wired("rate-1mbit", Sabotage::Rate("1mbit"), LINK).tested(),
     wired("bucket-64kbit", bucket("64kbit"), LATE),
-    // At 333 Hz less goes through the link than this lets through, so hardly a packet waits.
+    // At 333 Hz less goes through the link than this rate lets through, so hardly any packet waits.
     wired("bucket-1mbit", bucket("1mbit"), LATE),
     loopback("loopback-clean", Sabotage::Nothing, NOTHING),
     loopback("loopback-drop-1", drop(1), LOST),
@@ -98,7 +98,7 @@ pub(crate) const KINDS: &[Kind] = &[
     narrow("narrow-bucket-64kbit", bucket("64kbit"), LATE),
 ];
 
-/// Where nothing else is said: a link whose delay is short and steady.
+/// A kind over the default link, whose delay is short and steady.
 const fn wired(name: &'static str, sabotage: Sabotage, words: Words) -> Kind {
     Kind {
         name,

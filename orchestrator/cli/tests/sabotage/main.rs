@@ -1,17 +1,17 @@
-//! Whether webloop finds out, and says by its name, what somebody does to a running cell.
+//! Whether webloop detects, and names, what somebody does to a running cell.
 //!
-//! Real cells in real namespaces are disturbed from outside, by the kernel's own means: there is
-//! nothing in the program that helps with it. As a test one of each sort is made; as a command any
-//! of them as often as one likes:
+//! Real cells in real namespaces are disturbed from outside, by the kernel's own means; nothing in
+//! the program helps with it. As a test, one of each sort is made; as a command, any of them, as
+//! often as one likes:
 //!
 //! ```text
 //! cargo test -p webloop --release --test sabotage -- --times 20 drop-2 player
 //! ```
 //!
-//! A command has one of `--times N`, `--client NAME`, `--topology NAME|FILE`, `--h TIME` and
-//! `--duration TIME`, and names kinds, whole or in part; without a name it makes those of a test,
-//! with `--times` all. Otherwise the arguments are the usual harness's: `--list` has all kinds,
-//! and `--include-ignored` makes them.
+//! A command has at least one of `--times N`, `--client NAME`, `--topology NAME|FILE`, `--h TIME`
+//! and `--duration TIME`. It names kinds, whole or in part; without a name it makes those of a
+//! test, or with `--times` all. Otherwise the arguments are those of the usual harness: `--list`
+//! prints all kinds, and `--include-ignored` makes them.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 mod cell;
@@ -25,7 +25,7 @@ mod sabotage;
 mod stop;
 mod table;
 mod target;
-// The program, as the tests of runs have it.
+// The program, shared with the tests of runs.
 #[allow(dead_code)]
 #[path = "../runs/webloop.rs"]
 mod webloop;
@@ -39,8 +39,9 @@ use clap::Parser;
 use kind::{KINDS, Kind};
 use table::Row;
 
-/// A machine that is busy with something else disturbs a cell too: one to which nothing was done
-/// and that is not complete, or one that did not come to its end, is made again, so often at most.
+/// A machine that is busy with something else disturbs a cell too. A cell that is not complete
+/// although nothing was done to it, or that did not come to its end, is repeated; up to this many
+/// tries in all.
 const TRIES: usize = 5;
 
 /// What a command is asked for.
@@ -63,13 +64,13 @@ struct Arguments {
 }
 
 impl Arguments {
-    /// By any of these it is a command.
+    /// Any of these options makes it a command.
     const OPTIONS: [&str; 5] = ["--times", "--client", "--topology", "--h", "--duration"];
 
     fn kinds(&self) -> impl Iterator<Item = &'static Kind> {
         KINDS.iter().filter(|kind| match self.names.as_slice() {
             [] => self.times.is_some() || kind.tested,
-            // A whole name is that kind's, also where others have it in theirs.
+            // A whole name selects only that kind, even if other names contain it.
             names => names.iter().any(|name| {
                 if KINDS.iter().any(|kind| kind.name == name) {
                     kind.name == name
@@ -138,7 +139,7 @@ fn test() -> ExitCode {
     code
 }
 
-/// Runs the cells of a kind, and says of each what became of it.
+/// Runs the cells of a kind, and prints what became of each.
 fn make(kind: &'static Kind, arguments: &Arguments) -> Row {
     let tries = arguments.times.map_or(TRIES, NonZeroUsize::get);
     let topology = arguments.topology.as_deref().unwrap_or(kind.topology);
@@ -173,7 +174,7 @@ fn make(kind: &'static Kind, arguments: &Arguments) -> Row {
     row
 }
 
-/// What was done to a cell, what its rows say, and what webloop says.
+/// Prints what was done to a cell, what its rows show, and what webloop says.
 fn tell(outcome: &Outcome) {
     match &outcome.done {
         Ok(done) => println!("  done: {done}"),
@@ -186,7 +187,7 @@ fn tell(outcome: &Outcome) {
     println!("    {}: {}", outcome.verdict, outcome.reasons.join(" | "));
 }
 
-/// What this machine lacks for any of them.
+/// What this machine lacks to make any of them; `None` if nothing.
 fn lack() -> Option<String> {
     if let Err(lack) = webloop::doctor(webloop::command()) {
         return Some(format!("this machine cannot make a run:\n{lack}"));

@@ -1,5 +1,5 @@
-//! What is done to packets by the kernel's own means, in the namespaces of the ends: led around
-//! the link, dropped, or sent through a rate.
+//! Disturbs packets by the kernel's own means, in the namespaces of the ends: leads them around the
+//! link, drops them, or sends them through a rate.
 
 use std::fs;
 
@@ -7,10 +7,10 @@ use link::Way;
 
 use crate::target::{Target, inside, tool};
 
-/// Where the plant listens: what goes to this port goes up, what comes from it goes down.
+/// Where the plant listens: packets to this port go up, packets from it go down.
 pub(crate) const PLANT_PORT: u16 = 8080;
 
-/// What iptables matches TCP of a way by.
+/// The iptables match for the TCP packets of a way.
 pub(crate) fn tcp(way: Way) -> String {
     match way {
         Way::Up => format!("-p tcp --dport {PLANT_PORT}"),
@@ -18,7 +18,7 @@ pub(crate) fn tcp(way: Way) -> String {
     }
 }
 
-/// Leads the TCP of `ways` over a cable of its own from end to end, and nothing else.
+/// Leads the TCP packets of `ways`, and no others, over a cable of their own from end to end.
 pub(crate) fn lead_around(target: &Target, ways: &[Way]) -> Result<String, String> {
     if target.player.is_none() {
         return Err("over loopback there is no link to be led around".to_owned());
@@ -55,13 +55,14 @@ pub(crate) fn lead_around(target: &Target, ways: &[Way]) -> Result<String, Strin
     let from = target.now();
     target.await_end()?;
     rule("del")?;
-    // Of /sys and /proc only this file is the namespace's of whoever reads it.
+    // In /sys and /proc, only this file shows the namespace of its reader.
     let read =
         || fs::read_to_string("/proc/thread-self/net/dev").map_err(|problem| problem.to_string());
     let sent = ways.iter().map(|way| {
         let table = inside(target.source(*way), read)?;
         let line = table.lines().find(|line| line.contains("around0"));
-        // After the name, eight columns of what came in; then bytes and packets that went out.
+        // After the name come eight columns of what was received, then bytes and packets that were
+        // sent.
         let count = line.and_then(|line| line.split_whitespace().nth(10));
         Ok(format!("{} packets {way}", count.unwrap_or("?")))
     });
@@ -69,7 +70,7 @@ pub(crate) fn lead_around(target: &Target, ways: &[Way]) -> Result<String, Strin
     Ok(format!("led around {from}: {}", sent.join(", ")))
 }
 
-/// Drops so many percent of the TCP packets of each way, where they come out of the link.
+/// Drops this percentage of the TCP packets of each way, where they come out of the link.
 pub(crate) fn drop_tcp(target: &Target, percent: u32) -> Result<String, String> {
     let ways = [Way::Up, Way::Down];
     let rule = |verb: &str, way: Way| {
@@ -88,7 +89,7 @@ pub(crate) fn drop_tcp(target: &Target, percent: u32) -> Result<String, String> 
     target.await_end()?;
     let mut dropped = Vec::new();
     for way in ways {
-        // Packets and bytes are the first columns of each rule.
+        // The first columns of each rule are packets and bytes.
         let list = inside(target.sink(way), || tool("iptables -L INPUT -n -v -x"))?;
         let port = if way == Way::Up { "dpt" } else { "spt" };
         let count = list
@@ -102,7 +103,7 @@ pub(crate) fn drop_tcp(target: &Target, percent: u32) -> Result<String, String> 
     Ok(format!("dropped {from}: {}", dropped.join(", ")))
 }
 
-/// Sends what leaves each end through a rate; all of it, or all but echoes.
+/// Sends what leaves each end through a rate limit: everything, or everything except echoes.
 pub(crate) fn limit_rate(
     target: &Target,
     rate: &str,

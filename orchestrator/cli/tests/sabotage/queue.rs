@@ -1,5 +1,5 @@
-//! A netfilter queue: the kernel holds the packets that a rule sends into it, until it is told to
-//! let each go. Only as much of `linux/netfilter/nfnetlink_queue.h` as that needs.
+//! A netfilter queue: the kernel holds the packets that a rule sends into it until it is told to
+//! release each. Has only what that needs of `linux/netfilter/nfnetlink_queue.h`.
 
 use std::io;
 
@@ -7,7 +7,7 @@ use netlink_sys::{Socket, SocketAddr, protocols::NETLINK_NETFILTER};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::time::Timespec;
 
-/// `NFNL_SUBSYS_QUEUE`, where a message's type has it.
+/// `NFNL_SUBSYS_QUEUE`, at its place in a message's type.
 const SUBSYSTEM: u16 = 3 << 8;
 const PACKET: u16 = SUBSYSTEM;
 const VERDICT: u16 = SUBSYSTEM + 1;
@@ -16,7 +16,7 @@ const CONFIG: u16 = SUBSYSTEM + 2;
 const REQUEST: u16 = 1;
 const ACKNOWLEDGE: u16 = 4;
 const ERROR: u16 = 2;
-/// Length of a message's header, and of that with netfilter's own behind it.
+/// Length of a message's header, and of that followed by netfilter's own header.
 const HEADER: usize = 16;
 const HEADERS: usize = 20;
 
@@ -29,15 +29,15 @@ pub(crate) struct Queue {
 }
 
 impl Queue {
-    /// Listens to the queue `number` of this thread's namespace. It ends with this value, and
+    /// Listens to the queue `number` of this thread's namespace. Dropping this ends the queue, and
     /// what is in it then is lost.
     pub(crate) fn open(number: u16) -> io::Result<Self> {
         let mut socket = Socket::new(NETLINK_NETFILTER)?;
         socket.bind_auto()?;
         socket.connect(&SocketAddr::new(0, 0))?;
         let queue = Self { socket, number };
-        // NFQA_CFG_CMD: NFQNL_CFG_CMD_BIND; then NFQA_CFG_PARAMS: no bytes of packets, only
-        // what is known of them (NFQNL_COPY_META); then NFQA_CFG_QUEUE_MAXLEN.
+        // NFQA_CFG_CMD: NFQNL_CFG_CMD_BIND; then NFQA_CFG_PARAMS: no bytes of packets, only their
+        // metadata (NFQNL_COPY_META); then NFQA_CFG_QUEUE_MAXLEN.
         queue.ask(1, &[1, 0, 0, 0])?;
         queue.ask(2, &[0, 0, 0, 0, 1])?;
         queue.ask(3, &100_000_u32.to_be_bytes())?;
@@ -45,7 +45,7 @@ impl Queue {
         Ok(queue)
     }
 
-    /// Waits for packets, for so long at most.
+    /// Waits for packets, at most this long.
     pub(crate) fn wait(&self, timeout_ns: u64) -> io::Result<()> {
         let timeout = Timespec {
             tv_sec: 0,
@@ -58,7 +58,7 @@ impl Queue {
         }
     }
 
-    /// Tells each packet that has come, without waiting.
+    /// Calls `each` with every packet that has come, without waiting.
     pub(crate) fn take(&self, mut each: impl FnMut(PacketId)) -> io::Result<()> {
         loop {
             let buffer = match self.socket.recv_from_full() {
@@ -69,13 +69,13 @@ impl Queue {
             messages(&buffer)
                 .filter(|(kind, _)| *kind == PACKET)
                 // NFQA_PACKET_HDR comes first, after 4 bytes of netfilter's header and 4 of its
-                // own; it begins with the number.
+                // own; it begins with the packet's number.
                 .filter_map(|(_, body)| body.get(8..12)?.try_into().ok())
                 .for_each(|id| each(u32::from_be_bytes(id)));
         }
     }
 
-    /// Lets a packet go on its way.
+    /// Releases a packet.
     pub(crate) fn release(&self, id: PacketId) -> io::Result<()> {
         /// `NF_ACCEPT`.
         const ACCEPT: u32 = 1;
@@ -84,7 +84,7 @@ impl Queue {
         self.send(VERDICT, 0, 2, &verdict)
     }
 
-    /// A setting of the queue, and the kernel's answer to it.
+    /// Changes a setting of the queue, and checks the kernel's answer.
     fn ask(&self, attribute: u16, value: &[u8]) -> io::Result<()> {
         self.send(CONFIG, ACKNOWLEDGE, attribute, value)?;
         let (buffer, _) = self.socket.recv_from_full()?;
@@ -104,9 +104,9 @@ impl Queue {
         message.extend(((HEADERS + 4 + padded) as u32).to_ne_bytes());
         message.extend(kind.to_ne_bytes());
         message.extend((REQUEST | flags).to_ne_bytes());
-        // A sequence number and a sender, which nobody asks for.
+        // A sequence number and a sender, which are not used.
         message.extend([0; 8]);
-        // Any family, version 0, and which queue.
+        // Any family, version 0, and the number of the queue.
         message.extend([0, 0]);
         message.extend(self.number.to_be_bytes());
         message.extend(((4 + value.len()) as u16).to_ne_bytes());

@@ -14,15 +14,15 @@ pub(crate) const UP: &[Way] = &[Way::Up];
 /// From plant to controller.
 pub(crate) const DOWN: &[Way] = &[Way::Down];
 
-/// Something that is done to a cell, most of it only while its controller has its part: echoes
-/// before and after the run see nothing of it.
+/// Something that is done to a cell, most of it only during the controller's part, so that echoes
+/// before and after the run do not show it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Sabotage {
     /// Nothing.
     Nothing,
-    /// TCP takes a cable of its own.
+    /// TCP takes a cable of its own around the link.
     Around(&'static [Way]),
-    /// So many percent of TCP's packets are lost each way.
+    /// This percentage of the TCP packets is lost each way.
     Drop { percent: u32 },
     /// Packets are sent later.
     Delay {
@@ -30,27 +30,27 @@ pub(crate) enum Sabotage {
         ms: u64,
         ways: &'static [Way],
     },
-    /// What leaves each end goes through a token bucket of this rate, or all of it but echoes.
-    /// It holds a packet up only where more come than the rate lets through.
+    /// What leaves each end, or all of it except echoes, goes through a token bucket of this rate.
+    /// It holds up a packet only if more come than the rate lets through.
     Bucket {
         rate: &'static str,
         spares_echoes: bool,
     },
-    /// A process is stopped and let go on.
+    /// A process is stopped and continued.
     Stop(Who, Beat),
-    /// All processors are taken by what goes first.
+    /// All processors are taken by threads of the highest priority.
     Hog(Beat),
     /// The player plays another seed, from its start to its end.
     Seed,
-    /// The player plays this rate too, so that each packet takes its time.
+    /// The player also plays this rate, so that each packet takes its time.
     Rate(&'static str),
 }
 
 impl Sabotage {
-    /// Does it to `target`, and says in numbers what was done. Returns when all is as it was.
+    /// Does it to `target`. Returns in numbers what was done, once everything is as before.
     ///
     /// # Errors
-    /// What of it this machine, or this cell, does not let be done.
+    /// What this machine, or this cell, does not allow.
     pub(crate) fn perform(&self, target: &Target) -> Result<String, String> {
         match *self {
             Sabotage::Nothing => Ok("nothing".to_owned()),

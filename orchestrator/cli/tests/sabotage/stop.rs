@@ -1,4 +1,4 @@
-//! What is done to processes: stopped and let go on, or kept from their processors.
+//! Disturbs processes: stops and continues them, or takes their processors away.
 
 use std::thread;
 
@@ -10,18 +10,18 @@ use crate::target::{Target, family};
 
 const MS: u64 = 1_000_000;
 
-/// Ahead of everything in a cell, so that it lasts as long as it is said to.
+/// Higher than everything in a cell, so that a stop lasts as long as stated.
 const PRIORITY: u8 = 60;
-/// The greatest there is.
+/// The highest priority.
 const HIGHEST: u8 = 99;
 
-/// After the controller's start, and so after each echo, one each 100 ms: between two of them,
-/// where a disturbance that comes each 100 ms meets none.
+/// Time after the controller's start. Echoes come every 100 ms from that start on, so a disturbance
+/// that comes every 100 ms falls between two of them and meets none.
 const PHASE_NS: u64 = 40 * MS;
-/// In the middle of the step's response.
+/// In the middle of the step response.
 const ONCE_NS: u64 = 140 * MS;
 
-/// Which process.
+/// The process to stop.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Who {
     Player,
@@ -29,7 +29,7 @@ pub(crate) enum Who {
     Controller,
 }
 
-/// How long, and how often: once, or each so many ms.
+/// How long, and how often: once, or every so many ms.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beat {
     length_ms: u64,
@@ -53,8 +53,8 @@ impl Beat {
         }
     }
 
-    /// Does `down`, `up` after its length, and so on, as long as `target` runs. Says how often,
-    /// and how long each was at most, as against what was asked.
+    /// Calls `down`, after its length `up`, and so on, as long as `target` runs. Returns how often,
+    /// and the longest time between the two, to compare with what was requested.
     fn play(
         self,
         target: &Target,
@@ -116,7 +116,7 @@ pub(crate) fn stop(target: &Target, who: Who, beat: Beat) -> Result<String, Stri
     Ok(format!("stopped {done}"))
 }
 
-/// Takes every processor away from whatever is not ahead of all.
+/// Takes every processor away from everything that does not have the highest priority.
 pub(crate) fn hog(target: &Target, beat: Beat) -> Result<String, String> {
     target.await_beginning()?;
     let processors = thread::available_parallelism().map_or(1, usize::from);

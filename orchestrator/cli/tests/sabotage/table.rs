@@ -1,23 +1,23 @@
-//! What became of each kind, in a table.
+//! A table of what became of each kind.
 
 use std::collections::BTreeMap;
 
 use crate::cell::Outcome;
 use crate::kind::Kind;
 
-/// Reasons are shown so far.
+/// Number of characters of a reason that are shown.
 const SHOWN: usize = 100;
 
 /// The cells of a kind, counted.
 pub(crate) struct Row {
     kind: &'static Kind,
     made: usize,
-    /// Not `complete`.
+    /// Cells that were `invalid` or `disturbed`.
     found: usize,
-    /// Found, and by one of the kind's words.
+    /// Cells with a reason that has one of the kind's words.
     named: usize,
     verdicts: BTreeMap<String, usize>,
-    /// The first reason of each cell; of those that were found and not named too.
+    /// One reason of each cell: the first that names the kind, or else the first.
     reasons: BTreeMap<String, usize>,
     /// Why no more of them can be made.
     pub(crate) skipped: Option<String>,
@@ -36,7 +36,7 @@ impl Row {
         }
     }
 
-    /// Says why no more of them can be made.
+    /// Records why no more of them can be made.
     pub(crate) fn skip(&mut self, reason: String) {
         self.skipped = Some(reason);
     }
@@ -46,7 +46,7 @@ impl Row {
         match &outcome.done {
             // It may have ended before anything was done to it.
             _ if outcome.has_failed() => return,
-            // Nothing was done to it by us, but by the host: a disturbance, and no false alarm.
+            // We did nothing to it but the host did: a real disturbance, not a false alarm.
             _ if self.kind.words.is_empty() && outcome.is_host_s() => return,
             Err(problem) => return self.skip(problem.clone()),
             Ok(_) => self.made += 1,
@@ -60,15 +60,15 @@ impl Row {
         }
     }
 
-    /// To be called after the last of them.
+    /// To be called after the last cell.
     pub(crate) fn finish(&mut self) {
         if self.made == 0 && self.skipped.is_none() {
             self.skip("no cell ran to its end undisturbed by the host".to_owned());
         }
     }
 
-    /// Whether it was found where nothing was done, or not found, or not named, where something
-    /// was.
+    /// Whether it was found although nothing was done, or was not found or not named although
+    /// something was done.
     pub(crate) fn is_missed(&self) -> bool {
         match (&self.skipped, self.kind.words) {
             (Some(_), _) => false,
@@ -77,7 +77,7 @@ impl Row {
         }
     }
 
-    /// In a word, as the usual harness has it.
+    /// The result in a word, in the style of the usual harness.
     pub(crate) fn result(&self) -> String {
         match &self.skipped {
             Some(reason) => format!("SKIPPED: {reason}"),
@@ -89,7 +89,7 @@ impl Row {
     }
 }
 
-/// A reason with its numbers left out, so that those of one cause are one.
+/// A reason without its numbers, so that reasons of one cause are equal.
 fn shape(reason: &str) -> String {
     let mut shape = String::new();
     for letter in reason.chars() {

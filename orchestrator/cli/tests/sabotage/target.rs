@@ -14,21 +14,23 @@ use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
 
 const MS: u64 = 1_000_000;
 
-/// From the last echo before the controller's start, at 1.1 s of link time, to that start, at
-/// 1.3 s: what is switched on by commands is switched on in between.
+/// How long before the controller's start commands switch a disturbance on. It starts at 1.3 s of
+/// link time, and the last echo before is at 1.1 s.
 const AHEAD_NS: u64 = 100 * MS;
 
-/// What is switched off by commands is off before the echoes after the run.
+/// How long before the end of the loop it is switched off, so that it is off before the echoes
+/// after the run.
 const BEHIND_NS: u64 = 50 * MS;
 
-/// Of a cell that came to its end this is no excuse: its processes are not looked for as they are now.
+/// No excuse for a cell that came to its end: then the search does not fit how its processes are
+/// started.
 pub(crate) const NOT_THERE: &str = "the cell ended before its controller was there";
 
-/// The processes of a cell that has begun, and when its controller has its part.
+/// The processes of a cell that has begun, and the time of its controller's part.
 pub(crate) struct Target<'a> {
     pub(crate) controller: u32,
     pub(crate) plant: u32,
-    /// None over loopback.
+    /// `None` over loopback.
     pub(crate) player: Option<u32>,
     /// When the first message is due, on the monotonic clock.
     pub(crate) start_ns: u64,
@@ -46,7 +48,7 @@ impl<'a> Target<'a> {
     ) -> Result<Self, String> {
         let folder = folder.display().to_string();
         while !ended.load(Ordering::Relaxed) {
-            // The controller is the last to be started, whichever client it is.
+            // The controller is started last, whichever client it is.
             let roles: Vec<_> = processes()
                 .filter(|(_, words)| words.iter().any(|word| word.contains(&folder)))
                 .collect();
@@ -82,7 +84,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// The process at the end to which they go.
+    /// The process at the end to which the packets of `way` go.
     pub(crate) fn sink(&self, way: Way) -> u32 {
         match way {
             Way::Up => self.plant,
@@ -98,7 +100,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// Both ends, or the one namespace that they share.
+    /// The processes of both ends, or one in the namespace that they share.
     pub(crate) fn ends(&self) -> Vec<u32> {
         match self.player {
             Some(_) => vec![self.controller, self.plant],
@@ -106,17 +108,17 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// Waits until what is switched on by commands is to be switched on.
+    /// Waits until commands have to switch the disturbance on.
     pub(crate) fn await_beginning(&self) -> Result<(), String> {
         self.wait_until(self.start_ns - AHEAD_NS)
     }
 
-    /// Waits until it is to be switched off again.
+    /// Waits until they have to switch it off again.
     pub(crate) fn await_end(&self) -> Result<(), String> {
         self.wait_until(self.end_ns())
     }
 
-    /// By when everything is as it was.
+    /// When everything has to be as it was.
     pub(crate) fn end_ns(&self) -> u64 {
         self.start_ns + self.duration_ns - BEHIND_NS
     }
@@ -143,7 +145,7 @@ impl<'a> Target<'a> {
     }
 }
 
-/// `process` and all that it has started, and these in their turn.
+/// `process` and all its descendants.
 pub(crate) fn family(process: u32) -> Vec<u32> {
     let parents: Vec<_> = processes()
         .filter_map(|(number, _)| Some((number, parent(number)?)))
@@ -164,7 +166,7 @@ fn parent(process: u32) -> Option<u32> {
     line.trim().parse().ok()
 }
 
-/// When a role begins, by the settings that it was started with; none but a controller has that.
+/// When a role begins, according to its settings; `None` unless it is a controller.
 fn start_ns(process: u32) -> Option<u64> {
     let settings = fs::read(format!("/proc/{process}/fd/0")).ok()?;
     let settings: serde_json::Value = serde_json::from_slice(&settings).ok()?;
@@ -189,7 +191,7 @@ fn processes() -> impl Iterator<Item = (u32, Vec<String>)> {
         })
 }
 
-/// Does something in the network namespace of `process`, on a thread of its own.
+/// Runs an action in the network namespace of `process`, on a thread of its own.
 pub(crate) fn inside<T: Send>(
     process: u32,
     action: impl FnOnce() -> Result<T, String> + Send,
@@ -213,8 +215,8 @@ pub(crate) fn enter(process: u32) -> Result<(), String> {
         .map_err(|problem| fail(problem.into()))
 }
 
-/// Runs one of the machine's tools, `line`, in the namespace of the calling thread; what it
-/// prints, or what it says against it.
+/// Runs the command `line` in the namespace of the calling thread. Returns its output, or its
+/// complaint as an error.
 pub(crate) fn tool(line: &str) -> Result<String, String> {
     let mut words = line.split_whitespace();
     let output = Command::new(words.next().unwrap_or_default())

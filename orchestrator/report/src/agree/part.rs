@@ -1,7 +1,8 @@
-//! Where on its way a message loses the time by which two campaigns part: waiting at its deadline,
-//! up to the plant, or down again.
+//! The parts of a message's way in which two campaigns differ: waiting at the deadline, up to the
+//! plant, or down again.
 //!
-//! Quantiles of parts do not add up to a quantile of the whole, so these are a pointer, no account.
+//! Quantiles of parts do not add up to a quantile of the whole, so these numbers only point to the
+//! cause.
 
 use analysis::Run;
 use analysis::rows::read;
@@ -10,19 +11,19 @@ use endpoint::MessageRow;
 use plan::file_name;
 use serde::Serialize;
 
-/// How much longer A's messages take than B's over each part, ms: the same quantile of each run,
-/// the median over runs.
+/// How much longer A's messages take than B's in each part, ms: the same quantile of both runs of a
+/// pair, and the median over the pairs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Parts {
-    /// From the deadline to the sending.
+    /// From the deadline to sending.
     pub late_ms: f64,
-    /// From there to the plant.
+    /// From sending to the plant.
     pub up_ms: f64,
-    /// From there back to the client.
+    /// From the plant back to the client.
     pub down_ms: f64,
 }
 
-/// A part of a message's way.
+/// The duration of a part of a message's way, ns.
 type Way = fn(&MessageRow) -> Option<u64>;
 
 const LATE: Way = |row| Some(row.t_send_ns?.saturating_sub(row.t_due_ns));
@@ -30,8 +31,8 @@ const UP: Way = |row| Some(row.t_arrive_ns?.saturating_sub(row.t_send_ns?));
 const DOWN: Way = |row| Some(row.t_receive_ns?.saturating_sub(row.t_arrive_ns?));
 
 impl Parts {
-    /// Of pairs of runs, at a quantile from 0 to 1; `None` where rows cannot be read, or there are
-    /// none.
+    /// The parts of pairs of runs, at a quantile from 0 to 1; `None` if rows cannot be read or there
+    /// are none.
     pub(super) fn of(runs: &[(&Run, &Run)], quantile: f64) -> Option<Parts> {
         let mut off: [Vec<f64>; 3] = Default::default();
         for (a, b) in runs {
@@ -48,7 +49,7 @@ impl Parts {
         })
     }
 
-    /// The parts that matter beside the difference as a whole, the greatest first:
+    /// The parts that are at least a fifth of the greatest, in descending order:
     /// `up -1.20 ms, late -0.31 ms`.
     pub(super) fn words(&self) -> String {
         let mut parts = [

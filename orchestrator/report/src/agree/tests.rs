@@ -11,7 +11,7 @@ fn a_tolerance_is_a_share_or_an_amount_whichever_is_more() {
 
 type Change = fn(&mut Summary, f64);
 
-/// How to make each figure `by` times itself, where there is one.
+/// How to multiply each figure by a factor, if it exists.
 const CHANGES: [(Figure, Change); 7] = [
     (Figure::Settling, |run, by| scale(&mut run.settling_ms, by)),
     (Figure::Overshoot, |run, by| {
@@ -38,8 +38,8 @@ fn scale(figure: &mut Option<f64>, by: f64) {
     *figure = figure.map(|x| x * by);
 }
 
-/// Ten runs over a link that stalls every 8.6 s, and ten over one whose delay changes ten times
-/// a second, for 6 s each; each repeat with figures of its own.
+/// Ten runs over a link that stalls every 8.6 s, and ten over one whose delay changes ten times a
+/// second, for 6 s each. Figures differ from repeat to repeat.
 fn whole() -> Campaign {
     let mut campaign = campaign(1, 10);
     for run in &mut campaign.runs {
@@ -91,7 +91,7 @@ fn a_figure_that_one_campaign_lacks_parts() {
     assert!(agreement.to_text().contains("OFF: only B has it"));
 }
 
-/// Of ten runs over the topology four are ten times as slow in B, and six in A: two pairs differ.
+/// Of ten runs over the topology, six are ten times as slow in A, and four in B: two pairs differ.
 fn slow(topology: &str) -> Agreement {
     let slow = |runs: u32| {
         changed(whole(), [topology, "closed"], |repeat, run| {
@@ -112,7 +112,7 @@ fn what_few_draws_spread_is_no_difference_where_most_pairs_agree() {
     let text = agreement.to_text();
     assert!(text.contains("by the law's spread"), "{text}");
     assert!(text.contains("1 of them only in pairs"), "{text}");
-    // Where most pairs differ it is one, over whatever link.
+    // If most pairs differ, it is a difference over any link.
     let all = changed(whole(), ["couva", "closed"], |_, run| {
         scale(&mut run.message_rtt_p90_ms, 1.3);
     });
@@ -121,6 +121,6 @@ fn what_few_draws_spread_is_no_difference_where_most_pairs_agree() {
 
 #[test]
 fn over_a_link_of_many_draws_medians_are_what_counts() {
-    // Its delay changes sixty times in a run.
+    // The link's delay changes sixty times in a run.
     assert!(held(&slow("diego-vpn"), "diego-vpn", Figure::Rtt90).parts());
 }

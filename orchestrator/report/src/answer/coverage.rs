@@ -1,4 +1,4 @@
-//! How much of a campaign there is.
+//! How much of a campaign has been run.
 
 use analysis::Campaign;
 

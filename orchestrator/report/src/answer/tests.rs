@@ -4,7 +4,7 @@ use plan::Client;
 use super::*;
 use crate::sample::{Outcome, campaign};
 
-/// The paper's topologies from two clients, and a browser without a network.
+/// Two clients on the paper's topologies, and a browser without a network.
 const CLOSED: &str = "
 [[cells]]
 topology = [\"arima\", \"buccoo\", \"couva\", \"diego-lan\", \"diego-vpn\"]
@@ -112,7 +112,7 @@ fn settling_is_held_against_both_references_without_a_network() {
         times(Client::Python, "couva"),
         [(Client::Native, 4.0), (Client::Python, 2.0)]
     );
-    // Not against itself.
+    // A loop is not compared with itself.
     assert_eq!(times(Client::Native, "arima"), [(Client::Python, 0.5)]);
     assert_eq!(
         times(Client::Firefox, "arima"),

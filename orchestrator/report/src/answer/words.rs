@@ -5,11 +5,11 @@ use plan::Client;
 use super::{Answer, Row, Standing, Survival};
 use crate::number::{duration, significant, spelled};
 
-/// More loops than these are counted, not named.
+/// The most loops that are named; further ones are only counted.
 const NAMED: usize = 4;
 
 impl Answer {
-    /// The answer in sentences, the first of which is the whole of it.
+    /// The answer in sentences. The first is a summary of all.
     #[must_use]
     pub fn words(&self) -> Vec<String> {
         [
@@ -25,7 +25,7 @@ impl Answer {
         .collect()
     }
 
-    /// Whether the loop survives, everything taken together; `None` where no loop was to be closed.
+    /// Whether the loop survives, over all clients and topologies; `None` if the plan closes no loop.
     #[must_use]
     pub fn survival(&self) -> Option<Survival> {
         all_of(self.loops().map(|(_, _, standing)| standing))
@@ -82,8 +82,8 @@ impl Answer {
         }
     }
 
-    /// Where it does not always survive: `not always on couva`, and where another client does,
-    /// `never from Chromium on arima`.
+    /// Where the loop does not always survive: `not always on couva`, or, if this is not so for all
+    /// clients, `never with Chromium on arima`.
     fn elsewhere(&self) -> Vec<String> {
         let mut places = Vec::new();
         for topology in &self.topologies {
@@ -101,15 +101,15 @@ impl Answer {
                 match such.len() {
                     0 => {}
                     n if n == clients.len() => places.push(format!("{how} on {topology}")),
-                    _ => places.push(format!("{how} from {} on {topology}", listed(&such))),
+                    _ => places.push(format!("{how} with {} on {topology}", listed(&such))),
                 }
             }
         }
         places
     }
 
-    /// Whether a client keeps the loop stable on a topology, at whatever rate and in whatever setup;
-    /// `None` without a complete run.
+    /// Whether a client keeps the loop stable on a topology, at all rates and in all setups; `None`
+    /// without a complete run.
     fn survival_of(&self, client: Client, topology: &str) -> Option<Survival> {
         let own = self
             .loops()
@@ -117,8 +117,9 @@ impl Answer {
         let survival = all_of(own.map(|(_, _, standing)| standing))?;
         Some(survival).filter(|survival| *survival != Survival::Unknown)
     }
-    /// `on all five topologies from native and Python`: of each client the topologies where every
-    /// complete run at every rate and in every setup is stable; clients with the same ones together.
+    /// `on all five topologies with native and Python`: for each client, the topologies on which
+    /// every complete run is stable, at every rate and in every setup. Clients with the same
+    /// topologies are joined.
     fn places(&self) -> Vec<String> {
         let mut together: Vec<(Vec<&str>, Vec<Client>)> = Vec::new();
         for client in Client::ALL {
@@ -138,7 +139,7 @@ impl Answer {
         }
         let part = |(topologies, clients): &(Vec<&str>, Vec<Client>)| {
             let clients: Vec<&str> = clients.iter().map(|client| client.spec().prose).collect();
-            format!("{} from {}", self.on(topologies), listed(&clients))
+            format!("{} with {}", self.on(topologies), listed(&clients))
         };
         together.iter().map(part).collect()
     }
@@ -147,13 +148,13 @@ impl Answer {
     fn on(&self, topologies: &[&str]) -> String {
         let all = topologies.len() == self.topologies.len();
         match (topologies.len(), all) {
-            (2, true) => format!("on both topologies, {}", listed(topologies)),
+            (2, true) => format!("on both topologies, {},", listed(topologies)),
             (n @ 3.., true) => format!("on all {} topologies", spelled(n as f64)),
             _ => format!("on {}", listed(topologies)),
         }
     }
 
-    /// The loops that do not always survive, where others do.
+    /// The loops that do not always survive; `None` unless others do.
     fn exceptions(&self) -> Option<String> {
         if self.survival() != Some(Survival::Sometimes) {
             return None;
@@ -182,7 +183,7 @@ impl Answer {
         Some(format!("It does not always survive {}.", listed(&named)))
     }
 
-    /// `from Chromium (paper-2011) on arima at 333 Hz`.
+    /// `with Chromium (paper-2011) on arima at 333 Hz`.
     fn named(&self, row: &Row, topology: &str) -> String {
         let same = |other: &&Row| other.client == row.client && other.setup != row.setup;
         let setup = if self.rows.iter().any(|other| same(&other)) || !row.is_usual() {
@@ -191,10 +192,10 @@ impl Answer {
             String::new()
         };
         let client = row.client.spec().prose;
-        format!("from {client}{setup} on {topology} at {}", row.rate)
+        format!("with {client}{setup} on {topology} at {}", row.rate)
     }
 
-    /// From the fastest to the slowest median.
+    /// Median settling, from the fastest loop to the slowest.
     fn settling(&self) -> Option<String> {
         let mut settled: Vec<(f64, &Row, &str, &Standing)> = self
             .loops()
@@ -210,7 +211,7 @@ impl Answer {
             return Some(format!("In the median it settles in {fast}."));
         }
         let slow = format!("{} {}", duration(slowest), self.named(row, topology));
-        // Python's is the paper's yardstick; native's stands in where it was not run.
+        // Python is the paper's yardstick; native is used where Python was not run.
         let times = standing.times.iter().max_by_key(|times| times.of);
         let times = match (times, &self.reference) {
             (Some(times), Some(reference)) => format!(
@@ -229,7 +230,7 @@ impl Answer {
     }
 }
 
-/// Whether several loops survive, taken together; `None` of none.
+/// Whether several loops survive, taken together; `None` if there are none.
 fn all_of<'a>(standings: impl Iterator<Item = &'a Standing>) -> Option<Survival> {
     let sum = standings.fold(None, |sum: Option<Standing>, standing| {
         let sum = sum.unwrap_or_default();
@@ -242,7 +243,7 @@ fn all_of<'a>(standings: impl Iterator<Item = &'a Standing>) -> Option<Survival>
     sum.map(|sum| sum.survival())
 }
 
-/// `a`, `a and b`, `a, b and c`; where a part has an `and` of its own, `a and b, and c`.
+/// `a`, `a and b`, `a, b and c`; if a part contains an `and`, `a and b, and c`.
 pub(super) fn listed<S: AsRef<str>>(parts: &[S]) -> String {
     let parts: Vec<&str> = parts.iter().map(AsRef::as_ref).collect();
     let and = if parts.iter().any(|part| part.contains(" and ")) {

@@ -14,19 +14,19 @@ use crate::number::{number, spelled};
 use crate::paper;
 use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON, Subject};
 
-/// A slope of less, s/s, is flat: a third of a second in five minutes.
+/// A slope below this, s/s, is flat: a third of a second in five minutes.
 const FLAT: f64 = 1e-3;
-/// A client that drifts does so by so many times the slope of one that does not.
+/// The slope of a client that drifts is this many times that of one that does not.
 const STEEPER: f64 = 10.0;
-/// What a residual at 10 Hz may be in the median, ms: a tenth of h.
+/// Greatest median residual at 10 Hz, ms: a tenth of h.
 const RETURNS_MS: f64 = 10.0;
-/// The greatest share of messages that can be off a line and still be impulses on it.
+/// Greatest share of messages that may be off a line and still count as impulses.
 const FEW: f64 = 0.2;
-/// So many messages in a row off the line are a step of a tenth of a second at 100 Hz.
+/// This many messages in a row off the line are a step: a tenth of a second at 100 Hz.
 const STEP: f64 = 10.0;
 
 const SLOPE: Metric = Metric::group("slope", "s/s", slope);
-/// What a slope has to be above beside one that ought to be flat.
+/// The limit that a slope has to exceed, from the slope of a client that should be flat.
 const STEEP: Metric = Metric::group("slope that is steep", "s/s", |source| {
     Ok(slope(source)?.map(steep))
 });
@@ -94,7 +94,7 @@ pub(super) fn figure_3() -> Vec<Claim> {
 pub(super) fn figure_4() -> Vec<Claim> {
     let steps = |topology| {
         let asked = PYTHON.open(topology, paper::H_100_HZ_NS);
-        // Without steps, what the slope is: not flat is what the paper has.
+        // Without steps the slope decides: in the paper it is not flat.
         let accepted = Accepted::WithinOrBeyond((STEP, f64::INFINITY), SLOPE, (-FLAT, FLAT));
         [
             Row::new(asked, IN_A_ROW, accepted),
@@ -125,7 +125,7 @@ pub(super) fn figure_4() -> Vec<Claim> {
     ]
 }
 
-/// That JavaScript is steeper than Python at these rates, on the three near positions.
+/// The claim that JavaScript is steeper than Python at these rates, on the three near positions.
 fn drifts(id: &'static str, place: &'static str, claim: &'static str, rates_ns: &[u64]) -> Claim {
     let at = |h_ns: &u64| NEAR.map(|topology| (topology, *h_ns));
     let rows = rates_ns.iter().flat_map(at).flat_map(|(topology, h_ns)| {
@@ -150,7 +150,7 @@ fn drifts(id: &'static str, place: &'static str, claim: &'static str, rates_ns: 
     }
 }
 
-/// The slopes of a group: the mean over its runs, their errors as independent.
+/// The slope of a group: the mean over its runs, whose errors are taken as independent.
 fn slope(source: &Source<'_>) -> Result<Option<Estimate>, ReadError> {
     let mut slopes = Vec::new();
     for run in &source.group.runs {
@@ -167,7 +167,7 @@ fn slope(source: &Source<'_>) -> Result<Option<Estimate>, ReadError> {
     Ok((!slopes.is_empty()).then_some(whole))
 }
 
-/// What a slope has to be above beside one that ought to be flat: as sure as that one is known.
+/// The limit that a slope has to exceed, with the uncertainty of the slope that should be flat.
 fn steep(flat: Estimate) -> Estimate {
     let least = |slope: f64| FLAT.max(STEEPER * slope.abs());
     let (a, b) = (least(flat.low), least(flat.high));
@@ -180,7 +180,7 @@ fn steep(flat: Estimate) -> Estimate {
     }
 }
 
-/// What is left about the line of a group's first run.
+/// The residuals about the line of a group's first run.
 fn residuals(source: &Source<'_>) -> Result<Option<Residuals>, ReadError> {
     let Some(run) = source.group.runs.first() else {
         return Ok(None);
@@ -200,7 +200,7 @@ fn note_tilts(evidence: &mut Evidence, judged: &[Judged<'_>]) {
         let (Some(ours), Some(run)) = (tilted, source.group.runs.first()) else {
             continue;
         };
-        // Its rows were read a moment ago; a sentence less is no reason to stop.
+        // The rows could be read a moment ago. If not now, only this sentence is missing.
         let middle = Series::read(run).ok().and_then(|series| series.resistant());
         let middle = middle.map_or_else(String::new, |slope| {
             format!(
@@ -218,7 +218,7 @@ fn note_tilts(evidence: &mut Evidence, judged: &[Judged<'_>]) {
     }
 }
 
-/// Each pair of rows is how long it was off the line, and its slope.
+/// Rows come in pairs: the messages in a row off the line, and the slope.
 fn explain_flat(evidence: &mut Evidence, judged: &[Judged<'_>]) {
     let still: Vec<String> = judged
         .chunks_exact(2)

@@ -5,27 +5,28 @@ use analysis::{Campaign, ReadError, Run, rows};
 use link::Rtt;
 use plan::{Phase, ProbeRow, file_name};
 
-/// Fewer echoes than this are no series to take statistics of.
+/// The fewest echoes for which statistics are computed.
 pub(super) const ECHOES_MIN: usize = 100;
 
-/// The echoes that one run sent through its link while its controller did.
+/// The echoes that one run sent through its link while its controller sent messages.
 pub(super) struct Series<'a> {
     pub(super) run: &'a Run,
     pub(super) sent: u32,
-    /// From each to the next, ns.
+    /// Interval from each to the next, ns.
     pub(super) interval_ns: u64,
-    /// Round trips of those that came back, ms, in order of size.
+    /// Round trips of those that came back, ms, in ascending order.
     pub(super) rtt_ms: Vec<f64>,
-    /// What an echo takes beyond the delay that the empty link has, ms, in the median: the machinery.
+    /// Median time that an echo takes on the empty link beyond the link's delay, ms: the cost of the
+    /// machinery.
     pub(super) own_ms: f64,
-    /// How far echoes are from what the link had for them at their instant, beyond that, ms, in the
-    /// mean: how exact this machine was while its cores had a loop to run.
+    /// Mean distance of echoes from the link's delay at their instant plus `own_ms`, ms: how exact
+    /// this machine was while its cores also ran a loop.
     pub(super) exact_ms: f64,
 }
 
 impl<'a> Series<'a> {
-    /// The echoes of the topology's longest complete run, the first of equals: cells of one seed saw
-    /// the same link at the same time, so that more of them would add nothing.
+    /// The echoes of the topology's longest complete run, or the first of several that are equally
+    /// long. Cells of one seed met the same link at the same time, so more of them would add nothing.
     pub(super) fn longest(
         campaign: &'a Campaign,
         topology: &str,
@@ -74,7 +75,7 @@ impl<'a> Series<'a> {
         Ok(Some(Series {
             run,
             sent: u32::try_from(sent_ns.len()).unwrap_or(u32::MAX),
-            // To the millisecond: the schedule's, without what waking adds.
+            // Rounded to the millisecond: the interval of the schedule, without wake-up delays.
             interval_ns: ((between / 1e6).round() as u64).saturating_mul(1_000_000),
             own_ms,
             exact_ms: off_ms / rtt_ms.len() as f64,
@@ -82,7 +83,7 @@ impl<'a> Series<'a> {
         }))
     }
 
-    /// What `ping` prints, less what is the empty link's own.
+    /// What `ping` prints, less the empty link's own time.
     pub(super) fn statistics(&self, own_ms: f64) -> Rtt {
         let n = self.rtt_ms.len() as f64;
         let avg_ms = self.rtt_ms.iter().sum::<f64>() / n;

@@ -1,13 +1,13 @@
-//! Estimates that are no medians: of one reading, a share, a mean, a ratio of two others.
+//! Estimates other than medians: of a single value, a share, a mean, or a ratio of two others.
 
 use crate::group::Estimate;
 
-/// The standard normal deviate that 95 % lie within.
+/// 95 % of a normal distribution lie within this many standard deviations.
 const NORMAL_95: f64 = 1.96;
 
 impl Estimate {
-    /// A number that needs no interval: a count, or what is read off a run of which, and of no other, the
-    /// claim speaks. `n` rows are behind it.
+    /// A number that needs no interval: a count, or a value of the very run that the claim is about.
+    /// It is based on `n` rows.
     pub(crate) fn exact(value: f64, n: u64) -> Estimate {
         Estimate {
             value,
@@ -17,10 +17,10 @@ impl Estimate {
         }
     }
 
-    /// `part` of `whole` with its 95 % interval by Wilson's score, which is no wider than the numbers
-    /// from 0 to 1 and not empty where `part` is nothing or all.
+    /// `part` divided by `whole`, with its 95 % interval by Wilson's score, which stays between 0 and
+    /// 1 and is not empty if `part` is 0 or `whole`.
     ///
-    /// It takes what is counted for independent. `None` of nothing.
+    /// Assumes that the counted events are independent. `None` if `whole` is 0.
     pub(crate) fn share(part: u64, whole: u64) -> Option<Estimate> {
         let n = whole as f64;
         let value = analysis::statistics::share(part, whole)?;
@@ -35,9 +35,9 @@ impl Estimate {
         Some(Estimate::within(value, ends, whole))
     }
 
-    /// What each of some runs did, from the least to the greatest, with the median between them. A claim
-    /// of what one run did is held against each run: nothing is inferred, so one run is enough.
-    /// `None` of no runs.
+    /// The values of single runs, from the least to the greatest, with their median. A claim about
+    /// what one run did is compared with each run: nothing is inferred, so one run is enough. `None`
+    /// without runs.
     pub(crate) fn of_each(values: &[f64]) -> Option<Estimate> {
         let median = Estimate::median(values)?;
         Some(Estimate {
@@ -52,16 +52,16 @@ impl Estimate {
         Estimate::around(value, NORMAL_95 * sd / (n.max(1) as f64).sqrt(), n)
     }
 
-    /// A value with the half of its interval.
+    /// A value with half the width of its interval.
     pub(crate) fn around(value: f64, half: f64, n: u64) -> Estimate {
         Estimate::within(value, (value - half, value + half), n)
     }
 
-    /// This over that, both positive, from the least quotient of their ends to the greatest. At worst
-    /// both intervals miss at once: each 95 % sure, the quotient is so by 90 %, and is mostly surer,
-    /// as errors that large seldom meet. No randomness, unlike a bootstrap.
+    /// The ratio of two positive estimates, from the least quotient of their ends to the greatest. If
+    /// both intervals are 95 % certain, the ratio's is at least 90 % certain, and mostly more, since
+    /// large errors seldom coincide. Unlike a bootstrap, it needs no randomness.
     ///
-    /// Without an interval where either has none; `None` where that is nothing, or infinite.
+    /// It has no interval if one of the two has none. `None` if `that` is zero or infinite.
     pub(crate) fn times(self, that: Estimate) -> Option<Estimate> {
         (that.value.is_finite() && that.value > 0.0).then(|| self.over(that))
     }

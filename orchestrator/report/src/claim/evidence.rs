@@ -1,4 +1,4 @@
-//! From parts to a finding: which runs were asked, which parts decide, and the reason in words.
+//! From parts to a finding: which runs were used, which parts decide, and the reason in words.
 
 use analysis::Campaign;
 
@@ -6,10 +6,10 @@ use super::{Finding, Limits, Part, Verdict, words};
 use crate::group::{Asked, Estimate, Group};
 use crate::paper;
 
-/// A median over fewer runs can be led by one stall.
+/// One stall can shift a median over fewer runs than this.
 const RUNS_ASKED: usize = 20;
 
-/// Some runs, and what they are called in a part.
+/// A group of runs, and its label in a part.
 #[derive(Debug, Clone)]
 pub(super) struct Source<'a> {
     pub(super) group: Group<'a>,
@@ -38,7 +38,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// A number of these runs, judged by the one rule.
+    /// A number of these runs, judged by the rule in `rule`.
     pub(super) fn part(
         &self,
         quantity: &str,
@@ -50,7 +50,7 @@ impl<'a> Source<'a> {
         Part::judged(quantity, unit, paper, ours, limits).at(&self.label)
     }
 
-    /// Who and where: `python, diego-vpn, 333 Hz`.
+    /// Client, topology and rate: `python, diego-vpn, 333 Hz`.
     pub(super) fn label(&self) -> &str {
         &self.label
     }
@@ -65,7 +65,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// All that was found on a claim.
+/// All that was found about a claim.
 #[derive(Debug, Default)]
 pub(super) struct Evidence {
     deciding: Vec<Part>,
@@ -78,7 +78,7 @@ pub(super) struct Evidence {
 }
 
 impl Evidence {
-    /// Says that these runs were asked. Where there are none the reason will say so.
+    /// Records that these runs were used. If there are none, the reason says so.
     pub(super) fn ask(&mut self, source: &Source<'_>) {
         self.ask_beside(source);
         if source.is_empty() {
@@ -89,38 +89,38 @@ impl Evidence {
         }
     }
 
-    /// Says that something needed is not there.
+    /// Records that something needed is missing.
     pub(super) fn lack(&mut self, what: String) {
         if !self.missing.contains(&what) {
             self.missing.push(what);
         }
     }
 
-    /// Says that these runs were looked at; the verdict does not hang on them.
+    /// Records that these runs were used, although the verdict does not depend on them.
     pub(super) fn ask_beside(&mut self, source: &Source<'_>) {
         for id in source.group.ids() {
             self.ask_cell(&id);
         }
     }
 
-    /// Says that this cell was asked.
+    /// Records that this cell was used.
     pub(super) fn ask_cell(&mut self, id: &str) {
         if !self.runs.iter().any(|run| run == id) {
             self.runs.push(id.to_owned());
         }
     }
 
-    /// A part that the verdict hangs on.
+    /// Adds a part on which the verdict depends.
     pub(super) fn decide(&mut self, part: Part) {
         self.deciding.push(part);
     }
 
-    /// A part that is only shown.
+    /// Adds a part that is only shown.
     pub(super) fn show(&mut self, part: Part) {
         self.beside.push(part);
     }
 
-    /// Says where there are fewer runs than a median asks for.
+    /// Records whether there are fewer runs than a median needs.
     pub(super) fn few(&mut self, source: &Source<'_>) {
         let n = source.group.runs.len();
         let words = format!("{n} of {}", source.label);
@@ -129,7 +129,7 @@ impl Evidence {
         }
     }
 
-    /// A sentence that is said whatever the verdict.
+    /// Adds a sentence for any verdict.
     pub(super) fn note(&mut self, sentence: impl Into<String>) {
         let sentence = sentence.into();
         if !self.notes.contains(&sentence) {
@@ -137,7 +137,7 @@ impl Evidence {
         }
     }
 
-    /// A sentence that is said where the verdict is that the claim differs.
+    /// Adds a sentence for the case that the claim differs.
     pub(super) fn explain(&mut self, sentence: impl Into<String>) {
         let sentence = sentence.into();
         if !self.explanations.contains(&sentence) {
@@ -145,7 +145,7 @@ impl Evidence {
         }
     }
 
-    /// The finding. Its verdict is the worst of the deciding parts'; without any it was not run.
+    /// The finding. Its verdict is the worst of the deciding parts; without any, the claim was not run.
     pub(super) fn on(self, claim: impl Into<Finding>) -> Finding {
         let worst = self.deciding.iter().map(|part| part.verdict).max();
         let verdict = worst.unwrap_or(Verdict::NotRun);

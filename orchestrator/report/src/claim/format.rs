@@ -11,7 +11,7 @@ pub fn to_json(findings: &[Finding]) -> String {
     serde_json::to_string_pretty(findings).unwrap_or_default() + "\n"
 }
 
-/// One part of a finding in a row. Shares are from 0 to 1; an empty field was not measured, is not in
+/// One part of a finding as a row. Shares are from 0 to 1. An empty field was not measured, is not in
 /// the paper, or is an open end; `inf` is a step that never settled.
 #[derive(Debug, Serialize)]
 struct Row<'a> {

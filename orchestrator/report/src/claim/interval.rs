@@ -12,17 +12,17 @@ use crate::number::number;
 use crate::paper;
 use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON, Subject};
 
-/// Most of them, for a histogram that is made of peaks.
+/// More than this share of the intervals are in the peaks of a histogram that is made of peaks.
 const PEAKS: f64 = 0.5;
-/// A histogram without a peak at h has at most this share there: what a flat one would have, were it
-/// two h wide.
+/// A histogram without a peak at h has at most this share there: that of a flat one that is two h wide.
 pub(super) const NO_PEAK: f64 = 0.1;
-/// A client that is not sampled by h takes at least so many h.
+/// The mean interval of a client that does not keep h is at least this many h.
 const SLOW: f64 = 2.0;
-/// The VPN's floor as the paper reads it, "on the order of 40 ms", with Table 2's least of 39.01.
+/// Least round trip over the VPN, ms: the paper says "on the order of 40 ms", and Table 2 has a
+/// minimum of 39.01.
 const LEAST_RTT_MS: f64 = 39.0;
-/// An interval is at a multiple of h, or zero, within a tenth of h. Of intervals that fall
-/// anywhere a fifth are.
+/// An interval is at a multiple of h, or zero, if it is within h divided by this. Of evenly spread
+/// intervals a fifth are.
 pub(super) const NEAR: i128 = 10;
 
 const EVERY_H: &str = "Here the client sends every h whatever is outstanding, and the link keeps the \
@@ -41,7 +41,7 @@ const ZERO_TICK: Metric = Metric::median(
     "",
     |m| m.arrivals.zero_tick,
 );
-/// Whether there are any at all: counted over all runs of the group.
+/// Counted over all runs of the group, since the question is whether there are any at all.
 const SAME_TICK: Metric = Metric::group(
     "commands in the same tick as the one before",
     "",
@@ -64,7 +64,7 @@ const fn closed(subject: Subject, topology: &'static str) -> Asked<'static> {
     subject.closed(topology, paper::H_333_HZ_NS)
 }
 
-/// The share that arima has, for another to be above or below.
+/// The value of arima, as a limit for another topology.
 const fn than_arima(metric: Metric) -> Than {
     Than {
         asked: closed(PYTHON, "arima"),
@@ -128,7 +128,7 @@ pub(super) fn figure_8() -> Vec<Claim> {
     ]
 }
 
-/// Figure 9: the slow browser, and the long way.
+/// Figure 9: the slow browser, and the VPN.
 pub(super) fn figure_9() -> Vec<Claim> {
     let [firefox, chromium] = [FIREFOX_2011, CHROMIUM_2011].map(|subject| closed(subject, "arima"));
     let (vpn, arima) = (closed(PYTHON, "diego-vpn"), closed(PYTHON, "arima"));
@@ -187,7 +187,7 @@ pub(super) fn figure_9() -> Vec<Claim> {
     ]
 }
 
-/// Each arrival of a run but the first, with the one before.
+/// Passes each arrival of a run except the first to `each`, after the one before it.
 pub(super) fn neighbours(
     run: &Run,
     mut each: impl FnMut(&ArrivalRow, &ArrivalRow),
@@ -201,13 +201,13 @@ pub(super) fn neighbours(
     Ok(())
 }
 
-/// How the intervals of a run are distributed, as shares of all of them.
+/// Counts of the intervals of a run.
 #[derive(Debug, Default)]
 struct Spacing {
     count: u64,
-    /// Within a tenth of h of a multiple of h from h on.
+    /// Those within h/10 of a multiple of h, from h on.
     multiple: u64,
-    /// Less than a tenth of h.
+    /// Those below h/10.
     zero: u64,
 }
 
@@ -228,7 +228,7 @@ impl Spacing {
         Ok(spacing)
     }
 
-    /// What part of each run's intervals it is, in the median.
+    /// The median over the runs of the share that `part` is of all intervals.
     fn share(
         source: &Source<'_>,
         part: fn(&Spacing) -> u64,

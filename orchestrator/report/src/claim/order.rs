@@ -8,7 +8,8 @@ use super::row::Claim;
 use super::{Finding, Part};
 use crate::group::Estimate;
 
-/// Over all complete cells, by how many requests their clients may have under way.
+/// Counts over all complete cells, separately for clients with one outstanding request and with
+/// several.
 pub(super) fn out_of_order(campaign: &Campaign) -> Finding {
     let mut evidence = Evidence::default();
     let one = overtaken(campaign, &mut evidence, true);
@@ -38,7 +39,8 @@ pub(super) fn out_of_order(campaign: &Campaign) -> Finding {
     })
 }
 
-/// Messages that a later one had overtaken, of all messages of these cells.
+/// Messages that a later one overtook, out of all messages of cells with one outstanding request
+/// (`one`) or with several.
 fn overtaken(campaign: &Campaign, evidence: &mut Evidence, one: bool) -> Option<Estimate> {
     let runs = campaign.runs.iter().filter(|run| {
         run.is_complete() && (run.cell.settings.outstanding == Outstanding::ONE) == one

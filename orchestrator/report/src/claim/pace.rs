@@ -1,6 +1,6 @@
 //! The pace of JavaScript at 100 Hz on arima: Figure 2 and the text on it.
 //!
-//! The paper says what one run did, so each run is held against it and no interval is needed.
+//! The paper says what one run did, so each run is compared with it and no interval is needed.
 
 use analysis::statistics::{median, ms_between, share};
 use analysis::{ReadError, Run, rows};
@@ -17,9 +17,9 @@ use crate::subject::{CHROMIUM_2011, FIREFOX_2011, Subject};
 const READ_TO_S: f64 = 0.5;
 /// "Just shy of 400" is no less than this.
 const JUST_SHY: f64 = 380.0;
-/// Part of the paper's number by which a count may differ.
+/// Share of the paper's number by which a count may differ.
 const COUNT_WITHIN: f64 = 0.05;
-/// Part of the paper's number by which what is "roughly" so may differ.
+/// Share of the paper's number by which a number may differ that the paper calls "roughly" so.
 const ROUGHLY: f64 = 0.2;
 
 const ORDINAL_600: Metric = Metric::each("from the first to the 600th message", "s", |run| {
@@ -103,14 +103,14 @@ pub(super) fn figure_2() -> Vec<Claim> {
     ]
 }
 
-/// What of a run's arrivals Figure 2 and its text are about.
+/// The numbers of a run's arrivals that Figure 2 and its text are about.
 #[derive(Default)]
 struct Start {
     /// From the first to the 600th arrival, s.
     ordinal_600_s: Option<f64>,
     /// Arrivals in the first six seconds.
     in_six_s: u64,
-    /// How late the last message was sent, the first being on time, s, and how long after it, s.
+    /// How late the last message was sent if the first was on time, s, and how long after the first, s.
     lag_s: Option<(f64, f64)>,
     arrivals: u64,
 }
@@ -137,12 +137,13 @@ impl Start {
     }
 }
 
-/// Of the messages that were due. The claim is of what one run did, so none of another is inferred.
+/// Messages sent, as a share of those due. The claim is about what one run did, so nothing is
+/// inferred from other runs.
 fn sent(run: &Run) -> Option<f64> {
     share(run.metrics.as_ref()?.messages.sent, run.cell.due())
 }
 
-/// What a message takes in the mean, ms.
+/// Mean time per message, ms.
 fn pace_ms(source: &Source<'_>) -> Option<f64> {
     let shares: Vec<f64> = source
         .group
@@ -154,12 +155,13 @@ fn pace_ms(source: &Source<'_>) -> Option<f64> {
     Some(source.h_s() * 1e3 / share)
 }
 
-/// The pace of the paper's ten minutes, ms a message.
+/// The pace of the paper's ten minutes, ms per message.
 fn whole_ms() -> f64 {
     paper::OPEN_LOOP_S * 1e3 / paper::SENT_IN_600_S
 }
 
-/// The client's one thread waits for each answer, so whatever is beyond its timer delays the next.
+/// Explains the pace: the client's one thread waits for each answer, so any time beyond its timer
+/// delays the next message.
 fn explain_whole(evidence: &mut Evidence, judged: &[Judged<'_>]) {
     let Some(Judged { source, .. }) = judged.first() else {
         return;
@@ -182,7 +184,7 @@ fn explain_whole(evidence: &mut Evidence, judged: &[Judged<'_>]) {
     ));
 }
 
-/// The paper's numbers on this client are of two paces; which one ours has explains what differs.
+/// Explains a difference: the paper's numbers for this client have two paces, and ours has one of them.
 fn explain_start(evidence: &mut Evidence, judged: &[Judged<'_>]) {
     let ours_ms = judged.first().and_then(|judged| pace_ms(&judged.source));
     let Some(ours_ms) = ours_ms else {

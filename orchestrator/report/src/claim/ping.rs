@@ -13,9 +13,9 @@ use crate::group::Estimate;
 use crate::number::{number, spelled};
 use crate::paper::{Ping, TABLE_2};
 
-/// On loopback there is no law to be in the band of; this much, ms, is what a machine may take.
+/// Greatest mean on loopback, ms: what a machine may take. There is no law, so there is no band.
 const LOOPBACK_AVG_MS: f64 = 1.0;
-/// Table 2's greatest is a single sample: it may be so many times off the band.
+/// Table 2's maximum is a single sample: it may be off the band by this factor.
 const MAX_WITHIN: f64 = 2.0;
 /// The paper's "up to seconds", ms.
 const SECONDS_MS: f64 = 1000.0;
@@ -57,7 +57,7 @@ fn position(campaign: &Campaign, row: &Ping) -> Result<Evidence, ReadError> {
     Ok(evidence)
 }
 
-/// Table 2's positions: what the paper's row says, and under which id.
+/// Table 2's positions: the id of each claim, and what the paper's row says.
 const POSITIONS: [(&str, &str); 5] = [
     (
         "table-2-arima",
@@ -81,7 +81,7 @@ const POSITIONS: [(&str, &str); 5] = [
     ),
 ];
 
-/// What has to be so of a position.
+/// What counts as agreement at a position, in words.
 fn check(row: &Ping) -> String {
     if row.topology == "arima" {
         format!("there is no link: less than {LOOPBACK_AVG_MS} ms in the mean, and nothing lost")
@@ -149,7 +149,7 @@ fn through(evidence: &mut Evidence, series: &Series<'_>, profile: &Profile, row:
     let mut outside = Vec::new();
     for (of, paper, ours, here, there, expected) in columns {
         let unit = if of == "loss" { "" } else { "ms" };
-        // The band has what chance makes of so many echoes: the number needs no interval of its own.
+        // The band includes the chance of this many echoes: the number needs no interval of its own.
         let ours = Some(Estimate::exact(ours, n));
         let slack = if unit == "ms" { series.exact_ms } else { 0.0 };
         let accepted = (here.low - slack, here.high + slack);
@@ -173,8 +173,8 @@ fn through(evidence: &mut Evidence, series: &Series<'_>, profile: &Profile, row:
     }
 }
 
-/// Whether Table 2 itself can be a realisation of the profile. What is judged is the paper's number,
-/// so what stands for ours is the model's, with its band.
+/// Whether Table 2 itself can be a realisation of the profile. Here the paper's number is judged, so
+/// the model's value and band are in the place of ours.
 fn modelled(
     row: &Ping,
     of: &str,
@@ -246,7 +246,7 @@ pub(super) fn couva(campaign: &Campaign) -> Result<Finding, ReadError> {
     }))
 }
 
-/// So many ms in whole seconds: `a second`.
+/// A time in whole seconds, in words: `a second`.
 fn seconds(ms: f64) -> String {
     if ms == 1000.0 {
         "a second".to_owned()

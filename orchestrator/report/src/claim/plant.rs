@@ -10,9 +10,9 @@ use crate::number::number;
 use crate::paper::{self, FIG_7};
 use crate::subject::{FIREFOX_2011, PYTHON};
 
-/// Part of h that the mean interval may be off.
+/// Share of h by which the mean interval may be off.
 const MEAN_WITHIN: f64 = 0.01;
-/// Part of the paper's standard deviation that ours may have: its plant shared a desktop's clock.
+/// Greatest ratio of our standard deviation to the paper's, whose plant shared a desktop's clock.
 const TIGHTER: f64 = 0.1;
 
 const MEAN: Metric = Metric::median("mean of the sample intervals", "ms", |m| {

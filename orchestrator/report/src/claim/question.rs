@@ -16,7 +16,7 @@ use crate::subject::{
     CHROMIUM_TODAY, CHROMIUM_WORKER, FIREFOX_2011, FIREFOX_TODAY, FIREFOX_WORKER, Subject,
 };
 
-/// Settling that is as good as Python's, in settlings of Python's.
+/// Settling relative to Python's that still counts as good as Python's.
 const AS_PYTHON: f64 = 1.3;
 
 /// Whether browsers improved: the paper's program and one of today, in browsers of today.
@@ -49,7 +49,8 @@ pub(super) fn guess() -> Vec<Claim> {
     }]
 }
 
-/// What the paper leaves for later; a campaign can say something of it only where its plan asks.
+/// What the paper leaves for later; a campaign can say something about it only if its plan has such
+/// cells.
 pub(super) fn future(campaign: &Campaign) -> Vec<Finding> {
     vec![
         open(
@@ -79,11 +80,11 @@ pub(super) fn future(campaign: &Campaign) -> Vec<Finding> {
     ]
 }
 
-/// A question is asked by the cells whose system is of a kind.
+/// A finding on an open question, which is asked by the cells whose system is of a kind.
 fn open(campaign: &Campaign, what: &str, is_meant: fn(&System) -> bool, claim: Claim) -> Finding {
     let plan = &campaign.plan;
     let cells = &plan.cells;
-    // The paper's own system is in no plan.
+    // A plan does not list the paper's own system.
     let systems = plan.systems.iter().filter_map(|(name, text)| {
         let system = System::read(text).ok()?;
         is_meant(&system).then_some(name)

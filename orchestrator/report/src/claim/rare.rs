@@ -1,4 +1,4 @@
-//! Two counts of something rare, and whether they can have one rate.
+//! Whether two counts of something rare can have the same rate.
 
 use analysis::Metrics;
 use analysis::statistics::share;
@@ -6,7 +6,7 @@ use analysis::statistics::share;
 use super::evidence::Source;
 use crate::group::Estimate;
 
-/// How often something was found in how many.
+/// How often something was found, and in how many.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Count {
     pub(super) found: u64,
@@ -14,7 +14,8 @@ pub(super) struct Count {
 }
 
 impl Count {
-    /// Over all runs of a group, of a share of the intervals between so many; `None` of nothing.
+    /// The count over all runs of a group. `measured` gives a share of the intervals, and the number
+    /// of items between which the intervals are. `None` if there are no intervals.
     pub(super) fn over(
         source: &Source<'_>,
         measured: fn(&Metrics) -> (Option<f64>, u64),
@@ -29,26 +30,28 @@ impl Count {
         (whole.of > 0).then_some(whole)
     }
 
-    /// The share with its interval, as of a sample; `None` of nothing.
+    /// The share with the interval of a sample; `None` if `of` is 0.
     pub(super) fn sampled(self) -> Option<Estimate> {
         Estimate::share(self.found, self.of)
     }
 
-    /// The share as it was counted; `None` of nothing.
+    /// The share as an exact number; `None` if `of` is 0.
     pub(super) fn share(self) -> Option<Estimate> {
         share(self.found, self.of).map(|found| Estimate::exact(found, self.of))
     }
 }
 
-/// The chance at either end that is called too small to be one.
+/// A probability below this, at either end, is not taken for chance.
 pub(super) const TAIL: f64 = 0.025;
-/// Beyond so many in all the exact sum is left for the normal law, which is as good by then.
+/// If more than this are found in all, the normal distribution replaces the exact sum; it is as good
+/// by then.
 const EXACT_MAX: u64 = 500;
 
-/// From which share to which one that is found in `of` others can have the rate of `theirs`, at 5 %.
+/// The range of shares that can be found in `of` others at the rate of `theirs`, at the 5 % level.
 ///
-/// Given how many were found in all, each fell to either count in proportion to its size, whatever the
-/// rate (the conditional test of two Poisson rates): what is found in `of` is binomial.
+/// By the conditional test of two Poisson rates: given the total that was found, each find falls into
+/// either count in proportion to its size, whatever the rate. So the number found in `of` is
+/// binomial.
 pub(super) fn alike(theirs: Count, of: u64) -> (f64, f64) {
     let expected = share(theirs.found, theirs.of).unwrap_or(0.0) * of as f64;
     let likely = |found: &u64| is_alike(theirs, Count { found: *found, of });
@@ -70,7 +73,7 @@ fn is_alike(a: Count, b: Count) -> bool {
         let sd = (all as f64 * p * (1.0 - p)).sqrt();
         return (b.found as f64 - all as f64 * p).abs() <= 1.96 * sd;
     }
-    // P(X = 0), then each from the one before.
+    // P(X = 0), then each term from the one before.
     let odds = p / (1.0 - p);
     let mut term = (1.0 - p).powi(i32::try_from(all).unwrap_or(i32::MAX));
     let (mut below, mut k) = (0.0, 0);
@@ -89,11 +92,11 @@ mod tests {
 
     #[test]
     fn a_shorter_run_may_well_find_none_of_what_is_rare() {
-        // 2 of 2000, and 400 looked at: 0.4 are expected.
+        // 2 of 2000 against a sample of 400: 0.4 are expected.
         let (low, high) = alike(Count { found: 2, of: 2000 }, 400);
         assert_eq!(low, 0.0);
         assert!((1.0 / 400.0..=4.0 / 400.0).contains(&high), "{high}");
-        // 30 of 5900, and 1200: 6 expected, and none at all is too few.
+        // 30 of 5900 against a sample of 1200: 6 are expected, and none at all is too few.
         let (low, high) = alike(
             Count {
                 found: 30,
@@ -102,7 +105,7 @@ mod tests {
             1200,
         );
         assert!(low > 0.0 && high < 20.0 / 1200.0, "{low} {high}");
-        // None of 6000: one or two of 1200 can be chance, ten cannot.
+        // None of 6000 against a sample of 1200: one or two can be chance, ten cannot.
         let (low, high) = alike(Count { found: 0, of: 6000 }, 1200);
         assert_eq!(low, 0.0);
         assert!((1.0 / 1200.0..10.0 / 1200.0).contains(&high), "{high}");

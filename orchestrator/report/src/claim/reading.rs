@@ -1,7 +1,7 @@
-//! Readings of the paper: two claims under settings that its text allows and does not state.
+//! Readings of the paper: claims under settings that its text allows but does not state.
 //!
-//! Each stands beside the strict claim, names it, and is shown only where there are runs for it. What the
-//! settings are, and why, is in `experiments/readings.toml` and `profiles/diego-vpn-free.toml`.
+//! Each names its strict claim, and is shown only if there are runs for it. The settings and the
+//! reasons for them are in `experiments/readings.toml` and `profiles/diego-vpn-free.toml`.
 
 use analysis::{Campaign, ReadError, Run, rows};
 use endpoint::{ArrivalRow, TickRow};
@@ -23,10 +23,10 @@ use crate::subject::{FIREFOX_2011, PYTHON};
 
 /// The topology of the reading of Figure 9b.
 const FREE: &str = "diego-vpn-free";
-/// A desktop's clock in the paper's years stepped by 1/64 s: Windows XP's stamps do, and a browser's with
-/// them.
+/// The step of a desktop's clock in the paper's years, 1/64 s: that of timestamps in Windows XP, and
+/// so in its browsers.
 const STAMP_NS: u64 = 1_000_000_000 / 64;
-/// Part of Figure 7's spread that the plant's may differ by.
+/// Share of Figure 7's standard deviation by which the plant's may differ.
 const AS_NOISY: f64 = 0.2;
 
 const AT_H: Metric = Metric::group(
@@ -49,7 +49,7 @@ const TIMES: Metric = Metric {
     ..settling::TIMES
 };
 
-/// The readings that there are runs for.
+/// The readings for which there are runs.
 pub(super) fn all(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
     let mut findings = Vec::new();
     let open = Source::of(campaign, FIREFOX_2011.open("arima", paper::H_100_HZ_NS));
@@ -72,7 +72,7 @@ pub(super) fn all(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
     Ok(findings)
 }
 
-/// Table 3's first number, by stamps of a clock of those years.
+/// Table 3's first number, with the timestamps of a clock of those years.
 fn table_3(source: &Source<'_>) -> Result<Finding, ReadError> {
     let mut evidence = Evidence::default();
     evidence.ask(source);
@@ -107,7 +107,7 @@ fn table_3(source: &Source<'_>) -> Result<Finding, ReadError> {
     ))
 }
 
-/// Figure 9b and 6b, where packets overtake each other and the plant is as noisy as Figure 7's.
+/// Figures 9b and 6b, with packets that overtake each other and a plant as noisy as Figure 7's.
 fn figure_9b([arima, vpn]: [Asked<'static>; 2]) -> [Claim; 2] {
     let more = Accepted::Above(Than {
         asked: arima,
@@ -173,7 +173,7 @@ fn note_peaks(evidence: &mut Evidence, judged: &[Judged<'_>]) {
     }
 }
 
-/// What part of each run's intervals it is, in the median.
+/// The median over the runs of the share that `part` is of all intervals.
 fn share(source: &Source<'_>, part: fn(&Spacing) -> u64) -> Result<Option<Estimate>, ReadError> {
     let mut shares = Vec::new();
     for run in &source.group.runs {
@@ -183,8 +183,8 @@ fn share(source: &Source<'_>, part: fn(&Spacing) -> u64) -> Result<Option<Estima
     Ok(Estimate::median(&shares))
 }
 
-/// How many intervals between commands a run has by the stamps of ticks, at h, zero, and in all. A command's
-/// time is the stamp of the first tick after it came.
+/// Counts of a run's intervals between commands by the timestamps of ticks: at h, zero, and all. The
+/// time of a command is the timestamp of the first tick after its arrival.
 #[derive(Default)]
 struct Spacing {
     at_h: u64,

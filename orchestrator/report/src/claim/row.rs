@@ -1,5 +1,5 @@
-//! The claims as a table: a claim consists of rows, and a row of whom to ask, for which number, and what
-//! is accepted. One function judges them all.
+//! The claims as a table: a claim consists of rows, and each row says which runs, which number, and
+//! what is accepted. One function judges them all.
 
 use analysis::{Campaign, Metrics, ReadError, Run};
 
@@ -12,7 +12,7 @@ use crate::subject::PYTHON;
 /// The topologies of the paper's Figures 3 to 5 and 8, and of Table 3.
 pub(super) const NEAR: [&str; 3] = ["arima", "buccoo", "couva"];
 
-/// What the paper says, and the numbers that it is held against. The words are [`Finding`]'s.
+/// What the paper says, and the numbers with which it is compared. The texts are those of [`Finding`].
 #[derive(Default)]
 pub(super) struct Claim {
     pub(super) id: &'static str,
@@ -20,15 +20,15 @@ pub(super) struct Claim {
     pub(super) claim: &'static str,
     /// Formatted from the limits of the rows.
     pub(super) check: String,
-    /// None of a claim that is judged by code of its own.
+    /// Empty for a claim that has code of its own.
     pub(super) rows: Vec<Row>,
-    /// The claim that this is a reading of.
+    /// The claim of which this is a reading.
     pub(super) reading_of: Option<&'static str>,
-    /// What else is to be said of the rows, once they are judged.
+    /// Adds remarks on the rows after they are judged.
     pub(super) remark: Option<fn(&mut Evidence, &[Judged<'_>])>,
 }
 
-/// Before anything is held against it.
+/// The finding before anything is judged.
 impl From<Claim> for Finding {
     fn from(claim: Claim) -> Finding {
         Finding {
@@ -55,27 +55,28 @@ pub(super) struct Row {
     pub(super) weight: Weight,
 }
 
-/// What becomes of a row.
+/// How a row is used.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Weight {
-    /// The verdict hangs on it.
+    /// The verdict depends on it.
     Decides,
-    /// Its runs are needed, and its number is only shown.
+    /// Its runs are needed, but its number is only shown.
     Shown,
-    /// It is shown where there are runs, such as those of a browser that the paper does not name.
+    /// It is shown if there are runs, such as those of a browser that the paper does not name.
     Beside,
 }
 
-/// Between what a number agrees.
+/// Where a number agrees.
 #[derive(Clone, Copy)]
 pub(super) enum Accepted {
     /// From one number to another.
     Within((f64, f64)),
-    /// More than what another group has.
+    /// Above the number of another group.
     Above(Than),
-    /// Less than that.
+    /// Below the number of another group.
     Below(Than),
-    /// From one number to another, or where another number of the same runs is beyond limits of its own.
+    /// From one number to another, or anywhere if another number of the same runs is beyond limits of
+    /// its own.
     WithinOrBeyond((f64, f64), Metric, (f64, f64)),
 }
 
@@ -84,36 +85,36 @@ pub(super) enum Accepted {
 pub(super) struct Than {
     pub(super) asked: Asked<'static>,
     pub(super) metric: Metric,
-    /// The limits that stand for it where it was not run, which the number is not held against.
+    /// The limits to show if it was not run; the number is not compared with them.
     pub(super) unknown: (f64, f64),
 }
 
-/// What is measured of a group.
+/// A number that is measured for a group.
 #[derive(Clone, Copy)]
 pub(super) struct Metric {
-    /// In words: `settling`.
+    /// Its name: `settling`.
     pub(super) of: &'static str,
-    /// Empty for a share or a ratio.
+    /// Its unit; empty for a share or a ratio.
     pub(super) unit: &'static str,
     pub(super) figure: Figure,
 }
 
-/// How a group's number comes of its runs.
+/// How a group's number is computed from its runs.
 #[derive(Clone, Copy)]
 pub(super) enum Figure {
     /// The median.
     Median(fn(&Metrics) -> Option<f64>),
-    /// The median, where runs may never come to it.
+    /// The median, of a number that runs may never reach.
     OrNever(fn(&Metrics) -> Option<f64>),
-    /// From the least to the greatest: the claim is of what one run did.
+    /// The range over single runs: the claim is about what one run did.
     Each(fn(&Run) -> Result<Option<f64>, ReadError>),
-    /// Settling over that of Python on arima at the same rate with the same plant.
+    /// Settling divided by that of Python on arima at the same rate with the same plant.
     Settling,
-    /// Worked out of the whole group.
+    /// Computed from the whole group.
     Group(fn(&Source<'_>) -> Result<Option<Estimate>, ReadError>),
 }
 
-/// A row with what came of it.
+/// A row with its result.
 pub(super) struct Judged<'a> {
     pub(super) row: Row,
     pub(super) source: Source<'a>,
@@ -133,7 +134,7 @@ impl Row {
         }
     }
 
-    /// A row that is needed, and only shown.
+    /// A row whose runs are needed, but which is only shown.
     pub(super) fn shown(asked: Asked<'static>, metric: Metric) -> Row {
         Row {
             weight: Weight::Shown,
@@ -141,7 +142,7 @@ impl Row {
         }
     }
 
-    /// The row as it is shown beside another that decides.
+    /// The row, only shown beside another that decides.
     pub(super) fn beside(self) -> Row {
         Row {
             weight: Weight::Beside,
@@ -165,7 +166,7 @@ impl From<(f64, f64)> for Accepted {
 }
 
 impl Metric {
-    /// The median of what each run was measured to have.
+    /// The median over the runs of a measured number.
     pub(super) const fn median(
         of: &'static str,
         unit: &'static str,
@@ -175,7 +176,7 @@ impl Metric {
         Metric { of, unit, figure }
     }
 
-    /// What each run did.
+    /// A number of each run by itself.
     pub(super) const fn each(
         of: &'static str,
         unit: &'static str,
@@ -185,7 +186,7 @@ impl Metric {
         Metric { of, unit, figure }
     }
 
-    /// What the runs come to together.
+    /// A number of all runs together.
     pub(super) const fn group(
         of: &'static str,
         unit: &'static str,
@@ -237,7 +238,7 @@ fn judge_row<'a>(
         let other = Source::of(campaign, than.asked);
         evidence.ask(&other);
         let other = than.metric.of(campaign, &other)?;
-        // Without the other there is nothing to be above or below.
+        // Without the other group there is no limit to be above or below.
         ours = other.and(ours);
         Ok(other.map_or(Limits::from(than.unknown), limits))
     };
@@ -278,7 +279,7 @@ fn judge_row<'a>(
     })
 }
 
-/// What settling is held against: Python on arima at the same rate with the same plant.
+/// The reference of settling: Python on arima at the same rate with the same plant.
 fn reference<'a>(campaign: &'a Campaign, source: &Source<'_>) -> Source<'a> {
     let asked = Asked {
         subject: PYTHON,

@@ -1,43 +1,42 @@
 //! The one rule that decides every number of a claim.
 //!
-//! A number is known in an interval, and agrees within limits. The interval lies on one side of each
-//! limit, or the runs cannot tell:
+//! A number has an interval, and agrees within limits:
 //!
-//! - all of it within the limits: it agrees;
-//! - all of it beyond one of them: it differs;
-//! - on both sides of one: it cannot be told. The runs would say the one as soon as the other, so neither
-//!   is said, whichever side the middle is on.
+//! - the whole interval is within the limits: it agrees;
+//! - the whole interval is beyond one limit: it differs;
+//! - the interval is on both sides of a limit: it cannot be told. The runs support one verdict as
+//!   well as the other, so neither is given, whichever side the middle is on.
 //!
-//! An interval is formed from [six values](INTERVAL_MIN) or more; what fewer say can be anything, so it
-//! cannot be told either. A limit may itself be measured, as where a share has to be above another's; then
-//! it is an interval too, and where the two meet it cannot be told.
+//! An interval needs [six values](INTERVAL_MIN) or more; fewer could mean anything, so it cannot be
+//! told either. A limit may itself be measured, as when a share has to be above another's. Then the
+//! limit is an interval too, and if the two overlap it cannot be told.
 //!
-//! Some statements need no interval, and their numbers are exact: that there are any, or none; what a
-//! run did, where the claim is of what one run did; and what is held against a band that holds already
-//! what chance makes of so many. But where [fewer than three](COUNT_MIN) of something rare are to be
-//! expected, some cannot be distinguished from none.
+//! Some numbers are exact and need no interval: that there are any, or none; what a run did, if the
+//! claim is about what one run did; and a number compared with a band that already includes chance.
+//! But if [fewer than three](COUNT_MIN) of something rare are expected, some cannot be distinguished
+//! from none.
 
 use super::Verdict;
 use crate::group::{Estimate, INTERVAL_MIN};
 
-/// Of something of which so many are expected, none is found in one of twenty runs (e^-3): with fewer, that
-/// there is none says nothing.
+/// If this many are expected, none is found in one of twenty runs (e^-3). If fewer are expected,
+/// finding none says nothing.
 pub(super) const COUNT_MIN: f64 = 3.0;
 
-/// The limits of what is only shown.
+/// The limits of a number that is only shown.
 pub(super) const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
-/// Between what a number agrees, each end from where to where it is known to lie.
+/// The limits within which a number agrees. Each of them is a range in which it is known to lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     low: (f64, f64),
     high: (f64, f64),
-    /// What stands for them in a table.
+    /// The limits as single numbers, for tables.
     shown: (f64, f64),
 }
 
 impl From<(f64, f64)> for Limits {
-    /// From one number to another, both of them within; an end that is open is infinite.
+    /// From one number to another, both included; an open end is infinite.
     fn from((low, high): (f64, f64)) -> Limits {
         Limits {
             low: (low, low),
@@ -48,7 +47,7 @@ impl From<(f64, f64)> for Limits {
 }
 
 impl Limits {
-    /// More than something that was itself measured.
+    /// Above a number that was itself measured.
     pub(crate) fn above(other: Estimate) -> Limits {
         Limits {
             low: (other.low, other.high.next_up()),
@@ -57,7 +56,7 @@ impl Limits {
         }
     }
 
-    /// Less than something that was itself measured.
+    /// Below a number that was itself measured.
     pub(crate) fn below(other: Estimate) -> Limits {
         Limits {
             low: (f64::NEG_INFINITY, f64::NEG_INFINITY),
@@ -66,13 +65,13 @@ impl Limits {
         }
     }
 
-    /// The ends in one number each.
+    /// The limits as single numbers.
     pub(crate) fn shown(&self) -> (f64, f64) {
         self.shown
     }
 }
 
-/// What a number comes to; `None` was not run.
+/// The verdict on a number; `None` was not run.
 pub(super) fn judge(ours: Option<Estimate>, limits: &Limits) -> Verdict {
     let Some(ours) = ours else {
         return Verdict::NotRun;
@@ -80,14 +79,14 @@ pub(super) fn judge(ours: Option<Estimate>, limits: &Limits) -> Verdict {
     let is_within = ours.low >= limits.low.1 && ours.high <= limits.high.0;
     let is_beyond = ours.high < limits.low.0 || ours.low > limits.high.1;
     match (ours.has_interval(), is_within, is_beyond) {
-        // Limits that are open at both ends hold whatever there is.
+        // Limits that are open at both ends accept anything.
         (_, true, _) => Verdict::Agrees,
         (true, false, true) => Verdict::Differs,
         _ => Verdict::CannotBeTold,
     }
 }
 
-/// Why there is no interval, for a number that has none.
+/// Why a number has no interval; `None` if it has one.
 pub(super) fn too_few(ours: &Estimate) -> Option<String> {
     (!ours.has_interval()).then(|| format!("no interval is formed from fewer than {INTERVAL_MIN}"))
 }
@@ -132,7 +131,7 @@ mod tests {
         assert_eq!(of(&[4.0; 6]), Verdict::Agrees);
         assert_eq!(of(&[400.0; 5]), Verdict::CannotBeTold);
         assert_eq!(of(&[400.0; 6]), Verdict::Differs);
-        // What is only shown has no limits to be on two sides of.
+        // A number that is only shown has no limits that it could be on both sides of.
         let open = Limits::from((f64::NEG_INFINITY, f64::INFINITY));
         assert_eq!(judge(Estimate::median(&[4.0]), &open), Verdict::Agrees);
     }

@@ -10,12 +10,12 @@ use crate::number::number;
 use crate::paper;
 use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON};
 
-/// Part of the reference that the final value may be off: the band of settling.
+/// Share of the reference by which the final value may be off: the band of settling.
 const BAND: f64 = 0.02;
-/// The share of runs that have to end stable, where stalls may keep some from it. With the interval of
-/// the share above it these are six of six, all of seven, nine of ten, or fifteen of twenty.
+/// The share of runs that have to end stable; stalls may keep some from it. The interval of the share
+/// has to be above this: six of six runs, seven of seven, nine of ten, or fifteen of twenty.
 const MOST: f64 = 0.5;
-/// "As without a network": settling in settlings on arima.
+/// "As without a network": settling relative to that on arima.
 const AS_WITHOUT: (f64, f64) = (0.8, 1.3);
 /// "Quadrupled".
 pub(super) const FOURFOLD: (f64, f64) = (3.0, 5.0);
@@ -38,7 +38,7 @@ const FINAL_VALUE: Metric = Metric {
     unit: "",
     figure: Figure::OrNever(|metrics| metrics.response?.final_value),
 };
-/// Infinite where a run never settled.
+/// Infinite if half of the runs never settled.
 pub(super) const SETTLING: Metric =
     Metric::group("settling", "ms", |source| Ok(source.group.settling_ms()));
 pub(super) const TIMES: Metric = Metric {
@@ -135,8 +135,8 @@ pub(super) fn figure_6() -> Vec<Claim> {
     ]
 }
 
-/// That the loops are stable: most runs say so, and none says that it is not. A run whose last part meets
-/// a stall ends as not settled, which is no verdict on the loop; the reason names it.
+/// The claim that loops are stable: most runs are, and no run grows. A run with a stall in its last
+/// part ends as not settled, which is no verdict on the loop; the reason names it.
 fn stable(
     id: &'static str,
     place: &'static str,
@@ -164,7 +164,7 @@ fn stable(
     }
 }
 
-/// The ratio decides; the settling times that it is made of are shown.
+/// The ratio decides; the two settling times are shown.
 fn times(asked: Asked<'static>, paper: f64, accepted: (f64, f64)) -> [Row; 3] {
     [
         Row::shown(asked, SETTLING),
@@ -173,7 +173,7 @@ fn times(asked: Asked<'static>, paper: f64, accepted: (f64, f64)) -> [Row; 3] {
     ]
 }
 
-/// What has to be so of a settling.
+/// What counts as agreement of a settling, in words.
 pub(super) fn settles(accepted: (f64, f64), of: &str) -> String {
     format!(
         "settling into {}, median of the runs, is {} times {of}",
@@ -182,7 +182,7 @@ pub(super) fn settles(accepted: (f64, f64), of: &str) -> String {
     )
 }
 
-/// How many runs ended so, and how many there are.
+/// The number of runs with this verdict, and of all runs.
 fn ended(source: &Source<'_>, so: LoopVerdict) -> (u64, u64) {
     let runs = &source.group.runs;
     let verdicts = runs
@@ -204,7 +204,7 @@ fn note_unsettled(evidence: &mut Evidence, judged: &[Judged<'_>]) {
     }
 }
 
-/// Of the numbers that decide, and what they are made of.
+/// Records small groups behind the numbers that decide, and behind those that they are computed from.
 fn few(evidence: &mut Evidence, judged: &[Judged<'_>]) {
     for judged in judged
         .iter()
@@ -214,7 +214,8 @@ fn few(evidence: &mut Evidence, judged: &[Judged<'_>]) {
     }
 }
 
-/// A client that advances its integrator by h a request is slower by its interval over h.
+/// Explains the pace: a client that advances its integrator by h per request is slower by the ratio
+/// of its interval to h.
 fn explain_pace(evidence: &mut Evidence, judged: &[Judged<'_>]) {
     few(evidence, judged);
     let Some(Judged { source, .. }) = judged.first() else {

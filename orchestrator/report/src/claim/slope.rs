@@ -6,17 +6,17 @@ use analysis::{ReadError, Run};
 
 use crate::group::Estimate;
 
-/// Blocks that a series is cut into; what is late in one says little about the next.
+/// Number of blocks into which a series is cut; lateness in one says little about the next.
 const BLOCKS: usize = 12;
 /// Student's t with `BLOCKS - 1` degrees of freedom: 95 % lie within.
 const STUDENT_95: f64 = 2.201;
-/// Fewer points than this have no slope worth an interval.
+/// The fewest points for which a slope and its interval are computed.
 const POINTS_MIN: usize = 5 * BLOCKS;
 
-/// How late each message of a run arrived against when it was due.
+/// The lateness of each message of a run.
 #[derive(Debug)]
 pub(super) struct Series {
-    /// Due and late, both in s, in order of arrival.
+    /// Time due and lateness, both in s, in order of arrival.
     points: Vec<(f64, f64)>,
 }
 
@@ -31,11 +31,12 @@ impl Series {
 
     /// The least-squares slope, s/s, with its 95 % interval.
     ///
-    /// Lateness during a stall is one event and not forty, so the usual standard error is several
-    /// times too small. The series is cut into twelve blocks, longer than a stall and taken for
-    /// independent, and the slope is worked out without each in turn (the delete-a-group jackknife).
+    /// A stall that delays forty messages is one event and not forty, so the usual standard error is
+    /// several times too small. Therefore the series is cut into twelve blocks, which are longer than
+    /// a stall and taken as independent, and the slope is computed without each block in turn (the
+    /// delete-a-group jackknife).
     ///
-    /// `None` with fewer than sixty messages, or where all were due at once.
+    /// `None` with fewer than sixty messages, or if all were due at once.
     pub(super) fn least_squares(&self) -> Option<Estimate> {
         let n = self.points.len();
         if n < POINTS_MIN {
@@ -62,9 +63,9 @@ impl Series {
         Some(Estimate::around(value, STUDENT_95 * error, n as u64))
     }
 
-    /// Tukey's resistant slope, s/s: from the median point of the first third to that of the last.
-    /// It follows what is regular, however far a few stalls are off. `None` with fewer than sixty
-    /// messages.
+    /// Tukey's resistant slope, s/s: from the median point of the first third to that of the last. It
+    /// follows the regular messages, however far off a few stalls are. `None` with fewer than sixty
+    /// messages, or if all were due at once.
     pub(super) fn resistant(&self) -> Option<f64> {
         let n = self.points.len();
         if n < POINTS_MIN {
@@ -76,7 +77,7 @@ impl Series {
         (due_s > 0.0).then(|| late_s / due_s)
     }
 
-    /// What is left about the resistant line, which has as many messages above it as below.
+    /// The residuals about the resistant line, which has as many messages above it as below.
     pub(super) fn residuals(&self) -> Option<Residuals> {
         let slope = self.resistant()?;
         let about = |(due_s, late_s): &(f64, f64)| (*due_s, (late_s - slope * due_s) * 1e3);
@@ -105,13 +106,13 @@ impl Series {
 /// Distances of a series from its resistant line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Residuals {
-    /// Messages.
+    /// Number of messages.
     pub(super) n: u64,
     /// Their median distance, ms.
     pub(super) p50_ms: f64,
-    /// How many are off the line: by more than [`IMPULSE`] medians and [`IMPULSE_MS`].
+    /// Number of messages off the line: by more than [`IMPULSE`] medians and [`IMPULSE_MS`].
     pub(super) off: u64,
-    /// The most of them in a row.
+    /// The longest sequence of such messages.
     pub(super) longest: u64,
 }
 
@@ -126,7 +127,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// 600 messages, one each 0.2 s.
+    /// 600 messages, one every 0.2 s.
     fn series(late_s: impl Fn(usize) -> f64) -> Series {
         let points = (0..600).map(|k| (k as f64 * 0.2, late_s(k))).collect();
         Series { points }
@@ -134,7 +135,7 @@ mod tests {
 
     #[test]
     fn stalls_tilt_the_line_and_the_interval_says_so() {
-        // Two stalls of 2 s near the end of a flat series, each ten messages that come together.
+        // Two stalls of 2 s near the end of a flat series; after each, ten messages arrive together.
         let stalls = series(|k| match k {
             500..510 => (510 - k) as f64 * 0.2,
             560..570 => (570 - k) as f64 * 0.2,

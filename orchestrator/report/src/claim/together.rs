@@ -1,7 +1,7 @@
 //! Messages that came at the same time as the one before: Table 3.
 //!
-//! What is the same time depends on the clock. Stamps of 10 ms reproduce the paper's row at 100 Hz,
-//! so they decide; the finer ones are shown.
+//! What counts as the same time depends on the clock. Timestamps of 10 ms reproduce the paper's row
+//! at 100 Hz, so they decide; finer ones are only shown.
 
 use analysis::{Campaign, ReadError};
 
@@ -16,9 +16,9 @@ use crate::number::{number, spelled};
 use crate::paper::{self, SameTime, TABLE_3};
 use crate::subject::{CHROMIUM_2011, FIREFOX_2011, Subject};
 
-/// Part of the paper's share that a share may differ by, where it is more than chance.
+/// Share of the paper's value by which a value may differ, if that is more than chance explains.
 pub(super) const WITHIN: f64 = 0.2;
-/// What the paper's stamps are taken to be, ns.
+/// The assumed step of the paper's timestamps, ns.
 const STAMP_NS: u64 = 10_000_000;
 
 /// Table 3, a finding for each rate.
@@ -115,7 +115,7 @@ fn cell(
     Ok(close)
 }
 
-/// A count beside the paper's share.
+/// A count compared with the paper's share.
 pub(super) fn counted(
     source: &Source<'_>,
     row: &SameTime,
@@ -133,7 +133,7 @@ pub(super) fn counted(
         &format!("share of neighbours in the same {clock}"),
         "",
         Some(row.share),
-        // The limits have what chance makes of both counts: the number needs no interval of its own.
+        // The limits include the chance of both counts: the number needs no interval of its own.
         count.and_then(Count::share),
         accepted,
     );
@@ -148,13 +148,13 @@ pub(super) fn counted(
     }
 }
 
-/// Neighbours that share the stamps that decide.
+/// Consecutive arrivals with the same timestamp of 10 ms, which is the one that decides.
 pub(super) fn in_10_ms(source: &Source<'_>) -> Option<Count> {
     Count::over(source, |m| (m.arrivals.zero_10ms, m.arrivals.count))
 }
 
-/// What the paper counted: its messages are those due in ten minutes, less the twelfth that its text
-/// has missing at 100 Hz; the slower rates lose next to nothing.
+/// The paper's count. Its messages are those due in ten minutes, less the twelfth that is missing at
+/// 100 Hz according to its text; the slower rates lose next to nothing.
 fn paper_count(row: &SameTime) -> Count {
     let due = paper::OPEN_LOOP_S * 1e9 / row.h_ns as f64;
     let sent = match row.h_ns {
@@ -167,7 +167,8 @@ fn paper_count(row: &SameTime) -> Count {
     }
 }
 
-/// Which share of neighbours come within the length of a stamp of each other, and where.
+/// The share of consecutive arrivals that are less than a timestamp's step apart, and the topology,
+/// in words.
 fn close(source: &Source<'_>, topology: &str) -> Result<Option<String>, ReadError> {
     let Some(run) = source.group.runs.first() else {
         return Ok(None);

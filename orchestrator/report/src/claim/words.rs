@@ -1,4 +1,4 @@
-//! Numbers and parts as a person reads them.
+//! Numbers and parts as text for people.
 
 use super::{Part, Verdict, rule};
 use crate::group::Estimate;
@@ -7,7 +7,7 @@ use crate::number::number;
 /// The most parts that a sentence lists one by one.
 const LISTED: usize = 4;
 
-/// A part with its number, and where it does not agree with what is accepted:
+/// A part with its number and, if it does not agree, with what is accepted:
 /// `settling, python, diego-vpn, 333 Hz: 5.2 (4.8 to 5.6, n = 20; accepted 3 to 5)`.
 pub(super) fn part(part: &Part) -> String {
     let Some(ours) = part.ours else {
@@ -26,7 +26,7 @@ pub(super) fn part(part: &Part) -> String {
     format!("{}: {} ({})", part.of, value(part, ours), about.join("; "))
 }
 
-/// That all agree, with their numbers as far as they fit in a sentence.
+/// A sentence that all parts agree, with as many of their numbers as fit.
 pub(super) fn all_agree(parts: &[Part]) -> String {
     if parts.len() <= LISTED {
         let list: Vec<String> = parts.iter().map(part).collect();
@@ -72,17 +72,17 @@ fn range((low, high): (f64, f64)) -> String {
     }
 }
 
-/// Limits as a check has them: `3 to 5`.
+/// Limits as text: `3 to 5`.
 pub(super) fn between((low, high): (f64, f64)) -> String {
     format!("{low} to {high}")
 }
 
-/// A share in percent, without what binary fractions add: `2 %`.
+/// A share in percent, without the rounding errors of binary fractions: `2 %`.
 pub(super) fn percent(share: f64) -> String {
     format!("{} %", (share * 1e6).round() / 1e4)
 }
 
-/// A part of a whole as people write it: `half`, `a fifth`.
+/// A share as people write it: `half`, `a fifth`.
 pub(super) fn fraction(share: f64) -> String {
     match (1.0 / share).round() as u64 {
         2 => "half".to_owned(),

@@ -1,4 +1,4 @@
-//! What is compared of a pair of runs, how a change of it is counted, and which way is worse.
+//! What is compared in a pair of runs, how its change is expressed, and which direction is worse.
 
 use analysis::Summary;
 use endpoint::Mode;
@@ -8,7 +8,7 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
-    /// Settling of a closed loop into 2 %, ms; infinite where it never did.
+    /// Settling of a closed loop into 2 %, ms; infinite if it never settled.
     Settling,
     /// Overshoot of a closed loop, % of the reference.
     Overshoot,
@@ -16,14 +16,14 @@ pub enum Measure {
     Iae,
     /// Slope of an open loop's lateness over its schedule, ms/s.
     Slope,
-    /// Messages that an open loop sent, of those due, %.
+    /// Messages that an open loop sent, as a share of those due, %.
     Sent,
     /// Median round trip of the messages, ms.
     Rtt,
 }
 
 impl Measure {
-    /// All of them, in the order in which they are shown.
+    /// All measures, in the order in which they are shown.
     pub const ALL: [Measure; 6] = [
         Measure::Settling,
         Measure::Overshoot,
@@ -33,7 +33,7 @@ impl Measure {
         Measure::Rtt,
     ];
 
-    /// What it is called.
+    /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -57,7 +57,7 @@ impl Measure {
         }
     }
 
-    /// Its value in a complete run, in its unit; `None` where it does not apply or was not measured.
+    /// Its value in a complete run, in its unit; `None` if it does not apply or was not measured.
     #[must_use]
     pub fn of(self, run: &Summary) -> Option<f64> {
         let closed = |value: Option<f64>| value.filter(|_| run.mode == Mode::Closed);
@@ -72,9 +72,9 @@ impl Measure {
         }
     }
 
-    /// How far `b` is from `a`: the logarithm of their ratio where a change is counted as a ratio,
-    /// else their difference as a share of the reference or of the schedule. `None` where there is
-    /// no ratio.
+    /// The difference of `b` from `a`: the logarithm of their ratio if a change of the measure is a
+    /// ratio, else their difference as a share of the reference or of the schedule. `None` if there
+    /// is no ratio.
     pub(super) fn difference(self, a: f64, b: f64) -> Option<f64> {
         match self {
             // Neither settled: no difference.
@@ -87,8 +87,9 @@ impl Measure {
         }
     }
 
-    /// A difference as a change in shares: 0.1 is a tenth more. Of settling, IAE and RTT it is a
-    /// share of A's own, of overshoot of the reference, of slope and sent of the schedule.
+    /// Converts a difference to a change as a share: 0.1 is a tenth more. For settling, IAE and RTT
+    /// it is a share of A's value, for overshoot of the reference, for slope and sent of the
+    /// schedule.
     #[must_use]
     pub fn change(self, difference: f64) -> f64 {
         match self {
@@ -97,8 +98,8 @@ impl Measure {
         }
     }
 
-    /// Less than this between the medians, in the measure's unit, never matters. A message over
-    /// loopback takes 0.2 ms, of which a busier machine makes 0.25 ms.
+    /// A difference of the medians below this, in the measure's unit, never matters. A message over
+    /// loopback takes 0.2 ms, and 0.25 ms on a busier machine.
     pub(super) fn least(self) -> f64 {
         match self {
             Measure::Rtt => 0.1,

@@ -1,4 +1,4 @@
-//! Which run of one campaign stands beside which of another.
+//! Pairs the runs of two campaigns.
 
 use analysis::layout::{Column, Shown, number, text};
 use analysis::{Campaign, Run, grouped};
@@ -13,18 +13,18 @@ pub struct Kind {
     pub topology: String,
     /// The client.
     pub client: Client,
-    /// The client's preset, and what the experiment laid over it.
+    /// The client's preset, and the settings that the experiment changed.
     pub setup: String,
     /// `open` or `closed`.
     pub mode: Mode,
-    /// The rate in people's words, such as `333 Hz`.
+    /// The rate for people, such as `333 Hz`.
     pub rate: String,
     /// The sample time, ns.
     pub h_ns: u64,
 }
 
 impl Kind {
-    /// The columns in which a group is named.
+    /// The columns that name a group.
     pub(crate) const COLUMNS: [Column; 5] = [
         text("topology"),
         text("client").shown(Shown::IfDiffers),
@@ -33,7 +33,7 @@ impl Kind {
         number("", "rate"),
     ];
 
-    /// What it has in each of them.
+    /// Its entries in these columns.
     pub(crate) fn entries(&self) -> [String; 5] {
         [
             self.topology.clone(),
@@ -76,16 +76,16 @@ pub struct Lone {
     /// The group.
     #[serde(flatten)]
     pub kind: Kind,
-    /// Why not, in a sentence.
+    /// The reason, in a sentence.
     pub reason: String,
 }
 
-/// A group's pairs.
+/// A group with its pairs.
 pub(crate) struct Paired<'a> {
     pub(crate) kind: Kind,
-    /// Complete in both, in order of repeat: A's run and B's.
+    /// Pairs that are complete in both, in order of repeat: A's run and B's.
     pub(crate) runs: Vec<(&'a Run, &'a Run)>,
-    /// How many pairs there would be if all that either plan has were complete in both.
+    /// Number of pairs if all runs of either plan were complete in both.
     pub(crate) planned: usize,
 }
 
@@ -112,14 +112,15 @@ pub(crate) fn pair<'a>(a: &'a Campaign, b: &'a Campaign) -> (Vec<Paired<'a>>, Ve
     (paired, lone)
 }
 
-/// The runs of a kind.
+/// The runs of one kind in both campaigns.
 struct Members<'a> {
     a: Vec<&'a Run>,
     b: Vec<&'a Run>,
 }
 
 impl<'a> Members<'a> {
-    /// The runs of the same repeat over the same link for as long, of which both are as asked.
+    /// The pairs of runs with the same repeat, link seed and duration, of which both satisfy
+    /// `is_asked`.
     fn pairs(&self, is_asked: impl Fn(&Run) -> bool) -> Vec<(&'a Run, &'a Run)> {
         let link = |run: &Run| (run.cell.repeat, run.cell.link_seed, run.cell.duration_ns);
         let mut pairs = Vec::new();
@@ -174,7 +175,7 @@ impl<'a> Members<'a> {
     }
 }
 
-/// Its figures are whole: it ran to its end over a link that held, and so is its folder.
+/// Whether its figures can be used: it ran to its end over a link that held, and its folder is whole.
 pub(super) fn is_complete(run: &Run) -> bool {
     run.summary.verdict == Some(Verdict::Complete) && run.damage.is_empty()
 }

@@ -30,7 +30,7 @@ pub(crate) fn campaign(seed: u64, repeats: u32) -> Campaign {
     let plan = plan.expect("an experiment");
     let runs = plan.cells.iter().map(|cell| {
         let closed = cell.settings.mode == endpoint::Mode::Closed;
-        // No two repeats are alike, as over a real link.
+        // Repeats differ, as over a real link.
         let of_repeat = 1.0 + 0.01 * f64::from(cell.repeat % 5);
         let known = Summary {
             verdict: Some(Verdict::Complete),
@@ -94,7 +94,7 @@ fn a_comparison_reads_like_this() {
         });
     });
     let b = changed(slower, ["couva", "open"], |repeat, run| {
-        // Beyond what matters, and now this way, now that.
+        // Changes that are large enough to matter, in alternating directions.
         let way = if repeat % 2 == 0 { 1.0 } else { -0.4 };
         run.schedule_slope = run.schedule_slope.map(|slope| slope + 0.2 * way);
         run.verdict = Some(match repeat {
@@ -125,7 +125,7 @@ fn worse_takes_both_that_it_is_no_chance_and_that_it_matters() {
     assert_eq!(settling(&|_| 0.9), (Outcome::Better, false));
     let now_and_then = |repeat: u32| if repeat > 4 { 1.2 } else { 0.8 };
     assert_eq!(settling(&now_and_then), (Outcome::Unclear, false));
-    // One stall of the machine does not turn a median.
+    // One stall of the machine does not change a median.
     let once = |repeat: u32| if repeat == 3 { 9.0 } else { 1.0 };
     assert_eq!(settling(&once), (Outcome::Alike, false));
 }
@@ -231,7 +231,7 @@ proptest! {
         let b = changed(campaign(1, 8), ["couva", "closed"], |repeat, run| {
             run.settling_ms = run.settling_ms.map(|ms| ms * factors[repeat as usize - 1]);
         });
-        // Of 5 % more one way, 4.8 % are less the other.
+        // 5 % more in one direction are 4.8 % less in the other.
         let (there, back) = (Comparison::of(&a, &b, 0.0), Comparison::of(&b, &a, 0.0));
         let turned = |outcome: &Outcome| match outcome {
             Outcome::Worse => Outcome::Better,

@@ -1,4 +1,4 @@
-//! A comparison for people, and as CSV for programs.
+//! A comparison as text for people, and as CSV for programs.
 
 use analysis::LoopVerdict;
 use analysis::layout::{Column, align, digits, number, text};
@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::{Comparison, Group, Kind, LEVEL, Measure, Outcome, Side};
 
-/// What stands beside a group's name.
+/// The columns after those of the group's name.
 const COLUMNS: [Column; 9] = [
     number("", "pairs"),
     text("measure"),
@@ -48,7 +48,7 @@ struct Row<'a> {
 }
 
 impl Comparison {
-    /// The comparison for people, who called the campaigns `a` and `b`.
+    /// The comparison as text; `a` and `b` are the names of the campaigns.
     #[must_use]
     pub fn to_text(&self, a: &str, b: &str) -> String {
         let mut out = format!("A: {}\nB: {}\n", self.a.words(a), self.b.words(b));
@@ -80,7 +80,8 @@ impl Comparison {
         format!("{out}\n{}\n", self.answer())
     }
 
-    /// A row for each measure of each group: `a` and `b` in its unit, the change as a share.
+    /// The comparison as CSV, with a row for each measure of each group: `a` and `b` in its unit, the
+    /// change as a share.
     #[must_use]
     pub fn to_csv(&self) -> String {
         let finite = |value: f64| Some(value).filter(|value| value.is_finite());
@@ -109,7 +110,7 @@ impl Comparison {
         analysis::csv(rows)
     }
 
-    /// All of it in a sentence or two.
+    /// The result in a sentence or two.
     fn answer(&self) -> String {
         let all: usize = self.groups.iter().map(|group| group.measures.len()).sum();
         if all == 0 {
@@ -178,7 +179,7 @@ fn value(measure: Measure, value: f64) -> String {
 
 fn percent(change: f64) -> String {
     match change {
-        // A loop that never settled took longer than any other, and one that does now, less.
+        // A loop that no longer settles has an infinite change; one that settles now has -100 %.
         change if change == f64::INFINITY => "+inf".to_owned(),
         change if (change * 1e3).round() == 0.0 => "0".to_owned(),
         change => format!("{:+.1}", change * 1e2),

@@ -1,4 +1,4 @@
-//! A column of a CSV file in the words of Table Schema.
+//! A column of a CSV file, as Table Schema describes it.
 
 use serde::Serialize;
 
@@ -7,21 +7,21 @@ use serde::Serialize;
 pub struct Field {
     /// Its name in the header.
     pub name: String,
-    /// What stands in it.
+    /// The type of its entries.
     #[serde(rename = "type")]
     pub kind: Kind,
-    /// The unit, as its name has it; none of counts, shares, words, and quantities without dimension.
+    /// The unit, from its name; `None` for counts, shares, words, and dimensionless quantities.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// What it means.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub description: String,
-    /// What every entry keeps to.
+    /// Constraints on every entry.
     #[serde(skip_serializing_if = "Constraints::is_none")]
     pub constraints: Constraints,
 }
 
-/// What stands in a column.
+/// The type of a column's entries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -35,19 +35,19 @@ pub enum Kind {
     String,
 }
 
-/// What every entry of a column keeps to.
+/// Constraints on every entry of a column.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Constraints {
-    /// Whether none is empty.
+    /// Whether no entry is empty.
     #[serde(skip_serializing_if = "is_false")]
     pub required: bool,
-    /// All words there can be; empty where there may be any.
+    /// The words that are allowed; empty if any are.
     #[serde(rename = "enum", skip_serializing_if = "Vec::is_empty")]
     pub words: Vec<&'static str>,
 }
 
 impl Kind {
-    /// That of a word; of one that is none, words.
+    /// The type with this name; `String` for an unknown name.
     pub(super) fn of(word: &str) -> Kind {
         match word {
             "integer" => Kind::Integer,
@@ -64,7 +64,7 @@ impl Constraints {
     }
 }
 
-// Serde hands over a reference.
+// Serde passes a reference.
 #[allow(clippy::trivially_copy_pass_by_ref)]
 fn is_false(x: &bool) -> bool {
     !x

@@ -1,8 +1,8 @@
 //! `datapackage.json`: the folder's CSV files as a Data Package, version 2.
 //!
-//! Rows of one kind are one resource over the files of all cells, the cell being the name of the
-//! file's folder; checksums of those are in the cells' manifests. A single file has its own here.
-//! Left out is what is no table: manifests, reports of the roles, logs.
+//! Rows of one kind are one resource over the files of all cells, where the name of a file's folder
+//! is the cell. The checksums of these files are in the cells' manifests; those of single files are
+//! here. Files that are not tables are left out: manifests, reports of the roles, logs.
 
 use std::path::{Path, PathBuf};
 
@@ -79,7 +79,7 @@ struct Schema {
     primary_key: Vec<&'static str>,
 }
 
-/// The file's text, with the report's own tables; `files` are [`Report::files`].
+/// The text of `datapackage.json`, including the report's own tables; `files` are [`Report::files`].
 #[must_use]
 pub fn json(report: &Report<'_>, files: &[(PathBuf, Vec<u8>)]) -> String {
     let campaign = report.campaign;
@@ -111,7 +111,7 @@ pub fn json(report: &Report<'_>, files: &[(PathBuf, Vec<u8>)]) -> String {
     serde_json::to_string_pretty(&package).unwrap_or_default() + "\n"
 }
 
-/// `summary.csv`, where it is.
+/// `summary.csv`, if it exists.
 fn summary(report: &Report<'_>) -> Option<Resource> {
     let file = file::open(&report.campaign.folder.join(SUMMARY)).ok()?;
     let fact = FileFact::of(file).ok()?;
@@ -131,7 +131,7 @@ fn summary(report: &Report<'_>) -> Option<Resource> {
     })
 }
 
-/// All files of one kind of row; `None` where there is none.
+/// All files of one kind of row; `None` if there are none.
 fn rows(report: &Report<'_>, kind: &RowFile) -> Option<Resource> {
     let runs = report.campaign.runs.iter();
     let paths: Vec<String> = runs.flat_map(|run| files(run, kind)).collect();
@@ -145,8 +145,8 @@ fn rows(report: &Report<'_>, kind: &RowFile) -> Option<Resource> {
     })
 }
 
-/// The cell's files of a kind that are there. Torn ones end in a line that is no row and are left
-/// out, with those of runs that broke off.
+/// The cell's files of a kind that exist. None for a run that broke off, or one with a torn file,
+/// whose last line is not a row.
 fn files(run: &Run, kind: &RowFile) -> Vec<String> {
     let whole = run.metrics.is_some_and(|metrics| metrics.torn_lines == 0);
     let Some(manifest) = run.manifest.as_ref().filter(|_| whole) else {
@@ -164,7 +164,7 @@ fn files(run: &Run, kind: &RowFile) -> Vec<String> {
         .collect()
 }
 
-/// A table of the report, its columns as its header and its entries have them.
+/// A table of the report, with the columns from its header and its entries.
 fn table(report: &Report<'_>, name: &Path, content: &[u8]) -> Resource {
     let stem = name.file_stem().map(|stem| stem.to_string_lossy());
     let stem = stem.as_deref().unwrap_or_default();
@@ -181,7 +181,7 @@ fn table(report: &Report<'_>, name: &Path, content: &[u8]) -> Resource {
     }
 }
 
-/// What a file of the report shows, from the table or the figure that it is of.
+/// What a file of the report shows, from its table or its figure.
 fn about(report: &Report<'_>, stem: &str) -> String {
     let table = report.tables.iter().find(|table| table.name == stem);
     let figure = |number: &str| stem.strip_prefix("fig-") == Some(number);
@@ -193,7 +193,7 @@ fn about(report: &Report<'_>, stem: &str) -> String {
     }
 }
 
-/// The columns of a CSV: of numbers where every entry that is not empty is one.
+/// The columns of a CSV. A column is numeric if every entry that is not empty is a number.
 fn columns(content: &[u8]) -> Vec<Field> {
     let mut reader = csv::Reader::from_reader(content);
     let names = reader.headers().cloned().unwrap_or_default();
@@ -214,7 +214,7 @@ fn columns(content: &[u8]) -> Vec<Field> {
         .collect()
 }
 
-/// A name that packages may have: lower case, and nothing but letters, digits, `-` and `.`.
+/// A valid name of a package or resource: lower case, and only letters, digits, `-` and `.`.
 fn name(words: &str) -> String {
     let sign = |c: char| match c {
         'a'..='z' | '0'..='9' | '.' | '-' => c,

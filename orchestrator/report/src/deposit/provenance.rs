@@ -1,9 +1,9 @@
-//! `ro-crate-metadata.json`: who made what from which plan, as an RO-Crate 1.1 with the profile
-//! Process Run Crate 0.5.
+//! `ro-crate-metadata.json`: which program made what from which plan, as an RO-Crate 1.1 with the
+//! profile Process Run Crate 0.5.
 //!
-//! A run of a cell is an action: webloop its instrument, the plan its object, the cell's folder its
-//! result. The files in a cell's folder are in its manifest, with length and checksum, and not here
-//! again. Agents are left out: nothing in the folder says who they were.
+//! A run of a cell is an action: webloop is its instrument, the plan its object, the cell's folder
+//! its result. The files in a cell's folder are listed in its manifest, with length and checksum, and
+//! not repeated here. Agents are left out: nothing in the folder says who they were.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -26,7 +26,7 @@ const CRATE: &str = "https://w3id.org/ro/crate/1.1";
 const CONTEXT: &str = "https://w3id.org/ro/crate/1.1/context";
 const PROFILE: &str = "https://w3id.org/ro/wfrun/process/0.5";
 
-/// What a path keeps where it stands as an address.
+/// The characters that are escaped if a path is used as an address.
 const PATH: &AsciiSet = &NON_ALPHANUMERIC
     .remove(b'-')
     .remove(b'.')
@@ -42,7 +42,7 @@ struct Crate {
     graph: Vec<Entity>,
 }
 
-/// Something that the crate speaks of.
+/// An entity that the crate describes.
 #[derive(Serialize)]
 struct Entity {
     #[serde(rename = "@id")]
@@ -67,7 +67,7 @@ impl Entity {
         self
     }
 
-    /// With a property where there is something to say.
+    /// Adds a property if it has a value.
     fn maybe(self, name: &'static str, value: Option<impl Into<Value>>) -> Entity {
         match value {
             Some(value) => self.with(name, value),
@@ -76,7 +76,7 @@ impl Entity {
     }
 }
 
-/// The file's text; `files` are [`Report::files`].
+/// The text of `ro-crate-metadata.json`; `files` are [`Report::files`].
 #[must_use]
 pub fn json(report: &Report<'_>, files: &[(PathBuf, Vec<u8>)]) -> String {
     let runs: Vec<(&Run, &Manifest)> = report
@@ -157,8 +157,8 @@ fn program_id(version: &str) -> String {
     format!("#webloop-{}", address(version))
 }
 
-/// The files in the results folder itself. The package's checksum is not here: the package is
-/// written beside this file, not before it.
+/// The files in the results folder itself. The package has no checksum here, since it is written
+/// beside this file and not before it.
 fn of_the_folder(report: &Report<'_>) -> Vec<Entity> {
     let found =
         |name: &str| FileFact::of(file::open(&report.campaign.folder.join(name)).ok()?).ok();
@@ -203,7 +203,7 @@ fn media_type(name: &str) -> Option<&'static str> {
     }
 }
 
-/// What a run left.
+/// The result of a run: its folder.
 fn result(run: &Run, manifest: &Manifest) -> Entity {
     let description = format!(
         "{}, {}: {}. Its manifest.json lists its files.",
@@ -216,14 +216,14 @@ fn result(run: &Run, manifest: &Manifest) -> Entity {
         .with("description", description)
 }
 
-/// A run. One whose link did not hold was completed all the same: why it does not count is in its
-/// description, and an error only where it broke off.
+/// The action of a run. A run whose link did not hold is completed all the same, and its description
+/// says why it does not count. Only a run that broke off has an error.
 fn action(run: &Run, manifest: &Manifest) -> Entity {
     let completed = matches!(
         manifest.verdict,
         Verdict::Complete | Verdict::Disturbed | Verdict::Invalid
     );
-    // Words and not references, as the profile's validator wants them.
+    // Strings and not references, as the profile's validator requires.
     let status = if completed {
         "http://schema.org/CompletedActionStatus"
     } else {
@@ -251,18 +251,18 @@ fn action(run: &Run, manifest: &Manifest) -> Entity {
         .maybe("error", reasons.filter(|_| !completed))
 }
 
-/// When a run began; `None` where its manifest has no time there.
+/// When a run began; `None` if its manifest has no valid time.
 fn started(manifest: &Manifest) -> Option<Timestamp> {
     manifest.started.parse().ok()
 }
 
-/// When it ended.
+/// When a run ended; `None` if its manifest has no valid times.
 fn ended(manifest: &Manifest) -> Option<Timestamp> {
     let lasted = SignedDuration::try_from_secs_f64(manifest.wall_s).ok()?;
     started(manifest)?.checked_add(lasted).ok()
 }
 
-/// ISO 8601 to a millisecond, which is as much as readers take.
+/// ISO 8601 to a millisecond, the finest that readers accept.
 fn iso(time: Timestamp) -> String {
     time.strftime("%Y-%m-%dT%H:%M:%S%.3f+00:00").to_string()
 }

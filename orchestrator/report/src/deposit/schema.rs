@@ -1,25 +1,24 @@
-//! The columns of the files that webloop writes: what each means.
+//! The columns of the files that webloop writes, and their meaning.
 //!
-//! They stand in `columns.tsv`, a line for each. Names and order are those of the row types, which a test
-//! holds them against; a report's own tables and figures describe themselves by their headers and are not
-//! there.
+//! They are in `columns.tsv`, one per line. Names and order are those of the row types, which a test
+//! checks. A report's own tables and figures describe themselves by their headers and are not there.
 
 use plan::file_name;
 
 use super::field::{Constraints, Field, Kind};
 
-/// Of each column its file's kind, its name, what stands in it, `always` where no entry is empty, the words
-/// that there can be, and what it means.
+/// For each column: the kind of its file, its name, the type of its entries, `always` if no entry is
+/// empty, the words that are allowed, and its meaning.
 const COLUMNS: &str = include_str!("schema/columns.tsv");
 
-/// The columns of a kind of file, `summary` or one of [`ROW_FILES`]; none of a name that is no kind's.
+/// The columns of a kind of file, `summary` or one of [`ROW_FILES`]; empty for an unknown kind.
 #[must_use]
 pub fn columns(file: &str) -> Vec<Field> {
     let lines = COLUMNS.lines().skip(1);
     lines.filter_map(|line| column(line, file)).collect()
 }
 
-/// The column of a line, if it is that file's.
+/// The column on a line, if it belongs to that kind of file.
 fn column(line: &'static str, file: &str) -> Option<Field> {
     let entries: Vec<&'static str> = line.split('\t').collect();
     let [of, name, kind, entry, words, description] = entries[..] else {
@@ -37,11 +36,11 @@ fn column(line: &'static str, file: &str) -> Option<Field> {
 /// A kind of file that cells leave.
 #[derive(Debug, Clone)]
 pub struct RowFile {
-    /// What it is called among the kinds.
+    /// Name of the kind.
     pub name: &'static str,
-    /// What files of this kind are called in a cell's folder.
+    /// Names of the files of this kind in a cell's folder.
     pub files: &'static [&'static str],
-    /// The player whose files these are; `None` where it makes no difference.
+    /// The player whose files these are; `None` if the player makes no difference.
     pub player: Option<&'static str>,
     /// What a row is.
     pub description: &'static str,
@@ -96,7 +95,7 @@ pub const ROW_FILES: [RowFile; 7] = [
     },
 ];
 
-/// One file where one process plays both ways, and one for each way where two do.
+/// One file if one process plays both directions, or one for each direction if two do.
 const LINK_FILES: &[&str] = &[file_name::LINK, file_name::LINK_UP, file_name::LINK_DOWN];
 
 #[cfg(test)]

@@ -10,11 +10,11 @@ use crate::origin::Origin;
 use crate::paper;
 use crate::subject::{CHROMIUM_2011, FIREFOX_2011, FIREFOX_WORKER, OTHER_TONE, Subject};
 
-/// How many messages the paper's figure shows.
+/// Number of messages that the paper's figure shows.
 const MESSAGES: u64 = 600;
 
-/// Who is shown, and in which colour: the browsers' clients of 2011, and quietly what one of them
-/// does today.
+/// The clients that are shown, and their tone if it is not their own: the browsers' clients of 2011,
+/// and in a quiet tone one of today.
 const SUBJECTS: [(Subject, Option<Tone>); 3] = [
     (FIREFOX_WORKER, Some(OTHER_TONE)),
     (CHROMIUM_2011, None),
@@ -68,12 +68,12 @@ pub(super) fn figure(campaign: &Campaign) -> Result<Figure, ReadError> {
     Ok(figure.drawn(vec![panel], &sentences, &origin, campaign))
 }
 
-/// When the n-th message was asked for, from the first on, s.
+/// When the n-th message was due, s from the first.
 fn due_s(n: f64) -> f64 {
     (n - 1.0) * paper::H_100_HZ_NS as f64 / 1e9
 }
 
-/// Number of the message, from 1, and its arrival, s from the first that came.
+/// The number of each message, from 1, and its arrival, s from the first arrival.
 fn arrivals(run: &Run) -> Result<Vec<(f64, f64)>, ReadError> {
     let mut first = None;
     let mut points = Vec::new();

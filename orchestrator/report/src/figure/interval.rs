@@ -1,7 +1,7 @@
-//! Figures 8 and 9: how the intervals between arriving commands are distributed at 333 Hz.
+//! Figures 8 and 9: the distribution of the intervals between arriving commands at 333 Hz.
 //!
 //! Bins are equally wide here, so that bars can be compared by eye; the histograms of
-//! [`analysis::interval`] reach further and widen on the way.
+//! [`analysis::interval`] reach further, with wider bins.
 
 use analysis::{Campaign, ReadError, trace};
 use chart::{Guide, GuideAt, Mark, Panel, Scale, Series};
@@ -14,10 +14,10 @@ use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON, Subject};
 
 const H_MS: f64 = paper::H_333_HZ_NS as f64 / 1e6;
 
-/// A panel's letter, subject and place, and how far its bins reach, in h.
+/// A panel's letter, subject and topology, and how far its bins reach, in h.
 type Shown = (&'static str, Subject, &'static str, u32);
 
-/// Figure 8: Python, near.
+/// Figure 8: Python at the near positions.
 pub(super) fn near(campaign: &Campaign) -> Result<Figure, ReadError> {
     let shown: [Shown; 3] = [
         ("a", PYTHON, "arima", 5),
@@ -40,7 +40,7 @@ pub(super) fn near(campaign: &Campaign) -> Result<Figure, ReadError> {
     )
 }
 
-/// Figure 9: JavaScript, and Python far away.
+/// Figure 9: JavaScript, and Python over the VPN.
 pub(super) fn far(campaign: &Campaign) -> Result<Figure, ReadError> {
     let shown: [Shown; 3] = [
         ("a", FIREFOX_2011, "arima", 10),
@@ -93,7 +93,7 @@ fn figure(campaign: &Campaign, shown: &[Shown], figure: Figure) -> Result<Figure
     Ok(figure.drawn(panels, &sentences, &origin, campaign))
 }
 
-/// Least share that the scale reaches, %: below one interval of all that a panel has.
+/// Lower end of the scale, %: below the share of one interval in a panel.
 const LEAST_PERCENT: f64 = 0.001;
 
 fn draw(panel: &mut Panel, subject: Subject, histogram: &Histogram) {
@@ -118,20 +118,20 @@ fn draw(panel: &mut Panel, subject: Subject, histogram: &Histogram) {
     }
 }
 
-/// Counts of intervals in bins with a multiple of their width in the middle.
+/// Counts of intervals in bins that are centred on multiples of their width.
 struct Histogram {
     width_ms: f64,
     counts: Vec<u64>,
-    /// Longer than the last bin.
+    /// Intervals beyond the last bin.
     beyond: u64,
     total: u64,
 }
 
 impl Histogram {
-    /// Bins in an h.
+    /// Bins per h.
     const PER_H: usize = 20;
 
-    /// Bins from zero to so many h.
+    /// Bins from zero to `reach`, in h.
     fn new(reach: u32) -> Histogram {
         Histogram {
             width_ms: H_MS / Self::PER_H as f64,
@@ -160,7 +160,7 @@ impl Histogram {
         counts
             .filter(|(_, count)| **count > 0)
             .map(|(n, count)| {
-                // In this order, so that a multiple of h is written as one.
+                // Multiplied first, so that a multiple of h is written as one.
                 let middle_ms = n as f64 * H_MS / Self::PER_H as f64;
                 (middle_ms, self.percent(Some(*count)))
             })

@@ -1,5 +1,5 @@
-//! Figures 3 and 4: how late the messages came against their schedule, `(a_k - a_0) - k h` over
-//! `k h`, from Python and from JavaScript in three places.
+//! Figures 3 and 4: lateness of the messages against their schedule, `(a_k - a_0) - k h` over `k h`,
+//! from Python and from JavaScript on three topologies.
 
 use analysis::{Campaign, ReadError, Run, lateness};
 use chart::{Mark, Panel, Series};
@@ -13,7 +13,7 @@ use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON, Subject};
 
 const TOPOLOGIES: [&str; 3] = ["arima", "buccoo", "couva"];
 
-/// The last is drawn on top: what is nearly level.
+/// The last is drawn on top: Python, which is nearly level.
 const SUBJECTS: [Subject; 3] = [FIREFOX_2011, CHROMIUM_2011, PYTHON];
 
 /// One rate, with its letters in the paper's figure.
@@ -103,7 +103,7 @@ fn draw(panel: &mut Panel, subject: Subject, run: &Run, h_ns: u64) -> Result<(),
     lateness::series(&run.folder, h_ns, |late| {
         points.push((late.due_s, late.late_ms / 1e3));
     })?;
-    // Messages may overtake each other; a line goes through them as they were sent.
+    // Messages may overtake each other; the line goes through them in the order in which they were due.
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let slope = run.metrics.and_then(|metrics| metrics.arrivals.drift.slope);
     let name = match slope {
@@ -117,8 +117,8 @@ fn draw(panel: &mut Panel, subject: Subject, run: &Run, h_ns: u64) -> Result<(),
     Ok(())
 }
 
-/// A slope in ms/s, to what matters against the paper's limit of 1 ms/s: two decimals, but three digits
-/// are enough, and no sign before a zero.
+/// A slope in ms/s as text, precise enough for the limit of 1 ms/s: with two decimals, from 1 ms/s on
+/// with three digits, and without a sign before zero.
 fn ms_a_second(slope: f64) -> String {
     let ms = 1e3 * slope;
     match (ms * 1e2).round() == 0.0 {

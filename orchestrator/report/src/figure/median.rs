@@ -8,7 +8,7 @@ use chart::{Mark, Series};
 use crate::group::Group;
 use crate::subject::OTHER_TONE;
 
-/// The responses that have been read, by the cell's id: panels share their references.
+/// The responses that have been read, by the id of the cell, since panels share their references.
 #[derive(Default)]
 pub(super) struct Traces(BTreeMap<String, Vec<f64>>);
 
@@ -21,8 +21,8 @@ impl Traces {
         Ok(self.0.get(id).map_or(&[], Vec::as_slice))
     }
 
-    /// The median of a group's responses with its quartiles, up to `end_s` and as far as all of
-    /// them reach; a name and a colour are still to be given.
+    /// The median of a group's responses with its quartiles, up to `end_s` but no further than the
+    /// shortest response. The caller sets the name and the colour.
     pub(super) fn median(
         &mut self,
         group: &Group<'_>,
@@ -50,8 +50,8 @@ impl Traces {
     }
 }
 
-/// The median, and below and above it the values between which at least half of all lie; `None` of
-/// no values.
+/// The lower quartile, the median and the upper quartile: at least half of the values are from one
+/// quartile to the other. `None` without values.
 fn quartiles(mut values: Vec<f64>) -> Option<(f64, f64, f64)> {
     values.sort_by(f64::total_cmp);
     let last = values.len().checked_sub(1)?;

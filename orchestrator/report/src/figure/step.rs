@@ -15,25 +15,25 @@ use crate::subject::{
     Subject,
 };
 
-/// The reference of a unit step, and how near to it a response has settled.
+/// The reference of a unit step, and the band about it in which a response has settled.
 const REFERENCE: f64 = 1.0;
 const BAND: f64 = 0.02;
-/// How high a panel reaches at least.
+/// The upper end of the y axis is at least this.
 const HIGH: f64 = 1.2 * REFERENCE;
 
-/// One panel to be.
+/// What one panel shows.
 struct Shown {
     letter: &'static str,
     title: &'static str,
     topology: &'static str,
     h_ns: u64,
-    /// Who is compared, the last on top.
+    /// The subjects that are compared, the last on top.
     subjects: &'static [Subject],
-    /// What stands behind them, quietly, and where.
+    /// The subject that is drawn behind them in a quiet tone, and its topology.
     behind: (Subject, &'static str),
 }
 
-/// Figure 5, and the far places at both rates beside it.
+/// Figure 5, and beside it the far positions.
 pub(super) fn near(campaign: &Campaign) -> Result<Figure, ReadError> {
     let python = |title, topology, h_ns| Shown {
         letter: "",
@@ -150,7 +150,7 @@ fn figure(campaign: &Campaign, shown: &[Shown], figure: Figure) -> Result<Figure
     Ok(figure.drawn(panels, &sentences, &origin, campaign))
 }
 
-/// A panel, and the group that stands behind its subjects; without runs of a subject it is empty.
+/// A panel, and the group that is drawn behind its subjects. The panel is empty if no subject has runs.
 fn draw<'a>(
     campaign: &'a Campaign,
     shown: &Shown,
@@ -186,7 +186,7 @@ fn draw<'a>(
             continue;
         };
         let mut name = subject.name();
-        // With its series where there are several, so that none is mistaken for another's.
+        // If there are several series, the time is in the series' name, to show to which it belongs.
         let named = if one { &mut panel.title } else { &mut name };
         *named += &format!(": {settled}");
         panel.series.push(Series {
@@ -204,8 +204,8 @@ fn closed<'a>(campaign: &'a Campaign, subject: Subject, topology: &str, h_ns: u6
     subject.runs(campaign, topology, Mode::Closed, h_ns)
 }
 
-/// The median settling in words, and in those of the reference where that is another group; `None`
-/// without a run.
+/// The median settling as text, and relative to that of the reference if the reference is another
+/// group; `None` without a run.
 fn settling(group: &Group<'_>, reference: &Group<'_>) -> Option<String> {
     let own = group.settling_ms()?;
     if own.value.is_infinite() {
@@ -220,8 +220,8 @@ fn settling(group: &Group<'_>, reference: &Group<'_>) -> Option<String> {
     Some(format!("{own_s} s{}", times.unwrap_or_default()))
 }
 
-/// How far the time axis reaches, s: twice the slowest median settling, to the next half
-/// second; where none settled, as long as the runs.
+/// End of the time axis, s: twice the slowest median settling, rounded up to half a second, but no
+/// more than the length of the runs.
 fn horizon_s<'a, 'b: 'a>(groups: impl Iterator<Item = &'a Group<'b>>) -> f64 {
     let (mut settled_ms, mut length_s) = (0.0f64, 0.0f64);
     for group in groups {
@@ -234,8 +234,8 @@ fn horizon_s<'a, 'b: 'a>(groups: impl Iterator<Item = &'a Group<'b>>) -> f64 {
     wanted_s.min(length_s)
 }
 
-/// As far as the lines go: a band may go further, since one stall among few runs would flatten all
-/// the rest, and is cut.
+/// The range of the lines. A band may go further and is cut, since one stall among few runs would
+/// flatten everything else.
 fn range(series: &[Series]) -> (f64, f64) {
     let ys = series.iter().flat_map(|series| &series.points);
     let finite = ys.map(|(_, y)| *y).filter(|y| y.is_finite());

@@ -36,7 +36,7 @@ pub(super) fn figure(campaign: &Campaign) -> Result<Figure, ReadError> {
     Ok(figure.drawn(panels, &sentences, &origin, campaign))
 }
 
-/// Python's runs on arima, as in the paper; native's where there are none.
+/// Python's runs on arima, as in the paper; native's if there are none.
 fn runs(campaign: &Campaign, h_ns: u64) -> Group<'_> {
     let python = PYTHON.runs(campaign, "arima", Mode::Closed, h_ns);
     if python.runs.is_empty() {
@@ -79,7 +79,7 @@ fn guides(theirs: &SampleIntervals) -> Vec<Guide> {
     ]
 }
 
-/// As far as ours and the paper's standard deviation go, with a little air.
+/// The range of our intervals and the paper's standard deviation, with a small margin.
 fn range(theirs: &SampleIntervals, intervals_ms: &[f64]) -> (f64, f64) {
     let ends = (theirs.avg_ms - theirs.sd_ms, theirs.avg_ms + theirs.sd_ms);
     let (low, high) = intervals_ms

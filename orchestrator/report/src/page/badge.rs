@@ -55,7 +55,7 @@ pub(super) fn of_claim(verdict: claim::Verdict) -> Markup {
     badge(tone, answered(verdict))
 }
 
-/// The verdict on a run; `None` where it was not made.
+/// The verdict on a run; `None` if it was not run.
 pub(super) fn of_run(verdict: Option<plan::Verdict>) -> Markup {
     let tone = match verdict {
         Some(plan::Verdict::Complete) => Tone::Good,
@@ -77,7 +77,7 @@ pub(super) fn of_loop(verdict: LoopVerdict) -> Markup {
     badge(tone, &verdict.to_string())
 }
 
-/// How good it is that a loop survives so.
+/// The tone of a loop's survival.
 pub(super) fn tone_of(survival: Survival) -> Tone {
     match survival {
         Survival::Always => Tone::Good,

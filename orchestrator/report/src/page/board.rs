@@ -11,7 +11,7 @@ use crate::number::{brief, significant};
 use crate::outcome::answered;
 use crate::report::Report;
 
-/// In the order in which they are offered.
+/// In the order of the filter's buttons.
 const VERDICTS: [Verdict; 4] = [
     Verdict::Agrees,
     Verdict::Differs,
@@ -50,12 +50,12 @@ fn count(findings: &[&Finding], verdict: Verdict) -> usize {
     findings.iter().filter(is).count()
 }
 
-/// The word for a verdict that programs use.
+/// A verdict as a word for programs.
 fn key(verdict: Verdict) -> String {
     answered(verdict).replace(' ', "-")
 }
 
-/// A verdict as what so many claims do.
+/// A verdict as a verb for this number of claims.
 fn said_of(verdict: Verdict, n: usize) -> &'static str {
     match (verdict, n) {
         (Verdict::Agrees, 1) => "agrees",
@@ -210,7 +210,7 @@ fn interval(estimate: &Estimate) -> String {
     }
 }
 
-/// An interval over runs of which some never settled has no end.
+/// An end of an interval. It is infinite if some of the runs never settled.
 fn end(x: f64) -> String {
     if x.is_infinite() {
         "∞".to_owned()

@@ -27,7 +27,7 @@ pub(super) fn render(campaign: &Campaign, run: &Run) -> Markup {
     }
 }
 
-/// What all repeats of a run are set up with.
+/// The settings that all repeats of a run share.
 pub(super) fn settings(run: &Run) -> Markup {
     let cell = &run.cell;
     let mut lines = vec![(
@@ -74,7 +74,7 @@ fn made(manifest: &Manifest) -> Markup {
     }
 }
 
-/// `2026-11-21T15:04:37Z` of a time with a fraction.
+/// A time without its fraction of a second: `2026-11-21T15:04:37Z`.
 fn to_the_second(time: &str) -> String {
     match time.split_once('.') {
         Some((whole, fraction)) if fraction.ends_with('Z') => format!("{whole}Z"),
@@ -82,14 +82,14 @@ fn to_the_second(time: &str) -> String {
     }
 }
 
-/// A report's own words, a line each. What it repeats of the settings is above it already, and a
-/// browser's arguments are those settings with the machine's own paths.
+/// The values of a report, one per line. Its settings are left out, since they are shown above, and
+/// so are a browser's arguments, which are these settings with paths of the machine.
 fn lines(report: &impl Serialize) -> Markup {
     const REPEATED: [&str; 4] = ["settings.", "browser.arguments", "start_ns", "stop_ns"];
     let mut text = String::new();
     for (name, value) in leaves(report) {
         if !REPEATED.iter().any(|repeated| name.starts_with(repeated)) {
-            // Into a string, which takes everything.
+            // Writing to a string cannot fail.
             let _ = writeln!(text, "{name} {value}");
         }
     }
@@ -116,11 +116,11 @@ fn proof(certificate: &Certificate) -> Markup {
     }
 }
 
-/// In the form that `sha256sum --check` reads.
+/// The checksums in the form that `sha256sum --check` reads.
 fn checksums(manifest: &Manifest) -> String {
     let mut text = String::new();
     for (name, fact) in manifest.files.iter().filter(|(_, fact)| fact.bytes > 0) {
-        // Into a string, which takes everything.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{}  {name}", fact.sha256);
     }
     text

@@ -18,7 +18,7 @@ fn drawing(figure: &Figure) -> Markup {
     let svg = figure.chart.to_svg();
     html! {
         figure.drawing id=(name) aria-labelledby={ (name) "-heading" } {
-            // The drawing has its title in it; a list of headings needs it too.
+            // The drawing contains its title, but a list of headings needs it too.
             h3 id={ (name) "-heading" } { "Figure " (figure.number) span.unseen { ": " (figure.chart.title) } }
             @if trace::is_zoomable(figure) { (zoom(figure)) }
             div.scroll.paper role="region" tabindex="0" aria-label=(title) style=[width(&svg)] {
@@ -44,7 +44,7 @@ fn drawing(figure: &Figure) -> Markup {
     }
 }
 
-/// A button for each panel that can be zoomed into, and the numbers for it.
+/// A button for each panel that can be zoomed into, and the data for it.
 fn zoom(figure: &Figure) -> Markup {
     let name = &figure.chart.name;
     html! {
@@ -62,7 +62,7 @@ fn zoom(figure: &Figure) -> Markup {
     }
 }
 
-/// A panel's letter; of several without letters its heading.
+/// A panel's letter, or its heading if there are several panels without letters.
 fn called<'a>(figure: &Figure, panel: &'a Panel) -> &'a str {
     match (panel.letter.as_str(), figure.chart.panels.len()) {
         ("", 1) => "in",
@@ -71,12 +71,12 @@ fn called<'a>(figure: &Figure, panel: &'a Panel) -> &'a str {
     }
 }
 
-/// An SVG file's text as a part of a page: without what only a file of its own has before its root.
+/// The text of an SVG file for use in a page: without what is before its root element.
 fn inline(svg: &str) -> &str {
     svg.find("<svg").map_or(svg, |at| &svg[at..])
 }
 
-/// The width that it was drawn for, which the style sheet takes for its measure.
+/// The width for which it was drawn, as a variable for the style sheet.
 fn width(svg: &str) -> Option<String> {
     let (root, _) = inline(svg).split_once('>')?;
     let (_, rest) = root.split_once(" width=\"")?;

@@ -47,7 +47,7 @@ fn damage(report: &Report<'_>) -> Markup {
     }
 }
 
-/// Runs that ended alike for the same reasons stand together.
+/// Lists incomplete runs, grouped by verdict and reasons.
 fn incomplete(campaign: &Campaign, runs: &[&Run]) -> Markup {
     let alike = grouped(runs, |run| (run.verdict(), reasons(campaign, run)));
     html! {

@@ -1,13 +1,13 @@
-//! A report that a run left, whatever is in it: each value with the names that lead to it.
+//! A report of any structure as a list: each value with the path of names that leads to it.
 
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::number::brief;
 
-/// `counts.sent 1334`, in the order of the names.
+/// The values with their paths, in the order of the names: `counts.sent 1334`.
 pub(super) fn leaves(report: &impl Serialize) -> Vec<(String, String)> {
-    // A report is plain data, so this cannot fail; of nothing there are no leaves.
+    // A report is plain data, so this cannot fail. A null value has no leaves.
     let value = serde_json::to_value(report).unwrap_or_default();
     let mut leaves = Vec::new();
     collect(&value, "", &mut leaves);

@@ -108,8 +108,8 @@ fn legend(answer: &Answer) -> Markup {
              settled counts as later than any."
             @if let Some(reference) = &answer.reference {
                 @if Client::YARDSTICKS.into_iter().any(times) {
-                    " × native and × python: that median in medians of the client’s on " (reference)
-                    ", which has no network, at the same rate."
+                    " × native, × python: divided by that client’s median on " (reference)
+                    ", without a network, at the same rate."
                 }
             }
         }

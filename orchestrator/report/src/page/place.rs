@@ -1,14 +1,14 @@
-//! Where a run is in the page.
+//! Anchors of runs in the page.
 
 use analysis::{Campaign, Run};
 use plan::Verdict;
 
-/// Where a run's details are in the page. Its index is unique in a plan, and always a word.
+/// The anchor of a run's details. Its index is unique in a plan and valid in an anchor.
 pub(super) fn anchor(run: &Run) -> String {
     format!("run-{}", run.cell.index)
 }
 
-/// The same of a cell's id; `None` where the plan has no such cell.
+/// The anchor for a cell's id; `None` if the plan has no such cell.
 pub(super) fn anchor_of(campaign: &Campaign, id: &str) -> Option<String> {
     campaign
         .runs

@@ -1,4 +1,4 @@
-//! The links: what each profile asks for, and whether the runs' links were that.
+//! The links: what each profile asks for, and whether the runs' links held.
 
 use analysis::{Campaign, Run};
 use certificate::Verdict;
@@ -41,7 +41,7 @@ fn about(campaign: &Campaign, topology: &str) -> String {
         .map_or_else(String::new, |profile| format!(": {}", profile.about()))
 }
 
-/// What the certificates of one topology come to.
+/// The sum of the certificates of one topology.
 #[derive(Default)]
 struct Sum {
     runs: usize,

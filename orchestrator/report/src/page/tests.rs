@@ -22,7 +22,7 @@ duration = \"4s\"
 repeats = 3
 ";
 
-/// Every kind of outcome, and a topology that would be markup.
+/// A campaign with every outcome, and a topology whose name would be markup.
 fn sample() -> Campaign {
     let mut campaign = campaign(CELLS, |cell| match cell.repeat {
         1 => Outcome::Stable(320.0),
@@ -280,10 +280,10 @@ fn headings_descend_by_one_level_at_a_time() {
     }
 }
 
-/// Checks that tags balance, which is what a browser would otherwise guess.
+/// Checks that tags balance. A browser would guess where they do not.
 fn balanced(page: &str) {
     const VOID: [&str; 5] = ["meta", "link", "br", "hr", "img"];
-    /// Elements whose content is no markup.
+    /// Elements whose content is not markup.
     const RAW: [&str; 2] = ["script", "style"];
     let mut open: Vec<String> = Vec::new();
     let mut rest = page;

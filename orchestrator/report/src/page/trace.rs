@@ -1,20 +1,20 @@
-//! The points of a figure for zooming: thinned, and packed small.
+//! The points of a figure for zooming, thinned and packed.
 //!
-//! A coordinate is an integer number of steps, 65 536 to an axis, and a series is its first point and
-//! then the difference of each to the one before: a fifth of what the numbers would take as text. On a logarithmic axis the logarithms are packed. The figure's own files have every
-//! digit.
+//! A coordinate is an integer number of steps, 65 536 per axis. A series is its first point and then
+//! the difference of each point from the one before, which takes a fifth of the size of the numbers
+//! as text. On a logarithmic axis the logarithms are packed. The figure's own files have every digit.
 
 use chart::{Axis, Chart, GuideAt, Mark, Panel, Scale, Series};
 use serde::Serialize;
 
 use crate::figure::Figure;
 
-/// Points of a figure, over all its series.
+/// Number of points of a figure, over all its series.
 const POINTS: usize = 18_000;
-/// The most points of a series, and the least that it is thinned to.
+/// The most points of a series, and the fewest to which it is thinned.
 const MOST: usize = 2000;
 const LEAST: usize = 400;
-/// Steps of an axis.
+/// Number of steps of an axis.
 const STEPS: f64 = 65_536.0;
 
 /// Whether any panel can be zoomed into.
@@ -22,7 +22,7 @@ pub(super) fn is_zoomable(figure: &Figure) -> bool {
     figure.chart.panels.iter().any(is_panel_zoomable)
 }
 
-/// Whether there are points to zoom into: bars and maps say what they say as they are.
+/// Whether there are points to zoom into. Zooming would show nothing more in bars and maps.
 pub(super) fn is_panel_zoomable(panel: &Panel) -> bool {
     let traces = || panel.series.iter().filter(|series| is_trace(series));
     panel.map.is_none() && traces().any(|series| !series.points.is_empty())
@@ -32,7 +32,7 @@ fn is_trace(series: &Series) -> bool {
     !matches!(series.mark, Mark::Bars(_))
 }
 
-/// The chart's points as JSON that can stand inside a page.
+/// The chart's points as JSON that can be embedded in a page.
 pub(super) fn json(chart: &Chart) -> String {
     let series = chart.panels.iter().flat_map(|panel| &panel.series);
     let traces = series.filter(|series| is_trace(series)).count().max(1);
@@ -57,7 +57,7 @@ struct PanelTrace<'a> {
     guides: Vec<GuideTrace<'a>>,
 }
 
-/// How packed coordinates are read: `from + steps * step`, and ten to the power of it where `log`.
+/// How to unpack coordinates: `from + steps * step`, and ten to the power of that if `log`.
 #[derive(Serialize)]
 struct AxisTrace<'a> {
     label: &'a str,
@@ -138,7 +138,7 @@ impl<'a> PanelTrace<'a> {
     }
 }
 
-/// A point as its axes have it: logarithms where they are logarithmic.
+/// A point on its axes: with logarithms on logarithmic ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Point {
     x: f64,
@@ -178,8 +178,8 @@ fn points(panel: &Panel, series: &Series) -> Vec<Point> {
     points
 }
 
-/// At most so many points: of each stretch the lowest and the highest, and the first and the last of
-/// all, so that a lone peak is still there.
+/// At most `most` points: the lowest and the highest of each stretch, and the first and the last of
+/// all, so that a lone peak is kept.
 fn thinned(points: &[Point], most: usize) -> Vec<Point> {
     if points.len() <= most {
         return points.to_vec();

@@ -1,13 +1,13 @@
-//! A table for programs.
+//! A table as CSV, for programs.
 
 use analysis::layout::Column;
 
 use super::{Entry, Table};
 
 impl Table {
-    /// The table as CSV (RFC 4180, but lines end in a newline alone): a line of names, each with
-    /// its group's before it, and a line for each row. Numbers are as short as they can be without
-    /// losing anything; what is not known is empty. Title and notes are left out.
+    /// The table as CSV (RFC 4180, but lines end in a newline alone): a line of column names, each
+    /// after the name of its group, and a line for each row. Numbers are in the shortest form that
+    /// loses nothing; an unknown one is empty. Title and notes are left out.
     #[must_use]
     pub fn to_csv(&self) -> String {
         let names = self.columns.iter().map(name).collect();

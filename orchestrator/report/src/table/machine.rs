@@ -18,7 +18,7 @@ const THE_PAPERS: [[&str; 4]; 4] = [
     ["diego", "", "2.7.1:86832", "2.4 GHz QEMU Virtual"],
 ];
 
-/// What runs have in common that stand in one row. Rows are in the order of these fields.
+/// What the runs of one row have in common. Rows are sorted by these fields.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Kind {
     client: Client,
@@ -153,7 +153,7 @@ fn kind(manifest: &Manifest) -> Kind {
     }
 }
 
-/// What the client says that it is; empty where it does not say.
+/// The client's program, as its report names it; empty if it does not.
 fn program(client: Client, manifest: &Manifest) -> String {
     match &manifest.controller {
         _ if client == Client::Native => format!("webloop {}", manifest.webloop),
@@ -163,7 +163,7 @@ fn program(client: Client, manifest: &Manifest) -> String {
     }
 }
 
-/// The policy and priority in a role's report, as `fifo 50`; empty where it has none.
+/// The policy and priority in a role's report, as `fifo 50`; empty if it has none.
 fn priority(granted: Option<&Scheduling>) -> String {
     granted.map_or_else(String::new, |granted| {
         let policy = match granted.policy {

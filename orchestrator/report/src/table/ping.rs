@@ -44,15 +44,15 @@ pub(super) fn table(campaign: &Campaign) -> Table {
     }
 }
 
-/// Every open loop in one place, from whichever client, at whichever rate.
+/// Every open loop on one topology, from any client at any rate.
 fn open_loops<'a>(campaign: &'a Campaign, topology: &str) -> Group<'a> {
     let is_asked =
         |run: &&Run| run.cell.topology == topology && run.cell.settings.mode == Mode::Open;
     Group::complete(campaign.runs.iter().filter(is_asked))
 }
 
-/// The longest run of each of the links' seeds: others of that seed met the same link at the same
-/// time, and would count its states twice.
+/// The longest run of each link seed. Other runs of that seed met the same link at the same time, and
+/// would count its states twice.
 fn one_a_seed<'a>(group: &Group<'a>) -> Vec<&'a Run> {
     let mut longest: Vec<&Run> = Vec::new();
     for run in &group.runs {
@@ -76,7 +76,7 @@ fn row(theirs: &Ping, pool: &Pool) -> Vec<Entry> {
             theirs.avg_ms,
             theirs.max_ms,
             theirs.sd_ms,
-            // To the tenth that the paper has: 0.009 times 100 is not quite 0.9.
+            // Rounded to a tenth, as in the paper: 0.009 times 100 is not quite 0.9.
             (1000.0 * theirs.loss).round() / 10.0,
         ]
         .map(Entry::printed),
@@ -98,12 +98,12 @@ fn measured(echoes: &Echoes) -> [Entry; 5] {
         ms(|spread| spread.avg_ms),
         ms(|spread| spread.max_ms),
         ms(|spread| spread.sd_ms),
-        // A link without a delay, as on loopback, is none: of its loss there is nothing to say.
+        // Without a delay, as on loopback, there is no link, and so no loss to show.
         Entry::measured(spread.and_then(|_| echoes.loss_percent()), 2),
     ]
 }
 
-/// The echoes of several runs.
+/// The echoes of several runs, as measured and as the link had them.
 #[derive(Debug, Default)]
 struct Pool {
     here: Echoes,
@@ -130,7 +130,8 @@ struct Echoes {
 }
 
 impl Echoes {
-    /// Takes those of one more run: means are weighted by how many they are of, and so are squares.
+    /// Adds the echoes of one more run. Means and squares are weighted by the number of echoes that
+    /// came back.
     fn add(&mut self, sent: u64, lost: u64, spread: Option<Spread>) {
         let before = (self.sent - self.lost) as f64;
         self.sent += sent;
@@ -177,7 +178,7 @@ mod tests {
             let mut pooled = Echoes::default();
             for values in [&a, &b] {
                 let n = values.len() as u64;
-                // One more was lost of each.
+                // One more echo of each run was lost.
                 pooled.add(n + 1, 1, moments(values).spread());
             }
             let all = moments(&[a, b].concat()).spread().expect("not empty");

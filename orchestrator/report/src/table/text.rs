@@ -1,4 +1,4 @@
-//! A table for people at a terminal: aligned, with its groups over its columns' names.
+//! A table for people at a terminal: aligned, with the names of groups over those of columns.
 
 use analysis::layout::{Column, align};
 
@@ -6,8 +6,8 @@ use super::{Entry, Table};
 use crate::number::significant;
 
 impl Table {
-    /// The table as text: title, two lines of heading, the rows, the notes. Words stand left,
-    /// numbers right; `-` is nothing to say.
+    /// The table as text: title, two lines of heading, the rows, the notes. Text is left-aligned,
+    /// numbers are right-aligned, and `-` is an empty entry.
     #[must_use]
     pub fn to_text(&self) -> String {
         let columns: Vec<Column> = (self.columns.iter().enumerate())

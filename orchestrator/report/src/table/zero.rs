@@ -14,14 +14,14 @@ use crate::subject::{CHROMIUM_2011, FIREFOX_2011, NATIVE, PYTHON, Subject};
 
 const TOPOLOGIES: [&str; 3] = ["arima", "buccoo", "couva"];
 
-/// The paper's order.
+/// In the paper's order.
 const RATES: [(&str, u64); 3] = [
     ("100 Hz", paper::H_100_HZ_NS),
     ("10 Hz", paper::H_10_HZ_NS),
     ("3.3 Hz", paper::H_3_HZ_NS),
 ];
 
-/// The paper's client comes first, and with it the paper's numbers.
+/// The paper's client comes first; its rows have the paper's numbers too.
 const SUBJECTS: [Subject; 4] = [FIREFOX_2011, CHROMIUM_2011, PYTHON, NATIVE];
 
 pub(super) fn table(campaign: &Campaign) -> Table {
@@ -72,7 +72,7 @@ fn theirs(topology: &str, h_ns: u64) -> Entry {
         .map_or(Entry::None, |one| Entry::printed(one.share))
 }
 
-/// Shares at the three resolutions, and the arrivals that they are of, over all runs of a group.
+/// Shares at the three resolutions, and the number of arrivals, over all runs of a group.
 fn ours(group: &Group<'_>) -> [Entry; 4] {
     let runs: Vec<Arrivals> = group
         .runs
@@ -93,7 +93,7 @@ fn ours(group: &Group<'_>) -> [Entry; 4] {
     ]
 }
 
-/// The share over several runs, each with as much weight as it has pairs of neighbours.
+/// The share over several runs, each weighted by its number of pairs of consecutive arrivals.
 fn pooled(runs: &[Arrivals], share: fn(&Arrivals) -> Option<f64>) -> Option<f64> {
     let pairs = |run: &Arrivals| run.count.saturating_sub(1) as f64;
     let (mut same, mut all) = (0.0, 0.0);

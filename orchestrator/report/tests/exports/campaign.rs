@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use analysis::Campaign;
+use link::Epoch;
 use manifest::{FileFact, Machine, Manifest};
 use plan::{Instead, Plan, ProfileText, Verdict};
 use report::Report;
@@ -117,7 +118,7 @@ pub(crate) fn folder() -> tempfile::TempDir {
             authority: "privileged".to_owned(),
             started: format!("2026-01-01T00:00:0{second}Z"),
             wall_s: 2.5,
-            epoch_ns: 0,
+            epoch: Epoch::at_ns(0),
             start_ns: 5_000_000_000,
             messages: None,
             pulse: None,

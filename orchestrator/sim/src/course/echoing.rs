@@ -1,4 +1,4 @@
-//! The echoes of a run: each is sent on its schedule, whatever became of the one before.
+//! The echoes of a run: each is sent on its schedule, whatever happened to the one before.
 
 use link::Way;
 
@@ -8,8 +8,8 @@ use crate::echo::{ECHO_BYTES, Echo, Series, Start};
 use crate::record::Record;
 
 impl<R: Record> Course<'_, R> {
-    /// Puts the first echo in the queue of each series that begins at a known time, or of each that
-    /// begins now that the last message has ended.
+    /// Queues the first echo of each series: of those that begin at a known time, or, once the last
+    /// message has ended, of those that begin then.
     pub(super) fn begin_series(&mut self, has_ended: bool) {
         for (number, series) in (0..).zip(self.echoes) {
             let begins_now = has_ended == (series.start == Start::AfterLast);
@@ -23,7 +23,7 @@ impl<R: Record> Course<'_, R> {
         }
     }
 
-    /// An echo goes out, and the next of its series is put in the queue.
+    /// Sends an echo and queues the next of its series.
     pub(super) fn sends_echo(&mut self, ping: Ping) {
         let next = Ping {
             seq: ping.seq + 1,
@@ -38,7 +38,7 @@ impl<R: Record> Course<'_, R> {
         }
     }
 
-    /// An echo is with the plant's kernel, which answers at once.
+    /// An echo reaches the plant's kernel, which answers at once.
     pub(super) fn turns_echo(&mut self, ping: Ping, reach_ns: u64) {
         let back_ns = self.cross(Way::Down, reach_ns, ECHO_BYTES);
         self.ends_echo(ping, Some(reach_ns), back_ns);
@@ -67,7 +67,7 @@ impl<R: Record> Course<'_, R> {
         };
         let begin_ns =
             start_ns.saturating_add(u64::from(ping.seq).saturating_mul(series.interval_ns));
-        // As the prober of real runs has it.
+        // Uses the same draw as the prober of real runs.
         let number = u16::from(ping.series);
         begin_ns.saturating_add(link::within_ns(
             self.seed,

@@ -1,5 +1,5 @@
-//! A message's passage: packets that enter the link, are lost and sent again, come out, and wait
-//! for a thread at either end.
+//! A message in transit: its packets enter the link, are lost and sent again, come out, and wait for
+//! a thread at either end.
 
 use endpoint::Loss;
 use link::Way;
@@ -8,17 +8,17 @@ use super::{Course, Waiting};
 use crate::connection::Id;
 use crate::record::Record;
 
-/// IP packets of a handshake: header, TCP header, options.
+/// Length of a handshake's IP packets: IP header, TCP header, options.
 const HANDSHAKE_BYTES: u32 = 60;
-/// One that only acknowledges.
+/// Length of an IP packet that only acknowledges.
 const ACKNOWLEDGEMENT_BYTES: u32 = 52;
 
-/// A packet, by what it does; what it carries is its connection's.
+/// A packet, by its purpose; its contents are in its connection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Packet {
     /// Opens a connection.
     Syn,
-    /// The plant's kernel agrees.
+    /// The plant's kernel accepts the connection.
     SynAck,
     /// A command on its way up.
     Request,
@@ -26,7 +26,7 @@ pub(super) enum Packet {
     Answer,
 }
 
-/// An echo, by its series' number and its own.
+/// An echo, by the number of its series and its own number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Ping {
     pub(super) series: u8,
@@ -36,27 +36,27 @@ pub(super) struct Ping {
 /// An event in the queue.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Event {
-    /// A packet is with the program, or the kernel, that it is for.
+    /// A packet has reached the program or the kernel that it is for.
     Arrived(Id, Packet),
-    /// A lost packet is sent for another time.
+    /// A lost packet is sent again, for the `tries`-th time.
     Again(Id, Packet, u16),
-    /// The timer of a packet ends that was not lost, the `tries`-th of this turn of its connection.
+    /// The timer of a packet that was not lost ends: its `tries`-th sending, in this turn of its connection.
     Unheard(Id, Packet, u16, u32),
-    /// A packet comes out this way that had come before.
+    /// A duplicate of a packet that has already arrived comes out of the link this way.
     Twice(Way),
     /// The plant's thread is free for the next request.
     PlantFree,
     /// The client's thread is free for the next answer.
     ClientFree,
-    /// An echo is to be sent.
+    /// An echo is due to be sent.
     EchoDue(Ping),
-    /// An echo is with the plant's kernel.
+    /// An echo has reached the plant's kernel.
     EchoReached(Ping),
 }
 
 impl<R: Record> Course<'_, R> {
-    /// Sends a packet for the `tries`-th time. What is lost is sent again when its sender's timer
-    /// ends; a timer that ends although nothing was lost changes nothing but where there is a queue.
+    /// Sends a packet for the `tries`-th time. If it is lost, it is sent again when its sender's timer ends.
+    /// A timer that ends although nothing was lost has an effect only where packets queue.
     pub(super) fn transmit(&mut self, id: Id, packet: Packet, tries: u16, now_ns: u64) {
         let (way, bytes) = self.shape(packet);
         let crossed_ns = self.cross(way, now_ns, bytes);
@@ -87,7 +87,7 @@ impl<R: Record> Course<'_, R> {
                     }
                 }
             };
-            // Whatever a machine takes over packets, it takes them in the order in which they come.
+            // However long a machine takes over packets, it takes them in the order of their arrival.
             let read_ns = self.wire.read_ns(way, out_ns, takes_ns);
             self.queue.push(read_ns, Event::Arrived(id, packet));
             return;
@@ -171,7 +171,7 @@ impl<R: Record> Course<'_, R> {
             }
             Event::ClientFree => {
                 if now_ns < self.client_free_ns {
-                    // It has sent something in between.
+                    // The client has sent something in between.
                     self.queue.push(self.client_free_ns, Event::ClientFree);
                     return;
                 }
@@ -186,8 +186,8 @@ impl<R: Record> Course<'_, R> {
         }
     }
 
-    /// The client's kernel acknowledges something with a packet of its own. Nothing comes of that
-    /// but that it is in front of others.
+    /// The client's kernel acknowledges something with a packet of its own. Its only effect is that
+    /// it may delay other packets.
     fn acknowledges(&mut self, now_ns: u64) {
         let _ = self.cross(Way::Up, now_ns, ACKNOWLEDGEMENT_BYTES);
     }
@@ -196,7 +196,7 @@ impl<R: Record> Course<'_, R> {
         self.stream.as_mut()?.reads(way)
     }
 
-    /// A request is with the plant, whose thread may be at another.
+    /// A request has reached the plant, whose thread may be busy with another.
     fn reaches_plant(&mut self, id: Id, now_ns: u64) {
         if now_ns >= self.plant_free_ns {
             self.serves(id, now_ns);
@@ -208,7 +208,7 @@ impl<R: Record> Course<'_, R> {
         }
     }
 
-    /// An answer is with the client, whose thread may be at another.
+    /// An answer has reached the client, whose thread may be busy with another.
     fn reaches_client(&mut self, id: Id, now_ns: u64) {
         if now_ns >= self.client_free_ns {
             self.attends(id, now_ns);
@@ -252,7 +252,7 @@ impl<R: Record> Course<'_, R> {
             self.last_end_ns = now_ns;
             self.record.message(&row);
         }
-        // Of the messages that have ended the oldest terms go, so that few are kept.
+        // Drops the oldest timeouts while their messages have ended, so that few are kept.
         let oldest = self.controller.oldest_under_way().unwrap_or(u64::MAX);
         while self.terms.front().is_some_and(|term| term.seq < oldest) {
             self.terms.pop_front();
@@ -268,7 +268,7 @@ impl<R: Record> Course<'_, R> {
         }
     }
 
-    /// The oldest message's time is over.
+    /// The oldest message has timed out.
     pub(super) fn runs_out(&mut self) {
         let Some(term) = self.terms.pop_front() else {
             return;

@@ -104,6 +104,7 @@ proptest! {
         let (mut beside, same) = simulate(&setup);
         prop_assert_eq!(outcome, same);
         prop_assert!(beside.packets.is_empty());
+        let link_time = |t_ns| setup.epoch.link_time(t_ns).expect("after the epoch");
         // Each echo meets the link as it is when it enters.
         let mut link = (topology != "arima").then(|| Link::new(&link, seed));
         prop_assert_eq!(beside.echoes.len(), 15);
@@ -112,11 +113,11 @@ proptest! {
                 prop_assert_eq!(echo.t_back_ns, Some(echo.t_send_ns));
                 continue;
             };
-            let up = link.up.state_at(echo.t_send_ns - setup.epoch_ns);
+            let up = link.up.state_at(link_time(echo.t_send_ns));
             let reach_ns = echo.t_send_ns + up.delay_ns + 30_000;
             prop_assert_eq!(echo.t_reach_ns, (!up.lost).then_some(reach_ns));
             if !up.lost {
-                let down = link.down.state_at(reach_ns - setup.epoch_ns);
+                let down = link.down.state_at(link_time(reach_ns));
                 let back_ns = reach_ns + down.delay_ns + 30_000;
                 prop_assert_eq!(echo.t_back_ns, (!down.lost).then_some(back_ns));
             }
@@ -137,6 +138,7 @@ proptest! {
         (setup.seed, setup.echoes) = (seed, &ECHOES);
         let (rows, outcome) = simulate(&setup);
         let mut again = Link::new(&link, seed);
+        let link_time = |t_ns| setup.epoch.link_time(t_ns).expect("after the epoch");
         let mut latest_ns = [0; 2];
         let mut came: Vec<(Way, u64, u64)> = Vec::new();
         for (way, t_ns, bytes) in &rows.packets {
@@ -146,8 +148,8 @@ proptest! {
                 Way::Up => &mut again.up,
                 Way::Down => &mut again.down,
             };
-            if let Fate::Deliver { at_ns } = path.transmit(t_ns - setup.epoch_ns, *bytes) {
-                came.push((*way, *t_ns, at_ns + setup.epoch_ns + 30_000));
+            if let Fate::Deliver { at } = path.transmit(link_time(*t_ns), *bytes) {
+                came.push((*way, *t_ns, setup.epoch.t_ns(at) + 30_000));
             }
         }
         for (_, echo) in &rows.echoes {

@@ -12,7 +12,7 @@ use endpoint::{
     ArrivalOutcome, ArrivalRow, Connection, ControllerSettings, Hold, MessageOutcome, MessageRow,
     Mode, Outstanding, Preset, SampleTime, TickRow, Transport,
 };
-use link::{Profile, Way};
+use link::{Epoch, Profile, Way};
 use proptest::prelude::*;
 use sim::{Echo, Outcome, Pool, Record, Setup, Spread, Timing, run};
 
@@ -101,7 +101,7 @@ fn setup<'a>(
         message_bytes: [166, 288],
         echoes: &[],
         timing,
-        epoch_ns: 1_000 * MS,
+        epoch: Epoch::at_ns(1_000 * MS),
         plant_start_ns: 1_000 * MS + settings.h.ns() / 3,
         start_ns: 1_100 * MS,
         duration_ns,

@@ -1,11 +1,11 @@
-//! Places the axes: along x, along y or as lines, and in panels.
+//! Assigns each axis: to x, to y or to lines, or to panels.
 
 use crate::axis::Axis;
 use crate::grid::Dimension;
 
-/// From so many levels on an axis is long.
+/// An axis is long if it has at least this many levels.
 const LONG: usize = 6;
-/// The place of each axis, by its position among the dimensions.
+/// What each axis is drawn along, by its position among the dimensions.
 pub(super) struct Layout {
     pub(super) form: Form,
     /// Along the horizontal axis.
@@ -23,7 +23,7 @@ pub(super) enum Form {
 }
 
 impl Layout {
-    /// `None` where nothing is varied.
+    /// The layout of these axes; `None` if nothing is varied.
     pub(super) fn of(dimensions: &[Dimension<'_>]) -> Option<Layout> {
         let varied: Vec<usize> = (0..dimensions.len())
             .filter(|at| dimensions[*at].levels.len() > 1)
@@ -35,10 +35,10 @@ impl Layout {
         };
         let mut long: Vec<usize> = varied.clone();
         long.retain(|at| size(at) >= LONG && is_numeric(&dimensions[*at]));
-        // The longest first; of equals the first.
+        // The longest first, in stable order.
         long.sort_by_key(|at| std::cmp::Reverse(size(at)));
         if let [one, two, ..] = long[..] {
-            // A round trip lies along x, with its limit across it.
+            // The round trip goes along x, so that its limit crosses it.
             let is_rtt = |at: usize| dimensions[at].axis == Axis::Rtt;
             let (x, y) = if is_rtt(two) || !is_rtt(one) && two < one {
                 (two, one)
@@ -57,7 +57,7 @@ impl Layout {
             .filter(|at| dimensions[**at].axis.is_ordered());
         let x = *ordered.max_by_key(|at| size(at)).or(varied.first())?;
         let rest = without(&[x]);
-        // Names become lines, and otherwise the axis that changes fastest does.
+        // An axis of names becomes the lines; if there is none, the axis that changes fastest.
         let named = rest.iter().find(|at| !dimensions[**at].axis.is_ordered());
         let other = named.or(rest.last()).copied();
         Some(Layout {

@@ -8,8 +8,7 @@ use super::{NOTHING, Subject, scale};
 use crate::cell::Measure;
 use crate::margin::Limit;
 
-/// With more lines their computed limits would be more than the eye tells apart; each is in
-/// `margins.csv`.
+/// With more lines one could not tell their computed limits apart; `margins.csv` has them all.
 const LIMITS_MAX: usize = 3;
 
 pub(super) fn panel(
@@ -26,7 +25,7 @@ pub(super) fn panel(
         NOTHING,
     );
     if !is_numeric(x) {
-        // A map of names alone: they stand where numbers would.
+        // A map without tiles puts the names where numbers would be.
         panel.map = Some(Map {
             value: Axis::new("", Scale::Linear),
             x: Along::Names(x.levels.iter().map(|level| level.text.clone()).collect()),
@@ -66,7 +65,7 @@ pub(super) fn panel(
     panel
 }
 
-/// Gives all panels one vertical axis, so that their lines can be compared by eye.
+/// Gives all panels one vertical range, so that their lines can be compared by eye.
 pub(super) fn level(panels: &mut [Panel]) {
     let points = panels.iter().flat_map(|panel| &panel.series);
     let ys = points.flat_map(|series| &series.points).map(|(_, y)| *y);
@@ -84,5 +83,5 @@ pub(super) fn level(panels: &mut [Panel]) {
     }
 }
 
-/// Beyond the lines.
+/// Room around the lines, as a factor.
 const ROOM: f64 = 1.1;

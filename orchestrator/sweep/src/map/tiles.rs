@@ -1,4 +1,4 @@
-//! A tile for each point, and the analytic limit as a line across them.
+//! A tile for each point, with the computed limit as a line across them.
 
 use chart::{Along, Axis, Map, Mark, Panel, Scale, Series, Tile};
 
@@ -49,8 +49,8 @@ pub(super) fn panel(
     panel
 }
 
-/// What is stable but has not settled by the end counts as if it settled then: it takes as long at
-/// least.
+/// A point that is stable but has not settled by the end counts as if it settled then, since it takes
+/// at least that long.
 fn tile(subject: &Subject<'_>, cell: &Cell, measure: Measure) -> Tile {
     let figure = cell.figure(measure);
     match cell.is_stable() {
@@ -62,7 +62,7 @@ fn tile(subject: &Subject<'_>, cell: &Cell, measure: Measure) -> Tile {
     }
 }
 
-/// The levels by number, with their places.
+/// The levels that are numbers, in ascending order, with their places.
 fn rising(dimension: &Dimension<'_>) -> Vec<(f64, usize)> {
     let levels = dimension.levels.iter().enumerate();
     let mut numbers: Vec<(f64, usize)> = levels
@@ -72,15 +72,15 @@ fn rising(dimension: &Dimension<'_>) -> Vec<(f64, usize)> {
     numbers
 }
 
-/// By powers of ten where the levels are, and evenly in any other case.
+/// Logarithmic if the levels are spaced like that, otherwise linear.
 fn spacing(levels: &[(f64, usize)]) -> Scale {
     let (Some((first, _)), Some((second, _)), Some((last, _))) =
         (levels.first(), levels.get(1), levels.last())
     else {
         return Scale::Linear;
     };
-    // A geometric row grows by more in its last step than in its first; a difference of a tenth of
-    // the whole range is enough to take it for one.
+    // In a geometric series the first step is smaller than the average one; a tenth smaller is enough
+    // to recognise it.
     let share = (second - first) / (last - first) * (levels.len() - 1) as f64;
     if *first > 0.0 && share < 0.9 {
         Scale::Log

@@ -1,4 +1,4 @@
-//! From what a file gives for an axis to its levels: words, numbers, and steps between two.
+//! From the values that a file gives for an axis to its levels: words, numbers, and steps between two.
 
 use std::collections::BTreeSet;
 
@@ -12,11 +12,11 @@ use crate::given::{Given, Word};
 use crate::grid::{Level, Levels};
 use crate::number::brief;
 
-/// The most levels of one axis: more than a figure has points.
+/// Most levels of one axis: more than the points of a figure.
 const LEVELS_MAX: u32 = 10_000;
 
 impl Reader<'_> {
-    /// The levels of a gain; where nothing is given, `otherwise`, or each system's own.
+    /// The levels of a gain; if the file gives none, `otherwise`, or each system's own gain.
     pub(super) fn gains(
         &self,
         axis: Axis,
@@ -44,7 +44,7 @@ impl Reader<'_> {
         )
     }
 
-    /// The levels of an axis that has words; `otherwise` is the only one where nothing is given.
+    /// The levels of an axis of words; if the file gives none, `otherwise` is the only one.
     pub(super) fn words<T: Clone>(
         &self,
         axis: Axis,
@@ -61,7 +61,7 @@ impl Reader<'_> {
         }
         let mut levels = Vec::new();
         for word in listed(&given) {
-            // A number is a word here: outstanding = 1.
+            // A number counts as a word here: outstanding = 1.
             let text = match word.get_ref() {
                 Word::Text(text) => text.clone(),
                 Word::Number(number) => brief(*number),
@@ -72,8 +72,7 @@ impl Reader<'_> {
         self.levels(axis, &given, levels)
     }
 
-    /// The levels of an axis that has numbers: `read` takes one from its word, `make` makes a level
-    /// of it.
+    /// The levels of an axis of numbers: `read` reads a number from a word, `make` makes a level of it.
     pub(super) fn numbers<T: Clone>(
         &self,
         axis: Axis,
@@ -141,7 +140,7 @@ impl Reader<'_> {
         self.levels(axis, &given, levels)
     }
 
-    /// What the file gives for an axis.
+    /// The values that the file gives for an axis.
     fn given(&self, axis: Axis, otherwise: Option<&str>) -> Spanned<Given> {
         let given = self.file.axes.get_ref().get(axis).cloned();
         given.unwrap_or_else(|| {
@@ -150,7 +149,7 @@ impl Reader<'_> {
         })
     }
 
-    /// At least one level, and none twice.
+    /// Checks that there is at least one level, and none twice.
     fn levels<T: Clone>(
         &self,
         axis: Axis,
@@ -176,7 +175,7 @@ impl Reader<'_> {
     }
 }
 
-/// The words of an axis that is given by words.
+/// The values of an axis that is given as one or as a list.
 fn listed(given: &Spanned<Given>) -> Vec<Spanned<Word>> {
     match given.get_ref() {
         Given::One(word) => vec![Spanned::new(given.span(), word.clone())],
@@ -219,7 +218,7 @@ pub(super) fn number(number: f64) -> Level {
     }
 }
 
-/// A step without the noise of its arithmetic: 0.15 and not 0.15000000000000002.
+/// A step without rounding noise: 0.15 and not 0.15000000000000002.
 fn tidy(number: f64) -> f64 {
     brief(number).parse().unwrap_or(number)
 }

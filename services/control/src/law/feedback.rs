@@ -1,10 +1,10 @@
-//! State feedback on what a Kalman filter makes out of a late output.
+//! State feedback with a Kalman filter that estimates the state from a late output.
 //!
 //! The output that a controller has at an update is some ticks old (see
-//! [`crate::closed_loop::loop_delay_ticks`]). So the filter's model is the plant followed by a line
-//! of its last outputs: it corrects all of them by the oldest, and the gains act on the plant's
-//! state as it is now. An update corrects, acts, and predicts, in this order (R. E. Kalman, 1960).
-//! There is no integral: a load that the model does not know leaves an offset.
+//! [`crate::closed_loop::loop_delay_ticks`]). The filter's model is therefore the plant followed by a
+//! delay line of its last outputs: the filter corrects all of them by the oldest, and the gains act
+//! on the plant's present state. An update corrects, acts, and predicts, in this order (R. E. Kalman,
+//! 1960). There is no integral, so a load that the model does not include leaves an offset.
 
 use nalgebra::{DMatrix, DVector, RowDVector};
 
@@ -15,7 +15,7 @@ use crate::state_space::StateSpace;
 use crate::stepper::{dot, rows};
 use crate::timebase::Discrete;
 
-/// What an optimal regulator weighs: the least sum of output y² + input u².
+/// Weights of an optimal regulator, which minimises the sum of output y² + input u².
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
     /// The weight of y².
@@ -33,7 +33,7 @@ pub struct Estimator {
     pub noise: f64,
 }
 
-/// u = reference r - gains x, with x by the filter.
+/// u = reference r - gains x, with x estimated by the filter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateFeedback {
     model: StateSpace<Discrete>,
@@ -44,17 +44,17 @@ pub struct StateFeedback {
     observer: Vec<f64>,
     reference: f64,
     limits: Option<Saturation>,
-    /// The states, then the line of outputs, the newest first.
+    /// The states, then the delay line of outputs, newest first.
     state: Vec<f64>,
     next: Vec<f64>,
     output: f64,
 }
 
 impl Weights {
-    /// The gains of the optimal regulator: as many as states.
+    /// The gains of the optimal regulator, one per state.
     ///
     /// # Errors
-    /// [`InvalidLaw::Riccati`] if it has no solution.
+    /// [`InvalidLaw::Riccati`] if there is no solution.
     pub fn gains(&self, model: &StateSpace<Discrete>) -> Result<Vec<f64>, InvalidLaw> {
         let b = column(model.b());
         let q = model.c().transpose() * model.c() * self.output;
@@ -68,11 +68,11 @@ impl Weights {
 }
 
 impl Estimator {
-    /// The steady filter's gains, for an output that is `delay` ticks old, at least one: for the
-    /// states, then for the line of outputs.
+    /// The steady filter's gains for an output that is `delay` ticks old, at least one: first for the
+    /// states, then for the delay line.
     ///
     /// # Errors
-    /// [`InvalidLaw::Riccati`] if it has no solution.
+    /// [`InvalidLaw::Riccati`] if there is no solution.
     pub fn observer(
         &self,
         model: &StateSpace<Discrete>,
@@ -90,14 +90,14 @@ impl Estimator {
 }
 
 impl StateFeedback {
-    /// A law at rest: `gains` for the model's n states, `observer` for them and the line behind
-    /// them. `None` leaves the command unlimited.
+    /// A law at rest: `gains` for the model's n states, `observer` for these and the delay line.
+    /// `None` leaves the command unlimited.
     ///
-    /// The reference comes in so that a plant as modelled rests at it.
+    /// The reference is scaled so that a plant equal to the model rests at it.
     ///
     /// # Errors
-    /// [`InvalidLaw`] when lengths do not fit, a number is not finite, the limits leave no room, or
-    /// no constant command holds the output anywhere.
+    /// [`InvalidLaw`] if lengths do not match, a number is not finite, the range of the limits is
+    /// empty, or no constant command holds the output at a reference.
     pub fn try_new(
         model: StateSpace<Discrete>,
         gains: Vec<f64>,
@@ -148,7 +148,7 @@ impl StateFeedback {
         self.reference
     }
 
-    /// The plant's states and the line of outputs.
+    /// Number of the plant's states and of the delay line's outputs.
     pub(super) fn order(&self) -> usize {
         self.observer.len()
     }
@@ -165,7 +165,7 @@ impl StateFeedback {
         for ((next, state), gain) in self.next.iter_mut().zip(&self.state).zip(&self.observer) {
             *next = state + gain * innovation;
         }
-        // Corrected, in `next`; predicted, back in `state`.
+        // `next` has the corrected state; `state` gets the predicted one.
         let (x, line) = self.next.split_at(n);
         let wanted = self.reference * r - dot(&self.gains, x);
         let u = limited(wanted, self.limits.as_ref());
@@ -189,8 +189,8 @@ impl StateFeedback {
         u
     }
 
-    /// From y to u with r = 0: with L the observer, the corrected state is (I - L C) s + L y, and
-    /// the next one (A - B K) times it.
+    /// From y to u with r = 0. With the observer L, the corrected state is (I - L C) s + L y, and the
+    /// next state is (A - B K) times it.
     pub(super) fn state_space(&self) -> StateSpace<Discrete> {
         let (n, all) = (self.gains.len(), self.observer.len());
         let (a, b) = with_line(&self.model, all - n);
@@ -211,7 +211,7 @@ impl StateFeedback {
     }
 }
 
-/// u at rest and the states there, for an output of 1: the factor of the reference is u + K x.
+/// The factor of the reference: u + K x, with u and x at rest for an output of 1.
 fn reference(model: &StateSpace<Discrete>, gains: &[f64]) -> Option<f64> {
     let n = model.order();
     let mut rest = DMatrix::zeros(n + 1, n + 1);
@@ -230,8 +230,7 @@ fn reference(model: &StateSpace<Discrete>, gains: &[f64]) -> Option<f64> {
     factor.is_finite().then_some(factor)
 }
 
-/// A and B of the model with a line of `tau` outputs behind it: the first is the output of this
-/// tick.
+/// A and B of the model followed by a delay line of `tau` outputs, of which the first is this tick's output.
 fn with_line(model: &StateSpace<Discrete>, tau: usize) -> (DMatrix<f64>, DMatrix<f64>) {
     let n = model.order();
     let mut a = DMatrix::zeros(n + tau, n + tau);
@@ -246,7 +245,7 @@ fn with_line(model: &StateSpace<Discrete>, tau: usize) -> (DMatrix<f64>, DMatrix
     (a, b)
 }
 
-/// The row that picks the last of `n` states.
+/// The row vector that selects the last of `n` states.
 fn last_of(n: usize) -> DMatrix<f64> {
     let mut c = DMatrix::zeros(1, n);
     c[n - 1] = 1.0;

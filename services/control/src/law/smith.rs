@@ -1,9 +1,9 @@
-//! A Smith predictor: a PID that controls a model without dead time, and learns from the plant only
-//! what the model did not know.
+//! A Smith predictor: a PID that controls a model without dead time, corrected by the difference
+//! between the plant and the delayed model.
 //!
-//! O. J. M. Smith, "Closer control of loops with dead time" (1957). The dead time that it looks past
-//! is the plant's own and the round trip that is expected of the network. Where the real one differs,
-//! it learns late what it could have known; with a plant that is unstable by itself it is unstable.
+//! O. J. M. Smith, "Closer control of loops with dead time" (1957). The dead time is the plant's own
+//! plus the expected round trip of the network. If the real one differs, the correction comes late;
+//! with a plant that is unstable by itself the predictor is unstable.
 
 use std::collections::VecDeque;
 
@@ -18,22 +18,22 @@ use crate::stepper::Stepper;
 use crate::timebase::Discrete;
 use crate::transfer::{InvalidTransferFunction, TransferFunction};
 
-/// A PID around a model, with the model's outputs of the dead time that it looks past.
+/// A PID around a model, with the model's outputs over the dead time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Smith {
     pid: Pid,
     model: StateSpace<Discrete>,
     stepper: Stepper,
-    /// What the model has last shown.
+    /// The model's newest output.
     fresh: f64,
-    /// What it showed before, the oldest first: the output that the plant should show now.
+    /// The model's earlier outputs, oldest first: the oldest is what the plant should show now.
     line: VecDeque<f64>,
     output: f64,
 }
 
 impl Smith {
-    /// `pid` at rest, with the plant for a model and so many ticks from a model's output to the
-    /// plant's own, as the controller sees it.
+    /// `pid` at rest, with the plant as model and `ticks` ticks between a model's output and the
+    /// plant's own, as seen by the controller.
     #[must_use]
     pub fn new(pid: Pid, model: StateSpace<Discrete>, ticks: usize) -> Self {
         Self {
@@ -46,9 +46,9 @@ impl Smith {
         }
     }
 
-    /// How many ticks a model without dead time is ahead of what the controller sees of `plant`,
-    /// when messages take a round trip of `rtt_ns`: the dead time, and the way around the loop less
-    /// the tick that the model itself is behind.
+    /// Number of ticks by which a model without dead time is ahead of the output of `plant` that the
+    /// controller sees, if messages take a round trip of `rtt_ns`: the dead time plus the loop's
+    /// delay, less the tick by which the model itself is late.
     #[must_use]
     pub fn ticks(plant: &SampledPlant, rtt_ns: u64, h_ns: u64) -> usize {
         plant.delay_ticks + loop_delay_ticks(rtt_ns, h_ns).get() - 1
@@ -75,8 +75,8 @@ impl Smith {
         u
     }
 
-    /// With C the PID, M the model and t ticks: u = C e, e = -y - (1 - z^-t) z^-1 M u, so C / (1 + C
-    /// M z^-1 (1 - z^-t)).
+    /// With the PID C, the model M and t ticks: u = C e, e = -y - (1 - z^-t) z^-1 M u, hence C / (1 +
+    /// C M z^-1 (1 - z^-t)).
     pub(super) fn transfer_function(
         &self,
         h_s: f64,
@@ -99,12 +99,12 @@ impl Smith {
         )
     }
 
-    /// The states of the PID and the model, `fresh`, and the line.
+    /// The states of the PID and the model, `fresh`, and the delay line.
     pub(super) fn order(&self) -> usize {
         self.pid.gains().order() + self.model.order() + 1 + self.line.len()
     }
 
-    /// From y to u with r = 0. The states are the PID's, the model's, `fresh`, and the line.
+    /// From y to u with r = 0. The states are those of the PID and the model, `fresh`, and the delay line.
     pub(super) fn state_space(
         &self,
         h_s: f64,
@@ -113,7 +113,7 @@ impl Smith {
         let (p, m, t) = (pid.order(), self.model.order(), self.line.len());
         let n = p + m + 1 + t;
         let (fresh, line) = (p + m, p + m + 1);
-        // e = -y - fresh + old, where old is the line's first, or fresh itself.
+        // e = -y - fresh + old, where old is the oldest in the line, or fresh itself if the line is empty.
         let mut error = RowDVector::zeros(n);
         if t > 0 {
             error[fresh] = -1.0;

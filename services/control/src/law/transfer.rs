@@ -6,7 +6,7 @@ use crate::state_space::StateSpace;
 use crate::stepper::Stepper;
 use crate::timebase::Discrete;
 
-/// A sampled system whose input is the error and whose output the command.
+/// A sampled system from the error to the command.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transfer {
     system: StateSpace<Discrete>,
@@ -16,10 +16,10 @@ pub struct Transfer {
 }
 
 impl Transfer {
-    /// The law that `system` is, at rest. `None` leaves the command unlimited.
+    /// The law given by `system`, at rest. `None` leaves the command unlimited.
     ///
     /// # Errors
-    /// [`InvalidLaw::Pid`] when the limits leave no room.
+    /// [`InvalidLaw::Pid`] if the range of the limits is empty.
     pub fn try_new(
         system: StateSpace<Discrete>,
         limits: Option<Saturation>,

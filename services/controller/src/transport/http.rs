@@ -1,4 +1,4 @@
-//! Messages over HTTP: one GET each, by reqwest.
+//! Messages over HTTP: one GET each, with reqwest.
 
 use std::{error::Error, time::Duration};
 
@@ -8,11 +8,11 @@ use reqwest::{Client, Url, redirect, retry};
 use super::{Address, ExchangeError, Transport, excerpt};
 use crate::DriveError;
 
-/// How long a kept connection may idle. It is below the plant's limit of 10 s:
-/// else a request could meet the close of its connection.
+/// How long a kept connection may idle. It is below the plant's limit of 10 s; otherwise a request
+/// could be sent just as the plant closes the connection.
 const POOL_IDLE: Duration = Duration::from_secs(5);
 
-/// One GET a message.
+/// One GET per message.
 #[derive(Clone, Debug)]
 pub(crate) struct Http {
     client: Client,
@@ -59,7 +59,7 @@ impl Http {
     async fn get(&self, url: Url) -> Result<String, ExchangeError> {
         let response = self.client.get(url).send().await.map_err(failed)?;
         let status = response.status();
-        // Read to its end, else the connection cannot be used again.
+        // Read to its end, or the connection cannot be used again.
         let text = response.text().await.map_err(failed)?;
         if status.is_success() {
             Ok(text)
@@ -78,7 +78,7 @@ impl Transport for Http {
     }
 
     async fn open(self) {
-        // A client has no other way to open a connection than to use it.
+        // The only way for a client to open a connection is to use it.
         let _ = self.observe().await;
     }
 
@@ -97,7 +97,7 @@ fn failed(error: reqwest::Error) -> ExchangeError {
     if error.is_timeout() {
         return ExchangeError::Timeout;
     }
-    // The outermost error only says that a request failed; why is further in.
+    // The outermost error only says that a request failed; its sources say why.
     let error = error.without_url();
     let mut why = error.to_string();
     let mut source = error.source();

@@ -1,9 +1,8 @@
 //! Messages over a WebSocket: each a text, all in one socket.
 //!
-//! [`WebSocket`] hands commands to the present [`Socket`], which lives in a task
-//! of its own and ends when the connection does; the next command then opens
-//! another. What a socket does is in [`socket`], which answer belongs to which
-//! command in [`under_way`]. Answers may come in any order.
+//! [`WebSocket`] passes commands to the current [`Socket`], which runs in a task of its own and ends
+//! with its connection; the next command then opens another. [`socket`] has what a socket does,
+//! [`under_way`] assigns answers to commands. Answers may come in any order.
 
 mod socket;
 mod under_way;
@@ -30,20 +29,20 @@ use self::{
 use super::{Address, ExchangeError, Http, Transport};
 use crate::DriveError;
 
-/// How long the plant's farewell is waited for. The rows need none.
+/// How long to wait for the plant to close the socket. No rows depend on it.
 const LEAVE: Duration = Duration::from_millis(100);
 
 /// One socket for all messages.
 #[derive(Clone, Debug)]
 pub(crate) struct WebSocket {
-    /// The plant is looked at as ever.
+    /// Reads the plant's state as in HTTP.
     http: Http,
     socket: Socket,
     timeout: Duration,
     line: Arc<Mutex<Option<Line>>>,
 }
 
-/// The way to the present socket's task.
+/// The channel to the current socket's task.
 #[derive(Debug)]
 struct Line {
     orders: mpsc::Sender<Order>,
@@ -75,17 +74,17 @@ impl WebSocket {
         })
     }
 
-    /// The way to the present socket, or to a new one if there is none. A new
-    /// one takes orders at once, and carries them out when it is open.
+    /// The channel to the current socket, or to a new one if there is none. A new one accepts orders
+    /// at once, and executes them when it is open.
     fn orders(&self) -> mpsc::Sender<Order> {
-        // All of a controller is in one thread, so this is never waited for.
+        // A controller has only one thread, so this never blocks.
         let mut line = self.line.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(Line { orders, .. }) = &*line
             && !orders.is_closed()
         {
             return orders.clone();
         }
-        // More cannot be under way.
+        // No more messages than this can be under way.
         let (orders, given) = mpsc::channel(usize::from(Outstanding::CAP));
         let task = tokio::spawn(self.socket.clone().serve(given));
         *line = Some(Line {
@@ -95,8 +94,7 @@ impl WebSocket {
         orders
     }
 
-    /// Gives an order to the present socket, or to the next one if it has just
-    /// ended.
+    /// Gives an order to the current socket, or to the next one if that has just ended.
     async fn order(&self, mut order: Order) {
         while let Err(SendError(back)) = self.orders().send(order).await {
             order = back;
@@ -130,7 +128,7 @@ impl Transport for WebSocket {
         };
         match timeout(self.timeout, ended).await {
             Ok(Ok(result)) => result,
-            // Its task ends with a reason for everyone, unless it is stopped.
+            // The task gives every waiting message a reason when it ends, unless it is stopped.
             Ok(Err(_)) => Err(ExchangeError::Failed("the socket was given up".into())),
             Err(_) => Err(ExchangeError::Timeout),
         }

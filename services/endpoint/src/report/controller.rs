@@ -1,4 +1,4 @@
-//! The reports of the native controller and of Python's.
+//! The reports of the native controller and of the one in Python.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! The page's report of a run, as the page writes it and the plant files it.
+//! The page's report of a run, as the page writes it and the plant stores it.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! The laws of sessions, on made-up time.
+//! The rules of sessions, tested with made-up times.
 
 use super::*;
 
@@ -19,7 +19,7 @@ fn held(idle_ms: u64) -> Denied {
     }
 }
 
-/// Somebody in control since 100 s, with token 1.
+/// A client in control since 100 s, with token 1.
 fn control() -> Control {
     let mut control = Control::new();
     let number = control.claim(Token::of(1), client("first"), 100 * S);
@@ -62,7 +62,7 @@ fn a_session_lasts_as_long_as_it_is_heard_and_15_s() {
     }
     let heard_ns = 100 * S + 99 * (15 * S - 1);
     assert_eq!(control.left_ns(1, heard_ns + 15 * S - 1), Some(1));
-    // Asking from outside is not hearing from it.
+    // A query from outside does not count as hearing the session.
     assert_eq!(control.status(heard_ns + 15 * S - 1).state, "held");
     assert_eq!(control.status(heard_ns + 15 * S).state, "free");
     assert_eq!(control.left_ns(1, heard_ns + 15 * S), None);
@@ -129,7 +129,7 @@ fn an_ended_session_stays_visible_until_the_next() {
         Ok(2)
     );
     assert!(!control.has_ended(&pass(1)));
-    // What is dealt with late does not touch the next one.
+    // Orders of an old session that are processed late do not affect the next one.
     control.end(1, Ending::default());
     control.withdraw(1);
     control.count_rows(1, 9);

@@ -1,5 +1,5 @@
-//! One socket from its opening to its end: what goes out, what comes in, and
-//! and the errors for those who wait when it is over.
+//! One socket from its opening to its end: what it sends, what it receives, and the errors for
+//! waiting messages when it is over.
 
 use std::{
     net::SocketAddr,
@@ -28,56 +28,56 @@ use tokio_tungstenite::{
 use super::under_way::{UnderWay, Waiting};
 use crate::transport::{ExchangeError, excerpt};
 
-/// An answer has about 100 bytes: this is some 40 of them at once.
+/// Size of a read: an answer has about 100 bytes, so this is some 40 answers at once.
 const READ_BYTES: usize = 4096;
 
-/// Round trips to open a socket, TCP's and the WebSocket's. An attempt that had
-/// to be done within a message's timeout would never end on a link whose round
-/// trip takes more than half of it, though messages would be answered there.
+/// Round trips to open a socket, TCP's and the WebSocket's. If an attempt had only a message's
+/// timeout, it would never succeed on a link whose round trip takes more than half of that, although
+/// messages would be answered there.
 const ROUND_TRIPS: u32 = 2;
 
-/// Where messages go out.
+/// The half that sends messages.
 type Outgoing = SplitSink<WebSocketStream<TcpStream>, Message>;
 
-/// Where messages come in.
+/// The half that receives messages.
 type Incoming = SplitStream<WebSocketStream<TcpStream>>;
 
-/// What a socket is asked to do.
+/// An order to a socket.
 #[derive(Debug)]
 pub(super) enum Order {
-    /// To be open, and to say so.
+    /// Opens the socket, and reports when it is open.
     Open(oneshot::Sender<()>),
-    /// To send a command for someone who waits for its answer.
+    /// Sends a command, with the receiver that waits for its answer.
     Send(Command, Waiting),
 }
 
-/// What it takes to open a socket.
+/// The data needed to open a socket.
 #[derive(Clone, Debug)]
 pub(super) struct Socket {
     pub(super) url: String,
     pub(super) address: SocketAddr,
     pub(super) mode: Mode,
-    /// How long an answer is waited for.
+    /// How long to wait for an answer.
     pub(super) timeout: Duration,
 }
 
 impl Socket {
-    /// Opens the socket and carries out orders until the connection ends, or
-    /// until there can be no more orders. Whoever waits by then is told why.
+    /// Opens the socket and executes orders until the connection ends, or until there can be no more
+    /// orders. Messages that wait then get the reason.
     pub(super) async fn serve(self, mut orders: mpsc::Receiver<Order>) {
         let under_way = Mutex::new(UnderWay::default());
         let mut socket = self.connect().await;
         let why = match &mut socket {
             Err(why) => why.clone(),
             Ok((sink, stream)) => tokio::select! {
-                // What the plant says goes first: when it hangs up, a command
-                // fails too, and does not know why.
+                // Reads first: when the plant closes the connection, sending a command fails too, but
+                // without the reason.
                 biased;
                 why = read(self.mode, stream, &under_way) => why,
                 why = write(sink, &mut orders, &under_way) => why,
             },
         };
-        // From here on commands open another one.
+        // From here on commands open another socket.
         orders.close();
         lock(&under_way).failed(&why);
         while let Ok(order) = orders.try_recv() {
@@ -91,8 +91,8 @@ impl Socket {
         }
     }
 
-    /// Connects, or says why it cannot. An attempt to which nothing comes back
-    /// is made again: those who wait for it end by their own timeouts.
+    /// Connects, or returns why it cannot. An attempt without any answer is repeated: messages that
+    /// wait for it end by their own timeouts.
     async fn connect(&self) -> Result<(Outgoing, Incoming), String> {
         loop {
             if let Ok(result) = timeout(ROUND_TRIPS * self.timeout, self.attempt()).await {
@@ -124,7 +124,7 @@ impl Socket {
     }
 }
 
-/// Sends commands until there can be no more, or one cannot be sent; says why.
+/// Sends commands until there can be no more, or one cannot be sent; returns the reason.
 async fn write(
     sink: &mut Outgoing,
     orders: &mut mpsc::Receiver<Order>,
@@ -138,13 +138,13 @@ async fn write(
                 continue;
             }
         };
-        // After a stall nothing is sent that is not waited for any more, as a
-        // request over HTTP ends with its timeout.
+        // After a stall, commands that nobody waits for any more are not sent, as a request over HTTP
+        // ends with its timeout.
         if waiting.answer.is_closed() {
             continue;
         }
         lock(under_way).add(waiting);
-        // Each goes out by itself, as a request does.
+        // Each is sent by itself, like a request.
         if let Err(error) = sink.send(Message::text(command.to_string())).await {
             return format!("the socket broke: {error}");
         }
@@ -152,7 +152,7 @@ async fn write(
     "the controller has ended".to_owned()
 }
 
-/// Takes in answers until the plant hangs up or makes no sense; says why.
+/// Receives answers until the plant closes the connection or an answer is invalid; returns the reason.
 async fn read(mode: Mode, stream: &mut Incoming, under_way: &Mutex<UnderWay>) -> String {
     while let Some(message) = stream.next().await {
         match message {
@@ -174,8 +174,8 @@ async fn read(mode: Mode, stream: &mut Incoming, under_way: &Mutex<UnderWay>) ->
     "the plant hung up".to_owned()
 }
 
-/// Closes the socket as the protocol wants it: a word each, then the plant hangs
-/// up. If the plant began, this is the answer.
+/// Closes the socket by the protocol: each side sends a close frame, then the plant closes the
+/// connection. If the plant began, this is the answer.
 async fn leave(mut sink: Outgoing, mut stream: Incoming) {
     let farewell = CloseFrame {
         code: CloseCode::Normal,
@@ -193,7 +193,7 @@ fn answer(mode: Mode, text: &str) -> Result<Answer, InvalidMessage> {
     })
 }
 
-/// Both ways of a socket are in one task, so this is never waited for.
+/// Both halves of a socket are in one task, so this never blocks.
 fn lock(under_way: &Mutex<UnderWay>) -> MutexGuard<'_, UnderWay> {
     under_way.lock().unwrap_or_else(PoisonError::into_inner)
 }

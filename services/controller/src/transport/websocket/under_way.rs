@@ -1,4 +1,4 @@
-//! Who waits for which answer in a socket.
+//! Assigns a socket's answers to the messages that wait for them.
 
 use std::collections::VecDeque;
 
@@ -12,20 +12,20 @@ use crate::transport::ExchangeError;
 pub(super) struct Waiting {
     /// The number of its command.
     pub(super) seq: u64,
-    /// Where the answer goes. It is closed when its receiver has given up.
+    /// Where the answer goes. It is closed if its receiver has given up.
     pub(super) answer: oneshot::Sender<Result<Answer, ExchangeError>>,
 }
 
 /// The messages under way in a socket.
 #[derive(Debug, Default)]
 pub(super) struct UnderWay {
-    /// In the order of their commands, and so mostly answered from the front.
+    /// In the order of their commands, so mostly answered from the front.
     waiting: VecDeque<Waiting>,
 }
 
 impl UnderWay {
-    /// One more. Earlier ones whose receivers gave up are forgotten;
-    /// as all have the same timeout, they are in front.
+    /// Adds a message. Drops earlier ones whose receivers have given up; since all have the same
+    /// timeout, these are in front.
     pub(super) fn add(&mut self, waiting: Waiting) {
         while self
             .waiting
@@ -37,17 +37,17 @@ impl UnderWay {
         self.waiting.push_back(waiting);
     }
 
-    /// An answer goes to who waits for it, if anyone does.
+    /// Passes an answer to the message that waits for it, if there is one.
     pub(super) fn answered(&mut self, answer: Answer) {
         let seq = answer.seq();
         let place = self.waiting.iter().position(|waiting| waiting.seq == seq);
         if let Some(waiting) = place.and_then(|place| self.waiting.remove(place)) {
-            // It may have been given up at this very moment.
+            // The message may have been given up at this moment.
             let _ = waiting.answer.send(Ok(answer));
         }
     }
 
-    /// All have failed.
+    /// Lets all messages fail.
     pub(super) fn failed(&mut self, why: &str) {
         for waiting in self.waiting.drain(..) {
             let error = ExchangeError::Failed(why.to_owned());

@@ -1,0 +1,5 @@
+//! Rows and folders, read and refused.
+
+mod folder;
+mod rows;
+mod whole;

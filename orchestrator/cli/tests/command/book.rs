@@ -1,0 +1,93 @@
+//! Checks the README and the book: their links lead somewhere, their commands run, their tables are
+//! those of results/, and their reference is made from schemas and help texts.
+//!
+//! Commands that need a network, a container or a browser are only parsed.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
+
+mod command;
+mod page;
+mod reference;
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use page::{Page, ROOT};
+
+#[test]
+fn each_link_leads_to_a_file() {
+    for page in Page::all() {
+        for target in page.links() {
+            let path = page.folder().join(&target);
+            assert!(path.exists(), "{} links to {target}", page.name);
+        }
+    }
+}
+
+#[test]
+fn each_page_is_in_the_contents() {
+    let contents = Page::read("docs/SUMMARY.md");
+    let listed: BTreeSet<String> = contents.links().map(|to| format!("docs/{to}")).collect();
+    let there = Page::all().map(|page| page.name);
+    let there: BTreeSet<String> = there
+        .filter(|name| name.starts_with("docs/") && !name.starts_with("docs/decisions/"))
+        .filter(|name| name != "docs/SUMMARY.md")
+        .collect();
+    assert_eq!(there, listed);
+}
+
+/// Maximum characters of a paragraph: a reader gives up on a longer one.
+const LONGEST_PARAGRAPH: usize = 500;
+
+#[test]
+fn no_paragraph_is_long() {
+    for page in Page::all().filter(Page::is_written_by_hand) {
+        for paragraph in page.paragraphs() {
+            let length = paragraph.chars().count();
+            assert!(
+                length <= LONGEST_PARAGRAPH,
+                "{}: {length} characters: {paragraph}",
+                page.name
+            );
+        }
+    }
+}
+
+#[test]
+fn each_line_of_a_table_of_runs_is_in_results() {
+    let tables: String = ["settling", "smoke", "clients", "quick"]
+        .map(|folder| fs::read_to_string(format!("{ROOT}/results/{folder}/table.txt")).unwrap())
+        .concat();
+    let mut lines = 0;
+    for page in Page::all() {
+        for line in page.blocks("text").flat_map(|block| block.text.lines()) {
+            let mut words = line.split_whitespace();
+            let is_row = words.any(|word| word == "kHz" || word == "Hz");
+            if is_row {
+                assert!(tables.contains(line), "{}: {line}", page.name);
+                lines += 1;
+            }
+        }
+    }
+    assert!(lines > 20, "{lines}");
+}
+
+#[test]
+fn each_command_is_one() {
+    for page in Page::all() {
+        command::check(&page);
+    }
+}
+
+#[test]
+fn the_reference_is_made_from_schemas_and_help() {
+    let is_to_write = std::env::var_os("WEBLOOP_TEST_WRITE").is_some();
+    for (name, text) in reference::pages() {
+        let path = format!("{ROOT}/docs/reference/{name}.md");
+        if is_to_write {
+            fs::create_dir_all(format!("{ROOT}/docs/reference")).unwrap();
+            fs::write(&path, &text).unwrap();
+        }
+        let there = fs::read_to_string(&path).unwrap_or_default();
+        assert!(there == text, "{path}: WEBLOOP_TEST_WRITE=1 writes it anew");
+    }
+}

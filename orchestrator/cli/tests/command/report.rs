@@ -1,0 +1,205 @@
+//! The report on a folder that is whole, and on one that is not.
+#![allow(clippy::unwrap_used)]
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use manifest::{FileFact, Manifest};
+use plan::Plan;
+use tempfile::TempDir;
+
+/// Two runs of a second each.
+const RAN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cmd/input/ran");
+
+/// A copy of the two runs, removed afterwards.
+struct Ran(TempDir);
+
+impl Ran {
+    fn new() -> Ran {
+        let ran = Ran(tempfile::tempdir().unwrap());
+        fs::copy(Path::new(RAN).join("plan.json"), ran.path("plan.json")).unwrap();
+        for cell in ran.cells() {
+            let from = Path::new(RAN).join("cells").join(cell.file_name().unwrap());
+            fs::create_dir_all(&cell).unwrap();
+            for entry in fs::read_dir(&from).unwrap() {
+                let entry = entry.unwrap();
+                fs::copy(entry.path(), cell.join(entry.file_name())).unwrap();
+            }
+        }
+        ran
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn cells(&self) -> Vec<PathBuf> {
+        let text = fs::read_to_string(self.path("plan.json")).unwrap();
+        let plan = Plan::from_json(&text).unwrap();
+        plan.cells
+            .iter()
+            .map(|cell| self.0.path().join(cell.folder()))
+            .collect()
+    }
+
+    /// Makes the report. Returns the exit code, and what was printed about the folder.
+    fn report(&self) -> (Option<i32>, String) {
+        let output: Output = Command::new(env!("CARGO_BIN_EXE_webloop"))
+            .arg("report")
+            .arg(self.0.path())
+            .env_remove("RUST_LOG")
+            .output()
+            .unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        (output.status.code(), said)
+    }
+
+    /// Every file except rows and manifests, by name: what can be deleted and made again.
+    fn made(&self) -> BTreeMap<PathBuf, Vec<u8>> {
+        let mut made = BTreeMap::new();
+        let mut folders = vec![self.0.path().to_owned()];
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                let name = path.strip_prefix(self.0.path()).unwrap().to_owned();
+                if path.is_dir() && !name.starts_with("cells") {
+                    folders.push(path);
+                } else if path.is_file() && name != Path::new("plan.json") {
+                    made.insert(name, fs::read(path).unwrap());
+                }
+            }
+        }
+        made
+    }
+}
+
+/// Updates the checksums in a manifest to the files.
+fn seal(cell: &Path) {
+    let path = cell.join(Manifest::FILE);
+    let mut manifest = Manifest::from_json(&fs::read_to_string(&path).unwrap()).unwrap();
+    let fact = |name: &str| FileFact::of(File::open(cell.join(name)).unwrap()).unwrap();
+    for (name, of_it) in &mut manifest.files {
+        *of_it = fact(name);
+    }
+    fs::write(path, manifest.to_json()).unwrap();
+}
+
+#[test]
+fn a_report_is_made_again_byte_for_byte_elsewhere_too() {
+    let (here, there) = (Ran::new(), Ran::new());
+    assert_eq!(here.report(), (Some(0), String::new()));
+    let first = here.made();
+    for name in [
+        "report/report.html",
+        "report/claims.json",
+        "report/tables/table-2.csv",
+        "report/figures/fig-3.svg",
+        "report/figures/fig-3.pdf",
+        "report/figures/fig-3.csv",
+        "report/junit.xml",
+        "report/summary.md",
+        "summary.csv",
+        "datapackage.json",
+        "ro-crate-metadata.json",
+    ] {
+        assert!(first.contains_key(Path::new(name)), "{name}");
+    }
+    fs::remove_dir_all(here.path("report")).unwrap();
+    here.report();
+    there.report();
+    for other in [here.made(), there.made()] {
+        for (name, bytes) in &first {
+            assert!(other.get(name) == Some(bytes), "{}", name.display());
+        }
+    }
+}
+
+#[test]
+fn a_cell_that_is_gone_is_named_and_the_exit_code_says_so() {
+    let ran = Ran::new();
+    let gone = ran.cells().remove(1);
+    fs::remove_dir_all(&gone).unwrap();
+    let (code, said) = ran.report();
+    let name = gone.file_name().unwrap().to_string_lossy();
+    assert_eq!(code, Some(1));
+    assert!(
+        said.contains("1 of 2 cells") && said.contains(&*name),
+        "{said}"
+    );
+    let page = fs::read_to_string(ran.path("report/report.html")).unwrap();
+    assert!(page.contains(&*name));
+}
+
+#[test]
+fn a_flipped_byte_is_found_and_its_file_named() {
+    let ran = Ran::new();
+    let file = ran.cells().remove(0).join("arrivals.csv");
+    let mut bytes = fs::read(&file).unwrap();
+    // Change a digit of the last row; it is still a row.
+    let at = bytes.iter().rposition(u8::is_ascii_digit).unwrap();
+    bytes[at] = if bytes[at] == b'1' { b'2' } else { b'1' };
+    fs::write(&file, bytes).unwrap();
+    let (code, said) = ran.report();
+    assert_eq!(code, Some(1));
+    assert!(
+        said.contains("arrivals.csv") && said.contains("checksum"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_torn_last_row_is_dropped_and_counted_where_checksum_and_count_are_those_of_the_others() {
+    let ran = Ran::new();
+    let cell = ran.cells().remove(0);
+    let file = cell.join("ticks.csv");
+    let text = fs::read_to_string(&file).unwrap();
+    fs::write(&file, &text[..text.len() - 3]).unwrap();
+    seal(&cell);
+    let (code, said) = ran.report();
+    assert_eq!(code, Some(1));
+    assert!(
+        said.contains("it has 10 rows, and plant.json says 11"),
+        "{said}"
+    );
+
+    let plant = cell.join("plant.json");
+    let report = fs::read_to_string(&plant).unwrap();
+    fs::write(&plant, report.replace("\"rows\": 11", "\"rows\": 10")).unwrap();
+    seal(&cell);
+    assert_eq!(ran.report(), (Some(0), String::new()));
+    let summary = fs::read_to_string(ran.path("summary.csv")).unwrap();
+    let mut lines = summary.lines();
+    let column = lines
+        .next()
+        .unwrap()
+        .split(',')
+        .position(|name| name == "torn_lines");
+    let row = lines.next().unwrap();
+    assert_eq!(row.split(',').nth(column.unwrap()), Some("1"), "{row}");
+}
+
+#[test]
+fn a_folder_that_is_none_is_refused_with_what_it_lacks() {
+    let empty = tempfile::tempdir().unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_webloop"))
+        .arg("report")
+        .arg(empty.path())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("plan.json"));
+}
+
+#[test]
+fn a_folder_whose_rows_were_not_kept_keeps_its_report() {
+    let ran = Ran::new();
+    ran.report();
+    fs::remove_dir_all(ran.path("cells")).unwrap();
+    let before = ran.made();
+    let (code, said) = ran.report();
+    assert_eq!(code, Some(2));
+    assert!(said.contains("no cell"), "{said}");
+    assert!(ran.made() == before);
+}

@@ -1,0 +1,4 @@
+//! Experiments and systems as a user writes them.
+
+mod experiments;
+mod systems;

@@ -1,0 +1,4 @@
+//! Systems from files, and their laws as numbers.
+
+mod systems;
+mod vectors;

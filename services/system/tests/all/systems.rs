@@ -1,0 +1,258 @@
+//! What systems do once they are read, and what is said to those that cannot be.
+
+use control::{
+    StepSettings, largest_stable_round_trip_s, loop_delay_ticks, preset, step_info, step_response,
+};
+use endpoint::SampleTime;
+use system::{Design, System};
+
+fn h(text: &str) -> SampleTime {
+    text.parse().expect("a sample time")
+}
+
+fn built_in(name: &str) -> System {
+    System::read(System::built_in(name).expect("built in")).expect(name)
+}
+
+#[test]
+fn the_first_is_the_paper_s_to_the_last_bit() {
+    let paper = System::paper();
+    assert_eq!(paper.plant(), &preset::paper_plant());
+    assert!(paper.is_paper() && paper.r() == 1.0);
+    for text in ["1ms", "3ms", "100ms"] {
+        let own = paper.at(h(text)).expect("sampled");
+        assert_eq!(own.law, preset::paper_pi().into());
+        let Design::Pid(numbers) = own.design else {
+            panic!("a PI is a PID");
+        };
+        assert_eq!(
+            (numbers.kp, numbers.ki),
+            (preset::PAPER_A0, preset::PAPER_A1)
+        );
+    }
+}
+
+#[test]
+fn each_that_is_built_in_settles_at_100_hz_with_two_ticks_around_the_loop_and_with_three() {
+    for name in System::built_in_names() {
+        let system = built_in(name);
+        assert_eq!(system.name(), name);
+        assert!(!system.about().is_empty());
+        let h = h("10ms");
+        let own = system.at(h).expect(name);
+        for rtt_ns in [0, 20_000_000] {
+            let delay = loop_delay_ticks(rtt_ns, h.ns());
+            let y = step_response(&own.plant, own.law.clone(), system.r(), delay, 2_000);
+            let t: Vec<f64> = (0..y.len()).map(|k| k as f64 * h.seconds()).collect();
+            let settings = StepSettings {
+                final_value: Some(system.r()),
+                ..StepSettings::default()
+            };
+            let info = step_info(&t, &y, &settings).expect("finite");
+            assert!(
+                info.settling_time < 10.0,
+                "{name} with {rtt_ns} ns: {info:?}"
+            );
+            assert!(
+                (y[1_999] / system.r() - 1.0).abs() < 1e-2,
+                "{name}: {}",
+                y[1_999]
+            );
+        }
+    }
+}
+
+/// The margin by transfer functions, against the loop itself run with one tick more and one less.
+#[test]
+fn the_longest_round_trip_by_the_margin_is_where_each_loop_turns() {
+    for name in System::built_in_names() {
+        let system = built_in(name);
+        let h = h("10ms");
+        let own = system.at(h).expect(name);
+        let open = own.open().expect("finite");
+        let Some(longest_s) = largest_stable_round_trip_s(&open) else {
+            panic!("{name} is not stable with the shortest round trip");
+        };
+        assert!(longest_s.is_finite(), "{name}");
+        let longest_ns = (longest_s * 1e9).round() as u64;
+        let grows = |rtt_ns: u64| {
+            let delay = loop_delay_ticks(rtt_ns, h.ns());
+            // So small that no limit is ever met.
+            const R: f64 = 1e-100;
+            let y = step_response(&own.plant, own.law.clone(), R, delay, 40_000);
+            let part = |from: usize| {
+                let part = y[from..from + 4_000].iter();
+                part.fold(0.0, |most: f64, y| most.max((y - R).abs()))
+            };
+            part(36_000) > part(20_000).max(1e-12 * R)
+        };
+        assert!(!grows(longest_ns), "{name} at {longest_s} s");
+        assert!(grows(longest_ns + h.ns()), "{name} beyond {longest_s} s");
+    }
+}
+
+#[test]
+fn what_is_no_system_is_told_with_its_place() {
+    const GOOD: &str = "name = \"mine\"\n[plant]\nnum = [1.0]\nden = [1.0, 1.0]\n[controller]\nlaw = \"pid\"\nkp = 1.0\n";
+    assert!(System::read(GOOD).is_ok());
+    let cases = [
+        ("mine", "Mine!", "1:8: `Mine!` is not a valid system name"),
+        (
+            "num = [1.0]\n",
+            "",
+            "2:1: the plant has only one of num and den",
+        ),
+        (
+            "num = [1.0]",
+            "num = [1.0]\ngain = 2.0",
+            "2:1: the plant has two models",
+        ),
+        ("[1.0, 1.0]", "[0.0, 1.0]", "4:7: den[0] is 0"),
+        (
+            "num = [1.0]",
+            "num = [1.0, 0.0, 0.0]",
+            "3:7: num has degree 2 and den only 1",
+        ),
+        ("\"pid\"", "\"fuzzy\"", "6:7: law `fuzzy` is unknown"),
+        ("kp = 1.0", "ki = 1.0", "5:1: the law has no kp"),
+        ("kp = 1.0", "kp = nan", "7:6: kp is NaN"),
+        (
+            "kp = 1.0",
+            "kp = 1.0\nround_trip = \"1ms\"",
+            "6:7: `round_trip` is not a key of law `pid`",
+        ),
+        (
+            "kp = 1.0",
+            "kp = 1.0\nlimits = { min = 2.0, max = 1.0 }",
+            "8:10: the limits from 2 to 1 are empty",
+        ),
+        (
+            "\"pid\"",
+            "\"state-feedback\"",
+            "6:7: `kp` is not a key of law `state-feedback`",
+        ),
+        (
+            "den = [1.0, 1.0]",
+            "den = [1.0, 1.0]\ndead_time = \"2\"",
+            "5:13: dead_time is `2`",
+        ),
+        (
+            "kp = 1.0",
+            "kp = 1.0\nmood = 3",
+            "8:1: unknown field `mood`",
+        ),
+    ];
+    for (old, new, expected) in cases {
+        let text = GOOD.replacen(old, new, 1);
+        let fault = System::read(&text).expect_err(expected).to_string();
+        assert!(
+            fault.starts_with(expected),
+            "{expected}\nis told as\n{fault}"
+        );
+    }
+}
+
+#[test]
+fn a_system_may_not_fit_every_sample_time() {
+    let text = System::built_in("lag")
+        .expect("built in")
+        .replace("[plant]", "[plant]\nsampling = \"tustin\"");
+    let system = System::read(&text).expect("a system");
+    assert!(system.at(h("10ms")).is_ok());
+    let unfit = system
+        .at(h("3ms"))
+        .expect_err("200 ms is no multiple of 3 ms");
+    assert!(
+        unfit
+            .to_string()
+            .starts_with("system lag cannot run at h = 3ms: a dead time of 200000000 ns"),
+        "{unfit}"
+    );
+}
+
+#[test]
+fn a_law_has_as_many_states_as_it_says() {
+    for name in System::built_in_names() {
+        let h = h("10ms");
+        let own = built_in(name).at(h).expect(name);
+        let states = own.law.state_space(h.seconds()).expect("finite").order();
+        assert_eq!(own.law.order(), states, "{name}");
+    }
+}
+
+#[test]
+fn a_loop_that_looks_back_too_far_is_not_opened() {
+    let own = built_in("lag-smith").at(h("100us")).expect("sampled");
+    let problem = own.open().expect_err("too many").to_string();
+    assert!(problem.starts_with("its law has order 2203"), "{problem}");
+    let slow = System::built_in("lag")
+        .expect("built in")
+        .replace("\"200ms\"", "\"60s\"");
+    let own = System::read(&slow).expect("a system").at(h("1ms"));
+    let problem = own.expect("sampled").open().expect_err("too many");
+    assert!(
+        problem.to_string().starts_with("its plant has order 60000"),
+        "{problem}"
+    );
+}
+
+#[test]
+fn a_law_looks_past_so_many_ticks_and_no_more() {
+    for (name, rtt, at, told) in [
+        (
+            "lag-smith",
+            "60s",
+            "10us",
+            "must span 6020000 ticks of dead time and round trip; the limit is 1000000",
+        ),
+        (
+            "pendulum",
+            "1s",
+            "1ms",
+            "must span 1001 ticks of dead time and round trip; the limit is 300",
+        ),
+    ] {
+        let text: String = System::built_in(name)
+            .expect("built in")
+            .lines()
+            .filter(|line| !line.starts_with("round_trip"))
+            .map(|line| match line {
+                "[controller]" => format!("{line}\nround_trip = \"{rtt}\"\n"),
+                line => format!("{line}\n"),
+            })
+            .collect();
+        let system = System::read(&text).expect("a system");
+        let unfit = system.at(h(at)).expect_err("too many").to_string();
+        assert!(unfit.ends_with(told), "{unfit}");
+    }
+}
+
+#[test]
+fn gains_can_be_replaced_where_there_are_some() {
+    let louder = System::paper()
+        .with_gains(Some(0.3), None)
+        .expect("a PI has a kp");
+    let Design::Pid(numbers) = louder.at(h("3ms")).expect("sampled").design else {
+        panic!("a PI is a PID");
+    };
+    assert_eq!((numbers.kp, numbers.ki), (0.3, preset::PAPER_A1));
+    assert!(built_in("pendulum").with_gains(Some(1.0), None).is_none());
+    assert!(built_in("pendulum").with_gains(None, None).is_some());
+}
+
+#[test]
+fn the_schema_beside_them_is_the_types_and_each_names_it() {
+    let schema = include_str!("../../systems/system.schema.json");
+    assert_eq!(
+        system::schema(),
+        schema,
+        "write `webloop system schema` there"
+    );
+    for name in System::built_in_names() {
+        let text = System::built_in(name).expect("built in");
+        assert!(
+            text.starts_with("#:schema ./system.schema.json\n"),
+            "{name}"
+        );
+    }
+}
