@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::folder::{self, Folder};
 use crate::open_error::{OpenError, RESULTS};
 
-/// A folder with a plan, which this process, and no other, writes to.
+/// A folder with a plan, which only this process writes to.
 #[derive(Debug)]
 pub struct CampaignFolder(Folder);
 
@@ -24,7 +24,7 @@ impl CampaignFolder {
         CampaignFolder::open_text(&plan.to_json(), &folder)
     }
 
-    /// Opens a folder for the plan of this text, byte by byte.
+    /// Opens a folder for the plan with this text, which is compared byte by byte.
     ///
     /// # Errors
     /// As [`open`](CampaignFolder::open).
@@ -35,12 +35,30 @@ impl CampaignFolder {
             Some(_) => return Err(OpenError::OtherPlan(path.to_owned()).into()),
             None => folder.identify(plan).map_err(OpenError::Write)?,
         }
-        // Cells are written there, and not where a link leads.
+        // Cells are written into this folder, never to where a link leads.
         file::check_folder(&path.join(CELLS)).map_err(OpenError::NoFolder)?;
         Ok(CampaignFolder(folder))
     }
 
-    /// The newest folder that was begun for this plan and got its name from the time.
+    /// Leaves the plan in a folder into which jobs of their own write cells, unless it is there.
+    ///
+    /// # Errors
+    /// [`OpenError`] when the folder belongs to another plan, or cannot be written.
+    pub fn leave_plan(plan: &Plan, path: &Path) -> Result<(), Error> {
+        if let Ok(text) = file::text(&path.join(PLAN), file::PLAN_BYTES) {
+            return match Plan::from_json(&text) {
+                Ok(own) if own == *plan => Ok(()),
+                _ => Err(OpenError::OtherPlan(path.to_owned()).into()),
+            };
+        }
+        match CampaignFolder::open_text(&plan.to_json(), path) {
+            // Another job of this plan is just leaving it.
+            Err(Error::Open(OpenError::InUse(_))) => Ok(()),
+            opened => opened.map(drop),
+        }
+    }
+
+    /// The newest folder that was begun for this plan under a name from [`CampaignFolder::fresh`].
     ///
     /// # Errors
     /// [`OpenError::NoneBegun`] when there is none.
@@ -57,30 +75,30 @@ impl CampaignFolder {
                 file::text(&folder.join(PLAN), file::PLAN_BYTES).is_ok_and(|own| own == text)
             })
             .collect();
-        // The names end with the time.
+        // The names contain the time, so the newest is last.
         folders.sort();
         Ok(folders.pop().ok_or(OpenError::NoneBegun)?)
     }
 
-    /// A folder for a plan that is given none.
+    /// The folder for a plan if none is given.
     #[must_use]
     pub fn fresh(plan: &Plan) -> PathBuf {
         folder::fresh(&plan.experiment, plan.seed)
     }
 
-    /// Where it is.
+    /// Path of the folder.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.0.path()
     }
 
-    /// Its plan's file.
+    /// Path of its plan's file.
     #[must_use]
     pub fn plan_file(&self) -> PathBuf {
         self.0.identity_file()
     }
 
-    /// Leaves a derived file, which can be deleted and made again.
+    /// Writes a derived file, which can be deleted and made again.
     ///
     /// # Errors
     /// When it cannot be written.

@@ -1,4 +1,4 @@
-//! `webloop run-cell`: cells of a plan, for `run`, for containers and for job arrays; idempotent.
+//! `webloop run-cell`: runs cells of a plan, for `run`, containers and job arrays; idempotent.
 
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,10 +13,10 @@ use crate::argument::{Backend, Player, Run, RunCell, word};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::{source, stop};
 
-/// Where job arrays keep the index.
+/// The variables in which job arrays keep the index.
 const INDEX_VARIABLES: [&str; 2] = ["SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX"];
 
-/// Runs the cells one after another, but for those that are already complete.
+/// Runs the cells one after another, except those that are already complete.
 pub(crate) fn run(argument: &RunCell) -> Outcome {
     let backend = match argument.backend {
         // First of all: a user namespace can only be entered while there is one thread.
@@ -43,6 +43,7 @@ pub(crate) fn run(argument: &RunCell) -> Outcome {
         .into_iter()
         .map(|index| cell(&plan, index))
         .collect::<Result<Vec<_>, _>>()?;
+    CampaignFolder::leave_plan(&plan, &argument.out)?;
     let stop = stop::told_to_end()?;
     if argument.backend == Backend::Attach {
         stop::give_up_soon_after(&stop)?;
@@ -65,7 +66,7 @@ pub(crate) fn run(argument: &RunCell) -> Outcome {
             return Ok(Exit::Interrupted);
         }
         let outcome = run_one(&plan, cell, &how, &stop);
-        // The first that goes wrong is told; the others are in their manifests.
+        // Report the first failure; the others are in their manifests.
         if matches!(worst, Ok(Exit::Fine)) {
             worst = outcome;
         }
@@ -98,20 +99,20 @@ fn run_one(plan: &Plan, cell: &Cell, how: &CellRun<'_>, stop: &AtomicBool) -> Ou
     }
 }
 
-/// What earlier runs have to be like for a run that is asked for so.
+/// What earlier runs have to match, for a run with these options.
 pub(crate) fn own(backend: Backend, agents: Option<&Agents>, player: Player) -> Own {
     let is_asked = player != Player::Auto && backend != Backend::Sim;
     Own {
-        // Agents may call their back-end by a name of its own.
+        // Agents may give their back-end a name of its own.
         backend: agents.map_or_else(|| word(&backend), |agents| agents.backend.clone()),
         player: is_asked.then(|| word(&player)),
     }
 }
 
-/// This command for a cell of a campaign: what `run` starts for each.
+/// The command `run-cell` for a cell of a campaign; `run` starts it for each cell.
 ///
 /// # Errors
-/// Where this program does not know its own file.
+/// When this program cannot find its own file.
 pub(crate) fn command<'a>(
     run: &'a Run,
     agents: Option<&'a Agents>,
