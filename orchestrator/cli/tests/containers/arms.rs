@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::{Duration, Instant};
 
 use analysis::statistics::{Quantiles, median};
 use analysis::{CellFacts, Metrics};
@@ -13,12 +14,15 @@ use plan::{Phase, ProbeRow, Verdict};
 
 use crate::docker::{TOP, docker};
 use crate::webloop::{
-    Experiment, TRIES, code, command, doctor, manifest, said, too_busy, was_busy,
+    Experiment, Stolen, TRIES, code, command, doctor, manifest, said, too_busy, was_busy,
 };
 
 /// Time limit in a kernel with netem: an engine, its images and a testbed take two to three minutes
 /// on its one slow core, the cell half a minute.
 const GUEST_TIMEOUT_S: &str = "900";
+
+/// Nothing is begun after this time: a machine that needs longer is too busy.
+const LONGEST: Duration = Duration::from_secs(25 * 60);
 
 /// Exit code of a guest that exceeded this limit.
 const GUEST_ENDED: i32 = 124;
@@ -100,10 +104,11 @@ pub(crate) fn the_same_cell_gives_the_same_in_namespaces_in_containers_and_by_tc
 -> Result<(), String> {
     doctor(command())?;
     let [reference, others @ ..] = &ARMS;
-    let mut by_reference = measure(reference)?;
+    let deadline = Instant::now() + LONGEST;
+    let mut by_reference = measure(reference, deadline)?;
     for arm in others {
         for left in (0..COMPARISONS).rev() {
-            let by_arm = match measure(arm) {
+            let by_arm = match measure(arm, deadline) {
                 Ok(by_arm) => by_arm,
                 Err(lack) => {
                     println!("  SKIPPED {} by {}: {lack}", arm.backend, arm.player);
@@ -115,7 +120,7 @@ pub(crate) fn the_same_cell_gives_the_same_in_namespaces_in_containers_and_by_tc
                 Err(apart) => {
                     assert!(left > 0, "{apart}");
                     println!("  once more, because {apart}");
-                    by_reference = measure(reference)?;
+                    by_reference = measure(reference, deadline)?;
                 }
             }
         }
@@ -124,10 +129,10 @@ pub(crate) fn the_same_cell_gives_the_same_in_namespaces_in_containers_and_by_tc
 }
 
 /// The repeats of each topology by an arm, or why this machine cannot run it.
-fn measure(arm: &Arm) -> Result<[Vec<Measured>; 2], String> {
+fn measure(arm: &Arm, deadline: Instant) -> Result<[Vec<Measured>; 2], String> {
     let folder = tempfile::tempdir().unwrap();
     let experiment = Experiment::new(folder.path(), &TOPOLOGIES, H, "4s").repeated(REPEATS);
-    let cells = run(arm, &experiment)?;
+    let cells = run(arm, &experiment, deadline)?;
     Ok(TOPOLOGIES.map(|topology| {
         let own = cells
             .iter()
@@ -141,12 +146,17 @@ fn measure(arm: &Arm) -> Result<[Vec<Measured>; 2], String> {
 }
 
 /// Runs the cells until their runs are valid. Returns their folders.
-fn run(arm: &Arm, experiment: &Experiment) -> Result<Vec<PathBuf>, String> {
+fn run(arm: &Arm, experiment: &Experiment, deadline: Instant) -> Result<Vec<PathBuf>, String> {
     for _ in 0..TRIES {
+        if Instant::now() > deadline {
+            break;
+        }
+        let stolen = Stolen::since_now();
         let output = (arm.command)(experiment)?.output().unwrap();
         let exit = code(&output);
-        // If every cell of the guest was held up, the machine has no time for the guest.
-        if exit == Some(GUEST_ENDED) && said(&output).contains("the machine was held up") {
+        // If the guest's cells were held up, the machine has no time for the guest.
+        let is_held_up = || said(&output).contains("the machine was held up") || stolen.is_much();
+        if exit == Some(GUEST_ENDED) && is_held_up() {
             return Err(too_busy("the guest"));
         }
         assert!(matches!(exit, Some(0 | 1)), "{exit:?}: {}", said(&output));
@@ -156,7 +166,11 @@ fn run(arm: &Arm, experiment: &Experiment) -> Result<Vec<PathBuf>, String> {
         for manifest in &manifests {
             if manifest.verdict != Verdict::Complete {
                 let reasons = manifest.reasons.join("; ");
-                assert!(was_busy(manifest), "{}: {reasons}", manifest.verdict);
+                assert!(
+                    was_busy(manifest) || stolen.is_much(),
+                    "{}: {reasons}",
+                    manifest.verdict
+                );
                 println!("  too busy: {:?}", manifest.reasons);
                 busy = true;
             }

@@ -10,7 +10,9 @@ use backend::Manifest;
 use plan::Verdict;
 
 use crate::ending::kill;
-use crate::webloop::{Experiment, TRIES, code, command, files, manifest, said, too_busy, was_busy};
+use crate::webloop::{
+    Experiment, Stolen, TRIES, code, command, files, manifest, said, too_busy, was_busy,
+};
 
 /// The variable that names the browser; one that does not exist, and one that ends as soon as it is
 /// started.
@@ -30,6 +32,7 @@ pub(crate) fn a_campaign_goes_on_where_it_was_broken_off_and_only_what_failed_is
 struct Busy;
 
 fn break_off_and_go_on() -> Result<(), Busy> {
+    let stolen = Stolen::since_now();
     let folder = tempfile::tempdir().unwrap();
     let mut experiment = of_two_clients(folder.path());
     let refused = run(folder.path(), &["--resume"], BAD_BROWSER);
@@ -52,7 +55,7 @@ fn break_off_and_go_on() -> Result<(), Busy> {
     kill(&mut first, name);
     let cells = experiment.cells();
     let done = files(&cells[0]);
-    is_complete(&cells[0])?;
+    is_complete(&cells[0], &stolen)?;
 
     // Nothing has failed so far, so there is nothing to repeat.
     let none = run(folder.path(), &["--failed"], BAD_BROWSER);
@@ -67,7 +70,7 @@ fn break_off_and_go_on() -> Result<(), Busy> {
         results(folder.path()),
         std::slice::from_ref(&experiment.out)
     );
-    is_complete(&cells[1])?;
+    is_complete(&cells[1], &stolen)?;
     let verdicts = || [0, 1, 2].map(|index: usize| manifest(&cells[index]).verdict);
     let complete = Verdict::Complete;
     assert_eq!(verdicts(), [complete, complete, Verdict::Failed]);
@@ -93,9 +96,9 @@ fn break_off_and_go_on() -> Result<(), Busy> {
 }
 
 /// Checks that a cell that was run is complete, unless the machine held it up.
-fn is_complete(cell: &Path) -> Result<(), Busy> {
+fn is_complete(cell: &Path, stolen: &Stolen) -> Result<(), Busy> {
     let manifest = manifest(cell);
-    if was_busy(&manifest) {
+    if was_busy(&manifest) || manifest.verdict != Verdict::Complete && stolen.is_much() {
         println!("  too busy: {:?}", manifest.reasons);
         return Err(Busy);
     }

@@ -28,6 +28,38 @@ pub(crate) fn was_busy(manifest: &Manifest) -> bool {
     }
 }
 
+/// The processor time that this machine's host has taken from it since an instant.
+pub(crate) struct Stolen([u64; 2]);
+
+impl Stolen {
+    /// If more than this share is taken, a run may fail in any of its parts.
+    const MUCH: f64 = 0.1;
+
+    pub(crate) fn since_now() -> Stolen {
+        Stolen(Stolen::counters())
+    }
+
+    pub(crate) fn is_much(&self) -> bool {
+        let ([stolen, all], Stolen(before)) = (Stolen::counters(), self);
+        let share = (stolen - before[0]) as f64 / (all - before[1]).max(1) as f64;
+        if share > Stolen::MUCH {
+            println!(
+                "  too busy: the host took {:.0} % of the time",
+                100.0 * share
+            );
+        }
+        share > Stolen::MUCH
+    }
+
+    /// Stolen time and all time, as `/proc/stat` counts them.
+    fn counters() -> [u64; 2] {
+        let text = fs::read_to_string("/proc/stat").unwrap();
+        let counters = text.lines().next().unwrap().split_whitespace().skip(1);
+        let counters: Vec<u64> = counters.map(|word| word.parse().unwrap()).collect();
+        [counters[7], counters[..8].iter().sum()]
+    }
+}
+
 /// Why a test cannot be made: the machine was busy each time.
 pub(crate) fn too_busy(for_what: &str) -> String {
     format!("the machine was too busy for {for_what}, {TRIES} times")
