@@ -1,7 +1,7 @@
 # Images with the same one binary, `webloop`, which has every role:
 #
 #   webloop            that binary alone, a few MB: plant and orchestrator
-#   webloop-link       beside iproute2, for the sidecars that shape a link by `tc`
+#   webloop-link       beside tc of iproute2, for the sidecars that shape a link
 #   webloop-native     nothing more than the first: the controller, by client
 #   webloop-python     beside Python
 #   webloop-chromium   beside Chromium
@@ -48,18 +48,20 @@ COPY LICENSE /usr/share/doc/webloop/LICENSE
 USER 1000:1000
 ENTRYPOINT ["webloop"]
 
-FROM debian:bookworm-slim AS webloop-link
-LABEL org.opencontainers.image.title="webloop-link" \
-      org.opencontainers.image.description="Shapes one end's way out of a control loop, for webloop" \
-      org.opencontainers.image.licenses="MIT"
+# `tc` with the libraries that it loads, and nothing else of Debian.
+FROM debian:bookworm-slim AS tc
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends iproute2 \
-    && rm -rf /var/lib/apt/lists/* /var/cache/apt/*
-COPY --from=build /usr/local/bin/webloop /usr/local/bin/webloop
-COPY LICENSE /usr/share/doc/webloop/LICENSE
+    && mkdir /only \
+    && cp --dereference --parents /sbin/tc \
+        $(ldd /sbin/tc | grep --only-matching '/[^ ]*') /usr/share/doc/iproute2/copyright /only
+
+FROM webloop AS webloop-link
+LABEL org.opencontainers.image.title="webloop-link" \
+      org.opencontainers.image.description="Shapes one end's way out of a control loop, for webloop"
+COPY --from=tc /only /
 # Interfaces are changed by root alone; docker-compose.yml takes all but two of its powers.
 USER 0:0
-ENTRYPOINT ["webloop"]
 
 FROM webloop AS webloop-native
 

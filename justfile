@@ -35,4 +35,4 @@ all: lint
 
 # What is made from types and help texts: schemas and the book's reference
 write:
-    WEBLOOP_TEST_WRITE=1 cargo test -p webloop-manifest -p webloop-backend -p webloop-plan -p webloop --test kept --test settings --test all --test command
+    WEBLOOP_TEST_WRITE=1 cargo test -p webloop-plant -p webloop-manifest -p webloop-backend -p webloop-plan -p webloop --lib --test kept --test settings --test all --test command

@@ -193,12 +193,12 @@ impl Profile {
     #[must_use]
     pub fn builtin(name: &str) -> Option<&'static str> {
         match name {
-            "arima" => Some(include_str!("../../profiles/arima.toml")),
-            "buccoo" => Some(include_str!("../../profiles/buccoo.toml")),
-            "couva" => Some(include_str!("../../profiles/couva.toml")),
-            "diego-lan" => Some(include_str!("../../profiles/diego-lan.toml")),
-            "diego-vpn" => Some(include_str!("../../profiles/diego-vpn.toml")),
-            "diego-vpn-free" => Some(include_str!("../../profiles/diego-vpn-free.toml")),
+            "arima" => Some(include_str!("../profiles/arima.toml")),
+            "buccoo" => Some(include_str!("../profiles/buccoo.toml")),
+            "couva" => Some(include_str!("../profiles/couva.toml")),
+            "diego-lan" => Some(include_str!("../profiles/diego-lan.toml")),
+            "diego-vpn" => Some(include_str!("../profiles/diego-vpn.toml")),
+            "diego-vpn-free" => Some(include_str!("../profiles/diego-vpn-free.toml")),
             _ => None,
         }
     }

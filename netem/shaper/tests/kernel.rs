@@ -101,11 +101,10 @@ fn cache_of(mark: &str) -> std::path::PathBuf {
     let own = std::env::temp_dir().join(mark);
     if !own.exists() {
         fs::create_dir_all(own.join("webloop/netem")).unwrap();
-        std::os::unix::fs::symlink(
-            format!("{real}/webloop/netem/kernel"),
-            own.join("webloop/netem/kernel"),
-        )
-        .unwrap();
+        // Of both machines; one of them is prepared here.
+        for kernel in ["webloop/netem/kernel", "webloop/netem/kernel-qemu"] {
+            std::os::unix::fs::symlink(format!("{real}/{kernel}"), own.join(kernel)).unwrap();
+        }
     }
     own
 }

@@ -2,6 +2,8 @@
 //!
 //! * [`Role`] and [`spawn`]: a role as a child process that cannot outlive its parent. [`Seen`] is
 //!   what it looked like from outside: stopped, running, waiting for a processor.
+//! * [`program`]: a controller of somebody's own, supervised; [`plant`]: a plant of somebody's own, stepped;
+//!   [`first`] is the first process of their PID namespace.
 //! * [`serve()`]: the agent, an HTTP server that starts roles, reports their state and serves their
 //!   files. It obeys only the first orchestrator that claims it, and ends if it has none.
 //! * [`Remote`]: the orchestrator's side of one agent; [`RemoteRun`] is a run there, and
@@ -17,10 +19,14 @@ mod claim;
 mod config;
 mod error;
 mod exchange;
+pub mod first;
 mod follower;
+mod keeper;
 mod look;
 mod lookout;
 mod name;
+pub mod plant;
+pub mod program;
 mod refusal;
 mod remote;
 mod role;

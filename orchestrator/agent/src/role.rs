@@ -177,6 +177,7 @@ impl Role {
             }
             std::thread::sleep(POLL);
         }
+        self.kill();
         Err(Error::role(
             &self.name,
             format!(

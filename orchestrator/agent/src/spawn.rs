@@ -1,4 +1,5 @@
-//! Starts one of webloop's own roles as a child that cannot outlive its parent.
+//! Starts a child that cannot outlive its parent: one of webloop's own roles, or a program of somebody's
+//! own, which in addition is confined.
 //!
 //! The kernel kills the child when the thread that started it dies, however that happens. The
 //! namespaces of a run have no names, so they disappear with the last process in them. Only this
@@ -13,7 +14,27 @@ use std::process::{Child, Command};
 use rustix::process::{
     Pid, Signal, getpid, getppid, kill_process, set_parent_process_death_signal,
 };
-use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
+use rustix::thread::{
+    CapabilitySet, LinkNameSpaceType, UnshareFlags, move_into_link_name_space,
+    remove_capability_from_bounding_set, set_no_new_privs, unshare_unsafe,
+};
+
+/// What a confined program cannot do, whoever starts it: leave its namespaces, change its network or send
+/// packets past it, look into other processes, or change the machine.
+const TAKEN: [CapabilitySet; 12] = [
+    CapabilitySet::SYS_ADMIN,
+    CapabilitySet::NET_ADMIN,
+    CapabilitySet::NET_RAW,
+    CapabilitySet::SYS_PTRACE,
+    CapabilitySet::SYS_MODULE,
+    CapabilitySet::SYS_RAWIO,
+    CapabilitySet::SYS_BOOT,
+    CapabilitySet::SYS_TIME,
+    CapabilitySet::SYS_CHROOT,
+    CapabilitySet::MKNOD,
+    CapabilitySet::BPF,
+    CapabilitySet::PERFMON,
+];
 
 /// Makes `command`, once spawned, die with the calling thread, and start inside `namespace` if one
 /// is given.
@@ -51,6 +72,32 @@ pub fn die_with(parent: Option<Pid>) -> io::Result<()> {
         return Err(io::Error::from(io::ErrorKind::BrokenPipe));
     }
     Ok(())
+}
+
+/// Lets the calling thread's next child be the first process of a PID namespace: with it all processes in
+/// the namespace end, and none of them reaches one outside.
+///
+/// # Errors
+/// When this user may not make namespaces.
+pub fn separate() -> io::Result<()> {
+    // SAFETY: files stay shared; only children that are started from now on are concerned.
+    Ok(unsafe { unshare_unsafe(UnshareFlags::NEWPID) }?)
+}
+
+/// Makes `command`, once spawned, die with the calling thread, and takes from it and its descendants what a
+/// controller does not need, also if it runs as root.
+pub fn confine(command: &mut Command) {
+    // SAFETY: between fork and exec only async-signal-safe calls are allowed; these are bare system
+    // calls. In its own PID namespace the child does not see its parent, so it cannot check for it.
+    unsafe {
+        command.pre_exec(|| {
+            for capability in TAKEN {
+                remove_capability_from_bounding_set(capability)?;
+            }
+            set_no_new_privs(true)?;
+            die_with(None)
+        });
+    }
 }
 
 /// Sends SIGTERM to a child that still runs.

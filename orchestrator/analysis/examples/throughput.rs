@@ -113,6 +113,8 @@ fn write_campaign(folder: &Path, cells: usize, ticks: u64) -> Result<(), Box<dyn
         seed: 1,
         profiles: [(ARIMA.to_owned(), profile()?)].into(),
         systems: [].into(),
+        programs: [].into(),
+        plants: [].into(),
         cells: cells.collect(),
     };
     fs::write(folder.join("plan.json"), plan.to_json())?;
@@ -250,7 +252,7 @@ fn write_rows(folder: &Path, ticks: u64) -> Result<(), Box<dyn Error>> {
         arrival_rows.serialize(ArrivalRow {
             n: k,
             seq: k,
-            t_send_ns,
+            t_send_ns: Some(t_send_ns),
             t_arrive_ns,
             tick: (t_arrive_ns - START_NS) / H_NS,
             u,

@@ -122,7 +122,7 @@ pub(crate) mod tests {
         numbered.map(move |(n, (seq, t_arrive_ns))| ArrivalRow {
             n,
             seq,
-            t_send_ns: 0,
+            t_send_ns: Some(0),
             t_arrive_ns,
             tick: t_arrive_ns / h_ns,
             u: 0.0,

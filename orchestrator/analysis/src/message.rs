@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::statistics::{Quantiles, ms};
 
-/// The controller's deadlines and messages. Every deadline has one of the four outcomes.
+/// The controller's deadlines and messages. Every deadline has one outcome. Of a controller of somebody's
+/// own only the messages that arrived are known, and those that did not.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Messages {
     /// Deadlines.
@@ -37,13 +38,14 @@ impl MessageCount {
     pub(crate) fn push(&mut self, row: &MessageRow) {
         let messages = &mut self.messages;
         messages.due += 1;
-        messages.sent += u64::from(row.t_send_ns.is_some());
-        *match row.outcome {
-            MessageOutcome::Answered => &mut messages.answered,
-            MessageOutcome::Timeout => &mut messages.timeout,
-            MessageOutcome::Failed => &mut messages.failed,
-            MessageOutcome::Missed => &mut messages.missed,
-        } += 1;
+        messages.sent += u64::from(row.outcome != MessageOutcome::Missed);
+        match row.outcome {
+            MessageOutcome::Answered => messages.answered += 1,
+            MessageOutcome::Timeout => messages.timeout += 1,
+            MessageOutcome::Failed => messages.failed += 1,
+            MessageOutcome::Missed => messages.missed += 1,
+            MessageOutcome::Arrived => {}
+        }
         if let (Some(sent_ns), Some(received_ns)) = (row.t_send_ns, row.t_receive_ns) {
             self.rtt_ns.push(received_ns.saturating_sub(sent_ns));
         }

@@ -278,7 +278,9 @@ impl<'a> Vouched<'a> {
         }
         let origins = [file_name::CONTROLLER_REPORT, "the controller's report"];
         for (origin, controller) in origins.into_iter().zip(&controller) {
-            if let (Some(controller), false) = (controller, is_page) {
+            // The messages of a program of one's own are made from the plant's rows.
+            let has_count = !is_page && !manifest.cell.client.is_own();
+            if let (Some(controller), true) = (controller, has_count) {
                 counts.push((file_name::MESSAGES, origin, controller.rows().rows));
             }
         }

@@ -125,15 +125,15 @@ fn open_files() -> Result<String, String> {
 
 /// What clients need beyond this binary.
 fn clients() -> impl Iterator<Item = Ability> {
-    let specs = Client::ALL.into_iter().map(Client::spec);
-    specs.filter_map(|spec| {
+    Client::ALL.iter().filter_map(|client| {
+        let spec = client.spec();
         let found = match (spec.engine, spec.role) {
             (Some(engine), _) => browser::found(engine).map_err(|missing| missing.why),
             (None, "python") => python::version().map_err(|error| error.to_string()),
             (None, _) => return None,
         };
         Some(Ability {
-            what: spec.prose,
+            what: client.prose(),
             need: Need::Better,
             found,
             remedy: "needed by the client of that name only: install it",

@@ -11,7 +11,7 @@ use std::time::Duration;
 use certificate::Echo;
 use judge::{Pulse, Watched};
 use link::{Epoch, Profile};
-use plan::{Cell, Phase, ProfileText};
+use plan::{Cell, Phase, ProfileText, Program};
 
 use crate::link_check::{LinkCheck, NOTHING_ENTERED};
 use crate::pulse::Pulses;
@@ -71,13 +71,17 @@ pub(crate) struct Seen {
     pub(crate) watched: Vec<(String, Watched)>,
 }
 
-/// The texts that a cell's parts need.
+/// What a cell's parts need from the plan beside the cell.
 #[derive(Clone, Copy)]
 pub(crate) struct Texts<'a> {
     /// The link's profile.
     pub(crate) profile: &'a ProfileText,
     /// The system; `None` for the paper's.
     pub(crate) system: Option<&'a str>,
+    /// The controller, where it is a program of one's own.
+    pub(crate) program: Option<&'a Program>,
+    /// The plant, where it is a program of one's own.
+    pub(crate) plant_program: Option<&'a Program>,
 }
 
 /// Runs a cell at `site`.
@@ -167,10 +171,10 @@ impl<'a> Parts<'a> {
             Some(site.start(RoleSettings::Link(role))?)
         };
         let address = site.plant_socket();
-        let role = PlantRole::of(cell, address, texts.system);
-        let plant = site.start(RoleSettings::Plant(role))?;
         let start_ns = epoch.t_ns(plan::START_AT);
-        let role = ControllerRole::of(cell, address, start_ns, texts.system);
+        let role = PlantRole::of(cell, address, start_ns, texts);
+        let plant = site.start(RoleSettings::Plant(role))?;
+        let role = ControllerRole::of(cell, address, start_ns, texts);
         let controller = site.start(RoleSettings::Controller(role))?;
         Ok(Parts {
             controller,

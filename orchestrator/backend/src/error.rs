@@ -24,6 +24,9 @@ pub enum RunError {
         /// What happened.
         problem: String,
     },
+    /// A program of one's own did not do its part; says which one.
+    #[error("{0}")]
+    Program(String),
     /// The link could not be made or probed.
     #[error("{0}")]
     Link(String),

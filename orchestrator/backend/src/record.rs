@@ -42,7 +42,7 @@ pub(crate) fn entered(folder: &Path) -> Result<[Option<Vec<PacketRow>>; 2], RunE
     Ok([one(file_name::PACKETS_UP)?, one(file_name::PACKETS_DOWN)?])
 }
 
-fn rows<R: DeserializeOwned>(path: &Path) -> Result<Vec<R>, RunError> {
+pub(crate) fn rows<R: DeserializeOwned>(path: &Path) -> Result<Vec<R>, RunError> {
     let unread = |problem: csv::Error| {
         RunError::Link(format!(
             "cannot read this run's rows to judge them: {}: {problem}",

@@ -8,11 +8,12 @@ use std::net::SocketAddr;
 
 use endpoint::{ControllerSettings, PageSettings, PlantSettings};
 use link::{Epoch, Way};
-use plan::{Cell, Client, ProfileText};
+use plan::{Cell, Client, ProfileText, Program};
 use schemars::{JsonSchema, schema_for};
 use serde::{Deserialize, Serialize};
 
 use crate::Player;
+use crate::course::Texts;
 
 /// What the plant is told.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -25,6 +26,15 @@ pub struct PlantRole {
     /// The text of what is controlled; the paper's motor, if there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub system: Option<String>,
+    /// How the plant is started, where it is a program of one's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub program: Option<Program>,
+    /// The seed for what is random in it.
+    #[serde(default)]
+    pub seed: u64,
+    /// The loop's start, monotonic; its own first tick, if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start_ns: Option<u64>,
 }
 
 /// What a controller is told, whichever the client.
@@ -45,6 +55,9 @@ pub struct ControllerRole {
     /// plant's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub system: Option<String>,
+    /// How it is started, where it is a program of one's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub program: Option<Program>,
     /// The first deadline, monotonic; soon, if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start_ns: Option<u64>,
@@ -110,12 +123,20 @@ impl RoleSettings {
 }
 
 impl PlantRole {
-    /// The settings of a cell's plant that listens at `listen`; `system` is the text of its system.
-    pub(crate) fn of(cell: &Cell, listen: SocketAddr, system: Option<&str>) -> PlantRole {
+    /// The settings of a cell's plant that listens at `listen`, for a loop from `start_ns` on.
+    pub(crate) fn of(
+        cell: &Cell,
+        listen: SocketAddr,
+        start_ns: u64,
+        texts: Texts<'_>,
+    ) -> PlantRole {
         PlantRole {
             listen,
             settings: cell.plant_settings(),
-            system: system.map(str::to_owned),
+            system: texts.system.map(str::to_owned),
+            program: texts.plant_program.cloned(),
+            seed: cell.link_seed,
+            start_ns: Some(start_ns),
         }
     }
 }
@@ -127,14 +148,15 @@ impl ControllerRole {
         cell: &Cell,
         plant: SocketAddr,
         start_ns: u64,
-        system: Option<&str>,
+        texts: Texts<'_>,
     ) -> ControllerRole {
         ControllerRole {
             client: cell.client,
             plant,
             settings: cell.settings,
             page: cell.page,
-            system: system.map(str::to_owned),
+            system: texts.system.map(str::to_owned),
+            program: texts.program.cloned(),
             start_ns: Some(start_ns),
             duration_ns: cell.duration_ns,
         }

@@ -17,7 +17,7 @@ use crate::evidence::{self, Evidence};
 use crate::link_check::LinkCheck;
 use crate::netns::Netns;
 use crate::report::Reports;
-use crate::{Agents, Manifest, Player, RunError, Timings, folder, record, simulated};
+use crate::{Agents, Manifest, Player, RunError, Timings, folder, own, record, simulated};
 
 /// The folder of a cell inside a campaign's folder.
 #[must_use]
@@ -154,7 +154,22 @@ fn execute(
     let texts = Texts {
         profile: text,
         system: system.own_text(),
+        program: plan.program(cell),
+        plant_program: plan.plant_program(cell),
     };
+    if cell.client.is_own() && !matches!(backend, Backend::Netns { .. }) {
+        return Err(RunError::Unsupported(format!(
+            "`{}` is a program of your own, which runs on this machine only: use --backend netns",
+            cell.client
+        )));
+    }
+    if texts.plant_program.is_some() && matches!(backend, Backend::Attach(_)) {
+        return Err(RunError::Unsupported(format!(
+            "the plant of `{}` is a program of your own, which runs on this machine only: use --backend \
+             netns or sim",
+            cell.system
+        )));
+    }
     let seen = match backend {
         Backend::Netns {
             authority,
@@ -163,7 +178,11 @@ fn execute(
             authority.as_ref()?;
             let mut site = Netns::new(&profile, player, folder)?;
             site.wait_until(*not_before_ns);
-            course::run(&site, cell, &profile, texts, stop)?
+            let seen = course::run(&site, cell, &profile, texts, stop)?;
+            if cell.client.is_own() {
+                own::settle(cell, seen.start_ns, folder)?;
+            }
+            seen
         }
         Backend::Attach(agents) => {
             let site = Attach::new(agents, cell, &profile, player, folder)?;
@@ -174,7 +193,7 @@ fn execute(
         }
         Backend::Sim(timings) => {
             let timing = timings.of(cell);
-            simulated::run(cell, &system, &profile, timing, folder)?
+            simulated::run(cell, &system, texts.plant_program, &profile, timing, folder)?
         }
     };
     let link_check = LinkCheck {

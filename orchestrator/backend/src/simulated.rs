@@ -7,16 +7,18 @@ use std::fs::File;
 use std::path::Path;
 
 use certificate::{Echo, LinkReport};
+use control::Law;
 use endpoint::report::Written;
-use endpoint::{ArrivalRow, MessageRow, Thread, TickRow, Timer};
+use endpoint::{ArrivalRow, MessageRow, Model, Surrounded, Thread, TickRow, Timer};
 use link::{PacketRow, Profile, Way};
 use manifest::{ModelController, ModelPlant};
-use plan::{Cell, Phase, file_name};
+use plan::{Cell, Phase, Program, file_name};
 use serde::Serialize;
 use sim::{EPOCH, Outcome, Pool, Record, Series, Setup, Start, Timing};
-use system::System;
+use system::{System, Unfit};
 
 use crate::course::Seen;
+use crate::own_plant::start_simulated;
 use crate::{RunError, folder, schedule};
 
 /// How long the plant goes on after the last message, as in a real run.
@@ -26,14 +28,45 @@ const AFTER_NS: u64 = 1_200_000_000;
 pub(crate) fn run(
     cell: &Cell,
     system: &System,
+    program: Option<&Program>,
     profile: &Profile,
     timing: &Timing,
     folder: &Path,
 ) -> Result<Seen, RunError> {
     let h = cell.settings.h;
-    let own = system
-        .at(h)
-        .map_err(|unfit| RunError::Link(unfit.to_string()))?;
+    let unfit = |unfit: Unfit| RunError::Link(unfit.to_string());
+    let (law, _) = system.law_at(h).map_err(unfit)?;
+    let around = system.surroundings();
+    let (seed, start_ns) = (cell.link_seed, Some(EPOCH.t_ns(plan::START_AT)));
+    let Some(program) = program else {
+        let plant = system.at(h).map_err(unfit)?.plant.stepper();
+        return match around {
+            None => run_with(plant, law, cell, profile, timing, folder),
+            Some(around) => {
+                let plant = Surrounded::new(plant, around, seed, start_ns);
+                run_with(plant, law, cell, profile, timing, folder)
+            }
+        };
+    };
+    let own = start_simulated(program, h, seed).map_err(RunError::Program)?;
+    let plant = Surrounded::new(own.clone(), around.unwrap_or_default(), seed, start_ns);
+    let seen = run_with(plant, law, cell, profile, timing, folder)?;
+    match own.problem() {
+        Some(problem) => Err(RunError::Program(problem)),
+        None => Ok(seen),
+    }
+}
+
+/// Simulates a cell whose plant is `plant`.
+fn run_with<M: Model + Clone>(
+    plant: M,
+    law: Law,
+    cell: &Cell,
+    profile: &Profile,
+    timing: &Timing,
+    folder: &Path,
+) -> Result<Seen, RunError> {
+    let h = cell.settings.h;
     let start_ns = EPOCH.t_ns(plan::START_AT);
     // The start of the last series is not known yet.
     let planned = [
@@ -55,10 +88,10 @@ pub(crate) fn run(
         seed: cell.link_seed,
         settings: cell.settings,
         timer_floor_ns: timer_floor_ns(cell, timing),
-        plant: own.plant.stepper(),
+        plant,
         hold: cell.hold,
         tick_noise: cell.plant_settings().tick_noise,
-        law: own.law,
+        law,
         pool: if cell.client.spec().keeps_own_connections {
             Pool::Own
         } else {

@@ -66,6 +66,15 @@ impl ComposeRunner {
         stop: &AtomicBool,
         progress: &dyn Progress,
     ) -> Result<(), Error> {
+        if let Some(cell) = cells.iter().find(|cell| cell.client.is_own()) {
+            return Err(Error::Compose(Problem::Unsupported {
+                lack: format!(
+                    "`{}` is a program of your own, which runs on this machine only",
+                    cell.client
+                ),
+                remedy: "use --backend netns, or leave its cells out with --only",
+            }));
+        }
         for client in Client::ALL {
             let cells: Vec<&Cell> = cells
                 .iter()

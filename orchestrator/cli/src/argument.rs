@@ -6,6 +6,7 @@
 #![allow(clippy::doc_markdown)]
 
 mod campaign;
+mod conform;
 mod field;
 mod link;
 mod report;
@@ -22,11 +23,12 @@ pub(crate) use campaign::{
     Agree, AgreeFormat, Backend, Calibrate, Choice, Collect, Compare, CompareFormat, Document, Gc,
     Margin, Matrix, MatrixFormat, Player, Progress, Run, RunCell, Show, ShowFormat, word,
 };
+pub(crate) use conform::Conform;
 pub(crate) use link::{LinkCommand, LinkLint, LinkShow, Probe, Way};
 pub(crate) use report::Report;
 pub(crate) use serve::{
-    ServeAgent, ServeBrowser, ServeCommand, ServeController, ServeHalf, ServeHealth, ServeLink,
-    ServePlant,
+    ServeAgent, ServeBrowser, ServeCommand, ServeController, ServeFirst, ServeHalf, ServeHealth,
+    ServeLink, ServePlant, ServeProgram,
 };
 pub(crate) use sweep::Sweep;
 pub(crate) use system::{SystemCommand, SystemLint, SystemShow};
@@ -109,6 +111,8 @@ pub(crate) enum Command {
     Link(LinkCommand),
     /// Ping through a topology's link and compare with what the link should do
     Probe(Probe),
+    /// Test whether a controller or a plant of your own keeps its contract
+    Conform(Conform),
     /// Say what this machine can do, what is missing, and what to do about it
     Doctor,
     /// Remove the containers and networks that killed runs left, and nothing else

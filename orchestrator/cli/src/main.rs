@@ -44,6 +44,7 @@ fn main() -> std::process::ExitCode {
         Command::Link(LinkCommand::Lint(lint)) => command::link::lint(&lint),
         Command::Link(LinkCommand::Schema) => command::link::schema(),
         Command::Probe(probe) => command::probe::run(&probe),
+        Command::Conform(conform) => command::conform::run(&conform),
         Command::Doctor => command::doctor::run(),
         Command::Gc(gc) => command::gc::run(&gc),
         Command::Serve(ServeCommand::Plant(plant)) => command::serve::plant(&plant),
@@ -52,6 +53,8 @@ fn main() -> std::process::ExitCode {
         }
         Command::Serve(ServeCommand::Python(python)) => command::client::python(&python),
         Command::Serve(ServeCommand::Browser(browser)) => command::client::browser(&browser),
+        Command::Serve(ServeCommand::Program(program)) => command::program::program(&program),
+        Command::Serve(ServeCommand::First(first)) => return command::program::first(&first),
         Command::Serve(ServeCommand::Link(link)) => command::play::link(&link),
         Command::Serve(ServeCommand::Ask(ask)) => command::echo::ask(&ask),
         Command::Serve(ServeCommand::Hear(hear)) => command::echo::hear(&hear),

@@ -3,13 +3,13 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use ::system::System;
 use anyhow::{Context, anyhow};
 use backend::Timings;
 use link::{Finding, Profile, Severity};
-use plan::{EXPERIMENTS, Instead, Library, Plan, ProfileText};
+use plan::{EXPERIMENTS, Instead, Library, Plan, ProfileText, Program};
 use sweep::{SWEEPS, Sweep};
 
 use crate::diagnostic;
@@ -130,11 +130,15 @@ fn experiment(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
     if let Some(topology) = &instead.topology {
         profile(topology)?;
     }
-    if let Some(client) = &instead.client {
-        client.parse::<plan::Client>().map_err(Failure::usage)?;
-    }
     let source = named("experiment", EXPERIMENTS, asked)?;
-    Plan::resolve(&source, asked, instead, Disk).map_err(|invalid| {
+    // One that is not webloop's may be a program of the experiment's, and is in its text then.
+    if let Some(client) = &instead.client
+        && let Err(unknown) = client.parse::<plan::Client>()
+        && !source.contains(&format!("\"{client}\""))
+    {
+        return Err(Failure::usage(unknown));
+    }
+    Plan::resolve(&source, asked, instead, Disk::beside(asked)).map_err(|invalid| {
         diagnostic::invalid(&source, &invalid);
         Failure::usage(anyhow!("{asked} cannot be run"))
     })
@@ -143,7 +147,7 @@ fn experiment(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
 /// Resolves a sweep given by name or path. Also returns its text.
 pub(crate) fn sweep(asked: &str, instead: &sweep::Instead) -> Result<(String, Sweep), Failure> {
     let source = named("sweep", SWEEPS, asked)?;
-    match Sweep::resolve(&source, asked, instead, Disk) {
+    match Sweep::resolve(&source, asked, instead, Disk::beside(asked)) {
         Ok(sweep) => Ok((source, sweep)),
         Err(invalid) => {
             diagnostic::invalid(&source, &invalid);
@@ -166,15 +170,57 @@ pub(crate) fn timings(file: Option<&Path>) -> Result<Timings, Failure> {
 }
 
 /// Finds what experiments name, among the built-in files and on this machine's disk.
-struct Disk;
+struct Disk {
+    /// The folder of the experiment's file.
+    folder: PathBuf,
+}
+
+impl Disk {
+    fn beside(file: &str) -> Disk {
+        Disk {
+            folder: folder_of(file),
+        }
+    }
+}
+
+/// The folder that a file is in, absolute: a run may go on from another folder than it began in.
+fn folder_of(file: &str) -> PathBuf {
+    let folder = Path::new(file).parent().unwrap_or(Path::new(""));
+    std::path::absolute(folder.join(".")).unwrap_or_default()
+}
+
+/// A word of a command, where one that begins with `./` is a path in `folder`.
+fn word_in(folder: &Path, asked: &str) -> String {
+    match asked.strip_prefix("./") {
+        Some(beside) => folder.join(beside).to_string_lossy().into_owned(),
+        None => asked.to_owned(),
+    }
+}
+
+/// The program that is the plant of the system in this file, if one is.
+pub(crate) fn plant_program(file: &str, system: &System) -> Option<Program> {
+    let folder = folder_of(file);
+    let run = system.plant_program()?.iter();
+    Some(Program {
+        run: run.map(|word| word_in(&folder, word)).collect(),
+    })
+}
 
 impl Library for Disk {
     fn profile(&mut self, asked: &str) -> Result<ProfileText, String> {
-        profile_text(asked)
+        profile_text(&self.word(asked))
     }
 
     fn system(&mut self, asked: &str) -> Result<String, String> {
-        system_text(asked)
+        system_text(&self.word(asked))
+    }
+
+    fn word(&mut self, asked: &str) -> String {
+        word_in(&self.folder, asked)
+    }
+
+    fn word_beside(&mut self, system: &str, asked: &str) -> String {
+        word_in(&folder_of(&self.word(system)), asked)
     }
 }
 

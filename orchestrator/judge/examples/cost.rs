@@ -88,7 +88,7 @@ fn rows(profile: &Profile, count: u64) -> (Vec<MessageRow>, Vec<ArrivalRow>) {
             arrivals.push(ArrivalRow {
                 n: arrivals.len() as u64,
                 seq,
-                t_send_ns,
+                t_send_ns: Some(t_send_ns),
                 t_arrive_ns,
                 tick: 0,
                 u: 0.0,

@@ -6,9 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::fault::Fault;
 use crate::limit::{
-    Allowance, FLOOR_QUANTILE, LATE_MS, LATE_SHARE, LATE_SHARE_OF_DELAY, QUICKER_MS,
-    QUICKER_PER_MILLE, READING_SHARE, RESEND_MS, RESENT, RESENT_DEVIATIONS, RESENT_MS,
-    RESENT_PER_MILLE, STALL_MS,
+    Allowance, FLOOR_QUANTILE, LATE_MS, LATE_SHARE_OF_DELAY, QUICKER_MS, QUICKER_PER_MILLE,
+    READING_SHARE, RESEND_MS, RESENT, RESENT_DEVIATIONS, RESENT_MS, RESENT_PER_MILLE, STALL_MS,
 };
 use crate::terms::{MESSAGE_BYTES, Swamped, Terms, Window, ms, ns};
 
@@ -289,7 +288,8 @@ impl Crossed {
         }
     }
 
-    pub(crate) fn judge(&self, way: Way, floor_ms: f64, faults: &mut Vec<Fault>) {
+    pub(crate) fn judge(&self, way: Way, terms: &Terms, faults: &mut Vec<Fault>) {
+        let floor_ms = terms.floor_ms(way);
         let mut find = |by_lateness, words| faults.push(Fault { words, by_lateness });
         let Self { count, .. } = *self;
         let quicker = QUICKER_PER_MILLE * count / 1_000;
@@ -314,7 +314,7 @@ impl Crossed {
             );
         }
         let resent = RESENT + RESENT_PER_MILLE * count / 1_000;
-        let late = resent.max((LATE_SHARE * count as f64) as u64);
+        let late = resent.max((terms.allowance.late_share * count as f64) as u64);
         if self.resent > resent {
             find(
                 true,

@@ -17,6 +17,7 @@ mod judgement;
 pub mod limit;
 pub mod machine;
 pub mod message;
+mod still;
 mod terms;
 
 pub use crossing::Crossed;
@@ -25,4 +26,5 @@ pub use judgement::{Judgement, Records, judge, opens_always, shares_one};
 pub use limit::Allowance;
 pub use machine::{Pulse, Watched};
 pub use message::Messages;
-pub use terms::{Still, Terms};
+pub use still::Still;
+pub use terms::Terms;

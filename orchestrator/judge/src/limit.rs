@@ -35,10 +35,6 @@ pub const LATE_MS: f64 = 10.0;
 /// The tenth in [`LATE_MS`].
 pub const LATE_SHARE_OF_DELAY: f64 = 0.1;
 
-/// Share of messages that may be late without a loss on the link as an excuse. On a quiet machine none
-/// is late; a machine that loses one packet in a hundred outside the link makes two in a hundred late.
-pub const LATE_SHARE: f64 = 0.005;
-
 /// No kernel resends a packet sooner than this, ms (Linux: `TCP_RTO_MIN`).
 pub const RESEND_MS: f64 = 200.0;
 

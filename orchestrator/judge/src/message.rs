@@ -7,7 +7,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use endpoint::{ArrivalRow, MessageRow};
+use endpoint::{ArrivalRow, MessageOutcome, MessageRow};
 use link::Way;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -75,8 +75,11 @@ pub fn hold(messages: &[MessageRow], arrivals: &[ArrivalRow], terms: &Terms) -> 
         })
     });
     let up: Vec<Crossing> = up.collect();
+    // What became of its answer is not known of a message that only `Arrived`.
+    let is_known = |row: &&&MessageRow| row.outcome != MessageOutcome::Arrived;
     let mut down: Vec<Crossing> = sent
         .iter()
+        .filter(is_known)
         .filter_map(|row| {
             Some(Crossing {
                 enters_ns: row
@@ -139,7 +142,8 @@ fn openings(sent: &[&MessageRow], terms: &Terms) -> Vec<bool> {
     sent.iter().map(is_opened).collect()
 }
 
-/// Number of messages that were back sooner than the link allows.
+/// Number of messages that were back sooner than the link allows. One clock has both stamps, but the link's
+/// state changes, so how far that clock may be off counts here too.
 fn back_sooner(sent: &[&MessageRow], terms: &Terms) -> u64 {
     let mut link = terms.timeline.clone();
     let within_ns = ns(terms.allowance.enters_within_ms);
@@ -150,7 +154,8 @@ fn back_sooner(sent: &[&MessageRow], terms: &Terms) -> u64 {
         let up = terms.window(&mut link, Way::Up, send_ns, within_ns, MESSAGE_BYTES);
         let wait_ns = within_ns.max(receive_ns.saturating_sub(up.earliest_ns));
         let down = terms.window(&mut link, Way::Down, up.earliest_ns, wait_ns, MESSAGE_BYTES);
-        ms(down.earliest_ns) - ms(receive_ns) > QUICKER_MS
+        let sooner_ms = ms(down.earliest_ns) - ms(receive_ns);
+        sooner_ms > QUICKER_MS + terms.allowance.clock_ms
     };
     sent.iter().filter(is_sooner).count() as u64
 }
@@ -161,7 +166,7 @@ impl Messages {
     pub fn faults(&self, terms: &Terms) -> Vec<Fault> {
         let mut faults = Vec::new();
         for (way, crossed) in [(Way::Up, &self.up), (Way::Down, &self.down)] {
-            crossed.judge(way, terms.floor_ms(way), &mut faults);
+            crossed.judge(way, terms, &mut faults);
         }
         let answered = self.down.count;
         let sooner = QUICKER_PER_MILLE * answered / 1_000;

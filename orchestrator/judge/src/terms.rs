@@ -5,12 +5,12 @@
 
 use std::ops::Range;
 
-use certificate::Pause;
 use link::{Timeline, Way};
 
 use crate::limit::{
     Allowance, DRAIN_MS, DRAIN_SHARE, FLOOR_AT_MOST, FLOOR_PER_COST, STALL_LOOK_NS, STALL_MS,
 };
+use crate::still::{Still, Times};
 
 /// Smallest IP length of a request or an answer, bytes; it is longer than an echo's. It matters if
 /// there is a rate limit: then the packets that entered are known, and the first one of at least this
@@ -19,8 +19,12 @@ pub(crate) const MESSAGE_BYTES: u32 = 90;
 /// IP length of a handshake's packet, bytes.
 const HANDSHAKE_BYTES: u32 = 60;
 
-/// The state of the link within a window is sampled this often: loss is decided by the millisecond.
+/// The state of the link within a window is sampled at least this often, ns: loss is decided by the
+/// millisecond, and no millisecond may be stepped over.
 const LOOK_NS: u64 = 250_000;
+
+/// The same for a wide window, ns.
+const WIDE_LOOK_NS: u64 = 500_000;
 
 /// What is needed to judge messages.
 #[derive(Debug)]
@@ -87,14 +91,19 @@ impl Terms {
         }
         .unwrap_or(bytes);
         let (mut earliest_ns, mut latest_ns, mut looks, mut lossy) = (u64::MAX, 0, 0_u32, 0_u32);
-        // A wide window gets as many samples as a narrow one needs.
-        let step_ns = LOOK_NS.max(within_ns / 16);
-        let mut look_ns = t_ns.saturating_sub(self.before_ns);
+        let step_ns = (within_ns / 16).clamp(LOOK_NS, WIDE_LOOK_NS);
+        // The stamp itself may be off: then the message may have met an earlier state, and be quicker.
+        let from_ns = t_ns.saturating_sub(self.before_ns);
+        let mut look_ns = from_ns.saturating_sub(ns(self.allowance.clock_ms));
         let last_ns = t_ns.saturating_add(within_ns);
         while look_ns <= last_ns {
             let passage = link.passage(way, look_ns, bytes);
             let leaves_ns = look_ns.max(t_ns).saturating_add(passage.delay_ns);
             earliest_ns = earliest_ns.min(leaves_ns);
+            if look_ns < from_ns {
+                look_ns = look_ns.saturating_add(step_ns).min(from_ns);
+                continue;
+            }
             latest_ns = latest_ns.max(match passage.queued {
                 // The length of the queue is unknown.
                 true => u64::MAX,
@@ -137,7 +146,7 @@ impl Terms {
 
 /// The times when the link stalls, and when programs are busy with what it then releases.
 #[derive(Debug)]
-pub(crate) struct Swamped(Vec<Range<u64>>);
+pub(crate) struct Swamped(Times);
 
 impl Swamped {
     /// Finds them for the link of a run.
@@ -145,18 +154,14 @@ impl Swamped {
         let mut link = terms.timeline.clone();
         // A message waits for each h, and the client has to read each of them.
         let share = DRAIN_SHARE + terms.allowance.message_ms / terms.h_ms;
-        let mut found: Vec<Range<u64>> = Vec::new();
+        let mut found = Times::default();
         let mut look_ns = terms.run_ns.start;
         while look_ns < terms.run_ns.end {
             let mut delay_ns = |way| link.passage(way, look_ns, MESSAGE_BYTES).delay_ns;
             let delay_ns = delay_ns(Way::Up).max(delay_ns(Way::Down));
             if delay_ns > ns(STALL_MS) {
                 let drain_ms = DRAIN_MS + share * ms(delay_ns);
-                let until_ns = look_ns + delay_ns + ns(drain_ms);
-                match found.last_mut() {
-                    Some(last) if last.end >= look_ns => last.end = last.end.max(until_ns),
-                    _ => found.push(look_ns..until_ns),
-                }
+                found.join(look_ns..look_ns + delay_ns + ns(drain_ms));
             }
             look_ns += STALL_LOOK_NS;
         }
@@ -165,41 +170,8 @@ impl Swamped {
 
     /// Whether an instant is in one of these times.
     pub(crate) fn contains(&self, t_ns: u64) -> bool {
-        let at = self.0.partition_point(|time| time.end <= t_ns);
-        self.0.get(at).is_some_and(|time| time.contains(&t_ns))
-    }
-}
-
-/// When a processor stood still: disjoint times, in order.
-#[derive(Debug, Clone, Default)]
-pub struct Still(Vec<Range<u64>>);
-
-impl Still {
-    /// Joins the gaps in the pulse of all processors: any of them may have handled the message.
-    #[must_use]
-    pub fn of(gaps: &[Pause]) -> Still {
-        let times = gaps
-            .iter()
-            .map(|gap| gap.t_ns.saturating_sub(gap.ns)..gap.t_ns);
-        let mut times: Vec<Range<u64>> = times.collect();
-        times.sort_unstable_by_key(|time| time.start);
-        let mut apart: Vec<Range<u64>> = Vec::new();
-        for time in times {
-            match apart.last_mut() {
-                Some(last) if time.start <= last.end => last.end = last.end.max(time.end),
-                _ => apart.push(time),
-            }
-        }
-        Still(apart)
-    }
-
-    /// How long a processor stood still between two instants, ms.
-    pub(crate) fn between_ms(&self, from_ns: u64, to_ns: u64) -> f64 {
-        let first = self.0.partition_point(|time| time.end <= from_ns);
-        let times = self.0.get(first..).unwrap_or_default().iter();
-        let met = times.take_while(|time| time.start < to_ns);
-        met.map(|time| ms(time.end.min(to_ns).saturating_sub(time.start.max(from_ns))))
-            .sum()
+        let mut times = self.0.after(t_ns);
+        times.next().is_some_and(|time| time.contains(&t_ns))
     }
 }
 
@@ -209,4 +181,50 @@ pub(crate) fn ms(ns: u64) -> f64 {
 
 pub(crate) fn ns(ms: f64) -> u64 {
     (ms * 1e6) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use link::{Epoch, Profile};
+    use plan::Client;
+
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    #[test]
+    fn a_window_of_any_client_finds_each_millisecond_in_which_the_link_loses() {
+        let source = "name = \"lossy\"\nabout = \"1 ms and loss\"\n[both.delay]\nbase = \"1ms\"\n[both.loss.random]\nshare = \"2%\"\n";
+        let (profile, _) = Profile::read(source, "lossy", &|_: &str| Err(String::new()));
+        let profile = profile.expect("a profile");
+        let terms = |client: Client| Terms {
+            timeline: Timeline::new(&profile, 1, Epoch::default()),
+            run_ns: 0..u64::MAX,
+            before_ns: 0,
+            fall_ns: 0,
+            baseline_ms: [0.0; 2],
+            allowance: client.spec().allowance,
+            opens_always: false,
+            has_rate: false,
+            shares_one: false,
+            h_ms: 10.0,
+            still: Still::default(),
+        };
+        for client in Client::ALL {
+            let terms = terms(client);
+            let within_ns = ns(terms.allowance.strays_within_ms);
+            let mut lost = terms.timeline.clone();
+            let mut link = terms.timeline.clone();
+            for k in 100..3_000 {
+                let lost_ns = k * MS + 300_000;
+                if !lost.passage(Way::Up, lost_ns, 100).lost {
+                    continue;
+                }
+                // It begins anywhere before.
+                let from_ns = lost_ns.saturating_sub(k * 7_919_377 % within_ns);
+                let window = terms.window(&mut link, Way::Up, from_ns, within_ns, MESSAGE_BYTES);
+                assert!(window.lossy > 0.0, "{client}, millisecond {k}");
+            }
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! The reports of plant and controller, whichever program they were.
 
 use endpoint::Counts;
-use endpoint::report::{ControllerGranted, Native, Plant, Python, Scheduling, Visit, Written};
+use endpoint::report::{ControllerGranted, Native, Own, Plant, Python, Scheduling, Visit, Written};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, de::Error, de::IgnoredAny};
 use serde_json::Value;
@@ -61,6 +61,12 @@ impl PlantReport {
         self.real().map(|plant| plant.page_rows)
     }
 
+    /// Requests that were refused.
+    #[must_use]
+    pub fn refused(&self) -> u64 {
+        self.real().map_or(0, |plant| plant.refused)
+    }
+
     /// Number of sessions that pages have held.
     #[must_use]
     pub fn sessions(&self) -> u64 {
@@ -107,6 +113,8 @@ pub enum ControllerReport {
     Python(Box<Python>),
     /// Of whoever started a browser on the page, which has a report of its own.
     Visit(Box<Visit>),
+    /// Of whoever supervised a program of one's own.
+    Own(Box<Own>),
     /// Of virtual time.
     Model(Box<ModelController>),
 }
@@ -128,35 +136,39 @@ pub struct ModelController {
 }
 
 impl ControllerReport {
-    /// Rows of `messages.csv`, as far as the controller knows: for a page, the plant counts them.
+    /// Rows of `messages.csv`, as far as the controller knows: for a page, the plant counts them, and for a
+    /// program of one's own they are made from the plant's.
     #[must_use]
     pub fn rows(&self) -> Written {
         match self {
             Self::Native(native) => native.rows,
             Self::Python(python) => python.rows,
             Self::Visit(visit) => visit.rows,
+            Self::Own(_) => Written::default(),
             Self::Model(model) => model.rows,
         }
     }
 
-    /// What became of the deadlines; `None` for a page, whose own report has them.
+    /// What became of the deadlines; `None` for a page, whose own report has them, and for a program of
+    /// one's own.
     #[must_use]
     pub fn counts(&self) -> Option<&Counts> {
         match self {
             Self::Native(native) => Some(&native.counts),
             Self::Python(python) => Some(&python.counts),
-            Self::Visit(_) => None,
+            Self::Visit(_) | Self::Own(_) => None,
             Self::Model(model) => Some(&model.counts),
         }
     }
 
-    /// The scheduling granted to the controller's thread; `None` for a page and in virtual time.
+    /// The scheduling granted to the controller's thread; `None` for a page, for a program of one's own and
+    /// in virtual time.
     #[must_use]
     pub fn scheduling(&self) -> Option<&Scheduling> {
         let granted: &ControllerGranted = match self {
             Self::Native(native) => &native.granted,
             Self::Python(python) => &python.granted,
-            Self::Visit(_) | Self::Model(_) => return None,
+            Self::Visit(_) | Self::Own(_) | Self::Model(_) => return None,
         };
         Some(&granted.controller)
     }
@@ -171,6 +183,7 @@ impl<'de> Deserialize<'de> for ControllerReport {
             python: Option<IgnoredAny>,
             browser: Option<IgnoredAny>,
             timing: Option<IgnoredAny>,
+            run: Option<IgnoredAny>,
         }
         let report = Value::deserialize(deserializer)?;
         let kind = Kind::deserialize(&report).map_err(D::Error::custom)?;
@@ -178,6 +191,8 @@ impl<'de> Deserialize<'de> for ControllerReport {
             Python::deserialize(report).map(|python| Self::Python(python.into()))
         } else if kind.browser.is_some() {
             Visit::deserialize(report).map(|visit| Self::Visit(visit.into()))
+        } else if kind.run.is_some() {
+            Own::deserialize(report).map(|own| Self::Own(own.into()))
         } else if kind.timing.is_some() {
             ModelController::deserialize(report).map(|model| Self::Model(model.into()))
         } else {

@@ -1,22 +1,26 @@
 //! Who closes the loop, which is the paper's question: an entry for each client, with everything that
 //! webloop knows about it.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
 use endpoint::report::Engine;
 use endpoint::{Preset, Transport};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::allowance::Allowance;
 use crate::file_name::{CONTROLLER_LOG, CONTROLLER_REPORT, MESSAGES, PAGE_REPORT};
+use crate::own::OwnName;
 
 /// Everything that webloop knows about a client.
 #[derive(Debug, Clone, Copy)]
 pub struct ClientSpec {
-    /// Name in plans, tables and commands; the container image is `webloop-` with this name.
+    /// Name in plans, tables and commands; the container image is `webloop-` with this name. A program of
+    /// one's own has its [`OwnName`] instead.
     pub name: &'static str,
     /// Name in a sentence.
     pub prose: &'static str,
@@ -57,23 +61,24 @@ pub struct ClientSpec {
 macro_rules! clients {
     ($($(#[$meta:meta])* $client:ident = $spec:expr;)+) => {
         /// A program that can be the controller.
-        #[derive(
-            Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
-        )]
-        #[serde(rename_all = "lowercase")]
+        #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
         pub enum Client {
             $($(#[$meta])* $client,)+
+            /// A program of one's own, by its name in the plan.
+            Own(OwnName),
         }
 
         impl Client {
-            /// Every client.
+            /// Every client of webloop's.
             pub const ALL: [Client; [$(Client::$client),+].len()] = [$(Client::$client),+];
 
             /// The client's entry.
             #[must_use]
             pub const fn spec(self) -> &'static ClientSpec {
-                const SPECS: &[ClientSpec] = &[$($spec),+];
-                &SPECS[self as usize]
+                match self {
+                    $(Client::$client => const { &$spec },)+
+                    Client::Own(_) => const { &OWN },
+                }
             }
         }
     };
@@ -97,6 +102,7 @@ clients! {
         allowance: Allowance {
             enters_within_ms: 1.0,
             strays_within_ms: 3.0,
+            late_share: 0.005,
             up_floor_ms: 0.8,
             down_floor_ms: 0.8,
             message_ms: 0.1,
@@ -122,6 +128,7 @@ clients! {
         allowance: Allowance {
             enters_within_ms: 3.0,
             strays_within_ms: 10.0,
+            late_share: 0.005,
             up_floor_ms: 1.2,
             down_floor_ms: 1.2,
             message_ms: 1.0,
@@ -138,6 +145,35 @@ clients! {
     /// A page in Firefox.
     Firefox = page("firefox", "Firefox", Engine::Firefox, [0x00, 0x9e, 0x73], 1);
 }
+
+/// The entry of every program of one's own, of which nothing is known: what it may take is what Python's
+/// threads do.
+const OWN: ClientSpec = ClientSpec {
+    name: "own",
+    prose: "own",
+    role: "program",
+    engine: None,
+    start_time: Duration::from_secs(2),
+    grace: Duration::from_secs(5),
+    files: &[CONTROLLER_REPORT, CONTROLLER_LOG],
+    files_at_plant: &[],
+    http_bytes: [179, 287],
+    keeps_own_connections: false,
+    preset: Preset::PaperPython,
+    allowance: Allowance {
+        enters_within_ms: 3.0,
+        strays_within_ms: 20.0,
+        late_share: 0.015,
+        up_floor_ms: 5.0,
+        down_floor_ms: 5.0,
+        message_ms: 1.0,
+        clock_ms: 0.1,
+        keeps_time: false,
+    },
+    // The purple of the same set.
+    rgb: [0xcc, 0x79, 0xa7],
+    dash: 3,
+};
 
 /// The entry of the page in a browser; the parameters are all that differs between browsers.
 const fn page(
@@ -162,6 +198,7 @@ const fn page(
         allowance: Allowance {
             enters_within_ms: 10.0,
             strays_within_ms: 20.0,
+            late_share: 0.015,
             up_floor_ms: 5.0,
             down_floor_ms: 5.0,
             message_ms: 2.0,
@@ -173,9 +210,38 @@ const fn page(
     }
 }
 
+impl ClientSpec {
+    /// The entry of every program of one's own.
+    pub const OWN: &'static ClientSpec = &OWN;
+}
+
 impl Client {
     /// The clients with which every client's settling is compared: webloop's own, and the paper's.
     pub const YARDSTICKS: [Client; 2] = [Client::Native, Client::Python];
+
+    /// Whether it is a program of one's own.
+    #[must_use]
+    pub const fn is_own(self) -> bool {
+        matches!(self, Client::Own(_))
+    }
+
+    /// Its name in plans, tables and commands.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Client::Own(name) => name.as_str(),
+            client => client.spec().name,
+        }
+    }
+
+    /// Its name in a sentence.
+    #[must_use]
+    pub fn prose(&self) -> &str {
+        match self {
+            Client::Own(name) => name.as_str(),
+            client => client.spec().prose,
+        }
+    }
 
     /// Whether it is a page in a browser.
     #[must_use]
@@ -218,7 +284,41 @@ impl FromStr for Client {
 
 impl fmt::Display for Client {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.spec().name)
+        f.pad(self.name())
+    }
+}
+
+impl Serialize for Client {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for Client {
+    /// A name that is none of webloop's clients is one's own; the plan says whether there is such a program.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let word = String::deserialize(deserializer)?;
+        match word.parse() {
+            Ok(client) => Ok(client),
+            Err(UnknownClient(_)) => word.parse().map(Client::Own).map_err(D::Error::custom),
+        }
+    }
+}
+
+impl JsonSchema for Client {
+    fn schema_name() -> Cow<'static, str> {
+        "Client".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": format!(
+                "A program that can be the controller: {}, or one of the plan's `programs`.",
+                Client::choices()
+            ),
+            "type": "string",
+            "pattern": "^[a-z0-9][a-z0-9-]{0,23}$"
+        })
     }
 }
 
@@ -233,5 +333,8 @@ mod tests {
             let json = serde_json::to_value(client).expect("a word");
             assert_eq!(json, client.to_string());
         }
+        let own: Client = serde_json::from_str("\"mine\"").expect("a name");
+        assert!(own.is_own() && own.to_string() == "mine");
+        assert!("mine".parse::<Client>().is_err());
     }
 }

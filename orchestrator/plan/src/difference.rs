@@ -37,6 +37,10 @@ impl Plan {
         {
             return Some(format!("the profile {name} in two ways"));
         }
+        let mut names = self.programs.keys().chain(other.programs.keys());
+        if let Some(name) = names.find(|name| self.programs.get(name) != other.programs.get(name)) {
+            return Some(format!("the program {name} in two ways"));
+        }
         (self != other).then(|| "their other fields".to_owned())
     }
 }

@@ -11,6 +11,7 @@ use std::sync::LazyLock;
 use endpoint::{ControllerSettings, PageSettings};
 use schemars::JsonSchema;
 use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use toml::Spanned;
 
@@ -40,11 +41,24 @@ fn default_seed() -> u64 {
 /// A value as written, with its place in the file.
 pub(crate) type Word = Spanned<String>;
 
-/// One value, or a list of them: `"3ms"`, `["1ms", "3ms"]`, `8`, `[1, 8, "unlimited"]`.
+/// One value, or a list of them: `"3ms"`, `["1ms", "3ms"]`, `8`, `[1, 8, "unlimited"]`. A client may also
+/// be a table: `{ name = "mine", run = ["./mine"] }`.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct List {
     span: Range<usize>,
     words: Vec<Word>,
+    /// Programs of one's own, with their names; their words are among the others.
+    programs: Vec<(Word, Vec<String>)>,
+}
+
+/// A program of one's own, as a client.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct OwnClient {
+    /// Its name, in tables and folders: up to 24 of a-z, 0-9 and -.
+    pub(crate) name: String,
+    /// The program and its arguments. A word that begins with `./` is beside the experiment's file.
+    pub(crate) run: Vec<String>,
 }
 
 /// The lists of a block that are not client settings, each with its description. `endpoint` declares
@@ -60,7 +74,7 @@ pub(crate) const LISTS: [(&str, &str); 10] = [
     ),
     (
         "client",
-        "Who closes the loop: native, python, chromium, firefox",
+        "Who closes the loop: native, python, chromium, firefox, or a program of your own: { name = \"mine\", run = [\"./mine\"] }",
     ),
     ("mode", "open or closed"),
     ("h", "Sample times of plant and controller, such as 3ms"),
@@ -148,6 +162,11 @@ impl Block {
         self.lists.get(key).map_or(&[], |list| &list.words)
     }
 
+    /// The programs of one's own among the clients, with their names.
+    pub(crate) fn programs(&self) -> &[(Word, Vec<String>)] {
+        self.lists.get("client").map_or(&[], |list| &list.programs)
+    }
+
     /// The list under `key`, if the block has it.
     pub(crate) fn list_mut(&mut self, key: &str) -> Option<&mut List> {
         self.lists.get_mut(key)
@@ -219,8 +238,14 @@ impl<'de> Visitor<'de> for BlockReader {
                 "repeats" => block.repeats = map.next_value()?,
                 "scaled" => block.scaled = Some(map.next_value()?),
                 "together" => block.together = map.next_value()?,
-                list => {
-                    block.lists.insert(list, map.next_value()?);
+                name => {
+                    let list: List = map.next_value()?;
+                    if name != "client" && !list.programs.is_empty() {
+                        return Err(A::Error::custom(
+                            "only `client` may be a table, a program of your own",
+                        ));
+                    }
+                    block.lists.insert(name, list);
                 }
             }
         }
@@ -263,25 +288,41 @@ impl<'de> Deserialize<'de> for List {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let written = Spanned::<Written>::deserialize(deserializer)?;
         let span = written.span();
-        let words = match written.into_inner() {
-            Written::One(word) => vec![Spanned::new(span.clone(), word)],
-            Written::Several(words) => words
-                .into_iter()
-                .map(|word| Spanned::new(word.span(), word.into_inner().0))
-                .collect(),
+        let values = match written.into_inner() {
+            Written::One(value) => vec![Spanned::new(span.clone(), value)],
+            Written::Several(values) => values,
         };
-        Ok(List { span, words })
+        let mut list = List {
+            span,
+            ..List::default()
+        };
+        for value in values {
+            let place = value.span();
+            let word = match value.into_inner() {
+                Value::Word(word) => word,
+                Value::Program(OwnClient { name, run }) => {
+                    list.programs
+                        .push((Spanned::new(place.clone(), name.clone()), run));
+                    name
+                }
+            };
+            list.words.push(Spanned::new(place, word));
+        }
+        Ok(list)
     }
 }
 
 /// A list, or a single value.
 enum Written {
-    One(String),
+    One(Value),
     Several(Vec<Spanned<Value>>),
 }
 
-/// One value: text, or a whole number as text.
-struct Value(String);
+/// One value: text, a whole number as text, or a program of one's own.
+enum Value {
+    Word(String),
+    Program(OwnClient),
+}
 
 impl<'de> Deserialize<'de> for Written {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -292,7 +333,7 @@ impl<'de> Deserialize<'de> for Written {
 impl<'de> Deserialize<'de> for Value {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         match deserializer.deserialize_any(Reading { is_list: false })? {
-            Written::One(word) => Ok(Value(word)),
+            Written::One(value) => Ok(value),
             Written::Several(_) => Err(D::Error::custom("a list in a list")),
         }
     }
@@ -315,11 +356,16 @@ impl<'de> Visitor<'de> for Reading {
     }
 
     fn visit_str<E: Error>(self, word: &str) -> Result<Written, E> {
-        Ok(Written::One(word.to_owned()))
+        Ok(Written::One(Value::Word(word.to_owned())))
     }
 
     fn visit_i64<E: Error>(self, number: i64) -> Result<Written, E> {
-        Ok(Written::One(number.to_string()))
+        Ok(Written::One(Value::Word(number.to_string())))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Written, A::Error> {
+        let program = OwnClient::deserialize(MapAccessDeserializer::new(map))?;
+        Ok(Written::One(Value::Program(program)))
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Written, A::Error> {

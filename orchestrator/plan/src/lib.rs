@@ -4,7 +4,8 @@
 //!   `matrix` resolves both into cells; `named` looks up in a [`Library`] the profiles and systems that
 //!   they name.
 //! - [`Plan`] and [`Cell`] are the result. [`Client`] closes a cell's loop; its entry has everything
-//!   that is known about it. `setup` describes a cell's settings in words.
+//!   that is known about it. `own` has the programs of one's own. `setup` describes a cell's settings
+//!   in words.
 //! - [`Selection`] chooses cells. A [`Job`] is a share of them: those of a topology, or a [`Shard`].
 //! - `difference` says how two plans differ. `sound` refuses plans that no experiment can produce.
 //!   `seed` derives the seeds of the links.
@@ -28,6 +29,7 @@ mod job;
 mod library;
 mod matrix;
 mod named;
+mod own;
 #[allow(clippy::module_inception)]
 mod plan;
 mod schema;
@@ -48,6 +50,7 @@ pub use instead::Instead;
 pub use invalid::{InvalidFile, Reader};
 pub use job::{Job, Part};
 pub use library::Library;
+pub use own::{BadOwnName, OwnName, Program};
 pub use plan::{Plan, ProfileText};
 pub use schema::{Document, schema};
 pub use seed::link_seed;

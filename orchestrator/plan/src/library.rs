@@ -24,6 +24,18 @@ pub trait Library {
             None => Err(format!("there is no system `{asked}`")),
         }
     }
+
+    /// A word of a program's command, where one that begins with `./` is a path beside the experiment.
+    fn word(&mut self, asked: &str) -> String {
+        asked.to_owned()
+    }
+
+    /// A word of the command of a system's plant, where one that begins with `./` is a path beside the
+    /// system's file.
+    fn word_beside(&mut self, system: &str, asked: &str) -> String {
+        let _ = system;
+        asked.to_owned()
+    }
 }
 
 impl<F: FnMut(&str) -> Result<ProfileText, String>> Library for F {

@@ -11,16 +11,16 @@ use system::System;
 use toml::Spanned;
 
 use crate::cell::Cell;
-use crate::client::Client;
+use crate::client::{Client, UnknownClient};
 use crate::experiment::{Block, Combination, ExperimentFile, Word};
 use crate::seed::link_seed;
 use crate::stall::stalling_seed;
-use crate::{Instead, InvalidFile, Library, Plan, Reader};
+use crate::{Instead, InvalidFile, Library, OwnName, Plan, Program, Reader};
 
 /// Most cells that may run at a time, as for `--jobs`.
 pub(crate) const TOGETHER_MAX: u16 = 64;
 
-/// Most cells in one plan; the paper's whole matrix has 433.
+/// Most cells in one plan; the paper's whole matrix has 1142.
 pub(crate) const CELLS_MAX: usize = 100_000;
 
 impl Plan {
@@ -56,6 +56,8 @@ impl Plan {
             seed: instead.seed.unwrap_or(file.seed),
             profiles: BTreeMap::new(),
             systems: BTreeMap::new(),
+            programs: BTreeMap::new(),
+            plants: BTreeMap::new(),
             cells: Vec::new(),
         };
         for block in &file.cells {
@@ -69,9 +71,13 @@ impl Plan {
                 [] => vec![System::paper()],
                 asked => asked
                     .iter()
-                    .map(|name| reader.system(name, block, &mut plan.systems, &mut library))
+                    .map(|name| reader.system(name, block, &mut plan, &mut library))
                     .collect::<Result<Vec<_>, _>>()?,
             };
+            for (name, run) in block.programs() {
+                let run = run.iter().map(|word| library.word(word)).collect();
+                reader.program(name, Program { run }, &mut plan.programs)?;
+            }
             reader.block(block, &topologies, &systems, &mut plan)?;
         }
         if instead.joins_blocks() {
@@ -153,7 +159,10 @@ impl Reader<'_> {
             None => 0,
         };
         let preset: Option<Preset> = self.chosen(chosen, "preset")?;
-        let clients = self.read_all::<Client>(block.words("client"))?;
+        let words = block.words("client").iter();
+        let clients = words
+            .map(|word| Ok((word, self.client(word, &plan.programs)?)))
+            .collect::<Result<Vec<_>, InvalidFile>>()?;
         let rates = self.read_all::<SampleTime>(block.words("h"))?;
         let hold: Hold = self.chosen(chosen, "hold")?.unwrap_or_default();
         let tick_noise: Option<NoiseLaw> = self.chosen(chosen, "tick_noise")?;
@@ -204,6 +213,48 @@ impl Reader<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Keeps a program of one's own under its name.
+    fn program(
+        &self,
+        named: &Word,
+        program: Program,
+        programs: &mut BTreeMap<OwnName, Program>,
+    ) -> Result<(), InvalidFile> {
+        let name: OwnName = self.word(named)?;
+        if program.run.iter().all(String::is_empty) {
+            let remedy = "give the program and its arguments, like run = [\"./mine\"]";
+            return Err(self.invalid(named, format!("`{name}` has nothing to `run`"), remedy));
+        }
+        let before = programs.get(&name).cloned();
+        if before.is_none_or(|before| before == program) {
+            programs.insert(name, program);
+            Ok(())
+        } else {
+            Err(self.invalid(
+                named,
+                format!("two different programs are both named `{name}`"),
+                "give one of them another `name`",
+            ))
+        }
+    }
+
+    /// The client that a word names: one of webloop's, or a program of one's own.
+    fn client(
+        &self,
+        word: &Word,
+        programs: &BTreeMap<OwnName, Program>,
+    ) -> Result<Client, InvalidFile> {
+        let own = word.get_ref().parse::<OwnName>().ok();
+        match own.filter(|name| programs.contains_key(name)) {
+            Some(name) => Ok(Client::Own(name)),
+            None => word.get_ref().parse().map_err(|unknown: UnknownClient| {
+                let remedy =
+                    "a program of your own is a table: { name = \"mine\", run = [\"./mine\"] }";
+                self.invalid(word, unknown.to_string(), remedy)
+            }),
+        }
     }
 
     /// The link's seed for a topology and a repeat, taking `stall_met` into account.

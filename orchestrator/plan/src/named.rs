@@ -8,7 +8,7 @@ use system::System;
 use toml::Spanned;
 
 use crate::experiment::Block;
-use crate::{InvalidFile, Library, ProfileText, Reader};
+use crate::{InvalidFile, Library, Plan, ProfileText, Program, Reader};
 
 impl Reader<'_> {
     /// Looks up the profile of a topology, checks it, and keeps its source under its own name, which it
@@ -56,12 +56,13 @@ impl Reader<'_> {
         }
     }
 
-    /// Looks up a system, checks it with every h of the block, and keeps its text under its name.
+    /// Looks up a system, checks it with every h of the block, and keeps its text under its name, with the
+    /// program that is its plant if it has one.
     pub(crate) fn system(
         &self,
         asked: &Spanned<String>,
         block: &Block,
-        systems: &mut BTreeMap<String, String>,
+        plan: &mut Plan,
         library: &mut impl Library,
     ) -> Result<System, InvalidFile> {
         let text = library.system(asked.get_ref()).map_err(|problem| {
@@ -85,7 +86,7 @@ impl Reader<'_> {
         })?;
         for h in block.words("h") {
             let value: SampleTime = self.word(h)?;
-            if let Err(unfit) = system.at(value) {
+            if let Err(unfit) = system.law_at(value) {
                 let remedy = "use another h, or another system";
                 return Err(self.invalid(asked, unfit.to_string(), remedy));
             }
@@ -102,8 +103,18 @@ impl Reader<'_> {
                 ))
             };
         }
-        match systems.insert(name.clone(), text.clone()) {
-            Some(before) if before != text => Err(self.invalid(
+        let program = system.plant_program().map(|run| Program {
+            run: run
+                .iter()
+                .map(|word| library.word_beside(asked.get_ref(), word))
+                .collect(),
+        });
+        let had_program = match &program {
+            Some(program) => plan.plants.insert(name.clone(), program.clone()),
+            None => plan.plants.get(&name).cloned(),
+        };
+        match plan.systems.insert(name.clone(), text.clone()) {
+            Some(before) if before != text || had_program != program => Err(self.invalid(
                 asked,
                 format!("two different systems are both named `{name}`"),
                 "give one of them another `name`",

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use system::System;
 
-use crate::Cell;
+use crate::{Cell, Client, OwnName, Program};
 
 /// A profile as text: its TOML and the traces that it names.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -57,6 +57,12 @@ pub struct Plan {
     /// The texts of the systems beside the paper's, by their own names.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub systems: BTreeMap<String, String>,
+    /// The programs of one's own that close a loop, by their names.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub programs: BTreeMap<OwnName, Program>,
+    /// The programs of one's own that are a plant, by the names of their systems.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub plants: BTreeMap<String, Program>,
     /// The cells, in the order in which they are run.
     pub cells: Vec<Cell>,
 }
@@ -94,6 +100,21 @@ impl Plan {
             .ok_or_else(|| format!("the plan has no system `{}`", cell.system))?;
         System::read(text)
             .map_err(|fault| format!("the plan's system `{}`, line {fault}", cell.system))
+    }
+
+    /// The program of a cell that one's own controls; `None` for webloop's clients.
+    #[must_use]
+    pub fn program(&self, cell: &Cell) -> Option<&Program> {
+        match cell.client {
+            Client::Own(name) => self.programs.get(&name),
+            _ => None,
+        }
+    }
+
+    /// The program that is a cell's plant; `None` for a model of webloop's.
+    #[must_use]
+    pub fn plant_program(&self, cell: &Cell) -> Option<&Program> {
+        self.plants.get(&cell.system)
     }
 
     /// The plan as a JSON text.

@@ -8,7 +8,7 @@ use endpoint::{ControllerSettings, PageSettings};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema, schema_for};
 
 use crate::Plan;
-use crate::experiment::{Block, ExperimentFile, LISTS, List, NEEDED, Scaled};
+use crate::experiment::{Block, ExperimentFile, LISTS, List, NEEDED, OwnClient, Scaled};
 
 /// A kind of document that has a schema.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,6 +43,18 @@ impl JsonSchema for List {
     }
 }
 
+/// A list whose items may be programs of one's own.
+fn clients(generator: &mut SchemaGenerator) -> Schema {
+    let own = generator.subschema_for::<OwnClient>();
+    json_schema!({
+        "anyOf": [
+            { "type": "string" },
+            own,
+            { "type": "array", "items": { "anyOf": [{ "type": "string" }, own] } }
+        ]
+    })
+}
+
 // A block is read by hand, so its keys are described by hand.
 impl JsonSchema for Block {
     fn schema_name() -> Cow<'static, str> {
@@ -59,7 +71,10 @@ impl JsonSchema for Block {
         let lists = LISTS.into_iter().chain(of_all).chain(of_pages);
         let mut properties: serde_json::Map<_, _> = lists
             .map(|(name, about)| {
-                let mut list = generator.subschema_for::<List>();
+                let mut list = match name {
+                    "client" => clients(generator),
+                    _ => generator.subschema_for::<List>(),
+                };
                 list.insert("description".to_owned(), about.into());
                 (name.to_owned(), list.to_value())
             })

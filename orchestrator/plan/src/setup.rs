@@ -3,7 +3,7 @@
 //! Examples: `paper-python`, `paper-python, websocket`, `worker, fetch, channel, outstanding 6`,
 //! `paper-python, system pendulum`. Rate and mode are left out, since they have columns of their own.
 
-use endpoint::{ControllerSettings, Field, PageSettings};
+use endpoint::{ControllerSettings, Field, PageSettings, Preset};
 use system::System;
 
 use crate::Cell;
@@ -16,7 +16,17 @@ impl Cell {
             system: System::PAPER.to_owned(),
             ..self.clone()
         };
-        with_the_papers.setup() == self.client.spec().preset.to_string()
+        let usual = self.client.spec().preset;
+        with_the_papers.setup() == with_the_papers.preset_word(usual)
+    }
+
+    /// What a preset is called in words; a program of one's own has its own settings.
+    fn preset_word(&self, preset: Preset) -> String {
+        if self.client.is_own() && preset == self.client.spec().preset {
+            "own".to_owned()
+        } else {
+            preset.to_string()
+        }
     }
 
     /// The cell's setup in words. Equal words mean equal settings, except for rate and mode.
@@ -27,7 +37,7 @@ impl Cell {
         let own = &self.settings;
         let usual = self.preset.settings(own.mode, own.h);
         let is_own_system = self.system != System::PAPER;
-        let mut words = vec![self.preset.to_string()];
+        let mut words = vec![self.preset_word(self.preset)];
         words.extend(is_own_system.then(|| format!("system {}", self.system)));
         words.extend((!self.hold.is_last()).then(|| format!("hold {}", self.hold)));
         words.extend(self.tick_noise.map(|law| format!("tick noise {law}")));

@@ -34,6 +34,7 @@ impl Plan {
         }
         self.check_profiles()?;
         self.check_systems()?;
+        self.check_programs()?;
         let (mut ids, mut indices) = (BTreeSet::new(), BTreeSet::new());
         for cell in &self.cells {
             let place = format!("cell {}, {}", cell.index, cell.id.escape_debug());
@@ -86,6 +87,11 @@ impl Plan {
                     system.name()
                 ));
             }
+            if system.plant_program().is_some() != self.plants.contains_key(name) {
+                return Err(format!(
+                    "its system `{name}` and its `plants` do not agree on whether the plant is a program"
+                ));
+            }
         }
         // The design of a system for an h is checked once, not for each cell that has both.
         let mut known: BTreeMap<(&str, SampleTime), ()> = BTreeMap::new();
@@ -94,10 +100,32 @@ impl Plan {
             if known.insert(pair, ()).is_none() {
                 let fit = self.system(cell).and_then(|system| {
                     system
-                        .at(cell.settings.h)
+                        .law_at(cell.settings.h)
                         .map_err(|unfit| unfit.to_string())
                 });
                 fit.map_err(|problem| format!("cell {}: {problem}", cell.index))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_programs(&self) -> Result<(), String> {
+        let controllers = self.programs.iter();
+        let controllers = controllers.map(|(name, program)| (name.as_str(), program));
+        let plants = self.plants.iter();
+        let plants = plants.map(|(name, program)| (name.as_str(), program));
+        for (name, program) in controllers.chain(plants) {
+            if program.run.iter().all(String::is_empty) {
+                return Err(format!("its program `{name}` has nothing to `run`"));
+            }
+        }
+        for cell in &self.cells {
+            if cell.client.is_own() && self.program(cell).is_none() {
+                let client = cell.client;
+                return Err(format!(
+                    "cell {}: there is no program `{client}`",
+                    cell.index
+                ));
             }
         }
         Ok(())
@@ -300,6 +328,12 @@ mod tests {
                 "cannot be played",
             ),
             ("/systems/lag", json!("name ="), "line 1"),
+            ("/cells/0/client", json!("mine"), "no program `mine`"),
+            (
+                "/programs",
+                json!({"mine": {"run": []}}),
+                "nothing to `run`",
+            ),
         ];
         for (at, value, words) in cases {
             let said = said(at, value.clone());

@@ -32,10 +32,10 @@ use crate::report::Report;
 const STYLE: &str = include_str!("page/style.css");
 const SCRIPT: &str = include_str!("page/script.js");
 const ZOOM: &str = include_str!("page/zoom.js");
-/// dygraphs 2.2.1, minified, without the comment that names its source map.
-const DYGRAPHS: &str = include_str!("page/dygraphs/dygraph.min.js");
-const DYGRAPHS_STYLE: &str = include_str!("page/dygraphs/dygraph.css");
-const DYGRAPHS_LICENCE: &str = include_str!("page/dygraphs/LICENSE");
+/// uPlot 1.6.32, minified, as it is published.
+const UPLOT: &str = include_str!("page/uplot/uPlot.iife.min.js");
+const UPLOT_STYLE: &str = include_str!("page/uplot/uPlot.min.css");
+const UPLOT_LICENCE: &str = include_str!("page/uplot/LICENSE");
 
 /// What the page may load: nothing but what is inside it.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; \
@@ -66,7 +66,8 @@ pub fn render(report: &Report<'_>) -> String {
                 meta name="color-scheme" content="light dark";
                 title { (title) }
                 link rel="icon" href="data:,";
-                style { (PreEscaped(STYLE)) @if zooms { (PreEscaped(DYGRAPHS_STYLE)) } }
+                // Ours comes last, since it overrides some of theirs.
+                style { @if zooms { (PreEscaped(UPLOT_STYLE)) } (PreEscaped(STYLE)) }
             }
             body {
                 a.skip href="#main" { "Skip to the answer" }
@@ -83,7 +84,7 @@ pub fn render(report: &Report<'_>) -> String {
                 (footer(zooms))
                 script { (PreEscaped(SCRIPT)) }
                 @if zooms {
-                    script { (PreEscaped(DYGRAPHS)) }
+                    script { (PreEscaped(UPLOT)) }
                     script { (PreEscaped(ZOOM)) }
                 }
             }
@@ -153,8 +154,8 @@ fn footer(zooms: bool) -> Markup {
             }
             @if zooms {
                 details {
-                    summary { "Licence of dygraphs, which draws the zoomed figures" }
-                    pre { (DYGRAPHS_LICENCE) }
+                    summary { "Licence of uPlot, which draws the zoomed figures" }
+                    pre { (UPLOT_LICENCE) }
                 }
             }
         }

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use chart::Tone;
 use endpoint::Preset;
-use plan::Client;
+use plan::{Client, ClientSpec};
 
 /// The tone of the plant.
 pub(crate) const PLANT_TONE: Tone = tone("plant", [0x7a, 0x7a, 0x7a], 0);
@@ -15,12 +15,16 @@ pub(crate) const OTHER_TONE: Tone = tone("other", [0x9c, 0x9c, 0x9c], 0);
 /// The tones of all figures.
 pub(crate) static TONES: LazyLock<Vec<Tone>> = LazyLock::new(|| {
     let clients = Client::ALL.into_iter().map(tone_of);
-    clients.chain([PLANT_TONE, OTHER_TONE]).collect()
+    let others = [of_spec(ClientSpec::OWN), PLANT_TONE, OTHER_TONE];
+    clients.chain(others).collect()
 });
 
 /// The tone of a client.
 fn tone_of(client: Client) -> Tone {
-    let spec = client.spec();
+    of_spec(client.spec())
+}
+
+const fn of_spec(spec: &ClientSpec) -> Tone {
     tone(spec.name, spec.rgb, spec.dash)
 }
 

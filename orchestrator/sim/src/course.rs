@@ -12,8 +12,8 @@ mod resending;
 use std::collections::VecDeque;
 
 use endpoint::{
-    Command, Connection, ControllerEnd, Counts, Mode, Outstanding, PlantEnd, PlantSettings, Step,
-    Transport,
+    Command, Connection, ControllerEnd, Counts, Mode, Model, Outstanding, PlantEnd, PlantSettings,
+    Step, Transport,
 };
 use link::Way;
 use rand_chacha::ChaCha8Rng;
@@ -38,7 +38,10 @@ const TIMER_STEP_NS: u64 = 1_000_000;
 ///
 /// # Errors
 /// [`Unfit`] if the controller's settings are invalid.
-pub fn run(setup: &Setup, record: &mut impl Record) -> Result<Outcome, Unfit> {
+pub fn run<M: Model + Clone>(
+    setup: &Setup<'_, M>,
+    record: &mut impl Record,
+) -> Result<Outcome, Unfit> {
     let mut course = Course::try_new(setup, record)?;
     course.run();
     Ok(course.outcome)
@@ -60,14 +63,14 @@ enum Waiting {
     Nothing,
 }
 
-struct Course<'a, R> {
+struct Course<'a, R, M> {
     timing: &'a Timing,
     mode: Mode,
     timer_floor_ns: u64,
     timeout_ns: u64,
     after_ns: u64,
     controller: ControllerEnd,
-    plant: PlantEnd,
+    plant: PlantEnd<M>,
     wire: Wire,
     wheel: Wheel,
     message_bytes: [u32; 2],
@@ -91,8 +94,8 @@ struct Course<'a, R> {
     record: &'a mut R,
 }
 
-impl<'a, R: Record> Course<'a, R> {
-    fn try_new(setup: &Setup<'a>, record: &'a mut R) -> Result<Self, Unfit> {
+impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
+    fn try_new(setup: &Setup<'a, M>, record: &'a mut R) -> Result<Self, Unfit> {
         let stop_ns = setup.start_ns.saturating_add(setup.duration_ns);
         let settings = setup.settings;
         let controller =

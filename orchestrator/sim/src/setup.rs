@@ -10,7 +10,7 @@ use crate::timing::Timing;
 
 /// A run to simulate. All times are virtual, in ns.
 #[derive(Debug, Clone)]
-pub struct Setup<'a> {
+pub struct Setup<'a, M = Stepper> {
     /// The profile of the link.
     pub profile: &'a Profile,
     /// Seed of the link and of the machine's times.
@@ -19,8 +19,8 @@ pub struct Setup<'a> {
     pub settings: ControllerSettings,
     /// Least wait of the client's timers, as in browsers of 2011; 0 for none.
     pub timer_floor_ns: u64,
-    /// The plant at rest, sampled at h.
-    pub plant: Stepper,
+    /// The plant at rest, which advances by h at a step. The run steps a clone of it.
+    pub plant: M,
     /// How long the plant holds a command.
     pub hold: Hold,
     /// Noise of the plant's tick times, from its machine.

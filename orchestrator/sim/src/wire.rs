@@ -1,6 +1,6 @@
 //! A link between two ends, in virtual time: when a packet comes out, if it does.
 
-use link::{Epoch, Fate, Link, LinkTime, PerWay, Profile, Way};
+use link::{Epoch, Fate, PerWay, Profile, Timeline, Way};
 
 /// The latest packet that came out.
 #[derive(Debug, Clone, Copy, Default)]
@@ -12,8 +12,7 @@ struct Latest {
 /// Both ways of a link, or no link between two ends on one machine.
 #[derive(Debug)]
 pub(crate) struct Wire {
-    /// The empty link, which holds until link time 0, and the profile's.
-    links: Option<[Link; 2]>,
+    timeline: Option<Timeline>,
     has_rate: bool,
     epoch: Epoch,
     player_ns: u64,
@@ -27,9 +26,7 @@ impl Wire {
     /// The link of `profile` under `seed`, which begins at `epoch`; its player adds `player_ns` each way.
     pub(crate) fn new(profile: &Profile, seed: u64, epoch: Epoch, player_ns: u32) -> Self {
         Self {
-            // The empty link is constant, so its seed has no effect.
-            links: (!profile.is_loopback())
-                .then(|| [Link::new(&Profile::empty(), 0), Link::new(profile, seed)]),
+            timeline: (!profile.is_loopback()).then(|| Timeline::new(profile, seed, epoch)),
             has_rate: profile.has_rate(),
             epoch,
             player_ns: u64::from(player_ns),
@@ -57,15 +54,11 @@ impl Wire {
     /// When a packet of `bytes` (IP packet length) that enters at `t_ns` comes out; `None` if it is
     /// lost. Must be called in order of entry.
     pub(crate) fn cross(&mut self, way: Way, t_ns: u64, bytes: u32) -> Option<u64> {
-        let Some([empty, link]) = &mut self.links else {
+        let Some(timeline) = &mut self.timeline else {
             return Some(t_ns);
         };
-        let (link, t, origin) = match self.epoch.link_time(t_ns) {
-            Some(t) => (link, t, self.epoch),
-            None => (empty, LinkTime::from_ns(t_ns), Epoch::default()),
-        };
-        match link.path_mut(way).transmit(t, bytes) {
-            Fate::Deliver { at } => Some(origin.t_ns(at) + self.player_ns),
+        match timeline.transmit(way, t_ns, bytes) {
+            Fate::Deliver { at } => Some(at + self.player_ns),
             Fate::Drop(_) => None,
         }
     }

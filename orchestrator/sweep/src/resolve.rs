@@ -186,6 +186,12 @@ impl Reader<'_> {
         self.words(Axis::System, Some(System::PAPER), |asked| {
             let system = System::read(&library.system(asked)?)
                 .map_err(|fault| format!("`{asked}` is not a valid system: line {fault}"))?;
+            if system.plant().linear().is_none() || system.surroundings().is_some() {
+                return Err(format!(
+                    "`{asked}` has a program, an actuator, a disturbance or a sensor, which a sweep leaves \
+                     out; run it as an experiment with --backend sim"
+                ));
+            }
             let level = said(system.name());
             Ok((Arc::new(system), level))
         })

@@ -40,18 +40,18 @@ fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn
             hold: Hold::Last,
             tick_noise: None,
         },
-        plant: preset::paper_plant(),
         law: None,
         out: folder.path().to_owned(),
         fifo: true,
     };
+    let motor = preset::paper_plant().sampled(h.ns())?.stepper();
     let (ready, is_ready) = mpsc::channel();
     let stop = async move {
         tokio::time::sleep(Duration::from_secs(seconds + 1)).await;
         Ok(())
     };
     let plant = thread::spawn(move || {
-        plant::serve_until(&plant, stop, |facts| {
+        plant::serve_until(&plant, motor, stop, |facts| {
             ready.send(facts).expect("main waits");
         })
     });

@@ -1,9 +1,10 @@
 //! Both ends of the control loop, without the network between them.
 //!
-//! * [`Command`], [`State`], [`Acknowledgement`], [`Observation`]: the messages between the ends, and
-//!   their text form ([`message`], [`query`]).
+//! * [`Command`], [`Request`], [`State`], [`Acknowledgement`], [`Observation`]: the messages between the
+//!   ends, and their text form ([`message`], [`query`]).
 //! * [`ControllerEnd`] and [`PlantEnd`]: what each end does, as state machines that get the time as
-//!   an argument ([`controller`], [`plant`]).
+//!   an argument ([`controller`], [`plant`]). A plant steps a [`Model`], which may have
+//!   [`Surroundings`].
 //! * [`TickRow`], [`ArrivalRow`], [`MessageRow`]: what each end records ([`mod@row`]).
 //! * [`ControllerSettings`], [`PlantSettings`]: how an experiment configures them ([`setting`]),
 //!   [`PageSettings`] for a page as controller ([`page`]), [`Preset`] for named settings
@@ -20,6 +21,7 @@ pub mod duration;
 pub mod field;
 pub mod hold;
 pub mod message;
+pub mod model;
 pub mod noise;
 pub mod page;
 pub mod plant;
@@ -30,12 +32,14 @@ pub mod row;
 pub mod sample_time;
 pub mod setting;
 pub mod span;
+pub mod surroundings;
 
 pub use controller::{ControllerEnd, Counts, InvalidSettings, Loss, Step};
 pub use duration::{DURATION_MAX_NS, DURATION_REMEDY, duration_ns, duration_text};
 pub use field::{Field, InvalidSetting};
 pub use hold::Hold;
-pub use message::{Acknowledgement, Answer, Command, Observation, State};
+pub use message::{Acknowledgement, Answer, Command, Observation, Request, State};
+pub use model::Model;
 pub use noise::{InvalidNoise, NoiseLaw, TickNoise};
 pub use page::{PageSettings, Sender, Thread, Timer};
 pub use plant::{Inbox, Input, Output, PlantEnd, Process};
@@ -47,3 +51,4 @@ pub use setting::{
     Connection, ControllerSettings, Integrate, Late, Mode, Outstanding, PlantSettings, Schedule,
     Transport, UnknownWord,
 };
+pub use surroundings::{Disturbance, Surrounded, Surroundings};

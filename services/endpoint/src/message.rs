@@ -11,7 +11,7 @@ use std::{fmt, str::FromStr};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    query::{InvalidMessage, count, fields, finite},
+    query::{InvalidMessage, count, fields, fields_of, finite},
     setting::Mode,
 };
 
@@ -25,6 +25,27 @@ pub struct Command {
     pub t_send_ns: u64,
     /// The input u of the plant.
     pub u: f64,
+}
+
+/// A [`Command`] as a plant takes it: what a simple controller does not know is optional.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Request {
+    /// Number of the deadline at which it was sent; the plant numbers messages without.
+    pub seq: Option<u64>,
+    /// When it was sent, on the controller's clock.
+    pub t_send_ns: Option<u64>,
+    /// The input u of the plant.
+    pub u: f64,
+}
+
+impl From<&Command> for Request {
+    fn from(command: &Command) -> Self {
+        Self {
+            seq: Some(command.seq),
+            t_send_ns: Some(command.t_send_ns),
+            u: command.u,
+        }
+    }
 }
 
 /// From plant to controller in closed loop: the plant's state.
@@ -177,6 +198,24 @@ impl FromStr for Command {
             seq: count("seq", &seq)?,
             t_send_ns: count("t_send_ns", &t_send_ns)?,
             u: finite("u", &u)?,
+        })
+    }
+}
+
+impl FromStr for Request {
+    type Err = InvalidMessage;
+
+    fn from_str(text: &str) -> Result<Self, InvalidMessage> {
+        let [u, seq, t_send_ns] = fields_of(text, ["u", "seq", "t_send_ns"], 1)?;
+        let optional = |name, value: Option<_>| -> Result<Option<u64>, InvalidMessage> {
+            value
+                .map(|text: std::borrow::Cow<'_, str>| count(name, &text))
+                .transpose()
+        };
+        Ok(Self {
+            seq: optional("seq", seq)?,
+            t_send_ns: optional("t_send_ns", t_send_ns)?,
+            u: finite("u", &u.unwrap_or_default())?,
         })
     }
 }

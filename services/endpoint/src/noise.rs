@@ -54,25 +54,41 @@ pub struct TickNoise {
     pub seed: u64,
 }
 
+/// Draws that are known by their numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Draws {
+    seed: u64,
+}
+
 impl TickNoise {
     /// The extra time of tick `k`, ns.
     #[must_use]
     pub fn extra_ns(&self, k: u64) -> u64 {
+        let draws = Draws::new(self.seed);
         match self.law {
-            NoiseLaw::Uniform { max_ns } => (self.uniform(k) * max_ns as f64) as u64,
-            NoiseLaw::Normal { sd_ns } => {
-                // The sum of twelve uniform draws has a variance of one: a normal deviate up to six
-                // standard deviations, without functions that differ from machine to machine.
-                let sum: f64 = (0..12)
-                    .map(|draw| self.uniform(k.wrapping_mul(12).wrapping_add(draw)))
-                    .sum();
-                ((sum - 6.0).abs() * sd_ns as f64) as u64
-            }
+            NoiseLaw::Uniform { max_ns } => (draws.uniform(k) * max_ns as f64) as u64,
+            NoiseLaw::Normal { sd_ns } => (draws.normal(k).abs() * sd_ns as f64) as u64,
         }
+    }
+}
+
+impl Draws {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self { seed }
+    }
+
+    /// A normal deviate of variance one, up to six standard deviations.
+    pub(crate) fn normal(self, index: u64) -> f64 {
+        // The sum of twelve uniform draws has a variance of one, without functions that differ from machine
+        // to machine.
+        let sum: f64 = (0..12)
+            .map(|draw| self.uniform(index.wrapping_mul(12).wrapping_add(draw)))
+            .sum();
+        sum - 6.0
     }
 
     /// Draw number `index`, at least 0 and less than 1.
-    fn uniform(&self, index: u64) -> f64 {
+    pub(crate) fn uniform(self, index: u64) -> f64 {
         // SplitMix64 (Steele, Lea and Flood), whose state after a number of steps is a product.
         let mut z = self
             .seed

@@ -8,7 +8,8 @@ use control::Stepper;
 
 use crate::{
     hold::Hold,
-    message::{Acknowledgement, Answer, Command, Observation, State},
+    message::{Acknowledgement, Answer, Command, Observation, Request, State},
+    model::Model,
     noise::TickNoise,
     row::{ArrivalOutcome, ArrivalRow, TickRow},
     setting::{Late, Mode, PlantSettings},
@@ -30,7 +31,7 @@ pub struct Input {
 pub struct Output {
     /// Number of the latest tick; also 0 before tick 0.
     pub tick: u64,
-    /// The output after that tick.
+    /// What the sensor shows after that tick: the model's output, unless there is noise.
     pub y: f64,
 }
 
@@ -65,16 +66,17 @@ impl Inbox {
     }
 
     /// Takes a command that arrived at `now_ns`, while the output of the process was `output`;
-    /// returns the row and the answer.
+    /// returns the row and the answer. A command without a number has that of its arrival.
     #[inline]
     pub fn command(
         &mut self,
         mode: Mode,
-        command: &Command,
+        request: &Request,
         output: Output,
         now_ns: u64,
     ) -> (ArrivalRow, Answer) {
-        let &Command { seq, t_send_ns, u } = command;
+        let &Request { seq, t_send_ns, u } = request;
+        let seq = seq.unwrap_or(self.arrivals);
         let overtaken = self.newest.is_some_and(|newest| seq <= newest);
         let outcome = match (mode, self.late) {
             (Mode::Open, _) => ArrivalOutcome::Acknowledged,
@@ -130,8 +132,8 @@ impl Inbox {
 
 /// The model at its deadlines, start + k h.
 #[derive(Clone, Debug)]
-pub struct Process {
-    stepper: Stepper,
+pub struct Process<M = Stepper> {
+    model: M,
     h_ns: u64,
     hold: Hold,
     noise: Option<TickNoise>,
@@ -142,19 +144,22 @@ pub struct Process {
     output: Output,
 }
 
-impl Process {
-    /// A process whose tick 0 is due at `start_ns`. `stepper` is the model, sampled at h and at rest.
+impl<M: Model> Process<M> {
+    /// A process whose tick 0 is due at `start_ns`. `model` advances by h at a step, and is at rest.
     #[must_use]
-    pub fn new(settings: &PlantSettings, stepper: Stepper, start_ns: u64) -> Self {
+    pub fn new(settings: &PlantSettings, model: M, start_ns: u64) -> Self {
         Self {
-            stepper,
             h_ns: settings.h.ns(),
             hold: settings.hold,
             noise: settings.tick_noise,
             next_k: 0,
             next_due_ns: start_ns,
             last_ns: 0,
-            output: Output::default(),
+            output: Output {
+                tick: 0,
+                y: model.at_rest(),
+            },
+            model,
         }
     }
 
@@ -193,8 +198,11 @@ impl Process {
                 }
             }
         };
-        let y = self.stepper.step(input.u);
-        self.output = Output { tick: k, y };
+        let y = self.model.step(input.u, self.next_due_ns);
+        self.output = Output {
+            tick: k,
+            y: self.model.measured(y),
+        };
         let row = TickRow {
             k,
             t_due_ns: self.next_due_ns,
@@ -214,22 +222,28 @@ impl Process {
     pub fn output(&self) -> Output {
         self.output
     }
+
+    /// The model that it steps.
+    #[must_use]
+    pub fn model(&self) -> &M {
+        &self.model
+    }
 }
 
 /// The whole plant's end, for one thread.
 #[derive(Clone, Debug)]
-pub struct PlantEnd {
+pub struct PlantEnd<M = Stepper> {
     inbox: Inbox,
-    process: Process,
+    process: Process<M>,
 }
 
-impl PlantEnd {
+impl<M: Model> PlantEnd<M> {
     /// An end whose tick 0 is due at `start_ns`; see [`Process::new`].
     #[must_use]
-    pub fn new(settings: &PlantSettings, stepper: Stepper, start_ns: u64) -> Self {
+    pub fn new(settings: &PlantSettings, model: M, start_ns: u64) -> Self {
         Self {
             inbox: Inbox::new(settings.late),
-            process: Process::new(settings, stepper, start_ns),
+            process: Process::new(settings, model, start_ns),
         }
     }
 
@@ -255,7 +269,7 @@ impl PlantEnd {
     #[inline]
     pub fn command(&mut self, mode: Mode, command: &Command, now_ns: u64) -> (ArrivalRow, Answer) {
         self.inbox
-            .command(mode, command, self.process.output(), now_ns)
+            .command(mode, &command.into(), self.process.output(), now_ns)
     }
 
     /// Reads the plant's state without a command.

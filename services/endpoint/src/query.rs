@@ -1,7 +1,7 @@
 //! Reads `key=value&key=value` strictly.
 //!
-//! Every key must be there exactly once, and no other: a misspelt or repeated key is a mistake of a
-//! client, which then should not control anything. Numbers are decimal and finite. Writing needs no
+//! Every key is there once, but for those that a message may leave out, and no other: a misspelt or
+//! repeated key is a mistake of a client, which then should not control anything. Numbers are decimal and finite. Writing needs no
 //! code here: the messages' `Display` does it, since no character of a number needs escaping.
 
 use std::borrow::Cow;
@@ -76,6 +76,15 @@ pub(crate) fn fields<'a, const N: usize>(
     text: &'a str,
     names: [&'static str; N],
 ) -> Result<[Cow<'a, str>; N], InvalidMessage> {
+    Ok(fields_of(text, names, N)?.map(Option::unwrap_or_default))
+}
+
+/// The values of the fields `names`, in that order, of which the first `needed` must be there.
+pub(crate) fn fields_of<'a, const N: usize>(
+    text: &'a str,
+    names: [&'static str; N],
+    needed: usize,
+) -> Result<[Option<Cow<'a, str>>; N], InvalidMessage> {
     if text.len() > MAX_BYTES {
         return Err(InvalidMessage::TooLong { bytes: text.len() });
     }
@@ -94,13 +103,14 @@ pub(crate) fn fields<'a, const N: usize>(
             });
         }
     }
-    if let Some(index) = values.iter().position(Option::is_none) {
+    let missing = values.iter().zip(names).take(needed);
+    if let Some((_, field)) = missing.into_iter().find(|(value, _)| value.is_none()) {
         return Err(InvalidMessage::Missing {
-            field: names[index],
+            field,
             expected: expected(),
         });
     }
-    Ok(values.map(Option::unwrap_or_default))
+    Ok(values)
 }
 
 /// A count or a time in nanoseconds: digits only, so neither `+7` nor ` 7`.

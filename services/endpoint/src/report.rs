@@ -11,9 +11,9 @@ mod visit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use controller::{ControllerGranted, Native, Python};
+pub use controller::{ControllerGranted, Native, Own, Python};
 pub use page::{Clock, Page, PageAsked};
-pub use plant::{Plant, PlantGranted};
+pub use plant::{Plant, PlantGranted, PlantProgram};
 pub use visit::{Browser, Confinement, Engine, Sandbox, Session, Version, Visit};
 
 /// What a journal did.

@@ -34,7 +34,7 @@ row!(
         t_tick_ns: u64,
         /// The input of the step.
         u: f64,
-        /// The output after the step.
+        /// The output after the step, without the sensor's noise.
         y: f64,
         /// Sequence number of the command that set `u`; empty before the first.
         seq: Option<u64>,
@@ -46,10 +46,10 @@ row!(
     ArrivalRow {
         /// Number of the arrival, from 0.
         n: u64,
-        /// The command's sequence number.
+        /// The command's sequence number; that of the arrival if the controller gave none.
         seq: u64,
-        /// When the controller sent the command, by the controller.
-        t_send_ns: u64,
+        /// When the controller sent the command, by the controller; empty if it did not say.
+        t_send_ns: Option<u64>,
         /// When the plant had received the whole request.
         t_arrive_ns: u64,
         /// The plant's latest tick at that time.
@@ -106,7 +106,7 @@ row!(
 
 choice!(
     /// What became of a deadline of the controller.
-    MessageOutcome, "outcome", "answered, timeout, failed or missed", {
+    MessageOutcome, "outcome", "answered, timeout, failed, missed or arrived", {
         /// The message was sent and a valid answer came.
         Answered = "answered",
         /// The message was sent and no answer came within the timeout.
@@ -115,6 +115,9 @@ choice!(
         Failed = "failed",
         /// Nothing was sent: no request was free, or the moment had passed.
         Missed = "missed",
+        /// The message reached the plant. What became of its answer, only a controller of somebody's own
+        /// knows, which left no rows.
+        Arrived = "arrived",
     }
 );
 
@@ -163,7 +166,7 @@ mod tests {
         let arrival = ArrivalRow {
             n: 0,
             seq: 7,
-            t_send_ns: 1,
+            t_send_ns: Some(1),
             t_arrive_ns: 2,
             tick: 3,
             u: -0.5,

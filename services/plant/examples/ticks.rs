@@ -32,11 +32,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let config = Config {
         listen: "127.0.0.1:0".parse()?,
         settings,
-        plant: preset::paper_plant(),
         law: None,
         out: folder.path().to_owned(),
         fifo: true,
     };
+    let motor = preset::paper_plant()
+        .sampled(config.settings.h.ns())?
+        .stepper();
     let done = AtomicBool::new(false);
     let report = thread::scope(|scope| {
         for _ in 0..busy {
@@ -50,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             tokio::time::sleep(Duration::from_secs(seconds)).await;
             Ok(())
         };
-        let report = serve_until(&config, stop, |_| {});
+        let report = serve_until(&config, motor, stop, |_| {});
         done.store(true, Ordering::Relaxed);
         report
     })?;

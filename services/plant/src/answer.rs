@@ -9,15 +9,14 @@ use hyper::{
 };
 use serde::Serialize;
 
-pub(crate) const FORM: &str = "application/x-www-form-urlencoded";
-pub(crate) const JSON: &str = "application/json";
-pub(crate) const TEXT: &str = "text/plain; charset=utf-8";
+const FORM: &str = "application/x-www-form-urlencoded";
+/// The kind of a JSON answer.
+pub const JSON: &str = "application/json";
+/// The kind of an answer in words.
+pub const TEXT: &str = "text/plain; charset=utf-8";
 
 /// A message in the form that the client accepts: a query, unless it asks for JSON.
-pub(crate) fn message<M: fmt::Display + Serialize>(
-    message: &M,
-    headers: &HeaderMap,
-) -> Response<Bytes> {
+pub fn message<M: fmt::Display + Serialize>(message: &M, headers: &HeaderMap) -> Response<Bytes> {
     let json = headers
         .get_all(header::ACCEPT)
         .iter()
@@ -43,7 +42,7 @@ pub(crate) fn as_json<V: Serialize>(value: &V) -> Response<Bytes> {
 }
 
 /// A response with this body.
-pub(crate) fn respond(kind: &'static str, body: impl Into<Bytes>) -> Response<Bytes> {
+pub fn respond(kind: &'static str, body: impl Into<Bytes>) -> Response<Bytes> {
     let mut response = Response::new(body.into());
     let headers = response.headers_mut();
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(kind));

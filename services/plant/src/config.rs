@@ -1,21 +1,18 @@
-//! Settings of a plant, and why it may fail. [`endpoint::report::Plant`] is its report.
+//! Settings of a plant beside its model, and why it may fail. [`endpoint::report::Plant`] is its report.
 
 use std::{io, net::SocketAddr, path::PathBuf};
 
-use control::{InvalidDiscretisation, Plant};
 use endpoint::PlantSettings;
 use journal::JournalError;
 use serde::{Deserialize, Serialize};
 
-/// Settings of a plant.
+/// Settings of a plant beside the model that it steps.
 #[derive(Clone, Debug)]
 pub struct Config {
     /// The address to listen on; port 0 takes a free port, which [`Ready`] gives.
     pub listen: SocketAddr,
     /// Sample time, treatment of late commands, and how long a command is held.
     pub settings: PlantSettings,
-    /// The plant, such as `control::preset::paper_plant()`.
-    pub plant: Plant,
     /// The law that a page should follow, as `system` writes it; if `None`, the paper's.
     pub law: Option<serde_json::Value>,
     /// The folder of `ticks.csv` and `arrivals.csv`, and of each page's `messages.csv` and
@@ -45,16 +42,13 @@ pub enum ServeError {
         /// The system's error.
         source: io::Error,
     },
-    /// The model cannot be sampled at this h.
-    #[error("cannot sample the plant's model: {0}")]
-    Model(#[from] InvalidDiscretisation),
     /// Rows are missing.
     #[error(transparent)]
     Rows(#[from] JournalError),
     /// The system refused a thread, a timer or a signal handler.
     #[error("cannot start the plant: {0}")]
     Start(#[from] io::Error),
-    /// The thread that steps the model ended by itself.
+    /// The thread that steps the model ended by itself, or the model broke.
     #[error("the plant's tick thread ended too early, and so do its rows")]
     Ticker,
 }

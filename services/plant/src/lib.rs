@@ -1,9 +1,9 @@
 //! The plant over HTTP: the model runs freely, every h, and takes its input from requests.
 //!
-//! * [`serve()`], [`serve_until`]: the entry points; [`Config`] in, [`endpoint::report::Plant`] out.
+//! * [`serve()`], [`serve_until`]: the entry points; [`Config`] and a model in, [`endpoint::report::Plant`] out.
 //! * `ticker`: the thread that steps the model at its deadlines.
 //! * `server`: the thread that accepts connections and serves HTTP/1.
-//! * `route`: what each request gets, as an `answer` or a `refusal`; `origin` keeps foreign pages
+//! * `route`: what each request gets, as an [`answer`] or a `refusal`; `origin` keeps foreign pages
 //!   out; `openapi` describes the API.
 //! * `socket`: commands over a WebSocket.
 //! * `page`: the files of the page that closes the loop in a browser.
@@ -12,12 +12,12 @@
 //!   `chunk` by chunk of `rows`.
 //! * `latest`: how the two threads exchange values without waiting.
 //!
-//! The crate `endpoint` decides what a command does to the plant, `control` has the model. There is
+//! The crate `endpoint` decides what a command does to the plant; the caller brings the model. There is
 //! no TLS, and a token shows who is in control, not who is permitted to be: a plant should listen
 //! only where its own controllers can reach it.
 #![forbid(unsafe_code)]
 
-mod answer;
+pub mod answer;
 mod chunk;
 mod config;
 mod ending;

@@ -35,7 +35,7 @@ fn document() -> Value {
     let count = |what: &str| json!({"type": "integer", "format": "int64", "minimum": 0, "description": what});
     let number = |what: &str| json!({"type": "number", "format": "double", "description": what});
     let t_send = || count("when the command was sent, on the controller's clock, in nanoseconds");
-    let seq = || count("number of the controller's deadline");
+    let seq = || count("number of the controller's deadline; of the arrival, if it gives none");
     let arrive = || count("when the command arrived, on the plant's clock, in nanoseconds");
     let tick = || count("the plant's latest tick");
     let y = || number("the output after that tick");
@@ -50,12 +50,17 @@ fn document() -> Value {
     let observation = object(&json!({"t_ns": now, "tick": tick(), "y": y(), "u": held()}));
 
     let command = || {
-        vec![
+        let mut parameters = vec![
+            parameter("query", "u", &u()),
             parameter("query", "seq", &seq()),
             parameter("query", "t_send_ns", &t_send()),
-            parameter("query", "u", &u()),
             session_header(false),
-        ]
+        ];
+        // A simple controller need not know them.
+        for optional in &mut parameters[1..3] {
+            optional["required"] = false.into();
+        }
+        parameters
     };
     let refusals = [
         (409, "another client is in control, or the session is over"),
@@ -239,6 +244,17 @@ mod tests {
     use endpoint::{Acknowledgement, Observation, State};
 
     use super::*;
+
+    #[test]
+    fn the_file_beside_the_crate_is_the_description() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/openapi.json");
+        let text = format!("{:#}\n", document());
+        if std::env::var_os("WEBLOOP_TEST_WRITE").is_some() {
+            std::fs::write(path, &text).expect("the checkout can be written");
+        }
+        let there = std::fs::read_to_string(path).unwrap_or_default();
+        assert!(there == text, "WEBLOOP_TEST_WRITE=1 writes it anew");
+    }
 
     #[test]
     fn every_path_is_described_and_every_description_has_a_path() {

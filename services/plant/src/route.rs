@@ -4,7 +4,7 @@
 //! (`upload`) or a WebSocket (`socket`). It needs no network, and a request that it rejects leaves
 //! the input unchanged.
 
-use endpoint::{Answer, Command, InvalidMessage, Mode, Observation, query::MAX_BYTES};
+use endpoint::{Answer, InvalidMessage, Mode, Observation, Request, query::MAX_BYTES};
 use hyper::{
     Method, Response, Version,
     body::Bytes,
@@ -94,10 +94,10 @@ impl Handler {
         pass: &Pass,
         now_ns: u64,
     ) -> Result<Answer, Refusal> {
-        let command: Command = text.parse()?;
+        let request: Request = text.parse()?;
         self.control.command(pass, now_ns)?;
         let output = output(self.output.read());
-        let (row, answer) = self.inbox.command(mode, &command, output, now_ns);
+        let (row, answer) = self.inbox.command(mode, &request, output, now_ns);
         self.input.publish(input_words(self.inbox.input()));
         self.rows.record(row);
         if mode == Mode::Closed && !output.y.is_finite() {

@@ -107,6 +107,7 @@ fn consistent(row: &MessageRow) -> Result<(), Problem> {
         MessageOutcome::Timeout => (true, false, "timeout"),
         MessageOutcome::Failed => (true, false, "failed"),
         MessageOutcome::Missed => (false, false, "missed"),
+        MessageOutcome::Arrived => (true, false, "arrived"),
     };
     // In open loop no row has any of y, e and tick.
     let closed = row.y.is_some();

@@ -10,8 +10,7 @@ use std::{
     task::Poll,
 };
 
-use control::Stepper;
-use endpoint::{ArrivalRow, Inbox, Input, Process, TickRow, report};
+use endpoint::{ArrivalRow, Inbox, Input, Model, Process, TickRow, report};
 use journal::Journal;
 use pace::now_ns;
 use tokio::{net::TcpListener, runtime::Runtime, sync::watch, task::LocalSet};
@@ -23,7 +22,7 @@ use crate::{
     latest::latest,
     server,
     session::Control,
-    ticker::{Running, Ticker, input_words},
+    ticker::{Running, Ticker, input_words, output_words},
 };
 
 /// Tick 0 is due this long after the threads have been started, so that it is not late.
@@ -32,15 +31,19 @@ const START_AHEAD_NS: u64 = 5_000_000;
 /// Below the ticker, so that a tick precedes a request. See `ticker::FIFO_PRIORITY`.
 const FIFO_PRIORITY: u8 = 45;
 
-/// Runs a plant until SIGTERM or SIGINT. The calling thread serves HTTP and keeps the scheduling that
-/// it was granted.
+/// Runs a plant until SIGTERM or SIGINT; `model` advances by the settings' h at a step, and is at rest. The
+/// calling thread serves HTTP and keeps the scheduling that it was granted.
 ///
 /// Calls `ready` once, when the plant can be reached.
 ///
 /// # Errors
 /// [`ServeError`], with what was not available or which rows are missing.
-pub fn serve(config: &Config, ready: impl FnOnce(Ready)) -> Result<report::Plant, ServeError> {
-    serve_until(config, pace::told_to_end(), ready)
+pub fn serve(
+    config: &Config,
+    model: impl Model + Send + 'static,
+    ready: impl FnOnce(Ready),
+) -> Result<report::Plant, ServeError> {
+    serve_until(config, model, pace::told_to_end(), ready)
 }
 
 /// Like [`serve`], but runs until `stop` is done instead of a signal.
@@ -49,10 +52,10 @@ pub fn serve(config: &Config, ready: impl FnOnce(Ready)) -> Result<report::Plant
 /// Those of [`serve`].
 pub fn serve_until(
     config: &Config,
+    model: impl Model + Send + 'static,
     stop: impl Future<Output = io::Result<()>>,
     ready: impl FnOnce(Ready),
 ) -> Result<report::Plant, ServeError> {
-    let sampled = config.plant.sampled(config.settings.h.ns())?;
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()?;
@@ -65,7 +68,7 @@ pub fn serve_until(
         arrival_journal,
         handler,
         server: server_scheduling,
-    } = Started::new(config, sampled.stepper())?;
+    } = Started::new(config, Box::new(model))?;
     let open_files = pace::raise_open_files();
 
     let handler = Rc::new(RefCell::new(handler));
@@ -112,6 +115,7 @@ pub fn serve_until(
             server: server_scheduling,
             open_files,
         },
+        program: None,
     })
 }
 
@@ -129,7 +133,7 @@ struct Started {
 
 impl Started {
     /// Starts the threads in this order, since those that write files must not inherit real-time scheduling.
-    fn new(config: &Config, stepper: Stepper) -> Result<Started, ServeError> {
+    fn new(config: &Config, model: Box<dyn Model + Send>) -> Result<Started, ServeError> {
         let settings = config.settings;
         let (tick_rows, tick_journal) =
             Journal::create::<TickRow>(&config.out.join(TickRow::FILE), TickRow::COLUMNS)?;
@@ -137,10 +141,11 @@ impl Started {
             Journal::create::<ArrivalRow>(&config.out.join(ArrivalRow::FILE), ArrivalRow::COLUMNS)?;
         let filer = Filer::start(&config.out)?;
         let (input, input_reader) = latest(input_words(Input::default()));
-        let (output_publisher, output) = latest([0; 2]);
         let start_ns = now_ns() + START_AHEAD_NS;
+        let process = Process::new(&settings, model, start_ns);
+        let (output_publisher, output) = latest(output_words(process.output()));
         let ticker = Ticker {
-            process: Process::new(&settings, stepper, start_ns),
+            process,
             h_ns: settings.h.ns(),
             input: input_reader,
             output: output_publisher,

@@ -2,7 +2,8 @@
 //!
 //! Between two ticks it only sleeps (and with real-time scheduling spins for the last moment). A tick reads
 //! the input, steps, publishes the output and passes on a row, without allocating, locking, logging or
-//! entering the kernel. Late ticks follow at once, so that simulated time stays at real time.
+//! entering the kernel, unless its model does: a program is another process. Late ticks follow at once, so
+//! that simulated time stays at real time.
 
 use std::{
     io,
@@ -13,7 +14,7 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use endpoint::{Input, Output, Process, TickRow, report::Scheduling};
+use endpoint::{Input, Model, Output, Process, TickRow, report::Scheduling};
 use journal::Recorder;
 use pace::{Pacer, now_ns};
 use tokio::sync::oneshot;
@@ -44,7 +45,7 @@ fn input([u, seq, any, t_ns]: [u64; 4]) -> Input {
     }
 }
 
-fn output_words(output: Output) -> [u64; 2] {
+pub(crate) fn output_words(output: Output) -> [u64; 2] {
     [output.tick, output.y.to_bits()]
 }
 
@@ -58,7 +59,7 @@ pub(crate) fn output([tick, y]: [u64; 2]) -> Output {
 
 /// The data that the thread needs.
 pub(crate) struct Ticker {
-    pub(crate) process: Process,
+    pub(crate) process: Process<Box<dyn Model + Send>>,
     pub(crate) h_ns: u64,
     pub(crate) input: Reader<4>,
     pub(crate) output: Publisher<2>,
@@ -110,12 +111,7 @@ impl Ticker {
             let (due_ns, at_ns) = (self.process.next_due_ns(), self.process.next_tick_ns());
             pacer.sleep_until(at_ns.min(now_ns().saturating_add(NAP_NS)));
             if stop.load(Ordering::Relaxed) {
-                return Ticked {
-                    ticks,
-                    missed,
-                    rows: self.rows,
-                    scheduling,
-                };
+                return self.ended(ticks, missed, scheduling);
             }
             let tick_ns = now_ns();
             if tick_ns < at_ns {
@@ -125,10 +121,24 @@ impl Ticker {
                 held = input(words);
             }
             let row = self.process.tick(held, tick_ns);
+            // Ending early is an error, whose cause the model's owner knows.
+            let is_broken = self.process.model().is_broken();
+            if is_broken {
+                return self.ended(ticks, missed, scheduling);
+            }
             self.output.publish(output_words(self.process.output()));
             self.rows.record(row);
             ticks += 1;
             missed += u64::from(tick_ns - due_ns >= self.h_ns);
+        }
+    }
+
+    fn ended(self, ticks: u64, missed: u64, scheduling: Scheduling) -> Ticked {
+        Ticked {
+            ticks,
+            missed,
+            rows: self.rows,
+            scheduling,
         }
     }
 }

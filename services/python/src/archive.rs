@@ -10,14 +10,14 @@ use zip::{CompressionMethod, ZipWriter, result::ZipError, write::SimpleFileOptio
 macro_rules! package {
     ($($name:literal),+ $(,)?) => {
         [$((
-            concat!("webloop_controller/", $name),
-            include_str!(concat!("../webloop_controller/", $name)),
+            concat!("webloop/", $name),
+            include_str!(concat!("../webloop/", $name)),
         )),+]
     };
 }
 
 /// The path of each file in the archive, and its content.
-const FILES: [(&str, &str); 27] = package![
+const FILES: [(&str, &str); 30] = package![
     "__init__.py",
     "__main__.py",
     "argument.py",
@@ -34,9 +34,12 @@ const FILES: [(&str, &str); 27] = package![
     "main.py",
     "message.py",
     "model.py",
+    "own.py",
+    "own_plant.py",
     "pid.py",
     "query.py",
     "report.py",
+    "results.py",
     "row.py",
     "setting.py",
     "smith.py",
@@ -49,7 +52,7 @@ const FILES: [(&str, &str); 27] = package![
 
 /// The interpreter runs the `__main__` at the top of an archive; this one starts the package's, so
 /// that the package's modules find each other by name.
-const START: &str = "import webloop_controller.__main__ as entry\nentry.start()\n";
+const START: &str = "import webloop.__main__ as entry\nentry.start()\n";
 
 /// The archive could not be created.
 #[derive(Debug, thiserror::Error)]
@@ -81,11 +84,11 @@ mod tests {
 
     #[test]
     fn every_file_of_the_package_is_carried() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("webloop_controller");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("webloop");
         let mut names: Vec<String> = std::fs::read_dir(folder)
             .expect("the package is in the repository")
             .map(|entry| entry.expect("an entry").file_name())
-            .map(|name| format!("webloop_controller/{}", name.to_string_lossy()))
+            .map(|name| format!("webloop/{}", name.to_string_lossy()))
             .filter(|name| name.ends_with(".py"))
             .collect();
         names.sort();

@@ -56,7 +56,7 @@ pub fn run<A: AsRef<OsStr>>(
     input: &str,
 ) -> Result<Infallible, Error> {
     // Both files stay open across `exec`, and disappear when their last descriptor is closed.
-    let file = in_memory("webloop_controller", &pack()?)?;
+    let file = package()?;
     let mut input = in_memory("input", input.as_bytes())?;
     input.rewind()?;
     let interpreter = interpreter();
@@ -69,6 +69,27 @@ pub fn run<A: AsRef<OsStr>>(
         .stdin(input)
         .exec();
     Err(unsupported(&interpreter, &error.to_string()))
+}
+
+/// The package's files as an archive in memory, for PYTHONPATH: `/proc/self/fd/N` leads to it in this
+/// process, and in children that inherit it, while it is open.
+///
+/// # Errors
+/// [`Error`] if the files cannot be packed, or the system has no memory.
+pub fn package() -> Result<File, Error> {
+    Ok(in_memory("webloop", &pack()?)?)
+}
+
+/// PYTHONPATH for a child that inherits `package` and this process's other variables: the package, then what
+/// is there already.
+#[must_use]
+pub fn path(package: &File) -> OsString {
+    let mut path = OsString::from(format!("/proc/self/fd/{}", package.as_raw_fd()));
+    if let Some(before) = env::var_os("PYTHONPATH").filter(|path| !path.is_empty()) {
+        path.push(":");
+        path.push(before);
+    }
+    path
 }
 
 /// A file that exists only in memory.

@@ -7,9 +7,9 @@ import tempfile
 import unittest
 from math import inf
 
-from webloop_controller import argument
-from webloop_controller.setting import UNLIMITED
-from webloop_controller.span import parse_sample_time, parse_span
+from webloop import argument
+from webloop.setting import UNLIMITED
+from webloop.span import parse_sample_time, parse_span
 
 
 class Spans(unittest.TestCase):

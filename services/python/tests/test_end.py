@@ -4,12 +4,12 @@ import json
 import pathlib
 import unittest
 
-from webloop_controller.end import AwaitAnswer, ControllerEnd, Finished, Missed, Send, Sleep
-from webloop_controller.law import paper_pi
-from webloop_controller.message import parse_answer
-from webloop_controller.row import COLUMNS, FAILED, TIMEOUT
-from webloop_controller.setting import Settings, parse_outstanding
-from webloop_controller.span import parse_sample_time
+from webloop.end import AwaitAnswer, ControllerEnd, Finished, Missed, Send, Sleep
+from webloop.law import paper_pi
+from webloop.message import parse_answer
+from webloop.row import COLUMNS, FAILED, TIMEOUT
+from webloop.setting import Settings, parse_outstanding
+from webloop.span import parse_sample_time
 
 VECTORS = (
     pathlib.Path(__file__).resolve().parents[2] / "endpoint/tests/vectors/controller.json"

@@ -3,8 +3,8 @@
 import random
 import unittest
 
-from webloop_controller import frame
-from webloop_controller.frame import (
+from webloop import frame
+from webloop.frame import (
     BINARY,
     CLOSE,
     CONTINUATION,

@@ -7,10 +7,10 @@ import unittest
 
 from test_inbox import within
 
-from webloop_controller.argument import read
-from webloop_controller.http_exchange import HttpExchange
-from webloop_controller.inbox import Inbox
-from webloop_controller.message import Command
+from webloop.argument import read
+from webloop.http_exchange import HttpExchange
+from webloop.inbox import Inbox
+from webloop.message import Command
 
 PATIENCE_S = 20
 """How long a busy machine may take for anything here."""

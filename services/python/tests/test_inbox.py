@@ -4,7 +4,7 @@ import threading
 import time
 import unittest
 
-from webloop_controller.inbox import Inbox
+from webloop.inbox import Inbox
 
 
 def within(inbox, seconds):

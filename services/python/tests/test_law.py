@@ -4,8 +4,8 @@ import json
 import pathlib
 import unittest
 
-from webloop_controller.law import MAX_TICKS, InvalidLaw, paper_pi, parse_law
-from webloop_controller.pid import Gains, Pid
+from webloop.law import MAX_TICKS, InvalidLaw, paper_pi, parse_law
+from webloop.pid import Gains, Pid
 
 VECTORS = pathlib.Path(__file__).resolve().parents[2] / "endpoint/tests/vectors/laws.json"
 

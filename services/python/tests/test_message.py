@@ -5,14 +5,14 @@ import struct
 import unittest
 from math import isfinite
 
-from webloop_controller.message import (
+from webloop.message import (
     Command,
     parse_answer,
     parse_answer_to,
     parse_observation,
 )
-from webloop_controller.query import MAX_COUNT, InvalidMessage, decimal, fields, finite
-from webloop_controller.row import COLUMNS, MessageRow
+from webloop.query import MAX_COUNT, InvalidMessage, decimal, fields, finite
+from webloop.row import COLUMNS, MessageRow
 
 
 class Messages(unittest.TestCase):

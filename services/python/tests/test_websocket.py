@@ -11,12 +11,12 @@ from queue import SimpleQueue
 from test_frame import served
 from test_inbox import within
 
-from webloop_controller.argument import read
-from webloop_controller.exchange import ExchangeError
-from webloop_controller.frame import CLOSE, PING, TEXT, close_payload
-from webloop_controller.inbox import Inbox
-from webloop_controller.message import Command
-from webloop_controller.websocket_exchange import WebSocketExchange
+from webloop.argument import read
+from webloop.exchange import ExchangeError
+from webloop.frame import CLOSE, PING, TEXT, close_payload
+from webloop.inbox import Inbox
+from webloop.message import Command
+from webloop.websocket_exchange import WebSocketExchange
 
 PATIENCE_S = 20
 """How long a busy machine may take for anything here."""

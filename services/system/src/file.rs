@@ -31,7 +31,7 @@ pub(crate) struct SystemFile {
     pub(crate) controller: Spanned<ControllerFile>,
 }
 
-/// `[plant]`: a gain with zeros and poles, or num and den, or four matrices.
+/// `[plant]`: a gain with zeros and poles, or num and den, or four matrices, or a program of one's own.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PlantFile {
@@ -62,12 +62,61 @@ pub(crate) struct PlantFile {
     /// A number; 0 if not given.
     #[schemars(with = "Option<f64>")]
     pub(crate) d: Number,
+    /// A program of one's own and its arguments, which is the plant; a word that begins with `./` is a path
+    /// beside this file.
+    #[schemars(with = "Option<Vec<String>>")]
+    pub(crate) run: Option<Spanned<Vec<String>>>,
     /// From the input to its first effect, such as `"25ms"`.
     #[schemars(with = "Option<String>")]
     pub(crate) dead_time: Option<Spanned<String>>,
     /// `zero-order-hold` if not given, `backward-euler` or `tustin`.
     #[schemars(with = "Option<String>")]
     pub(crate) sampling: Option<Spanned<String>>,
+    /// What is between the command and the model's input.
+    #[schemars(with = "Option<ActuatorFile>")]
+    pub(crate) actuator: Option<Spanned<ActuatorFile>>,
+    /// A step at the model's input.
+    #[schemars(with = "Option<DisturbanceFile>")]
+    pub(crate) disturbance: Option<Spanned<DisturbanceFile>>,
+    /// What is between the model's output and what controllers get.
+    #[schemars(with = "Option<SensorFile>")]
+    pub(crate) sensor: Option<Spanned<SensorFile>>,
+}
+
+/// `[plant.actuator]`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ActuatorFile {
+    /// The smallest input; no limit by default.
+    #[schemars(with = "Option<f64>")]
+    pub(crate) min: Number,
+    /// The largest input; no limit by default.
+    #[schemars(with = "Option<f64>")]
+    pub(crate) max: Number,
+}
+
+/// `[plant.disturbance]`: added to the input, behind the actuator.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct DisturbanceFile {
+    /// How great it is, in units of u.
+    #[schemars(with = "f64")]
+    pub(crate) size: Spanned<f64>,
+    /// From when on, after the loop's start, such as `"2s"`; `"0ms"` if not given.
+    #[schemars(with = "Option<String>")]
+    pub(crate) from: Option<Spanned<String>>,
+}
+
+/// `[plant.sensor]`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SensorFile {
+    /// Standard deviation of its noise, in units of y; 0 if not given.
+    #[schemars(with = "Option<f64>")]
+    pub(crate) noise: Number,
+    /// It shows whole multiples of this, in units of y; any number if not given.
+    #[schemars(with = "Option<f64>")]
+    pub(crate) resolution: Number,
 }
 
 /// `[controller]`: a law, and the numbers that it needs.

@@ -2,7 +2,7 @@
 
 use control::{
     Estimator, Gains, InvalidLaw, Law, Method, Pid, SampledPlant, Saturation, Smith, StateFeedback,
-    StateSpace, Transfer, Weights, discretise, loop_delay_ticks,
+    StateSpace, Transfer, Weights, discretise, loop_delay_ticks, seconds,
 };
 use toml::Spanned;
 
@@ -135,9 +135,13 @@ impl Recipe {
         matches!(self, Self::StateFeedback { .. })
     }
 
-    /// The law at a sample time, with its numbers.
-    pub(crate) fn at(&self, plant: &SampledPlant, h_ns: u64) -> Result<(Law, Design), Obstacle> {
-        let model = &plant.system;
+    /// The law at a sample time, with its numbers. A law that contains a model of the plant needs one.
+    pub(crate) fn at(
+        &self,
+        plant: Option<&SampledPlant>,
+        h_ns: u64,
+    ) -> Result<(Law, Design), Obstacle> {
+        let modelled = |what: &'static str| plant.ok_or(Obstacle::NoModel { what });
         Ok(match self {
             Self::Pid { gains, limits } => (
                 Pid::try_new(*gains, *limits)
@@ -150,7 +154,7 @@ impl Recipe {
                 method,
                 limits,
             } => {
-                let sampled = discretise(model, *method, plant.h_s())?;
+                let sampled = discretise(model, *method, seconds(h_ns))?;
                 let design = Design::Transfer {
                     model: Model::from(&sampled),
                     limits: limits.as_ref().map(Limits::from),
@@ -162,6 +166,8 @@ impl Recipe {
                 limits,
                 rtt_ns,
             } => {
+                let plant = modelled("law `smith`")?;
+                let model = &plant.system;
                 let ticks = within("smith", Smith::ticks(plant, *rtt_ns, h_ns), SMITH_TICKS)?;
                 let pid = Pid::try_new(*gains, *limits).map_err(InvalidLaw::from)?;
                 let design = Design::Smith {
@@ -177,6 +183,8 @@ impl Recipe {
                 limits,
                 rtt_ns,
             } => {
+                let plant = modelled("law `state-feedback`")?;
+                let model = &plant.system;
                 let gains = match by {
                     Choice::Gains(gains) => gains.clone(),
                     Choice::Weights(weights) => weights.gains(model)?,

@@ -1,6 +1,7 @@
 //! A system: a plant, the law that controls it, and the reference, described in TOML.
 //!
 //! - [`System`] is a system, read and found valid; the built-in ones are in `systems/`;
+//! - [`PlantModel`] is its plant: a linear model, or a program of somebody's own;
 //! - [`Loop`] is a system at a sample time: what a plant steps, and what a controller runs;
 //! - [`Design`] is the law as numbers, in the form in which clients in other languages get it.
 //!
@@ -8,6 +9,7 @@
 //! there is no file, clock or socket here. `control` has what plants and laws do.
 #![forbid(unsafe_code)]
 
+mod around;
 mod design;
 mod fault;
 mod file;
@@ -21,4 +23,5 @@ pub use design::{Design, Limits, Model, PidNumbers};
 pub use fault::Fault;
 pub use file::schema;
 pub use obstacle::Obstacle;
+pub use plant::PlantModel;
 pub use system::{Loop, NotOpened, System, Unfit, is_name};

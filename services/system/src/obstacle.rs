@@ -11,6 +11,12 @@ pub enum Obstacle {
     /// The law cannot be computed.
     #[error(transparent)]
     Law(#[from] InvalidLaw),
+    /// The plant is a program, and what is asked for needs a model of it.
+    #[error("its plant is a program, and {what} needs a linear model of it")]
+    NoModel {
+        /// What needs the model.
+        what: &'static str,
+    },
     /// Dead time and round trip have more ticks than the law can span.
     #[error("law `{law}` must span {ticks} ticks of dead time and round trip; the limit is {most}")]
     Ticks {

@@ -1,4 +1,4 @@
-//! The plant in a system's text.
+//! The plant in a system's text: a linear model, or a program of one's own.
 
 use control::{Continuous, Method, Plant, StateSpace, TransferFunction};
 use nalgebra::{DMatrix, DVector, RowDVector};
@@ -11,9 +11,67 @@ use crate::file::PlantFile;
 const MOST_STATES: usize = 20;
 
 const FORMS: &str =
-    "describe it in one way: gain, zeros and poles; or num and den; or a, b, c and d";
+    "describe it in one way: gain, zeros and poles; or num and den; or a, b, c and d; or run";
 
-pub(crate) fn plant(source: Source, asked: &Spanned<PlantFile>) -> Result<Plant, Fault> {
+/// What is controlled.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PlantModel {
+    /// A linear model.
+    Linear(Plant),
+    /// A program of one's own with its arguments, which advances by h for each u that it gets and answers
+    /// with y.
+    Program(Vec<String>),
+}
+
+impl PlantModel {
+    pub(crate) fn read(source: Source, asked: &Spanned<PlantFile>) -> Result<Self, Fault> {
+        match &asked.get_ref().run {
+            None => linear(source, asked).map(Self::Linear),
+            Some(run) => program(source, asked, run).map(Self::Program),
+        }
+    }
+
+    /// The linear model, if webloop knows it.
+    #[must_use]
+    pub fn linear(&self) -> Option<&Plant> {
+        match self {
+            Self::Linear(plant) => Some(plant),
+            Self::Program(_) => None,
+        }
+    }
+}
+
+fn program(
+    source: Source,
+    asked: &Spanned<PlantFile>,
+    run: &Spanned<Vec<String>>,
+) -> Result<Vec<String>, Fault> {
+    let file = asked.get_ref();
+    let others = [
+        ("gain", file.gain.is_some()),
+        ("zeros", file.zeros.is_some()),
+        ("poles", file.poles.is_some()),
+        ("num", file.num.is_some()),
+        ("den", file.den.is_some()),
+        ("a", file.a.is_some()),
+        ("b", file.b.is_some()),
+        ("c", file.c.is_some()),
+        ("d", file.d.is_some()),
+        ("dead_time", file.dead_time.is_some()),
+        ("sampling", file.sampling.is_some()),
+    ];
+    if let Some((key, _)) = others.iter().find(|(_, is_given)| *is_given) {
+        let problem = format!("the plant is a program, and has `{key}` too");
+        return Err(source.fault(asked, problem, FORMS));
+    }
+    if run.get_ref().first().is_none_or(String::is_empty) {
+        let remedy = "give the program and its arguments, like run = [\"python3\", \"./mine.py\"]";
+        return Err(source.fault(run, "the plant has nothing to `run`", remedy));
+    }
+    Ok(run.get_ref().clone())
+}
+
+fn linear(source: Source, asked: &Spanned<PlantFile>) -> Result<Plant, Fault> {
     let file = asked.get_ref();
     let by_poles = file.gain.is_some() || file.zeros.is_some() || file.poles.is_some();
     let by_ratio = file.num.is_some() || file.den.is_some();

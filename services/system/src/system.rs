@@ -1,14 +1,15 @@
 //! A valid system, and its plant and law at a sample time.
 
-use control::{Discrete, InvalidTransferFunction, Law, Plant, SampledPlant, TransferFunction};
-use endpoint::{ControllerSettings, Integrate, InvalidSetting, SampleTime};
+use control::{Discrete, InvalidTransferFunction, Law, SampledPlant, TransferFunction};
+use endpoint::{ControllerSettings, Integrate, InvalidSetting, SampleTime, Surroundings};
 
+use crate::around;
 use crate::design::Design;
 use crate::fault::{Fault, Source};
 use crate::file::SystemFile;
 use crate::law::Recipe;
 use crate::obstacle::Obstacle;
-use crate::plant;
+use crate::plant::PlantModel;
 
 /// A plant, its law, and its reference.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,7 +17,8 @@ pub struct System {
     name: String,
     about: String,
     r: f64,
-    plant: Plant,
+    plant: PlantModel,
+    surroundings: Option<Surroundings>,
     recipe: Recipe,
     text: String,
 }
@@ -138,7 +140,8 @@ impl System {
                 Some(r) => source.finite("r", r)?,
                 None => 1.0,
             },
-            plant: plant::plant(source, &file.plant)?,
+            plant: PlantModel::read(source, &file.plant)?,
+            surroundings: around::read(source, &file.plant)?,
             recipe: Recipe::read(source, &file.controller)?,
             about: file.about,
             name: name.clone(),
@@ -176,10 +179,25 @@ impl System {
         self.r
     }
 
-    /// The plant, continuous.
+    /// The plant: a continuous model, or a program.
     #[must_use]
-    pub fn plant(&self) -> &Plant {
+    pub fn plant(&self) -> &PlantModel {
         &self.plant
+    }
+
+    /// The program that is the plant, with its arguments; `None` for a linear model.
+    #[must_use]
+    pub fn plant_program(&self) -> Option<&[String]> {
+        match &self.plant {
+            PlantModel::Linear(_) => None,
+            PlantModel::Program(run) => Some(run),
+        }
+    }
+
+    /// What surrounds the plant's model; `None` for nothing.
+    #[must_use]
+    pub fn surroundings(&self) -> Option<Surroundings> {
+        self.surroundings
     }
 
     /// Whether it is the paper's: no other system may have its name.
@@ -210,13 +228,14 @@ impl System {
     }
 
     /// Whether its plant is unstable without control: a pole has a positive real part. An integrator
-    /// has none.
+    /// has none, and of a program it is not known.
     #[must_use]
     pub fn is_unstable(&self) -> bool {
         // The eigenvalue of a pole at 0 is off by rounding.
         const NOISE_PER_S: f64 = 1e-6;
-        let poles = self.plant.model.poles();
-        poles.iter().any(|pole| pole.re > NOISE_PER_S)
+        self.plant
+            .linear()
+            .is_some_and(|plant| plant.model.poles().iter().any(|pole| pole.re > NOISE_PER_S))
     }
 
     /// The same system with other gains; `None` if its law has no such gains, or they are not finite.
@@ -231,19 +250,40 @@ impl System {
     /// The system at a sample time.
     ///
     /// # Errors
-    /// [`Unfit`] if it cannot be sampled with this h, or its law cannot be computed.
+    /// [`Unfit`] if it cannot be sampled with this h, its law cannot be computed, or its plant is a program.
     pub fn at(&self, h: SampleTime) -> Result<Loop, Unfit> {
-        self.sampled(h).map_err(|obstacle| Unfit {
+        self.loop_at(h).map_err(|obstacle| self.unfit(h, obstacle))
+    }
+
+    /// Its law at a sample time, with its numbers, whatever the plant is.
+    ///
+    /// # Errors
+    /// [`Unfit`] if the law cannot be computed, or needs a model that there is not.
+    pub fn law_at(&self, h: SampleTime) -> Result<(Law, Design), Unfit> {
+        self.sampled(h)
+            .and_then(|plant| self.recipe.at(plant.as_ref(), h.ns()))
+            .map_err(|obstacle| self.unfit(h, obstacle))
+    }
+
+    fn loop_at(&self, h: SampleTime) -> Result<Loop, Obstacle> {
+        let what = "computing the loop";
+        let plant = self.sampled(h)?.ok_or(Obstacle::NoModel { what })?;
+        let (law, design) = self.recipe.at(Some(&plant), h.ns())?;
+        Ok(Loop { plant, law, design })
+    }
+
+    /// The plant at a sample time; `None` if it is a program.
+    fn sampled(&self, h: SampleTime) -> Result<Option<SampledPlant>, Obstacle> {
+        let sampled = self.plant.linear().map(|plant| plant.sampled(h.ns()));
+        Ok(sampled.transpose()?)
+    }
+
+    fn unfit(&self, h: SampleTime, obstacle: Obstacle) -> Unfit {
+        Unfit {
             system: self.name.clone(),
             h,
             obstacle,
-        })
-    }
-
-    fn sampled(&self, h: SampleTime) -> Result<Loop, Obstacle> {
-        let plant = self.plant.sampled(h.ns())?;
-        let (law, design) = self.recipe.at(&plant, h.ns())?;
-        Ok(Loop { plant, law, design })
+        }
     }
 }
 

@@ -15,6 +15,9 @@ use certificate::{Certificate, Verdict};
 /// How often a link is measured at most.
 const ATTEMPTS: usize = 5;
 
+/// What a measurement that is skipped says of the machine.
+pub(crate) const TOO_BUSY: &str = "too busy";
+
 /// Measures until it holds.
 ///
 /// # Panics
@@ -41,7 +44,7 @@ pub(crate) fn holds(what: &str, measure: impl Fn() -> Result<(), String>) {
         !steady,
         "{what} does not hold on a steady machine: {reasons}"
     );
-    println!("  SKIPPED {what}: this machine is too busy to show it: {reasons}");
+    println!("  SKIPPED {what}: this machine is {TOO_BUSY} to show it: {reasons}");
 }
 
 /// What a certificate says against its link.

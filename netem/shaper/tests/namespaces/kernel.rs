@@ -3,6 +3,7 @@
 
 use std::process::{Command, Output};
 
+use crate::attempt::TOO_BUSY;
 use crate::tests;
 
 /// Part of the name of each test that needs netem, and of no other: the guest is too slow to play
@@ -50,7 +51,12 @@ pub(crate) fn what_needs_netem_holds_in_a_kernel_that_has_it() {
         said.contains("test result: ok. ") && !said.contains(" 0 passed"),
         "no test has `{NEEDS_NETEM}` in its name"
     );
-    assert!(!said.contains("SKIPPED"), "this kernel has netem");
+    // An emulated processor may be too slow to show what a link does; that its kernel lacks nothing holds.
+    let skipped = said
+        .lines()
+        .filter(|line| line.contains("SKIPPED") && !line.contains(TOO_BUSY));
+    let skipped: Vec<_> = skipped.collect();
+    assert!(skipped.is_empty(), "this kernel has netem: {skipped:?}");
 }
 
 fn run(arguments: &[&str]) -> Output {

@@ -50,7 +50,7 @@ fn write_run(folder: &Path) {
         arrivals.push(ArrivalRow {
             n: k,
             seq: k,
-            t_send_ns,
+            t_send_ns: Some(t_send_ns),
             t_arrive_ns,
             tick: k,
             u,

@@ -153,7 +153,7 @@ fn arrivals() -> impl Strategy<Value = ArrivalRow> {
     let fields = (
         count(),
         count(),
-        count(),
+        maybe(count()),
         count(),
         count(),
         number(),
@@ -173,7 +173,7 @@ fn arrivals() -> impl Strategy<Value = ArrivalRow> {
 }
 
 fn messages() -> impl Strategy<Value = MessageRow> {
-    use MessageOutcome::{Answered, Failed, Missed, Timeout};
+    use MessageOutcome::{Answered, Arrived, Failed, Missed, Timeout};
     let times = (
         count(),
         count(),
@@ -182,7 +182,7 @@ fn messages() -> impl Strategy<Value = MessageRow> {
         maybe(count()),
     );
     let signals = (number(), maybe(number()), maybe(number()), maybe(number()));
-    let outcome = select([Answered, Timeout, Failed, Missed].as_slice());
+    let outcome = select([Answered, Timeout, Failed, Missed, Arrived].as_slice());
     (times, signals, maybe(count()), outcome).prop_map(|(times, signals, tick, outcome)| {
         let (seq, t_due_ns, t_send_ns, t_receive_ns, t_arrive_ns) = times;
         let (r, y, e, u) = signals;

@@ -70,6 +70,8 @@ impl MadeUp {
         let texts = Texts {
             profile: text,
             system: None,
+            program: None,
+            plant_program: None,
         };
         run(self, &plan.cells[0], &profile, texts, &self.stop)
     }

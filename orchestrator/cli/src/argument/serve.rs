@@ -25,6 +25,11 @@ pub(crate) enum ServeCommand {
     Python(ServeController),
     /// The controller as a page in a real browser, which it starts and watches
     Browser(ServeBrowser),
+    /// A controller of your own: starts it confined, and ends it when its time is over
+    Program(ServeProgram),
+    /// The first process beside such a program
+    #[command(hide = true)]
+    First(ServeFirst),
     /// The link: plays its profile between two interfaces, or one direction of it beside an end
     Link(ServeLink),
     /// One half of a probe: sends echoes beside the controller
@@ -58,7 +63,7 @@ pub(crate) struct ServePlant {
     /// Law of each tick's extra delay, like "uniform 3ms" or "normal 1ms"
     #[arg(long, value_name = "LAW")]
     pub(crate) tick_noise: Option<NoiseLaw>,
-    /// The seed of these delays
+    /// The seed of these delays, and of what is random in a program that is the plant
     #[arg(long, default_value_t = 0, value_name = "SEED")]
     pub(crate) noise_seed: u64,
     /// The system to control: a built-in one, or the path of a system file
@@ -118,6 +123,22 @@ pub(crate) struct ServeBrowser {
     pub(crate) controller: ServeController,
     #[command(flatten)]
     pub(crate) page: Fields<PageSettings>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ServeProgram {
+    #[command(flatten)]
+    pub(crate) controller: ServeController,
+    /// The program and its arguments
+    #[arg(last = true, value_name = "COMMAND")]
+    pub(crate) run: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ServeFirst {
+    /// The program and its arguments
+    #[arg(last = true, value_name = "COMMAND")]
+    pub(crate) run: Vec<String>,
 }
 
 #[derive(Debug, Args)]

@@ -7,7 +7,7 @@ use agent::Token;
 use anyhow::{Context, anyhow};
 use backend::Agents;
 use campaign::{CampaignFolder, CellRun, Ended, Own, Turn, attach, run_cell};
-use plan::{Cell, Plan, Verdict};
+use plan::{Cell, Plan, Verdict, file_name};
 
 use crate::argument::{Backend, Player, Run, RunCell, word};
 use crate::exit::{Exit, Failure, Outcome};
@@ -43,7 +43,10 @@ pub(crate) fn run(argument: &RunCell) -> Outcome {
         .into_iter()
         .map(|index| cell(&plan, index))
         .collect::<Result<Vec<_>, _>>()?;
-    CampaignFolder::leave_plan(&plan, &argument.out)?;
+    // `run` starts this program with the plan that is in the folder already.
+    if argument.plan != argument.out.join(file_name::PLAN) {
+        CampaignFolder::leave_plan(&plan, &argument.out)?;
+    }
     let stop = stop::told_to_end()?;
     if argument.backend == Backend::Attach {
         stop::give_up_soon_after(&stop)?;

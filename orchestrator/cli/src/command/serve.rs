@@ -7,8 +7,11 @@ use std::path::Path;
 
 use ::system::{Design, Loop, System};
 use anyhow::{Context, anyhow};
-use backend::{ControllerRole, PlantRole};
-use endpoint::{ControllerSettings, PageSettings, PlantSettings, SampleTime, TickNoise};
+use backend::{ControllerRole, PlantRole, start_plant};
+use control::Law;
+use endpoint::{
+    ControllerSettings, PageSettings, PlantSettings, SampleTime, Surrounded, TickNoise, report,
+};
 use jiff::SignedDuration;
 use plan::Client;
 use serde::Serialize;
@@ -22,17 +25,57 @@ use crate::source;
 pub(crate) fn plant(argument: &ServePlant) -> Outcome {
     let role = plant_role(argument)?;
     let system = system(role.system.as_deref())?;
-    let law = told_law(&system, role.settings.h)?.map(serde_json::to_value);
+    let h = role.settings.h;
+    let law = told_law(&system, h)?.map(serde_json::to_value);
     let config = ::plant::Config {
         listen: role.listen,
         settings: role.settings,
-        plant: system.plant().clone(),
         law: law.transpose()?,
         out: argument.out.clone(),
         fifo: true,
     };
-    let report = ::plant::serve(&config, |ready| say_ready(&ready.address.to_string()))?;
-    leave(&argument.out, "plant", &report)
+    let ready = |ready: ::plant::Ready| say_ready(&ready.address.to_string());
+    let around = system.surroundings().unwrap_or_default();
+    match &role.program {
+        None => {
+            let model = at(&system, h)?.plant.stepper();
+            let model = Surrounded::new(model, around, role.seed, role.start_ns);
+            let report = ::plant::serve(&config, model, ready)?;
+            leave(&argument.out, "plant", &report)
+        }
+        Some(program) => {
+            let own = start_plant(program, h, role.seed).map_err(|problem| anyhow!(problem))?;
+            let model = Surrounded::new(own.clone(), around, role.seed, role.start_ns);
+            let served = ::plant::serve(&config, model, ready);
+            if let Some(problem) = own.problem() {
+                return Err(anyhow!(problem).into());
+            }
+            let steps = own.report();
+            let report = report::Plant {
+                program: Some(steps.clone()),
+                ..served?
+            };
+            leave(&argument.out, "plant", &report)?;
+            kept_up(&steps, h)
+        }
+    }
+}
+
+/// Whether a program that is the plant stepped in time, by and large: what is late now and then, the ticks
+/// tell.
+fn kept_up(steps: &report::PlantProgram, h: SampleTime) -> Outcome {
+    if steps.slow * 2 <= steps.steps {
+        return Ok(Exit::Fine);
+    }
+    Err(anyhow!(
+        "the plant's program `{}` needed longer than h = {h} for {} of {} steps, and {:.1} ms at the most; make \
+         it faster, or h longer",
+        steps.run.join(" "),
+        steps.slow,
+        steps.steps,
+        steps.slowest_ns as f64 * 1e-6
+    )
+    .into())
 }
 
 /// Runs a controller for its duration.
@@ -41,7 +84,7 @@ pub(crate) fn controller(argument: &ServeController) -> Outcome {
     let config = ::controller::Config {
         plant: format!("http://{}", role.plant),
         settings: role.settings,
-        law: at(&system, role.settings.h)?.law,
+        law: law_at(&system, role.settings.h)?.0,
         start_ns: role.start_ns,
         duration_ns: role.duration_ns,
         connections: 1,
@@ -64,6 +107,7 @@ fn plant_role(argument: &ServePlant) -> Result<PlantRole, Failure> {
     if let Some(file) = &argument.told.file {
         return read(file);
     }
+    let system = source::system(&argument.system)?;
     Ok(PlantRole {
         listen: argument.listen,
         settings: PlantSettings {
@@ -75,7 +119,10 @@ fn plant_role(argument: &ServePlant) -> Result<PlantRole, Failure> {
                 seed: argument.noise_seed,
             }),
         },
-        system: own_text(&source::system(&argument.system)?),
+        program: source::plant_program(&argument.system, &system),
+        seed: argument.noise_seed,
+        start_ns: None,
+        system: own_text(&system),
     })
 }
 
@@ -115,6 +162,7 @@ fn by_options(
         },
         page: page.map(|(_, page)| page),
         system: own_text(&system),
+        program: None,
         start_ns: argument.start_ns,
         duration_ns: ns("duration", argument.duration)?,
     })
@@ -154,10 +202,15 @@ pub(crate) fn at(system: &System, h: SampleTime) -> Result<Loop, Failure> {
     system.at(h).map_err(Failure::usage)
 }
 
+/// A system's law at a sample time, whatever its plant is.
+fn law_at(system: &System, h: SampleTime) -> Result<(Law, Design), Failure> {
+    system.law_at(h).map_err(Failure::usage)
+}
+
 /// The law that a client in another language needs to get; `None` for the paper's, which it has
 /// built in.
 pub(crate) fn told_law(system: &System, h: SampleTime) -> Result<Option<Design>, Failure> {
-    let design = at(system, h)?.design;
+    let (_, design) = law_at(system, h)?;
     Ok((!system.is_paper()).then_some(design))
 }
 

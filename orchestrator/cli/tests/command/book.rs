@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 
 mod command;
+mod number;
 mod page;
 mod reference;
 
@@ -69,6 +70,14 @@ fn each_line_of_a_table_of_runs_is_in_results() {
         }
     }
     assert!(lines > 20, "{lines}");
+}
+
+#[test]
+fn each_number_in_a_sentence_is_that_of_results() {
+    for (name, sentence) in number::sentences() {
+        let page = fs::read_to_string(format!("{ROOT}/{name}")).unwrap();
+        assert!(page.contains(&sentence), "{name}: {sentence}");
+    }
 }
 
 #[test]

@@ -22,7 +22,7 @@ use crate::webloop::{
 const GUEST_TIMEOUT_S: &str = "900";
 
 /// Nothing is begun after this time: a machine that needs longer is too busy.
-const LONGEST: Duration = Duration::from_secs(25 * 60);
+const LONGEST: Duration = Duration::from_secs(12 * 60);
 
 /// Exit code of a guest that exceeded this limit.
 const GUEST_ENDED: i32 = 124;

@@ -171,7 +171,8 @@ impl Decoys {
             &format!("{name}:/decoy"),
             "--entrypoint",
             "sleep",
-            "webloop-link",
+            // One that has programs of Debian's.
+            "webloop-python",
             "3600",
         ])
         .unwrap();

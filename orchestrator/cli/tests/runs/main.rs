@@ -12,6 +12,8 @@ mod continued;
 mod disk;
 mod ending;
 mod matrix;
+mod own;
+mod own_plant;
 mod process;
 mod unprivileged;
 mod webloop;
@@ -30,6 +32,11 @@ fn tests() -> Vec<Trial> {
         clients::every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit,
         clients::a_browser_that_fails_is_told_by_the_name_of_its_failure,
         clients::a_killed_run_takes_its_browser_with_it,
+        own::a_controller_that_breaks_the_contract_fails_by_name_and_leaves_nothing,
+        own::the_examples_hold_the_loop_and_keep_the_contract,
+        own_plant::a_motor_of_one_s_own_equals_the_built_in_one,
+        own_plant::a_pendulum_of_one_s_own_is_held_over_a_link,
+        own_plant::a_plant_that_breaks_its_contract_fails_by_name_and_leaves_nothing,
         ending::an_interrupted_run_ends_soon_with_its_rows,
         ending::a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued,
         continued::a_campaign_goes_on_where_it_was_broken_off_and_only_what_failed_is_made_again,

@@ -62,16 +62,17 @@ fn smoke_is_five_topologies_by_three_rates_and_paper_adds_the_slow_rates_repeats
         let is_meant = |cell: &&plan::Cell| cell.client == client && cell.settings.mode == mode;
         paper.iter().filter(is_meant).count()
     };
-    // Open loop at 3.3, 10 and 100 Hz, and twenty unit steps at 333 Hz and 1 kHz. Python was not
-    // run over the VPN at 1 kHz, and the page only on arima at 333 Hz; there pages of today are
-    // beside it, one in open and two in closed loop.
+    // Open loop at 3.3, 10 and 100 Hz, and twenty unit steps at 333 Hz and 1 kHz, from native and
+    // Python over every link. The paper's page has what the paper has of it. Of today's, one is in
+    // open loop on arima, and over every link at 100 Hz; three are in closed loop, `today` on arima,
+    // `worker` over every link at 333 Hz, and `socket` at both rates.
     assert_eq!(count(Client::Native, Mode::Open), 5 * 3);
     assert_eq!(count(Client::Native, Mode::Closed), 5 * 2 * 20);
-    assert_eq!(count(Client::Python, Mode::Open), 3 * 3);
-    assert_eq!(count(Client::Python, Mode::Closed), (4 * 2 + 1) * 20);
+    assert_eq!(count(Client::Python, Mode::Open), 5 * 3);
+    assert_eq!(count(Client::Python, Mode::Closed), 5 * 2 * 20);
     for browser in [Client::Chromium, Client::Firefox] {
-        assert_eq!(count(browser, Mode::Open), 3 * 3 + 3);
-        assert_eq!(count(browser, Mode::Closed), 3 * 20);
+        assert_eq!(count(browser, Mode::Open), 3 * 3 + 2 + 5);
+        assert_eq!(count(browser, Mode::Closed), (2 + 5 + 5 * 2) * 20);
     }
     assert!(cells_of("paper").len() < paper.len());
 }
@@ -187,8 +188,8 @@ fn jobs_share_out_the_cells_by_topology_each_to_one_job() {
     let fast = Selection::Matching(vec!["couva*1khz*".to_owned(), "diego-vpn*1khz*".to_owned()]);
     let some = plan.jobs_by_topology(&plan.chosen(&fast));
     let sizes: Vec<_> = some.iter().map(|job| job.cells.len()).collect();
-    // Over the VPN native only, on couva native and Python, five of each.
-    assert_eq!(sizes, [5, 10]);
+    // Native and Python, five of each, and both browsers, three of each.
+    assert_eq!(sizes, [16, 16]);
 }
 
 /// A topology's name, where the part is one and its profile says what it is.

@@ -1,5 +1,7 @@
 //! The answer in sentences.
 
+use std::collections::BTreeSet;
+
 use plan::Client;
 
 use super::{Answer, Row, Standing, Survival};
@@ -88,7 +90,7 @@ impl Answer {
         let mut places = Vec::new();
         for topology in &self.topologies {
             let of = |client: &Client| Some((*client, self.survival_of(*client, topology)?));
-            let clients: Vec<(Client, Survival)> = Client::ALL.iter().filter_map(of).collect();
+            let clients: Vec<(Client, Survival)> = self.clients().iter().filter_map(of).collect();
             for (survival, how) in [
                 (Survival::Sometimes, "not always"),
                 (Survival::Never, "never"),
@@ -96,7 +98,7 @@ impl Answer {
                 let such: Vec<&str> = clients
                     .iter()
                     .filter(|(_, own)| *own == survival)
-                    .map(|(client, _)| client.spec().prose)
+                    .map(|(client, _)| client.prose())
                     .collect();
                 match such.len() {
                     0 => {}
@@ -106,6 +108,12 @@ impl Answer {
             }
         }
         places
+    }
+
+    /// The clients of the runs, webloop's first.
+    fn clients(&self) -> Vec<Client> {
+        let all: BTreeSet<Client> = self.rows.iter().map(|row| row.client).collect();
+        all.into_iter().collect()
     }
 
     /// Whether a client keeps the loop stable on a topology, at all rates and in all setups; `None`
@@ -122,7 +130,7 @@ impl Answer {
     /// topologies are joined.
     fn places(&self) -> Vec<String> {
         let mut together: Vec<(Vec<&str>, Vec<Client>)> = Vec::new();
-        for client in Client::ALL {
+        for client in self.clients() {
             let topologies: Vec<&str> = self
                 .topologies
                 .iter()
@@ -138,7 +146,7 @@ impl Answer {
             }
         }
         let part = |(topologies, clients): &(Vec<&str>, Vec<Client>)| {
-            let clients: Vec<&str> = clients.iter().map(|client| client.spec().prose).collect();
+            let clients: Vec<&str> = clients.iter().map(Client::prose).collect();
             format!("{} with {}", self.on(topologies), listed(&clients))
         };
         together.iter().map(part).collect()
@@ -191,7 +199,7 @@ impl Answer {
         } else {
             String::new()
         };
-        let client = row.client.spec().prose;
+        let client = row.client.prose();
         format!("with {client}{setup} on {topology} at {}", row.rate)
     }
 
@@ -219,7 +227,7 @@ impl Answer {
                 significant(times.factor, 2),
                 match times.of {
                     Client::Native => "the native client’s".to_owned(),
-                    client => format!("{}’s", client.spec().prose),
+                    client => format!("{}’s", client.prose()),
                 }
             ),
             _ => String::new(),

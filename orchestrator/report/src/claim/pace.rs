@@ -129,9 +129,11 @@ impl Start {
             if start.arrivals == 600 {
                 start.ordinal_600_s = Some(since_s);
             }
-            let sent_s = ms_between(first.t_send_ns, row.t_send_ns) / 1e3;
-            let due_s = row.seq.saturating_sub(first.seq) as f64 * h_s;
-            start.lag_s = Some((sent_s - due_s, sent_s));
+            if let (Some(from_ns), Some(send_ns)) = (first.t_send_ns, row.t_send_ns) {
+                let sent_s = ms_between(from_ns, send_ns) / 1e3;
+                let due_s = row.seq.saturating_sub(first.seq) as f64 * h_s;
+                start.lag_s = Some((sent_s - due_s, sent_s));
+            }
         })?;
         Ok(start)
     }

@@ -246,7 +246,7 @@ fn a_campaign_without_anything_has_a_page_all_the_same() {
     let page = render(&report);
     balanced(&page);
     assert!(page.contains("12 cells that were not run"));
-    assert!(!page.contains(super::DYGRAPHS), "nothing to zoom into");
+    assert!(!page.contains(super::UPLOT), "nothing to zoom into");
 }
 
 #[test]

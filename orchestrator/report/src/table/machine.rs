@@ -81,7 +81,7 @@ fn the_papers(row: [&str; 4]) -> Vec<Vec<Entry>> {
             vec![
                 Entry::text(format!("the paper, {machine}")),
                 Entry::text(client.to_string()),
-                Entry::text(format!("{} {version}", client.spec().prose)),
+                Entry::text(format!("{} {version}", client.prose())),
                 Entry::text(processor),
             ]
         })
@@ -159,6 +159,7 @@ fn program(client: Client, manifest: &Manifest) -> String {
         _ if client == Client::Native => format!("webloop {}", manifest.webloop),
         Some(ControllerReport::Python(of)) => format!("{} {}", of.implementation, of.python),
         Some(ControllerReport::Visit(of)) => of.browser.version.to_string(),
+        Some(ControllerReport::Own(of)) => of.run.join(" "),
         Some(ControllerReport::Native(_) | ControllerReport::Model(_)) | None => String::new(),
     }
 }

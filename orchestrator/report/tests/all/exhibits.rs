@@ -93,7 +93,7 @@ fn write(lab: &Lab, cell: &Cell, verdict: Verdict) {
     let arrivals = (0..sent).map(|k| ArrivalRow {
         n: k,
         seq: k,
-        t_send_ns: k * period_ns,
+        t_send_ns: Some(k * period_ns),
         t_arrive_ns: t_arrive_ns(k),
         tick: t_arrive_ns(k) / h_ns,
         u: 1.0,

@@ -1,5 +1,6 @@
 //! The echoes of a run: each is sent on its schedule, whatever happened to the one before.
 
+use endpoint::Model;
 use link::Way;
 
 use super::Course;
@@ -7,7 +8,7 @@ use super::passage::{Event, Ping};
 use crate::echo::{ECHO_BYTES, Echo, Series, Start};
 use crate::record::Record;
 
-impl<R: Record> Course<'_, R> {
+impl<R: Record, M: Model + Clone> Course<'_, R, M> {
     /// Queues the first echo of each series: of those that begin at a known time, or, once the last
     /// message has ended, of those that begin then.
     pub(super) fn begin_series(&mut self, has_ended: bool) {

@@ -1,7 +1,7 @@
 //! A message in transit: its packets enter the link, are lost and sent again, come out, and wait for
 //! a thread at either end.
 
-use endpoint::Loss;
+use endpoint::{Loss, Model};
 use link::Way;
 
 use super::{Course, Waiting};
@@ -54,7 +54,7 @@ pub(super) enum Event {
     EchoReached(Ping),
 }
 
-impl<R: Record> Course<'_, R> {
+impl<R: Record, M: Model + Clone> Course<'_, R, M> {
     /// Sends a packet for the `tries`-th time. If it is lost, it is sent again when its sender's timer ends.
     /// A timer that ends although nothing was lost has an effect only where packets queue.
     pub(super) fn transmit(&mut self, id: Id, packet: Packet, tries: u16, now_ns: u64) {

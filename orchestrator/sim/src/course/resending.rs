@@ -1,6 +1,7 @@
 //! The timers of packets under way. A lost packet is sent again when its timer ends; a packet that
 //! was not lost but waits behind a rate limit may be sent again in vain.
 
+use endpoint::Model;
 use link::Way;
 
 use super::Course;
@@ -12,7 +13,7 @@ use crate::retransmission::{handshake_pause_ns, pause_ns};
 /// Length of an IP packet that acknowledges a duplicate and reports it (DSACK).
 const DUPLICATE_BYTES: u32 = 64;
 
-impl<R: Record> Course<'_, R> {
+impl<R: Record, M: Model + Clone> Course<'_, R, M> {
     /// When the sender's timer ends, if it is set as the packet is sent for the `tries`-th time.
     pub(super) fn rings_again_ns(&self, id: Id, packet: Packet, tries: u16, now_ns: u64) -> u64 {
         let pause_ns = match packet {

@@ -43,11 +43,12 @@ fn with_plant<T>(
             hold: Hold::Last,
             tick_noise: None,
         },
-        plant: preset::paper_plant(),
         law: None,
         out: out.to_owned(),
         fifo: true,
     };
+    let motor = preset::paper_plant().sampled(config.settings.h.ns());
+    let motor = motor.expect("it can be sampled").stepper();
     let (ready, is_ready) = mpsc::channel();
     let (stop, stopped) = oneshot::channel::<()>();
     let plant = thread::spawn(move || {
@@ -55,7 +56,7 @@ fn with_plant<T>(
             let _ = stopped.await;
             Ok(())
         };
-        plant::serve_until(&config, stopped, |facts| {
+        plant::serve_until(&config, motor, stopped, |facts| {
             ready.send(facts).expect("the test waits");
         })
     });

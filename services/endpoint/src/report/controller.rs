@@ -1,4 +1,4 @@
-//! The reports of the native controller and of the one in Python.
+//! The reports of the native controller, of the one in Python, and on one of somebody's own.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -65,4 +65,28 @@ pub struct Python {
     pub transport: Transport,
     /// Connections opened, those of the warm-up among them.
     pub connections: u64,
+}
+
+/// What its supervisor tells of a controller of somebody's own when it has ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Own {
+    /// Its name in the plan.
+    pub client: String,
+    /// The program and its arguments.
+    pub run: Vec<String>,
+    /// When its first message was due, on the run's clock.
+    pub start_ns: u64,
+    /// When its messages were no longer due.
+    pub stop_ns: u64,
+    /// When it had ended.
+    pub end_ns: u64,
+    /// Its exit code; for one that a signal ended, 128 and the signal's number.
+    pub code: i32,
+    /// Whether it was stopped before its time.
+    pub interrupted: bool,
+    /// Whether it did not end on SIGTERM, and was killed.
+    pub killed: bool,
+    /// Most bytes of answers that it had left unread at one time.
+    pub unread_bytes: u64,
 }

@@ -36,6 +36,23 @@ pub struct Plant {
     pub page_rows: Written,
     /// What the kernel granted.
     pub granted: PlantGranted,
+    /// What became of the steps, where the model is a program of one's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub program: Option<PlantProgram>,
+}
+
+/// The steps of a program that is a plant.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlantProgram {
+    /// The program and its arguments.
+    pub run: Vec<String>,
+    /// Number of steps done.
+    pub steps: u64,
+    /// Steps that took longer than h.
+    pub slow: u64,
+    /// How long the slowest step took, ns.
+    pub slowest_ns: u64,
 }
 
 /// What the kernel granted to the two threads that are in the loop.

@@ -1,7 +1,8 @@
 //! The messages on the wire: what is written reads back, and nothing else does.
 
 use endpoint::{
-    Acknowledgement, Answer, Command, InvalidMessage, Mode, Observation, State, query::MAX_BYTES,
+    Acknowledgement, Answer, Command, InvalidMessage, Mode, Observation, Request, State,
+    query::MAX_BYTES,
 };
 use proptest::prelude::*;
 
@@ -34,6 +35,19 @@ proptest! {
         prop_assert_eq!(acknowledgement.to_string().parse::<Acknowledgement>(), Ok(acknowledgement));
         let json = serde_json::to_string(&acknowledgement).expect("numbers");
         prop_assert_eq!(serde_json::from_str::<Acknowledgement>(&json).ok(), Some(acknowledgement));
+    }
+
+    #[test]
+    fn a_request_may_leave_out_what_a_simple_controller_does_not_know(
+        seq: Option<u64>,
+        t_send_ns: Option<u64>,
+        u in finite(),
+    ) {
+        let seq_field = seq.map(|seq| format!("seq={seq}"));
+        let time_field = t_send_ns.map(|t_ns| format!("t_send_ns={t_ns}"));
+        let fields = [Some(format!("u={u:?}")), seq_field, time_field];
+        let text = fields.into_iter().flatten().collect::<Vec<_>>().join("&");
+        prop_assert_eq!(text.parse(), Ok(Request { seq, t_send_ns, u }));
     }
 
     #[test]

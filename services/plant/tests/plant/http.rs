@@ -6,7 +6,7 @@ use std::{thread, time::Duration};
 use endpoint::{Acknowledgement, ArrivalOutcome, ArrivalRow, State, TickRow};
 use plant::{Config, Ready, serve_until};
 
-use crate::support::{config, exchange, get, observe, rows, with_plant};
+use crate::support::{config, exchange, get, motor, observe, rows, with_plant};
 
 #[test]
 fn a_command_moves_the_plant_and_both_forms_of_answer_say_so() {
@@ -93,7 +93,7 @@ fn bad_requests_are_refused_by_name_and_leave_the_input_alone() {
         (closed("seq=-2&t_send_ns=5&u=1"), 400, "`seq`: `-2`"),
         (closed("seq=2&t_send_ns=now&u=1"), 400, "`t_send_ns`: `now`"),
         (closed("seq=2&t_send_ns=5"), 400, "`u` is missing"),
-        (plain("/closed"), 400, "`seq` is missing"),
+        (plain("/closed"), 400, "`u` is missing"),
         (
             closed("seq=2&t_send_ns=5&u=1&u=1"),
             400,
@@ -198,7 +198,9 @@ fn what_cannot_be_had_is_named() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let never = || std::future::pending::<std::io::Result<()>>();
     let refuse = |config: &Config| {
-        let error = serve_until(config, never(), |_| panic!("it cannot be ready"));
+        let error = serve_until(config, motor(config), never(), |_| {
+            panic!("it cannot be ready")
+        });
         error.expect_err("it cannot run").to_string()
     };
 
@@ -228,7 +230,8 @@ fn what_cannot_be_had_is_named() {
 fn a_plant_that_is_stopped_at_once_leaves_files_with_headers() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at_once = std::future::ready(Ok(()));
-    let report = serve_until(&config(folder.path()), at_once, |_| {}).expect("no errors");
+    let config = config(folder.path());
+    let report = serve_until(&config, motor(&config), at_once, |_| {}).expect("no errors");
     assert_eq!(report.arrivals, 0);
     let text = std::fs::read_to_string(folder.path().join("arrivals.csv")).expect("the file");
     assert_eq!(text, "n,seq,t_send_ns,t_arrive_ns,tick,u,outcome\n");

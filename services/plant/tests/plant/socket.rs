@@ -117,7 +117,7 @@ fn a_message_that_cannot_be_read_ends_the_socket_with_the_reason() {
     let long_key = format!("seq=0&t_send_ns=5&u=1&{}=1", "é".repeat(60));
     // What is sent, the code, and what the reason says.
     let table = [
-        (Message::text(""), 1008, "`seq` is missing"),
+        (Message::text(""), 1008, "`u` is missing"),
         (Message::text("hello"), 1008, "`hello` is unknown"),
         (Message::text("seq=0&t_send_ns=5&u=NaN"), 1008, "`u`: `NaN`"),
         (Message::text(long_key), 1008, "is unknown"),

@@ -10,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use control::preset;
+use control::{Stepper, preset};
 use endpoint::{Hold, Late, Observation, PlantSettings, SampleTime, report};
 use plant::{Config, Ready, ServeError, serve_until};
 use tokio::sync::oneshot;
@@ -24,11 +24,16 @@ pub(crate) fn config(out: &Path) -> Config {
             hold: Hold::Last,
             tick_noise: None,
         },
-        plant: preset::paper_plant(),
         law: None,
         out: out.to_owned(),
         fifo: false,
     }
+}
+
+/// The paper's motor at the h of a plant's settings.
+pub(crate) fn motor(config: &Config) -> Stepper {
+    let sampled = preset::paper_plant().sampled(config.settings.h.ns());
+    sampled.expect("it can be sampled").stepper()
 }
 
 /// Done when its other half is dropped, also by a test that fails.
@@ -46,7 +51,7 @@ pub(crate) fn with_plant(
     let (ready, is_ready) = mpsc::channel();
     let (stop, stopped) = oneshot::channel();
     let plant = thread::spawn(move || {
-        serve_until(&config, dropped(stopped), |facts| {
+        serve_until(&config, motor(&config), dropped(stopped), |facts| {
             ready.send(facts).expect("the test waits");
         })
     });

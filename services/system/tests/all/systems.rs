@@ -17,7 +17,7 @@ fn built_in(name: &str) -> System {
 #[test]
 fn the_first_is_the_paper_s_to_the_last_bit() {
     let paper = System::paper();
-    assert_eq!(paper.plant(), &preset::paper_plant());
+    assert_eq!(paper.plant().linear(), Some(&preset::paper_plant()));
     assert!(paper.is_paper() && paper.r() == 1.0);
     for text in ["1ms", "3ms", "100ms"] {
         let own = paper.at(h(text)).expect("sampled");
@@ -254,5 +254,70 @@ fn the_schema_beside_them_is_the_types_and_each_names_it() {
             text.starts_with("#:schema ./system.schema.json\n"),
             "{name}"
         );
+    }
+}
+
+/// The lag's law with a plant of these lines.
+fn with_plant(plant: &str) -> String {
+    format!("name = \"own\"\n[plant]\n{plant}\n[controller]\nlaw = \"pid\"\nkp = 1.0\n")
+}
+
+#[test]
+fn a_plant_that_is_a_program_has_a_law_and_no_model() {
+    let system = System::read(&with_plant("run = [\"python3\", \"./tank.py\"]")).expect("a system");
+    let run = ["python3".to_owned(), "./tank.py".to_owned()];
+    assert_eq!(system.plant_program(), Some(&run[..]));
+    assert!(system.plant().linear().is_none() && !system.is_unstable());
+    assert!(system.law_at(h("3ms")).is_ok());
+    let unfit = system.at(h("3ms")).expect_err("no model").to_string();
+    assert!(unfit.contains("its plant is a program"), "{unfit}");
+    // A law with a model in it needs one.
+    let smith = with_plant("run = [\"tank\"]").replace("\"pid\"", "\"smith\"");
+    let unfit = System::read(&smith).expect("a system").law_at(h("3ms"));
+    let unfit = unfit.expect_err("no model").to_string();
+    assert!(unfit.contains("law `smith` needs"), "{unfit}");
+    for (plant, problem) in [
+        ("run = []", "nothing to `run`"),
+        ("run = [\"\"]", "nothing to `run`"),
+        ("run = [\"tank\"]\nnum = [1.0]", "has `num` too"),
+        (
+            "run = [\"tank\"]\ndead_time = \"5ms\"",
+            "has `dead_time` too",
+        ),
+    ] {
+        let fault = System::read(&with_plant(plant)).expect_err(plant);
+        assert!(fault.problem.contains(problem), "{plant}: {fault}");
+    }
+}
+
+#[test]
+fn what_surrounds_a_plant_is_read_with_its_place() {
+    const LAG: &str = "num = [1.0]\nden = [0.2, 1.0]\n";
+    let bare = System::read(&with_plant(LAG)).expect("a system");
+    assert_eq!(bare.surroundings(), None);
+    let around = "[plant.actuator]\nmax = 2.0\n[plant.disturbance]\nsize = -0.5\nfrom = \"2s\"\n\
+                  [plant.sensor]\nnoise = 0.1\n";
+    let system = System::read(&with_plant(&format!("{LAG}{around}"))).expect("a system");
+    let told = system.surroundings().expect("they are there");
+    assert_eq!(told.limits, (f64::NEG_INFINITY, 2.0));
+    let disturbance = told.disturbance.expect("it is there");
+    assert_eq!(
+        (disturbance.size, disturbance.from_ns),
+        (-0.5, 2_000_000_000)
+    );
+    assert_eq!((told.noise, told.resolution), (0.1, 0.0));
+    for (around, problem) in [
+        ("[plant.actuator]\nmin = 1.0\nmax = 1.0", "are empty"),
+        ("[plant.sensor]\nnoise = -1.0", "noise is -1"),
+        ("[plant.sensor]\nresolution = 0.0", "resolution is 0"),
+        ("[plant.disturbance]\nsize = inf", "size is inf"),
+        (
+            "[plant.disturbance]\nsize = 1.0\nfrom = \"soon\"",
+            "from is `soon`",
+        ),
+    ] {
+        let fault = System::read(&with_plant(&format!("{LAG}{around}"))).expect_err(around);
+        assert!(fault.problem.contains(problem), "{around}: {fault}");
+        assert!(fault.line > 4, "{around}: {fault}");
     }
 }

@@ -47,7 +47,7 @@ fn is_run(line: &str, folder: &Path) -> bool {
 
 /// Writes the files that the page gives a name.
 fn write_files(page: &Page, folder: &Path) {
-    for language in ["toml", "text"] {
+    for language in ["toml", "text", "python"] {
         for block in page.blocks(language) {
             let first = block.text.lines().next().unwrap_or_default();
             let name = first.strip_prefix("# ").unwrap_or_default();
@@ -72,6 +72,8 @@ pub(crate) fn check(page: &Page) {
             line.clone()
         } else {
             let command = line.split(['>', '|']).next().unwrap_or_default();
+            // What follows is somebody's program.
+            let command = command.split(" -- ").next().unwrap_or_default();
             format!("{command} --help")
         };
         let path = Path::new(WEBLOOP).parent().unwrap().display();

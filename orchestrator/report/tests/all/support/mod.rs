@@ -226,6 +226,7 @@ pub(crate) fn plant(rows: &Rows) -> Plant {
             server: fifo(45),
             open_files: 1024,
         },
+        program: None,
     }
 }
 
@@ -383,7 +384,7 @@ impl Rows {
         self.arrivals.push(ArrivalRow {
             n: seq,
             seq,
-            t_send_ns,
+            t_send_ns: Some(t_send_ns),
             t_arrive_ns,
             tick,
             u: 0.0,

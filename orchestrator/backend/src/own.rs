@@ -1,0 +1,216 @@
+//! A run of a controller of one's own: whether it kept the contract by what the plant saw of it, and its
+//! messages, which the plant's rows have too.
+//!
+//! How its process did is its supervisor's to say, in `agent`.
+
+use std::fs;
+use std::path::Path;
+
+use endpoint::{ArrivalRow, MessageOutcome, MessageRow, Mode};
+use plan::{Cell, file_name};
+
+use crate::record::rows;
+use crate::report::Reports;
+use crate::{RunError, folder};
+
+/// The folder for its own files, in the run's folder.
+pub(crate) const FOLDER: &str = "own";
+
+/// Messages beyond those due are a flood if there are more than this, and more than once again as many.
+const FLOOD: u64 = 100;
+
+/// The plant may refuse one message, and one more of so many.
+const REFUSED_OF: u64 = 100;
+
+/// Checks the messages of a run whose first was due at `start_ns`, and leaves them as `messages.csv`: the
+/// controller's own rows if it left such a file, or else those that the plant saw.
+pub(crate) fn settle(cell: &Cell, start_ns: u64, folder: &Path) -> Result<(), RunError> {
+    let arrivals: Vec<ArrivalRow> = rows(&folder.join(file_name::ARRIVALS))?;
+    let refused = Reports::read(folder)
+        .plant
+        .map_or(0, |plant| plant.refused());
+    if let Some(breach) = breach(cell, start_ns, &arrivals, refused) {
+        return Err(RunError::role("controller", breach));
+    }
+    let (own, path) = (
+        folder.join(FOLDER).join(file_name::MESSAGES),
+        folder.join(file_name::MESSAGES),
+    );
+    let text = if own.is_file() {
+        rows::<MessageRow>(&own)?;
+        fs::read(&own).map_err(|problem| RunError::write(&own, problem))?
+    } else {
+        text(&messages(cell, start_ns, &arrivals))
+            .map_err(|problem| RunError::write(&path, problem))?
+    };
+    folder::write_whole(&path, &text)
+}
+
+/// How the messages break the contract, as the end of a sentence about the controller.
+fn breach(cell: &Cell, start_ns: u64, arrivals: &[ArrivalRow], refused: u64) -> Option<String> {
+    let (sent, due, h_ns) = (arrivals.len() as u64, cell.due(), cell.settings.h.ns());
+    let Some(first) = arrivals.first() else {
+        return Some(match refused {
+            0 => "sent no message to the plant".to_owned(),
+            _ => format!(
+                "sent no message that the plant took; it refused {refused} requests (plant.log)"
+            ),
+        });
+    };
+    if first.t_arrive_ns + h_ns < start_ns {
+        let early_ms = (start_ns - first.t_arrive_ns) as f64 * 1e-6;
+        return Some(format!(
+            "sent its first message {early_ms:.0} ms early; wait until WEBLOOP_START"
+        ));
+    }
+    if sent > 2 * due + FLOOD {
+        return Some(format!(
+            "flooded the plant: {sent} messages, and {due} were due; send one every h"
+        ));
+    }
+    if refused > 1 + (sent + refused) / REFUSED_OF {
+        return Some(format!(
+            "was refused {refused} times, beside {sent} messages that the plant took (plant.log)"
+        ));
+    }
+    None
+}
+
+/// The messages as the plant saw them, and the deadlines without one.
+///
+/// They have the controller's numbers if these count its messages, or else those of their arrivals.
+fn messages(cell: &Cell, start_ns: u64, arrivals: &[ArrivalRow]) -> Vec<MessageRow> {
+    let (due, h_ns) = (cell.due(), cell.settings.h.ns());
+    let end = due.max(arrivals.len() as u64);
+    let mut by_number: Vec<Option<&ArrivalRow>> = vec![None; end as usize];
+    let is_counted = arrivals.iter().all(|row| {
+        let place = by_number.get_mut(row.seq as usize);
+        place.is_some_and(|place| place.replace(row).is_none())
+    });
+    if !is_counted {
+        by_number.fill(None);
+        for (place, row) in by_number.iter_mut().zip(arrivals) {
+            *place = Some(row);
+        }
+    }
+    let is_closed = cell.settings.mode == Mode::Closed;
+    let message = |(seq, row): (u64, &Option<&ArrivalRow>)| MessageRow {
+        seq,
+        t_due_ns: start_ns.saturating_add(seq.saturating_mul(h_ns)),
+        t_send_ns: row.and_then(|row| row.t_send_ns),
+        t_receive_ns: None,
+        t_arrive_ns: row.map(|row| row.t_arrive_ns),
+        r: cell.settings.r,
+        y: None,
+        e: None,
+        u: row.map(|row| row.u),
+        tick: row.filter(|_| is_closed).map(|row| row.tick),
+        outcome: match row {
+            Some(_) => MessageOutcome::Arrived,
+            None => MessageOutcome::Missed,
+        },
+    };
+    (0..).zip(&by_number).map(message).collect()
+}
+
+fn text(messages: &[MessageRow]) -> std::io::Result<Vec<u8>> {
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    for row in messages {
+        csv.serialize(row).map_err(std::io::Error::other)?;
+    }
+    csv.into_inner().map_err(csv::IntoInnerError::into_error)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use endpoint::ArrivalOutcome;
+    use plan::{Instead, Plan, ProfileText};
+
+    use super::*;
+
+    const START_NS: u64 = 5_000_000_000;
+
+    /// A cell of a hundred messages, at 100 Hz.
+    fn cell() -> Cell {
+        let source = "name = \"own\"\n[[cells]]\ntopology = \"arima\"\nmode = \"closed\"\nh = \"10ms\"\n\
+                      client = { name = \"mine\", run = [\"mine\"] }\nduration = \"1s\"\n";
+        let profile = |name: &str| {
+            Ok(ProfileText {
+                source: link::Profile::builtin(name).unwrap().to_owned(),
+                ..ProfileText::default()
+            })
+        };
+        Plan::resolve(source, "own.toml", &Instead::default(), profile)
+            .unwrap()
+            .cells
+            .remove(0)
+    }
+
+    fn arrivals(
+        count: u64,
+        seq: impl Fn(u64) -> u64,
+        first_ns: u64,
+        every_ns: u64,
+    ) -> Vec<ArrivalRow> {
+        let row = |n| ArrivalRow {
+            n,
+            seq: seq(n),
+            t_send_ns: None,
+            t_arrive_ns: first_ns + n * every_ns,
+            tick: n,
+            u: 0.5,
+            outcome: ArrivalOutcome::Applied,
+        };
+        (0..count).map(row).collect()
+    }
+
+    #[test]
+    fn each_breach_is_named_and_a_plain_controller_has_none() {
+        let cell = cell();
+        let said = |rows: &[ArrivalRow], refused| breach(&cell, START_NS, rows, refused);
+        let good = arrivals(100, |n| n, START_NS, 10_000_000);
+        assert_eq!(said(&good, 1), None);
+        for (words, rows, refused) in [
+            ("no message to the plant", vec![], 0),
+            ("refused 7 requests", vec![], 7),
+            (
+                "500 ms early",
+                arrivals(100, |n| n, START_NS - 500_000_000, 10_000_000),
+                0,
+            ),
+            ("flooded", arrivals(301, |n| n, START_NS, 1_000_000), 0),
+            ("refused 20 times", good.clone(), 20),
+        ] {
+            let said = said(&rows, refused).unwrap();
+            assert!(said.contains(words), "{words}: {said}");
+        }
+    }
+
+    #[test]
+    fn messages_have_their_own_numbers_or_those_of_their_arrivals() {
+        let cell = cell();
+        // Every second message was sent.
+        let rows = messages(
+            &cell,
+            START_NS,
+            &arrivals(50, |n| 2 * n, START_NS, 20_000_000),
+        );
+        assert_eq!(rows.len(), 100);
+        assert!(
+            rows.iter()
+                .all(|row| (row.outcome == MessageOutcome::Arrived) == (row.seq % 2 == 0))
+        );
+        // Numbers that repeat count nothing.
+        let rows = messages(
+            &cell,
+            START_NS,
+            &arrivals(90, |n| n / 2, START_NS, 10_000_000),
+        );
+        assert!(
+            rows.iter()
+                .all(|row| (row.outcome == MessageOutcome::Arrived) == (row.seq < 90))
+        );
+        assert!((0..).zip(&rows).all(|(seq, row)| row.seq == seq));
+    }
+}

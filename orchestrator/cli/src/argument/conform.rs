@@ -1,0 +1,42 @@
+//! Arguments of the test of a controller or a plant against its contract.
+
+// The comments on arguments are their help, printed as they stand.
+#![allow(clippy::doc_markdown)]
+
+use std::path::PathBuf;
+
+use clap::Args;
+use endpoint::SampleTime;
+
+#[derive(Debug, Args)]
+pub(crate) struct Conform {
+    /// The controller, or the plant: its program and arguments
+    #[arg(last = true, required_unless_present = "list", value_name = "COMMAND")]
+    pub(crate) command: Vec<String>,
+    /// Test a plant: a program that reads u and prints y
+    #[arg(long)]
+    pub(crate) plant: bool,
+    /// Sample time, from 1ms to 100ms
+    #[arg(long, default_value = "10ms", value_name = "TIME", value_parser = sample_time)]
+    pub(crate) h: SampleTime,
+    /// Write the outcomes as JUnit XML too
+    #[arg(long, value_name = "FILE")]
+    pub(crate) junit: Option<PathBuf>,
+    /// Keep each trial's folder, with the controller's log, in this new folder
+    #[arg(long, value_name = "DIR", conflicts_with = "plant")]
+    pub(crate) keep: Option<PathBuf>,
+    /// List the trials and what each asks, and run nothing
+    #[arg(long)]
+    pub(crate) list: bool,
+}
+
+fn sample_time(text: &str) -> Result<SampleTime, String> {
+    const MS: u64 = 1_000_000;
+    let h: SampleTime = text.parse().map_err(|problem| format!("{problem}"))?;
+    // A trial lasts some seconds, so a longer h leaves too few messages to judge.
+    if (MS..=100 * MS).contains(&h.ns()) {
+        Ok(h)
+    } else {
+        Err("give a time from 1ms to 100ms, like 10ms".to_owned())
+    }
+}

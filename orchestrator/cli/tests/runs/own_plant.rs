@@ -1,0 +1,176 @@
+//! Plants of one's own: a motor that is a program equals the built-in one, a pendulum is held in real and in
+//! virtual time, and each plant that breaks its contract fails by name and leaves nothing behind.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use endpoint::TickRow;
+use plan::Verdict;
+
+use crate::process::{gone, namespaces_of, of_run};
+use crate::webloop::{code, command, manifest, run_undisturbed, said};
+
+/// The checkout, whose examples are run.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+/// Nothing of a plant may be left after this.
+const GONE_WITHIN: Duration = Duration::from_secs(5);
+
+/// What all the bad plants begin with: a lag, until `k` is 100.
+const GOOD: &str = "
+import os, sys, time
+h = float(os.environ['WEBLOOP_H_S'])
+y = 0.0
+print(y, flush=True)
+for k, line in enumerate(sys.stdin):
+    y += 5 * h * (float(line) - y)
+";
+
+/// Bad plants: name, what each does at a step, and what is said of it.
+const BAD: [(&str, &str, &str); 5] = [
+    ("dies", "if k == 100: sys.exit(3)", "exit code 3"),
+    (
+        "hangs",
+        "if k == 100: time.sleep(60)",
+        "did not print y of step 100",
+    ),
+    ("words", "if k == 100: print('hot')", "is no number"),
+    ("slow", "time.sleep(1.3 * h)", "needed longer than h"),
+    (
+        "forks",
+        "if k == 100 and [os.fork() for _ in range(5)]: time.sleep(60)",
+        "did not print y of step 100",
+    ),
+];
+
+/// An experiment over these systems, in a folder of its own.
+fn experiment(folder: &Path, topologies: &[&str], systems: &[String], duration: &str) -> PathBuf {
+    let text = format!(
+        "name = \"plants\"\n[[cells]]\ntopology = {topologies:?}\nclient = \"native\"\nsystem = {systems:?}\n\
+         mode = \"closed\"\nh = \"10ms\"\nduration = \"{duration}\"\n"
+    );
+    let file = folder.join("plants.toml");
+    fs::write(&file, text).unwrap();
+    file
+}
+
+/// The outputs of each cell of a campaign, by topology and system.
+fn outputs(out: &Path) -> BTreeMap<(String, String), Vec<f64>> {
+    let cells = fs::read_dir(out.join("cells")).unwrap().flatten();
+    cells
+        .map(|cell| {
+            let manifest = manifest(&cell.path());
+            assert_eq!(
+                manifest.verdict,
+                Verdict::Complete,
+                "{:?}",
+                manifest.reasons
+            );
+            let mut rows = csv::Reader::from_path(cell.path().join("ticks.csv")).unwrap();
+            let outputs = rows.deserialize().map(|row| {
+                let row: TickRow = row.unwrap();
+                row.y
+            });
+            let cell = manifest.cell;
+            ((cell.topology, cell.system), outputs.collect())
+        })
+        .collect()
+}
+
+pub(crate) fn a_motor_of_one_s_own_equals_the_built_in_one() -> Result<(), String> {
+    if python::version().is_err() {
+        return Err("no python here".to_owned());
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let systems = [
+        "motor".to_owned(),
+        format!("{ROOT}/examples/plants/motor.toml"),
+    ];
+    let file = experiment(
+        folder.path(),
+        &["arima", "couva", "diego-vpn"],
+        &systems,
+        "10s",
+    );
+    let out = folder.path().join("out");
+    let mut run = command();
+    run.arg("run")
+        .arg(&file)
+        .args(["--backend", "sim", "--out"])
+        .arg(&out);
+    let output = run.output().unwrap();
+    assert_eq!(code(&output), Some(0), "{}", said(&output));
+    let outputs = outputs(&out);
+    for topology in ["arima", "couva", "diego-vpn"] {
+        let of = |system: &str| &outputs[&(topology.to_owned(), system.to_owned())];
+        let (built_in, own) = (of("motor"), of("my-motor"));
+        assert_eq!(built_in.len(), own.len(), "{topology}");
+        assert!(built_in.len() > 1_000, "{topology}");
+        let pairs = built_in.iter().zip(own);
+        let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        println!("  over {topology} they differ by {worst:e} at the most");
+        assert!(worst < 1e-9, "{topology}: {worst}");
+    }
+    Ok(())
+}
+
+pub(crate) fn a_pendulum_of_one_s_own_is_held_over_a_link() -> Result<(), String> {
+    if python::version().is_err() {
+        return Err("no python here".to_owned());
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let systems = [format!("{ROOT}/examples/plants/pendulum.toml")];
+    let file = experiment(folder.path(), &["arima"], &systems, "4s");
+    for backend in ["netns", "sim"] {
+        let out = folder.path().join(backend);
+        run_undisturbed(&file, &out, backend)?;
+        let outputs = outputs(&out);
+        let last = *outputs.values().next().unwrap().last().unwrap();
+        assert!((last - 0.1).abs() < 0.02, "{backend}: it is at {last}");
+    }
+    Ok(())
+}
+
+pub(crate) fn a_plant_that_breaks_its_contract_fails_by_name_and_leaves_nothing()
+-> Result<(), String> {
+    if python::version().is_err() {
+        return Err("no python here".to_owned());
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let system = |(name, text): (&str, &str)| {
+        let program = format!("{GOOD}    {text}\n    print(y, flush=True)\n");
+        fs::write(folder.path().join(format!("{name}.py")), program).unwrap();
+        let text = format!(
+            "name = \"{name}\"\n[plant]\nrun = [\"python3\", \"./{name}.py\"]\n\
+             [controller]\nlaw = \"pid\"\nkp = 1.0\nki = 2.0\n"
+        );
+        let file = folder.path().join(format!("{name}.toml"));
+        fs::write(&file, text).unwrap();
+        file.display().to_string()
+    };
+    let mut systems: Vec<String> = BAD
+        .iter()
+        .map(|(name, text, _)| system((name, text)))
+        .collect();
+    // Last, so that all others have had their chance to harm it.
+    systems.push(system(("good", "pass")));
+    let file = experiment(folder.path(), &["arima"], &systems, "2s");
+    let out = folder.path().join("out");
+    let manifests = run_undisturbed(&file, &out, "netns")?;
+    gone(&out, &namespaces_of(&of_run(&out)), GONE_WITHIN);
+    assert_eq!(manifests.len(), systems.len());
+    for manifest in manifests {
+        let (name, reasons) = (manifest.cell.system, manifest.reasons.join("; "));
+        println!("  {name}: {reasons}");
+        match BAD.iter().find(|(bad, ..)| *bad == name) {
+            None => assert_eq!(manifest.verdict, Verdict::Complete, "{reasons}"),
+            Some((.., words)) => {
+                assert_eq!(manifest.verdict, Verdict::Failed, "{name}: {reasons}");
+                assert!(reasons.contains(words), "{name}: {reasons}");
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,55 @@
+//! Times apart from each other, and those when a processor stood still.
+
+use std::ops::Range;
+
+use certificate::Pause;
+
+use crate::terms::ms;
+
+/// Disjoint times, in order, monotonic ns.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Times(Vec<Range<u64>>);
+
+impl Times {
+    /// Adds a time that starts no earlier than those before; it joins one that it touches.
+    pub(crate) fn join(&mut self, time: Range<u64>) {
+        match self.0.last_mut() {
+            Some(last) if time.start <= last.end => last.end = last.end.max(time.end),
+            _ => self.0.push(time),
+        }
+    }
+
+    /// The times that end after an instant.
+    pub(crate) fn after(&self, t_ns: u64) -> impl Iterator<Item = &Range<u64>> {
+        let first = self.0.partition_point(|time| time.end <= t_ns);
+        self.0.iter().skip(first)
+    }
+}
+
+/// When a processor stood still.
+#[derive(Debug, Clone, Default)]
+pub struct Still(Times);
+
+impl Still {
+    /// Joins the gaps in the pulse of all processors: any of them may have handled the message.
+    #[must_use]
+    pub fn of(gaps: &[Pause]) -> Still {
+        let times = gaps
+            .iter()
+            .map(|gap| gap.t_ns.saturating_sub(gap.ns)..gap.t_ns);
+        let mut times: Vec<Range<u64>> = times.collect();
+        times.sort_unstable_by_key(|time| time.start);
+        let mut apart = Times::default();
+        for time in times {
+            apart.join(time);
+        }
+        Still(apart)
+    }
+
+    /// How long a processor stood still between two instants, ms.
+    pub(crate) fn between_ms(&self, from_ns: u64, to_ns: u64) -> f64 {
+        let met = self.0.after(from_ns).take_while(|time| time.start < to_ns);
+        met.map(|time| ms(time.end.min(to_ns).saturating_sub(time.start.max(from_ns))))
+            .sum()
+    }
+}

@@ -1,0 +1,184 @@
+//! What lies between a plant's model and its two sides: an actuator with limits, a disturbance at the input,
+//! a sensor with noise and a resolution.
+//!
+//! Noise is drawn from the number of the step and the seed alone, so a run can be repeated, and real and
+//! virtual time draw the same.
+
+use crate::model::Model;
+use crate::noise::Draws;
+
+/// What surrounds a model; by default nothing does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surroundings {
+    /// The least and the greatest input that the actuator gives.
+    pub limits: (f64, f64),
+    /// What is added to the input behind the actuator.
+    pub disturbance: Option<Disturbance>,
+    /// Standard deviation of the sensor's noise, which is normal and independent from step to step.
+    pub noise: f64,
+    /// The sensor shows whole multiples of this; 0 for any number.
+    pub resolution: f64,
+}
+
+/// A step at the plant's input.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Disturbance {
+    /// How great it is, in units of u.
+    pub size: f64,
+    /// From when on, ns after the loop's start.
+    pub from_ns: u64,
+}
+
+impl Default for Surroundings {
+    fn default() -> Self {
+        Self {
+            limits: (f64::NEG_INFINITY, f64::INFINITY),
+            disturbance: None,
+            noise: 0.0,
+            resolution: 0.0,
+        }
+    }
+}
+
+/// A model within its surroundings.
+#[derive(Debug, Clone)]
+pub struct Surrounded<M> {
+    model: M,
+    surroundings: Surroundings,
+    draws: Draws,
+    /// The loop's start on the clock of the ticks, ns; the first tick's where it is not known.
+    start_ns: Option<u64>,
+    /// Number of steps done.
+    steps: u64,
+}
+
+impl<M: Model> Surrounded<M> {
+    /// `model` within `surroundings`; `seed` is the noise's.
+    #[must_use]
+    pub fn new(model: M, surroundings: Surroundings, seed: u64, start_ns: Option<u64>) -> Self {
+        // Another stream than that of the ticks' noise, which may have the same seed.
+        const STREAM: u64 = 0x5e75_0a11_0f4e_0157;
+        Self {
+            model,
+            surroundings,
+            draws: Draws::new(seed ^ STREAM),
+            start_ns,
+            steps: 0,
+        }
+    }
+}
+
+impl<M: Model> Model for Surrounded<M> {
+    fn step(&mut self, u: f64, due_ns: u64) -> f64 {
+        let start_ns = *self.start_ns.get_or_insert(due_ns);
+        let (least, greatest) = self.surroundings.limits;
+        let acting = self
+            .surroundings
+            .disturbance
+            .filter(|one| due_ns >= start_ns.saturating_add(one.from_ns));
+        self.steps += 1;
+        // Not `clamp`, which panics on limits that are no numbers.
+        let given = u.max(least).min(greatest);
+        // Adding nothing would make a plain zero of -0.
+        let input = acting.map_or(given, |one| given + one.size);
+        self.model.step(input, due_ns)
+    }
+
+    fn measured(&mut self, y: f64) -> f64 {
+        let Surroundings {
+            noise, resolution, ..
+        } = self.surroundings;
+        let mut shown = self.model.measured(y);
+        if noise > 0.0 {
+            shown += noise * self.draws.normal(self.steps);
+        }
+        if resolution > 0.0 {
+            shown = (shown / resolution).round() * resolution;
+        }
+        shown
+    }
+
+    fn at_rest(&self) -> f64 {
+        self.model.at_rest()
+    }
+
+    fn is_broken(&self) -> bool {
+        self.model.is_broken()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Gives its input back.
+    #[derive(Clone)]
+    struct Wire;
+
+    impl Model for Wire {
+        fn step(&mut self, u: f64, _: u64) -> f64 {
+            u
+        }
+    }
+
+    #[test]
+    fn nothing_around_a_model_changes_nothing() {
+        let mut bare = Surrounded::new(Wire, Surroundings::default(), 7, None);
+        for u in [0.0, -0.0, 1e300, -2.5e-9] {
+            let y = bare.step(u, 0);
+            assert_eq!(bare.measured(y).to_bits(), u.to_bits());
+        }
+    }
+
+    #[test]
+    fn a_disturbance_is_added_behind_the_limits_from_its_time_on() {
+        let surroundings = Surroundings {
+            limits: (-1.0, 1.0),
+            disturbance: Some(Disturbance {
+                size: 0.5,
+                from_ns: 20,
+            }),
+            ..Surroundings::default()
+        };
+        let mut plant = Surrounded::new(Wire, surroundings, 0, Some(100));
+        let steps = [(3.0, 90), (3.0, 110), (3.0, 120), (-3.0, 130)];
+        let outputs = steps.map(|(u, due_ns)| plant.step(u, due_ns));
+        assert_eq!(outputs, [1.0, 1.0, 1.5, -0.5]);
+    }
+
+    #[test]
+    fn noise_has_its_standard_deviation_and_is_the_seed_s() {
+        let surroundings = Surroundings {
+            noise: 0.1,
+            ..Surroundings::default()
+        };
+        let shown = |seed| {
+            let mut plant = Surrounded::new(Wire, surroundings, seed, None);
+            let mut shown = Vec::new();
+            for k in 0..20_000 {
+                let y = plant.step(1.0, k);
+                shown.push(plant.measured(y));
+            }
+            shown
+        };
+        let one = shown(1);
+        let mean = one.iter().sum::<f64>() / one.len() as f64;
+        let squares: f64 = one.iter().map(|y| (y - mean).powi(2)).sum();
+        let sd = (squares / one.len() as f64).sqrt();
+        assert!((mean - 1.0).abs() < 0.003, "{mean}");
+        assert!((sd - 0.1).abs() < 0.002, "{sd}");
+        assert_eq!(one, shown(1));
+        assert_ne!(one, shown(2));
+    }
+
+    proptest! {
+        #[test]
+        fn a_sensor_shows_the_nearest_multiple_of_its_resolution(y in -1e3..1e3_f64, resolution in 1e-3..1.0_f64) {
+            let surroundings = Surroundings { resolution, ..Surroundings::default() };
+            let shown = Surrounded::new(Wire, surroundings, 0, None).measured(y);
+            prop_assert!((shown - y).abs() <= resolution * 0.500_001);
+            prop_assert!((shown / resolution - (shown / resolution).round()).abs() < 1e-6);
+        }
+    }
+}

@@ -1,0 +1,7 @@
+"""What `import webloop` offers, with its types."""
+
+from webloop import results as results
+from webloop.own import Controller as Controller
+from webloop.own import control as control
+from webloop.own_plant import Plant as Plant
+from webloop.own_plant import plant as plant

@@ -1,0 +1,52 @@
+//! What surrounds a plant's model, in a system's text.
+
+use endpoint::{Disturbance, Surroundings};
+use toml::Spanned;
+
+use crate::fault::{Fault, Source};
+use crate::file::PlantFile;
+
+/// Reads actuator, disturbance and sensor; `None` if the plant has none of them.
+pub(crate) fn read(
+    source: Source,
+    asked: &Spanned<PlantFile>,
+) -> Result<Option<Surroundings>, Fault> {
+    let file = asked.get_ref();
+    if file.actuator.is_none() && file.disturbance.is_none() && file.sensor.is_none() {
+        return Ok(None);
+    }
+    let mut surroundings = Surroundings::default();
+    if let Some(asked) = &file.actuator {
+        let (least, greatest) = &mut surroundings.limits;
+        if let Some(min) = &asked.get_ref().min {
+            *least = source.finite("min", min)?;
+        }
+        if let Some(max) = &asked.get_ref().max {
+            *greatest = source.finite("max", max)?;
+        }
+        if *least >= *greatest {
+            let problem = format!("the actuator's limits from {least} to {greatest} are empty");
+            return Err(source.fault(asked, problem, "give a min below max"));
+        }
+    }
+    if let Some(asked) = &file.disturbance {
+        let asked = asked.get_ref();
+        surroundings.disturbance = Some(Disturbance {
+            size: source.finite("size", &asked.size)?,
+            from_ns: match &asked.from {
+                Some(text) => source.span_ns("from", text)?,
+                None => 0,
+            },
+        });
+    }
+    if let Some(asked) = &file.sensor {
+        let asked = asked.get_ref();
+        if let Some(noise) = &asked.noise {
+            surroundings.noise = source.positive("noise", noise)?;
+        }
+        if let Some(resolution) = &asked.resolution {
+            surroundings.resolution = source.positive("resolution", resolution)?;
+        }
+    }
+    Ok(Some(surroundings))
+}
