@@ -6,10 +6,14 @@
 #   webloop-python     beside Python
 #   webloop-chromium   beside Chromium
 #   webloop-firefox    beside Firefox
+#   webloop-own        put into an image of somebody's own, named by the argument OWN
 #
 # Dependencies are a layer of their own: it is built again when a Cargo.toml or Cargo.lock
 # changes, and not for a source. Builds with BuildKit and with the classic builder.
 # Left out: tests.
+
+# None, so that the other targets need no image of anybody's.
+ARG OWN=webloop
 
 FROM rust:1-slim-bookworm AS manifests
 WORKDIR /webloop
@@ -101,3 +105,8 @@ COPY --from=build /usr/local/bin/webloop /usr/local/bin/webloop
 COPY LICENSE /usr/share/doc/webloop/LICENSE
 USER 1000:1000
 ENTRYPOINT ["webloop"]
+
+# It keeps what that image starts by itself; webloop is started by name.
+FROM ${OWN} AS webloop-own
+COPY --from=build /usr/local/bin/webloop /usr/local/bin/webloop
+COPY LICENSE /usr/share/doc/webloop/LICENSE

@@ -7,10 +7,13 @@ use plan::Client;
 
 use crate::refusal::Refusal;
 
+/// The role that runs a program of somebody's own.
+const OWN: &str = "program";
+
 /// Finds a role by the name that `webloop serve` uses; refuses one that agents do not start.
 pub(crate) fn role(asked: &str) -> Result<&'static str, Refusal> {
     let clients = Client::ALL.map(|client| client.spec().role);
-    let mut roles = [&["plant"][..], &clients, &["link", "ask", "hear"]].concat();
+    let mut roles = [&["plant"][..], &clients, &[OWN, "link", "ask", "hear"]].concat();
     roles.dedup();
     let known = roles.iter().copied().find(|role| *role == asked);
     known.ok_or_else(|| Refusal::Role(asked.chars().take(40).collect(), roles.join(", ")))
@@ -20,7 +23,7 @@ pub(crate) fn role(asked: &str) -> Result<&'static str, Refusal> {
 /// themselves when they were held up, and a slow machine has no time to watch them as well.
 pub(crate) fn is_watched(role: &str) -> bool {
     let mut clients = Client::ALL.into_iter().map(Client::spec);
-    clients.any(|spec| spec.role == role && !spec.allowance.keeps_time)
+    role == OWN || clients.any(|spec| spec.role == role && !spec.allowance.keeps_time)
 }
 
 #[cfg(test)]

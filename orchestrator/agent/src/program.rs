@@ -6,13 +6,16 @@
 use std::ffi::OsString;
 use std::fs;
 use std::io::{self, PipeReader, Read, Write};
+use std::os::fd::OwnedFd;
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use pace::now_ns;
+use rustix::process::{Pid, Signal, WaitOptions, getpid, kill_process, set_child_subreaper, wait};
 
+use crate::look::family;
 use crate::role::exit_code;
 use crate::spawn;
 
@@ -30,6 +33,9 @@ const LOOKS_PER_COUNT: u64 = 10;
 
 /// Most of what it prints that is kept, bytes.
 const LOG_BYTES: usize = 1 << 20;
+
+/// The folder for its own files, in the run's folder.
+pub const OWN: &str = "own";
 
 /// A program to be supervised.
 #[derive(Debug)]
@@ -62,10 +68,11 @@ pub struct Ended {
 /// Starts a program, waits for its end, and ends it when its time is over or `stop` is set. Nothing of it
 /// is left afterwards. What it prints goes to standard error, up to 1 MiB.
 ///
-/// The calling thread's later children are in the program's PID namespace, so there should be none.
+/// The calling thread's later children are in the program's PID namespace, so there should be none. Where
+/// namespaces are not allowed, all children of this process are taken for the program's.
 ///
 /// # Errors
-/// When namespaces are not allowed, or a process cannot be started.
+/// When a process cannot be started.
 pub fn supervise(
     program: &Program<'_>,
     ready: impl FnOnce(),
@@ -88,8 +95,19 @@ pub fn supervise(
         .stderr(writer);
     let log = keep(printed)?;
     // From here on this thread can start no other.
-    spawn::separate()?;
-    spawn::confine(&mut command);
+    let is_separate = match spawn::separate() {
+        Ok(()) => {
+            spawn::confine(&mut command);
+            true
+        }
+        // In a container nobody may, and its end is the end of all that is in it.
+        Err(problem) if problem.kind() == io::ErrorKind::PermissionDenied => {
+            set_child_subreaper(Some(getpid()))?;
+            spawn::bind(&mut command, None::<&OwnedFd>)?;
+            false
+        }
+        Err(problem) => return Err(problem),
+    };
     let mut child = command.spawn()?;
     // It has this end of the pipe, and the log ends when all of its own are closed.
     drop(command);
@@ -99,9 +117,30 @@ pub fn supervise(
         let _ = child.kill();
         let _ = child.wait();
     }
+    if !is_separate {
+        end_descendants();
+    }
     // With the first process all are gone that could write.
     let _ = log.join();
     ended
+}
+
+/// Kills what a program left behind, all of which has become this process's, and waits for it.
+fn end_descendants() {
+    let own = std::process::id();
+    let deadline = now_ns() + STOP_WITHIN_NS;
+    loop {
+        let left = family(own).into_iter().filter(|pid| *pid != own);
+        for pid in left.filter_map(|pid| Pid::from_raw(i32::try_from(pid).ok()?)) {
+            let _ = kill_process(pid, Signal::KILL);
+        }
+        while let Ok(Some(_)) = wait(WaitOptions::NOHANG) {}
+        // No child is left, or one cannot be ended.
+        if wait(WaitOptions::NOHANG).is_err() || now_ns() > deadline {
+            return;
+        }
+        thread::sleep(LOOK_EVERY);
+    }
 }
 
 fn watch(child: &mut Child, program: &Program<'_>, stop: &AtomicBool) -> io::Result<Ended> {

@@ -3,6 +3,8 @@
 //! The back-end decides what to start, and when.
 
 use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -19,6 +21,9 @@ const PROMPT: Duration = Duration::from_secs(5);
 
 /// Added to the time that the agent itself allows a role.
 const MARGIN: Duration = Duration::from_secs(5);
+
+/// Most bytes of a file of somebody's own program that are taken.
+const OWN_BYTES: u64 = 64 << 20;
 
 /// Pause before asking an agent again that does not answer yet.
 const RETRY: Duration = Duration::from_millis(100);
@@ -225,6 +230,37 @@ impl RemoteRun {
                 return Ok(Some(whole));
             }
         }
+    }
+
+    /// Copies what a program of somebody's own left in its folder there into `folder`, which is made where
+    /// there is anything.
+    ///
+    /// # Errors
+    /// [`Error`] when a request fails, or a file cannot be written here.
+    pub fn take_own(&self, folder: &Path) -> Result<(), Error> {
+        let path = ["run", self.id.as_str(), "own", "files"];
+        let files: BTreeMap<String, u64> = {
+            let body = self.exchange().ask(Method::GET, &path, PROMPT)?;
+            self.exchange().read(&body)?
+        };
+        for (name, size) in files {
+            // The agent is in the same container as the program.
+            let name: Name = name.parse()?;
+            let path = ["run", self.id.as_str(), "own", "file", name.as_str()];
+            let mut bytes = Vec::new();
+            while (bytes.len() as u64) < size.min(OWN_BYTES) {
+                let part = self.exchange().part(&path, bytes.len() as u64, PROMPT)?;
+                if part.bytes.is_empty() {
+                    break;
+                }
+                bytes.extend_from_slice(&part.bytes);
+            }
+            let here = folder.join(name.as_str());
+            fs::create_dir_all(folder)
+                .and_then(|()| fs::write(&here, &bytes))
+                .map_err(|source| Error::write(&here, source))?;
+        }
+        Ok(())
     }
 
     /// Ends the run's roles and wipes its folder there.

@@ -1,5 +1,8 @@
 //! The routes: what each request does, who may send it, and its answer.
 
+use std::collections::BTreeMap;
+use std::io::ErrorKind;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -17,6 +20,7 @@ use tokio::time::{Instant, timeout};
 
 use crate::agent::{Agent, off_thread};
 use crate::answer::{json, respond};
+use crate::program::OWN;
 use crate::refusal::Refusal;
 use crate::role::STOP_WITHIN;
 use crate::wire::{SIZE_HEADER, StartRole, Started};
@@ -40,6 +44,7 @@ pub(crate) fn router(agent: Arc<Agent>) -> Router {
         .route("/end", only("POST", post(end)))
         .route("/run/{id}", only("PUT, DELETE", put(begin).delete(finish)))
         .route("/run/{id}/files", only("GET", get(files)))
+        .route("/run/{id}/own/files", only("GET", get(own_files)))
         .route(
             "/run/{id}/role/{instance}",
             only("GET, POST, DELETE", get(state).post(start).delete(stop)),
@@ -48,6 +53,7 @@ pub(crate) fn router(agent: Arc<Agent>) -> Router {
         // Applies to the routes above; a file, below, takes a query.
         .route_layer(from_fn(refuse_query))
         .route("/run/{id}/file/{name}", only("GET", get(read_file)))
+        .route("/run/{id}/own/file/{name}", only("GET", get(read_own_file)))
         .fallback(nowhere)
         // Runs before all of these: a caller without the token learns nothing.
         .layer(from_fn_with_state(Arc::clone(&agent), enter));
@@ -122,13 +128,32 @@ async fn files(State(agent): Shared, Names([id]): Names<1>) -> Answer {
     Ok(json(StatusCode::OK, &files))
 }
 
-async fn read_file(
+/// What a program of somebody's own left in its folder; nothing, if it has none.
+async fn own_files(State(agent): Shared, Names([id]): Names<1>) -> Answer {
+    let folder = agent.run(&id)?.folder.join(OWN);
+    let files = off_thread(move || match shelf::list(&folder) {
+        Err(problem) if problem.kind() == ErrorKind::NotFound => Ok(BTreeMap::new()),
+        listed => Ok(listed?),
+    });
+    Ok(json(StatusCode::OK, &files.await?))
+}
+
+async fn read_file(State(agent): Shared, Names([id, name]): Names<2>, query: RawQuery) -> Answer {
+    let folder = agent.run(&id)?.folder.clone();
+    part(folder, name, query).await
+}
+
+async fn read_own_file(
     State(agent): Shared,
     Names([id, name]): Names<2>,
-    RawQuery(query): RawQuery,
+    query: RawQuery,
 ) -> Answer {
+    let folder = agent.run(&id)?.folder.join(OWN);
+    part(folder, name, query).await
+}
+
+async fn part(folder: PathBuf, name: Name, RawQuery(query): RawQuery) -> Answer {
     let from = from(query)?;
-    let folder = agent.run(&id)?.folder.clone();
     let part = off_thread(move || shelf::read(&folder, &name, from)).await?;
     let mut response = respond(StatusCode::OK, "application/octet-stream", part.bytes);
     response.headers_mut().insert(SIZE_HEADER, part.size.into());

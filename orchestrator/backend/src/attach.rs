@@ -84,10 +84,12 @@ impl Attach {
         Ok(attach)
     }
 
-    /// Ends the run at all agents, after copying everything that has been written.
-    pub(crate) fn finish(self) -> Result<(), RunError> {
+    /// Ends the run at all agents, after copying everything that has been written; what a program of
+    /// somebody's own left goes into `own`.
+    pub(crate) fn finish(self, own: &Path) -> Result<(), RunError> {
         // Copy the last rows first: an agent forgets a run that is finished.
-        let copied: Vec<_> = self.followers.into_iter().map(Follower::finish).collect();
+        let mut copied: Vec<_> = self.followers.into_iter().map(Follower::finish).collect();
+        copied.push(self.controller.take_own(own));
         let ended = [
             self.plant,
             self.controller,

@@ -6,15 +6,13 @@
 use std::fs;
 use std::path::Path;
 
+use agent::program::OWN;
 use endpoint::{ArrivalRow, MessageOutcome, MessageRow, Mode};
 use plan::{Cell, file_name};
 
 use crate::record::rows;
 use crate::report::Reports;
 use crate::{RunError, folder};
-
-/// The folder for its own files, in the run's folder.
-pub(crate) const FOLDER: &str = "own";
 
 /// Messages beyond those due are a flood if there are more than this, and more than once again as many.
 const FLOOD: u64 = 100;
@@ -33,7 +31,7 @@ pub(crate) fn settle(cell: &Cell, start_ns: u64, folder: &Path) -> Result<(), Ru
         return Err(RunError::role("controller", breach));
     }
     let (own, path) = (
-        folder.join(FOLDER).join(file_name::MESSAGES),
+        folder.join(OWN).join(file_name::MESSAGES),
         folder.join(file_name::MESSAGES),
     );
     let text = if own.is_file() {

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use agent::last_words;
+use agent::program::OWN;
 use link::Profile;
 use plan::{Cell, Plan, ProfileText, Verdict, file_name};
 use shaper::Authority;
@@ -157,18 +158,20 @@ fn execute(
         program: plan.program(cell),
         plant_program: plan.plant_program(cell),
     };
-    if cell.client.is_own() && !matches!(backend, Backend::Netns { .. }) {
+    if cell.client.is_own() && matches!(backend, Backend::Sim(_)) {
         return Err(RunError::Unsupported(format!(
-            "`{}` is a program of your own, which runs on this machine only: use --backend netns",
+            "`{}` is a program of your own, which runs in real time only: use --backend netns or compose",
             cell.client
         )));
     }
-    if texts.plant_program.is_some() && matches!(backend, Backend::Attach(_)) {
-        return Err(RunError::Unsupported(format!(
-            "the plant of `{}` is a program of your own, which runs on this machine only: use --backend \
-             netns or sim",
-            cell.system
-        )));
+    if !matches!(backend, Backend::Attach(_)) {
+        let mut programs = [texts.program, texts.plant_program].into_iter().flatten();
+        if let Some(program) = programs.find(|program| program.run.is_empty()) {
+            return Err(RunError::Unsupported(format!(
+                "the image `{}` runs in a container only: use --backend compose, or give it a `run`",
+                program.image.as_deref().unwrap_or_default()
+            )));
+        }
     }
     let seen = match backend {
         Backend::Netns {
@@ -178,17 +181,13 @@ fn execute(
             authority.as_ref()?;
             let mut site = Netns::new(&profile, player, folder)?;
             site.wait_until(*not_before_ns);
-            let seen = course::run(&site, cell, &profile, texts, stop)?;
-            if cell.client.is_own() {
-                own::settle(cell, seen.start_ns, folder)?;
-            }
-            seen
+            course::run(&site, cell, &profile, texts, stop)?
         }
         Backend::Attach(agents) => {
             let site = Attach::new(agents, cell, &profile, player, folder)?;
             let seen = course::run(&site, cell, &profile, texts, stop);
             // The rows copied so far are kept, however the run ended.
-            let kept = site.finish();
+            let kept = site.finish(&folder.join(OWN));
             seen.and_then(|seen| kept.map(|()| seen))?
         }
         Backend::Sim(timings) => {
@@ -196,6 +195,9 @@ fn execute(
             simulated::run(cell, &system, texts.plant_program, &profile, timing, folder)?
         }
     };
+    if cell.client.is_own() {
+        own::settle(cell, seen.start_ns, folder)?;
+    }
     let link_check = LinkCheck {
         target: Ipv4Addr::LOCALHOST,
         profile: &profile,

@@ -1,4 +1,4 @@
-//! Runs a plan's cells in containers: a Compose project for each client, from its images to its end.
+//! Runs a plan's cells in containers: a Compose project for each kind of ends, from its images to its end.
 //!
 //! The orchestrator in there writes into the campaign's folder, which it shares with this process.
 //! A cell has ended when its manifest is there.
@@ -10,9 +10,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use backend::Manifest;
-use compose::{Cells, ComposeFile, Ended, Engine, Problem, Project};
-use plan::{Cell, Client, Verdict};
+use compose::{Cells, ComposeFile, Ended, Ends, Engine, Problem, Project};
+use plan::{Cell, Plan, Verdict};
 
+use crate::ends::ends;
 use crate::error::Error;
 use crate::progress::{Begun, Progress};
 
@@ -31,6 +32,8 @@ pub struct ComposeRunner {
 /// Settings of the orchestrator in the containers.
 #[derive(Debug, Clone, Copy)]
 pub struct Inside<'a> {
+    /// What is run.
+    pub plan: &'a Plan,
     /// The campaign's folder.
     pub campaign: &'a Path,
     /// Maximum number of runs of a cell while it is disturbed.
@@ -55,7 +58,7 @@ impl ComposeRunner {
 
     /// Runs those of `cells` that are not complete yet, and takes everything down.
     ///
-    /// Runs one client after another, since each has its own kind of container.
+    /// Runs the cells with the same containers one after another.
     ///
     /// # Errors
     /// When the engine fails, or the containers end before the cells do.
@@ -66,39 +69,32 @@ impl ComposeRunner {
         stop: &AtomicBool,
         progress: &dyn Progress,
     ) -> Result<(), Error> {
-        if let Some(cell) = cells.iter().find(|cell| cell.client.is_own()) {
-            return Err(Error::Compose(Problem::Unsupported {
-                lack: format!(
-                    "`{}` is a program of your own, which runs on this machine only",
-                    cell.client
-                ),
-                remedy: "use --backend netns, or leave its cells out with --only",
-            }));
+        let mut by_ends: Vec<(Ends, Vec<&Cell>)> = Vec::new();
+        for cell in cells {
+            let ends = ends(inside.plan, cell).map_err(Error::Compose)?;
+            match by_ends.iter_mut().find(|(known, _)| *known == ends) {
+                Some((_, cells)) => cells.push(cell),
+                None => by_ends.push((ends, vec![cell])),
+            }
         }
-        for client in Client::ALL {
-            let cells: Vec<&Cell> = cells
-                .iter()
-                .copied()
-                .filter(|cell| cell.client == client)
-                .collect();
-            if !cells.is_empty() && !stop.load(Ordering::Relaxed) {
-                self.run_client(client, &cells, inside, stop, progress)?;
+        for (ends, cells) in by_ends {
+            if !stop.load(Ordering::Relaxed) {
+                self.run_ends(ends, &cells, inside, stop, progress)?;
             }
         }
         Ok(())
     }
 
-    fn run_client(
+    fn run_ends(
         &self,
-        client: Client,
+        ends: Ends,
         cells: &[&Cell],
         inside: &Inside<'_>,
         stop: &AtomicBool,
         progress: &dyn Progress,
     ) -> Result<(), Error> {
-        let (engine, client) = (self.engine.to_string(), client.to_string());
-        let mut project =
-            Project::new(self.file.clone(), inside.campaign, &engine, &client, leash)?;
+        let engine = self.engine.to_string();
+        let mut project = Project::new(self.file.clone(), inside.campaign, &engine, ends, leash)?;
         if self.build {
             progress.say("building the images; the first time this takes minutes");
             match project.build(stop, |line| tracing::info!("{line}")) {

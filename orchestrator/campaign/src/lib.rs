@@ -21,6 +21,7 @@ pub mod calibration;
 mod campaign_folder;
 mod containers;
 mod earlier;
+mod ends;
 mod error;
 mod findings;
 mod folder;

@@ -197,13 +197,34 @@ fn word_in(folder: &Path, asked: &str) -> String {
     }
 }
 
+/// A program with its command; where it has none, what its image starts by itself, which whoever started the
+/// container put into this environment variable.
+///
+/// # Errors
+/// When nobody did.
+pub(crate) fn with_command(program: &Program, variable: &str) -> Result<Program, Failure> {
+    if !program.run.is_empty() {
+        return Ok(program.clone());
+    }
+    let text = std::env::var(variable).unwrap_or_default();
+    let run: Vec<String> = serde_json::from_str(&text).unwrap_or_default();
+    let image = program.image.as_deref().unwrap_or_default();
+    if run.is_empty() {
+        return Err(Failure::usage(anyhow!(
+            "the image `{image}` starts nothing by itself, or this is not its container; give it a `run`"
+        )));
+    }
+    Ok(Program {
+        run,
+        ..program.clone()
+    })
+}
+
 /// The program that is the plant of the system in this file, if one is.
 pub(crate) fn plant_program(file: &str, system: &System) -> Option<Program> {
     let folder = folder_of(file);
-    let run = system.plant_program()?.iter();
-    Some(Program {
-        run: run.map(|word| word_in(&folder, word)).collect(),
-    })
+    let program = system.plant_program()?;
+    Some(program.with_paths(|word| word_in(&folder, word)))
 }
 
 impl Library for Disk {

@@ -9,10 +9,10 @@ use crate::tail::Tail;
 use crate::{Problem, Project};
 
 /// Time limit for a build: compiling everything takes minutes, many on a small machine.
-const BUILT_WITHIN: Duration = Duration::from_secs(3600);
+pub(crate) const BUILT_WITHIN: Duration = Duration::from_secs(3600);
 
 /// Time limit for a question about the compose file or an image.
-const ASKED_WITHIN: Duration = Duration::from_secs(15);
+pub(crate) const ASKED_WITHIN: Duration = Duration::from_secs(15);
 
 impl Project {
     /// Builds the images, as far as necessary. Calls `each` with every line of docker's output.
@@ -21,10 +21,11 @@ impl Project {
     /// # Errors
     /// When the build fails (the error has its last lines), takes more than an hour, or is stopped.
     pub fn build(
-        &self,
+        &mut self,
         stop: &AtomicBool,
         each: impl Fn(&str) + Clone + Send + 'static,
     ) -> Result<(), Problem> {
+        self.build_theirs()?;
         let mut child = self
             .compose(&["build"])?
             .spawn()
@@ -34,7 +35,7 @@ impl Project {
         let failed = |words: &str| Problem::failed("build the images", words);
         loop {
             match child.try_wait() {
-                Ok(Some(status)) if status.success() => return Ok(()),
+                Ok(Some(status)) if status.success() => return self.ask_commands(),
                 Ok(Some(_)) => return Err(failed(&tail.words())),
                 Ok(None) if stop.load(Ordering::Relaxed) => {
                     kill(&mut child);
@@ -55,7 +56,7 @@ impl Project {
     ///
     /// # Errors
     /// When an image is missing, with the command that builds it; when docker does not answer.
-    pub fn has_images(&self) -> Result<(), Problem> {
+    pub fn has_images(&mut self) -> Result<(), Problem> {
         let named = call(self.compose(&["config", "--images"])?, ASKED_WITHIN)?;
         if !named.status.success() {
             return Err(Problem::failed("read the compose file", &named.words()));
@@ -69,6 +70,6 @@ impl Project {
                 )));
             }
         }
-        Ok(())
+        self.ask_commands()
     }
 }

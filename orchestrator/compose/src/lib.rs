@@ -12,6 +12,7 @@
 
 mod cells;
 mod docker;
+mod ends;
 mod engine;
 mod fate;
 mod file;
@@ -25,6 +26,7 @@ mod tail;
 mod version;
 
 pub use cells::{Cells, Ended};
+pub use ends::{Ends, Image};
 pub use engine::{Engine, Server, composes, serves, tunnels};
 pub use fate::{Left, Reason};
 pub use file::ComposeFile;

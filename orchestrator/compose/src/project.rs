@@ -10,7 +10,7 @@ use std::time::Duration;
 use crate::docker::{call, docker};
 use crate::file::absolute;
 use crate::inventory::with_label;
-use crate::{ComposeFile, Owner, Problem};
+use crate::{ComposeFile, Ends, Owner, Problem};
 
 /// The label with the campaign that a container or network belongs to.
 const RUN: &str = "webloop.run";
@@ -35,8 +35,9 @@ pub struct Project {
     results: PathBuf,
     /// Description of the engine for manifests.
     engine: String,
-    /// The client, which chooses the controller's image.
-    client: String,
+    pub(crate) ends: Ends,
+    /// What somebody's own images start by themselves, as variables; known once they are built.
+    pub(crate) commands: Vec<(&'static str, String)>,
     owner: Owner,
     leash: Leash,
     /// Whether containers may exist.
@@ -45,7 +46,7 @@ pub struct Project {
 
 impl Project {
     /// Makes a project for the campaign whose results go into the folder `results`, on the engine
-    /// that manifests call `engine`, with the controller `client`.
+    /// that manifests call `engine`, with these ends.
     ///
     /// # Errors
     /// When the folder does not exist, or `/proc` does not show this process.
@@ -53,7 +54,7 @@ impl Project {
         file: ComposeFile,
         results: &Path,
         engine: &str,
-        client: &str,
+        ends: Ends,
         leash: Leash,
     ) -> Result<Project, Problem> {
         let owner =
@@ -65,7 +66,8 @@ impl Project {
             name: format!("webloop-{digits:08x}"),
             results: absolute(results)?,
             engine: engine.to_owned(),
-            client: client.to_owned(),
+            ends,
+            commands: Vec::new(),
             owner,
             leash,
             up: false,
@@ -156,14 +158,20 @@ impl Project {
             .env("WEBLOOP_RUN", &self.name)
             .env("WEBLOOP_OWNER", self.owner.to_string())
             .env("WEBLOOP_ENGINE", &self.engine)
-            .env("CLIENT", &self.client)
+            .envs(self.ends.variables())
+            .envs(self.commands.clone())
             .env("OWNER", format!("{}:{}", folder.uid(), folder.gid()))
             .env("RESULTS", &self.results)
             // This could start services that have to stay off.
             .env_remove("COMPOSE_PROFILES");
-        (self.leash)(&mut command)
-            .map_err(|problem| Problem::failed("tie docker to this process", &problem))?;
+        self.leash(&mut command)?;
         Ok(command)
+    }
+
+    /// Ties a command to this process.
+    pub(crate) fn leash(&self, command: &mut Command) -> Result<(), Problem> {
+        (self.leash)(command)
+            .map_err(|problem| Problem::failed("tie docker to this process", &problem))
     }
 }
 
@@ -182,7 +190,7 @@ mod tests {
     fn project(results: &Path) -> Project {
         let top = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let file = ComposeFile::find(Some(&top)).expect("webloop's own");
-        Project::new(file, results, "", "native", |_| Ok(())).expect("a project")
+        Project::new(file, results, "", Ends::of_client("native"), |_| Ok(())).expect("a project")
     }
 
     #[test]

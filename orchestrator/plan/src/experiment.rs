@@ -13,6 +13,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use system::Program;
 use toml::Spanned;
 
 /// Cells to be run: who closes which loop over which link.
@@ -48,7 +49,7 @@ pub(crate) struct List {
     span: Range<usize>,
     words: Vec<Word>,
     /// Programs of one's own, with their names; their words are among the others.
-    programs: Vec<(Word, Vec<String>)>,
+    programs: Vec<(Word, Program)>,
 }
 
 /// A program of one's own, as a client.
@@ -57,8 +58,13 @@ pub(crate) struct List {
 pub(crate) struct OwnClient {
     /// Its name, in tables and folders: up to 24 of a-z, 0-9 and -.
     pub(crate) name: String,
-    /// The program and its arguments. A word that begins with `./` is beside the experiment's file.
+    /// The program and its arguments. A word that begins with `./` is beside the experiment's file. What its
+    /// image starts by itself, if not given.
+    #[serde(default)]
     pub(crate) run: Vec<String>,
+    /// The container image that it runs in, with `--backend compose`; webloop's with Python, if not given.
+    #[serde(default)]
+    pub(crate) image: Option<String>,
 }
 
 /// The lists of a block that are not client settings, each with its description. `endpoint` declares
@@ -163,7 +169,7 @@ impl Block {
     }
 
     /// The programs of one's own among the clients, with their names.
-    pub(crate) fn programs(&self) -> &[(Word, Vec<String>)] {
+    pub(crate) fn programs(&self) -> &[(Word, Program)] {
         self.lists.get("client").map_or(&[], |list| &list.programs)
     }
 
@@ -300,9 +306,14 @@ impl<'de> Deserialize<'de> for List {
             let place = value.span();
             let word = match value.into_inner() {
                 Value::Word(word) => word,
-                Value::Program(OwnClient { name, run }) => {
+                Value::Program(OwnClient { name, run, image }) => {
+                    let program = Program {
+                        run,
+                        image,
+                        folder: None,
+                    };
                     list.programs
-                        .push((Spanned::new(place.clone(), name.clone()), run));
+                        .push((Spanned::new(place.clone(), name.clone()), program));
                     name
                 }
             };

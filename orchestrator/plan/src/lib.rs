@@ -50,7 +50,7 @@ pub use instead::Instead;
 pub use invalid::{InvalidFile, Reader};
 pub use job::{Job, Part};
 pub use library::Library;
-pub use own::{BadOwnName, OwnName, Program};
+pub use own::{BadOwnName, OwnName};
 pub use plan::{Plan, ProfileText};
 pub use schema::{Document, schema};
 pub use seed::link_seed;
@@ -58,6 +58,7 @@ pub use selection::Selection;
 pub use shard::{Shard, UnknownShard};
 pub use sound::is_file_name;
 pub use stall::{RESPONSE_NS, stalling_seed};
+pub use system::Program;
 pub use verdict::{Disturbance, Verdict};
 
 /// The experiments that the binary carries, by name: the paper's, parts of it, and the quick

@@ -74,9 +74,9 @@ impl Plan {
                     .map(|name| reader.system(name, block, &mut plan, &mut library))
                     .collect::<Result<Vec<_>, _>>()?,
             };
-            for (name, run) in block.programs() {
-                let run = run.iter().map(|word| library.word(word)).collect();
-                reader.program(name, Program { run }, &mut plan.programs)?;
+            for (name, program) in block.programs() {
+                let program = program.with_paths(|word| library.word(word));
+                reader.program(name, program, &mut plan.programs)?;
             }
             reader.block(block, &topologies, &systems, &mut plan)?;
         }
@@ -223,7 +223,7 @@ impl Reader<'_> {
         programs: &mut BTreeMap<OwnName, Program>,
     ) -> Result<(), InvalidFile> {
         let name: OwnName = self.word(named)?;
-        if program.run.iter().all(String::is_empty) {
+        if program.is_empty() {
             let remedy = "give the program and its arguments, like run = [\"./mine\"]";
             return Err(self.invalid(named, format!("`{name}` has nothing to `run`"), remedy));
         }

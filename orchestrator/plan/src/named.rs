@@ -8,7 +8,7 @@ use system::System;
 use toml::Spanned;
 
 use crate::experiment::Block;
-use crate::{InvalidFile, Library, Plan, ProfileText, Program, Reader};
+use crate::{InvalidFile, Library, Plan, ProfileText, Reader};
 
 impl Reader<'_> {
     /// Looks up the profile of a topology, checks it, and keeps its source under its own name, which it
@@ -103,12 +103,9 @@ impl Reader<'_> {
                 ))
             };
         }
-        let program = system.plant_program().map(|run| Program {
-            run: run
-                .iter()
-                .map(|word| library.word_beside(asked.get_ref(), word))
-                .collect(),
-        });
+        let program = system
+            .plant_program()
+            .map(|program| program.with_paths(|word| library.word_beside(asked.get_ref(), word)));
         let had_program = match &program {
             Some(program) => plan.plants.insert(name.clone(), program.clone()),
             None => plan.plants.get(&name).cloned(),

@@ -1,4 +1,4 @@
-//! Programs of one's own: the names under which an experiment has them, and how they are started.
+//! The names under which an experiment has programs of one's own.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -28,14 +28,6 @@ pub enum BadOwnName {
     /// One of webloop's clients has it.
     #[error("`{0}` is the name of a client of webloop's; give yours another `name`")]
     Taken(String),
-}
-
-/// How a controller or a plant of one's own is started.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Program {
-    /// The program and its arguments.
-    pub run: Vec<String>,
 }
 
 impl OwnName {

@@ -115,7 +115,7 @@ impl Plan {
         let plants = self.plants.iter();
         let plants = plants.map(|(name, program)| (name.as_str(), program));
         for (name, program) in controllers.chain(plants) {
-            if program.run.iter().all(String::is_empty) {
+            if program.is_empty() {
                 return Err(format!("its program `{name}` has nothing to `run`"));
             }
         }

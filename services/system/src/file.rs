@@ -66,6 +66,9 @@ pub(crate) struct PlantFile {
     /// beside this file.
     #[schemars(with = "Option<Vec<String>>")]
     pub(crate) run: Option<Spanned<Vec<String>>>,
+    /// The container image that the program runs in, with `--backend compose`; webloop's with Python, if not
+    /// given.
+    pub(crate) image: Option<String>,
     /// From the input to its first effect, such as `"25ms"`.
     #[schemars(with = "Option<String>")]
     pub(crate) dead_time: Option<Spanned<String>>,

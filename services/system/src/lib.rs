@@ -17,6 +17,7 @@ mod law;
 mod limits;
 mod obstacle;
 mod plant;
+mod program;
 mod system;
 
 pub use design::{Design, Limits, Model, PidNumbers};
@@ -24,4 +25,5 @@ pub use fault::Fault;
 pub use file::schema;
 pub use obstacle::Obstacle;
 pub use plant::PlantModel;
+pub use program::Program;
 pub use system::{Loop, NotOpened, System, Unfit, is_name};

@@ -4,6 +4,7 @@ use control::{Continuous, Method, Plant, StateSpace, TransferFunction};
 use nalgebra::{DMatrix, DVector, RowDVector};
 use toml::Spanned;
 
+use crate::Program;
 use crate::fault::{Fault, Source};
 use crate::file::PlantFile;
 
@@ -18,17 +19,17 @@ const FORMS: &str =
 pub enum PlantModel {
     /// A linear model.
     Linear(Plant),
-    /// A program of one's own with its arguments, which advances by h for each u that it gets and answers
-    /// with y.
-    Program(Vec<String>),
+    /// A program of one's own, which advances by h for each u that it gets and answers with y.
+    Program(Program),
 }
 
 impl PlantModel {
     pub(crate) fn read(source: Source, asked: &Spanned<PlantFile>) -> Result<Self, Fault> {
-        match &asked.get_ref().run {
-            None => linear(source, asked).map(Self::Linear),
-            Some(run) => program(source, asked, run).map(Self::Program),
+        let PlantFile { run, image, .. } = asked.get_ref();
+        if run.is_none() && image.is_none() {
+            return linear(source, asked).map(Self::Linear);
         }
+        program(source, asked).map(Self::Program)
     }
 
     /// The linear model, if webloop knows it.
@@ -41,11 +42,7 @@ impl PlantModel {
     }
 }
 
-fn program(
-    source: Source,
-    asked: &Spanned<PlantFile>,
-    run: &Spanned<Vec<String>>,
-) -> Result<Vec<String>, Fault> {
+fn program(source: Source, asked: &Spanned<PlantFile>) -> Result<Program, Fault> {
     let file = asked.get_ref();
     let others = [
         ("gain", file.gain.is_some()),
@@ -64,11 +61,18 @@ fn program(
         let problem = format!("the plant is a program, and has `{key}` too");
         return Err(source.fault(asked, problem, FORMS));
     }
-    if run.get_ref().first().is_none_or(String::is_empty) {
+    if let Some(run) = &file.run
+        && run.get_ref().first().is_none_or(String::is_empty)
+    {
         let remedy = "give the program and its arguments, like run = [\"python3\", \"./mine.py\"]";
         return Err(source.fault(run, "the plant has nothing to `run`", remedy));
     }
-    Ok(run.get_ref().clone())
+    let run = file.run.as_ref();
+    Ok(Program {
+        run: run.map(|run| run.get_ref().clone()).unwrap_or_default(),
+        image: file.image.clone(),
+        folder: None,
+    })
 }
 
 fn linear(source: Source, asked: &Spanned<PlantFile>) -> Result<Plant, Fault> {

@@ -10,6 +10,7 @@ use crate::file::SystemFile;
 use crate::law::Recipe;
 use crate::obstacle::Obstacle;
 use crate::plant::PlantModel;
+use crate::program::Program;
 
 /// A plant, its law, and its reference.
 #[derive(Debug, Clone, PartialEq)]
@@ -185,12 +186,12 @@ impl System {
         &self.plant
     }
 
-    /// The program that is the plant, with its arguments; `None` for a linear model.
+    /// The program that is the plant; `None` for a linear model.
     #[must_use]
-    pub fn plant_program(&self) -> Option<&[String]> {
+    pub fn plant_program(&self) -> Option<&Program> {
         match &self.plant {
             PlantModel::Linear(_) => None,
-            PlantModel::Program(run) => Some(run),
+            PlantModel::Program(program) => Some(program),
         }
     }
 

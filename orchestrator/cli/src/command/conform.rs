@@ -57,9 +57,7 @@ pub(crate) fn run(argument: &Conform) -> Outcome {
             },
             page: None,
             system: None,
-            program: Some(Program {
-                run: argument.command.clone(),
-            }),
+            program: Some(Program::new(argument.command.clone())),
             start_ns: Some(start_ns),
             duration_ns: trial.duration_ns,
         };
@@ -100,9 +98,7 @@ fn test_plant(argument: &Conform) -> Outcome {
         return Ok(Exit::Fine);
     }
     let stop = stop::told_to_end()?;
-    let program = Program {
-        run: argument.command.clone(),
-    };
+    let program = Program::new(argument.command.clone());
     let start = |h| start_plant(&program, h, SEED);
     match run_plant(&start, argument.h, &stop) {
         Ok(outcomes) if tell(argument, &outcomes)? => Ok(Exit::Fine),

@@ -7,7 +7,7 @@ use std::path::{Path, absolute};
 use std::process::ExitCode;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use agent::program::{Ended, Program, supervise};
+use agent::program::{Ended, OWN, Program, supervise};
 use anyhow::{Context, anyhow};
 use backend::ControllerRole;
 use endpoint::report::Own;
@@ -18,7 +18,7 @@ use system::System;
 use crate::argument::{ServeFirst, ServeProgram};
 use crate::command::serve::{controller_role, leave, say_ready, told_law};
 use crate::exit::{Exit, Failure, Outcome};
-use crate::stop;
+use crate::{source, stop};
 
 /// The start of a program that is started by hand is after this time.
 const START_AHEAD_NS: u64 = 1_000_000_000;
@@ -38,7 +38,7 @@ pub(crate) fn program(argument: &ServeProgram) -> Outcome {
     let stop = stop::told_to_end()?;
     let (role, system) = controller_role(&argument.controller, None)?;
     let run = match &role.program {
-        Some(program) => &program.run,
+        Some(program) => &source::with_command(program, "WEBLOOP_CONTROLLER_RUN")?.run,
         None => &argument.run,
     };
     if run.is_empty() {
@@ -118,7 +118,7 @@ fn environment(
     package: &File,
 ) -> Result<Vec<(&'static str, OsString)>, Failure> {
     let settings = &role.settings;
-    let own = out.join("own");
+    let own = out.join(OWN);
     fs::create_dir_all(&own).with_context(|| format!("cannot make {}", own.display()))?;
     let told = json!({
         "plant": role.plant,

@@ -65,6 +65,7 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
         Some(containers) => {
             let tries = argument.tries.to_string();
             let inside = Inside {
+                plan: &plan,
                 campaign: folder.path(),
                 tries: argument.tries,
                 options: &["--player", &word(&argument.player), "--tries", &tries],

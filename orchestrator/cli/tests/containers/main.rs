@@ -10,6 +10,7 @@ mod arms;
 mod clients;
 mod docker;
 mod killed;
+mod own;
 mod refused;
 mod stopped;
 mod stopping;
@@ -30,6 +31,9 @@ fn tests() -> Vec<Trial> {
         refused::what_up_cannot_do_it_says_in_a_line_and_ends,
         refused::what_run_cannot_do_in_containers_it_says_with_its_code,
         clients::each_client_runs_in_a_container_through_a_shaped_link,
+        own::every_example_holds_the_loop_in_a_container,
+        own::a_plant_of_ones_own_runs_in_a_container_on_a_link_and_on_loopback,
+        own::one_that_does_not_end_fails_by_name_and_the_next_is_complete,
         stopped::a_client_that_is_stopped_in_its_container_is_told_by_that_name,
         stopping::every_service_stops_soon_after_sigterm,
         killed::a_run_that_is_told_to_end_takes_its_containers_with_it,

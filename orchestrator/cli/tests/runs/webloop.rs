@@ -175,7 +175,6 @@ impl Experiment {
 }
 
 /// Runs an experiment's file on a back-end until no cell of it was disturbed; the cells' manifests.
-#[allow(dead_code)] // One of the two test programs that share this file needs it.
 pub(crate) fn run_undisturbed(
     file: &Path,
     out: &Path,

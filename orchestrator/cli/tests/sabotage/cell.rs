@@ -193,16 +193,8 @@ impl Outcome {
 
     /// Whether the host took processors away from it, by the kernel's count.
     pub(crate) fn is_host_s(&self) -> bool {
-        self.verdict == "disturbed" && self.has_reason("the host took")
-    }
-
-    /// Whether a processor stood still for everything in the cell, whoever did it.
-    pub(crate) fn was_machine_held_up(&self) -> bool {
-        self.has_reason("the machine was held up")
-    }
-
-    fn has_reason(&self, words: &str) -> bool {
-        self.reasons.iter().any(|reason| reason.contains(words))
+        let mut reasons = self.reasons.iter();
+        self.verdict == "disturbed" && reasons.any(|reason| reason.contains("the host took"))
     }
 
     fn none(problem: String) -> Self {

@@ -40,8 +40,8 @@ use kind::{KINDS, Kind};
 use table::Row;
 
 /// A machine that is busy with something else disturbs a cell too. A cell that is not complete
-/// although nothing was done to it, that did not come to its end, or that the machine held up so that
-/// what was done is not named, is repeated; up to this many tries in all.
+/// although nothing was done to it, or that did not come to its end, is repeated; up to this many
+/// tries in all.
 const TRIES: usize = 5;
 
 /// What a command is asked for.
@@ -164,7 +164,7 @@ fn make(kind: &'static Kind, arguments: &Arguments) -> Row {
         row.count(&outcome);
         let again = match kind.words {
             [] => outcome.verdict != "complete",
-            _ => row.made == 0,
+            _ => outcome.has_failed(),
         };
         if row.skipped.is_some() || arguments.times.is_none() && !again {
             break;

@@ -11,7 +11,7 @@ const SHOWN: usize = 100;
 /// The cells of a kind, counted.
 pub(crate) struct Row {
     kind: &'static Kind,
-    pub(crate) made: usize,
+    made: usize,
     /// Cells that were `invalid` or `disturbed`.
     found: usize,
     /// Cells with a reason that has one of the kind's words.
@@ -41,22 +41,19 @@ impl Row {
         self.skipped = Some(reason);
     }
 
-    /// Counts a cell, unless the machine was too busy for it to tell anything.
     pub(crate) fn count(&mut self, outcome: &Outcome) {
         *self.verdicts.entry(outcome.verdict.clone()).or_default() += 1;
-        let names = |reason: &&String| self.kind.words.iter().any(|word| reason.contains(word));
-        let naming = outcome.reasons.iter().find(names);
         match &outcome.done {
             // It may have ended before anything was done to it.
             _ if outcome.has_failed() => return,
             // We did nothing to it but the host did: a real disturbance, not a false alarm.
             _ if self.kind.words.is_empty() && outcome.is_host_s() => return,
             Err(problem) => return self.skip(problem.clone()),
-            // The cell was held up by more than what we did to it, and what we did may be lost in that.
-            Ok(_) if naming.is_none() && outcome.was_machine_held_up() => return,
             Ok(_) => self.made += 1,
         }
         self.found += usize::from(["invalid", "disturbed"].contains(&outcome.verdict.as_str()));
+        let names = |reason: &&String| self.kind.words.iter().any(|word| reason.contains(word));
+        let naming = outcome.reasons.iter().find(names);
         self.named += usize::from(naming.is_some());
         if let Some(reason) = naming.or(outcome.reasons.first()) {
             *self.reasons.entry(shape(reason)).or_default() += 1;

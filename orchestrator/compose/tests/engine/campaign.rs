@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use compose::{Cells, ComposeFile, Ended, Order, Project, gc};
+use compose::{Cells, ComposeFile, Ended, Ends, Order, Project, gc};
 use tempfile::TempDir;
 
 use crate::docker::{count, tag};
@@ -60,9 +60,13 @@ fn checkout(agent: &str, plan: &str) -> TempDir {
 
 fn project(folder: &Path) -> Project {
     let file = ComposeFile::find(Some(folder)).unwrap();
-    Project::new(file, &folder.join("results"), "", "native", |command| {
-        agent::spawn::bind(command, None::<&fs::File>)
-    })
+    Project::new(
+        file,
+        &folder.join("results"),
+        "",
+        Ends::of_client("native"),
+        |command| agent::spawn::bind(command, None::<&fs::File>),
+    )
     .unwrap()
 }
 

@@ -266,7 +266,10 @@ fn with_plant(plant: &str) -> String {
 fn a_plant_that_is_a_program_has_a_law_and_no_model() {
     let system = System::read(&with_plant("run = [\"python3\", \"./tank.py\"]")).expect("a system");
     let run = ["python3".to_owned(), "./tank.py".to_owned()];
-    assert_eq!(system.plant_program(), Some(&run[..]));
+    assert_eq!(
+        system.plant_program(),
+        Some(&system::Program::new(run.to_vec()))
+    );
     assert!(system.plant().linear().is_none() && !system.is_unstable());
     assert!(system.law_at(h("3ms")).is_ok());
     let unfit = system.at(h("3ms")).expect_err("no model").to_string();

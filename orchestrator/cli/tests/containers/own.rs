@@ -1,0 +1,115 @@
+//! Programs of one's own in containers: every example over two links, in webloop's image with Python or in one
+//! that its folder describes; a plant; and one that does not end.
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use std::process::Command;
+
+use certificate::Verdict::Holds;
+use plan::Verdict;
+use tempfile::TempDir;
+
+use crate::docker::{Held, TOP};
+use crate::webloop::run_undisturbed;
+
+/// A controller that leaves processes which ignore SIGTERM, and one that ignores it itself.
+const BAD: [(&str, &str, &str); 2] = [
+    (
+        "forks",
+        "for _ in range(20):\n if os.fork() == 0:\n  os.setsid(); signal.signal(signal.SIGTERM, signal.SIG_IGN); \
+         time.sleep(300)\nsys.exit(4)\n",
+        "exit code 4",
+    ),
+    (
+        "stays",
+        "signal.signal(signal.SIGTERM, signal.SIG_IGN); time.sleep(300)\n",
+        "killed",
+    ),
+];
+
+/// The examples in a folder that the containers' user can read, with this experiment in it.
+fn examples(text: &str) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o755)).unwrap();
+    let copied = Command::new("cp")
+        .args(["--recursive", "--no-target-directory"])
+        .arg(Path::new(TOP).join("examples"))
+        .arg(folder.path().join("examples"))
+        .status();
+    assert!(copied.unwrap().success());
+    fs::write(folder.path().join("examples/test.toml"), text).unwrap();
+    folder
+}
+
+/// Runs an experiment beside the examples. Each cell holds, and nothing is left in the engine.
+fn holds(text: &str) -> Result<(), String> {
+    let folder = examples(text);
+    let before = Held::now();
+    let file = folder.path().join("examples/test.toml");
+    for manifest in run_undisturbed(&file, &folder.path().join("out"), "compose")? {
+        let reasons = manifest.reasons.join("; ");
+        let at = format!(
+            "{} over {}: {reasons}",
+            manifest.cell.client, manifest.cell.topology
+        );
+        assert_eq!(manifest.verdict, Verdict::Complete, "{at}");
+        assert_eq!(
+            manifest.certificate.as_ref().unwrap().verdict,
+            Holds,
+            "{at}"
+        );
+        assert_eq!(manifest.backend, "compose", "{at}");
+    }
+    assert_eq!(Held::now(), before);
+    Ok(())
+}
+
+pub(crate) fn every_example_holds_the_loop_in_a_container() -> Result<(), String> {
+    holds(
+        "name = \"own\"\n[[cells]]\ntopology = [\"couva\", \"diego-vpn\"]\nmode = \"closed\"\nh = \"10ms\"\n\
+         duration = \"4s\"\nclient = [\n\
+         { name = \"mine\", run = [\"python3\", \"./python/pi.py\"] },\n\
+         { name = \"plain\", run = [\"python3\", \"./plain/pi.py\"] },\n\
+         { name = \"ros\", run = [\"python3\", \"./ros/adapter.py\", \"python3\", \"./ros/node.py\"] },\n\
+         { name = \"cpp\", image = \"./cpp\" },\n\
+         { name = \"rust\", image = \"./rust\" },\n\
+         { name = \"node\", image = \"./node\" },\n]\n",
+    )
+}
+
+pub(crate) fn a_plant_of_ones_own_runs_in_a_container_on_a_link_and_on_loopback()
+-> Result<(), String> {
+    holds(
+        "name = \"plants\"\n[[cells]]\ntopology = [\"arima\", \"couva\"]\nmode = \"closed\"\nh = \"10ms\"\n\
+         duration = \"2s\"\nclient = \"native\"\nsystem = \"./plants/motor.toml\"\n",
+    )
+}
+
+pub(crate) fn one_that_does_not_end_fails_by_name_and_the_next_is_complete() -> Result<(), String> {
+    let programs = BAD
+        .map(|(name, ..)| format!("{{ name = \"{name}\", run = [\"python3\", \"./{name}.py\"] }}"));
+    let folder = examples(&format!(
+        "name = \"bad\"\n[[cells]]\ntopology = \"couva\"\nmode = \"closed\"\nh = \"10ms\"\nduration = \"2s\"\n\
+         client = [{}, {{ name = \"mine\", run = [\"python3\", \"./python/pi.py\"] }}]\n",
+        programs.join(", ")
+    ));
+    for (name, text, _) in BAD {
+        let file = folder.path().join(format!("examples/{name}.py"));
+        fs::write(file, format!("import os, signal, sys, time\n{text}")).unwrap();
+    }
+    let file = folder.path().join("examples/test.toml");
+    for manifest in run_undisturbed(&file, &folder.path().join("out"), "compose")? {
+        let name = manifest.cell.client.to_string();
+        let reasons = manifest.reasons.join("; ");
+        match BAD.iter().find(|(bad, ..)| *bad == name) {
+            None => assert_eq!(manifest.verdict, Verdict::Complete, "{reasons}"),
+            Some((.., words)) => {
+                println!("  {name}: {reasons}");
+                assert_eq!(manifest.verdict, Verdict::Failed, "{name}: {reasons}");
+                assert!(reasons.contains(words), "{name}: {reasons}");
+            }
+        }
+    }
+    Ok(())
+}
