@@ -44,7 +44,7 @@ impl Program {
         Program {
             folder: has_path.then(|| beside(HERE).trim_end_matches('/').to_owned()),
             run: self.run.iter().map(|word| beside(word)).collect(),
-            image: self.image.clone(),
+            image: self.image.as_deref().map(beside),
         }
     }
 }

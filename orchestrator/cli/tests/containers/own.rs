@@ -42,12 +42,14 @@ fn examples(text: &str) -> TempDir {
     folder
 }
 
-/// Runs an experiment beside the examples. Each cell holds, and nothing is left in the engine.
-fn holds(text: &str) -> Result<(), String> {
+/// Runs an experiment of so many cells beside the examples. Each holds, and nothing is left in the engine.
+fn holds(cells: usize, text: &str) -> Result<(), String> {
     let folder = examples(text);
     let before = Held::now();
     let file = folder.path().join("examples/test.toml");
-    for manifest in run_undisturbed(&file, &folder.path().join("out"), "compose")? {
+    let manifests = run_undisturbed(&file, &folder.path().join("out"), "compose")?;
+    assert_eq!(manifests.len(), cells);
+    for manifest in manifests {
         let reasons = manifest.reasons.join("; ");
         let at = format!(
             "{} over {}: {reasons}",
@@ -67,6 +69,7 @@ fn holds(text: &str) -> Result<(), String> {
 
 pub(crate) fn every_example_holds_the_loop_in_a_container() -> Result<(), String> {
     holds(
+        12,
         "name = \"own\"\n[[cells]]\ntopology = [\"couva\", \"diego-vpn\"]\nmode = \"closed\"\nh = \"10ms\"\n\
          duration = \"4s\"\nclient = [\n\
          { name = \"mine\", run = [\"python3\", \"./python/pi.py\"] },\n\
@@ -81,6 +84,7 @@ pub(crate) fn every_example_holds_the_loop_in_a_container() -> Result<(), String
 pub(crate) fn a_plant_of_ones_own_runs_in_a_container_on_a_link_and_on_loopback()
 -> Result<(), String> {
     holds(
+        2,
         "name = \"plants\"\n[[cells]]\ntopology = [\"arima\", \"couva\"]\nmode = \"closed\"\nh = \"10ms\"\n\
          duration = \"2s\"\nclient = \"native\"\nsystem = \"./plants/motor.toml\"\n",
     )
@@ -99,7 +103,9 @@ pub(crate) fn one_that_does_not_end_fails_by_name_and_the_next_is_complete() -> 
         fs::write(file, format!("import os, signal, sys, time\n{text}")).unwrap();
     }
     let file = folder.path().join("examples/test.toml");
-    for manifest in run_undisturbed(&file, &folder.path().join("out"), "compose")? {
+    let manifests = run_undisturbed(&file, &folder.path().join("out"), "compose")?;
+    assert_eq!(manifests.len(), BAD.len() + 1);
+    for manifest in manifests {
         let name = manifest.cell.client.to_string();
         let reasons = manifest.reasons.join("; ");
         match BAD.iter().find(|(bad, ..)| *bad == name) {

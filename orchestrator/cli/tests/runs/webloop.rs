@@ -64,7 +64,7 @@ impl Stolen {
 
 /// Why a test cannot be made: the machine was busy each time.
 pub(crate) fn too_busy(for_what: &str) -> String {
-    format!("the machine was too busy for {for_what}, {TRIES} times")
+    format!("the machine was too busy for {for_what} each time")
 }
 
 /// The program that this test was built with, without the settings of the tester's own shell.
