@@ -1,4 +1,4 @@
-//! The paper's figures, recomputed.
+//! The paper's figures, recomputed, and the step responses of what is not the paper's.
 //!
 //! Each is made from complete runs by a file of this folder; a panel without any says so. [`chart`]
 //! draws them.
@@ -7,6 +7,7 @@ mod arrivals;
 mod interval;
 mod lateness;
 mod median;
+mod response;
 mod step;
 mod tick;
 
@@ -20,10 +21,10 @@ use serde::Serialize;
 use crate::origin::Origin;
 use crate::subject::TONES;
 
-/// A figure of the paper, recomputed.
+/// A figure of the paper, recomputed, or of one's own runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
-    /// Its number in the paper: `3`.
+    /// Its number in the paper, `3`, or a letter.
     pub number: &'static str,
     /// What is drawn, in our words.
     pub caption: String,
@@ -35,7 +36,7 @@ pub struct Figure {
     pub runs: Vec<String>,
 }
 
-/// Figures 2 to 9, in order.
+/// Figures 2 to 9, in order; first of all what is not the paper's, if there is any.
 ///
 /// # Errors
 /// [`ReadError`] if rows that a figure needs cannot be read.
@@ -50,6 +51,9 @@ pub fn all(campaign: &Campaign) -> Result<Vec<Figure>, ReadError> {
         interval::near(campaign)?,
         interval::far(campaign)?,
     ];
+    if let Some(own) = response::figure(campaign)? {
+        figures.insert(0, own);
+    }
     if let Some(words) = disturbed(campaign) {
         for figure in &mut figures {
             figure.caption += &format!(" {words}");

@@ -351,6 +351,8 @@ pub struct PlantSettings {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
     use crate::{Preset, Sender, Thread, Timer};
 
@@ -398,5 +400,17 @@ mod tests {
             assert!(word.parse::<Outstanding>().is_err(), "{word}");
         }
         assert!(serde_json::from_str::<Outstanding>("0").is_err());
+    }
+
+    proptest! {
+        /// So that every client, and whoever reads a manifest, has the same reference.
+        #[test]
+        fn a_number_in_settings_reads_back_to_the_last_bit(r in -1e9..1e9) {
+            let h = SampleTime::try_new(10_000_000).expect("10 ms");
+            let settings = ControllerSettings { r, ..ControllerSettings::new(Mode::Closed, h) };
+            let text = serde_json::to_string(&settings).expect("plain data");
+            let read: ControllerSettings = serde_json::from_str(&text).expect("what was written");
+            prop_assert_eq!(read.r.to_bits(), r.to_bits());
+        }
     }
 }

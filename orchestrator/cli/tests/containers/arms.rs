@@ -1,6 +1,7 @@
 //! Runs the same cell in each way: in namespaces, in containers, and in containers whose link the
 //! kernel's netem plays. The link and the loop have to behave alike.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -296,6 +297,13 @@ fn off(own: &[Measured], reference: &[Measured], of: fn(&Measured) -> f64) -> (f
     (middle(&differences), middle(&usual))
 }
 
+/// Whether the kernel with netem would run in QEMU without KVM: `netem/kernel/run` takes it where the processor
+/// has AMX. An engine and its images take minutes in it, and every cell is held up.
+fn is_emulated() -> bool {
+    let processor = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    processor.contains("amx_tile") && !Path::new("/dev/kvm").exists()
+}
+
 fn in_namespaces(experiment: &Experiment) -> Result<Command, String> {
     Ok(experiment.run(command()))
 }
@@ -313,6 +321,9 @@ fn in_containers_by_tc(experiment: &Experiment) -> Result<Command, String> {
     let mut command = if here {
         command()
     } else {
+        if is_emulated() {
+            return Err(too_busy("an engine in an emulated kernel"));
+        }
         // Whoever types `cargo test` does not expect packages to be installed.
         let ready = run().args(["--no-install", "--", "true"]).output().unwrap();
         if !ready.status.success() {

@@ -32,23 +32,20 @@ pub(crate) fn what_a_killed_run_leaves_is_swept_and_nothing_else() -> Result<(),
     let experiment = Experiment::new(folder.path(), &["diego-vpn"], "3ms", "5s");
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let before = Held::now();
-    for n in 0..count {
-        let within = random.next_u64() as f64 / u64::MAX as f64;
-        let moment = Duration::from_secs_f64(RUN_S * (n as f64 + within) / count as f64);
-        let mut run = in_containers(&experiment).spawn().unwrap();
-        let pid = run.id();
-        std::thread::sleep(moment);
-        let early = run.try_wait().unwrap();
-        assert!(early.is_none(), "ended before {moment:?}: {early:?}");
-        run.kill().unwrap();
-        run.wait().unwrap();
-        let left = Held::now();
-        let swept = sweep(&before, pid);
-        println!(
-            "  SIGKILL at {:.3} s (seed {SEED}): left {}, swept {swept}",
-            moment.as_secs_f64(),
-            left.new_since(&before, pid).len(),
-        );
+    let moments: Vec<Duration> = (0..count)
+        .map(|n| {
+            let within = random.next_u64() as f64 / u64::MAX as f64;
+            Duration::from_secs_f64(RUN_S * (n as f64 + within) / count as f64)
+        })
+        .collect();
+    // Side by side, so that each sweep also has to leave the others' alone.
+    for moments in moments.chunks(4) {
+        let before = &before;
+        std::thread::scope(|scope| {
+            for &moment in moments {
+                scope.spawn(move || kill_at(moment, before));
+            }
+        });
         assert!(decoys.stand(), "what is not webloop's was touched");
     }
     // The run can still be made.
@@ -65,6 +62,25 @@ pub(crate) fn what_a_killed_run_leaves_is_swept_and_nothing_else() -> Result<(),
     assert_eq!(Held::now().new_since(&before, pid), [""; 0]);
     assert!(decoys.stand());
     Ok(())
+}
+
+/// Begins a run of its own, kills it after this time, and sweeps what it left.
+fn kill_at(moment: Duration, before: &Held) {
+    let folder = tempfile::tempdir().unwrap();
+    let experiment = Experiment::new(folder.path(), &["diego-vpn"], "3ms", "5s");
+    let mut run = in_containers(&experiment).spawn().unwrap();
+    let pid = run.id();
+    std::thread::sleep(moment);
+    let early = run.try_wait().unwrap();
+    assert!(early.is_none(), "ended before {moment:?}: {early:?}");
+    run.kill().unwrap();
+    run.wait().unwrap();
+    let left = Held::now().new_since(before, pid).len();
+    let swept = sweep(before, pid);
+    println!(
+        "  SIGKILL at {:.3} s: left {left}, swept {swept}",
+        moment.as_secs_f64()
+    );
 }
 
 /// Runs `webloop gc` for all projects of a killed run, until the engine holds what it did `before`.

@@ -3,12 +3,13 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Output;
 use std::time::Duration;
 
 use plan::Verdict;
 
 use crate::process::{gone, namespaces_of, of_run};
-use crate::webloop::{code, command, run_undisturbed, said};
+use crate::webloop::{code, command, run_together, run_undisturbed, said};
 
 /// The checkout, whose examples are run.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
@@ -121,32 +122,41 @@ pub(crate) fn a_controller_that_breaks_the_contract_fails_by_name_and_leaves_not
         )
     };
     let mut programs: Vec<(&str, Vec<String>)> = BAD.iter().map(program).collect();
-    // Last, so that all others have had their chance to harm it.
-    programs.push(program(&("good", "loop(count)", "")));
     programs.push(("missing", vec!["./there-is-no-such-program".to_owned()]));
     let file = experiment(folder.path(), &["arima"], &programs, "2s");
-    let out = folder.path().join("out");
-    let manifests = run_undisturbed(&file, &out, "netns")?;
+    let out = folder.path().join("bad");
+    // What they do wrong is told whether or not others take the processors.
+    let manifests = run_together(&file, &out, "netns", 4)?;
     gone(&out, &namespaces_of(&of_run(&out)), GONE_WITHIN);
     assert_eq!(manifests.len(), programs.len());
     for manifest in &manifests {
         let name = manifest.cell.client.to_string();
         let reasons = manifest.reasons.join("; ");
-        let words = BAD
-            .iter()
-            .find(|(bad, ..)| *bad == name)
-            .map(|(.., words)| *words);
-        match (name.as_str(), words) {
-            ("good", _) => assert_eq!(manifest.verdict, Verdict::Complete, "{reasons}"),
-            ("missing", _) => assert!(reasons.contains("cannot be started"), "{reasons}"),
-            (name, words) => {
-                println!("  {name}: {reasons}");
-                assert_eq!(manifest.verdict, Verdict::Failed, "{name}: {reasons}");
-                assert!(reasons.contains(words.unwrap()), "{name}: {reasons}");
-            }
+        let words = BAD.iter().find(|(bad, ..)| *bad == name);
+        let words = words.map_or("cannot be started", |(.., words)| words);
+        println!("  {name}: {reasons}");
+        if name != "missing" {
+            assert_eq!(manifest.verdict, Verdict::Failed, "{name}: {reasons}");
         }
+        assert!(reasons.contains(words), "{name}: {reasons}");
+    }
+    // Last, when all the others have had their chance to harm it.
+    let good = program(&("good", "loop(count)", ""));
+    let file = experiment(folder.path(), &["arima"], &[good], "2s");
+    for manifest in run_undisturbed(&file, &folder.path().join("good"), "netns")? {
+        let reasons = manifest.reasons.join("; ");
+        assert_eq!(manifest.verdict, Verdict::Complete, "{reasons}");
     }
     Ok(())
+}
+
+/// `webloop conform` of a program.
+fn conform(run: &[String]) -> Output {
+    command()
+        .args(["conform", "--"])
+        .args(run)
+        .output()
+        .unwrap()
 }
 
 pub(crate) fn the_examples_hold_the_loop_and_keep_the_contract() -> Result<(), String> {
@@ -210,7 +220,7 @@ pub(crate) fn the_examples_hold_the_loop_and_keep_the_contract() -> Result<(), S
     // Over the VPN, with one request at a time, the loop settles in 2 s.
     let file = experiment(folder.path(), &["couva", "diego-vpn"], &programs, "4s");
     let out = folder.path().join("out");
-    for manifest in run_undisturbed(&file, &out, "netns")? {
+    for manifest in run_together(&file, &out, "netns", 2)? {
         let cell = &manifest.cell;
         let at = format!(
             "{} over {}: {:?}",
@@ -226,11 +236,7 @@ pub(crate) fn the_examples_hold_the_loop_and_keep_the_contract() -> Result<(), S
         said(&table)
     );
     for (name, run) in &programs {
-        let output = command()
-            .args(["conform", "--"])
-            .args(run)
-            .output()
-            .unwrap();
+        let output = conform(run);
         println!(
             "  {name}: {}",
             said(&output).lines().last().unwrap_or_default()

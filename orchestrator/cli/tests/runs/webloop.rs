@@ -180,6 +180,16 @@ pub(crate) fn run_undisturbed(
     out: &Path,
     backend: &str,
 ) -> Result<Vec<Manifest>, String> {
+    run_together(file, out, backend, 1)
+}
+
+/// The same with so many cells at a time. Those that were disturbed run again, alone.
+pub(crate) fn run_together(
+    file: &Path,
+    out: &Path,
+    backend: &str,
+    jobs: usize,
+) -> Result<Vec<Manifest>, String> {
     for _ in 0..TRIES {
         let mut run = command();
         run.arg("run")
@@ -188,6 +198,8 @@ pub(crate) fn run_undisturbed(
         run.arg(out);
         if out.exists() {
             run.arg("--failed");
+        } else if jobs > 1 {
+            run.args(["--jobs", &jobs.to_string()]);
         }
         let output = run.output().unwrap();
         assert!(matches!(code(&output), Some(0 | 1)), "{}", said(&output));

@@ -153,7 +153,7 @@ fn each_planted_fault_is_found_and_named() {
             }
         });
     };
-    BAD.chunks(4).for_each(try_out);
+    BAD.chunks(6).for_each(try_out);
 }
 
 #[test]

@@ -18,8 +18,8 @@ use crate::subject::{
 /// The reference of a unit step, and the band about it in which a response has settled.
 const REFERENCE: f64 = 1.0;
 const BAND: f64 = 0.02;
-/// The upper end of the y axis is at least this.
-const HIGH: f64 = 1.2 * REFERENCE;
+/// The y axis reaches at least to this share of the reference.
+const HIGH: f64 = 1.2;
 
 /// What one panel shows.
 struct Shown {
@@ -195,8 +195,8 @@ fn draw<'a>(
             ..traces.median(group, shown.h_ns, end_s)?
         });
     }
-    panel.guides = guides();
-    panel.y.range = Some(range(&panel.series));
+    panel.guides = guides(REFERENCE);
+    panel.y.range = range(&panel.series, REFERENCE);
     Ok((panel, Some(behind)))
 }
 
@@ -222,7 +222,7 @@ fn settling(group: &Group<'_>, reference: &Group<'_>) -> Option<String> {
 
 /// End of the time axis, s: twice the slowest median settling, rounded up to half a second, but no
 /// more than the length of the runs.
-fn horizon_s<'a, 'b: 'a>(groups: impl Iterator<Item = &'a Group<'b>>) -> f64 {
+pub(super) fn horizon_s<'a, 'b: 'a>(groups: impl Iterator<Item = &'a Group<'b>>) -> f64 {
     let (mut settled_ms, mut length_s) = (0.0f64, 0.0f64);
     for group in groups {
         settled_ms = settled_ms.max(group.settling_ms().map_or(0.0, |ms| ms.value));
@@ -236,20 +236,21 @@ fn horizon_s<'a, 'b: 'a>(groups: impl Iterator<Item = &'a Group<'b>>) -> f64 {
 
 /// The range of the lines. A band may go further and is cut, since one stall among few runs would
 /// flatten everything else.
-fn range(series: &[Series]) -> (f64, f64) {
+/// `None` if there is nothing but zero.
+pub(super) fn range(series: &[Series], r: f64) -> Option<(f64, f64)> {
     let ys = series.iter().flat_map(|series| &series.points);
     let finite = ys.map(|(_, y)| *y).filter(|y| y.is_finite());
-    let (low, high) = finite.fold((0.0f64, HIGH), |(low, high), y| {
-        (low.min(1.1 * y), high.max(1.1 * y))
-    });
-    (low, high)
+    let ends = (f64::min(0.0, HIGH * r), f64::max(0.0, HIGH * r));
+    let (low, high) = finite.fold(ends, |(low, high), y| (low.min(1.1 * y), high.max(1.1 * y)));
+    (low < high).then_some((low, high))
 }
 
-fn guides() -> Vec<Guide> {
+/// The reference and the band about it in which a response has settled.
+pub(super) fn guides(r: f64) -> Vec<Guide> {
     [
-        ("reference", REFERENCE),
-        ("2 % band", REFERENCE * (1.0 + BAND)),
-        ("2 % band", REFERENCE * (1.0 - BAND)),
+        ("reference", r),
+        ("2 % band", r * (1.0 + BAND)),
+        ("2 % band", r * (1.0 - BAND)),
     ]
     .map(|(name, y)| Guide {
         name: name.to_owned(),

@@ -104,6 +104,10 @@ impl Lab {
         fs::write(folder.join("profile.toml"), &profile.source).expect("a writable folder");
         let mut names = vec!["ticks.csv", "arrivals.csv", "messages.csv", "probes.csv"];
         names.push("profile.toml");
+        if let Some(text) = self.plan.system(cell).expect("planned").own_text() {
+            fs::write(folder.join("system.toml"), text).expect("a writable folder");
+            names.push("system.toml");
+        }
         let mut reports = vec!["plant.json", "controller.json"];
         if cell.client.is_browser() {
             reports.push("page.json");
