@@ -10,10 +10,9 @@ use plan::Client;
 use system::System;
 
 use super::median::Traces;
-use super::step::{guides, horizon_s, range};
+use super::step::{guides, horizon_s, range, settled};
 use super::{Figure, panel};
 use crate::group::Group;
-use crate::number::significant;
 use crate::origin::Origin;
 use crate::paper;
 use crate::subject::{OTHER_TONE, OWN_TONES, tone_of};
@@ -146,7 +145,7 @@ impl<'a> Place<'a> {
         let mut own_tones = OWN_TONES.iter().cycle();
         for kind in kinds {
             let tone = tone(kind.client, &mut own_tones);
-            let Some(settling) = kind.group.settling_ms() else {
+            let Some(settling_ms) = kind.group.settling_ms() else {
                 continue;
             };
             let is_alone = kinds.iter().filter(|one| one.client == kind.client).count() == 1;
@@ -155,13 +154,8 @@ impl<'a> Place<'a> {
             } else {
                 format!(", {}", kind.setup)
             };
-            let settled = if settling.value.is_infinite() {
-                "not settled".to_owned()
-            } else {
-                format!("{} s", significant(settling.value / 1e3, 3))
-            };
             panel.series.push(Series {
-                name: format!("{}{setup}: {settled}", kind.client),
+                name: format!("{}{setup}: {}", kind.client, settled(settling_ms)),
                 tone,
                 ..traces.median(&kind.group, self.h_ns, end_s)?
             });

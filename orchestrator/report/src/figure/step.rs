@@ -6,7 +6,7 @@ use endpoint::Mode;
 
 use super::median::Traces;
 use super::{Figure, panel};
-use crate::group::Group;
+use crate::group::{Estimate, Group};
 use crate::number::significant;
 use crate::origin::Origin;
 use crate::paper;
@@ -208,16 +208,21 @@ fn closed<'a>(campaign: &'a Campaign, subject: Subject, topology: &str, h_ns: u6
 /// group; `None` without a run.
 fn settling(group: &Group<'_>, reference: &Group<'_>) -> Option<String> {
     let own = group.settling_ms()?;
-    if own.value.is_infinite() {
-        return Some("not settled".to_owned());
-    }
     let times = reference
         .settling_ms()
-        .filter(|_| reference.ids() != group.ids())
+        .filter(|_| own.value.is_finite() && reference.ids() != group.ids())
         .and_then(|of| own.times(of))
         .map(|times| format!(" ({:.1}×)", times.value));
-    let own_s = significant(own.value / 1e3, 3);
-    Some(format!("{own_s} s{}", times.unwrap_or_default()))
+    Some(settled(own) + &times.unwrap_or_default())
+}
+
+/// A median settling, ms, as text.
+pub(super) fn settled(settling_ms: Estimate) -> String {
+    if settling_ms.value.is_infinite() {
+        "not settled".to_owned()
+    } else {
+        format!("{} s", significant(settling_ms.value / 1e3, 3))
+    }
 }
 
 /// End of the time axis, s: twice the slowest median settling, rounded up to half a second, but no
