@@ -15,7 +15,7 @@ use super::{Figure, panel};
 use crate::group::Group;
 use crate::origin::Origin;
 use crate::paper;
-use crate::subject::{OTHER_TONE, OWN_TONES, tone_of};
+use crate::subject::{OWN_TONES, tone_of};
 
 /// The most panels of the figure; further places are counted in its caption.
 const MOST_PANELS: usize = 12;
@@ -47,6 +47,12 @@ pub(super) fn figure(campaign: &Campaign) -> Result<Option<Figure>, ReadError> {
     if places.is_empty() {
         return Ok(None);
     }
+    let mut own_clients: Vec<Client> = Vec::new();
+    for client in closed(campaign).map(|run| run.cell.client) {
+        if client.is_own() && !own_clients.contains(&client) {
+            own_clients.push(client);
+        }
+    }
     let left_out = places.len().saturating_sub(MOST_PANELS);
     places.truncate(MOST_PANELS);
     let (mut origin, mut sentences, mut panels) = (Origin::default(), Vec::new(), Vec::new());
@@ -56,7 +62,7 @@ pub(super) fn figure(campaign: &Campaign) -> Result<Option<Figure>, ReadError> {
         for kind in &kinds {
             origin.all(&kind.group);
         }
-        let panel = place.draw(&kinds, &mut traces)?;
+        let panel = place.draw(&kinds, &own_clients, &mut traces)?;
         let curves = panel.series.iter().map(|series| series.name.as_str());
         let curves: Vec<&str> = curves.collect();
         if !curves.is_empty() {
@@ -126,7 +132,12 @@ impl<'a> Place<'a> {
     }
 
     /// The panel of this place; empty if nothing here is complete.
-    fn draw(self, kinds: &[Kind<'_>], traces: &mut Traces) -> Result<Panel, ReadError> {
+    fn draw(
+        self,
+        kinds: &[Kind<'_>],
+        own_clients: &[Client],
+        traces: &mut Traces,
+    ) -> Result<Panel, ReadError> {
         let first = kinds.iter().find_map(|kind| kind.group.runs.first());
         let rate = first.map_or_else(String::new, |run| format!(", {}", run.cell.rate()));
         let system = if self.system == System::PAPER {
@@ -142,9 +153,7 @@ impl<'a> Place<'a> {
         let r = first.cell.settings.r;
         let end_s = horizon_s(kinds.iter().map(|kind| &kind.group));
         panel.x.range = Some((0.0, end_s));
-        let mut own_tones = OWN_TONES.iter().cycle();
         for kind in kinds {
-            let tone = tone(kind.client, &mut own_tones);
             let Some(settling_ms) = kind.group.settling_ms() else {
                 continue;
             };
@@ -156,7 +165,7 @@ impl<'a> Place<'a> {
             };
             panel.series.push(Series {
                 name: format!("{}{setup}: {}", kind.client, settled(settling_ms)),
-                tone,
+                tone: tone(kind.client, own_clients),
                 ..traces.median(&kind.group, self.h_ns, end_s)?
             });
         }
@@ -166,11 +175,10 @@ impl<'a> Place<'a> {
     }
 }
 
-/// A client's colour; those of one's own take the next of theirs.
-fn tone<'t>(client: Client, own_tones: &mut impl Iterator<Item = &'t Tone>) -> Tone {
-    if client.is_own() {
-        own_tones.next().copied().unwrap_or(OTHER_TONE)
-    } else {
-        tone_of(client)
+/// A client's colour, the same in all panels; those of one's own take theirs in turn, in the plan's order.
+fn tone(client: Client, own_clients: &[Client]) -> Tone {
+    match own_clients.iter().position(|own| *own == client) {
+        Some(nth) => OWN_TONES[nth % OWN_TONES.len()],
+        None => tone_of(client),
     }
 }
