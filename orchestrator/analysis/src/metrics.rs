@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
-use endpoint::{ArrivalRow, MessageRow, Mode, TickRow};
+use endpoint::{ArrivalRow, MessageRow, Mode, Reference, TickRow};
 use serde::{Deserialize, Serialize};
 
 use crate::arrival::{ArrivalCount, Arrivals};
@@ -18,14 +18,16 @@ use crate::whole::Vouched;
 use plan::{ProbeRow, file_name};
 
 /// What has to be known about a cell to read its rows.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct CellFacts {
     /// The sample time, ns.
     pub h_ns: u64,
     /// Whether the loop was closed.
     pub mode: Mode,
-    /// The reference.
+    /// The reference; at the start, if it moves.
     pub r: f64,
+    /// The changes of a reference that moves.
+    pub reference: Option<Reference>,
 }
 
 impl From<&plan::Cell> for CellFacts {
@@ -34,6 +36,7 @@ impl From<&plan::Cell> for CellFacts {
             h_ns: cell.settings.h.ns(),
             mode: cell.settings.mode,
             r: cell.settings.r,
+            reference: cell.moving_reference(),
         }
     }
 }
@@ -105,7 +108,7 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn metrics(mut self, facts: &CellFacts) -> Result<Metrics, Vec<ReadError>> {
         let mut ticks = TickCount::new(facts.h_ns);
-        let mut response = ResponseTrace::new(facts.h_ns, facts.r);
+        let mut response = ResponseTrace::new(facts.h_ns, facts.r, facts.reference.clone());
         let closed = facts.mode == Mode::Closed;
         let mut order = TickOrder::new(facts.h_ns);
         let take = |row: &TickRow| {

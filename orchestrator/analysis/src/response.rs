@@ -3,9 +3,13 @@
 //! Time is the plant's own: tick number times h, from the tick that took the first command. The
 //! response ends with the last command: afterwards the loop is open, and the plant only holds its
 //! input.
+//!
+//! Where the reference moves, the figures are of the response to its last step: from r before it to r after
+//! it, and times from that step. A reference that moves in the last fifth has no last step: then the verdict
+//! is on how the output follows, and of the figures there are only the peak, the mean and the integral.
 
 use control::{StepSettings, sampled_step_info};
-use endpoint::TickRow;
+use endpoint::{Reference, TickRow};
 use serde::{Deserialize, Serialize};
 
 /// The verdict on a closed loop.
@@ -38,11 +42,11 @@ pub struct Response {
     pub verdict: LoopVerdict,
     /// Length of the response, s.
     pub length_s: f64,
-    /// Rise time from 10 to 90 % of the reference, ms.
+    /// Rise time from 10 to 90 % of the step, ms.
     pub rise_ms: Option<f64>,
-    /// Time until y stays within 2 % of the reference, ms.
+    /// Time until y stays within 2 % of the step about the reference, ms.
     pub settling_ms: Option<f64>,
-    /// Overshoot, % of the reference.
+    /// Overshoot, % of the step.
     pub overshoot_pct: Option<f64>,
     /// Largest magnitude of y.
     pub peak: Option<f64>,
@@ -79,25 +83,72 @@ pub fn judge(y: &[f64], r: f64) -> LoopVerdict {
     if !y.iter().all(|y| y.is_finite()) {
         return LoopVerdict::Unstable;
     }
-    if y.len() < PARTS {
+    let Some(worst) = worst_errors(y, r) else {
         return LoopVerdict::NotSettled;
-    }
-    let part = |i: usize| &y[y.len() * i / PARTS..y.len() * (i + 1) / PARTS];
-    let worst = |i: usize| {
-        part(i)
-            .iter()
-            .fold(0.0, |worst: f64, y| worst.max((y - r).abs()))
     };
-    let last = worst(PARTS - 1);
-    let grows = (PARTS - 3..PARTS).all(|i| worst(i) > GROWTH * worst(i - 1));
-    if grows && last > r.abs() {
+    let last = worst[PARTS - 1];
+    if grows(&worst) && last > r.abs() {
         return LoopVerdict::Unstable;
     }
-    let steady = (mean(part(PARTS - 1)) - r).abs() <= BAND * r.abs();
+    let steady = (mean(part(y, PARTS - 1)) - r).abs() <= BAND * r.abs();
     if last <= BAND * r.abs() || steady && last <= EXCURSION * r.abs() {
         return LoopVerdict::Stable;
     }
     LoopVerdict::NotSettled
+}
+
+/// The verdict on a response `y` to a reference `r` that moves without rest, sample by sample.
+///
+/// - *Unstable*: as by [`judge`], with the range of r in place of the step.
+/// - *Stable*: the output follows. No error of the last part exceeds half the range of r, which an output
+///   that rests in the middle would have, nor by more than a tenth the largest error before.
+/// - *Not settled*: anything else.
+///
+/// # Panics
+/// If there is not one r for each sample.
+#[must_use]
+pub fn judge_following(y: &[f64], r: &[f64]) -> LoopVerdict {
+    assert_eq!(y.len(), r.len(), "one r for each sample");
+    let span = r.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+        - r.iter().copied().fold(f64::INFINITY, f64::min);
+    let e: Vec<f64> = y.iter().zip(r).map(|(y, r)| y - r).collect();
+    match worst_errors(&e, 0.0) {
+        None if e.iter().all(|e| e.is_finite()) => LoopVerdict::NotSettled,
+        None => LoopVerdict::Unstable,
+        Some(worst) if grows(&worst) && worst[PARTS - 1] > span => LoopVerdict::Unstable,
+        Some(worst) => {
+            let earlier = worst[..PARTS - 1].iter().copied().fold(0.0, f64::max);
+            let last = worst[PARTS - 1];
+            if last <= span / 2.0 && last <= GROWTH * earlier {
+                LoopVerdict::Stable
+            } else {
+                LoopVerdict::NotSettled
+            }
+        }
+    }
+}
+
+/// The largest error about `r` in each part; `None` with fewer samples than parts, or one that is not
+/// finite.
+fn worst_errors(y: &[f64], r: f64) -> Option<[f64; PARTS]> {
+    if y.len() < PARTS || !y.iter().all(|y| y.is_finite()) {
+        return None;
+    }
+    let largest = |part: &[f64]| {
+        part.iter()
+            .fold(0.0, |worst: f64, y| worst.max((y - r).abs()))
+    };
+    Some(std::array::from_fn(|i| largest(part(y, i))))
+}
+
+/// Whether each of the last three parts is worse than the one before it by a tenth.
+fn grows(worst: &[f64; PARTS]) -> bool {
+    (PARTS - 3..PARTS).all(|i| worst[i] > GROWTH * worst[i - 1])
+}
+
+/// One of the equal parts of a response.
+fn part(y: &[f64], i: usize) -> &[f64] {
+    &y[y.len() * i / PARTS..y.len() * (i + 1) / PARTS]
 }
 
 fn mean(y: &[f64]) -> f64 {
@@ -107,8 +158,9 @@ fn mean(y: &[f64]) -> f64 {
 /// Accumulates a [`Response`] tick by tick.
 #[derive(Debug)]
 pub struct ResponseTrace {
-    h_ms: f64,
+    h_ns: u64,
     r: f64,
+    reference: Option<Reference>,
     y: Vec<f64>,
     command: Option<u64>,
     /// Number of samples up to the tick that took the newest command.
@@ -116,12 +168,13 @@ pub struct ResponseTrace {
 }
 
 impl ResponseTrace {
-    /// For a plant with this sample time and the reference `r`.
+    /// For a plant with this sample time and the reference `r`, or one that moves.
     #[must_use]
-    pub fn new(h_ns: u64, r: f64) -> Self {
+    pub fn new(h_ns: u64, r: f64, reference: Option<Reference>) -> Self {
         Self {
-            h_ms: h_ns as f64 / 1e6,
+            h_ns,
             r,
+            reference,
             y: Vec::new(),
             command: None,
             length: 0,
@@ -144,29 +197,67 @@ impl ResponseTrace {
     #[must_use]
     pub fn finish(self) -> Option<Response> {
         let y = &self.y[..self.length];
-        let h_s = self.h_ms / 1e3;
         if y.is_empty() {
             return None;
         }
-        let to_r = StepSettings {
+        let h_s = self.h_ns as f64 / 1e9;
+        let r: Vec<f64> = (0..y.len()).map(|k| self.r_at(k)).collect();
+        let (first, before) = self.last_step(y.len());
+        let has_step = first <= y.len() * (PARTS - 1) / PARTS;
+        let from_step = &y[first..];
+        let of_step: Vec<f64> = from_step.iter().map(|y| y - before).collect();
+        let step = r[y.len() - 1] - before;
+        let to_step = StepSettings {
             settling_threshold: BAND,
-            final_value: Some(self.r),
+            final_value: Some(step),
             ..StepSettings::default()
         };
-        let info = sampled_step_info(self.h_ms, y, &to_r).ok();
+        let h_ms = self.h_ns as f64 / 1e6;
+        let info = sampled_step_info(h_ms, &of_step, &to_step).ok();
+        let info_of_step = info.filter(|_| has_step);
         let figure = |x: Option<f64>| x.filter(|x| x.is_finite());
+        // By magnitude of y itself, which the response to a step from another value is not.
+        let seen = if has_step { from_step } else { y };
+        let (peak_place, peak) = seen.iter().enumerate().fold((0, 0.0), |peak, (k, y)| {
+            if y.abs() > peak.1 { (k, y.abs()) } else { peak }
+        });
         let last = &y[y.len() * (PARTS - 1) / PARTS..];
         Some(Response {
-            verdict: judge(y, self.r),
+            verdict: if has_step {
+                judge(&of_step, step)
+            } else {
+                judge_following(y, &r)
+            },
             length_s: y.len() as f64 * h_s,
-            rise_ms: figure(info.map(|info| info.rise_time)),
-            settling_ms: figure(info.map(|info| info.settling_time)),
-            overshoot_pct: figure(info.map(|info| info.overshoot)),
-            peak: figure(info.map(|info| info.peak)),
-            peak_ms: figure(info.map(|info| info.peak_time)),
+            rise_ms: figure(info_of_step.map(|info| info.rise_time)),
+            settling_ms: figure(info_of_step.map(|info| info.settling_time)),
+            overshoot_pct: figure(info_of_step.map(|info| info.overshoot)),
+            peak: figure(info.map(|_| peak)),
+            peak_ms: figure(info.map(|_| peak_place as f64 * h_ms)),
             final_value: figure(Some(mean(last))),
-            iae: figure(Some(y.iter().map(|y| (self.r - y).abs() * h_s).sum())),
+            iae: figure(Some(
+                y.iter().zip(&r).map(|(y, r)| (r - y).abs() * h_s).sum(),
+            )),
         })
+    }
+
+    /// The reference at a sample.
+    fn r_at(&self, k: usize) -> f64 {
+        let moving = self.reference.as_ref();
+        moving.map_or(self.r, |moving| moving.at(self.t_ns(k)))
+    }
+
+    /// The first sample of the last step, and r before it. Without a change of r it is the start, from rest.
+    fn last_step(&self, length: usize) -> (usize, f64) {
+        let moving = self.reference.as_ref();
+        let change = moving.and_then(|moving| moving.last_change(self.t_ns(length - 1)));
+        change.map_or((0, 0.0), |(t_ns, before)| {
+            (t_ns.div_ceil(self.h_ns) as usize, before)
+        })
+    }
+
+    fn t_ns(&self, k: usize) -> u64 {
+        (k as u64).saturating_mul(self.h_ns)
     }
 }
 

@@ -92,13 +92,19 @@ fn messages(cell: &Cell, start_ns: u64, arrivals: &[ArrivalRow]) -> Vec<MessageR
         }
     }
     let is_closed = cell.settings.mode == Mode::Closed;
+    let moving = cell.moving_reference();
+    let r = |due_ns| {
+        moving
+            .as_ref()
+            .map_or(cell.settings.r, |moving| moving.at(due_ns))
+    };
     let message = |(seq, row): (u64, &Option<&ArrivalRow>)| MessageRow {
         seq,
         t_due_ns: start_ns.saturating_add(seq.saturating_mul(h_ns)),
         t_send_ns: row.and_then(|row| row.t_send_ns),
         t_receive_ns: None,
         t_arrive_ns: row.map(|row| row.t_arrive_ns),
-        r: cell.settings.r,
+        r: r(seq.saturating_mul(h_ns)),
         y: None,
         e: None,
         u: row.map(|row| row.u),

@@ -6,7 +6,7 @@
 
 use std::net::SocketAddr;
 
-use endpoint::{ControllerSettings, PageSettings, PlantSettings};
+use endpoint::{ControllerSettings, PageSettings, PlantSettings, Reference};
 use link::{Epoch, Way};
 use plan::{Cell, Client, ProfileText, Program};
 use schemars::{JsonSchema, schema_for};
@@ -35,6 +35,9 @@ pub struct PlantRole {
     /// The loop's start, monotonic; its own first tick, if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start_ns: Option<u64>,
+    /// The reference that a page should follow, if it moves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Reference>,
 }
 
 /// What a controller is told, whichever the client.
@@ -63,6 +66,9 @@ pub struct ControllerRole {
     pub start_ns: Option<u64>,
     /// Deadlines end this long after the first.
     pub duration_ns: u64,
+    /// The reference, if it moves. A page has the plant's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Reference>,
 }
 
 /// What a player of the link is told.
@@ -137,6 +143,7 @@ impl PlantRole {
             program: texts.plant_program.cloned(),
             seed: cell.link_seed,
             start_ns: Some(start_ns),
+            reference: cell.moving_reference(),
         }
     }
 }
@@ -159,6 +166,7 @@ impl ControllerRole {
             program: texts.program.cloned(),
             start_ns: Some(start_ns),
             duration_ns: cell.duration_ns,
+            reference: cell.moving_reference(),
         }
     }
 }

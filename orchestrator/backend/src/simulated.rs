@@ -91,6 +91,7 @@ fn run_with<M: Model + Clone>(
         plant,
         hold: cell.hold,
         tick_noise: cell.plant_settings().tick_noise,
+        reference: cell.moving_reference(),
         law,
         pool: if cell.client.spec().keeps_own_connections {
             Pool::Own

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use endpoint::{
-    ControllerSettings, Hold, NoiseLaw, PageSettings, PlantSettings, Preset, SampleTime, TickNoise,
+    ControllerSettings, Hold, NoiseLaw, PageSettings, PlantSettings, Preset, Reference, SampleTime,
+    Shape, TickNoise,
 };
 use link::LinkTime;
 use schemars::JsonSchema;
@@ -44,6 +45,9 @@ pub struct Cell {
     pub duration_ns: u64,
     /// The controller's settings; the plant takes h and `late` from here too.
     pub settings: ControllerSettings,
+    /// How the reference moves; it rests at the settings' r, if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Shape>,
     /// How long the plant holds a command when no other comes.
     #[serde(default, skip_serializing_if = "Hold::is_last")]
     pub hold: Hold,
@@ -85,6 +89,13 @@ fn paper_python() -> Preset {
 }
 
 impl Cell {
+    /// The changes of its reference; `None` if that rests, or a file says what no plan does.
+    #[must_use]
+    pub fn moving_reference(&self) -> Option<Reference> {
+        let shape = self.reference.as_ref()?;
+        shape.over(self.settings.h, self.duration_ns).ok()
+    }
+
     /// Sets the id from the other fields: words for people, then six hex digits of a fingerprint, for
     /// what the words leave out (outstanding, schedule, seed, duration ...). Index and `together` do
     /// not change it.

@@ -183,7 +183,7 @@ impl Reader<'_> {
                             ));
                         }
                         let mut settings = preset.settings(mode, *h);
-                        settings.r = system.r();
+                        settings.r = self.first_r(system, *h, duration_ns, place)?;
                         self.lay(ControllerSettings::FIELDS, chosen, &mut settings)?;
                         let suits = settings.check().and_then(|()| system.check(&settings));
                         suits.map_err(|invalid| {
@@ -201,6 +201,7 @@ impl Reader<'_> {
                             link_seed,
                             duration_ns,
                             settings,
+                            reference: system.reference().cloned(),
                             hold,
                             tick_noise,
                             page: self.page(chosen, *client, preset, &settings, named)?,
@@ -283,6 +284,24 @@ impl Reader<'_> {
                     "leave it out of `stall_met`, or let the profile's stalls be longer or more frequent",
                 )
             })
+    }
+
+    /// The system's reference at the start; an error where it cannot move so in this run.
+    fn first_r(
+        &self,
+        system: &System,
+        h: SampleTime,
+        duration_ns: u64,
+        place: &Spanned<String>,
+    ) -> Result<f64, InvalidFile> {
+        let Some(shape) = system.reference() else {
+            return Ok(system.r());
+        };
+        let moving = shape.over(h, duration_ns).map_err(|problem| {
+            let problem = format!("system {}: {problem}", system.name());
+            self.invalid(place, problem, "")
+        })?;
+        Ok(moving.at(0))
     }
 
     /// The page's settings; `None` if the client is not a browser.

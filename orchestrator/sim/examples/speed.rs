@@ -44,6 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             plant: plant.stepper(),
             hold: Hold::Last,
             tick_noise: None,
+            reference: None,
             law: preset::paper_pi().into(),
             pool: Pool::Shared,
             message_bytes: [166, 288],
@@ -59,7 +60,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut settling_ms = None;
         for _ in 0..RUNS {
             let clock = Instant::now();
-            let mut metrics = Metrics(ResponseTrace::new(h.ns(), 1.0));
+            let mut metrics = Metrics(ResponseTrace::new(h.ns(), 1.0, None));
             run(&setup, &mut metrics)?;
             settling_ms = metrics.0.finish().and_then(|response| response.settling_ms);
             times_s.push(clock.elapsed().as_secs_f64());

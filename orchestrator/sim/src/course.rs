@@ -99,7 +99,8 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
         let stop_ns = setup.start_ns.saturating_add(setup.duration_ns);
         let settings = setup.settings;
         let controller =
-            ControllerEnd::try_new(settings, setup.law.clone(), 0.0, setup.start_ns, stop_ns)?;
+            ControllerEnd::try_new(settings, setup.law.clone(), 0.0, setup.start_ns, stop_ns)?
+                .following(setup.reference.clone());
         let plant_settings = PlantSettings {
             h: settings.h,
             late: settings.late,

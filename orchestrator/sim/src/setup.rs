@@ -1,7 +1,7 @@
 //! Settings and result of a simulated run.
 
 use control::{Law, Stepper};
-use endpoint::{ControllerSettings, Counts, Hold, InvalidSettings, TickNoise};
+use endpoint::{ControllerSettings, Counts, Hold, InvalidSettings, Reference, TickNoise};
 use link::{Epoch, LinkTime, Profile};
 
 use crate::connection::Pool;
@@ -25,6 +25,8 @@ pub struct Setup<'a, M = Stepper> {
     pub hold: Hold,
     /// Noise of the plant's tick times, from its machine.
     pub tick_noise: Option<TickNoise>,
+    /// The reference, if it moves.
+    pub reference: Option<Reference>,
     /// The control law at rest.
     pub law: Law,
     /// Which connection a message takes if none is idle.

@@ -94,6 +94,7 @@ impl Bench {
             plant: design.plant.stepper(),
             hold: Hold::Last,
             tick_noise: None,
+            reference: None,
             law: design.law,
             pool: if client.spec().keeps_own_connections {
                 Pool::Own

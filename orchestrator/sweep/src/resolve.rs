@@ -186,10 +186,11 @@ impl Reader<'_> {
         self.words(Axis::System, Some(System::PAPER), |asked| {
             let system = System::read(&library.system(asked)?)
                 .map_err(|fault| format!("`{asked}` is not a valid system: line {fault}"))?;
-            if system.plant().linear().is_none() || system.surroundings().is_some() {
+            let is_plain = system.surroundings().is_none() && system.reference().is_none();
+            if system.plant().linear().is_none() || !is_plain {
                 return Err(format!(
-                    "`{asked}` has a program, an actuator, a disturbance or a sensor, which a sweep leaves \
-                     out; run it as an experiment with --backend sim"
+                    "`{asked}` has a program, an actuator, a disturbance, a sensor or a reference that moves, which a \
+                     sweep leaves out; run it as an experiment with --backend sim"
                 ));
             }
             let level = said(system.name());

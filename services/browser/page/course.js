@@ -15,7 +15,7 @@ import { XhrSender } from "./xhr.js";
 const START_AHEAD_NS = 200_000_000n;
 
 /**
- * A run by `task`: settings, law, session, `start_ns` and `clock_ns` (BigInt or null), and `word`,
+ * A run by `task`: settings, law, reference, session, `start_ns` and `clock_ns` (BigInt or null), and `word`,
  * the shared word by which a blocking run is stopped. Gives what stops it.
  */
 export function beginCourse(task, tell) {
@@ -35,6 +35,7 @@ export function beginCourse(task, tell) {
     const made = new Drive({
       settings: task.settings,
       law: task.law,
+      reference: task.reference,
       clock,
       y,
       word: task.word,

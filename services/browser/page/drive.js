@@ -30,11 +30,12 @@ export class Drive {
   #firstFailure = null;
 
   /** `makeSender` is given how a message's end is told, and how an answer's seq is read. */
-  constructor({ settings, law, clock, y, word, makeSender, tell }) {
+  constructor({ settings, law, reference, clock, y, word, makeSender, tell }) {
     this.#settings = settings;
     this.#clock = clock;
     this.#word = word;
-    this.#end = new ControllerEnd(settings, readLaw(law), y, 0, settings.duration_ns);
+    const read = readLaw(law);
+    this.#end = new ControllerEnd(settings, read, y, 0, settings.duration_ns, reference);
     this.#record = new Record(clock.epoch_ns, this.#end.counts, tell);
     const readSeq = (text) => this.#read(text).seq;
     this.#sender = makeSender((seq, result) => this.#ended(seq, result), readSeq);

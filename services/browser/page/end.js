@@ -12,6 +12,10 @@ export const OUTSTANDING_CAP = 8192;
 export class ControllerEnd {
   #settings;
   #law;
+  /** When r changes, after the first deadline, and to what; the place of the newest change. */
+  #reference;
+  #place = 0;
+  #start_ns;
   #limit;
   #stop_ns;
   /** The newest output known, and the plant's tick that it belongs to. */
@@ -32,10 +36,13 @@ export class ControllerEnd {
 
   /**
    * An end whose first deadline is `start_ns` and whose last is before `stop_ns`. `y` is the
-   * plant's output before the first answer. The settings are those of setting.js.
+   * plant's output before the first answer. The settings are those of setting.js. `reference`
+   * has the changes of r, pairs of ns after the first deadline and r; without it r rests.
    */
-  constructor(settings, law, y, start_ns, stop_ns) {
+  constructor(settings, law, y, start_ns, stop_ns, reference = null) {
     this.#settings = settings;
+    this.#reference = reference ?? [[0, settings.r]];
+    this.#start_ns = start_ns;
     this.#law = law;
     this.#limit =
       settings.outstanding === "unlimited" ? OUTSTANDING_CAP : settings.outstanding;
@@ -151,8 +158,9 @@ export class ControllerEnd {
 
   /** The command for a deadline: from the newest output known right now. */
   #send(seq, due_ns, now_ns) {
-    const { mode, r, h_ns, integrate } = this.#settings;
+    const { mode, h_ns, integrate } = this.#settings;
     const row = this.#row(seq, due_ns);
+    const { r } = row;
     // In open loop the plant does not apply it; the reference is as good as any.
     let u = r;
     if (mode === "closed") {
@@ -181,6 +189,16 @@ export class ControllerEnd {
     return row;
   }
 
+  /** The reference at a deadline, which is no earlier than those before. */
+  #r(due_ns) {
+    const changes = this.#reference;
+    const passed_ns = due_ns - this.#start_ns;
+    while (this.#place + 1 < changes.length && changes[this.#place + 1][0] <= passed_ns) {
+      this.#place += 1;
+    }
+    return changes[this.#place][1];
+  }
+
   /** The row of a deadline before anything is known of it. */
   #row(seq, t_due_ns) {
     return {
@@ -189,7 +207,7 @@ export class ControllerEnd {
       t_send_ns: null,
       t_receive_ns: null,
       t_arrive_ns: null,
-      r: this.#settings.r,
+      r: this.#r(t_due_ns),
       y: null,
       e: null,
       u: null,

@@ -101,7 +101,7 @@ export class Run {
   }
 
   async #drive() {
-    const { h_ns, late, law } = this.#session.plant;
+    const { h_ns, late, law, reference } = this.#session.plant;
     const asked = this.#request.settings;
     const settings = { ...asked, h_ns: asked.h_ns ?? h_ns, late: asked.late ?? late };
     this.#known.settings = settings;
@@ -115,7 +115,8 @@ export class Run {
     this.#view.state("preparing", "Measuring this browser's clock and timers.");
     const { start_ns, clock_ns } = this.#request;
     const { token } = this.#session;
-    const task = { settings, law, start_ns, clock_ns, session: token, word: null };
+    const told = { settings, law, reference };
+    const task = { ...told, start_ns, clock_ns, session: token, word: null };
     await new Promise((resolve) => {
       this.#thread = begin(task, (event) => {
         this.#told(event);

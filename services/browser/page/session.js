@@ -25,14 +25,14 @@ export class Refused extends Error {
 /** Claims the plant for this page. */
 export async function claim(client) {
   const response = await post("/session", "application/json", JSON.stringify({ client }));
-  const { session, h_ns, late, law = null } = await response.json();
-  return new Session(session, { h_ns, late, law });
+  const { session, h_ns, late, law = null, reference = null } = await response.json();
+  return new Session(session, { h_ns, late, law, reference });
 }
 
 /** A session that is held. */
 export class Session {
   token;
-  /** The plant's sample time, what it does with commands that were overtaken, and its law. */
+  /** The plant's sample time, what it does with commands that were overtaken, its law and its reference. */
   plant;
   /** Rows that the plant has taken. */
   delivered = 0;

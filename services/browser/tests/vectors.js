@@ -63,11 +63,11 @@ function same(a, b) {
 }
 
 function vectorCases({ law, cases }) {
-  return cases.map(({ case: name, settings, start_ns, stop_ns, steps, counts }) => ({
+  return cases.map(({ case: name, settings, reference, start_ns, stop_ns, steps, counts }) => ({
     name,
     run: () => {
       const mine = { ...settings, h_ns: sampleTime(settings.h) };
-      const end = new ControllerEnd(mine, new Pid(law), 0, start_ns, stop_ns);
+      const end = new ControllerEnd(mine, new Pid(law), 0, start_ns, stop_ns, reference);
       for (const step of steps) {
         const done = play(end, settings.mode, step);
         if (!same(done, step)) {

@@ -41,6 +41,7 @@ fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn
             tick_noise: None,
         },
         law: None,
+        reference: None,
         out: folder.path().to_owned(),
         fifo: true,
     };
@@ -61,6 +62,7 @@ fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn
             transport,
             ..Preset::PaperPython.settings(Mode::Closed, h)
         },
+        reference: None,
         law: preset::paper_pi().into(),
         start_ns: None,
         duration_ns: seconds * 1_000_000_000,

@@ -3,7 +3,7 @@
 use std::{io, path::PathBuf};
 
 use control::Law;
-use endpoint::{ControllerSettings, InvalidSetting, InvalidSettings};
+use endpoint::{ControllerSettings, InvalidSetting, InvalidSettings, Reference};
 use journal::JournalError;
 
 /// Settings of a controller.
@@ -13,6 +13,8 @@ pub struct Config {
     pub plant: String,
     /// How the controller sends.
     pub settings: ControllerSettings,
+    /// The reference, if it moves.
+    pub reference: Option<Reference>,
     /// The control law at rest, such as `control::preset::paper_pi()`.
     pub law: Law,
     /// The first deadline on the run's clock; if not given, soon after the warm-up.

@@ -77,7 +77,8 @@ fn drive_by(
         let start_ns = config.start_ns.unwrap_or_else(|| now_ns() + START_AHEAD_NS);
         let stop_ns = start_ns.saturating_add(config.duration_ns);
         let end =
-            ControllerEnd::try_new(config.settings, config.law.clone(), y, start_ns, stop_ns)?;
+            ControllerEnd::try_new(config.settings, config.law.clone(), y, start_ns, stop_ns)?
+                .following(config.reference.clone());
         let mut run = Run {
             end,
             transport,

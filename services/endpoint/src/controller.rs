@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     message::{Answer, Command},
+    reference::Reference,
     row::{MessageOutcome, MessageRow},
     setting::{ControllerSettings, Integrate, Late, Mode, Outstanding, Schedule},
 };
@@ -83,6 +84,9 @@ pub enum InvalidSettings {
 #[derive(Clone, Debug)]
 pub struct ControllerEnd {
     settings: ControllerSettings,
+    /// r over time, from `start_ns` on; that of the settings, if it rests.
+    reference: Option<Reference>,
+    start_ns: u64,
     /// h in seconds, computed once, since a division costs as much as a law's arithmetic.
     h_s: f64,
     law: Law,
@@ -121,6 +125,8 @@ impl ControllerEnd {
         }
         Ok(Self {
             settings,
+            reference: None,
+            start_ns,
             h_s: settings.h.seconds(),
             law: law.into(),
             y,
@@ -132,6 +138,12 @@ impl ControllerEnd {
             under_way: VecDeque::with_capacity(settings.outstanding.limit()),
             counts: Counts::default(),
         })
+    }
+
+    /// Follows a reference that moves, instead of r in the settings.
+    #[must_use]
+    pub fn following(self, reference: Option<Reference>) -> Self {
+        Self { reference, ..self }
     }
 
     /// The next step at `now_ns`. One call handles at most one deadline, so poll until the step is to wait.
@@ -236,9 +248,10 @@ impl ControllerEnd {
     #[inline]
     fn send(&mut self, seq: u64, due_ns: u64, now_ns: u64) -> Command {
         let ControllerSettings {
-            mode, r, integrate, ..
+            mode, integrate, ..
         } = self.settings;
         let mut row = self.row(seq, due_ns);
+        let r = row.r;
         let u = match mode {
             // The plant does not apply it, so the reference will do.
             Mode::Open => r,
@@ -280,6 +293,14 @@ impl ControllerEnd {
         Some(row)
     }
 
+    /// The reference at a deadline.
+    #[inline]
+    fn r(&self, due_ns: u64) -> f64 {
+        let since_start_ns = due_ns.saturating_sub(self.start_ns);
+        let moving = self.reference.as_ref();
+        moving.map_or(self.settings.r, |moving| moving.at(since_start_ns))
+    }
+
     /// The row of a deadline before its outcome is known.
     #[inline]
     fn row(&self, seq: u64, t_due_ns: u64) -> MessageRow {
@@ -289,7 +310,7 @@ impl ControllerEnd {
             t_send_ns: None,
             t_receive_ns: None,
             t_arrive_ns: None,
-            r: self.settings.r,
+            r: self.r(t_due_ns),
             y: None,
             e: None,
             u: None,

@@ -9,6 +9,7 @@
 //! * [`ControllerSettings`], [`PlantSettings`]: how an experiment configures them ([`setting`]),
 //!   [`PageSettings`] for a page as controller ([`page`]), [`Preset`] for named settings
 //!   ([`preset`]), [`Field`] for settings by name ([`mod@field`]).
+//! * [`Shape`], [`Reference`]: a reference that moves ([`reference`]).
 //! * [`report`]: what each role reports at its end.
 //!
 //! This crate has no clock, socket, file or thread. Every time is an integer number of nanoseconds on
@@ -27,6 +28,7 @@ pub mod page;
 pub mod plant;
 pub mod preset;
 pub mod query;
+pub mod reference;
 pub mod report;
 pub mod row;
 pub mod sample_time;
@@ -45,6 +47,7 @@ pub use page::{PageSettings, Sender, Thread, Timer};
 pub use plant::{Inbox, Input, Output, PlantEnd, Process};
 pub use preset::Preset;
 pub use query::InvalidMessage;
+pub use reference::{InvalidReference, Reference, Shape};
 pub use row::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, TickRow};
 pub use sample_time::{InvalidSampleTime, SampleTime};
 pub use setting::{

@@ -266,7 +266,7 @@ pub struct ControllerSettings {
     pub mode: Mode,
     /// Sample time.
     pub h: SampleTime,
-    /// The reference.
+    /// The reference; at the start, if it moves.
     pub r: f64,
     /// How many requests may be under way.
     pub outstanding: Outstanding,

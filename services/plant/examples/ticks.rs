@@ -33,6 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         listen: "127.0.0.1:0".parse()?,
         settings,
         law: None,
+        reference: None,
         out: folder.path().to_owned(),
         fifo: true,
     };

@@ -2,7 +2,7 @@
 
 use std::{io, net::SocketAddr, path::PathBuf};
 
-use endpoint::PlantSettings;
+use endpoint::{PlantSettings, Reference};
 use journal::JournalError;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +15,8 @@ pub struct Config {
     pub settings: PlantSettings,
     /// The law that a page should follow, as `system` writes it; if `None`, the paper's.
     pub law: Option<serde_json::Value>,
+    /// The reference that a page should follow, if it moves.
+    pub reference: Option<Reference>,
     /// The folder of `ticks.csv` and `arrivals.csv`, and of each page's `messages.csv` and
     /// `page.json`; created if necessary.
     pub out: PathBuf,

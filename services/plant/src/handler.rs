@@ -1,6 +1,6 @@
 //! The state with which requests are handled; [`crate::route`] decides what each gets.
 
-use endpoint::{ArrivalRow, Inbox, PlantSettings};
+use endpoint::{ArrivalRow, Inbox, PlantSettings, Reference};
 use journal::Recorder;
 use tokio::sync::watch;
 
@@ -15,6 +15,8 @@ pub(crate) struct Handler {
     pub(crate) settings: PlantSettings,
     /// The law that a page with a session should follow.
     pub(crate) law: Option<serde_json::Value>,
+    /// The reference that it should follow, if that moves.
+    pub(crate) reference: Option<Reference>,
     pub(crate) inbox: Inbox,
     pub(crate) input: Publisher<4>,
     pub(crate) output: Reader<2>,

@@ -141,6 +141,9 @@ fn session() -> Value {
                                                                               with an overtaken \
                                                                               command"},
         "law": {"type": "object", "description": "the control law to follow; the paper's PI, if there is none"},
+        "reference": {"type": "array", "description": "the changes of a reference that moves: pairs of \
+                                                       nanoseconds from the first deadline on, and r; the \
+                                                       first is at 0", "items": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}},
     }));
     grant["required"] = json!(["session", "h_ns", "late"]);
     let count = |what: &str| json!({"type": "integer", "format": "int64", "description": what});

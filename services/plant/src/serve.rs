@@ -156,6 +156,7 @@ impl Started {
         let handler = Handler {
             settings,
             law: config.law.clone(),
+            reference: config.reference.clone(),
             inbox: Inbox::new(settings.late),
             input,
             output,

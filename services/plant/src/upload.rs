@@ -76,6 +76,9 @@ struct Grant<'a> {
     /// The law, absent if it is the paper's.
     #[serde(skip_serializing_if = "Option::is_none")]
     law: Option<&'a serde_json::Value>,
+    /// The reference, absent if it rests at the page's own r.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reference: Option<&'a endpoint::Reference>,
 }
 
 /// Runs an upload to its response.
@@ -119,6 +122,7 @@ async fn claim(body: Incoming, handler: &Rc<RefCell<Handler>>) -> Result<Respons
         h_ns: handler.settings.h.ns(),
         late: handler.settings.late,
         law: handler.law.as_ref(),
+        reference: handler.reference.as_ref(),
     }))
 }
 

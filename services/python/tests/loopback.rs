@@ -90,6 +90,7 @@ fn with_plant<T>(out: &Path, client: impl FnOnce(SocketAddr) -> T) -> (T, endpoi
             tick_noise: None,
         },
         law: None,
+        reference: None,
         out: out.to_owned(),
         fifo: true,
     };

@@ -85,6 +85,7 @@ class Arguments(unittest.TestCase):
             "law": pid,
             "start_ns": 2**63,
             "duration_ns": 6,
+            "reference": [[0, 0.5], [3, -1.0]],
         }
         config = self._read(told)
         self.assertEqual(
@@ -94,6 +95,8 @@ class Arguments(unittest.TestCase):
         self.assertEqual(config.plant, ("10.77.0.2", 8080))
         self.assertEqual((config.start_ns, config.duration_ns), (2**63, 6))
         self.assertEqual((config.law.gains, config.out), ((2.0, 1.0, 0.0, inf), "a"))
+        self.assertEqual(config.reference, [(0, 0.5), (3, -1.0)])
+        self.assertIsNone(self._read({**told, "reference": None}).reference)
         for change, what in [
             ({"speed": 3}, "`speed` is unknown"),
             ({"plant": "localhost"}, "`localhost` is not an address"),
@@ -101,6 +104,9 @@ class Arguments(unittest.TestCase):
             ({"settings": {**told["settings"], "late": "never"}}, "late `never`"),
             ({"settings": {**told["settings"], "timeout_ns": "5s"}}, "timeout_ns `5s`"),
             ({"settings": {"mode": "open"}}, "`h` is missing"),
+            ({"reference": [[1, 0.5]]}, "`reference` must be"),
+            ({"reference": [[0, 0.5], [0, 1]]}, "`reference` must be"),
+            ({"reference": [[0, None]]}, "`reference` must be"),
             ({"settings": {**told["settings"], "connection": "new"}}, "connection `new`"),
         ]:
             said = io.StringIO()

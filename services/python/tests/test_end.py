@@ -63,7 +63,7 @@ class Vectors(unittest.TestCase):
 
     def play(self, case):
         settings = settings_of(case["settings"])
-        end = ControllerEnd(settings, paper_pi(), 0.0, case["start_ns"], case["stop_ns"])
+        end = ControllerEnd(settings, paper_pi(), 0.0, case["start_ns"], case["stop_ns"], case["reference"])
         for number, step in enumerate(case["steps"]):
             with self.subTest(step=number):
                 at_ns = step["at_ns"]

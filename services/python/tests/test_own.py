@@ -159,6 +159,7 @@ class Programs(unittest.TestCase):
             "law": None,
             "start_ns": None,
             "duration_ns": MESSAGES * 10_000_000,
+            "reference": None,
         }
         path = self.folder / "settings.json"
         path.write_text(json.dumps(told), encoding="utf-8")

@@ -14,7 +14,7 @@ from typing import Callable, List, NoReturn, Optional, Sequence, Tuple, TypeVar
 
 from webloop.law import paper_pi, parse_law
 from webloop.query import MAX_COUNT, excerpt
-from webloop.setting import DECLARED, Config, Settings, check
+from webloop.setting import DECLARED, Config, Reference, Settings, check, parse_reference
 from webloop.span import parse_span
 
 NAME = "webloop"
@@ -61,8 +61,8 @@ def read_settings(path: str, out: str) -> Config:
             told = json.load(file)
     except (OSError, ValueError, RecursionError) as error:
         raise ValueError(f"cannot read the settings in {path}: {error}") from None
-    keys = ("plant", "settings", "law", "start_ns", "duration_ns")
-    plant, settings, law, start_ns, duration_ns = _members("the settings", told, keys)
+    keys = ("plant", "settings", "law", "start_ns", "duration_ns", "reference")
+    plant, settings, law, start_ns, duration_ns, reference = _members("the settings", told, keys)
     values = _members("`settings`", settings, [declared.key for declared in DECLARED])
     read = {declared.field: declared.told(value) for declared, value in zip(DECLARED, values)}
     return Config(
@@ -72,6 +72,7 @@ def read_settings(path: str, out: str) -> Config:
         start_ns=None if start_ns is None else _parse_start(str(start_ns)),
         duration_ns=_parse_start(str(duration_ns)),
         out=out,
+        reference=None if reference is None else _parse_reference(reference),
     )
 
 
@@ -109,6 +110,16 @@ def _parse_start(text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) <= 20 and int(text) <= MAX_COUNT):
         raise ValueError(f"`{text}` is not a time; give whole nanoseconds of CLOCK_MONOTONIC")
     return int(text)
+
+
+def _parse_reference(changes: object) -> Reference:
+    try:
+        read = [(_parse_start(str(t_ns)), parse_reference(str(r))) for t_ns, r in changes]  # type: ignore[attr-defined]
+        if read[0][0] == 0 and all(one[0] < next[0] for one, next in zip(read, read[1:])):
+            return read
+    except (TypeError, ValueError, IndexError):
+        pass
+    raise ValueError("`reference` must be a list of pairs of ns and r; the first is at 0, and times rise")
 
 
 def _typed(parse: Callable[[str], T]) -> Callable[[str], T]:

@@ -81,7 +81,7 @@ def drive(config: Config, ended: Inbox) -> Report:
         start_ns = monotonic_ns() + START_AHEAD_NS
     stop_ns = start_ns + config.duration_ns
     run = _Run(
-        ControllerEnd(config.settings, config.law, y, start_ns, stop_ns),
+        ControllerEnd(config.settings, config.law, y, start_ns, stop_ns, config.reference),
         exchange,
         journal,
         ended,

@@ -13,7 +13,7 @@ from typing import Dict, NamedTuple, Optional, Union
 from webloop.law import Law
 from webloop.message import Answer, Command
 from webloop.row import ANSWERED, TIMEOUT, MessageRow
-from webloop.setting import Settings
+from webloop.setting import Reference, Settings
 
 
 class Send(NamedTuple):
@@ -71,13 +71,24 @@ class ControllerEnd:
 
     Its first deadline is `start_ns` and its last is before `stop_ns`. `y` is
     the plant's output before the first answer: 0 for a plant at rest.
+    `reference` has the changes of r; without it r rests at the settings'.
     """
 
     def __init__(
-        self, settings: Settings, law: Law, y: float, start_ns: int, stop_ns: int
+        self,
+        settings: Settings,
+        law: Law,
+        y: float,
+        start_ns: int,
+        stop_ns: int,
+        reference: Optional[Reference] = None,
     ) -> None:
         self.settings = settings
         self.law = law
+        # The newest change of r, and those to come; deadlines only go forward.
+        self._r = settings.r
+        self._changes = list(reversed(reference or ()))
+        self._start_ns = start_ns
         self.counts = Counts()
         # The newest output known, and the plant's tick that it belongs to.
         self._y = y
@@ -123,7 +134,9 @@ class ControllerEnd:
             waits = settings.outstanding == 1 and settings.schedule == "relative"
             self._next_due_ns = None if waits else now_ns + settings.h_ns
             over = False
-        row = MessageRow(seq, due_ns, settings.r)
+        while self._changes and self._changes[-1][0] <= due_ns - self._start_ns:
+            self._r = self._changes.pop()[1]
+        row = MessageRow(seq, due_ns, self._r)
         if over or full:
             counts.missed += 1
             return Missed(row)
@@ -172,15 +185,15 @@ class ControllerEnd:
         settings = self.settings
         if settings.mode == "open":
             # The plant does not apply it; the reference is as good as any.
-            u = settings.r
+            u = row.r
         else:
             y = self._y
             row.y = y
-            row.e = settings.r - y
+            row.e = row.r - y
             dt_s = settings.h_ns / 1e9
             if settings.integrate == "elapsed" and self._last_send_ns is not None:
                 dt_s = max(now_ns - self._last_send_ns, 0) / 1e9
-            u = self.law.update(settings.r, y, dt_s)
+            u = self.law.update(row.r, y, dt_s)
         row.t_send_ns = now_ns
         row.u = u
         self._last_send_ns = now_ns

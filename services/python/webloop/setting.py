@@ -138,6 +138,10 @@ DECLARED = (
 """Every setting, in the order of the help."""
 
 
+Reference = Sequence[Tuple[int, float]]
+"""The changes of a reference that moves, in order; the first is at 0."""
+
+
 class Config(NamedTuple):
     """Settings of a controller."""
 
@@ -153,6 +157,8 @@ class Config(NamedTuple):
     """Deadlines end this long after the first."""
     out: str
     """The folder of messages.csv and controller.json; made if need be."""
+    reference: Optional[Reference] = None
+    """When r changes, in ns after the first deadline, and to what; None if it rests."""
 
 
 def check(settings: Settings) -> Settings:

@@ -23,6 +23,9 @@ pub(crate) struct SystemFile {
     /// The reference; 1 if not given.
     #[schemars(with = "Option<f64>")]
     pub(crate) r: Number,
+    /// A reference that moves, instead of r.
+    #[schemars(with = "Option<ReferenceFile>")]
+    pub(crate) reference: Option<Spanned<ReferenceFile>>,
     /// The plant to control.
     #[schemars(with = "PlantFile")]
     pub(crate) plant: Spanned<PlantFile>,
@@ -84,6 +87,39 @@ pub(crate) struct PlantFile {
     /// What is between the model's output and what controllers get.
     #[schemars(with = "Option<SensorFile>")]
     pub(crate) sensor: Option<Spanned<SensorFile>>,
+}
+
+/// `[reference]`: a shape, and the numbers that it needs.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ReferenceFile {
+    /// `step`, `square`, `sine` or `points`.
+    #[schemars(with = "String")]
+    pub(crate) shape: Spanned<String>,
+    /// step: r before it; 0 if not given.
+    #[schemars(with = "Option<f64>")]
+    pub(crate) from: Number,
+    /// step: r after it.
+    #[schemars(with = "Option<f64>")]
+    pub(crate) to: Number,
+    /// step: when it is, after the first message, such as `"2s"`.
+    #[schemars(with = "Option<String>")]
+    pub(crate) at: Option<Spanned<String>>,
+    /// square, sine: the lower value; 0 if not given.
+    #[schemars(with = "Option<f64>")]
+    pub(crate) low: Number,
+    /// square, sine: the upper value. A square wave begins there, a sine halfway.
+    #[schemars(with = "Option<f64>")]
+    pub(crate) high: Number,
+    /// square, sine: from one rise to the next, such as `"4s"`.
+    #[schemars(with = "Option<String>")]
+    pub(crate) period: Option<Spanned<String>>,
+    /// points: times of changes, s after the first message; the first is 0.
+    #[schemars(with = "Option<Vec<f64>>")]
+    pub(crate) t_s: Numbers,
+    /// points: r from each time on.
+    #[schemars(with = "Option<Vec<f64>>")]
+    pub(crate) r: Numbers,
 }
 
 /// `[plant.actuator]`.

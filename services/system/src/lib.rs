@@ -18,6 +18,7 @@ mod limits;
 mod obstacle;
 mod plant;
 mod program;
+mod reference;
 mod system;
 
 pub use design::{Design, Limits, Model, PidNumbers};

@@ -1,7 +1,7 @@
 //! A valid system, and its plant and law at a sample time.
 
 use control::{Discrete, InvalidTransferFunction, Law, SampledPlant, TransferFunction};
-use endpoint::{ControllerSettings, Integrate, InvalidSetting, SampleTime, Surroundings};
+use endpoint::{ControllerSettings, Integrate, InvalidSetting, SampleTime, Shape, Surroundings};
 
 use crate::around;
 use crate::design::Design;
@@ -11,6 +11,7 @@ use crate::law::Recipe;
 use crate::obstacle::Obstacle;
 use crate::plant::PlantModel;
 use crate::program::Program;
+use crate::reference;
 
 /// A plant, its law, and its reference.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,6 +19,7 @@ pub struct System {
     name: String,
     about: String,
     r: f64,
+    reference: Option<Shape>,
     plant: PlantModel,
     surroundings: Option<Surroundings>,
     recipe: Recipe,
@@ -136,11 +138,22 @@ impl System {
                 "use up to 40 of a-z, 0-9 and -",
             ));
         }
+        if let (Some(_), Some(reference)) = (&file.r, &file.reference) {
+            return Err(source.fault(
+                reference,
+                "the system has both `r` and `[reference]`",
+                "leave out the one that is not meant",
+            ));
+        }
+        let shape = file.reference.as_ref();
         Ok(Self {
             r: match &file.r {
                 Some(r) => source.finite("r", r)?,
                 None => 1.0,
             },
+            reference: shape
+                .map(|shape| reference::read(source, shape))
+                .transpose()?,
             plant: PlantModel::read(source, &file.plant)?,
             surroundings: around::read(source, &file.plant)?,
             recipe: Recipe::read(source, &file.controller)?,
@@ -174,10 +187,16 @@ impl System {
         &self.about
     }
 
-    /// The reference for its output.
+    /// The reference for its output, where that rests.
     #[must_use]
     pub fn r(&self) -> f64 {
         self.r
+    }
+
+    /// How its reference moves; `None` if it rests at [`System::r`].
+    #[must_use]
+    pub fn reference(&self) -> Option<&Shape> {
+        self.reference.as_ref()
     }
 
     /// The plant: a continuous model, or a program.

@@ -30,7 +30,7 @@ fn rows(y: &[f64], before: usize, after: usize) -> Vec<TickRow> {
 }
 
 fn response(rows: &[TickRow]) -> Option<Response> {
-    let mut trace = ResponseTrace::new(3_000_000, 1.0);
+    let mut trace = ResponseTrace::new(3_000_000, 1.0, None);
     rows.iter().for_each(|row| trace.push(row));
     trace.finish()
 }
@@ -113,4 +113,60 @@ fn a_negative_reference_is_judged_like_its_mirror_image() {
         let mirrored: Vec<f64> = y.iter().map(|y| -y).collect();
         assert_eq!(judge(&mirrored, -1.0), judge(&y, 1.0));
     }
+}
+
+/// The response of the paper's loop to a reference that moves.
+fn following(changes: &[(u64, f64)]) -> Response {
+    let plant = paper_plant().sampled(3_000_000).expect("regular");
+    let (mut stepper, mut law) = (plant.stepper(), paper_pi());
+    let reference = Reference::try_from(changes.to_vec()).expect("times that rise");
+    let mut y = 0.0;
+    let response: Vec<f64> = (0..(8.0 / H_S) as u64)
+        .map(|k| {
+            let seen = y;
+            y = stepper.step(law.update(reference.at(k * 3_000_000) - y, H_S));
+            seen
+        })
+        .collect();
+    let mut trace = ResponseTrace::new(3_000_000, reference.at(0), Some(reference));
+    rows(&response, 5, 0).iter().for_each(|row| trace.push(row));
+    trace.finish().expect("commands came")
+}
+
+#[test]
+fn figures_of_a_reference_that_moves_are_of_its_last_step() {
+    let once = following(&[(0, 1.0)]);
+    let down = following(&[(0, 1.0), (4_000_000_000, -1.0)]);
+    assert_eq!(down.verdict, LoopVerdict::Stable);
+    // A linear loop that rested has the same response to each step, up to what is left of the first.
+    let of = |figure: Option<f64>| figure.expect("a step has it");
+    let same = |a: Option<f64>, b: Option<f64>, by: f64| (of(a) - of(b)).abs() <= by;
+    assert!(same(once.settling_ms, down.settling_ms, 3.0), "{down:?}");
+    assert!(same(once.rise_ms, down.rise_ms, 3.0), "{down:?}");
+    assert!(
+        same(once.overshoot_pct, down.overshoot_pct, 0.1),
+        "{down:?}"
+    );
+    // A step of 2 after one of 1 has three times the integral.
+    assert!((of(down.iae) / of(once.iae) - 3.0).abs() < 0.05);
+    assert!(same(down.final_value, Some(-1.0), 1e-3));
+}
+
+#[test]
+fn without_a_last_step_the_verdict_is_on_how_the_output_follows() {
+    let wave = |period_s: f64| -> Vec<(u64, f64)> {
+        let turn = |k: u64| std::f64::consts::TAU * k as f64 * H_S / period_s;
+        (0..2600).map(|k| (k * 3_000_000, turn(k).sin())).collect()
+    };
+    let slow = following(&wave(4.0));
+    assert_eq!(slow.verdict, LoopVerdict::Stable, "{slow:?}");
+    assert_eq!(
+        (slow.settling_ms, slow.rise_ms, slow.overshoot_pct),
+        (None, None, None)
+    );
+    // Far above the loop's bandwidth the output hardly moves.
+    assert_eq!(following(&wave(0.05)).verdict, LoopVerdict::NotSettled);
+    let y: Vec<f64> = (0..500).map(|k| 1.02f64.powi(k)).collect();
+    let r: Vec<f64> = (0..500).map(|k| f64::from(k % 2)).collect();
+    assert_eq!(judge_following(&y, &r), LoopVerdict::Unstable);
 }

@@ -97,6 +97,7 @@ fn write_run(folder: &Path) {
 
 fn facts() -> CellFacts {
     CellFacts {
+        reference: None,
         h_ns: H_NS,
         mode: Mode::Closed,
         r: 1.0,

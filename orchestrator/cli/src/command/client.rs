@@ -27,6 +27,7 @@ pub(crate) fn python(argument: &ServeController) -> Outcome {
         "law": told_law(&system, role.settings.h)?,
         "start_ns": role.start_ns,
         "duration_ns": role.duration_ns,
+        "reference": role.reference,
     });
     let words = [
         "--settings".as_ref(),

@@ -60,6 +60,7 @@ pub(crate) fn run(argument: &Conform) -> Outcome {
             program: Some(Program::new(argument.command.clone())),
             start_ns: Some(start_ns),
             duration_ns: trial.duration_ns,
+            reference: None,
         };
         // Plain fields under fixed names: serialising them cannot fail.
         let settings = serde_json::to_value(&role).unwrap_or_default();

@@ -126,6 +126,7 @@ fn environment(
         "law": told_law(system, settings.h)?,
         "start_ns": start_ns,
         "duration_ns": role.duration_ns,
+        "reference": role.reference,
     });
     let file = own.join("settings.json");
     backend::write_whole(&file, format!("{told:#}\n").as_bytes())?;

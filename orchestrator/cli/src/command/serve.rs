@@ -31,6 +31,7 @@ pub(crate) fn plant(argument: &ServePlant) -> Outcome {
         listen: role.listen,
         settings: role.settings,
         law: law.transpose()?,
+        reference: role.reference.clone(),
         out: argument.out.clone(),
         fifo: true,
     };
@@ -86,6 +87,7 @@ pub(crate) fn controller(argument: &ServeController) -> Outcome {
         plant: format!("http://{}", role.plant),
         settings: role.settings,
         law: law_at(&system, role.settings.h)?.0,
+        reference: role.reference,
         start_ns: role.start_ns,
         duration_ns: role.duration_ns,
         connections: 1,
@@ -124,6 +126,7 @@ fn plant_role(argument: &ServePlant) -> Result<PlantRole, Failure> {
         seed: argument.noise_seed,
         start_ns: None,
         system: own_text(&system),
+        reference: None,
     })
 }
 
@@ -152,20 +155,26 @@ fn by_options(
     page: Option<(Client, PageSettings)>,
 ) -> Result<ControllerRole, Failure> {
     let system = source::system(&argument.system)?;
+    let duration_ns = ns("duration", argument.duration)?;
+    let moving = system.reference().filter(|_| argument.r.is_none());
+    let moving = moving.map(|shape| shape.over(argument.h, duration_ns));
+    let reference = moving.transpose().map_err(Failure::usage)?;
+    let r = reference.as_ref().map_or(system.r(), |moving| moving.at(0));
     Ok(ControllerRole {
         client: page.map(|(client, _)| client).unwrap_or_default(),
         plant: argument.plant,
         settings: ControllerSettings {
             mode: argument.mode,
             h: argument.h,
-            r: argument.r.unwrap_or(system.r()),
+            r: argument.r.unwrap_or(r),
             ..argument.settings.0
         },
         page: page.map(|(_, page)| page),
         system: own_text(&system),
         program: None,
         start_ns: argument.start_ns,
-        duration_ns: ns("duration", argument.duration)?,
+        duration_ns,
+        reference,
     })
 }
 

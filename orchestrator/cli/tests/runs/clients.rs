@@ -41,17 +41,25 @@ pub(crate) fn every_client_closes_the_loop_over_a_link() -> Result<(), String> {
 }
 
 /// The pendulum falls under the paper's law. What each client sent has to be what its own law gives
-/// for the outputs that it had, computed again from its rows.
+/// for the outputs that it had and for a reference that moves, computed again from its rows.
 pub(crate) fn every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit() -> Result<(), String>
 {
     let folder = tempfile::tempdir().unwrap();
     let experiment = Experiment::new(folder.path(), &["arima"], "10ms", "3s");
-    let cells = "[[cells]]\ntopology = [\"arima\"]\nsystem = [\"pendulum\"]\n\
+    let text = format!(
+        "{}\n[reference]\nshape = \"sine\"\nlow = -0.1\nhigh = 0.3\nperiod = \"2s\"\n",
+        System::built_in("pendulum")
+            .unwrap()
+            .replace("pendulum", "sway")
+            .replace("r = 0.1\n", "")
+    );
+    fs::write(folder.path().join("sway.toml"), &text).unwrap();
+    let cells = "[[cells]]\ntopology = [\"arima\"]\nsystem = [\"./sway.toml\"]\n\
                  client = [\"native\", \"python\", \"chromium\", \"firefox\"]\n\
                  mode = \"closed\"\nh = [\"10ms\"]\nduration = \"3s\"\n";
     fs::write(&experiment.file, format!("name = \"test\"\n{cells}")).unwrap();
     let (cells, lack) = complete(&experiment)?;
-    let system = System::read(System::built_in("pendulum").unwrap()).unwrap();
+    let system = System::read(&text).unwrap();
     for (cell, manifest) in cells {
         let client = manifest.cell.client;
         let mut rows = Vec::new();
@@ -63,14 +71,13 @@ pub(crate) fn every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit() 
         rows.sort_by_key(|row| row.seq);
         let h = manifest.cell.settings.h;
         let mut law = system.at(h).unwrap().law;
+        let shape = system.reference().unwrap();
+        let moving = shape.over(h, manifest.cell.duration_ns).unwrap();
         let mut sent = 0;
         for row in &rows {
+            assert_eq!(row.r, moving.at(row.seq * h.ns()), "{client}: {row:?}");
             if let (Some(y), Some(u)) = (row.y, row.u) {
-                assert_eq!(
-                    law.update(system.r(), y, h.seconds()),
-                    u,
-                    "{client}: {row:?}"
-                );
+                assert_eq!(law.update(row.r, y, h.seconds()), u, "{client}: {row:?}");
                 sent += 1;
             }
         }

@@ -3,8 +3,8 @@
 //! Whatever ran at one place is in one panel, so that controllers are compared over the same links. Figures 5
 //! and 6 have the paper's own places.
 
-use analysis::{Campaign, ReadError, Run};
-use chart::{Panel, Series, Tone};
+use analysis::{Campaign, LoopVerdict, ReadError, Run};
+use chart::{Mark, Panel, Series, Tone};
 use endpoint::Mode;
 use plan::Client;
 use system::System;
@@ -15,7 +15,7 @@ use super::{Figure, panel};
 use crate::group::Group;
 use crate::origin::Origin;
 use crate::paper;
-use crate::subject::{OWN_TONES, tone_of};
+use crate::subject::{OTHER_TONE, OWN_TONES, tone_of};
 
 /// The most panels of the figure; further places are counted in its caption.
 const MOST_PANELS: usize = 12;
@@ -54,7 +54,14 @@ pub(super) fn figure(campaign: &Campaign) -> Result<Option<Figure>, ReadError> {
         }
     }
     let left_out = places.len().saturating_sub(MOST_PANELS);
-    places.truncate(MOST_PANELS);
+    if left_out > 0 {
+        // Those where a loop did not hold, then those that ran; in the plan's order.
+        let mut by_need: Vec<usize> = (0..places.len()).collect();
+        by_need.sort_by_key(|at| places[*at].need(campaign));
+        by_need.truncate(MOST_PANELS);
+        by_need.sort_unstable();
+        places = by_need.into_iter().map(|at| places[at]).collect();
+    }
     let (mut origin, mut sentences, mut panels) = (Origin::default(), Vec::new(), Vec::new());
     let mut traces = Traces::default();
     for place in &places {
@@ -76,11 +83,13 @@ pub(super) fn figure(campaign: &Campaign) -> Result<Option<Figure>, ReadError> {
         places.len().min(3),
         "Step responses from the first command that the plant applied, all that ran at one place together: the \
          median over the repeats at each instant, and the band in which half of them lie. The time is the median \
-         settling into 2 % of the reference.",
+         settling into 2 % of the reference, after its last step where it moves.",
         "These programs, systems or links are not in it.",
     );
     if left_out > 0 {
-        figure.caption += &format!(" {left_out} more places are in the tables alone.");
+        figure.caption += &format!(
+            " {left_out} more places, where the loops held or did not run, are in the tables alone."
+        );
     }
     Ok(Some(figure.drawn(panels, &sentences, &origin, campaign)))
 }
@@ -106,6 +115,16 @@ impl<'a> Place<'a> {
             topology: &run.cell.topology,
             system: &run.cell.system,
             h_ns: run.cell.settings.h.ns(),
+        }
+    }
+
+    /// How much it needs a panel, the least first: where a loop did not hold, where all held, where none ran.
+    fn need(self, campaign: &Campaign) -> u8 {
+        let here = || closed(campaign).filter(|run| Place::of(run) == self);
+        let mut verdicts = here().filter_map(|run| run.summary.loop_verdict).peekable();
+        match verdicts.peek() {
+            None => 2,
+            Some(_) => u8::from(verdicts.all(|verdict| verdict == LoopVerdict::Stable)),
         }
     }
 
@@ -150,8 +169,11 @@ impl<'a> Place<'a> {
         let Some(first) = first else {
             return Ok(panel);
         };
-        let r = first.cell.settings.r;
-        let end_s = horizon_s(kinds.iter().map(|kind| &kind.group));
+        let moving = first.cell.moving_reference();
+        let end_s = match moving {
+            Some(_) => first.cell.duration_ns as f64 / 1e9,
+            None => horizon_s(kinds.iter().map(|kind| &kind.group)),
+        };
         panel.x.range = Some((0.0, end_s));
         for kind in kinds {
             let Some(settling_ms) = kind.group.settling_ms() else {
@@ -161,17 +183,65 @@ impl<'a> Place<'a> {
             let setup = if is_alone {
                 String::new()
             } else {
-                format!(", {}", kind.setup)
+                // The panel's title has the system.
+                let system = format!(", system {}", self.system);
+                format!(", {}", kind.setup.replace(&system, ""))
             };
             panel.series.push(Series {
-                name: format!("{}{setup}: {}", kind.client, settled(settling_ms)),
+                name: format!("{}{setup}: {}", kind.client, kind.end(settled(settling_ms))),
                 tone: tone(kind.client, own_clients),
                 ..traces.median(&kind.group, self.h_ns, end_s)?
             });
         }
-        panel.guides = guides(r);
-        panel.y.range = range(&panel.series, r);
+        match moving {
+            Some(moving) => {
+                let changes = moving.changes().iter();
+                let changes = changes.map(|(t_ns, r)| (*t_ns as f64 / 1e9, *r));
+                let mut points: Vec<_> = changes.filter(|(t_s, _)| *t_s <= end_s).collect();
+                points.extend(points.last().map(|(_, r)| (end_s, *r)));
+                let r = Series::new("r".to_owned(), Mark::Steps, OTHER_TONE, points);
+                panel.series.insert(0, r);
+                panel.y.range =
+                    range(&panel.series, 0.0).map(|seen| within(seen, moving.changes()));
+            }
+            None => {
+                let r = first.cell.settings.r;
+                panel.guides = guides(r);
+                let steps = [(0, r)];
+                panel.y.range = range(&panel.series, r).map(|seen| within(seen, &steps));
+            }
+        }
         Ok(panel)
+    }
+}
+
+/// The part of a range that shows a loop that holds: a loop that does not leaves the panel, and would
+/// flatten the others.
+fn within((low, high): (f64, f64), changes: &[(u64, f64)]) -> (f64, f64) {
+    /// Farthest from r, in units of its largest step from rest.
+    const FARTHEST: f64 = 2.0;
+    let values = || changes.iter().map(|(_, r)| *r);
+    let (least, most) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
+    let span = FARTHEST * (most - least);
+    if span > 0.0 {
+        (low.max(least - span), high.min(most + span))
+    } else {
+        (low, high)
+    }
+}
+
+impl Kind<'_> {
+    /// How its runs ended, in words: when they settled, or that they follow a reference that does not rest.
+    fn end(&self, settled: String) -> String {
+        let follows = |run: &&Run| {
+            let summary = &run.summary;
+            summary.loop_verdict == Some(LoopVerdict::Stable) && summary.settling_ms.is_none()
+        };
+        if self.group.runs.iter().all(follows) {
+            "follows r".to_owned()
+        } else {
+            settled
+        }
     }
 }
 

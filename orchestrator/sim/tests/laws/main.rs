@@ -96,6 +96,7 @@ fn setup<'a>(
         plant: plant(settings.h).stepper(),
         hold: Hold::Last,
         tick_noise: None,
+        reference: None,
         law: preset::paper_pi().into(),
         pool: Pool::Shared,
         message_bytes: [166, 288],

@@ -44,6 +44,7 @@ fn with_plant<T>(
             tick_noise: None,
         },
         law: None,
+        reference: None,
         out: out.to_owned(),
         fifo: true,
     };
@@ -83,6 +84,7 @@ fn config(
     Config {
         plant: format!("http://{address}"),
         settings,
+        reference: None,
         law: preset::paper_pi().into(),
         start_ns: None,
         duration_ns: duration_ms * MS,

@@ -14,7 +14,7 @@ use std::path::Path;
 use control::preset;
 use endpoint::{
     Answer, Command, ControllerEnd, ControllerSettings, Hold, Integrate, Late, Loss, Mode,
-    Outstanding, PlantEnd, PlantSettings, Preset, SampleTime, Schedule, Step,
+    Outstanding, PlantEnd, PlantSettings, Preset, Reference, SampleTime, Schedule, Step,
 };
 use serde_json::{Value, json};
 
@@ -142,9 +142,19 @@ fn wake(end: &mut ControllerEnd, now_ns: u64) -> Value {
 }
 
 fn controller_case(name: &str, settings: ControllerSettings, script: &[Event]) -> Value {
+    moving_case(name, settings, None, script)
+}
+
+fn moving_case(
+    name: &str,
+    settings: ControllerSettings,
+    reference: Option<&Reference>,
+    script: &[Event],
+) -> Value {
     let (start_ns, stop_ns) = (200 * MS, 230 * MS);
     let mut end = ControllerEnd::try_new(settings, preset::paper_pi(), 0.0, start_ns, stop_ns)
-        .expect("valid");
+        .expect("valid")
+        .following(reference.cloned());
     let steps: Vec<Value> = script
         .iter()
         .map(|event| match event {
@@ -164,7 +174,7 @@ fn controller_case(name: &str, settings: ControllerSettings, script: &[Event]) -
             }
         })
         .collect();
-    json!({"case": name, "settings": settings, "start_ns": start_ns, "stop_ns": stop_ns, "steps": steps, "counts": end.counts()})
+    json!({"case": name, "settings": settings, "reference": reference, "start_ns": start_ns, "stop_ns": stop_ns, "steps": steps, "counts": end.counts()})
 }
 
 #[test]
@@ -211,6 +221,19 @@ fn the_controller_does_what_its_vectors_say() {
                     Wake(at(9000)),
                     Timeout(at(10000), 3),
                     Wake(at(12000)),
+                ],
+            ),
+            moving_case(
+                "a reference that moves: r is that of the deadline, also where it is missed",
+                blocking,
+                Some(&Reference::try_from(vec![(0, 0.5), (3 * MS, -1.0), (5 * MS, 2.0), (20 * MS, 0.1)]).expect("times rise")),
+                &[
+                    Wake(at(0)),
+                    Wake(at(3000)),
+                    Answer(at(4000), "seq=0&tick=39&t_arrive_ns=800&y=0.125&u=0.1"),
+                    Wake(at(6000)),
+                    Answer(at(7000), "seq=2&tick=41&t_arrive_ns=900&y=0.25&u=0.1"),
+                    Wake(at(21500)),
                 ],
             ),
             controller_case(

@@ -25,6 +25,7 @@ pub(crate) fn config(out: &Path) -> Config {
             tick_noise: None,
         },
         law: None,
+        reference: None,
         out: out.to_owned(),
         fifo: false,
     }

@@ -3,7 +3,7 @@
 use control::{
     StepSettings, largest_stable_round_trip_s, loop_delay_ticks, preset, step_info, step_response,
 };
-use endpoint::SampleTime;
+use endpoint::{SampleTime, Shape};
 use system::{Design, System};
 
 fn h(text: &str) -> SampleTime {
@@ -323,4 +323,68 @@ fn what_surrounds_a_plant_is_read_with_its_place() {
         assert!(fault.problem.contains(problem), "{around}: {fault}");
         assert!(fault.line > 4, "{around}: {fault}");
     }
+}
+
+#[test]
+fn a_reference_that_moves_is_read_with_its_place() {
+    let with_reference = |text: &str| {
+        let plant = with_plant("num = [1.0]\nden = [0.2, 1.0]\n");
+        System::read(&format!("{plant}[reference]\n{text}"))
+    };
+    let square = with_reference("shape = \"square\"\nhigh = 1.0\nperiod = \"4s\"");
+    assert_eq!(
+        square.expect("a system").reference(),
+        Some(&Shape::Square {
+            low: 0.0,
+            high: 1.0,
+            period_ns: 4_000_000_000
+        })
+    );
+    let points = with_reference("shape = \"points\"\nt_s = [0, 0.25, 2]\nr = [1, -1, 0.5]");
+    let points = points.expect("a system");
+    let over = points.reference().expect("it moves").over(h("10ms"), 9);
+    assert_eq!(
+        over.expect("few changes").changes(),
+        [(0, 1.0), (250_000_000, -1.0), (2_000_000_000, 0.5)]
+    );
+    for (text, problem) in [
+        ("shape = \"saw\"", "shape is `saw`"),
+        ("shape = \"step\"\nto = 1.0", "needs `at`"),
+        ("shape = \"step\"\nat = \"1s\"", "needs `to`"),
+        ("shape = \"step\"\nto = inf\nat = \"1s\"", "to is inf"),
+        (
+            "shape = \"sine\"\nhigh = 1.0\nperiod = \"0s\"",
+            "period is 0",
+        ),
+        ("shape = \"sine\"\nhigh = 1.0\nt_s = [0]", "has no `t_s`"),
+        (
+            "shape = \"points\"\nt_s = [0, 1]\nr = [1]",
+            "2 times in `t_s` and 1 values",
+        ),
+        ("shape = \"points\"\nt_s = [1]\nr = [1]", "not at 0"),
+        (
+            "shape = \"points\"\nt_s = [0, -1]\nr = [1, 1]",
+            "t_s has -1",
+        ),
+        (
+            "shape = \"points\"\nt_s = [0, 2, 2]\nr = [1, 1, 1]",
+            "not after the one before it",
+        ),
+        (
+            "shape = \"points\"\nt_s = [0]\nr = [nan]",
+            "r at 0 ns is NaN",
+        ),
+    ] {
+        let fault = with_reference(text).expect_err(text);
+        assert!(fault.problem.contains(problem), "{text}: {fault}");
+        assert!(fault.line > 4, "{text}: {fault}");
+    }
+    let both = with_plant("num = [1.0]\nden = [0.2, 1.0]\n").replacen("name", "r = 1.0\nname", 1);
+    let both = format!("{both}[reference]\nshape = \"step\"\nto = 1.0\nat = \"1s\"");
+    assert!(
+        System::read(&both)
+            .expect_err("both")
+            .problem
+            .contains("both `r` and")
+    );
 }
