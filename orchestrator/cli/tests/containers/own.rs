@@ -69,7 +69,7 @@ fn holds(cells: usize, text: &str) -> Result<(), String> {
 
 pub(crate) fn every_example_holds_the_loop_in_a_container() -> Result<(), String> {
     holds(
-        12,
+        14,
         "name = \"own\"\n[[cells]]\ntopology = [\"couva\", \"diego-vpn\"]\nmode = \"closed\"\nh = \"10ms\"\n\
          duration = \"4s\"\nclient = [\n\
          { name = \"mine\", run = [\"python3\", \"./python/pi.py\"] },\n\
@@ -77,7 +77,8 @@ pub(crate) fn every_example_holds_the_loop_in_a_container() -> Result<(), String
          { name = \"ros\", run = [\"python3\", \"./ros/adapter.py\", \"python3\", \"./ros/node.py\"] },\n\
          { name = \"cpp\", image = \"./cpp\" },\n\
          { name = \"rust\", image = \"./rust\" },\n\
-         { name = \"node\", image = \"./node\" },\n]\n",
+         { name = \"node\", image = \"./node\" },\n\
+         { name = \"octave\", image = \"./octave\" },\n]\n",
     )
 }
 

@@ -169,15 +169,21 @@ pub(crate) fn the_examples_hold_the_loop_and_keep_the_contract() -> Result<(), S
             .output();
         found.is_ok_and(|output| output.status.success())
     };
-    for (name, program, file) in [
-        ("mine", "python3", "examples/python/pi.py"),
-        ("plain", "python3", "examples/plain/pi.py"),
-        ("node", "node", "examples/node/pi.mjs"),
+    for (name, interpreter, file) in [
+        ("mine", &["python3"][..], "examples/python/pi.py"),
+        ("plain", &["python3"], "examples/plain/pi.py"),
+        ("node", &["node"], "examples/node/pi.mjs"),
+        (
+            "octave",
+            &["octave-cli", "--quiet", "--no-init-file"],
+            "examples/octave/pi.m",
+        ),
     ] {
-        if has(program) {
-            programs.push((name, vec![program.to_owned(), format!("{ROOT}/{file}")]));
+        if has(interpreter[0]) {
+            let words = interpreter.iter().map(|word| (*word).to_owned());
+            programs.push((name, words.chain([format!("{ROOT}/{file}")]).collect()));
         } else {
-            missing.push(program);
+            missing.push(interpreter[0]);
         }
     }
     if has("python3") {
