@@ -92,6 +92,7 @@ fn write_campaign(folder: &Path, cells: usize, ticks: u64) -> Result<(), Box<dyn
     let h = SampleTime::try_new(H_NS)?;
     let cells = (0..cells).map(|index| Cell {
         index,
+        y0: 0.0,
         reference: None,
         id: format!("loop-{index}"),
         topology: ARIMA.to_owned(),

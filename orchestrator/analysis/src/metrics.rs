@@ -26,6 +26,8 @@ pub struct CellFacts {
     pub mode: Mode,
     /// The reference; at the start, if it moves.
     pub r: f64,
+    /// The output at the loop's start; 0 at rest.
+    pub y0: f64,
     /// The changes of a reference that moves.
     pub reference: Option<Reference>,
 }
@@ -36,6 +38,7 @@ impl From<&plan::Cell> for CellFacts {
             h_ns: cell.settings.h.ns(),
             mode: cell.settings.mode,
             r: cell.settings.r,
+            y0: cell.y0,
             reference: cell.moving_reference(),
         }
     }
@@ -108,7 +111,8 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn metrics(mut self, facts: &CellFacts) -> Result<Metrics, Vec<ReadError>> {
         let mut ticks = TickCount::new(facts.h_ns);
-        let mut response = ResponseTrace::new(facts.h_ns, facts.r, facts.reference.clone());
+        let mut response =
+            ResponseTrace::new(facts.h_ns, facts.r, facts.reference.clone()).from_output(facts.y0);
         let closed = facts.mode == Mode::Closed;
         let mut order = TickOrder::new(facts.h_ns);
         let take = |row: &TickRow| {

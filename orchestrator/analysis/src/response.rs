@@ -161,6 +161,7 @@ pub struct ResponseTrace {
     h_ns: u64,
     r: f64,
     reference: Option<Reference>,
+    y0: f64,
     y: Vec<f64>,
     command: Option<u64>,
     /// Number of samples up to the tick that took the newest command.
@@ -175,10 +176,17 @@ impl ResponseTrace {
             h_ns,
             r,
             reference,
+            y0: 0.0,
             y: Vec::new(),
             command: None,
             length: 0,
         }
+    }
+
+    /// For a plant that has this output at the start, instead of one at rest.
+    #[must_use]
+    pub fn from_output(self, y0: f64) -> Self {
+        Self { y0, ..self }
     }
 
     /// Adds the next tick.
@@ -247,11 +255,12 @@ impl ResponseTrace {
         moving.map_or(self.r, |moving| moving.at(self.t_ns(k)))
     }
 
-    /// The first sample of the last step, and r before it. Without a change of r it is the start, from rest.
+    /// The first sample of the last step, and r before it. Without a change of r it is the start, from the
+    /// plant's first output.
     fn last_step(&self, length: usize) -> (usize, f64) {
         let moving = self.reference.as_ref();
         let change = moving.and_then(|moving| moving.last_change(self.t_ns(length - 1)));
-        change.map_or((0, 0.0), |(t_ns, before)| {
+        change.map_or((0, self.y0), |(t_ns, before)| {
             (t_ns.div_ceil(self.h_ns) as usize, before)
         })
     }

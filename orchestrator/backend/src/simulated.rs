@@ -39,7 +39,8 @@ pub(crate) fn run(
     let around = system.surroundings();
     let (seed, start_ns) = (cell.link_seed, Some(EPOCH.t_ns(plan::START_AT)));
     let Some(program) = program else {
-        let plant = system.at(h).map_err(unfit)?.plant.stepper();
+        let plant = system.at(h).map_err(unfit)?.plant;
+        let plant = plant.stepper_from(system.x0());
         return match around {
             None => run_with(plant, law, cell, profile, timing, folder),
             Some(around) => {

@@ -45,6 +45,9 @@ pub struct Cell {
     pub duration_ns: u64,
     /// The controller's settings; the plant takes h and `late` from here too.
     pub settings: ControllerSettings,
+    /// The plant's output at the loop's start; 0 at rest.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub y0: f64,
     /// How the reference moves; it rests at the settings' r, if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<Shape>,
@@ -73,6 +76,12 @@ fn alone() -> u16 {
 #[allow(clippy::trivially_copy_pass_by_ref)]
 fn is_alone(together: &u16) -> bool {
     *together == 1
+}
+
+// Serde passes a reference.
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_zero(y0: &f64) -> bool {
+    *y0 == 0.0
 }
 
 fn paper_system() -> String {

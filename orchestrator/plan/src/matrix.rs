@@ -201,6 +201,7 @@ impl Reader<'_> {
                             link_seed,
                             duration_ns,
                             settings,
+                            y0: system.y0(),
                             reference: system.reference().cloned(),
                             hold,
                             tick_noise,

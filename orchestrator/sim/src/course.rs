@@ -98,9 +98,14 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
     fn try_new(setup: &Setup<'a, M>, record: &'a mut R) -> Result<Self, Unfit> {
         let stop_ns = setup.start_ns.saturating_add(setup.duration_ns);
         let settings = setup.settings;
-        let controller =
-            ControllerEnd::try_new(settings, setup.law.clone(), 0.0, setup.start_ns, stop_ns)?
-                .following(setup.reference.clone());
+        let controller = ControllerEnd::try_new(
+            settings,
+            setup.law.clone(),
+            setup.plant.at_rest(),
+            setup.start_ns,
+            stop_ns,
+        )?
+        .following(setup.reference.clone());
         let plant_settings = PlantSettings {
             h: settings.h,
             late: settings.late,

@@ -189,8 +189,8 @@ impl Reader<'_> {
             let is_plain = system.surroundings().is_none() && system.reference().is_none();
             if system.plant().linear().is_none() || !is_plain {
                 return Err(format!(
-                    "`{asked}` has a program, an actuator, a disturbance, a sensor or a reference that moves, which a \
-                     sweep leaves out; run it as an experiment with --backend sim"
+                    "`{asked}` has a program, an actuator, a disturbance, a sensor, an x0 or a reference that \
+                     moves, which a sweep leaves out; run it as an experiment with --backend sim"
                 ));
             }
             let level = said(system.name());

@@ -102,6 +102,13 @@ impl SampledPlant {
         Stepper::delayed(&self.system, self.delay_ticks)
     }
 
+    /// A stepper that starts in the state `x0` of the model; missing states are 0. Of a plant with a dead time
+    /// or another sampling than the zero-order hold, states are not those of the model.
+    #[must_use]
+    pub fn stepper_from(&self, x0: &[f64]) -> Stepper {
+        self.stepper().from_state(x0)
+    }
+
     /// The plant with its dead time, as num/den: z^-d is d poles at the origin.
     ///
     /// # Errors

@@ -77,6 +77,22 @@ impl Stepper {
         y
     }
 
+    /// The same in the state `x0`; missing states are 0.
+    #[must_use]
+    pub fn from_state(mut self, x0: &[f64]) -> Self {
+        self.state.fill(0.0);
+        for (state, x) in self.state.iter_mut().zip(x0) {
+            *state = *x;
+        }
+        self
+    }
+
+    /// The output of the present state, for no input.
+    #[must_use]
+    pub fn output(&self) -> f64 {
+        dot(&self.c, &self.state)
+    }
+
     /// Returns to rest.
     pub fn reset(&mut self) {
         self.state.fill(0.0);

@@ -9,7 +9,7 @@
 //! * [`ControllerSettings`], [`PlantSettings`]: how an experiment configures them ([`setting`]),
 //!   [`PageSettings`] for a page as controller ([`page`]), [`Preset`] for named settings
 //!   ([`preset`]), [`Field`] for settings by name ([`mod@field`]).
-//! * [`Shape`], [`Reference`]: a reference that moves ([`reference`]).
+//! * [`Shape`], [`Reference`]: a reference that moves ([`mod@reference`]).
 //! * [`report`]: what each role reports at its end.
 //!
 //! This crate has no clock, socket, file or thread. Every time is an integer number of nanoseconds on

@@ -14,7 +14,7 @@ pub trait Model {
         y
     }
 
-    /// The output before the first step.
+    /// The output before the first step. It is not asked for later.
     fn at_rest(&self) -> f64 {
         0.0
     }
@@ -29,6 +29,10 @@ impl Model for Stepper {
     #[inline]
     fn step(&mut self, u: f64, _: u64) -> f64 {
         Stepper::step(self, u)
+    }
+
+    fn at_rest(&self) -> f64 {
+        self.output()
     }
 }
 

@@ -18,6 +18,8 @@ pub struct Surroundings {
     pub noise: f64,
     /// The sensor shows whole multiples of this; 0 for any number.
     pub resolution: f64,
+    /// Whether the model stands still until the loop's start, since its state is none of rest.
+    pub stands_still: bool,
 }
 
 /// A step at the plant's input.
@@ -36,6 +38,7 @@ impl Default for Surroundings {
             disturbance: None,
             noise: 0.0,
             resolution: 0.0,
+            stands_still: false,
         }
     }
 }
@@ -71,6 +74,10 @@ impl<M: Model> Surrounded<M> {
 impl<M: Model> Model for Surrounded<M> {
     fn step(&mut self, u: f64, due_ns: u64) -> f64 {
         let start_ns = *self.start_ns.get_or_insert(due_ns);
+        if self.surroundings.stands_still && due_ns < start_ns {
+            self.steps += 1;
+            return self.model.at_rest();
+        }
         let (least, greatest) = self.surroundings.limits;
         let acting = self
             .surroundings
@@ -129,6 +136,32 @@ mod tests {
             let y = bare.step(u, 0);
             assert_eq!(bare.measured(y).to_bits(), u.to_bits());
         }
+    }
+
+    /// Counts its steps.
+    #[derive(Clone)]
+    struct Counter(f64);
+
+    impl Model for Counter {
+        fn step(&mut self, _: f64, _: u64) -> f64 {
+            self.0 += 1.0;
+            self.0
+        }
+
+        fn at_rest(&self) -> f64 {
+            self.0
+        }
+    }
+
+    #[test]
+    fn a_model_that_does_not_rest_stands_still_until_the_start() {
+        let surroundings = Surroundings {
+            stands_still: true,
+            ..Surroundings::default()
+        };
+        let mut plant = Surrounded::new(Counter(5.0), surroundings, 0, Some(100));
+        let seen = [80, 90, 100, 110].map(|due_ns| plant.step(0.0, due_ns));
+        assert_eq!(seen, [5.0, 5.0, 6.0, 7.0]);
     }
 
     #[test]

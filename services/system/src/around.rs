@@ -12,10 +12,14 @@ pub(crate) fn read(
     asked: &Spanned<PlantFile>,
 ) -> Result<Option<Surroundings>, Fault> {
     let file = asked.get_ref();
-    if file.actuator.is_none() && file.disturbance.is_none() && file.sensor.is_none() {
+    let is_bare = file.actuator.is_none() && file.disturbance.is_none() && file.sensor.is_none();
+    if is_bare && file.x0.is_none() {
         return Ok(None);
     }
-    let mut surroundings = Surroundings::default();
+    let mut surroundings = Surroundings {
+        stands_still: file.x0.is_some(),
+        ..Surroundings::default()
+    };
     if let Some(asked) = &file.actuator {
         let (least, greatest) = &mut surroundings.limits;
         if let Some(min) = &asked.get_ref().min {

@@ -65,6 +65,9 @@ pub(crate) struct PlantFile {
     /// A number; 0 if not given.
     #[schemars(with = "Option<f64>")]
     pub(crate) d: Number,
+    /// The state at the loop's start, a number for each; at rest if not given. The plant stands still before.
+    #[schemars(with = "Option<Vec<f64>>")]
+    pub(crate) x0: Numbers,
     /// A program of one's own and its arguments, which is the plant; a word that begins with `./` is a path
     /// beside this file.
     #[schemars(with = "Option<Vec<String>>")]

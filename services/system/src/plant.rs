@@ -54,6 +54,7 @@ fn program(source: Source, asked: &Spanned<PlantFile>) -> Result<Program, Fault>
         ("b", file.b.is_some()),
         ("c", file.c.is_some()),
         ("d", file.d.is_some()),
+        ("x0", file.x0.is_some()),
         ("dead_time", file.dead_time.is_some()),
         ("sampling", file.sampling.is_some()),
     ];
@@ -109,6 +110,31 @@ fn linear(source: Source, asked: &Spanned<PlantFile>) -> Result<Plant, Fault> {
             None => Method::ZeroOrderHold,
         },
     })
+}
+
+/// The state at the loop's start; empty at rest.
+pub(crate) fn initial(
+    source: Source,
+    asked: &Spanned<PlantFile>,
+    plant: &PlantModel,
+) -> Result<Vec<f64>, Fault> {
+    let (Some(x0), Some(plant)) = (&asked.get_ref().x0, plant.linear()) else {
+        return Ok(Vec::new());
+    };
+    let (states, given) = (plant.model.order(), x0.get_ref());
+    let has_model_s_states = asked.get_ref().a.is_some()
+        && plant.dead_time_ns == 0
+        && plant.method == Method::ZeroOrderHold;
+    if !has_model_s_states {
+        let problem = "the plant has `x0`, and its states are not known";
+        let remedy = "describe it by a, b and c, without dead_time, sampled by zero-order-hold";
+        return Err(source.fault(x0, problem, remedy));
+    }
+    if given.len() != states || !given.iter().all(|x| x.is_finite()) {
+        let problem = format!("x0 is {given:?}, and the plant has {states} states");
+        return Err(source.fault(x0, problem, "give a finite number for each state"));
+    }
+    Ok(given.clone())
 }
 
 pub(crate) fn method(source: Source, word: &Spanned<String>) -> Result<Method, Fault> {

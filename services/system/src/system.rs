@@ -9,7 +9,7 @@ use crate::fault::{Fault, Source};
 use crate::file::SystemFile;
 use crate::law::Recipe;
 use crate::obstacle::Obstacle;
-use crate::plant::PlantModel;
+use crate::plant::{self, PlantModel};
 use crate::program::Program;
 use crate::reference;
 
@@ -22,6 +22,7 @@ pub struct System {
     reference: Option<Shape>,
     plant: PlantModel,
     surroundings: Option<Surroundings>,
+    x0: Vec<f64>,
     recipe: Recipe,
     text: String,
 }
@@ -146,6 +147,7 @@ impl System {
             ));
         }
         let shape = file.reference.as_ref();
+        let plant = PlantModel::read(source, &file.plant)?;
         Ok(Self {
             r: match &file.r {
                 Some(r) => source.finite("r", r)?,
@@ -154,7 +156,8 @@ impl System {
             reference: shape
                 .map(|shape| reference::read(source, shape))
                 .transpose()?,
-            plant: PlantModel::read(source, &file.plant)?,
+            x0: plant::initial(source, &file.plant, &plant)?,
+            plant,
             surroundings: around::read(source, &file.plant)?,
             recipe: Recipe::read(source, &file.controller)?,
             about: file.about,
@@ -218,6 +221,22 @@ impl System {
     #[must_use]
     pub fn surroundings(&self) -> Option<Surroundings> {
         self.surroundings
+    }
+
+    /// The state of the plant's model at the loop's start; empty at rest.
+    #[must_use]
+    pub fn x0(&self) -> &[f64] {
+        &self.x0
+    }
+
+    /// The output at the loop's start.
+    #[must_use]
+    pub fn y0(&self) -> f64 {
+        let output = |plant: &control::Plant| {
+            let terms = plant.model.c().iter().zip(&self.x0).map(|(c, x)| c * x);
+            terms.sum()
+        };
+        self.plant.linear().map_or(0.0, output)
     }
 
     /// Whether it is the paper's: no other system may have its name.

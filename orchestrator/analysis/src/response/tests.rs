@@ -170,3 +170,25 @@ fn without_a_last_step_the_verdict_is_on_how_the_output_follows() {
     let r: Vec<f64> = (0..500).map(|k| f64::from(k % 2)).collect();
     assert_eq!(judge_following(&y, &r), LoopVerdict::Unstable);
 }
+
+#[test]
+fn from_another_output_the_step_is_to_r_from_there() {
+    let toward = |y0: f64, r: f64| {
+        let y: Vec<f64> = paper(1).iter().map(|y| y0 + (r - y0) * y).collect();
+        let mut trace = ResponseTrace::new(3_000_000, r, None).from_output(y0);
+        rows(&y, 5, 0).iter().for_each(|row| trace.push(row));
+        trace.finish().expect("commands came")
+    };
+    let (up, back) = (toward(0.0, 1.0), toward(0.5, 0.0));
+    assert_eq!(back.verdict, LoopVerdict::Stable);
+    assert_eq!(
+        (up.settling_ms, up.rise_ms),
+        (back.settling_ms, back.rise_ms)
+    );
+    let overshoots = (
+        up.overshoot_pct.expect("some"),
+        back.overshoot_pct.expect("some"),
+    );
+    assert!((overshoots.0 - overshoots.1).abs() < 1e-9, "{overshoots:?}");
+    assert!(back.peak.is_some_and(|peak| peak > 0.49), "{back:?}");
+}

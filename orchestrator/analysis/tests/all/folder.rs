@@ -97,6 +97,7 @@ fn write_run(folder: &Path) {
 
 fn facts() -> CellFacts {
     CellFacts {
+        y0: 0.0,
         reference: None,
         h_ns: H_NS,
         mode: Mode::Closed,

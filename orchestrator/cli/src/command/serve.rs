@@ -39,7 +39,7 @@ pub(crate) fn plant(argument: &ServePlant) -> Outcome {
     let around = system.surroundings().unwrap_or_default();
     match &role.program {
         None => {
-            let model = at(&system, h)?.plant.stepper();
+            let model = at(&system, h)?.plant.stepper_from(system.x0());
             let model = Surrounded::new(model, around, role.seed, role.start_ns);
             let report = ::plant::serve(&config, model, ready)?;
             leave(&argument.out, "plant", &report)

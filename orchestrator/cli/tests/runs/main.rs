@@ -34,6 +34,7 @@ fn tests() -> Vec<Trial> {
         clients::a_killed_run_takes_its_browser_with_it,
         own::a_controller_that_breaks_the_contract_fails_by_name_and_leaves_nothing,
         own::the_examples_hold_the_loop_and_keep_the_contract,
+        own::conformance_names_each_planted_fault,
         own_plant::a_motor_of_one_s_own_equals_the_built_in_one,
         own_plant::a_pendulum_of_one_s_own_is_held_over_a_link,
         own_plant::a_plant_that_breaks_its_contract_fails_by_name_and_leaves_nothing,

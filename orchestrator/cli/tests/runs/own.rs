@@ -251,3 +251,79 @@ pub(crate) fn the_examples_hold_the_loop_and_keep_the_contract() -> Result<(), S
     }
     Ok(())
 }
+
+/// What breaks the contract in the plain PI: one of its lines, what it becomes, and what is said of it.
+const PLANTED: [(&str, &str, &str); 10] = [
+    (
+        "start = int(",
+        "h = 0.02\nstart = int(",
+        "messages came and",
+    ),
+    (
+        "/closed?u=",
+        "/closed?t_send_ns=\" + str(time.time_ns()) + \"&u=",
+        "before its t_send_ns",
+    ),
+    (
+        "plant.request(\"GET\", path)",
+        "plant.request(\"GET\", path, \"u\")",
+        "has a body",
+    ),
+    (
+        "    return float(rest",
+        "    plant.close()\n    return float(rest",
+        "keep a connection",
+    ),
+    (
+        "/closed?u=\" + repr(",
+        "/closed?u=\" + (\"nan\" if k == 50 else \"\") + repr(",
+        "refused by any plant",
+    ),
+    (
+        "/closed?u=",
+        "/closed?seq=5&u=",
+        "the first message has seq 5",
+    ),
+    (
+        "    k += passed",
+        "    y = get(\"/closed?u=0\", y)\n    k += passed",
+        "none again for what is past",
+    ),
+    (
+        "k * h >= duration",
+        "k * h >= duration / 2",
+        "before its time",
+    ),
+    ("        break", "        time.sleep(60)", "still ran"),
+    ("plant.close()  #", "raise  #", "exit code 1"),
+];
+
+pub(crate) fn conformance_names_each_planted_fault() -> Result<(), String> {
+    if std::process::Command::new("python3")
+        .arg("--version")
+        .output()
+        .is_err()
+    {
+        return Err("python3 is not here".into());
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let good = fs::read_to_string(Path::new(ROOT).join("examples/plain/pi.py")).unwrap();
+    let named = &|n: usize| {
+        let (line, becomes, words) = PLANTED[n];
+        assert_eq!(good.matches(line).count(), 1, "{line}");
+        let program = folder.path().join(format!("{n}.py"));
+        fs::write(&program, good.replace(line, becomes)).unwrap();
+        let output = conform(&["python3".to_owned(), program.display().to_string()]);
+        assert_eq!(code(&output), Some(1), "{line}: {}", said(&output));
+        assert!(said(&output).contains(words), "{line}: {}", said(&output));
+    };
+    // Their trials mostly wait.
+    for first in (0..PLANTED.len()).step_by(2) {
+        std::thread::scope(|scope| {
+            for n in first..PLANTED.len().min(first + 2) {
+                scope.spawn(move || named(n));
+            }
+        });
+    }
+    Ok(())
+}

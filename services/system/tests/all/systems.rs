@@ -388,3 +388,36 @@ fn a_reference_that_moves_is_read_with_its_place() {
             .contains("both `r` and")
     );
 }
+
+#[test]
+fn a_plant_by_matrices_may_start_anywhere() {
+    const FALLING: &str = "a = [[0.0, 1.0], [9.81, 0.0]]\nb = [0.0, 1.0]\nc = [2.0, 0.5]\n";
+    let read = |plant: &str, x0: &str| System::read(&with_plant(&format!("{plant}{x0}\n")));
+    let system = read(FALLING, "x0 = [0.1, -0.2]").expect("a system");
+    assert_eq!((system.x0(), system.y0()), (&[0.1, -0.2][..], 0.1));
+    assert!(system.surroundings().expect("it stands still").stands_still);
+    // Without a command it falls as the equation says: the eigenvalues are plus and minus sqrt(9.81).
+    let sampled = system.at(h("10ms")).expect("sampled").plant;
+    let mut stepper = sampled.stepper_from(system.x0());
+    assert_eq!(stepper.output(), system.y0());
+    let y = (0..=100).map(|_| stepper.step(0.0)).last().expect("steps");
+    let rate = 9.81f64.sqrt();
+    let angle = 0.1 * rate.cosh() - 0.2 / rate * rate.sinh();
+    let speed = 0.1 * rate * rate.sinh() - 0.2 * rate.cosh();
+    assert!((y - (2.0 * angle + 0.5 * speed)).abs() < 1e-9, "{y}");
+    for (plant, x0, problem) in [
+        (FALLING, "x0 = [0.1]", "has 2 states"),
+        (FALLING, "x0 = [0.1, nan]", "has 2 states"),
+        (FALLING, "dead_time = \"1ms\"\nx0 = [0.1, 0.0]", "not known"),
+        (
+            FALLING,
+            "sampling = \"tustin\"\nx0 = [0.1, 0.0]",
+            "not known",
+        ),
+        ("num = [1.0]\nden = [0.2, 1.0]\n", "x0 = [0.1]", "not known"),
+        ("run = [\"mine\"]\n", "x0 = [0.1]", "has `x0` too"),
+    ] {
+        let fault = read(plant, x0).expect_err(x0);
+        assert!(fault.problem.contains(problem), "{x0}: {fault}");
+    }
+}
