@@ -5,6 +5,10 @@
 ## this program speaks HTTP through bash's pipes. An answer is given up after 5 s, with its connection.
 1;
 
+## Octave would leave a file octave-workspace in the current folder when it is stopped.
+sigterm_dumps_octave_core (false);
+sighup_dumps_octave_core (false);
+
 ## The value of a variable of the environment that is a number.
 function value = told (name)
   value = str2double (getenv (name));

@@ -295,14 +295,11 @@ impl Reader<'_> {
         duration_ns: u64,
         place: &Spanned<String>,
     ) -> Result<f64, InvalidFile> {
-        let Some(shape) = system.reference() else {
-            return Ok(system.r());
-        };
-        let moving = shape.over(h, duration_ns).map_err(|problem| {
+        let (r, _) = system.reference_over(h, duration_ns).map_err(|problem| {
             let problem = format!("system {}: {problem}", system.name());
             self.invalid(place, problem, "")
         })?;
-        Ok(moving.at(0))
+        Ok(r)
     }
 
     /// The page's settings; `None` if the client is not a browser.

@@ -34,11 +34,21 @@ impl Cell {
     /// A value that identifies its setting stands alone; other values follow the name of their setting.
     #[must_use]
     pub fn setup(&self) -> String {
+        self.setup_at(Some(&self.system))
+    }
+
+    /// The same without the system, for what names that elsewhere.
+    #[must_use]
+    pub fn setup_beside_system(&self) -> String {
+        self.setup_at(None)
+    }
+
+    fn setup_at(&self, system: Option<&str>) -> String {
         let own = &self.settings;
         let usual = self.preset.settings(own.mode, own.h);
-        let is_own_system = self.system != System::PAPER;
+        let system = system.filter(|name| *name != System::PAPER);
         let mut words = vec![self.preset_word(self.preset)];
-        words.extend(is_own_system.then(|| format!("system {}", self.system)));
+        words.extend(system.map(|name| format!("system {name}")));
         words.extend((!self.hold.is_last()).then(|| format!("hold {}", self.hold)));
         words.extend(self.tick_noise.map(|law| format!("tick noise {law}")));
         // In this order: the transport, the page's settings, the other settings.
@@ -54,7 +64,7 @@ impl Cell {
         words.extend(settings);
         // Another system brings its own reference. A plan written by hand can have any r; comparing
         // bits makes NaN equal to itself.
-        let is_usual = is_own_system || own.r.to_bits() == usual.r.to_bits();
+        let is_usual = self.system != System::PAPER || own.r.to_bits() == usual.r.to_bits();
         words.extend((!is_usual).then(|| format!("r {}", own.r)));
         words.join(", ")
     }

@@ -1,7 +1,10 @@
 //! A valid system, and its plant and law at a sample time.
 
 use control::{Discrete, InvalidTransferFunction, Law, SampledPlant, TransferFunction};
-use endpoint::{ControllerSettings, Integrate, InvalidSetting, SampleTime, Shape, Surroundings};
+use endpoint::{
+    ControllerSettings, Integrate, InvalidReference, InvalidSetting, Reference, SampleTime, Shape,
+    Surroundings,
+};
 
 use crate::around;
 use crate::design::Design;
@@ -202,6 +205,22 @@ impl System {
         self.reference.as_ref()
     }
 
+    /// r at the first deadline of a run with this sample time and duration, and how it moves from there on.
+    ///
+    /// # Errors
+    /// [`InvalidReference`] if it would change too often in that run.
+    pub fn reference_over(
+        &self,
+        h: SampleTime,
+        duration_ns: u64,
+    ) -> Result<(f64, Option<Reference>), InvalidReference> {
+        let Some(shape) = &self.reference else {
+            return Ok((self.r, None));
+        };
+        let moving = shape.over(h, duration_ns)?;
+        Ok((moving.at(0), Some(moving)))
+    }
+
     /// The plant: a continuous model, or a program.
     #[must_use]
     pub fn plant(&self) -> &PlantModel {
@@ -234,7 +253,8 @@ impl System {
     pub fn y0(&self) -> f64 {
         let output = |plant: &control::Plant| {
             let terms = plant.model.c().iter().zip(&self.x0).map(|(c, x)| c * x);
-            terms.sum()
+            // From 0, as the plant sums; the sum of no terms would be -0.
+            terms.fold(0.0, |sum, term| sum + term)
         };
         self.plant.linear().map_or(0.0, output)
     }

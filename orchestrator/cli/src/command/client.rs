@@ -11,24 +11,16 @@ use anyhow::anyhow;
 use backend::ControllerRole;
 use browser::Engine;
 use plan::Client;
-use serde_json::json;
 
 use crate::argument::{ServeBrowser, ServeController};
-use crate::command::serve::{controller_role, leave, say_ready, told_law};
+use crate::command::serve::{controller_role, leave, say_ready, told};
 use crate::exit::{Exit, Failure, Outcome};
 
 /// Replaces this process by the interpreter that runs the controller in Python.
 pub(crate) fn python(argument: &ServeController) -> Outcome {
     // Checked here, so that mistakes give the same error texts as with other clients.
     let (role, system) = controller_role(argument, None)?;
-    let settings = json!({
-        "plant": role.plant,
-        "settings": role.settings,
-        "law": told_law(&system, role.settings.h)?,
-        "start_ns": role.start_ns,
-        "duration_ns": role.duration_ns,
-        "reference": role.reference,
-    });
+    let settings = told(&role, &system, role.start_ns)?;
     let words = [
         "--settings".as_ref(),
         "-".as_ref(),

@@ -11,12 +11,11 @@ use agent::program::{Ended, OWN, Program, supervise};
 use anyhow::{Context, anyhow};
 use backend::ControllerRole;
 use endpoint::report::Own;
-use serde_json::json;
 use shaper::now_ns;
 use system::System;
 
 use crate::argument::{ServeFirst, ServeProgram};
-use crate::command::serve::{controller_role, leave, say_ready, told_law};
+use crate::command::serve::{controller_role, leave, say_ready, told};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::{source, stop};
 
@@ -120,14 +119,7 @@ fn environment(
     let settings = &role.settings;
     let own = out.join(OWN);
     fs::create_dir_all(&own).with_context(|| format!("cannot make {}", own.display()))?;
-    let told = json!({
-        "plant": role.plant,
-        "settings": settings,
-        "law": told_law(system, settings.h)?,
-        "start_ns": start_ns,
-        "duration_ns": role.duration_ns,
-        "reference": role.reference,
-    });
+    let told = told(role, system, Some(start_ns))?;
     let file = own.join("settings.json");
     backend::write_whole(&file, format!("{told:#}\n").as_bytes())?;
     let seconds = |ns: u64| Duration::from_nanos(ns).as_secs_f64();

@@ -156,17 +156,19 @@ fn by_options(
 ) -> Result<ControllerRole, Failure> {
     let system = source::system(&argument.system)?;
     let duration_ns = ns("duration", argument.duration)?;
-    let moving = system.reference().filter(|_| argument.r.is_none());
-    let moving = moving.map(|shape| shape.over(argument.h, duration_ns));
-    let reference = moving.transpose().map_err(Failure::usage)?;
-    let r = reference.as_ref().map_or(system.r(), |moving| moving.at(0));
+    let (r, reference) = match argument.r {
+        Some(r) => (r, None),
+        None => system
+            .reference_over(argument.h, duration_ns)
+            .map_err(Failure::usage)?,
+    };
     Ok(ControllerRole {
         client: page.map(|(client, _)| client).unwrap_or_default(),
         plant: argument.plant,
         settings: ControllerSettings {
             mode: argument.mode,
             h: argument.h,
-            r: argument.r.unwrap_or(r),
+            r,
             ..argument.settings.0
         },
         page: page.map(|(_, page)| page),
@@ -217,9 +219,25 @@ fn law_at(system: &System, h: SampleTime) -> Result<(Law, Design), Failure> {
     system.law_at(h).map_err(Failure::usage)
 }
 
+/// What a controller is told that is not webloop's own code, as one JSON.
+pub(crate) fn told(
+    role: &ControllerRole,
+    system: &System,
+    start_ns: Option<u64>,
+) -> Result<serde_json::Value, Failure> {
+    Ok(serde_json::json!({
+        "plant": role.plant,
+        "settings": role.settings,
+        "law": told_law(system, role.settings.h)?,
+        "start_ns": start_ns,
+        "duration_ns": role.duration_ns,
+        "reference": role.reference,
+    }))
+}
+
 /// The law that a client in another language needs to get; `None` for the paper's, which it has
 /// built in.
-pub(crate) fn told_law(system: &System, h: SampleTime) -> Result<Option<Design>, Failure> {
+fn told_law(system: &System, h: SampleTime) -> Result<Option<Design>, Failure> {
     let (_, design) = law_at(system, h)?;
     Ok((!system.is_paper()).then_some(design))
 }

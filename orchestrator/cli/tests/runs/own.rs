@@ -42,6 +42,14 @@ def loop(count):
         y = float(urllib.parse.parse_qs(closed(0.1701 * (r - y) + integral))["y"][0])
 "#;
 
+/// Whether this machine has a program.
+fn has(program: &str) -> bool {
+    let asked = std::process::Command::new(program)
+        .arg("--version")
+        .output();
+    asked.is_ok_and(|output| output.status.success())
+}
+
 /// Bad controllers: name, program after [`GOOD`], and what is said of them.
 const BAD: [(&str, &str, &str); 10] = [
     ("dies", "loop(count // 4); sys.exit(3)", "exit code 3"),
@@ -163,12 +171,6 @@ pub(crate) fn the_examples_hold_the_loop_and_keep_the_contract() -> Result<(), S
     let folder = tempfile::tempdir().unwrap();
     let mut programs = Vec::new();
     let mut missing = Vec::new();
-    let has = |program: &str| {
-        let found = std::process::Command::new(program)
-            .arg("--version")
-            .output();
-        found.is_ok_and(|output| output.status.success())
-    };
     for (name, interpreter, file) in [
         ("mine", &["python3"][..], "examples/python/pi.py"),
         ("plain", &["python3"], "examples/plain/pi.py"),
@@ -299,11 +301,7 @@ const PLANTED: [(&str, &str, &str); 10] = [
 ];
 
 pub(crate) fn conformance_names_each_planted_fault() -> Result<(), String> {
-    if std::process::Command::new("python3")
-        .arg("--version")
-        .output()
-        .is_err()
-    {
+    if !has("python3") {
         return Err("python3 is not here".into());
     }
     let folder = tempfile::tempdir().unwrap();

@@ -28,7 +28,7 @@ struct Place<'a> {
     h_ns: u64,
 }
 
-/// One curve: the runs of one client with one setup.
+/// One curve: the runs of one client with one setup, which leaves the system to the panel's title.
 struct Kind<'a> {
     client: Client,
     setup: String,
@@ -133,14 +133,15 @@ impl<'a> Place<'a> {
         let here = || closed(campaign).filter(move |run| Place::of(run) == self);
         let mut kinds: Vec<Kind<'a>> = Vec::new();
         for run in here() {
-            let (client, setup) = (run.cell.client, run.cell.setup());
+            let (client, setup) = (run.cell.client, run.cell.setup_beside_system());
             if kinds
                 .iter()
                 .any(|kind| kind.client == client && kind.setup == setup)
             {
                 continue;
             }
-            let same = here().filter(|run| run.cell.client == client && run.cell.setup() == setup);
+            let same = here()
+                .filter(|run| run.cell.client == client && run.cell.setup_beside_system() == setup);
             kinds.push(Kind {
                 client,
                 group: Group::complete(same),
@@ -183,9 +184,7 @@ impl<'a> Place<'a> {
             let setup = if is_alone {
                 String::new()
             } else {
-                // The panel's title has the system.
-                let system = format!(", system {}", self.system);
-                format!(", {}", kind.setup.replace(&system, ""))
+                format!(", {}", kind.setup)
             };
             panel.series.push(Series {
                 name: format!("{}{setup}: {}", kind.client, kind.end(settled(settling_ms))),
@@ -201,14 +200,13 @@ impl<'a> Place<'a> {
                 points.extend(points.last().map(|(_, r)| (end_s, *r)));
                 let r = Series::new("r".to_owned(), Mark::Steps, OTHER_TONE, points);
                 panel.series.insert(0, r);
-                panel.y.range =
-                    range(&panel.series, 0.0).map(|seen| within(seen, moving.changes()));
+                let values = moving.changes().iter().map(|(_, r)| *r);
+                panel.y.range = range(&panel.series, 0.0).map(|seen| within(seen, values));
             }
             None => {
                 let r = first.cell.settings.r;
                 panel.guides = guides(r);
-                let steps = [(0, r)];
-                panel.y.range = range(&panel.series, r).map(|seen| within(seen, &steps));
+                panel.y.range = range(&panel.series, r).map(|seen| within(seen, [r]));
             }
         }
         Ok(panel)
@@ -217,11 +215,11 @@ impl<'a> Place<'a> {
 
 /// The part of a range that shows a loop that holds: a loop that does not leaves the panel, and would
 /// flatten the others.
-fn within((low, high): (f64, f64), changes: &[(u64, f64)]) -> (f64, f64) {
+fn within((low, high): (f64, f64), r: impl IntoIterator<Item = f64>) -> (f64, f64) {
     /// Farthest from r, in units of its largest step from rest.
     const FARTHEST: f64 = 2.0;
-    let values = || changes.iter().map(|(_, r)| *r);
-    let (least, most) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
+    let widen = |(least, most): (f64, f64), r: f64| (r.min(least), r.max(most));
+    let (least, most) = r.into_iter().fold((0.0, 0.0), widen);
     let span = FARTHEST * (most - least);
     if span > 0.0 {
         (low.max(least - span), high.min(most + span))
