@@ -1,7 +1,7 @@
 //! A plant of somebody's own: a program that advances by h for each u that it reads, and prints y.
 //!
-//! Its standard input and output are one socket, a line a number: first it prints the y that it starts
-//! with, then one y after each u. It ends when its input does. docs/your-plant.md is its contract. What
+//! Its standard input and output are one socket, a line a number, or two with a comma between them: first it
+//! prints the y that it starts with, then one y after each u. It ends when its input does. docs/your-plant.md is its contract. What
 //! time a step has is the caller's matter; here a step that takes too long breaks it.
 
 use std::ffi::OsString;
@@ -12,7 +12,7 @@ use std::os::unix::net::UnixStream;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use endpoint::{Model, report};
+use endpoint::{Model, Signals, report};
 
 use crate::keeper::{END_WITHIN, Keeper};
 
@@ -26,6 +26,8 @@ pub struct Start<'a> {
     pub run: &'a [String],
     /// What its environment has in addition to this process's.
     pub environment: Vec<(&'static str, OsString)>,
+    /// How many inputs it has: 1 or 2.
+    pub inputs: usize,
     /// What a step advances by, ns: a step that takes longer is counted.
     pub h_ns: u64,
     /// How long it may take from its start to its first y.
@@ -41,8 +43,9 @@ pub struct Start<'a> {
 #[derive(Debug, Clone)]
 pub struct PlantProgram {
     steps: Arc<Mutex<Steps>>,
-    /// The output before the first step.
-    at_rest: f64,
+    /// The outputs before the first step.
+    at_rest: Signals,
+    inputs: usize,
 }
 
 impl PlantProgram {
@@ -72,11 +75,13 @@ impl PlantProgram {
                 slowest_ns: 0,
             },
             h_ns: start.h_ns,
+            outputs: None,
         };
         let at_rest = steps.answer("its first y", start.start_within)?;
         Ok(PlantProgram {
             steps: Arc::new(Mutex::new(steps)),
             at_rest,
+            inputs: start.inputs,
         })
     }
 
@@ -107,12 +112,16 @@ impl PlantProgram {
 }
 
 impl Model for PlantProgram {
-    fn step(&mut self, u: f64, _: u64) -> f64 {
+    fn step(&mut self, u: Signals, _: u64) -> Signals {
         self.lock().step(u)
     }
 
-    fn at_rest(&self) -> f64 {
+    fn at_rest(&self) -> Signals {
         self.at_rest
+    }
+
+    fn inputs(&self) -> usize {
+        self.inputs
     }
 
     fn is_broken(&self) -> bool {
@@ -134,12 +143,14 @@ struct Steps {
     problem: Option<String>,
     report: report::PlantProgram,
     h_ns: u64,
+    /// How many numbers its first line had.
+    outputs: Option<usize>,
 }
 
 impl Steps {
-    fn step(&mut self, u: f64) -> f64 {
+    fn step(&mut self, u: Signals) -> Signals {
         if self.problem.is_some() {
-            return f64::NAN;
+            return f64::NAN.into();
         }
         let begun = Instant::now();
         match self.exchange(u) {
@@ -153,12 +164,12 @@ impl Steps {
             }
             Err(problem) => {
                 self.problem = Some(problem);
-                f64::NAN
+                f64::NAN.into()
             }
         }
     }
 
-    fn exchange(&mut self, u: f64) -> Result<f64, String> {
+    fn exchange(&mut self, u: Signals) -> Result<Signals, String> {
         let step = self.report.steps;
         if !self.unread.is_empty() {
             let printed = shown(&self.unread);
@@ -169,24 +180,39 @@ impl Steps {
             ));
         }
         let mut line = String::with_capacity(32);
-        let _ = writeln!(line, "{u:?}");
+        let _ = writeln!(line, "{u}");
         match self.stream.write_all(line.as_bytes()) {
             Ok(()) => self.answer(&format!("y of step {step}"), self.step_within),
             Err(_) => Err(self.ended(&format!("y of step {step}"))),
         }
     }
 
-    /// The next number that it prints; `what` says which, in errors.
-    fn answer(&mut self, what: &str, within: Duration) -> Result<f64, String> {
+    /// The next line that it prints, as numbers; `what` says which, in errors.
+    fn answer(&mut self, what: &str, within: Duration) -> Result<Signals, String> {
         let line = self.line(what, within)?;
         let text = String::from_utf8_lossy(&line);
-        text.trim().parse().map_err(|_| {
-            format!(
-                "the plant's program `{}` printed `{}` as {what}, which is no number",
-                self.name,
-                shown(&line)
-            )
-        })
+        let printed = |problem: &str| {
+            let (name, shown) = (&self.name, shown(&line));
+            format!("the plant's program `{name}` printed `{shown}` as {what}, {problem}")
+        };
+        let y: Signals = text
+            .trim()
+            .parse()
+            .map_err(|_| printed("which is no number"))?;
+        match self.outputs {
+            Some(outputs) if outputs != y.count() => {
+                let numbers = if outputs == 1 {
+                    "one number"
+                } else {
+                    "two numbers"
+                };
+                Err(printed(&format!("and its first line had {numbers}")))
+            }
+            _ => {
+                self.outputs = Some(y.count());
+                Ok(y)
+            }
+        }
     }
 
     fn line(&mut self, what: &str, within: Duration) -> Result<Vec<u8>, String> {

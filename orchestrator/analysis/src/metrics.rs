@@ -3,15 +3,15 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
-use endpoint::{ArrivalRow, MessageRow, Mode, Reference, TickRow};
+use endpoint::{ArrivalRow, MessageRow, Mode, Reference, SecondRow, TickRow};
 use serde::{Deserialize, Serialize};
 
 use crate::arrival::{ArrivalCount, Arrivals};
 use crate::message::{MessageCount, Messages};
-use crate::order::{ArrivalOrder, MessageOrder, ProbeOrder, TickOrder};
+use crate::order::{ArrivalOrder, MessageOrder, ProbeOrder, SecondOrder, TickOrder};
 use crate::plain::Row;
 use crate::probe::{ProbeCount, Probes};
-use crate::response::{Response, ResponseTrace};
+use crate::response::{LoopVerdict, Response, ResponseTrace, SecondTrace};
 use crate::rows::{Content, ReadError, read, read_whole};
 use crate::tick::{TickCount, Ticks};
 use crate::whole::Vouched;
@@ -128,9 +128,14 @@ impl Reader<'_> {
             take,
         );
         self.judge(file_name::TICKS, rows, Ok);
+        let second = if closed { response.second() } else { None };
+        let second = second.and_then(|second| self.second(second));
         // Finished before the next file is read, so that only one file's values are in memory at a
         // time.
-        let (ticks, response) = (ticks.finish(), response.finish());
+        let (ticks, mut response) = (ticks.finish(), response.finish());
+        if let (Some(response), Some(second)) = (&mut response, second) {
+            response.verdict = response.verdict.max(second);
+        }
 
         let (mut arrivals, mut order) = (ArrivalCount::new(facts.h_ns), ArrivalOrder::default());
         let take = |row: &ArrivalRow| arrivals.push(row);
@@ -167,6 +172,26 @@ impl Reader<'_> {
         } else {
             Err(self.faults)
         }
+    }
+
+    /// The verdict on the second output; `None` if there is none.
+    fn second(&mut self, mut trace: SecondTrace) -> Option<LoopVerdict> {
+        let is_there = match self.vouched {
+            Some(vouched) => vouched.files.contains_key(file_name::SECOND),
+            None => self.folder.join(file_name::SECOND).exists(),
+        };
+        if !is_there {
+            return None;
+        }
+        let mut order = SecondOrder::default();
+        let rows = self.rows(
+            file_name::SECOND,
+            SecondRow::COLUMNS,
+            |row| order.check(row),
+            |row: &SecondRow| trace.push(row),
+        );
+        self.judge(file_name::SECOND, rows, Ok);
+        trace.finish()
     }
 
     /// Metrics of the echoes; `None` if the folder is not checked and has no `probes.csv`.

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use endpoint::{ArrivalRow, MessageRow, TickRow};
+use endpoint::{ArrivalRow, MessageRow, SecondRow, TickRow};
 use plan::{Phase, ProbeRow};
 
 /// `ticks.csv`: k counts from 0, and each tick is due h after the one before.
@@ -41,6 +41,20 @@ impl TickOrder {
             k: due.k + 1,
             t_due_ns: due.t_due_ns.saturating_add(self.h_ns),
         });
+        Ok(())
+    }
+}
+
+/// `second.csv`: k counts from 0.
+#[derive(Debug, Default)]
+pub(crate) struct SecondOrder {
+    next: u64,
+}
+
+impl SecondOrder {
+    pub(crate) fn check(&mut self, row: &SecondRow) -> Result<(), String> {
+        follows("k", row.k, self.next)?;
+        self.next += 1;
         Ok(())
     }
 }

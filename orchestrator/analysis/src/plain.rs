@@ -4,7 +4,7 @@
 //! line in another form (quotes, signs, a carriage return), or one that is not a row, gives `None`;
 //! [`crate::rows`] then passes it to the csv crate and serde. So there are no error messages here.
 
-use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, TickRow};
+use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, SecondRow, TickRow};
 use plan::{Phase, ProbeRow};
 use serde::de::DeserializeOwned;
 
@@ -66,6 +66,7 @@ macro_rules! rows {
 
 rows! {
     TickRow { k, t_due_ns, t_tick_ns, u, y, seq }
+    SecondRow { k, u2, y2 }
     ArrivalRow { n, seq, t_send_ns, t_arrive_ns, tick, u, outcome }
     MessageRow { seq, t_due_ns, t_send_ns, t_receive_ns, t_arrive_ns, r, y, e, u, tick, outcome }
     ProbeRow { phase, seq, t_send_ns, t_reach_ns, t_back_ns, due_up_ns, due_down_ns, due_lost }

@@ -9,7 +9,7 @@
 //! is on how the output follows, and of the figures there are only the peak, the mean and the integral.
 
 use control::{StepSettings, sampled_step_info};
-use endpoint::{Reference, TickRow};
+use endpoint::{Reference, SecondRow, TickRow};
 use serde::{Deserialize, Serialize};
 
 /// The verdict on a closed loop.
@@ -128,6 +128,34 @@ pub fn judge_following(y: &[f64], r: &[f64]) -> LoopVerdict {
     }
 }
 
+/// The verdict on a second output `y`, which comes to rest wherever it may: its reference, if it has one, is in
+/// the law.
+///
+/// - *Unstable*: a value is not finite; or its distance from where it ends is largest in the last part, after
+///   growing over three.
+/// - *Stable*: in the last part it is within a tenth of its farthest from there.
+/// - *Not settled*: anything else.
+#[must_use]
+pub fn judge_second(y: &[f64]) -> LoopVerdict {
+    if !y.iter().all(|y| y.is_finite()) {
+        return LoopVerdict::Unstable;
+    }
+    if y.len() < PARTS {
+        return LoopVerdict::NotSettled;
+    }
+    let Some(worst) = worst_errors(y, mean(part(y, PARTS - 1))) else {
+        return LoopVerdict::NotSettled;
+    };
+    let (last, farthest) = (worst[PARTS - 1], worst.iter().copied().fold(0.0, f64::max));
+    if grows(&worst) && last >= farthest && last > 0.0 {
+        LoopVerdict::Unstable
+    } else if last <= EXCURSION * farthest {
+        LoopVerdict::Stable
+    } else {
+        LoopVerdict::NotSettled
+    }
+}
+
 /// The largest error about `r` in each part; `None` with fewer samples than parts, or one that is not
 /// finite.
 fn worst_errors(y: &[f64], r: f64) -> Option<[f64; PARTS]> {
@@ -155,6 +183,27 @@ fn mean(y: &[f64]) -> f64 {
     y.iter().sum::<f64>() / y.len() as f64
 }
 
+/// Accumulates the second output over the ticks of a response.
+#[derive(Debug)]
+pub(crate) struct SecondTrace {
+    first_k: u64,
+    end_k: u64,
+    y: Vec<f64>,
+}
+
+impl SecondTrace {
+    pub(crate) fn push(&mut self, row: &SecondRow) {
+        if (self.first_k..self.end_k).contains(&row.k) {
+            self.y.extend(row.y2);
+        }
+    }
+
+    /// The verdict; `None` if there is no second output.
+    pub(crate) fn finish(self) -> Option<LoopVerdict> {
+        (!self.y.is_empty()).then(|| judge_second(&self.y))
+    }
+}
+
 /// Accumulates a [`Response`] tick by tick.
 #[derive(Debug)]
 pub struct ResponseTrace {
@@ -164,6 +213,8 @@ pub struct ResponseTrace {
     y0: f64,
     y: Vec<f64>,
     command: Option<u64>,
+    /// The tick of the first sample.
+    first_k: Option<u64>,
     /// Number of samples up to the tick that took the newest command.
     length: usize,
 }
@@ -179,8 +230,19 @@ impl ResponseTrace {
             y0: 0.0,
             y: Vec::new(),
             command: None,
+            first_k: None,
             length: 0,
         }
+    }
+
+    /// Takes the second output over the same ticks; `None` if no command ever arrived.
+    pub(crate) fn second(&self) -> Option<SecondTrace> {
+        let first_k = self.first_k?;
+        Some(SecondTrace {
+            first_k,
+            end_k: first_k + self.length as u64,
+            y: Vec::new(),
+        })
     }
 
     /// For a plant that has this output at the start, instead of one at rest.
@@ -194,6 +256,7 @@ impl ResponseTrace {
         if row.seq.is_none() {
             return;
         }
+        self.first_k.get_or_insert(row.k);
         self.y.push(row.y);
         if row.seq != self.command {
             self.command = row.seq;

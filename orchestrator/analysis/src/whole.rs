@@ -17,7 +17,7 @@ use serde::de::DeserializeOwned;
 
 use crate::rows::{OTHER_BYTES, ReadError, other_length};
 
-/// The four files of rows that metrics are made of.
+/// The files of rows that metrics are made of; a plant with a second input or output has one more.
 pub(crate) const ROWS: [&str; 4] = [
     file_name::TICKS,
     file_name::ARRIVALS,
@@ -173,6 +173,10 @@ fn lacking(
     if is_own_system {
         asked.push(file_name::SYSTEM);
     }
+    let plant = manifest.plant.as_ref();
+    if plant.is_some_and(|plant| plant.second_rows().is_some()) {
+        asked.push(file_name::SECOND);
+    }
     if !is_loopback && is_virtual {
         asked.push(file_name::LINK_REPORT);
     } else if !is_loopback {
@@ -270,6 +274,8 @@ impl<'a> Vouched<'a> {
         {
             let Some(plant) = plant else { continue };
             counts.push((file_name::TICKS, origin, plant.tick_rows().rows));
+            let second = plant.second_rows();
+            counts.extend(second.map(|of| (file_name::SECOND, origin, of.rows)));
             counts.push((file_name::ARRIVALS, origin, plant.arrival_rows().rows));
             // The plant writes a page's rows; those of several sessions are in several files.
             let of_page = plant.page_rows();

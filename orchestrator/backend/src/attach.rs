@@ -106,8 +106,9 @@ impl Attach {
     }
 
     fn follow(&self, client: Client, folder: &Path) -> Result<Vec<Follower>, RunError> {
-        const PLANT: [&str; 4] = [
+        const PLANT: [&str; 5] = [
             file_name::TICKS,
+            file_name::SECOND,
             file_name::ARRIVALS,
             file_name::PLANT_REPORT,
             file_name::PLANT_LOG,

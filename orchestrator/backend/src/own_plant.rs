@@ -17,25 +17,33 @@ const REAL_STEP_WITHIN: Duration = Duration::from_secs(1);
 /// How long it may take in virtual time, which waits for it.
 const SIMULATED_STEP_WITHIN: Duration = Duration::from_secs(60);
 
-/// Starts a program as the plant of a real run, for steps of h, and confines it where this user may.
+/// Starts a program as the plant of a real run, with so many inputs and for steps of h, and confines it where
+/// this user may.
 ///
 /// # Errors
 /// A sentence that says what the program does in place of printing its first y.
-pub fn start_plant(program: &Program, h: SampleTime, seed: u64) -> Result<PlantProgram, String> {
-    start(program, h, seed, REAL_STEP_WITHIN, true)
+pub fn start_plant(
+    program: &Program,
+    inputs: usize,
+    h: SampleTime,
+    seed: u64,
+) -> Result<PlantProgram, String> {
+    start(program, inputs, h, seed, REAL_STEP_WITHIN, true)
 }
 
 /// Starts a program as a plant in virtual time.
 pub(crate) fn start_simulated(
     program: &Program,
+    inputs: usize,
     h: SampleTime,
     seed: u64,
 ) -> Result<PlantProgram, String> {
-    start(program, h, seed, SIMULATED_STEP_WITHIN, false)
+    start(program, inputs, h, seed, SIMULATED_STEP_WITHIN, false)
 }
 
 fn start(
     program: &Program,
+    inputs: usize,
     h: SampleTime,
     seed: u64,
     step_within: Duration,
@@ -50,6 +58,7 @@ fn start(
             ("WEBLOOP_SEED", seed.to_string().into()),
             ("PYTHONPATH", python::path(&package)),
         ],
+        inputs,
         h_ns: h.ns(),
         start_within: START_WITHIN,
         step_within,

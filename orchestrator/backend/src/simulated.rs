@@ -9,7 +9,7 @@ use std::path::Path;
 use certificate::{Echo, LinkReport};
 use control::Law;
 use endpoint::report::Written;
-use endpoint::{ArrivalRow, MessageRow, Model, Surrounded, Thread, TickRow, Timer};
+use endpoint::{ArrivalRow, MessageRow, Model, SecondRow, Surrounded, Thread, TickRow, Timer};
 use link::{PacketRow, Profile, Way};
 use manifest::{ModelController, ModelPlant};
 use plan::{Cell, Phase, Program, file_name};
@@ -49,7 +49,7 @@ pub(crate) fn run(
             }
         };
     };
-    let own = start_simulated(program, h, seed).map_err(RunError::Program)?;
+    let own = start_simulated(program, system.inputs(), h, seed).map_err(RunError::Program)?;
     let plant = Surrounded::new(own.clone(), around.unwrap_or_default(), seed, start_ns);
     let seen = run_with(plant, law, cell, profile, timing, folder)?;
     match own.problem() {
@@ -108,7 +108,8 @@ fn run_with<M: Model + Clone>(
         duration_ns: cell.duration_ns,
         after_ns: AFTER_NS,
     };
-    let mut files = Files::create(folder, profile.has_rate())?;
+    let has_second = setup.plant.inputs() > 1 || setup.plant.at_rest().count() > 1;
+    let mut files = Files::create(folder, profile.has_rate(), has_second)?;
     let outcome = sim::run(&setup, &mut files)
         .map_err(|problem| RunError::Unsupported(problem.to_string()))?;
     let (rows, echoes) = files.finish(folder)?;
@@ -139,13 +140,14 @@ fn timer_floor_ns(cell: &Cell, timing: &Timing) -> u64 {
 /// Writes the reports that the roles write in a real run, as far as they exist here.
 fn write_reports(
     folder: &Path,
-    [ticks, arrivals, messages]: [u64; 3],
+    [ticks, second, arrivals, messages]: [u64; 4],
     outcome: Outcome,
     timing: &Timing,
 ) -> Result<(), RunError> {
     let written = |rows: u64| Written { rows, overflow: 0 };
     let plant = ModelPlant {
         tick_rows: written(ticks),
+        second_rows: (second > 0).then(|| written(second)),
         arrival_rows: written(arrivals),
     };
     write_report(folder, file_name::PLANT_REPORT, &plant)?;
@@ -171,26 +173,30 @@ fn write_report(folder: &Path, name: &str, report: &impl Serialize) -> Result<()
 /// The files of rows, and the echoes of each series.
 struct Files {
     ticks: csv::Writer<File>,
+    /// Only if there is a second input or output.
+    second: Option<csv::Writer<File>>,
     arrivals: csv::Writer<File>,
     messages: csv::Writer<File>,
     /// Only if there is a rate limit.
     packets: Option<csv::Writer<File>>,
     echoes: [Vec<Echo>; 4],
-    /// Number of rows of ticks, arrivals and messages.
-    rows: [u64; 3],
+    /// Number of rows of ticks, second inputs and outputs, arrivals and messages.
+    rows: [u64; 4],
     problem: Option<csv::Error>,
 }
 
 impl Files {
-    fn create(folder: &Path, has_rate: bool) -> Result<Files, RunError> {
+    fn create(folder: &Path, has_rate: bool, has_second: bool) -> Result<Files, RunError> {
         let packets = || create(&folder.join(file_name::PACKETS), PacketRow::COLUMNS);
+        let second = || create(&folder.join(file_name::SECOND), SecondRow::COLUMNS);
         Ok(Files {
             ticks: create(&folder.join(file_name::TICKS), TickRow::COLUMNS)?,
+            second: has_second.then(second).transpose()?,
             arrivals: create(&folder.join(file_name::ARRIVALS), ArrivalRow::COLUMNS)?,
             messages: create(&folder.join(file_name::MESSAGES), MessageRow::COLUMNS)?,
             packets: has_rate.then(packets).transpose()?,
             echoes: Default::default(),
-            rows: [0; 3],
+            rows: [0; 4],
             problem: None,
         })
     }
@@ -203,13 +209,14 @@ impl Files {
     }
 
     /// Flushes the files. Returns how many rows are in each, and the echoes of each series.
-    fn finish(mut self, folder: &Path) -> Result<([u64; 3], [Vec<Echo>; 4]), RunError> {
+    fn finish(mut self, folder: &Path) -> Result<([u64; 4], [Vec<Echo>; 4]), RunError> {
         if let Some(problem) = self.problem {
             return Err(RunError::write(folder, std::io::Error::other(problem)));
         }
         [&mut self.ticks, &mut self.arrivals, &mut self.messages]
             .into_iter()
             .chain(&mut self.packets)
+            .chain(&mut self.second)
             .try_for_each(csv::Writer::flush)
             .map_err(|problem| RunError::write(folder, problem))?;
         Ok((self.rows, self.echoes))
@@ -223,14 +230,22 @@ impl Record for Files {
         self.note(written);
     }
 
+    fn second(&mut self, row: &SecondRow) {
+        if let Some(second) = &mut self.second {
+            self.rows[1] += 1;
+            let written = second.serialize(row);
+            self.note(written);
+        }
+    }
+
     fn arrival(&mut self, row: &ArrivalRow) {
-        self.rows[1] += 1;
+        self.rows[2] += 1;
         let written = self.arrivals.serialize(row);
         self.note(written);
     }
 
     fn message(&mut self, row: &MessageRow) {
-        self.rows[2] += 1;
+        self.rows[3] += 1;
         let written = self.messages.serialize(row);
         self.note(written);
     }

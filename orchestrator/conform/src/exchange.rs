@@ -66,7 +66,7 @@ impl Exchange {
             script: trial.script,
             start_ns,
             settings,
-            inbox: Inbox::new(Late::Apply),
+            inbox: Inbox::new(Late::Apply, 1),
             process: Process::new(&settings, at_rest.clone(), now_ns),
             at_rest,
             answered: 0,
@@ -118,7 +118,7 @@ impl Exchange {
             return said(Err(refusal), now_ns, false);
         }
         let (_, answer) = self.inbox.command(mode, &request, output, now_ns);
-        arrival.y = (mode == Mode::Closed).then_some(output.y);
+        arrival.y = (mode == Mode::Closed).then_some(output.y.first);
         self.heard.arrivals.push(arrival);
         self.answered += 1;
         let is_last = match self.script {

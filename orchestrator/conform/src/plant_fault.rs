@@ -1,6 +1,6 @@
 //! What a plant did that its contract does not allow, with the numbers and what to do about it.
 
-use endpoint::SampleTime;
+use endpoint::{SampleTime, Signals};
 
 /// A breach of the contract of plants.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -18,7 +18,7 @@ pub enum PlantFault {
         /// The input of the last.
         u: f64,
         /// Its output.
-        y: f64,
+        y: Signals,
     },
     /// Its steps take too long.
     #[error(

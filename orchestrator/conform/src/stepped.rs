@@ -9,7 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use agent::plant::PlantProgram;
-use endpoint::{Model, SampleTime};
+use endpoint::{Model, SampleTime, Signals};
 
 use crate::Error;
 use crate::outcome::{Outcome, Verdict};
@@ -143,13 +143,13 @@ fn outputs(plant: &mut PlantProgram, inputs: &[f64]) -> Result<Vec<f64>, PlantFa
     Ok(outputs)
 }
 
-/// The output of step number `steps`, from 1.
+/// The first output of step number `steps`, from 1; each input is `u`.
 fn output(plant: &mut PlantProgram, u: f64, steps: usize) -> Result<f64, PlantFault> {
-    let y = plant.step(u, 0);
+    let y = plant.step(Signals::zeros(plant.inputs()).map(|_| u), 0);
     match plant.problem() {
         Some(problem) => Err(PlantFault::Broken(problem)),
         None if !y.is_finite() => Err(PlantFault::NotFinite { steps, u, y }),
-        None => Ok(y),
+        None => Ok(y.first),
     }
 }
 

@@ -23,6 +23,9 @@ pub enum PlantReport {
 pub struct ModelPlant {
     /// Rows of `arrivals.csv`.
     pub arrival_rows: Written,
+    /// Rows of `second.csv`, where there is a second input or output.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second_rows: Option<Written>,
     /// Rows of `ticks.csv`.
     pub tick_rows: Written,
 }
@@ -43,6 +46,15 @@ impl PlantReport {
         match self {
             Self::Real(plant) => plant.tick_rows,
             Self::Model(plant) => plant.tick_rows,
+        }
+    }
+
+    /// Rows of `second.csv`; `None` if there is no second input or output.
+    #[must_use]
+    pub fn second_rows(&self) -> Option<Written> {
+        match self {
+            Self::Real(plant) => plant.second_rows,
+            Self::Model(plant) => plant.second_rows,
         }
     }
 
@@ -83,7 +95,9 @@ impl PlantReport {
     #[must_use]
     pub fn overflow(&self) -> u64 {
         let page = self.page_rows().unwrap_or_default();
-        self.tick_rows().overflow + self.arrival_rows().overflow + page.overflow
+        let second = self.second_rows().unwrap_or_default();
+        let all = [self.tick_rows(), second, self.arrival_rows(), page];
+        all.iter().map(|rows| rows.overflow).sum()
     }
 }
 

@@ -4,7 +4,7 @@
 //! The name of a manifest is `manifest::Manifest::FILE`. Roles name their files after their part: a
 //! report is `PART.json`, a log `PART.log`.
 
-use endpoint::{ArrivalRow, MessageRow, TickRow};
+use endpoint::{ArrivalRow, MessageRow, SecondRow, TickRow};
 
 /// The campaign's plan; a folder with this file is a campaign's.
 pub const PLAN: &str = "plan.json";
@@ -19,6 +19,8 @@ pub const REPORT: &str = "report";
 
 /// The plant's ticks.
 pub const TICKS: &str = TickRow::FILE;
+/// The second input and output at each tick, of a plant that has one of them.
+pub const SECOND: &str = SecondRow::FILE;
 /// The commands that reached the plant.
 pub const ARRIVALS: &str = ArrivalRow::FILE;
 /// The controller's deadlines with their messages.

@@ -190,6 +190,14 @@ impl Reader<'_> {
                             let place = chosen.get(invalid.name).unwrap_or(named);
                             self.invalid(place, invalid.problem, invalid.remedy)
                         })?;
+                        if !client.is_own() && !system.gives_each_input() {
+                            let name = system.name();
+                            return Err(self.invalid(
+                                named,
+                                format!("the law of system {name} gives one command, and its plant has two inputs"),
+                                "name a client of your own, like { name = \"mine\", run = [\"./mine\"] }",
+                            ));
+                        }
                         let mut cell = Cell {
                             index: 0,
                             id: String::new(),

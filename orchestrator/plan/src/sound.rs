@@ -213,8 +213,9 @@ pub fn is_file_name(text: &str) -> bool {
 
 /// Whether a run may write a file of this name itself.
 fn is_ours(name: &str) -> bool {
-    const ROWS: [&str; 11] = [
+    const ROWS: [&str; 12] = [
         file_name::TICKS,
+        file_name::SECOND,
         file_name::ARRIVALS,
         file_name::MESSAGES,
         file_name::PROBES,

@@ -123,7 +123,7 @@ impl Connections {
             command: Command {
                 seq: opened_for,
                 t_send_ns: 0,
-                u: 0.0,
+                u: 0.0.into(),
             },
             answer: None,
             opened_for,

@@ -192,6 +192,9 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
                 let row = self.plant.tick(tick_ns);
                 self.outcome.ticks += 1;
                 self.record.tick(&row);
+                if let Some(row) = self.plant.second() {
+                    self.record.second(&row);
+                }
             } else if packet_ns <= first_ns {
                 if let Some((t_ns, event)) = self.queue.pop() {
                     self.happens(t_ns, event);

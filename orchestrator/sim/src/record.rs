@@ -1,6 +1,6 @@
 //! The receiver of a simulated run's rows, as the run goes on.
 
-use endpoint::{ArrivalRow, MessageRow, TickRow};
+use endpoint::{ArrivalRow, MessageRow, SecondRow, TickRow};
 use link::Way;
 
 use crate::echo::Echo;
@@ -9,6 +9,11 @@ use crate::echo::Echo;
 pub trait Record {
     /// The plant has ticked.
     fn tick(&mut self, row: &TickRow);
+
+    /// The second input and output of that tick, of a plant that has one of them.
+    fn second(&mut self, row: &SecondRow) {
+        let _ = row;
+    }
 
     /// A command has reached the plant.
     fn arrival(&mut self, row: &ArrivalRow) {

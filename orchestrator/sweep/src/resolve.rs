@@ -187,9 +187,9 @@ impl Reader<'_> {
             let system = System::read(&library.system(asked)?)
                 .map_err(|fault| format!("`{asked}` is not a valid system: line {fault}"))?;
             let is_plain = system.surroundings().is_none() && system.reference().is_none();
-            if system.plant().linear().is_none() || !is_plain {
+            if !system.is_single() || !is_plain {
                 return Err(format!(
-                    "`{asked}` has a program, an actuator, a disturbance, a sensor, an x0 or a reference that \
+                    "`{asked}` has a program, a second input or output, an actuator, a disturbance, a sensor, an x0 or a reference that \
                      moves, which a sweep leaves out; run it as an experiment with --backend sim"
                 ));
             }

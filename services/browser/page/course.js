@@ -78,7 +78,7 @@ export const NOTHING = {
 
 class LateStart extends Error {}
 
-/** The plant's output before the first command; it also opens the first connection. */
+/** The plant's output before the first command, or both; it also opens the first connection. */
 async function look() {
   const response = await fetch("/state", { cache: "no-store" });
   const text = await response.text();

@@ -5,7 +5,7 @@
 
 import { ControllerEnd } from "./end.js";
 import { readLaw } from "./law.js";
-import { commandText, readAnswer } from "./message.js";
+import { commandText, first, readAnswer } from "./message.js";
 import { Record } from "./record.js";
 import { Channel, Interval, Timeout, Wait } from "./timer.js";
 
@@ -171,7 +171,7 @@ export class Drive {
 
   #send(command) {
     const y = this.#settings.mode === "closed" ? this.#end.y : NaN;
-    this.#record.sent(command.t_send_ns, y, command.u);
+    this.#record.sent(command.t_send_ns, y, first(command.u));
     this.#sender.send(command.seq, commandText(command, this.#clock.epoch_ns));
   }
 

@@ -5,6 +5,8 @@
 // deadline becomes exactly one row. Times are whole nanoseconds since the run's epoch. `fired`
 // is the page's own: setInterval as the schedule. Sockets, timers and clocks are not here.
 
+import { first } from "./message.js";
+
 /** The technical limit on messages under way, and what `unlimited` stands for. */
 export const OUTSTANDING_CAP = 8192;
 
@@ -18,7 +20,7 @@ export class ControllerEnd {
   #start_ns;
   #limit;
   #stop_ns;
-  /** The newest output known, and the plant's tick that it belongs to. */
+  /** The newest output known, or both, and the plant's tick that it belongs to. */
   #y;
   #yTick = 0;
   /** When the command before was sent, for `integrate=elapsed`. */
@@ -36,8 +38,9 @@ export class ControllerEnd {
 
   /**
    * An end whose first deadline is `start_ns` and whose last is before `stop_ns`. `y` is the
-   * plant's output before the first answer. The settings are those of setting.js. `reference`
-   * has the changes of r, pairs of ns after the first deadline and r; without it r rests.
+   * plant's output before the first answer, or both: laws get both, rows have the first. The
+   * settings are those of setting.js. `reference` has the changes of r, pairs of ns after the
+   * first deadline and r; without it r rests.
    */
   constructor(settings, law, y, start_ns, stop_ns, reference = null) {
     this.#settings = settings;
@@ -66,9 +69,9 @@ export class ControllerEnd {
     return this.#underWay.values().next().value;
   }
 
-  /** The newest output known. */
+  /** The newest output known, of two the first. */
   get y() {
-    return this.#y;
+    return first(this.#y);
   }
 
   /** The next step at `now_ns`. One call passes at most one deadline. */
@@ -164,14 +167,14 @@ export class ControllerEnd {
     // In open loop the plant does not apply it; the reference is as good as any.
     let u = r;
     if (mode === "closed") {
-      row.y = this.#y;
-      row.e = r - this.#y;
+      row.y = this.y;
+      row.e = r - row.y;
       const elapsed = integrate === "elapsed" && this.#lastSend_ns !== null;
       const dt_ns = elapsed ? Math.max(now_ns - this.#lastSend_ns, 0) : h_ns;
       u = this.#law.update(r, this.#y, dt_ns / 1e9);
     }
     row.t_send_ns = now_ns;
-    row.u = u;
+    row.u = first(u);
     this.#lastSend_ns = now_ns;
     this.#underWay.set(seq, row);
     return { seq, t_send_ns: now_ns, u };

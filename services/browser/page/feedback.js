@@ -2,8 +2,9 @@
 //
 // The observer runs a model of the plant with the command, and a line of its outputs as long as
 // the round trip. The newest y is held against the line's end, where the output is that y tells
-// of, and corrects the state and the line.
+// of, and corrects the state and the line. The plant may have two inputs or two outputs.
 
+import { numbersOf } from "./message.js";
 import { dot } from "./model.js";
 import { clip } from "./pid.js";
 
@@ -13,54 +14,56 @@ export class StateFeedback {
   #gains;
   #observer;
   #reference;
+  #others;
   #limits;
-  #x;
-  #corrected;
-  #next;
-  /** Outputs on their way here, the newest first, and a place for what falls off their end. */
-  #line;
-  #nextLine;
-  #output = 0;
+  /** The model's states, then its outputs on their way here, the newest first. */
+  #state;
+  #output;
 
   /**
-   * `gains` has n numbers for a model with n states, `observer` n for the state and then one for
-   * each place of the line, at least one.
+   * For a model with n states, m inputs and p outputs, its a, b, c and d as rows, `gains` is m by
+   * n. `observer` has a row for each state, then p for each tick that an output is on its way, at
+   * least one; p numbers a row. `reference` has a row for each input: the factor of r, and of each
+   * of `others`, the references of the outputs after the first.
    */
-  constructor({ model, gains, observer, reference, limits }) {
+  constructor({ model, gains, observer, reference, others, limits }) {
     this.#model = model;
     this.#gains = gains;
     this.#observer = observer;
-    this.#reference = reference;
+    this.#reference = reference.map(([factor, ...factors]) => ({ factor, factors }));
+    this.#others = others;
     this.#limits = limits;
-    this.#x = model.atRest();
-    this.#corrected = model.atRest();
-    this.#next = model.atRest();
-    this.#line = new Float64Array(observer.length - this.#x.length + 1);
-    this.#nextLine = this.#line.slice();
+    this.#state = observer.map(() => 0);
+    this.#output = gains.length === 1 ? 0 : [0, 0];
   }
 
-  /** The command; what is not a number changes nothing and repeats the last one. */
+  /**
+   * The command. What is not a number changes nothing and repeats the last one, and so do more or
+   * fewer outputs than the model's.
+   */
   update(r, y) {
-    if (!Number.isFinite(r) || !Number.isFinite(y)) {
+    const { a, b, c, d } = this.#model;
+    const outputs = numbersOf(y);
+    if (outputs.length !== c.length || ![r, ...outputs].every(Number.isFinite)) {
       return this.#output;
     }
-    const n = this.#x.length;
-    const length = this.#line.length - 1;
-    const innovation = y - this.#line[length - 1];
-    for (let at = 0; at < n; at += 1) {
-      this.#corrected[at] = this.#x[at] + this.#observer[at] * innovation;
-    }
-    const wanted = this.#reference * r - dot(this.#gains, this.#corrected);
-    const u = clip(wanted, this.#limits);
-    this.#nextLine[0] = this.#model.step(this.#corrected, u, this.#next);
-    for (let at = 0; at < length; at += 1) {
-      this.#nextLine[at + 1] = this.#line[at] + this.#observer[n + at] * innovation;
-    }
-    const finite = this.#next.every(Number.isFinite) && this.#nextLine.every(Number.isFinite);
-    if (Number.isFinite(u) && finite) {
-      [this.#x, this.#next] = [this.#next, this.#x];
-      [this.#line, this.#nextLine] = [this.#nextLine, this.#line];
-      this.#output = u;
+    const oldest = this.#state.length - c.length;
+    const errors = outputs.map((output, k) => output - this.#state[oldest + k]);
+    const state = this.#state.map((was, i) => dot(this.#observer[i], errors, was));
+    const x = state.slice(0, a.length);
+    const u = this.#reference.map(({ factor, factors }, j) => {
+      const wanted = dot(factors, this.#others, factor * r) - dot(this.#gains[j], x);
+      return clip(wanted, this.#limits);
+    });
+    const ahead = [
+      ...a.map((row, i) => dot(b[i], u, dot(row, x))),
+      ...c.map((row, k) => dot(d[k], u, dot(row, x))),
+      ...state.slice(a.length),
+    ];
+    if (u.every(Number.isFinite) && ahead.every(Number.isFinite)) {
+      // The oldest outputs have come to the line's end.
+      this.#state = ahead.slice(0, -c.length);
+      this.#output = u.length === 1 ? u[0] : u;
     }
     return this.#output;
   }

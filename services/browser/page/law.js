@@ -21,7 +21,7 @@ const FIELDS = {
   pid: PID,
   transfer: ["model", "limits"],
   smith: ["pid", "model", "ticks"],
-  "state-feedback": ["model", "gains", "observer", "reference", "limits"],
+  "state-feedback": ["model", "gains", "observer", "reference", "others", "limits"],
 };
 const WINDUPS = ["off", "conditional", "back-calculation"];
 
@@ -35,7 +35,7 @@ export class InvalidLaw extends Error {
 /**
  * A law at rest, from its object; from `null` the paper's PI. Whichever it is, it has
  * `update(r, y, dt_s)`, which gives the command for the reference r and the newest output y,
- * `dt_s` after the last: always finite.
+ * `dt_s` after the last: always finite. Of a plant with two inputs or outputs u or y is an array.
  */
 export function readLaw(value) {
   if (value === null) {
@@ -56,28 +56,12 @@ export function lawText(value) {
 const MAKERS = {
   pid: (law) => readPid("", law),
   transfer: (law) =>
-    new Transfer(readModel(law.model).model, readLimits("limits", law.limits, ["off"])),
+    new Transfer(readModel(law.model), readLimits("limits", law.limits, ["off"])),
   smith: (law) => {
     const pid = readPid("pid.", fields("pid", law.pid, PID));
-    return new Smith(pid, readModel(law.model).model, readTicks(law.ticks));
+    return new Smith(pid, readModel(law.model), readTicks(law.ticks));
   },
-  "state-feedback": (law) => {
-    const { model, states } = readModel(law.model);
-    const observer = numbers("observer", law.observer);
-    if (observer.length <= states) {
-      throw new InvalidLaw(
-        `field \`observer\` has ${observer.length} numbers; give ${states} for the model's ` +
-          "states and one or more for its outputs on their way",
-      );
-    }
-    return new StateFeedback({
-      model,
-      gains: numbers("gains", law.gains, states),
-      observer,
-      reference: number("reference", law.reference),
-      limits: readLimits("limits", law.limits, ["off"]),
-    });
-  },
+  "state-feedback": readFeedback,
 };
 
 /** A PID from its fields, whose names begin with `at` in an error. */
@@ -113,17 +97,53 @@ function readLimits(at, value, windups) {
   return { min, max, anti_windup, gain_per_s };
 }
 
-/** A model, and how many states it has. */
+/** A model with one input and one output. */
 function readModel(value) {
   const { a, b, c, d } = fields("model", value, ["a", "b", "c", "d"]);
-  const states = list("model.a", a).length;
-  const model = new Model({
-    a: a.map((row, at) => numbers(`model.a[${at}]`, row, states)),
+  const states = { count: list("model.a", a).length, each: "row of `model.a`" };
+  return new Model({
+    a: matrix("model.a", a, states, states),
     b: numbers("model.b", b, states),
     c: numbers("model.c", c, states),
     d: number("model.d", d),
   });
-  return { model, states };
+}
+
+function readFeedback({ model, gains, observer, reference, others, limits }) {
+  const { a, b, c, d } = fields("model", model, ["a", "b", "c", "d"]);
+  const states = { count: list("model.a", a).length, each: "row of `model.a`" };
+  const inputs = { count: oneOrTwo("gains", gains, "input"), each: "row of `gains`" };
+  const byState = matrix("gains", gains, inputs, states);
+  const outputs = { count: oneOrTwo("model.c", c, "output"), each: "row of `model.c`" };
+  const rows = list("observer", observer).length;
+  const line = rows - states.count;
+  if (line < outputs.count || line % outputs.count !== 0) {
+    throw new InvalidLaw(
+      `field \`observer\` has ${rows} rows; give ${states.count} for the model's states and ` +
+        `${outputs.count} for each tick that its outputs are on their way, at least one`,
+    );
+  }
+  const rest = numbers("others", others);
+  if (rest.length >= outputs.count) {
+    throw new InvalidLaw(
+      `field \`others\` has ${rest.length} numbers; give at most ${outputs.count - 1}, one for ` +
+        "each output after the first",
+    );
+  }
+  const references = { count: 1 + rest.length, each: "reference, r and `others`" };
+  return new StateFeedback({
+    model: {
+      a: matrix("model.a", a, states, states),
+      b: matrix("model.b", b, states, inputs),
+      c: matrix("model.c", c, outputs, states),
+      d: matrix("model.d", d, outputs, inputs),
+    },
+    gains: byState,
+    observer: observer.map((row, at) => numbers(`observer[${at}]`, row, outputs)),
+    reference: matrix("reference", reference, inputs, references),
+    others: rest,
+    limits: readLimits("limits", limits, ["off"]),
+  });
 }
 
 function readTicks(value) {
@@ -141,19 +161,37 @@ function number(at, value) {
   return Number.isFinite(value) ? value : refuse(at, value, "a finite number");
 }
 
-function numbers(at, value, count) {
-  const length = list(at, value).length;
-  if (count !== undefined && length !== count) {
-    throw new InvalidLaw(
-      `field \`${at}\` has ${length} numbers; give ${count}, one for each row of \`model.a\``,
-    );
-  }
-  return value.map((one, index) => number(`${at}[${index}]`, one));
+/** A list of numbers; `size` says how many there have to be, and for each of what. */
+function numbers(at, value, size = null) {
+  const values = list(at, value, size, "numbers");
+  return values.map((one, index) => number(`${at}[${index}]`, one));
 }
 
-function list(at, value) {
+/** A list of rows of numbers. */
+function matrix(at, value, rows, columns) {
+  const values = list(at, value, rows, "rows");
+  return values.map((row, index) => numbers(`${at}[${index}]`, row, columns));
+}
+
+/** How many rows there are, one for each input or output of the plant. */
+function oneOrTwo(at, value, which) {
+  const { length } = list(at, value);
+  if (length !== 1 && length !== 2) {
+    throw new InvalidLaw(
+      `field \`${at}\` has ${length} rows; give one or two, one for each ${which}`,
+    );
+  }
+  return length;
+}
+
+function list(at, value, size = null, what = "") {
   if (!Array.isArray(value)) {
     refuse(at, value, "a list");
+  }
+  if (size !== null && value.length !== size.count) {
+    throw new InvalidLaw(
+      `field \`${at}\` has ${value.length} ${what}; give ${size.count}, one for each ${size.each}`,
+    );
   }
   return value;
 }

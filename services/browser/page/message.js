@@ -1,11 +1,14 @@
 // What the two ends say to each other: `seq=7&t_send_ns=1200000&u=0.35`.
 //
+// Inputs and outputs are signals: a Number or, of a plant that has two, an array of both, which
+// on the wire is `u=0.35,0.1`.
+//
 // A port of services/endpoint/src/message.rs and query.rs. Reading is strict: every field
 // exactly once and no other, numbers decimal and finite. Inside the page a time is a Number of
 // nanoseconds since the run's epoch; on the wire it is one of CLOCK_MONOTONIC. The epoch is a
 // BigInt, so that times are exact however long the machine has been up: 2^53 ns are 104 days.
 
-/** The longest answer that is read; the longest valid one has about 150 bytes. */
+/** The longest answer that is read; the longest valid one has about 190 bytes. */
 const MAX_CHARS = 1024;
 /** How much of a refused text an error repeats. */
 const EXCERPT_CHARS = 40;
@@ -21,10 +24,21 @@ const FIELDS = {
 /** An invalid message. Its text names the field. */
 export class InvalidMessage extends Error {}
 
+/** The first input or output; of most plants it is the only one. */
+export function first(signal) {
+  return Array.isArray(signal) ? signal[0] : signal;
+}
+
+/** Each number of a signal, the first one first. */
+export function numbersOf(signal) {
+  return Array.isArray(signal) ? signal : [signal];
+}
+
 /** A command as a query, its time counted from `epoch_ns`. */
 export function commandText(command, epoch_ns) {
   const t_send_ns = epoch_ns + BigInt(command.t_send_ns);
-  return `seq=${command.seq}&t_send_ns=${t_send_ns}&u=${decimal(command.u)}`;
+  const u = numbersOf(command.u).map(decimal).join(",");
+  return `seq=${command.seq}&t_send_ns=${t_send_ns}&u=${u}`;
 }
 
 /** Reads the plant's answer to a command: in closed loop a state, in open loop its arrival. */
@@ -36,8 +50,8 @@ export function readAnswer(mode, text, epoch_ns) {
   };
   if (mode === "closed") {
     answer.tick = Number(count("tick", values.tick));
-    answer.y = finite("y", values.y);
-    answer.u = finite("u", values.u);
+    answer.y = signal("y", values.y, "outputs");
+    answer.u = signal("u", values.u, "inputs");
   }
   return answer;
 }
@@ -48,8 +62,8 @@ export function readState(text) {
   return {
     t_ns: count("t_ns", values.t_ns),
     tick: Number(count("tick", values.tick)),
-    y: finite("y", values.y),
-    u: finite("u", values.u),
+    y: signal("y", values.y, "outputs"),
+    u: signal("u", values.u, "inputs"),
   };
 }
 
@@ -104,6 +118,18 @@ function count(field, text) {
   throw new InvalidMessage(
     `field \`${field}\`: \`${excerpt(text)}\` is not a whole number from 0 to ${MAX_COUNT}`,
   );
+}
+
+/** One finite number, or two with a comma between them. */
+function signal(field, text, which) {
+  const parts = text.split(",");
+  if (parts.length > 2) {
+    throw new InvalidMessage(
+      `field \`${field}\` has ${parts.length} numbers; a plant has one or two ${which}`,
+    );
+  }
+  const numbers = parts.map((part) => finite(field, part));
+  return numbers.length === 1 ? numbers[0] : numbers;
 }
 
 /** A finite number. */

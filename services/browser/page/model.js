@@ -3,7 +3,7 @@
 // A port of services/control/src/stepper.rs: sums run from left to right and from 0, as its do.
 // The state is kept by whoever steps, who may then look at a step before it is taken.
 
-/** A, B, C and D of a system with n states: n by n, n, n and a number. */
+/** A, B, C and D of a system with n states, one input and one output: n by n, n, n and a number. */
 export class Model {
   #rows;
   #b;
@@ -32,9 +32,8 @@ export class Model {
   }
 }
 
-/** The sum of the products. */
-export function dot(left, right) {
-  let sum = 0;
+/** The sum of the products, added to `sum` one after the other. */
+export function dot(left, right, sum = 0) {
   for (let at = 0; at < left.length; at += 1) {
     sum += left[at] * right[at];
   }

@@ -3,6 +3,8 @@
 // A port of services/control/src/pid.rs, sum by sum in the same order, so that both give the
 // same bits. What a law may be is checked in law.js.
 
+import { first } from "./message.js";
+
 /** A command without limits: both bounds are infinite. */
 export const UNLIMITED = { min: -Infinity, max: Infinity, anti_windup: "off", gain_per_s: null };
 
@@ -37,11 +39,11 @@ export class Pid {
   }
 
   /**
-   * The command for the error e = r - y, `dt_s` after the one before. What is not a number
-   * changes nothing and repeats the last command, 0 before the first.
+   * The command for the error e = r - y, `dt_s` after the one before; of two outputs y is the
+   * first. What is not a number changes nothing and repeats the last command, 0 before the first.
    */
   update(r, y, dt_s) {
-    const e = r - y;
+    const e = r - first(y);
     if (!Number.isFinite(e) || !(dt_s > 0) || !Number.isFinite(dt_s)) {
       return this.#output;
     }

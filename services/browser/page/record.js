@@ -41,7 +41,7 @@ export class Record {
     return span_ns > 0 ? ((this.#sent - 1) / span_ns) * 1e9 : 0;
   }
 
-  /** A message is sent: when, the output it follows from (NaN if none), and the input. */
+  /** A message is sent: when, the first output it follows from (NaN if none), the first input. */
   sent(t_ns, y, u) {
     this.#sent += 1;
     this.#firstSend_ns ??= t_ns;

@@ -3,6 +3,8 @@
 // A model of the plant runs with the command. Its output now, less its output of so many updates
 // ago, which the measured y already tells of, is taken off the error.
 
+import { first } from "./message.js";
+
 /** A running law, at rest when new. */
 export class Smith {
   #pid;
@@ -25,10 +27,11 @@ export class Smith {
   }
 
   /**
-   * The command, `dt_s` after the one before. What is not a number repeats the last one; a model
-   * that would not stay finite stands still.
+   * The command for the first of the outputs, `dt_s` after the one before. What is not a number
+   * repeats the last one; a model that would not stay finite stands still.
    */
-  update(r, y, dt_s) {
+  update(r, outputs, dt_s) {
+    const y = first(outputs);
     if (!Number.isFinite(r) || !Number.isFinite(y)) {
       return this.#output;
     }

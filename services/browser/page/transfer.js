@@ -2,6 +2,7 @@
 //
 // It is sampled once, beforehand: a step a message, however long the last is ago.
 
+import { first } from "./message.js";
 import { clip } from "./pid.js";
 
 /** A running law, at rest when new. */
@@ -19,8 +20,12 @@ export class Transfer {
     this.#next = model.atRest();
   }
 
-  /** The command; what is not a number changes nothing and repeats the last one. */
-  update(r, y) {
+  /**
+   * The command for the first of the outputs; what is not a number changes nothing and repeats
+   * the last one.
+   */
+  update(r, outputs) {
+    const y = first(outputs);
     if (!Number.isFinite(r) || !Number.isFinite(y)) {
       return this.#output;
     }

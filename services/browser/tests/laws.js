@@ -9,12 +9,13 @@ const WORDS = { NaN, inf: Infinity, "-inf": -Infinity };
 /** The cases of laws.json. */
 export function lawCases({ cases }) {
   const number = (value) => WORDS[value] ?? value;
+  const signal = (value) => (Array.isArray(value) ? value.map(number) : number(value));
   return cases.map(({ case: name, law, steps }) => ({
     name,
     run: () => {
       const running = readLaw(law);
       for (const [at, { r, y, dt_s, u }] of steps.entries()) {
-        expect(running.update(number(r), number(y), number(dt_s)), u, `step ${at}`);
+        expect(running.update(number(r), signal(y), number(dt_s)), u, `step ${at}`);
       }
     },
   }));
@@ -31,15 +32,53 @@ export const LAWS = {
   smith: { law: "smith", pid: PID, model: MODEL, ticks: 2 },
   feedback: {
     law: "state-feedback",
-    model: MODEL,
-    gains: [0.5, 0.25],
-    observer: [0.25, 0.125, 0.5],
-    reference: 1.5,
+    model: { ...MODEL, b: [[1], [0]], c: [[0, 1]], d: [[0]] },
+    gains: [[0.5, 0.25]],
+    observer: [[0.25], [0.125], [0.5]],
+    reference: [[1.5]],
+    others: [],
     limits: null,
   },
 };
 
+/** A law of a plant with two inputs and two outputs, whose outputs are a tick old. */
+export const TWO = {
+  law: "state-feedback",
+  model: { a: MODEL.a, b: [[1, 0.5], [0, 0.25]], c: [[0, 1], [1, 0]], d: [[0, 0], [0, 0]] },
+  gains: [[0.5, 0.25], [0.125, 0]],
+  observer: [[0.25, 0], [0.125, 0.5], [0.5, 0], [0, 0.5]],
+  reference: [[1.5, 0.5], [0.25, 1]],
+  others: [2],
+  limits: { ...LIMITS, min: -1 },
+};
+
 export const laws = [
+  {
+    name: "state feedback of two inputs and outputs",
+    run: () => {
+      const law = readLaw(TWO);
+      expect(law.update(1, [0, NaN], 0.01), [0, 0], "before the first command");
+      // Both references at rest: 1.5 + 0.5 * 2 and 0.25 + 2.
+      expect(law.update(1, [0, 0], 0.01), [2.5, 2.25], "at rest");
+      // The model is at [3.625, 0.5625] now; its outputs a tick ago were 0.
+      const [x0, x1] = [3.625 + 0.25 * 0.5, 0.5625 + 0.125 * 0.5 - 0.5 * 0.5];
+      const u = [2.5 - 0.5 * x0 - 0.25 * x1, 2.25 - 0.125 * x0];
+      expect(law.update(1, [0.5, -0.5], 0.01), u, "corrected");
+      for (const y of [[NaN, 0], [0, Infinity], 0.5]) {
+        expect(law.update(1, y, 0.01), u, `y ${y}`);
+      }
+      expect(law.update(1, [1e3, 0], 0.01)[0], -1, "limited");
+    },
+  },
+  ...["pid", "transfer", "smith"].map((name) => ({
+    name: `the law ${name} acts on the first of two outputs`,
+    run: () => {
+      const [one, two] = [readLaw(LAWS[name]), readLaw(LAWS[name])];
+      for (const y of [0, 0.25, 0.5]) {
+        expect(two.update(1, [y, 7], 0.01), one.update(1, y, 0.01), `y ${y}`);
+      }
+    },
+  })),
   {
     name: "the paper's PI is one of the laws",
     run: () => {
@@ -72,7 +111,8 @@ export const laws = [
 ];
 
 function expect(done, expected, where) {
-  if (!Object.is(done, expected)) {
+  const [mine, wanted] = [[done].flat(), [expected].flat()];
+  if (mine.length !== wanted.length || mine.some((one, at) => !Object.is(one, wanted[at]))) {
     throw new Error(`${done} instead of ${expected}, ${where}`);
   }
 }

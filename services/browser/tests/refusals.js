@@ -3,7 +3,7 @@
 // Each refusal has to name what is wrong.
 
 import { MAX_TICKS, readLaw } from "./law.js";
-import { LAWS } from "./laws.js";
+import { LAWS, TWO } from "./laws.js";
 import { readAnswer } from "./message.js";
 import { PRESETS, check, readSettings } from "./setting.js";
 
@@ -22,6 +22,10 @@ const ANSWERS = [
   [STATE.replace("y=0.5", "y=1e400"), "`y`"],
   [STATE.replace("y=0.5", "y=0x10"), "`y`"],
   [STATE.replace("y=0.5", "y="), "`y`"],
+  [STATE.replace("y=0.5", "y=1,2,3"), "`y` has 3 numbers; a plant has one or two outputs"],
+  [STATE.replace("y=0.5", "y=1,"), "`y`: ``"],
+  [STATE.replace("u=0.1", "u=1,2,3"), "`u` has 3 numbers; a plant has one or two inputs"],
+  [STATE.replace("u=0.1", "u=1,NaN"), "`u`: `NaN`"],
   [`${STATE}${" ".repeat(1024)}`, "at most 1024"],
 ];
 
@@ -50,6 +54,7 @@ const { pid, transfer, smith, feedback } = LAWS;
 const { limits, model } = transfer;
 const pulled = { ...limits, anti_windup: "back-calculation", gain_per_s: 99 };
 const modelled = (part) => ({ ...transfer, model: { ...model, ...part } });
+const modelledTwo = (part) => ({ ...TWO, model: { ...TWO.model, ...part } });
 
 /** A law, and what its refusal names. */
 const NO_LAWS = [
@@ -86,9 +91,21 @@ const NO_LAWS = [
   [{ ...smith, ticks: -1 }, "`ticks`: `-1`"],
   [{ ...smith, ticks: 0.5 }, "`ticks`: `0.5`"],
   [{ ...smith, ticks: MAX_TICKS + 1 }, `from 0 to ${MAX_TICKS}`],
-  [{ ...feedback, gains: [1] }, "`gains` has 1 numbers; give 2"],
-  [{ ...feedback, observer: [1, 1] }, "`observer` has 2 numbers; give 2"],
+  [{ ...feedback, gains: [1, 2] }, "`gains[0]`: `1` is wrong; give a list"],
+  [{ ...feedback, gains: [[1]] }, "`gains[0]` has 1 numbers; give 2, one for each row of `model.a`"],
+  [{ ...feedback, observer: [[1], [1]] }, "`observer` has 2 rows; give 2 for the model's states"],
   [{ ...feedback, reference: {} }, "`reference`: `{}`"],
+  [{ ...feedback, others: [1] }, "`others` has 1 numbers; give at most 0"],
+  [{ ...TWO, gains: [] }, "`gains` has 0 rows; give one or two, one for each input"],
+  [modelledTwo({ c: [[0, 1], [0, 1], [0, 1]] }), "`model.c` has 3 rows; give one or two"],
+  [modelledTwo({ b: [[1, 1]] }), "`model.b` has 1 rows; give 2, one for each row of `model.a`"],
+  [modelledTwo({ b: [[1, 1], [1]] }), "`model.b[1]` has 1 numbers; give 2, one for each row of `gains`"],
+  [modelledTwo({ c: [[0, null], [1, 0]] }), "`model.c[0][1]`: `null`"],
+  [modelledTwo({ d: 0 }), "`model.d`: `0` is wrong; give a list"],
+  [{ ...TWO, observer: Array(5).fill([0, 0]) }, "`observer` has 5 rows; give 2 for the model's"],
+  [{ ...TWO, observer: Array(4).fill([0]) }, "`observer[0]` has 1 numbers; give 2"],
+  [{ ...TWO, reference: [[1], [1]] }, "`reference[0]` has 1 numbers; give 2, one for each reference"],
+  [{ ...TWO, others: [1, 2] }, "`others` has 2 numbers; give at most 1"],
 ];
 
 const isolated = { isolated: true };

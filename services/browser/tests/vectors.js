@@ -123,6 +123,25 @@ const interval = {
   },
 };
 
+/** What the vectors do not have. */
+const two = {
+  name: "a law gets and gives all signals, and a row has the first",
+  run: () => {
+    const settings = { mode: "closed", h_ns: 10, r: 1, outstanding: 1, schedule: "absolute", late: "apply", integrate: "h" };
+    const swapping = { update: (_, [first, second]) => [second, first] };
+    const end = new ControllerEnd(settings, swapping, [0.25, 0.5], 0, 20);
+    const done = wake(end, 0).slice(0, 1);
+    const answer = readAnswer("closed", "seq=0&tick=1&t_arrive_ns=2&y=3,4&u=0.5,0.25", EPOCH_NS);
+    const { y, e, u } = end.answered(answer, 3);
+    done.push(y, e, u, end.y, ...wake(end, 10).slice(0, 1));
+    const sent = ["seq=0&t_send_ns=0&u=0.5,0.25", "seq=1&t_send_ns=10&u=4.0,3.0"].map((send) => ({ send }));
+    const expected = [sent[0], 0.25, 0.75, 0.5, 3, sent[1]];
+    if (!same(done, expected)) {
+      throw new Error(`${JSON.stringify(done)} instead of ${JSON.stringify(expected)}`);
+    }
+  },
+};
+
 const read = async (path) => (await fetch(path)).json();
 const cases = [
   ...vectorCases(await read("/controller.json")),
@@ -130,7 +149,7 @@ const cases = [
 ];
 const failed = [];
 let passed = 0;
-for (const { name, run } of [...cases, ...laws, longUp, interval, ...refusals]) {
+for (const { name, run } of [...cases, ...laws, longUp, interval, two, ...refusals]) {
   try {
     run();
     passed += 1;

@@ -78,7 +78,7 @@ pub fn largest_stable_blocking_round_trip_s(
         let next_power = &power * plant.a();
         let next_held = plant.a() * &held + plant.b();
         let read = plant.c() * &power;
-        let read_held = (plant.c() * &held)[0] + plant.d();
+        let read_held = (plant.c() * &held)[0] + plant.d0();
 
         // The state is (x, y, s, u).
         let (y, s) = (order, order + 1);
@@ -91,7 +91,7 @@ pub fn largest_stable_blocking_round_trip_s(
         step.view_mut((s, s), (of_law, of_law)).copy_from(law.a());
         step.view_mut((s, y), (of_law, 1)).copy_from(law.b());
         step.view_mut((u, s), (1, of_law)).copy_from(law.c());
-        step[(u, y)] = law.d();
+        step[(u, y)] = law.d0();
         let poles = step.complex_eigenvalues();
         if poles.iter().any(|pole| pole.norm() >= 1.0) {
             return Ok((ticks > 1).then(|| (ticks - 1) as f64 * h_s));

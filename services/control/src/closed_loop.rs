@@ -11,6 +11,7 @@ use crate::law::Law;
 use crate::margin::margins;
 use crate::plant::SampledPlant;
 use crate::polynomial::{is_schur_stable, sum};
+use crate::signals::Signals;
 use crate::timebase::{Discrete, Timebase};
 use crate::transfer::TransferFunction;
 
@@ -30,8 +31,8 @@ pub fn loop_delay_ticks(rtt_ns: u64, h_ns: u64) -> NonZeroUsize {
     NonZeroUsize::new(usize::try_from(ticks).unwrap_or(usize::MAX)).unwrap_or(NonZeroUsize::MAX)
 }
 
-/// The first `ticks` outputs of `plant`, from rest, under `law` with reference `r`, if each command
-/// is computed from the output `delay` ticks earlier (from 0 before the first).
+/// The first `ticks` values of the first output of `plant`, from rest, under `law` with reference `r`, if each
+/// command is computed from the outputs `delay` ticks earlier (from 0 before the first).
 #[must_use]
 pub fn step_response(
     plant: &SampledPlant,
@@ -41,17 +42,18 @@ pub fn step_response(
     ticks: usize,
 ) -> Vec<f64> {
     let h_s = plant.h_s();
+    let rest = Signals::zeros(plant.system.outputs());
     let (mut plant, mut law) = (plant.stepper(), law.into());
     // The outputs that the controller has not yet received, oldest first; 0 before the start.
-    let mut under_way = VecDeque::from(vec![0.0; delay.get().min(ticks)]);
+    let mut under_way = VecDeque::from(vec![rest; delay.get().min(ticks)]);
     let mut response = Vec::with_capacity(ticks);
     while let Some(seen) = under_way.pop_front() {
         if response.len() == ticks {
             break;
         }
-        let y = plant.step(law.update(r, seen, h_s));
+        let y = plant.step_all(law.update(r, seen, h_s));
         under_way.push_back(y);
-        response.push(y);
+        response.push(y.first);
     }
     response
 }

@@ -4,7 +4,7 @@
 //! and y belong to the same tick. The results agree with scipy's `cont2discrete` matrix by matrix
 //! (methods `backward_diff`, `zoh`, `bilinear`). There is no pre-warping.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use thiserror::Error;
 
 use crate::state_space::{InvalidStateSpace, StateSpace};
@@ -81,18 +81,18 @@ pub fn discretise(
         Method::Tustin => bilinear(system, method, h_s, 0.5)?,
         Method::ZeroOrderHold => {
             let (a, b) = held(system, h_s);
-            (a, b, system.c().clone(), system.d())
+            (a, b, system.c().clone(), system.d().clone())
         }
     };
     StateSpace::try_new(a, b, c, d, timebase).map_err(|error| match error {
         InvalidStateSpace::NotFinite { .. } => InvalidDiscretisation::Overflow { h_s },
-        InvalidStateSpace::Shape { .. } => {
+        InvalidStateSpace::Shape { .. } | InvalidStateSpace::Signals { .. } => {
             unreachable!("sampling keeps the shapes of a valid system")
         }
     })
 }
 
-type Matrices = (DMatrix<f64>, DVector<f64>, nalgebra::RowDVector<f64>, f64);
+type Matrices = (DMatrix<f64>, DMatrix<f64>, DMatrix<f64>, DMatrix<f64>);
 
 /// The generalised bilinear transform with weight `alpha` on the new sample: 1 is backward Euler,
 /// 1/2 Tustin (G. Zhang, X. Chen and T. Chen, Int. J. Control 82, 2009).
@@ -121,24 +121,24 @@ fn bilinear(
     let a = &inverse * (&identity + system.a() * ((1.0 - alpha) * h_s));
     let b = &inverse * system.b() * h_s;
     let c = system.c() * &inverse;
-    let d = system.d() + alpha * (system.c() * &b)[0];
+    let d = system.d() + (system.c() * &b) * alpha;
     Ok((a, b, c, d))
 }
 
 /// The exponential of [A B; 0 0] h has the sampled A and B in its upper blocks (C. Van Loan, 1978).
-pub(crate) fn held(system: &StateSpace<Continuous>, h_s: f64) -> (DMatrix<f64>, DVector<f64>) {
-    let n = system.order();
-    let mut block = DMatrix::<f64>::zeros(n + 1, n + 1);
+pub(crate) fn held(system: &StateSpace<Continuous>, h_s: f64) -> (DMatrix<f64>, DMatrix<f64>) {
+    let (n, m) = (system.order(), system.inputs());
+    let mut block = DMatrix::<f64>::zeros(n + m, n + m);
     block
         .view_mut((0, 0), (n, n))
         .copy_from(&(system.a() * h_s));
     block
-        .view_mut((0, n), (n, 1))
+        .view_mut((0, n), (n, m))
         .copy_from(&(system.b() * h_s));
     let exponential = block.exp();
     (
         exponential.view((0, 0), (n, n)).into_owned(),
-        exponential.view((0, n), (n, 1)).column(0).into_owned(),
+        exponential.view((0, n), (n, m)).into_owned(),
     )
 }
 
@@ -160,7 +160,7 @@ mod tests {
         let sampled = discretise(&lag(-2.0), Method::BackwardEuler, 0.1).expect("regular");
         let g = sampled.transfer_function().expect("finite");
         assert!((g.poles()[0].re - 1.0 / 1.2).abs() < 1e-15);
-        assert!((sampled.d() - 0.1 / 1.2).abs() < 1e-16);
+        assert!((sampled.d0() - 0.1 / 1.2).abs() < 1e-16);
         assert!(g.zeros()[0].norm() < 1e-15);
     }
 

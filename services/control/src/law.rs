@@ -22,6 +22,7 @@ pub use transfer::Transfer;
 
 use crate::pid::{InvalidPid, Pid, Saturation};
 use crate::riccati::NoSolution;
+use crate::signals::Signals;
 use crate::state_space::StateSpace;
 use crate::timebase::Discrete;
 use crate::transfer::{InvalidTransferFunction, TransferFunction};
@@ -66,32 +67,42 @@ pub enum InvalidLaw {
         /// The field's name.
         field: &'static str,
     },
-    /// No constant input holds the output at a reference.
+    /// No constant input holds the outputs at their references.
     #[error(
-        "this plant's DC gain is 0, so no constant command holds its output at a reference; \
-         control another output"
+        "no constant command holds the plant's outputs at their references: its DC gain is 0, or there are \
+         more references than inputs; control another output"
     )]
     NoRest,
 }
 
 impl Law {
     /// Returns the command u for the reference `r` and the newest output `y`, `dt_s` seconds after
-    /// the last update.
+    /// the last update. All laws but [`StateFeedback`] look at the first output and give one command.
     #[inline]
-    pub fn update(&mut self, r: f64, y: f64, dt_s: f64) -> f64 {
+    pub fn update(&mut self, r: f64, y: impl Into<Signals>, dt_s: f64) -> Signals {
+        let y = y.into();
         // Tested separately: a jump to one of four targets costs more than the paper's law does.
         if let Self::Pid(pid) = self {
-            return pid.update(r - y, dt_s);
+            return pid.update(r - y.first, dt_s).into();
         }
         self.update_other(r, y, dt_s)
     }
 
-    fn update_other(&mut self, r: f64, y: f64, dt_s: f64) -> f64 {
+    fn update_other(&mut self, r: f64, y: Signals, dt_s: f64) -> Signals {
         match self {
-            Self::Pid(pid) => pid.update(r - y, dt_s),
-            Self::Transfer(law) => law.update(r, y),
-            Self::Smith(law) => law.update(r, y, dt_s),
+            Self::Pid(pid) => pid.update(r - y.first, dt_s).into(),
+            Self::Transfer(law) => law.update(r, y.first).into(),
+            Self::Smith(law) => law.update(r, y.first, dt_s).into(),
             Self::StateFeedback(law) => law.update(r, y),
+        }
+    }
+
+    /// Number of outputs that it expects, and of inputs that it gives.
+    #[must_use]
+    pub fn signals(&self) -> (usize, usize) {
+        match self {
+            Self::StateFeedback(law) => law.signals(),
+            _ => (1, 1),
         }
     }
 

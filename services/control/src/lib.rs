@@ -4,10 +4,11 @@
 //! Read in this order:
 //!
 //! - [`timebase`]: distinguishes continuous from sampled systems by type;
-//! - [`transfer`] and [`state_space`]: the two forms of a linear system with one input and one output;
+//! - [`transfer`] and [`state_space`]: the two forms of a linear system, the second with up to two inputs and outputs
+//!   ([`signals`]);
 //! - [`mod@discretise`]: from continuous to sampled, by backward Euler (the paper's), zero-order hold
 //!   or Tustin;
-//! - [`stepper`]: a running sampled system, one input and one output per tick;
+//! - [`stepper`]: a running sampled system, its inputs and outputs tick by tick;
 //! - [`plant`]: a model with dead time, and how it is sampled;
 //! - [`pid`]: the controller of the paper, one error and one command per update;
 //! - [`law`]: the PID and other laws: a transfer function, a Smith predictor, state feedback with a
@@ -23,8 +24,8 @@
 //! power first, frequencies are in rad/s, phases in degrees, times in seconds. Its results (0.10.2)
 //! and scipy's are committed under `tests/fixtures`, and the tests compare with them.
 //!
-//! The crate is pure. It has no systems with several inputs or outputs, no nonlinear plants, and no
-//! design, except what follows from weights by a Riccati equation: it runs and judges loops that are
+//! The crate is pure. It has no systems with more than two inputs or outputs, no nonlinear plants, and
+//! no design, except what follows from weights by a Riccati equation: it runs and judges loops that are
 //! already designed.
 #![forbid(unsafe_code)]
 
@@ -38,6 +39,7 @@ pub mod plant;
 mod polynomial;
 pub mod preset;
 mod riccati;
+pub mod signals;
 pub mod state_space;
 pub mod step_info;
 pub mod stepper;
@@ -53,6 +55,7 @@ pub use nalgebra::Complex;
 pub use pid::{AntiWindup, Gains, InvalidPid, Pid, Saturation};
 pub use plant::{Plant, SampledPlant};
 pub use riccati::NoSolution;
+pub use signals::Signals;
 pub use state_space::{InvalidStateSpace, StateSpace};
 pub use step_info::{InvalidResponse, StepInfo, StepSettings, sampled_step_info, step_info};
 pub use stepper::Stepper;

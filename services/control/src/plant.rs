@@ -2,7 +2,7 @@
 //!
 //! The dead time is at the input; from input and output alone one could not tell it from one at the output.
 
-use nalgebra::{DMatrix, DVector, RowDVector};
+use nalgebra::DMatrix;
 
 use crate::discretise::{InvalidDiscretisation, Method, discretise, held};
 use crate::polynomial::product;
@@ -71,24 +71,29 @@ impl Plant {
     }
 
     /// Zero-order hold if an input takes effect `rest_s` after a sample: until then the previous
-    /// input acts, which is an additional state (K. J. Astrom and B. Wittenmark, Computer-Controlled
+    /// inputs act, which are additional states (K. J. Astrom and B. Wittenmark, Computer-Controlled
     /// Systems, 3.2).
     fn split(&self, h_s: f64, rest_s: f64) -> Result<StateSpace<Discrete>, InvalidDiscretisation> {
         let timebase = Discrete::try_new(h_s)?;
-        let n = self.model.order();
+        let (n, m, p) = (
+            self.model.order(),
+            self.model.inputs(),
+            self.model.outputs(),
+        );
         let (whole, _) = held(&self.model, h_s);
         let (_, by_the_last) = held(&self.model, rest_s);
         let (after, by_the_next) = held(&self.model, h_s - rest_s);
-        let mut a = DMatrix::zeros(n + 1, n + 1);
+        let mut a = DMatrix::zeros(n + m, n + m);
         a.view_mut((0, 0), (n, n)).copy_from(&whole);
-        a.view_mut((0, n), (n, 1)).copy_from(&(after * by_the_last));
-        let mut b = DVector::zeros(n + 1);
+        a.view_mut((0, n), (n, m)).copy_from(&(after * by_the_last));
+        let mut b = DMatrix::zeros(n + m, m);
         b.rows_mut(0, n).copy_from(&by_the_next);
-        b[n] = 1.0;
-        let mut c = RowDVector::zeros(n + 1);
+        b.rows_mut(n, m).fill_with_identity();
+        let mut c = DMatrix::zeros(p, n + m);
         c.columns_mut(0, n).copy_from(self.model.c());
-        c[n] = self.model.d();
-        StateSpace::try_new(a, b, c, 0.0, timebase).map_err(|_: InvalidStateSpace| {
+        c.columns_mut(n, m).copy_from(self.model.d());
+        let d = DMatrix::zeros(p, m);
+        StateSpace::try_new(a, b, c, d, timebase).map_err(|_: InvalidStateSpace| {
             // The shapes match by construction.
             InvalidDiscretisation::Overflow { h_s }
         })
@@ -109,7 +114,8 @@ impl SampledPlant {
         self.stepper().from_state(x0)
     }
 
-    /// The plant with its dead time, as num/den: z^-d is d poles at the origin.
+    /// The plant with its dead time, from its first input to its first output, as num/den: z^-d is d poles at
+    /// the origin.
     ///
     /// # Errors
     /// [`InvalidTransferFunction::NotFinite`] if a coefficient overflows.
@@ -127,18 +133,20 @@ impl SampledPlant {
         if d == 0 {
             return self.system.clone();
         }
-        let mut a = DMatrix::zeros(n + d, n + d);
+        let (m, p) = (self.system.inputs(), self.system.outputs());
+        let all = n + d * m;
+        let mut a = DMatrix::zeros(all, all);
         a.view_mut((0, 0), (n, n)).copy_from(self.system.a());
-        a.view_mut((0, n), (n, 1)).copy_from(self.system.b());
-        for i in 1..d {
-            a[(n + i - 1, n + i)] = 1.0;
+        a.view_mut((0, n), (n, m)).copy_from(self.system.b());
+        for i in m..d * m {
+            a[(n + i - m, n + i)] = 1.0;
         }
-        let mut b = DVector::zeros(n + d);
-        b[n + d - 1] = 1.0;
-        let mut c = RowDVector::zeros(n + d);
+        let mut b = DMatrix::zeros(all, m);
+        b.rows_mut(all - m, m).fill_with_identity();
+        let mut c = DMatrix::zeros(p, all);
         c.columns_mut(0, n).copy_from(self.system.c());
-        c[n] = self.system.d();
-        StateSpace::try_new(a, b, c, 0.0, self.system.timebase())
+        c.columns_mut(n, m).copy_from(self.system.d());
+        StateSpace::try_new(a, b, c, DMatrix::zeros(p, m), self.system.timebase())
             .expect("finite parts in shapes that fit")
     }
 

@@ -1,19 +1,22 @@
-//! State space with one input and one output: x' = A x + B u (or the next x), y = C x + D u.
+//! State space: x' = A x + B u (or the next x), y = C x + D u.
+//!
+//! One input and one output, or two; transfer functions and margins are of the first input and output.
 
-use nalgebra::{Complex, DMatrix, DVector, RowDVector};
+use nalgebra::{Complex, DMatrix};
 use thiserror::Error;
 
 use crate::polynomial::{roots, sum};
+use crate::signals::Signals;
 use crate::timebase::{Continuous, Timebase};
 use crate::transfer::{InvalidTransferFunction, TransferFunction};
 
-/// A, B, C and D of a system with n states: n×n, n, n and a number.
+/// A, B, C and D of a system with n states, m inputs and p outputs: n×n, n×m, p×n and p×m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateSpace<T: Timebase = Continuous> {
     a: DMatrix<f64>,
-    b: DVector<f64>,
-    c: RowDVector<f64>,
-    d: f64,
+    b: DMatrix<f64>,
+    c: DMatrix<f64>,
+    d: DMatrix<f64>,
     timebase: T,
 }
 
@@ -22,17 +25,26 @@ pub struct StateSpace<T: Timebase = Continuous> {
 pub enum InvalidStateSpace {
     /// Their shapes do not match.
     #[error(
-        "A is {rows}x{columns}, B has {b} rows and C has {c} columns; with n states they must be n x n, n and n"
+        "A is {}x{}, B {}x{}, C {}x{} and D {}x{}; with n states, m inputs and p outputs they must be n x n, \
+         n x m, p x n and p x m", a.0, a.1, b.0, b.1, c.0, c.1, d.0, d.1
     )]
     Shape {
-        /// Rows of A.
-        rows: usize,
-        /// Columns of A.
-        columns: usize,
-        /// Rows of B.
-        b: usize,
-        /// Columns of C.
-        c: usize,
+        /// Rows and columns of A.
+        a: (usize, usize),
+        /// Of B.
+        b: (usize, usize),
+        /// Of C.
+        c: (usize, usize),
+        /// Of D.
+        d: (usize, usize),
+    },
+    /// There are more inputs or outputs than [`Signals`] has, or none.
+    #[error("there are {inputs} inputs and {outputs} outputs; a system has one or two of each")]
+    Signals {
+        /// Columns of B.
+        inputs: usize,
+        /// Rows of C.
+        outputs: usize,
     },
     /// An entry is infinite or not a number.
     #[error("{matrix} has an entry that is not finite")]
@@ -49,26 +61,20 @@ impl<T: Timebase> StateSpace<T> {
     /// [`InvalidStateSpace`] if shapes do not match or an entry is not finite.
     pub fn try_new(
         a: DMatrix<f64>,
-        b: DVector<f64>,
-        c: RowDVector<f64>,
-        d: f64,
+        b: DMatrix<f64>,
+        c: DMatrix<f64>,
+        d: DMatrix<f64>,
         timebase: T,
     ) -> Result<Self, InvalidStateSpace> {
-        let (rows, columns) = a.shape();
-        if rows != columns || b.len() != rows || c.len() != rows {
-            return Err(InvalidStateSpace::Shape {
-                rows,
-                columns,
-                b: b.len(),
-                c: c.len(),
-            });
+        let (n, inputs, outputs) = (a.nrows(), d.ncols(), d.nrows());
+        if a.ncols() != n || b.shape() != (n, inputs) || c.shape() != (outputs, n) {
+            let [a, b, c, d] = [&a, &b, &c, &d].map(DMatrix::shape);
+            return Err(InvalidStateSpace::Shape { a, b, c, d });
         }
-        let entries = [
-            ("A", a.as_slice()),
-            ("B", b.as_slice()),
-            ("C", c.as_slice()),
-            ("D", std::slice::from_ref(&d)),
-        ];
+        if !(1..=Signals::MOST).contains(&inputs) || !(1..=Signals::MOST).contains(&outputs) {
+            return Err(InvalidStateSpace::Signals { inputs, outputs });
+        }
+        let entries = [("A", &a), ("B", &b), ("C", &c), ("D", &d)];
         for (matrix, entries) in entries {
             if !entries.iter().all(|x| x.is_finite()) {
                 return Err(InvalidStateSpace::NotFinite { matrix });
@@ -86,7 +92,25 @@ impl<T: Timebase> StateSpace<T> {
     /// The number of states.
     #[must_use]
     pub fn order(&self) -> usize {
-        self.b.len()
+        self.a.nrows()
+    }
+
+    /// The number of inputs: 1 or 2.
+    #[must_use]
+    pub fn inputs(&self) -> usize {
+        self.d.ncols()
+    }
+
+    /// The number of outputs: 1 or 2.
+    #[must_use]
+    pub fn outputs(&self) -> usize {
+        self.d.nrows()
+    }
+
+    /// Whether it has one input and one output.
+    #[must_use]
+    pub fn is_single(&self) -> bool {
+        self.d.shape() == (1, 1)
     }
 
     /// The state matrix A, n×n.
@@ -95,22 +119,28 @@ impl<T: Timebase> StateSpace<T> {
         &self.a
     }
 
-    /// B, a column of n.
+    /// B, a column for each input.
     #[must_use]
-    pub fn b(&self) -> &DVector<f64> {
+    pub fn b(&self) -> &DMatrix<f64> {
         &self.b
     }
 
-    /// C, a row of n.
+    /// C, a row for each output.
     #[must_use]
-    pub fn c(&self) -> &RowDVector<f64> {
+    pub fn c(&self) -> &DMatrix<f64> {
         &self.c
     }
 
     /// D, the feed-through.
     #[must_use]
-    pub fn d(&self) -> f64 {
-        self.d
+    pub fn d(&self) -> &DMatrix<f64> {
+        &self.d
+    }
+
+    /// The feed-through from the first input to the first output.
+    #[must_use]
+    pub fn d0(&self) -> f64 {
+        self.d[(0, 0)]
     }
 
     /// Continuous, or sampled every h.
@@ -125,7 +155,8 @@ impl<T: Timebase> StateSpace<T> {
         roots(&resolvent(&self.a).0)
     }
 
-    /// The same input-output behaviour as num/den: C adj(sI - A) B + D det(sI - A) over det(sI - A).
+    /// The behaviour from the first input to the first output as num/den: C adj(sI - A) B + D det(sI - A)
+    /// over det(sI - A).
     ///
     /// # Errors
     /// [`InvalidTransferFunction::NotFinite`] if a coefficient overflows.
@@ -133,9 +164,9 @@ impl<T: Timebase> StateSpace<T> {
         let (den, adjugate) = resolvent(&self.a);
         let strictly_proper: Vec<f64> = adjugate
             .iter()
-            .map(|m| (&self.c * m * &self.b)[0])
+            .map(|m| (self.c.row(0) * m * self.b.column(0))[0])
             .collect();
-        let feed_through: Vec<f64> = den.iter().map(|x| self.d * x).collect();
+        let feed_through: Vec<f64> = den.iter().map(|x| self.d0() * x).collect();
         TransferFunction::try_new(sum(&feed_through, &strictly_proper), den, self.timebase)
     }
 }
@@ -154,13 +185,13 @@ impl<T: Timebase> From<&TransferFunction<T>> for StateSpace<T> {
             0 => -den[column + 1],
             _ => f64::from(u8::from(column + 1 == row)),
         });
-        let b = DVector::from_fn(n, |row, _| f64::from(u8::from(row == 0)));
-        let c = RowDVector::from_fn(n, |_, column| num[column + 1] - d * den[column + 1]);
+        let b = DMatrix::from_fn(n, 1, |row, _| f64::from(u8::from(row == 0)));
+        let c = DMatrix::from_fn(1, n, |_, column| num[column + 1] - d * den[column + 1]);
         Self {
             a,
             b,
             c,
-            d,
+            d: DMatrix::from_element(1, 1, d),
             timebase: system.timebase(),
         }
     }
@@ -196,7 +227,7 @@ mod tests {
         let g = TransferFunction::try_new([2.0, 3.0, 5.0], [4.0, 8.0, 12.0], Continuous)
             .expect("valid");
         let ss = StateSpace::from(&g);
-        assert_eq!(ss.d(), 0.5);
+        assert_eq!(ss.d0(), 0.5);
         let back = ss.transfer_function().expect("finite");
         for (found, given) in back
             .num()
@@ -212,7 +243,7 @@ mod tests {
     fn a_pure_gain_has_no_states() {
         let g = TransferFunction::try_new([6.0], [2.0], Continuous).expect("valid");
         let ss = StateSpace::from(&g);
-        assert_eq!((ss.order(), ss.d()), (0, 3.0));
+        assert_eq!((ss.order(), ss.d0()), (0, 3.0));
         assert_eq!(ss.transfer_function().expect("finite").dc_gain(), 3.0);
     }
 
@@ -220,20 +251,32 @@ mod tests {
     fn shapes_that_do_not_fit_are_refused_with_all_of_them() {
         let error = StateSpace::try_new(
             DMatrix::zeros(2, 2),
-            DVector::zeros(3),
-            RowDVector::zeros(2),
-            0.0,
+            DMatrix::zeros(3, 1),
+            DMatrix::zeros(1, 2),
+            DMatrix::zeros(1, 1),
             Continuous,
         )
         .expect_err("B is too long");
         assert_eq!(
             error,
             InvalidStateSpace::Shape {
-                rows: 2,
-                columns: 2,
-                b: 3,
-                c: 2
+                a: (2, 2),
+                b: (3, 1),
+                c: (1, 2),
+                d: (1, 1)
             }
         );
+        let three = StateSpace::try_new(
+            DMatrix::zeros(1, 1),
+            DMatrix::zeros(1, 1),
+            DMatrix::zeros(3, 1),
+            DMatrix::zeros(3, 1),
+            Continuous,
+        );
+        let signals = InvalidStateSpace::Signals {
+            inputs: 1,
+            outputs: 3,
+        };
+        assert_eq!(three.expect_err("three outputs"), signals);
     }
 }

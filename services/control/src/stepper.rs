@@ -1,6 +1,9 @@
-//! A running sampled system: one input and one output per tick, without allocation after
+//! A running sampled system: its inputs and outputs at each tick, without allocation after
 //! construction.
 
+use nalgebra::DMatrix;
+
+use crate::signals::Signals;
 use crate::state_space::StateSpace;
 use crate::timebase::Discrete;
 
@@ -12,12 +15,15 @@ use crate::timebase::Discrete;
 pub struct Stepper {
     /// The matrix row by row, as made by [`rows`].
     rows: Vec<f64>,
+    /// C row by row.
     c: Vec<f64>,
-    d: f64,
+    /// D row by row.
+    d: Vec<f64>,
+    inputs: usize,
     state: Vec<f64>,
     next: Vec<f64>,
     /// Inputs within the dead time, the oldest at `oldest`.
-    waiting: Vec<f64>,
+    waiting: Vec<Signals>,
     oldest: usize,
 }
 
@@ -34,27 +40,65 @@ impl Stepper {
         let n = system.order();
         Self {
             rows: rows(system),
-            c: system.c().iter().copied().collect(),
-            d: system.d(),
+            c: row_by_row(system.c()),
+            d: row_by_row(system.d()),
+            inputs: system.inputs(),
             state: vec![0.0; n],
             next: vec![0.0; n],
-            waiting: vec![0.0; delay_ticks],
+            waiting: vec![Signals::zeros(system.inputs()); delay_ticks],
             oldest: 0,
         }
     }
 
-    /// One tick with input `u`; returns the output of the same tick.
+    /// One tick with inputs `u`; returns the outputs of the same tick. Of one input too few, the second is 0.
     #[inline]
-    pub fn step(&mut self, u: f64) -> f64 {
+    pub fn step_all(&mut self, u: Signals) -> Signals {
+        if let ([_], 1) = (self.d.as_slice(), self.inputs) {
+            return self.step(u.first).into();
+        }
+        let u = self.delayed_input(u);
+        let u = [u.first, u.second.unwrap_or_default()];
+        let u = &u[..self.inputs];
+        let n = self.state.len();
+        let output = |k: usize| {
+            let (c, d) = (&self.c[k * n..(k + 1) * n], &self.d[k * u.len()..]);
+            onto(dot(c, &self.state), d, u)
+        };
+        let y = Signals {
+            first: output(0),
+            second: (self.d.len() > u.len()).then(|| output(1)),
+        };
+        for (next, row) in self
+            .next
+            .iter_mut()
+            .zip(self.rows.chunks_exact(n + u.len()))
+        {
+            *next = onto(dot(&row[..n], &self.state), &row[n..], u);
+        }
+        std::mem::swap(&mut self.state, &mut self.next);
+        y
+    }
+
+    /// The input whose dead time is over, when this one enters.
+    #[inline]
+    fn delayed_input(&mut self, u: Signals) -> Signals {
         let ticks = self.waiting.len();
-        let u = match self.waiting.get_mut(self.oldest) {
+        match self.waiting.get_mut(self.oldest) {
             None => u,
             Some(place) => {
                 self.oldest = (self.oldest + 1) % ticks;
                 // The newest input takes the place of the oldest.
                 std::mem::replace(place, u)
             }
-        };
+        }
+    }
+
+    /// One tick of a system with one input and one output: with input `u`; returns the output of the same
+    /// tick.
+    #[inline]
+    pub fn step(&mut self, u: f64) -> f64 {
+        let u = self.delayed_input(u.into()).first;
+        let d = self.d.first().copied().unwrap_or_default();
         // Two states, as most plants have, without a loop: the same sums in the same order.
         if let ([x0, x1], [c0, c1], [a00, a01, b0, a10, a11, b1], [next0, next1]) = (
             self.state.as_slice(),
@@ -62,13 +106,13 @@ impl Stepper {
             self.rows.as_slice(),
             self.next.as_mut_slice(),
         ) {
-            let y = 0.0 + c0 * x0 + c1 * x1 + self.d * u;
+            let y = 0.0 + c0 * x0 + c1 * x1 + d * u;
             *next0 = 0.0 + a00 * x0 + a01 * x1 + b0 * u;
             *next1 = 0.0 + a10 * x0 + a11 * x1 + b1 * u;
             std::mem::swap(&mut self.state, &mut self.next);
             return y;
         }
-        let y = dot(&self.c, &self.state) + self.d * u;
+        let y = dot(&self.c, &self.state) + d * u;
         let n = self.state.len();
         for (next, row) in self.next.iter_mut().zip(self.rows.chunks_exact(n + 1)) {
             *next = dot(&row[..n], &self.state) + row[n] * u;
@@ -87,16 +131,27 @@ impl Stepper {
         self
     }
 
-    /// The output of the present state, for no input.
+    /// The outputs of the present state, for no input.
     #[must_use]
-    pub fn output(&self) -> f64 {
-        dot(&self.c, &self.state)
+    pub fn output(&self) -> Signals {
+        let n = self.state.len();
+        let of = |k: usize| dot(&self.c[k * n..(k + 1) * n], &self.state);
+        Signals {
+            first: of(0),
+            second: (self.d.len() > self.inputs).then(|| of(1)),
+        }
+    }
+
+    /// The number of inputs.
+    #[must_use]
+    pub fn inputs(&self) -> usize {
+        self.inputs
     }
 
     /// Returns to rest.
     pub fn reset(&mut self) {
         self.state.fill(0.0);
-        self.waiting.fill(0.0);
+        self.waiting.fill(Signals::zeros(self.inputs));
     }
 
     /// Whether every state is a finite number.
@@ -110,15 +165,29 @@ impl Stepper {
     }
 }
 
-/// One row per state: its row of A, then its entry of B.
+/// One row per state: its row of A, then its row of B.
 pub(crate) fn rows(system: &StateSpace<Discrete>) -> Vec<f64> {
     let n = system.order();
-    let mut rows = Vec::with_capacity(n * (n + 1));
+    let mut rows = Vec::with_capacity(n * (n + system.inputs()));
     for row in 0..n {
         rows.extend(system.a().row(row).iter());
-        rows.push(system.b()[row]);
+        rows.extend(system.b().row(row).iter());
     }
     rows
+}
+
+/// The entries of a matrix, row by row.
+pub(crate) fn row_by_row(matrix: &DMatrix<f64>) -> Vec<f64> {
+    matrix.transpose().iter().copied().collect()
+}
+
+/// A sum, and what each input adds to it, from left to right.
+#[inline]
+pub(crate) fn onto(sum: f64, gains: &[f64], u: &[f64]) -> f64 {
+    gains
+        .iter()
+        .zip(u)
+        .fold(sum, |sum, (gain, u)| sum + gain * u)
 }
 
 /// Summed from left to right, beginning with 0, so that other languages get the same bits.

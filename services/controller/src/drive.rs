@@ -2,7 +2,7 @@
 
 use std::{future::Future, io, pin::Pin, pin::pin, time::Duration};
 
-use endpoint::{Answer, ControllerEnd, Loss, MessageRow, Step, report};
+use endpoint::{Answer, ControllerEnd, Loss, MessageRow, Signals, Step, report};
 use journal::{Journal, Recorder};
 use pace::{Alarm, now_ns};
 use tokio::task::{JoinError, JoinSet};
@@ -72,7 +72,7 @@ fn drive_by(
         // If stopped before the plant was read, y is 0, the output at rest.
         let (y, stopped) = tokio::select! {
             y = warm_up(config, &transport) => (y?, false),
-            result = &mut stop => (0.0, result.map(|()| true)?),
+            result = &mut stop => (0.0.into(), result.map(|()| true)?),
         };
         let start_ns = config.start_ns.unwrap_or_else(|| now_ns() + START_AHEAD_NS);
         let stop_ns = start_ns.saturating_add(config.duration_ns);
@@ -104,7 +104,7 @@ fn drive_by(
 }
 
 /// Waits for the plant, opens the connections, and returns the plant's output.
-async fn warm_up(config: &Config, transport: &impl Transport) -> Result<f64, DriveError> {
+async fn warm_up(config: &Config, transport: &impl Transport) -> Result<Signals, DriveError> {
     let mut why = String::from("no attempt ended");
     let answers = async {
         loop {

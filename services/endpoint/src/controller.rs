@@ -7,7 +7,7 @@
 
 use std::collections::VecDeque;
 
-use control::{Law, seconds};
+use control::{Law, Signals, seconds};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -90,8 +90,8 @@ pub struct ControllerEnd {
     /// h in seconds, computed once, since a division costs as much as a law's arithmetic.
     h_s: f64,
     law: Law,
-    /// The newest known output, and the plant's tick to which it belongs.
-    y: f64,
+    /// The newest known outputs, and the plant's tick to which they belong.
+    y: Signals,
     y_tick: u64,
     /// When the previous command was sent, for `Integrate::Elapsed`.
     last_send_ns: Option<u64>,
@@ -105,15 +105,15 @@ pub struct ControllerEnd {
 }
 
 impl ControllerEnd {
-    /// An end whose first deadline is `start_ns` and whose last is before `stop_ns`. `y` is the
-    /// plant's output before the first answer: 0 for a plant at rest.
+    /// An end whose first deadline is `start_ns` and whose last is before `stop_ns`. `y` has the
+    /// plant's outputs before the first answer: 0 for a plant at rest.
     ///
     /// # Errors
     /// [`InvalidSettings`] if the reference is not finite or the timeout is 0.
     pub fn try_new(
         settings: ControllerSettings,
         law: impl Into<Law>,
-        y: f64,
+        y: impl Into<Signals>,
         start_ns: u64,
         stop_ns: u64,
     ) -> Result<Self, InvalidSettings> {
@@ -129,7 +129,7 @@ impl ControllerEnd {
             start_ns,
             h_s: settings.h.seconds(),
             law: law.into(),
-            y,
+            y: y.into(),
             y_tick: 0,
             last_send_ns: None,
             next_seq: 0,
@@ -254,11 +254,11 @@ impl ControllerEnd {
         let r = row.r;
         let u = match mode {
             // The plant does not apply it, so the reference will do.
-            Mode::Open => r,
+            Mode::Open => r.into(),
             Mode::Closed => {
-                let e = r - self.y;
-                row.y = Some(self.y);
-                row.e = Some(e);
+                let y = self.y.first;
+                row.y = Some(y);
+                row.e = Some(r - y);
                 let dt_s = match (integrate, self.last_send_ns) {
                     (Integrate::Elapsed, Some(last_ns)) => seconds(now_ns.saturating_sub(last_ns)),
                     _ => self.h_s,
@@ -267,7 +267,7 @@ impl ControllerEnd {
             }
         };
         row.t_send_ns = Some(now_ns);
-        row.u = Some(u);
+        row.u = Some(u.first);
         self.last_send_ns = Some(now_ns);
         self.under_way.push_back(row);
         Command {

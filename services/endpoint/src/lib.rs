@@ -5,7 +5,7 @@
 //! * [`ControllerEnd`] and [`PlantEnd`]: what each end does, as state machines that get the time as
 //!   an argument ([`controller`], [`plant`]). A plant steps a [`Model`], which may have
 //!   [`Surroundings`].
-//! * [`TickRow`], [`ArrivalRow`], [`MessageRow`]: what each end records ([`mod@row`]).
+//! * [`TickRow`], [`SecondRow`], [`ArrivalRow`], [`MessageRow`]: what each end records ([`mod@row`]).
 //! * [`ControllerSettings`], [`PlantSettings`]: how an experiment configures them ([`setting`]),
 //!   [`PageSettings`] for a page as controller ([`page`]), [`Preset`] for named settings
 //!   ([`preset`]), [`Field`] for settings by name ([`mod@field`]).
@@ -36,6 +36,7 @@ pub mod setting;
 pub mod span;
 pub mod surroundings;
 
+pub use control::Signals;
 pub use controller::{ControllerEnd, Counts, InvalidSettings, Loss, Step};
 pub use duration::{DURATION_MAX_NS, DURATION_REMEDY, duration_ns, duration_text};
 pub use field::{Field, InvalidSetting};
@@ -48,7 +49,7 @@ pub use plant::{Inbox, Input, Output, PlantEnd, Process};
 pub use preset::Preset;
 pub use query::InvalidMessage;
 pub use reference::{InvalidReference, Reference, Shape};
-pub use row::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, TickRow};
+pub use row::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, SecondRow, TickRow};
 pub use sample_time::{InvalidSampleTime, SampleTime};
 pub use setting::{
     Connection, ControllerSettings, Integrate, Late, Mode, Outstanding, PlantSettings, Schedule,

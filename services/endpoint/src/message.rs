@@ -1,17 +1,19 @@
 //! The messages between the two ends.
 //!
 //! On the wire a message is a URI-encoded query, as in the paper: `seq=7&t_send_ns=1200000&u=0.35`.
-//! `Display` writes that form and `FromStr` reads it strictly ([`crate::query`]). Numbers are written
+//! `Display` writes that form and `FromStr` reads it strictly ([`crate::query`]). Where a plant has two inputs
+//! or outputs, both stand in one field: `u=0.35,0.1`. Numbers are written
 //! with the fewest digits that read back to the same f64. A client may request the same fields as a
 //! JSON object (serde). An output that is no longer finite is written as `inf` or `NaN`, which the
 //! reader rejects.
 
 use std::{fmt, str::FromStr};
 
+use control::Signals;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    query::{InvalidMessage, count, fields, fields_of, finite},
+    query::{InvalidMessage, count, fields, fields_of, signals},
     setting::Mode,
 };
 
@@ -23,8 +25,8 @@ pub struct Command {
     pub seq: u64,
     /// When it was sent, on the controller's clock.
     pub t_send_ns: u64,
-    /// The input u of the plant.
-    pub u: f64,
+    /// The plant's input u, or both of them.
+    pub u: Signals,
 }
 
 /// A [`Command`] as a plant takes it: what a simple controller does not know is optional.
@@ -34,8 +36,29 @@ pub struct Request {
     pub seq: Option<u64>,
     /// When it was sent, on the controller's clock.
     pub t_send_ns: Option<u64>,
-    /// The input u of the plant.
-    pub u: f64,
+    /// The plant's input u, or both of them.
+    pub u: Signals,
+}
+
+impl Request {
+    /// Checks that it has a value for each of so many inputs.
+    ///
+    /// # Errors
+    /// [`InvalidMessage::Signals`] if it has more or fewer.
+    pub fn check(&self, inputs: usize) -> Result<(), InvalidMessage> {
+        if self.u.count() == inputs {
+            return Ok(());
+        }
+        Err(InvalidMessage::Signals {
+            field: "u",
+            given: self.u.count(),
+            needed: if inputs == 1 {
+                "this plant has one input, and a decimal point is no comma"
+            } else {
+                "this plant has two inputs; write both, like u=0.35,0.1"
+            },
+        })
+    }
 }
 
 impl From<&Command> for Request {
@@ -58,10 +81,10 @@ pub struct State {
     pub tick: u64,
     /// When the command arrived, on the plant's clock.
     pub t_arrive_ns: u64,
-    /// The output after that tick.
-    pub y: f64,
-    /// The input that the plant holds from now on.
-    pub u: f64,
+    /// The output after that tick, or both of them.
+    pub y: Signals,
+    /// The input that the plant holds from now on, or both of them.
+    pub u: Signals,
 }
 
 /// From plant to controller in open loop: the command arrived.
@@ -82,10 +105,10 @@ pub struct Observation {
     pub t_ns: u64,
     /// The latest tick.
     pub tick: u64,
-    /// The output after that tick.
-    pub y: f64,
-    /// The input that the plant holds.
-    pub u: f64,
+    /// The output after that tick, or both of them.
+    pub y: Signals,
+    /// The input that the plant holds, or both of them.
+    pub u: Signals,
 }
 
 /// The plant's answer to a command, by the mode of the loop.
@@ -138,14 +161,11 @@ impl Answer {
     }
 }
 
-// `{:?}` of an f64 has the fewest digits that read back, like `{}`, but uses an exponent where `{}`
-// would write 300 zeros.
-
 impl fmt::Display for Command {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "seq={}&t_send_ns={}&u={:?}",
+            "seq={}&t_send_ns={}&u={}",
             self.seq, self.t_send_ns, self.u
         )
     }
@@ -162,7 +182,7 @@ impl fmt::Display for State {
         } = self;
         write!(
             f,
-            "seq={seq}&tick={tick}&t_arrive_ns={t_arrive_ns}&y={y:?}&u={u:?}"
+            "seq={seq}&tick={tick}&t_arrive_ns={t_arrive_ns}&y={y}&u={u}"
         )
     }
 }
@@ -176,7 +196,7 @@ impl fmt::Display for Acknowledgement {
 impl fmt::Display for Observation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { t_ns, tick, y, u } = self;
-        write!(f, "t_ns={t_ns}&tick={tick}&y={y:?}&u={u:?}")
+        write!(f, "t_ns={t_ns}&tick={tick}&y={y}&u={u}")
     }
 }
 
@@ -197,7 +217,7 @@ impl FromStr for Command {
         Ok(Self {
             seq: count("seq", &seq)?,
             t_send_ns: count("t_send_ns", &t_send_ns)?,
-            u: finite("u", &u)?,
+            u: signals("u", &u)?,
         })
     }
 }
@@ -215,7 +235,7 @@ impl FromStr for Request {
         Ok(Self {
             seq: optional("seq", seq)?,
             t_send_ns: optional("t_send_ns", t_send_ns)?,
-            u: finite("u", &u.unwrap_or_default())?,
+            u: signals("u", &u.unwrap_or_default())?,
         })
     }
 }
@@ -230,8 +250,8 @@ impl FromStr for State {
             seq: count("seq", &seq)?,
             tick: count("tick", &tick)?,
             t_arrive_ns: count("t_arrive_ns", &t_arrive_ns)?,
-            y: finite("y", &y)?,
-            u: finite("u", &u)?,
+            y: signals("y", &y)?,
+            u: signals("u", &u)?,
         })
     }
 }
@@ -256,8 +276,8 @@ impl FromStr for Observation {
         Ok(Self {
             t_ns: count("t_ns", &t_ns)?,
             tick: count("tick", &tick)?,
-            y: finite("y", &y)?,
-            u: finite("u", &u)?,
+            y: signals("y", &y)?,
+            u: signals("u", &u)?,
         })
     }
 }

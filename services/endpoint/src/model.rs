@@ -1,22 +1,27 @@
-//! What the plant's end steps every h: webloop's own linear model, or whatever else answers to an input
-//! with an output.
+//! What the plant's end steps every h: webloop's own linear model, or whatever else answers to
+//! inputs with outputs.
 
-use control::Stepper;
+use control::{Signals, Stepper};
 
 /// A plant that advances by h at each step.
 pub trait Model {
-    /// Advances by h under the input `u`, which is held meanwhile; returns the output of the tick that was
+    /// Advances by h under the inputs `u`, which are held meanwhile; returns the outputs of the tick that was
     /// due at `due_ns`.
-    fn step(&mut self, u: f64, due_ns: u64) -> f64;
+    fn step(&mut self, u: Signals, due_ns: u64) -> Signals;
 
-    /// What a sensor shows of the output `y` of the last step: that is what controllers get.
-    fn measured(&mut self, y: f64) -> f64 {
+    /// What sensors show of the outputs `y` of the last step: that is what controllers get.
+    fn measured(&mut self, y: Signals) -> Signals {
         y
     }
 
-    /// The output before the first step. It is not asked for later.
-    fn at_rest(&self) -> f64 {
-        0.0
+    /// The outputs before the first step. They are not asked for later.
+    fn at_rest(&self) -> Signals {
+        0.0.into()
+    }
+
+    /// How many inputs it has: 1 or 2.
+    fn inputs(&self) -> usize {
+        1
     }
 
     /// Whether it can step no more, as a program that has ended. What it returned last is no output then.
@@ -27,26 +32,34 @@ pub trait Model {
 
 impl Model for Stepper {
     #[inline]
-    fn step(&mut self, u: f64, _: u64) -> f64 {
-        Stepper::step(self, u)
+    fn step(&mut self, u: Signals, _: u64) -> Signals {
+        Stepper::step_all(self, u)
     }
 
-    fn at_rest(&self) -> f64 {
+    fn at_rest(&self) -> Signals {
         self.output()
+    }
+
+    fn inputs(&self) -> usize {
+        Stepper::inputs(self)
     }
 }
 
 impl<M: Model + ?Sized> Model for Box<M> {
-    fn step(&mut self, u: f64, due_ns: u64) -> f64 {
+    fn step(&mut self, u: Signals, due_ns: u64) -> Signals {
         (**self).step(u, due_ns)
     }
 
-    fn measured(&mut self, y: f64) -> f64 {
+    fn measured(&mut self, y: Signals) -> Signals {
         (**self).measured(y)
     }
 
-    fn at_rest(&self) -> f64 {
+    fn at_rest(&self) -> Signals {
         (**self).at_rest()
+    }
+
+    fn inputs(&self) -> usize {
+        (**self).inputs()
     }
 
     fn is_broken(&self) -> bool {

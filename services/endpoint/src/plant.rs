@@ -4,22 +4,22 @@
 //! and gives the input that is held, the [`Process`] steps the model at its deadlines. [`PlantEnd`] is both
 //! together, for virtual time and for the test vectors. The HTTP around it is elsewhere.
 
-use control::Stepper;
+use control::{Signals, Stepper};
 
 use crate::{
     hold::Hold,
     message::{Acknowledgement, Answer, Command, Observation, Request, State},
     model::Model,
     noise::TickNoise,
-    row::{ArrivalOutcome, ArrivalRow, TickRow},
+    row::{ArrivalOutcome, ArrivalRow, SecondRow, TickRow},
     setting::{Late, Mode, PlantSettings},
 };
 
 /// The plant's input between two commands.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Input {
-    /// The input that is held; 0 before the first command.
-    pub u: f64,
+    /// The input that is held, or both of them; 0 before the first command.
+    pub u: Signals,
     /// The command that set it.
     pub seq: Option<u64>,
     /// When it was set; 0 before the first command.
@@ -31,8 +31,8 @@ pub struct Input {
 pub struct Output {
     /// Number of the latest tick; also 0 before tick 0.
     pub tick: u64,
-    /// What the sensor shows after that tick: the model's output, unless there is noise.
-    pub y: f64,
+    /// What the sensor shows after that tick: the model's output, unless there is noise, or both of them.
+    pub y: Signals,
 }
 
 /// Where commands arrive: numbers them, judges late ones, holds the input.
@@ -49,12 +49,15 @@ pub struct Inbox {
 }
 
 impl Inbox {
-    /// An inbox that holds u = 0.
+    /// An inbox that holds u = 0, for each of so many inputs.
     #[must_use]
-    pub fn new(late: Late) -> Self {
+    pub fn new(late: Late, inputs: usize) -> Self {
         Self {
             late,
-            input: Input::default(),
+            input: Input {
+                u: Signals::zeros(inputs),
+                ..Input::default()
+            },
             newest: None,
             arrivals: 0,
         }
@@ -97,7 +100,7 @@ impl Inbox {
             t_send_ns,
             t_arrive_ns: now_ns,
             tick: output.tick,
-            u,
+            u: u.first,
             outcome,
         };
         self.arrivals += 1;
@@ -123,6 +126,12 @@ impl Inbox {
         self.input
     }
 
+    /// How many inputs a command has to have.
+    #[must_use]
+    pub fn inputs(&self) -> usize {
+        self.input.u.count()
+    }
+
     /// Number of commands that have arrived.
     #[must_use]
     pub fn arrivals(&self) -> u64 {
@@ -142,6 +151,7 @@ pub struct Process<M = Stepper> {
     /// When the latest tick happened.
     last_ns: u64,
     output: Output,
+    second: Option<SecondRow>,
 }
 
 impl<M: Model> Process<M> {
@@ -159,6 +169,7 @@ impl<M: Model> Process<M> {
                 tick: 0,
                 y: model.at_rest(),
             },
+            second: None,
             model,
         }
     }
@@ -192,7 +203,10 @@ impl<M: Model> Process<M> {
             // Judged by the due time, so that a tick that is caught up is stepped like one on time.
             Hold::For { ns } => {
                 if self.next_due_ns.saturating_sub(input.t_ns) > ns {
-                    Input::default()
+                    Input {
+                        u: input.u.map(|_| 0.0),
+                        ..Input::default()
+                    }
                 } else {
                     input
                 }
@@ -207,10 +221,16 @@ impl<M: Model> Process<M> {
             k,
             t_due_ns: self.next_due_ns,
             t_tick_ns: now_ns,
-            u: input.u,
-            y,
+            u: input.u.first,
+            y: y.first,
             seq: input.seq,
         };
+        let has_second = input.u.second.is_some() || y.second.is_some();
+        self.second = has_second.then_some(SecondRow {
+            k,
+            u2: input.u.second,
+            y2: y.second,
+        });
         self.next_k += 1;
         self.last_ns = now_ns;
         self.next_due_ns = self.next_due_ns.saturating_add(self.h_ns);
@@ -221,6 +241,12 @@ impl<M: Model> Process<M> {
     #[must_use]
     pub fn output(&self) -> Output {
         self.output
+    }
+
+    /// The second input and output of the latest tick; `None` if there are none.
+    #[must_use]
+    pub fn second(&self) -> Option<SecondRow> {
+        self.second
     }
 
     /// The model that it steps.
@@ -242,7 +268,7 @@ impl<M: Model> PlantEnd<M> {
     #[must_use]
     pub fn new(settings: &PlantSettings, model: M, start_ns: u64) -> Self {
         Self {
-            inbox: Inbox::new(settings.late),
+            inbox: Inbox::new(settings.late, model.inputs()),
             process: Process::new(settings, model, start_ns),
         }
     }
@@ -263,6 +289,12 @@ impl<M: Model> PlantEnd<M> {
     #[inline]
     pub fn tick(&mut self, now_ns: u64) -> TickRow {
         self.process.tick(self.inbox.input(), now_ns)
+    }
+
+    /// The second input and output of the latest tick; see [`Process::second`].
+    #[must_use]
+    pub fn second(&self) -> Option<SecondRow> {
+        self.process.second()
     }
 
     /// Takes a command; see [`Inbox::command`].

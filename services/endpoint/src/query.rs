@@ -6,6 +6,8 @@
 
 use std::borrow::Cow;
 
+use control::Signals;
+
 /// Longest query that is accepted. The longest valid command has about 100 bytes.
 pub const MAX_BYTES: usize = 1024;
 
@@ -60,6 +62,16 @@ pub enum InvalidMessage {
         field: &'static str,
         /// Its value, shortened.
         value: String,
+    },
+    /// There are more values than a plant has inputs or outputs, or others than this one has.
+    #[error("field `{field}` has {given} numbers; {needed}")]
+    Signals {
+        /// Name of the field.
+        field: &'static str,
+        /// How many numbers it has.
+        given: usize,
+        /// How many there must be, in words.
+        needed: &'static str,
     },
     /// The answer belongs to another command.
     #[error("field `seq`: the answer is to command {got}, the command was {asked}")]
@@ -134,6 +146,25 @@ pub(crate) fn finite(field: &'static str, value: &str) -> Result<f64, InvalidMes
             value: excerpt(value),
         }),
     }
+}
+
+/// A finite number, or two with a comma between them.
+pub(crate) fn signals(field: &'static str, value: &str) -> Result<Signals, InvalidMessage> {
+    let Some((first, second)) = value.split_once(',') else {
+        return Ok(finite(field, value)?.into());
+    };
+    if second.contains(',') {
+        return Err(InvalidMessage::Signals {
+            field,
+            given: value.split(',').count(),
+            needed: if field == "u" {
+                "a plant has one or two inputs"
+            } else {
+                "a plant has one or two outputs"
+            },
+        });
+    }
+    Ok([finite(field, first)?, finite(field, second)?].into())
 }
 
 /// The beginning of a text from outside, escaped for a log line.

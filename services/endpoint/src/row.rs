@@ -1,6 +1,7 @@
 //! The rows that the two ends record: one struct per CSV file, one field per column.
 //!
-//! The plant writes `ticks.csv` and `arrivals.csv`, the controller `messages.csv`. All times are
+//! The plant writes `ticks.csv` and `arrivals.csv`, and `second.csv` if it has a second input or output; the
+//! controller writes `messages.csv`. Inputs and outputs in the others are the first. All times are
 //! nanoseconds on the run's monotonic clock; an empty field means that there was nothing to record.
 //! Writing and reading the files is the task of others.
 
@@ -38,6 +39,19 @@ row!(
         y: f64,
         /// Sequence number of the command that set `u`; empty before the first.
         seq: Option<u64>,
+    }
+);
+
+row!(
+    /// The second input and output at a tick (`second.csv`), of a plant that has one of them; the first are in
+    /// [`TickRow`].
+    SecondRow {
+        /// Number of the tick.
+        k: u64,
+        /// The second input of the step; empty if the plant has one input.
+        u2: Option<f64>,
+        /// The second output after the step, without the sensor's noise; empty if the plant has one output.
+        y2: Option<f64>,
     }
 );
 
@@ -126,6 +140,11 @@ impl TickRow {
     pub const FILE: &str = "ticks.csv";
 }
 
+impl SecondRow {
+    /// The file of these rows, in a run's folder.
+    pub const FILE: &str = "second.csv";
+}
+
 impl ArrivalRow {
     /// The file of these rows, in a run's folder.
     pub const FILE: &str = "arrivals.csv";
@@ -163,6 +182,12 @@ mod tests {
             seq: None,
         };
         check(tick, TickRow::COLUMNS, "3,9,10,0.1,1e-9,");
+        let second = SecondRow {
+            k: 3,
+            u2: None,
+            y2: Some(-0.25),
+        };
+        check(second, SecondRow::COLUMNS, "3,,-0.25");
         let arrival = ArrivalRow {
             n: 0,
             seq: 7,

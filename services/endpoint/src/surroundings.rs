@@ -4,17 +4,19 @@
 //! Noise is drawn from the number of the step and the seed alone, so a run can be repeated, and real and
 //! virtual time draw the same.
 
+use control::Signals;
+
 use crate::model::Model;
 use crate::noise::Draws;
 
 /// What surrounds a model; by default nothing does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surroundings {
-    /// The least and the greatest input that the actuator gives.
+    /// The least and the greatest input that the actuator gives, of each input.
     pub limits: (f64, f64),
-    /// What is added to the input behind the actuator.
+    /// What is added to the first input behind the actuator.
     pub disturbance: Option<Disturbance>,
-    /// Standard deviation of the sensor's noise, which is normal and independent from step to step.
+    /// Standard deviation of the sensors' noise, which is normal and independent from step to step.
     pub noise: f64,
     /// The sensor shows whole multiples of this; 0 for any number.
     pub resolution: f64,
@@ -72,7 +74,7 @@ impl<M: Model> Surrounded<M> {
 }
 
 impl<M: Model> Model for Surrounded<M> {
-    fn step(&mut self, u: f64, due_ns: u64) -> f64 {
+    fn step(&mut self, u: Signals, due_ns: u64) -> Signals {
         let start_ns = *self.start_ns.get_or_insert(due_ns);
         if self.surroundings.stands_still && due_ns < start_ns {
             self.steps += 1;
@@ -85,28 +87,38 @@ impl<M: Model> Model for Surrounded<M> {
             .filter(|one| due_ns >= start_ns.saturating_add(one.from_ns));
         self.steps += 1;
         // Not `clamp`, which panics on limits that are no numbers.
-        let given = u.max(least).min(greatest);
+        let mut input = u.map(|u| u.max(least).min(greatest));
         // Adding nothing would make a plain zero of -0.
-        let input = acting.map_or(given, |one| given + one.size);
+        if let Some(disturbance) = acting {
+            input.first += disturbance.size;
+        }
         self.model.step(input, due_ns)
     }
 
-    fn measured(&mut self, y: f64) -> f64 {
+    fn measured(&mut self, y: Signals) -> Signals {
         let Surroundings {
             noise, resolution, ..
         } = self.surroundings;
         let mut shown = self.model.measured(y);
         if noise > 0.0 {
-            shown += noise * self.draws.normal(self.steps);
+            shown.first += noise * self.draws.normal(self.steps);
+            if let Some(second) = &mut shown.second {
+                // Steps count up from 0, so these draws are of no step's.
+                *second += noise * self.draws.normal(!self.steps);
+            }
         }
         if resolution > 0.0 {
-            shown = (shown / resolution).round() * resolution;
+            shown = shown.map(|y| (y / resolution).round() * resolution);
         }
         shown
     }
 
-    fn at_rest(&self) -> f64 {
+    fn at_rest(&self) -> Signals {
         self.model.at_rest()
+    }
+
+    fn inputs(&self) -> usize {
+        self.model.inputs()
     }
 
     fn is_broken(&self) -> bool {
@@ -124,7 +136,7 @@ mod tests {
     struct Wire;
 
     impl Model for Wire {
-        fn step(&mut self, u: f64, _: u64) -> f64 {
+        fn step(&mut self, u: Signals, _: u64) -> Signals {
             u
         }
     }
@@ -133,8 +145,8 @@ mod tests {
     fn nothing_around_a_model_changes_nothing() {
         let mut bare = Surrounded::new(Wire, Surroundings::default(), 7, None);
         for u in [0.0, -0.0, 1e300, -2.5e-9] {
-            let y = bare.step(u, 0);
-            assert_eq!(bare.measured(y).to_bits(), u.to_bits());
+            let y = bare.step(u.into(), 0);
+            assert_eq!(bare.measured(y).first.to_bits(), u.to_bits());
         }
     }
 
@@ -143,13 +155,13 @@ mod tests {
     struct Counter(f64);
 
     impl Model for Counter {
-        fn step(&mut self, _: f64, _: u64) -> f64 {
+        fn step(&mut self, _: Signals, _: u64) -> Signals {
             self.0 += 1.0;
-            self.0
+            self.0.into()
         }
 
-        fn at_rest(&self) -> f64 {
-            self.0
+        fn at_rest(&self) -> Signals {
+            self.0.into()
         }
     }
 
@@ -160,7 +172,7 @@ mod tests {
             ..Surroundings::default()
         };
         let mut plant = Surrounded::new(Counter(5.0), surroundings, 0, Some(100));
-        let seen = [80, 90, 100, 110].map(|due_ns| plant.step(0.0, due_ns));
+        let seen = [80, 90, 100, 110].map(|due_ns| plant.step(0.0.into(), due_ns).first);
         assert_eq!(seen, [5.0, 5.0, 6.0, 7.0]);
     }
 
@@ -176,7 +188,7 @@ mod tests {
         };
         let mut plant = Surrounded::new(Wire, surroundings, 0, Some(100));
         let steps = [(3.0, 90), (3.0, 110), (3.0, 120), (-3.0, 130)];
-        let outputs = steps.map(|(u, due_ns)| plant.step(u, due_ns));
+        let outputs = steps.map(|(u, due_ns)| plant.step(u.into(), due_ns).first);
         assert_eq!(outputs, [1.0, 1.0, 1.5, -0.5]);
     }
 
@@ -190,8 +202,8 @@ mod tests {
             let mut plant = Surrounded::new(Wire, surroundings, seed, None);
             let mut shown = Vec::new();
             for k in 0..20_000 {
-                let y = plant.step(1.0, k);
-                shown.push(plant.measured(y));
+                let y = plant.step(1.0.into(), k);
+                shown.push(plant.measured(y).first);
             }
             shown
         };
@@ -205,11 +217,29 @@ mod tests {
         assert_ne!(one, shown(2));
     }
 
+    #[test]
+    fn both_of_two_signals_pass_actuator_and_sensor_and_have_noise_of_their_own() {
+        let surroundings = Surroundings {
+            limits: (-1.0, 1.0),
+            noise: 0.1,
+            ..Surroundings::default()
+        };
+        let mut plant = Surrounded::new(Wire, surroundings, 1, None);
+        let y = plant.step([3.0, -3.0].into(), 0);
+        assert_eq!(y, Signals::from([1.0, -1.0]));
+        let shown = plant.measured(y);
+        let off = [shown.first - 1.0, shown.second.expect("two") + 1.0];
+        assert!(
+            off[0] != 0.0 && off[1] != 0.0 && off[0] != off[1],
+            "{off:?}"
+        );
+    }
+
     proptest! {
         #[test]
         fn a_sensor_shows_the_nearest_multiple_of_its_resolution(y in -1e3..1e3_f64, resolution in 1e-3..1.0_f64) {
             let surroundings = Surroundings { resolution, ..Surroundings::default() };
-            let shown = Surrounded::new(Wire, surroundings, 0, None).measured(y);
+            let shown = Surrounded::new(Wire, surroundings, 0, None).measured(y.into()).first;
             prop_assert!((shown - y).abs() <= resolution * 0.500_001);
             prop_assert!((shown / resolution - (shown / resolution).round()).abs() < 1e-6);
         }

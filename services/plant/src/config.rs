@@ -17,7 +17,7 @@ pub struct Config {
     pub law: Option<serde_json::Value>,
     /// The reference that a page should follow, if it moves.
     pub reference: Option<Reference>,
-    /// The folder of `ticks.csv` and `arrivals.csv`, and of each page's `messages.csv` and
+    /// The folder of `ticks.csv`, `arrivals.csv` and, with a second input or output, `second.csv`, and of each page's `messages.csv` and
     /// `page.json`; created if necessary.
     pub out: PathBuf,
     /// Whether to request real-time scheduling.

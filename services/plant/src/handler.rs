@@ -8,6 +8,7 @@ use crate::{
     filer::Filer,
     latest::{Publisher, Reader},
     session::Control,
+    ticker::{INPUT_WORDS, OUTPUT_WORDS},
 };
 
 /// The plant's state as owned by the HTTP thread.
@@ -18,8 +19,8 @@ pub(crate) struct Handler {
     /// The reference that it should follow, if that moves.
     pub(crate) reference: Option<Reference>,
     pub(crate) inbox: Inbox,
-    pub(crate) input: Publisher<4>,
-    pub(crate) output: Reader<2>,
+    pub(crate) input: Publisher<INPUT_WORDS>,
+    pub(crate) output: Reader<OUTPUT_WORDS>,
     pub(crate) rows: Recorder<ArrivalRow>,
     pub(crate) refused: u64,
     pub(crate) control: Control,

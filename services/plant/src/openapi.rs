@@ -33,14 +33,19 @@ pub(crate) static DOCUMENT: LazyLock<String> = LazyLock::new(|| document().to_st
 
 fn document() -> Value {
     let count = |what: &str| json!({"type": "integer", "format": "int64", "minimum": 0, "description": what});
-    let number = |what: &str| json!({"type": "number", "format": "double", "description": what});
+    // A number, or two where the plant has two inputs or outputs; in a query with a comma between them.
+    let number = |what: &str| {
+        let one = json!({"type": "number", "format": "double"});
+        let two = json!({"type": "array", "items": one, "minItems": 2, "maxItems": 2});
+        json!({"oneOf": [one, two], "description": what})
+    };
     let t_send = || count("when the command was sent, on the controller's clock, in nanoseconds");
     let seq = || count("number of the controller's deadline; of the arrival, if it gives none");
     let arrive = || count("when the command arrived, on the plant's clock, in nanoseconds");
     let tick = || count("the plant's latest tick");
-    let y = || number("the output after that tick");
-    let u = || number("the input, finite");
-    let held = || number("the input that the plant holds");
+    let y = || number("the output after that tick, or both of them");
+    let u = || number("the input, finite, or both of them");
+    let held = || number("the input that the plant holds, or both of them");
 
     let state = object(
         &json!({"seq": seq(), "tick": tick(), "t_arrive_ns": arrive(), "y": y(), "u": held()}),
@@ -286,8 +291,8 @@ mod tests {
             seq: 0,
             tick: 0,
             t_arrive_ns: 0,
-            y: 0.0,
-            u: 0.0,
+            y: 0.0.into(),
+            u: 0.0.into(),
         };
         check("State", serde_json::to_value(state).expect("numbers"));
         let acknowledgement = Acknowledgement {
@@ -301,8 +306,8 @@ mod tests {
         let observation = Observation {
             t_ns: 0,
             tick: 0,
-            y: 0.0,
-            u: 0.0,
+            y: 0.0.into(),
+            u: 0.0.into(),
         };
         check(
             "Observation",

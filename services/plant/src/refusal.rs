@@ -1,7 +1,7 @@
 //! Why a request is rejected, and how that is reported: over HTTP as a status and a text, over a
 //! WebSocket as a close frame.
 
-use endpoint::InvalidMessage;
+use endpoint::{InvalidMessage, Signals};
 use hyper::{
     Method, Response, StatusCode,
     body::Bytes,
@@ -60,7 +60,7 @@ pub(crate) enum Refusal {
     #[error("`{field}` is not a WebSocket's; /socket takes the handshake of RFC 6455, version 13")]
     Handshake { field: &'static str },
     #[error("the plant's output is {y}: the loop has diverged; start the plant again")]
-    Diverged { y: f64 },
+    Diverged { y: Signals },
 }
 
 impl Refusal {

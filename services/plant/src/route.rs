@@ -95,6 +95,10 @@ impl Handler {
         now_ns: u64,
     ) -> Result<Answer, Refusal> {
         let request: Request = text.parse()?;
+        // In open loop nothing is applied, and a number will do.
+        if mode == Mode::Closed || request.u.count() > 1 {
+            request.check(self.inbox.inputs())?;
+        }
         self.control.command(pass, now_ns)?;
         let output = output(self.output.read());
         let (row, answer) = self.inbox.command(mode, &request, output, now_ns);

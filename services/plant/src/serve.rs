@@ -10,7 +10,7 @@ use std::{
     task::Poll,
 };
 
-use endpoint::{ArrivalRow, Inbox, Input, Model, Process, TickRow, report};
+use endpoint::{ArrivalRow, Inbox, Model, Process, SecondRow, TickRow, report};
 use journal::Journal;
 use pace::now_ns;
 use tokio::{net::TcpListener, runtime::Runtime, sync::watch, task::LocalSet};
@@ -65,6 +65,7 @@ pub fn serve_until(
         start_ns,
         mut ticker,
         tick_journal,
+        second_journal,
         arrival_journal,
         handler,
         server: server_scheduling,
@@ -91,6 +92,8 @@ pub fn serve_until(
 
     // All files are closed before the first error is returned.
     let tick_written = tick_journal.finish(ticked.rows);
+    let second = second_journal.zip(ticked.second);
+    let second_written = second.map(|(journal, rows)| journal.finish(rows));
     let arrival_written = arrival_journal.finish(handler.rows);
     let filed = handler.filer.finish();
     ended?;
@@ -107,6 +110,7 @@ pub fn serve_until(
         refused: handler.refused,
         connections: accepted.into_inner(),
         tick_rows,
+        second_rows: second_written.transpose()?,
         arrival_rows,
         sessions: handler.control.sessions(),
         page_rows: filed.written,
@@ -125,6 +129,8 @@ struct Started {
     start_ns: u64,
     ticker: Running,
     tick_journal: Journal,
+    /// If there is a second input or output.
+    second_journal: Option<Journal>,
     arrival_journal: Journal,
     handler: Handler,
     /// The scheduling granted to the calling thread, which serves HTTP.
@@ -137,10 +143,16 @@ impl Started {
         let settings = config.settings;
         let (tick_rows, tick_journal) =
             Journal::create::<TickRow>(&config.out.join(TickRow::FILE), TickRow::COLUMNS)?;
+        let inputs = model.inputs();
+        let has_second = inputs > 1 || model.at_rest().count() > 1;
+        let second =
+            || Journal::create::<SecondRow>(&config.out.join(SecondRow::FILE), SecondRow::COLUMNS);
+        let (second_rows, second_journal) = has_second.then(second).transpose()?.unzip();
         let (arrival_rows, arrival_journal) =
             Journal::create::<ArrivalRow>(&config.out.join(ArrivalRow::FILE), ArrivalRow::COLUMNS)?;
         let filer = Filer::start(&config.out)?;
-        let (input, input_reader) = latest(input_words(Input::default()));
+        let inbox = Inbox::new(settings.late, inputs);
+        let (input, input_reader) = latest(input_words(inbox.input()));
         let start_ns = now_ns() + START_AHEAD_NS;
         let process = Process::new(&settings, model, start_ns);
         let (output_publisher, output) = latest(output_words(process.output()));
@@ -150,6 +162,7 @@ impl Started {
             input: input_reader,
             output: output_publisher,
             rows: tick_rows,
+            second: second_rows,
             fifo: config.fifo,
         }
         .start()?;
@@ -157,7 +170,7 @@ impl Started {
             settings,
             law: config.law.clone(),
             reference: config.reference.clone(),
-            inbox: Inbox::new(settings.late),
+            inbox,
             input,
             output,
             rows: arrival_rows,
@@ -170,6 +183,7 @@ impl Started {
             start_ns,
             ticker,
             tick_journal,
+            second_journal,
             arrival_journal,
             handler,
             server: pace::ask(config.fifo.then_some(FIFO_PRIORITY)),

@@ -14,7 +14,7 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use endpoint::{Input, Model, Output, Process, TickRow, report::Scheduling};
+use endpoint::{Input, Model, Output, Process, SecondRow, Signals, TickRow, report::Scheduling};
 use journal::Recorder;
 use pace::{Pacer, now_ns};
 use tokio::sync::oneshot;
@@ -27,33 +27,57 @@ const FIFO_PRIORITY: u8 = 50;
 /// Longest sleep, so that a plant with a long h still stops soon.
 const NAP_NS: u64 = 50_000_000;
 
+/// How many words the threads share of an input, and of an output.
+pub(crate) const INPUT_WORDS: usize = 6;
+pub(crate) const OUTPUT_WORDS: usize = 4;
+
 /// An input in the form that the threads share.
-pub(crate) fn input_words(input: Input) -> [u64; 4] {
+pub(crate) fn input_words(input: Input) -> [u64; INPUT_WORDS] {
+    let [first, second, count] = words(input.u);
     [
-        input.u.to_bits(),
+        first,
+        second,
+        count,
         input.seq.unwrap_or_default(),
         u64::from(input.seq.is_some()),
         input.t_ns,
     ]
 }
 
-fn input([u, seq, any, t_ns]: [u64; 4]) -> Input {
+fn input([first, second, count, seq, any, t_ns]: [u64; INPUT_WORDS]) -> Input {
     Input {
-        u: f64::from_bits(u),
+        u: signals([first, second, count]),
         seq: (any != 0).then_some(seq),
         t_ns,
     }
 }
 
-pub(crate) fn output_words(output: Output) -> [u64; 2] {
-    [output.tick, output.y.to_bits()]
+pub(crate) fn output_words(output: Output) -> [u64; OUTPUT_WORDS] {
+    let [first, second, count] = words(output.y);
+    [output.tick, first, second, count]
 }
 
 /// An output in the form that the threads share.
-pub(crate) fn output([tick, y]: [u64; 2]) -> Output {
+pub(crate) fn output([tick, first, second, count]: [u64; OUTPUT_WORDS]) -> Output {
     Output {
         tick,
-        y: f64::from_bits(y),
+        y: signals([first, second, count]),
+    }
+}
+
+fn words(signals: Signals) -> [u64; 3] {
+    let second = signals.second.unwrap_or_default();
+    [
+        signals.first.to_bits(),
+        second.to_bits(),
+        signals.count() as u64,
+    ]
+}
+
+fn signals([first, second, count]: [u64; 3]) -> Signals {
+    Signals {
+        first: f64::from_bits(first),
+        second: (count > 1).then_some(f64::from_bits(second)),
     }
 }
 
@@ -61,9 +85,11 @@ pub(crate) fn output([tick, y]: [u64; 2]) -> Output {
 pub(crate) struct Ticker {
     pub(crate) process: Process<Box<dyn Model + Send>>,
     pub(crate) h_ns: u64,
-    pub(crate) input: Reader<4>,
-    pub(crate) output: Publisher<2>,
+    pub(crate) input: Reader<INPUT_WORDS>,
+    pub(crate) output: Publisher<OUTPUT_WORDS>,
     pub(crate) rows: Recorder<TickRow>,
+    /// Of the second input and output, if there is one.
+    pub(crate) second: Option<Recorder<SecondRow>>,
     pub(crate) fifo: bool,
 }
 
@@ -72,6 +98,7 @@ pub(crate) struct Ticked {
     pub(crate) ticks: u64,
     pub(crate) missed: u64,
     pub(crate) rows: Recorder<TickRow>,
+    pub(crate) second: Option<Recorder<SecondRow>>,
     pub(crate) scheduling: Scheduling,
 }
 
@@ -105,7 +132,7 @@ impl Ticker {
     fn run(mut self, stop: &AtomicBool) -> Ticked {
         let scheduling = pace::ask(self.fifo.then_some(FIFO_PRIORITY));
         let pacer = Pacer::new(&scheduling);
-        let mut held = Input::default();
+        let mut held = input(self.input.read());
         let (mut ticks, mut missed) = (0, 0);
         loop {
             let (due_ns, at_ns) = (self.process.next_due_ns(), self.process.next_tick_ns());
@@ -128,6 +155,9 @@ impl Ticker {
             }
             self.output.publish(output_words(self.process.output()));
             self.rows.record(row);
+            if let (Some(rows), Some(row)) = (&mut self.second, self.process.second()) {
+                rows.record(row);
+            }
             ticks += 1;
             missed += u64::from(tick_ns - due_ns >= self.h_ns);
         }
@@ -138,6 +168,7 @@ impl Ticker {
             ticks,
             missed,
             rows: self.rows,
+            second: self.second,
             scheduling,
         }
     }

@@ -82,6 +82,18 @@ class Vectors(unittest.TestCase):
                     self.fail(f"an event that is new here: {step}")
         self.assertEqual(end.counts.words(), case["counts"])
 
+    def test_a_law_gets_and_gives_all_signals_and_a_row_has_the_first(self):
+        class Swapping:
+            def update(self, r, y, dt_s):
+                return y[1], y[0]
+
+        settings = Settings("closed", 10, 1.0, 1, "absolute", "h", "apply")
+        end = ControllerEnd(settings, Swapping(), (0.25, 0.5), 0, 20)
+        self.assertEqual(end.poll(0).command.u, (0.5, 0.25))
+        row = end.answered(parse_answer("closed", "seq=0&tick=1&t_arrive_ns=2&y=3,4&u=0.5,0.25"), 3)
+        self.assertEqual((row.y, row.e, row.u), (0.25, 0.75, 0.5))
+        self.assertEqual(end.poll(10).command.u, (4.0, 3.0))
+
 
 if __name__ == "__main__":
     unittest.main()

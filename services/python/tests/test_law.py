@@ -5,6 +5,7 @@ import pathlib
 import unittest
 
 from webloop.law import MAX_TICKS, InvalidLaw, paper_pi, parse_law
+from webloop.message import numbers
 from webloop.pid import Gains, Pid
 
 VECTORS = pathlib.Path(__file__).resolve().parents[2] / "endpoint/tests/vectors/laws.json"
@@ -20,13 +21,30 @@ LAWS = {
     "smith": {"law": "smith", "pid": PID, "model": MODEL, "ticks": 2},
     "state-feedback": {
         "law": "state-feedback",
-        "model": MODEL,
-        "gains": [0.5, 0.25],
-        "observer": [0.25, 0.125, 0.5],
-        "reference": 1.5,
+        "model": {**MODEL, "b": [[1.0], [0.0]], "c": [[0.0, 1.0]], "d": [[0.0]]},
+        "gains": [[0.5, 0.25]],
+        "observer": [[0.25], [0.125], [0.5]],
+        "reference": [[1.5]],
+        "others": [],
         "limits": None,
     },
 }
+
+TWO = {
+    "law": "state-feedback",
+    "model": {
+        "a": MODEL["a"],
+        "b": [[1.0, 0.5], [0.0, 0.25]],
+        "c": [[0.0, 1.0], [1.0, 0.0]],
+        "d": [[0.0, 0.0], [0.0, 0.0]],
+    },
+    "gains": [[0.5, 0.25], [0.125, 0.0]],
+    "observer": [[0.25, 0.0], [0.125, 0.5], [0.5, 0.0], [0.0, 0.5]],
+    "reference": [[1.5, 0.5], [0.25, 1.0]],
+    "others": [2.0],
+    "limits": LIMITS,
+}
+"""A law of a plant with two inputs and two outputs, whose outputs are a tick old."""
 
 
 def with_field(law, path, value):
@@ -37,6 +55,16 @@ def with_field(law, path, value):
         at = at[name]
     at[path[-1]] = value
     return changed
+
+
+def signal(value):
+    """A signal of the vectors, in which what JSON has no number for is a word."""
+    return tuple(map(float, value)) if isinstance(value, list) else float(value)
+
+
+def bits(signal):
+    """Each number of a signal, to its last bit."""
+    return [value.hex() for value in numbers(signal)]
 
 
 def without_field(law, name):
@@ -54,9 +82,8 @@ class Vectors(unittest.TestCase):
             with self.subTest(case=case["case"]):
                 law = parse_law(json.dumps(case["law"]))
                 for number, step in enumerate(case["steps"]):
-                    # What JSON has no number for is a word.
-                    r, y, dt_s = (float(step[name]) for name in ("r", "y", "dt_s"))
-                    self.assertEqual(law.update(r, y, dt_s).hex(), step["u"].hex(), number)
+                    r, y, dt_s, u = (signal(step[name]) for name in ("r", "y", "dt_s", "u"))
+                    self.assertEqual(bits(law.update(r, y, dt_s)), bits(u), number)
 
 
 class Update(unittest.TestCase):
@@ -103,6 +130,26 @@ class Update(unittest.TestCase):
             line = line[1:] + [y]
             y = model.update(u, 0.0, 0.01)
 
+    def test_state_feedback_of_two_inputs_and_outputs(self):
+        nan = float("nan")
+        law = parse_law(json.dumps(TWO))
+        self.assertEqual(law.update(1.0, (0.0, nan), 0.01), (0.0, 0.0))
+        # Both references at rest: 1.5 + 0.5 * 2 and 0.25 + 2.
+        self.assertEqual(law.update(1.0, (0.0, 0.0), 0.01), (2.5, 2.25))
+        # The model is at (3.625, 0.5625) now; its outputs a tick ago were 0.
+        u = law.update(1.0, (0.5, -0.5), 0.01)
+        x = (3.625 + 0.25 * 0.5, 0.5625 + 0.125 * 0.5 - 0.5 * 0.5)
+        self.assertEqual(u, (2.5 - 0.5 * x[0] - 0.25 * x[1], 2.25 - 0.125 * x[0]))
+        for y in [(nan, 0.0), (0.0, float("inf")), 0.5]:
+            self.assertEqual(law.update(1.0, y, 0.01), u, y)
+        self.assertEqual(law.update(1.0, (1e3, 0.0), 0.01)[0], -1.0)
+
+    def test_the_other_laws_act_on_the_first_of_two_outputs(self):
+        for name in ("pid", "transfer", "smith"):
+            one, two = (parse_law(json.dumps(LAWS[name])) for _ in range(2))
+            for y in (0.0, 0.25, 0.5):
+                self.assertEqual(two.update(1.0, (y, 7.0), 0.01), one.update(1.0, y, 0.01), name)
+
 
 class Refusals(unittest.TestCase):
     def test_what_is_no_law_is_refused_with_the_field_and_what_to_give(self):
@@ -144,9 +191,25 @@ class Refusals(unittest.TestCase):
             ({**smith, "ticks": 0.5}, "`ticks`: `0.5`"),
             ({**smith, "ticks": True}, "`ticks`: `true`"),
             ({**smith, "ticks": MAX_TICKS + 1}, f"from 0 to {MAX_TICKS}"),
-            ({**feedback, "gains": [1.0]}, "`gains` has 1 numbers; give 2"),
-            ({**feedback, "observer": [1.0, 1.0]}, "`observer` has 2 numbers; give 2"),
+            ({**feedback, "gains": [1.0, 2.0]}, "`gains[0]`: `1.0` is wrong; give a list"),
+            ({**feedback, "gains": [[1.0]]}, "`gains[0]` has 1 numbers; give 2, one for each row of `model.a`"),
+            ({**feedback, "observer": [[1.0], [1.0]]}, "`observer` has 2 rows; give 2 for the model's states and 1"),
             ({**feedback, "reference": {}}, "`reference`: `{}`"),
+            ({**feedback, "others": [1.0]}, "`others` has 1 numbers; give at most 0"),
+            (without_field(feedback, "others"), "`others` is missing"),
+            ({**TWO, "gains": []}, "`gains` has 0 rows; give one or two, one for each input"),
+            (with_field(TWO, ["model", "c"], [[0.0, 1.0]] * 3), "`model.c` has 3 rows; give one or two"),
+            (with_field(TWO, ["model", "a", 1], [1.0]), "`model.a[1]` has 1 numbers; give 2"),
+            (with_field(TWO, ["model", "b"], [[1.0, 1.0]]), "`model.b` has 1 rows; give 2, one for each row of `mod"),
+            (with_field(TWO, ["model", "b", 1], [1.0]), "`model.b[1]` has 1 numbers; give 2, one for each row of `g"),
+            (with_field(TWO, ["model", "c", 0, 1], None), "`model.c[0][1]`: `null`"),
+            (with_field(TWO, ["model", "d"], 0.0), "`model.d`: `0.0` is wrong; give a list"),
+            (with_field(TWO, ["gains", 1], [0.0]), "`gains[1]` has 1 numbers; give 2"),
+            (with_field(TWO, ["observer"], [[0.0, 0.0]] * 5), "`observer` has 5 rows; give 2 for the model's states"),
+            (with_field(TWO, ["observer", 3], [0.0]), "`observer[3]` has 1 numbers; give 2, one for each row of"),
+            (with_field(TWO, ["reference", 0], [1.0]), "`reference[0]` has 1 numbers; give 2, one for each ref"),
+            (with_field(TWO, ["reference"], [[1.0, 0.0]]), "`reference` has 1 rows; give 2, one for each row of"),
+            (with_field(TWO, ["others"], [1.0, 2.0]), "`others` has 2 numbers; give at most 1"),
         ]:
             with self.assertRaises(InvalidLaw, msg=law) as refused:
                 parse_law(json.dumps(law))

@@ -26,6 +26,22 @@ class Messages(unittest.TestCase):
         self.assertEqual(acknowledgement, (MAX_COUNT, 0, None, None))
         self.assertEqual(parse_observation("t_ns=1&tick=2&y=.5&u=1."), (1, 2, 0.5, 1.0))
 
+    def test_of_two_inputs_or_outputs_a_field_has_both(self):
+        self.assertEqual(Command(7, 1, (0.35, -1e16)).query(), "seq=7&t_send_ns=1&u=0.35,-1e16")
+        state = parse_answer("closed", "seq=7&tick=3&t_arrive_ns=9&y=0.82,.03&u=1")
+        self.assertEqual(state.y, (0.82, 0.03))
+        self.assertEqual(parse_observation("t_ns=1&tick=2&y=0.5&u=1%2C2"), (1, 2, 0.5, (1.0, 2.0)))
+        for y, why in [
+            ("1,2,3", "`y` has 3 numbers; a plant has one or two outputs"),
+            ("1,", "`y`: `` is not a finite decimal number"),
+            ("1, 2", "`y`: ` 2` is not a finite decimal number"),
+            ("1,NaN", "`y`: `NaN` is not a finite decimal number"),
+        ]:
+            with self.assertRaisesRegex(InvalidMessage, why):
+                parse_observation(f"t_ns=1&tick=2&y={y}&u=0")
+        with self.assertRaisesRegex(InvalidMessage, "`u` has 4 numbers; a plant has one or two inputs"):
+            parse_answer("closed", "seq=7&tick=3&t_arrive_ns=9&y=0.82&u=1,2,3,4")
+
     def test_what_is_wrong_is_refused_and_named(self):
         for text, why in [
             ("", "`seq` is missing"),

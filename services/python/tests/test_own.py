@@ -77,13 +77,29 @@ class Calls(unittest.TestCase):
         for value, u in [(0.5, 0.5), (2, 2.0), (Number(), 0.1), (-1e-300, -1e-300)]:
             made = Own(Returning(value)).update(1.0, 0.0, 0.01)
             self.assertEqual((made, type(made)), (u, float))
-        for value in [None, nan, inf, -inf, "0.5", 10**400, 1j, [0.5]]:
+        for value in [None, nan, inf, -inf, "0.5", 10**400, 1j, [0.5], "12", (0.5, nan), (1, 2, 3), {1, 2}, {}]:
             law = Own(Returning(value))
             with self.assertRaises(LawError, msg=repr(value)) as raised:
                 law.update(1.0, 0.25, 0.01)
             said = str(raised.exception)
             self.assertIn("call 1 of the controller, update(r=1.0, y=0.25, dt=0.01), returned `", said)
             self.assertIn("return u, a finite number", said)
+
+    def test_of_two_inputs_or_outputs_there_are_two_numbers(self):
+        for value in [(0.5, Number()), [0.5, 0.1], [Number(), 2]]:
+            u = Own(Returning(value)).update(1.0, (0.0, 0.0), 0.01)
+            self.assertEqual((type(u), [type(one) for one in u]), (tuple, [float, float]))
+        with self.assertRaises(LawError) as raised:
+            Own(Returning((0.5, inf))).update(1.0, (0.25, 0.5), 0.01)
+        said = str(raised.exception)
+        self.assertIn("update(r=1.0, y=(0.25, 0.5), dt=0.01), returned `(0.5, inf)`", said)
+        self.assertIn("or two for a plant with two inputs", said)
+
+        class Asking(Returning):
+            def update(self, r, y, dt):
+                return y
+
+        self.assertEqual(Own(Asking(None)).update(1.0, (0.25, 0.5), 0.01), (0.25, 0.5))
 
     def test_a_call_that_raises_is_named_and_shown(self):
         class Raising:

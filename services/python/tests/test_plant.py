@@ -57,6 +57,14 @@ class PlantTest(unittest.TestCase):
             self.assertIn("step(u=1.0, dt=0.01) returned", said)
             self.assertIn(words, said)
 
+    def test_of_two_inputs_or_outputs_a_line_has_both(self):
+        program = LAG.replace("y = 0.25", "y = [0.25, 0]").replace("self.y += dt * (u - self.y)", "self.y = u[1], u[0]")
+        code, printed, said = run(program, "1.0,2.5\n-1e-9,0.5\n")
+        self.assertEqual((code, printed), (0, ["0.25,0.0", "2.5,1.0", "0.5,-1e-09"]), said)
+        code, printed, said = run(program.replace("u[1], u[0]", "u[1], 'high'"), "1.0,2.5\n")
+        self.assertEqual((code, printed), (1, ["0.25,0.0"]), said)
+        self.assertIn("step(u=(1.0, 2.5), dt=0.01) returned `(2.5, 'high')`; return y, a number, or two", said)
+
     def test_without_a_step_to_advance_by_it_says_who_should_start_it(self):
         code, _, said = run(LAG, "", WEBLOOP_H_S="")
         self.assertEqual(code, 2)

@@ -17,6 +17,7 @@ FILES = {
         'a-2,333 Hz,3000000,2,,"plant, 3 ms",\n'
     ),
     "cells/b-1/ticks.csv": "k,t_due_ns,t_tick_ns,u,y,seq\n0,9007199254740993,10,0.1,1e-9,\n1,12,13,1,0,7\n",
+    "cells/b-1/second.csv": "k,u2,y2\n0,0.5,\n1,0,\n",
     "cells/b-1/messages.csv": "seq,t_due_ns,t_send_ns,u,tick,outcome\n0,12,,,,missed\n1,15,16,0.5,3,answered\n2,18,1",
     "cells/b-1/arrivals.csv": "n,seq,u,outcome\n",
     "cells/b-1/probes.csv": "phase,seq,t_back_ns,due_lost\nempty,0,5,false\nduring,1,,true\n",
@@ -50,6 +51,8 @@ class Folders(unittest.TestCase):
                 {"phase": "during", "seq": 1, "t_back_ns": None, "due_lost": True},
             ],
         )
+        self.assertEqual(cell.second, [{"k": 0, "u2": 0.5, "y2": None}, {"k": 1, "u2": 0.0, "y2": None}])
+        self.assertIsNone(self.results.cells[1].second)
         self.assertEqual((cell.arrivals, list(cell.arrivals.types)), ([], ["n", "seq", "u", "outcome"]))
         self.assertEqual(
             self.results.summary[1],

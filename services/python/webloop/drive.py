@@ -22,7 +22,7 @@ from webloop.exchange import Ended, Exchange, ExchangeError, NoAnswer
 from webloop.http_exchange import HttpExchange
 from webloop.inbox import Inbox
 from webloop.journal import Journal
-from webloop.message import Observation
+from webloop.message import Observation, Signal
 from webloop.report import Report
 from webloop.row import ANSWERED, COLUMNS, FAILED, MessageRow
 from webloop.setting import Config, authority
@@ -75,7 +75,7 @@ def drive(config: Config, ended: Inbox) -> Report:
 
     observation = _warm_up(config, exchange, ended)
     # 0, the output at rest, stands for a plant that was never looked at.
-    y = 0.0 if observation is None else observation.y
+    y: Signal = 0.0 if observation is None else observation.y
     start_ns = config.start_ns
     if start_ns is None:
         start_ns = monotonic_ns() + START_AHEAD_NS

@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Dict, NamedTuple, Optional, Union
 
 from webloop.law import Law
-from webloop.message import Answer, Command
+from webloop.message import Answer, Command, Signal, first
 from webloop.row import ANSWERED, TIMEOUT, MessageRow
 from webloop.setting import Reference, Settings
 
@@ -70,7 +70,8 @@ class ControllerEnd:
     """The controller's end of the loop.
 
     Its first deadline is `start_ns` and its last is before `stop_ns`. `y` is
-    the plant's output before the first answer: 0 for a plant at rest.
+    the plant's output before the first answer: 0 for a plant at rest. Laws get
+    all outputs, rows have the first.
     `reference` has the changes of r; without it r rests at the settings'.
     """
 
@@ -78,7 +79,7 @@ class ControllerEnd:
         self,
         settings: Settings,
         law: Law,
-        y: float,
+        y: Signal,
         start_ns: int,
         stop_ns: int,
         reference: Optional[Reference] = None,
@@ -185,17 +186,17 @@ class ControllerEnd:
         settings = self.settings
         if settings.mode == "open":
             # The plant does not apply it; the reference is as good as any.
-            u = row.r
+            u: Signal = row.r
         else:
             y = self._y
-            row.y = y
-            row.e = row.r - y
+            row.y = first(y)
+            row.e = row.r - row.y
             dt_s = settings.h_ns / 1e9
             if settings.integrate == "elapsed" and self._last_send_ns is not None:
                 dt_s = max(now_ns - self._last_send_ns, 0) / 1e9
             u = self.law.update(row.r, y, dt_s)
         row.t_send_ns = now_ns
-        row.u = u
+        row.u = first(u)
         self._last_send_ns = now_ns
         self._under_way[row.seq] = row
         return Command(row.seq, now_ns, u)

@@ -2,7 +2,8 @@
 
 The observer runs a model of the plant with the command, and a line of its
 outputs as long as the round trip. The newest y is held against the line's end,
-where the output is that y tells of, and corrects the state and the line.
+where the output is that y tells of, and corrects the state and the line. The
+plant may have two inputs or two outputs.
 """
 
 from __future__ import annotations
@@ -10,7 +11,8 @@ from __future__ import annotations
 from math import isfinite
 from typing import Sequence
 
-from webloop.model import Model, all_finite, dot
+from webloop.message import Signal, numbers
+from webloop.model import Matrices, all_finite, dot
 from webloop.pid import Limits
 
 
@@ -20,55 +22,64 @@ class StateFeedback:
     __slots__ = (
         "_model",
         "_gains",
-        "_of_state",
-        "_of_line",
+        "_observer",
         "_reference",
+        "_others",
         "_limits",
-        "_x",
-        "_line",
+        "_state",
         "_output",
     )
 
     def __init__(
         self,
-        model: Model,
-        gains: Sequence[float],
-        observer: Sequence[float],
-        reference: float,
+        model: Matrices,
+        gains: Sequence[Sequence[float]],
+        observer: Sequence[Sequence[float]],
+        reference: Sequence[Sequence[float]],
+        others: Sequence[float],
         limits: Limits,
     ) -> None:
-        """`gains` has n numbers for a model with n states, `observer` n for the
-        state and then one for each place of the line, at least one."""
-        states = len(model.b)
+        """For a model with n states, m inputs and p outputs `gains` is m by n.
+        `observer` has a row for each state, then p for each tick that an output
+        is on its way, at least one; p numbers a row. `reference` has a row for
+        each input: the factor of r, and of each of `others`, the references of
+        the outputs after the first."""
         self._model = model
         self._gains = gains
-        self._of_state = observer[:states]
-        self._of_line = observer[states:]
-        self._reference = reference
+        self._observer = observer
+        self._reference = [(row[0], row[1:]) for row in reference]
+        self._others = others
         self._limits = limits
-        self._x = model.at_rest()
-        # Outputs on their way here, the newest first.
-        self._line = [0.0] * len(self._of_line)
-        self._output = 0.0
+        # The model's states, then its outputs on their way here, the newest first.
+        self._state = [0.0] * len(observer)
+        self._output: Signal = 0.0 if len(gains) == 1 else (0.0, 0.0)
 
-    def update(self, r: float, y: float, dt_s: float) -> float:
+    def update(self, r: float, y: Signal, dt_s: float) -> Signal:
         """The command for the reference r and the newest output y; one step,
         whatever `dt_s` is.
 
-        What is not finite, taken in or worked out, changes nothing: the last
-        command is returned again (0 before the first).
+        What is not finite, taken in or worked out, changes nothing, nor do more
+        or fewer outputs than the model's: the last command is returned again (0
+        before the first).
         """
-        if not (isfinite(r) and isfinite(y)):
+        a, b, c, d = self._model
+        outputs = numbers(y)
+        if len(outputs) != len(c) or not (isfinite(r) and all_finite(outputs)):
             return self._output
-        innovation = y - self._line[-1]
-        x = [was + gain * innovation for was, gain in zip(self._x, self._of_state)]
-        line = [was + gain * innovation for was, gain in zip(self._line, self._of_line)]
-        u = self._limits.clip(self._reference * r - dot(self._gains, x))
-        fresh, x = self._model.step(x, u)
-        line.insert(0, fresh)
-        if isfinite(u) and all_finite(x) and all_finite(line):
-            line.pop()
-            self._x = x
-            self._line = line
-            self._output = u
+        oldest = self._state[-len(c) :]
+        errors = [new - old for new, old in zip(outputs, oldest)]
+        state = [dot(gains, errors, was) for was, gains in zip(self._state, self._observer)]
+        x, line = state[: len(a)], state[len(a) :]
+        clip = self._limits.clip
+        u = [
+            clip(dot(factors, self._others, factor * r) - dot(gains, x))
+            for (factor, factors), gains in zip(self._reference, self._gains)
+        ]
+        ahead = [dot(of_u, u, dot(of_x, x)) for of_x, of_u in zip(a, b)]
+        ahead += [dot(of_u, u, dot(of_x, x)) for of_x, of_u in zip(c, d)]
+        ahead += line
+        if all_finite(u) and all_finite(ahead):
+            # The oldest outputs have come to the line's end.
+            self._state = ahead[: -len(c)]
+            self._output = u[0] if len(u) == 1 else (u[0], u[1])
         return self._output

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import json
 from math import inf, isfinite
-from typing import List, NoReturn, Optional, Protocol, Sequence
+from typing import List, NoReturn, Optional, Protocol, Sequence, Tuple
 
 from webloop.feedback import StateFeedback
-from webloop.model import Model
+from webloop.message import Signal
+from webloop.model import Matrices, Model
 from webloop.pid import BACK_CALCULATION, CONDITIONAL, OFF, Gains, Limits, Pid
 from webloop.query import excerpt
 from webloop.smith import Smith
@@ -32,14 +33,17 @@ _FIELDS = {
     "pid": _PID,
     "transfer": ("model", "limits"),
     "smith": ("pid", "model", "ticks"),
-    "state-feedback": ("model", "gains", "observer", "reference", "limits"),
+    "state-feedback": ("model", "gains", "observer", "reference", "others", "limits"),
 }
+
+_Size = Tuple[int, str]
+"""How many a list has to have, and for each of what, as an error says it."""
 
 
 class Law(Protocol):
     """What turns outputs into commands."""
 
-    def update(self, r: float, y: float, dt_s: float) -> float:
+    def update(self, r: float, y: Signal, dt_s: float) -> Signal:
         """The command for the reference r and the newest output y, `dt_s` after
         the last. Always finite, and never raises: only `own`'s does, which ends
         the run."""
@@ -83,21 +87,7 @@ def _law(value: object) -> Law:
     if kind == "smith":
         pid = _pid("pid.", _fields("pid", fields[0], _PID))
         return Smith(pid, _model(fields[1]), _ticks(fields[2]))
-    model = _model(fields[0])
-    states = len(model.b)
-    observer = _numbers("observer", fields[2])
-    if len(observer) <= states:
-        raise InvalidLaw(
-            f"field `observer` has {len(observer)} numbers; give {states} for the model's"
-            " states and one or more for its outputs on their way"
-        )
-    return StateFeedback(
-        model,
-        _numbers("gains", fields[1], states),
-        observer,
-        _number("reference", fields[3]),
-        _limits("limits", fields[4], (OFF,)) or Limits(),
-    )
+    return _feedback(fields)
 
 
 def _pid(at: str, fields: Sequence[object]) -> Pid:
@@ -106,6 +96,41 @@ def _pid(at: str, fields: Sequence[object]) -> Pid:
     filter_rad_s = inf if fields[3] is None else _positive(f"{at}filter_rad_s", fields[3])
     limits = _limits(f"{at}limits", fields[4], (OFF, CONDITIONAL, BACK_CALCULATION))
     return Pid(Gains(kp, ki, kd, filter_rad_s), limits)
+
+
+def _feedback(fields: Sequence[object]) -> StateFeedback:
+    model, gains, observer, reference, others, limits = fields
+    a, b, c, d = _fields("model", model, ("a", "b", "c", "d"))
+    states = (len(_list("model.a", a)), "row of `model.a`")
+    inputs = (_one_or_two("gains", gains, "input"), "row of `gains`")
+    by_state = _matrix("gains", gains, inputs, states)
+    outputs = (_one_or_two("model.c", c, "output"), "row of `model.c`")
+    rows = _list("observer", observer)
+    line = len(rows) - states[0]
+    if line < outputs[0] or line % outputs[0] != 0:
+        raise InvalidLaw(
+            f"field `observer` has {len(rows)} rows; give {states[0]} for the model's states and"
+            f" {outputs[0]} for each tick that its outputs are on their way, at least one"
+        )
+    rest = _numbers("others", others)
+    if len(rest) >= outputs[0]:
+        raise InvalidLaw(
+            f"field `others` has {len(rest)} numbers; give at most {outputs[0] - 1}, one for each"
+            " output after the first"
+        )
+    return StateFeedback(
+        Matrices(
+            _matrix("model.a", a, states, states),
+            _matrix("model.b", b, states, inputs),
+            _matrix("model.c", c, outputs, states),
+            _matrix("model.d", d, outputs, inputs),
+        ),
+        by_state,
+        [_numbers(f"observer[{index}]", row, outputs) for index, row in enumerate(rows)],
+        _matrix("reference", reference, inputs, (1 + len(rest), "reference, r and `others`")),
+        rest,
+        _limits("limits", limits, (OFF,)) or Limits(),
+    )
 
 
 def _limits(at: str, value: object, windups: Sequence[str]) -> Optional[Limits]:
@@ -127,10 +152,9 @@ def _limits(at: str, value: object, windups: Sequence[str]) -> Optional[Limits]:
 
 def _model(value: object) -> Model:
     a, b, c, d = _fields("model", value, ("a", "b", "c", "d"))
-    rows = _list("model.a", a)
-    states = len(rows)
+    states = (len(_list("model.a", a)), "row of `model.a`")
     return Model(
-        [_numbers(f"model.a[{row}]", numbers, states) for row, numbers in enumerate(rows)],
+        _matrix("model.a", a, states, states),
         _numbers("model.b", b, states),
         _numbers("model.c", c, states),
         _number("model.d", d),
@@ -161,20 +185,30 @@ def _number(at: str, value: object) -> float:
     _refuse(at, value, "a finite number")
 
 
-def _numbers(at: str, value: object, count: Optional[int] = None) -> List[float]:
-    values = _list(at, value)
-    if count is not None and len(values) != count:
-        raise InvalidLaw(
-            f"field `{at}` has {len(values)} numbers; give {count}, one for each row of"
-            " `model.a`"
-        )
+def _numbers(at: str, value: object, size: Optional[_Size] = None) -> List[float]:
+    values = _list(at, value, size, "numbers")
     return [_number(f"{at}[{index}]", number) for index, number in enumerate(values)]
 
 
-def _list(at: str, value: object) -> List[object]:
-    if isinstance(value, list):
-        return value
-    _refuse(at, value, "a list")
+def _matrix(at: str, value: object, rows: _Size, columns: _Size) -> List[List[float]]:
+    values = _list(at, value, rows, "rows")
+    return [_numbers(f"{at}[{index}]", row, columns) for index, row in enumerate(values)]
+
+
+def _one_or_two(at: str, value: object, which: str) -> int:
+    """How many rows there are, one for each input or output of the plant."""
+    count = len(_list(at, value))
+    if count in (1, 2):
+        return count
+    raise InvalidLaw(f"field `{at}` has {count} rows; give one or two, one for each {which}")
+
+
+def _list(at: str, value: object, size: Optional[_Size] = None, what: str = "") -> List[object]:
+    if not isinstance(value, list):
+        _refuse(at, value, "a list")
+    if size is not None and len(value) != size[0]:
+        raise InvalidLaw(f"field `{at}` has {len(value)} {what}; give {size[0]}, one for each {size[1]}")
+    return value
 
 
 def _fields(at: str, value: object, names: Sequence[str]) -> List[object]:

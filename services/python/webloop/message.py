@@ -1,14 +1,42 @@
 """What the two ends say to each other.
 
 A port of the crate `endpoint`'s `message`. On the wire a message is a
-URI-encoded query, as in the paper: `seq=7&t_send_ns=1200000&u=0.35`.
+URI-encoded query, as in the paper: `seq=7&t_send_ns=1200000&u=0.35`. Of a plant
+with two inputs or outputs it has both, the first first: `u=0.35,0.1`.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple, Optional
+from typing import Any, Callable, NamedTuple, Optional, Sequence, Tuple, Union
 
 from webloop.query import InvalidMessage, count, decimal, fields, finite
+
+Signal = Union[float, Tuple[float, float]]
+"""The inputs or the outputs of a plant at one instant: a number, or two."""
+
+
+def first(signal: Signal) -> float:
+    """The first input or output; of most plants it is the only one."""
+    return signal[0] if isinstance(signal, tuple) else signal
+
+
+def numbers(signal: Signal) -> Sequence[float]:
+    """Each of its numbers, the first one first."""
+    return signal if isinstance(signal, tuple) else (signal,)
+
+
+def signal_of(value: Any, number: Callable[[Any], float]) -> Signal:
+    """The signal that a program of one's own gives: what `number` makes of it or, if that is a
+    TypeError, of each of the two that are in it: in a tuple, a list or an array.
+
+    Raises what `number` does, or `LookupError`.
+    """
+    try:
+        return number(value)
+    except TypeError:
+        if len(value) != 2:
+            raise
+        return number(value[0]), number(value[1])
 
 
 class Command(NamedTuple):
@@ -18,12 +46,13 @@ class Command(NamedTuple):
     """Number of the deadline at which it was sent."""
     t_send_ns: int
     """When it was sent, on the controller's clock."""
-    u: float
-    """The input."""
+    u: Signal
+    """The input, or both."""
 
     def query(self) -> str:
         """The command as it goes on the wire."""
-        return f"seq={self.seq}&t_send_ns={self.t_send_ns}&u={decimal(self.u)}"
+        u = ",".join(map(decimal, numbers(self.u)))
+        return f"seq={self.seq}&t_send_ns={self.t_send_ns}&u={u}"
 
 
 class Answer(NamedTuple):
@@ -35,8 +64,8 @@ class Answer(NamedTuple):
     """When that command arrived, on the plant's clock."""
     tick: Optional[int] = None
     """The plant's latest tick; none in open loop, where the plant only acknowledges."""
-    y: Optional[float] = None
-    """The output after that tick; none in open loop."""
+    y: Optional[Signal] = None
+    """The output after that tick, or both; none in open loop."""
 
 
 class Observation(NamedTuple):
@@ -46,10 +75,10 @@ class Observation(NamedTuple):
     """When it was seen, on the plant's clock."""
     tick: int
     """The latest tick."""
-    y: float
-    """The output after that tick."""
-    u: float
-    """The input that the plant holds."""
+    y: Signal
+    """The output after that tick, or both."""
+    u: Signal
+    """The input that the plant holds, or both."""
 
 
 _STATE = ("seq", "tick", "t_arrive_ns", "y", "u")
@@ -63,12 +92,12 @@ def parse_answer(mode: str, text: str) -> Answer:
         seq, tick, t_arrive_ns, y, u = fields(text, _STATE)
         # The plant's u is read, since an invalid number is a broken answer,
         # and left: what the plant holds is the plant's row.
-        finite("u", u)
+        _signal("u", u, "inputs")
         return Answer(
             count("seq", seq),
             count("t_arrive_ns", t_arrive_ns),
             count("tick", tick),
-            finite("y", y),
+            _signal("y", y, "outputs"),
         )
     seq, t_arrive_ns = fields(text, _ACKNOWLEDGEMENT)
     return Answer(count("seq", seq), count("t_arrive_ns", t_arrive_ns))
@@ -88,4 +117,19 @@ def parse_answer_to(command: Command, mode: str, text: str) -> Answer:
 def parse_observation(text: str) -> Observation:
     """Reads the plant's answer to `GET /state`."""
     t_ns, tick, y, u = fields(text, _OBSERVATION)
-    return Observation(count("t_ns", t_ns), count("tick", tick), finite("y", y), finite("u", u))
+    return Observation(
+        count("t_ns", t_ns),
+        count("tick", tick),
+        _signal("y", y, "outputs"),
+        _signal("u", u, "inputs"),
+    )
+
+
+def _signal(field: str, value: str, which: str) -> Signal:
+    """One finite number, or two with a comma between them."""
+    if "," not in value:
+        return finite(field, value)
+    parts = value.split(",")
+    if len(parts) != 2:
+        raise InvalidMessage(f"field `{field}` has {len(parts)} numbers; a plant has one or two {which}")
+    return finite(field, parts[0]), finite(field, parts[1])

@@ -12,7 +12,8 @@ from typing import List, NamedTuple, Sequence, Tuple
 
 
 class Model(NamedTuple):
-    """A, B, C and D of a system with n states: n by n, n, n and a number."""
+    """A, B, C and D of a system with n states, one input and one output: n by n,
+    n, n and a number."""
 
     a: Sequence[Sequence[float]]
     b: Sequence[float]
@@ -30,9 +31,18 @@ class Model(NamedTuple):
         return y, [dot(row, x) + b * u for row, b in zip(self.a, self.b)]
 
 
-def dot(left: Sequence[float], right: Sequence[float]) -> float:
-    """The sum of the products."""
-    total = 0.0
+class Matrices(NamedTuple):
+    """A, B, C and D of a system with n states, m inputs and p outputs, as rows:
+    n by n, n by m, p by n and p by m."""
+
+    a: Sequence[Sequence[float]]
+    b: Sequence[Sequence[float]]
+    c: Sequence[Sequence[float]]
+    d: Sequence[Sequence[float]]
+
+
+def dot(left: Sequence[float], right: Sequence[float], total: float = 0.0) -> float:
+    """The sum of the products, added to `total` one after the other."""
     for a, b in zip(left, right):
         total += a * b
     return total

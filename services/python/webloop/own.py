@@ -10,10 +10,11 @@ import os
 import sys
 import traceback
 from math import isfinite
-from typing import NoReturn, Optional, Protocol, Sequence
+from typing import Any, Collection, NoReturn, Optional, Protocol, Sequence, Union
 
 from webloop import argument
 from webloop.main import FAILED, run
+from webloop.message import Signal, signal_of
 from webloop.query import excerpt
 from webloop.setting import Config
 
@@ -28,13 +29,16 @@ class Controller(Protocol):
     too, with the sample time in s and the reference.
     """
 
-    def update(self, r: float, y: float, dt: float, /) -> float:
-        """The command u for the reference r and the newest output y. `dt` is h in s, or the time
-        since the last message where the setting integrate is `elapsed`."""
+    # A controller may say that y is a float, or that it is a tuple: so it is Any here.
+    def update(self, r: float, y: Any, dt: float, /) -> Union[float, Collection[float]]:
+        """The command u for the reference r and the newest output y: a float, and a tuple of two if
+        the plant has two outputs. u is a number, or a tuple, list or array of two if the plant has
+        two inputs. `dt` is h in s, or the time since the last message where the setting integrate
+        is `elapsed`."""
 
 
 class LawError(Exception):
-    """A controller of one's own raised, or returned no finite number."""
+    """A controller of one's own raised, or returned no finite number or two."""
 
 
 class Own:
@@ -56,7 +60,7 @@ class Own:
         except Exception as error:
             raise _raised(f"start(h={h_s}, r={r})", error) from None
 
-    def update(self, r: float, y: float, dt_s: float) -> float:
+    def update(self, r: float, y: Signal, dt_s: float) -> Signal:
         """The controller's command for the reference r and the newest output y, `dt_s` after the
         last. Raises `LawError`."""
         self._calls += 1
@@ -65,16 +69,15 @@ class Own:
         except Exception as error:
             raise _raised(self._call(r, y, dt_s), error) from None
         try:
-            is_finite = isfinite(u)
-        except (TypeError, ValueError, OverflowError):
-            is_finite = False
-        if not is_finite:
+            return signal_of(u, _finite)
+        except (TypeError, ValueError, OverflowError, LookupError):
             said = excerpt(repr(u), EXCERPT_CHARS)
-            raise LawError(f"{self._call(r, y, dt_s)} returned `{said}`; return u, a finite number")
-        # A number of another library, such as numpy's, prints itself with its type.
-        return float(u)
+            raise LawError(
+                f"{self._call(r, y, dt_s)} returned `{said}`; return u, a finite number, or two for a"
+                " plant with two inputs"
+            ) from None
 
-    def _call(self, r: float, y: float, dt_s: float) -> str:
+    def _call(self, r: float, y: Signal, dt_s: float) -> str:
         return f"call {self._calls} of the controller, update(r={r}, y={y}, dt={dt_s}),"
 
 
@@ -113,6 +116,14 @@ def _told() -> Config:
                 " `webloop conform -- python3 mine.py`"
             )
     return argument.read_settings(os.environ["WEBLOOP_SETTINGS"], os.environ["WEBLOOP_OUT"])
+
+
+def _finite(number: Any) -> float:
+    """A finite number. Raises `TypeError` if it is no number, else `ValueError` or `OverflowError`."""
+    if not isfinite(number):
+        raise ValueError
+    # A number of another library, such as numpy's, prints itself with its type.
+    return float(number)
 
 
 def _raised(call: str, error: Exception) -> LawError:

@@ -1,7 +1,8 @@
 """A plant of one's own: an object with `step(u, dt)`, stepped by webloop's plant each h.
 
 webloop's plant keeps the deadlines and speaks HTTP; this program only advances when it is told a u,
-on its standard input, and prints y. So the same program runs in real and in virtual time.
+on its standard input, and prints y: a number a line, or two with a comma between them. So the same
+program runs in real and in virtual time.
 """
 
 from __future__ import annotations
@@ -9,7 +10,9 @@ from __future__ import annotations
 import os
 import sys
 from math import isnan
-from typing import NoReturn, Protocol
+from typing import Any, Collection, NoReturn, Protocol, Union
+
+from webloop.message import numbers, signal_of
 
 NAME = "webloop.plant"
 """How it calls itself in errors."""
@@ -18,12 +21,15 @@ NAME = "webloop.plant"
 class Plant(Protocol):
     """What `plant` takes. With an attribute `y`, that is the output before the first step; else 0."""
 
-    def step(self, u: float, dt: float, /) -> float:
-        """Advances by dt = h, in s, under the input u, and returns the output y."""
+    # A plant may say that u is a float, or that it is a tuple: so it is Any here.
+    def step(self, u: Any, dt: float, /) -> Union[float, Collection[float]]:
+        """Advances by dt = h, in s, under the input u, and returns the output y. u is a float, and a
+        tuple of two if the plant has two inputs; y is a number, or a tuple, list or array of two, and
+        so is the attribute."""
 
 
 class PlantError(Exception):
-    """A plant of one's own raised, or returned no number."""
+    """A plant of one's own returned no number, nor two."""
 
 
 def plant(model: Plant) -> NoReturn:
@@ -43,11 +49,12 @@ def plant(model: Plant) -> NoReturn:
         )
         sys.exit(2)
     try:
-        answers.write(f"{_number(getattr(model, 'y', 0.0), 'y before the first step')!r}\n")
+        answers.write(_line(getattr(model, "y", 0.0), "y before the first step"))
         answers.flush()
         for line in lines:
-            u = float(line)
-            answers.write(f"{_number(model.step(u, dt), f'step(u={u}, dt={dt})')!r}\n")
+            inputs = tuple(map(float, line.split(",")))
+            u = inputs if len(inputs) > 1 else inputs[0]
+            answers.write(_line(model.step(u, dt), f"step(u={u}, dt={dt})"))
             answers.flush()
     except PlantError as error:
         sys.stderr.write(f"{NAME}: {error}\n")
@@ -58,12 +65,17 @@ def plant(model: Plant) -> NoReturn:
     sys.exit(0)
 
 
-def _number(y: object, what: str) -> float:
-    """The number that an output is; one of another library, such as numpy's, too."""
+def _line(y: object, what: str) -> str:
+    """The line for an output, or for two; numbers of another library, such as numpy's, too."""
     try:
-        number = float(y)  # type: ignore[arg-type]
-    except (TypeError, ValueError, OverflowError):
-        raise PlantError(f"{what} returned `{y!r}`; return y, a number") from None
+        return ",".join(map(repr, numbers(signal_of(y, _number)))) + "\n"
+    except (TypeError, ValueError, OverflowError, LookupError):
+        raise PlantError(f"{what} returned `{y!r}`; return y, a number, or two of a plant with two outputs") from None
+
+
+def _number(y: Any) -> float:
+    """A number, which may be infinite. Raises `TypeError`, `ValueError` or `OverflowError`."""
+    number = float(y)
     if isnan(number):
-        raise PlantError(f"{what} returned nan; return y, a number")
+        raise ValueError
     return number

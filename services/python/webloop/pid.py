@@ -9,6 +9,8 @@ from __future__ import annotations
 from math import inf, isfinite
 from typing import NamedTuple, Optional
 
+from webloop.message import Signal, first
+
 OFF = "off"
 """The integral goes on while the command is limited, and winds up."""
 
@@ -78,15 +80,16 @@ class Pid:
         self._error = 0.0
         self._output = 0.0
 
-    def update(self, r: float, y: float, dt_s: float) -> float:
+    def update(self, r: float, y: Signal, dt_s: float) -> float:
         """One update with error e = r - y, `dt_s` after the last: the command u.
+        Of two outputs y is the first.
 
         The integral includes the error of the same update, as backward Euler
         has it. An `e` that is not finite, a `dt_s` that is not positive and
         finite, and an update whose result would not be finite change nothing:
         the last command is returned again (0 before the first).
         """
-        e = r - y
+        e = r - first(y)
         if not (isfinite(e) and isfinite(dt_s) and dt_s > 0.0):
             return self._output
         integral = self._integral + self._ki * dt_s * e

@@ -13,7 +13,7 @@ from typing import List, Tuple
 from urllib.parse import unquote_plus
 
 MAX_BYTES = 1024
-"""The longest query that is read. The longest valid answer has about 140 bytes."""
+"""The longest query that is read. The longest valid answer has about 190 bytes."""
 
 MAX_COUNT = 2**64 - 1
 """The largest count: the other ends hold them in 64 bits."""

@@ -12,7 +12,7 @@ import json
 import os
 from functools import cached_property
 from importlib import import_module
-from typing import Any, Callable, Dict, Iterable, List, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterable, List, Optional, Sequence, Tuple, Union
 
 Row = Dict[str, Any]
 """A row by its columns; an empty field is None."""
@@ -62,6 +62,12 @@ class Cell:
     def ticks(self) -> Rows:
         """The plant's ticks."""
         return read_rows(os.path.join(self.folder, "ticks.csv"))
+
+    @cached_property
+    def second(self) -> Optional[Rows]:
+        """The second input u2 and output y2 at each tick k; None for a plant that has neither."""
+        path = os.path.join(self.folder, "second.csv")
+        return read_rows(path) if os.path.exists(path) else None
 
     @cached_property
     def messages(self) -> Rows:

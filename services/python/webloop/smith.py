@@ -12,6 +12,7 @@ from collections import deque
 from math import isfinite
 from typing import Deque
 
+from webloop.message import Signal, first
 from webloop.model import Model, all_finite
 from webloop.pid import Pid
 
@@ -31,13 +32,14 @@ class Smith:
         self._line: Deque[float] = deque([0.0] * ticks, maxlen=ticks)
         self._output = 0.0
 
-    def update(self, r: float, y: float, dt_s: float) -> float:
-        """The command for the reference r and the newest output y, `dt_s` after
-        the last.
+    def update(self, r: float, y: Signal, dt_s: float) -> float:
+        """The command for the reference r and the newest output y, of two the
+        first, `dt_s` after the last.
 
         Where r or y is not finite the last command is returned again (0 before
         the first). A model that would not stay finite stands still.
         """
+        y = first(y)
         if not (isfinite(r) and isfinite(y)):
             return self._output
         fresh = self._fresh

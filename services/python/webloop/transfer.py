@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from math import isfinite
 
+from webloop.message import Signal, first
 from webloop.model import Model, all_finite
 from webloop.pid import Limits
 
@@ -22,13 +23,14 @@ class Transfer:
         self._x = model.at_rest()
         self._output = 0.0
 
-    def update(self, r: float, y: float, dt_s: float) -> float:
-        """The command for the reference r and the newest output y; one step,
-        whatever `dt_s` is.
+    def update(self, r: float, y: Signal, dt_s: float) -> float:
+        """The command for the reference r and the newest output y, of two the
+        first; one step, whatever `dt_s` is.
 
         What is not finite, taken in or worked out, changes nothing: the last
         command is returned again (0 before the first).
         """
+        y = first(y)
         if not (isfinite(r) and isfinite(y)):
             return self._output
         wanted, x = self._model.step(self._x, r - y)

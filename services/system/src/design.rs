@@ -3,6 +3,7 @@
 //! `control::law` defines how a client uses them, sum by sum; test vectors check all clients.
 
 use control::{AntiWindup, Discrete, Gains, Saturation, StateSpace};
+use nalgebra::DMatrix;
 use serde::Serialize;
 
 /// A law for one sample time.
@@ -30,13 +31,15 @@ pub enum Design {
     /// State feedback with a Kalman filter.
     StateFeedback {
         /// The plant, sampled, without its dead time.
-        model: Model,
-        /// One gain for each state.
-        gains: Vec<f64>,
-        /// One gain for each state, then one for each tick of the output's age.
-        observer: Vec<f64>,
-        /// The factor of the reference.
-        reference: f64,
+        model: Matrices,
+        /// For each input, one gain for each state.
+        gains: Vec<Vec<f64>>,
+        /// For each state, and then for each output of each tick of the outputs' age, one gain for each output.
+        observer: Vec<Vec<f64>>,
+        /// For each input, one factor for each reference.
+        reference: Vec<Vec<f64>>,
+        /// The references of the outputs after the first.
+        others: Vec<f64>,
         /// The limits of the command.
         limits: Option<Limits>,
     },
@@ -70,7 +73,21 @@ pub struct Limits {
     pub gain_per_s: Option<f64>,
 }
 
-/// A sampled model: next x = a x + b u, y = c x + d u.
+/// A sampled model, with as many inputs and outputs as the plant: next x = a x + b u, y = c x + d u, each
+/// matrix as rows.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Matrices {
+    /// The state matrix A.
+    pub a: Vec<Vec<f64>>,
+    /// For each state, one entry for each input.
+    pub b: Vec<Vec<f64>>,
+    /// For each output, one entry for each state.
+    pub c: Vec<Vec<f64>>,
+    /// For each output, one entry for each input.
+    pub d: Vec<Vec<f64>>,
+}
+
+/// A sampled model of one input and one output: next x = a x + b u, y = c x + d u.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Model {
     /// The state matrix A, as rows.
@@ -113,14 +130,30 @@ impl From<&Saturation> for Limits {
 
 impl From<&StateSpace<Discrete>> for Model {
     fn from(system: &StateSpace<Discrete>) -> Self {
-        let rows = system.a().row_iter();
         Self {
-            a: rows.map(|row| row.iter().copied().collect()).collect(),
+            a: to_rows(system.a()),
             b: system.b().iter().copied().collect(),
             c: system.c().iter().copied().collect(),
-            d: system.d(),
+            d: system.d0(),
         }
     }
+}
+
+impl From<&StateSpace<Discrete>> for Matrices {
+    fn from(system: &StateSpace<Discrete>) -> Self {
+        Self {
+            a: to_rows(system.a()),
+            b: to_rows(system.b()),
+            c: to_rows(system.c()),
+            d: to_rows(system.d()),
+        }
+    }
+}
+
+/// The rows of a matrix.
+pub(crate) fn to_rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let rows = matrix.row_iter();
+    rows.map(|row| row.iter().copied().collect()).collect()
 }
 
 fn finite(x: f64) -> Option<f64> {

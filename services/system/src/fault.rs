@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use toml::Spanned;
 
+use crate::file::Each;
+
 /// Why a text does not describe a system.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{line}:{column}: {problem}; {remedy}")]
@@ -58,6 +60,17 @@ impl Source<'_> {
         match *value.get_ref() {
             x if x.is_finite() => Ok(x),
             x => Err(self.fault(value, format!("{field} is {x}"), "give a finite number")),
+        }
+    }
+
+    /// A positive number, or a list of them, one for each input or output.
+    pub(crate) fn positives(self, field: &str, value: &Spanned<Each>) -> Result<Vec<f64>, Fault> {
+        let numbers = value.get_ref().numbers();
+        match numbers.iter().find(|x| !(x.is_finite() && **x > 0.0)) {
+            None => Ok(numbers.to_vec()),
+            Some(x) => {
+                Err(self.fault(value, format!("{field} is {x}"), "give a number above zero"))
+            }
         }
     }
 

@@ -9,6 +9,39 @@ use toml::Spanned;
 type Number = Option<Spanned<f64>>;
 type Numbers = Option<Spanned<Vec<f64>>>;
 
+/// A number, or one for each input or output.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(crate) enum Each {
+    One(f64),
+    List(Vec<f64>),
+}
+
+/// A list of numbers, or a list of rows.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(crate) enum Rows {
+    List(Vec<f64>),
+    Rows(Vec<Vec<f64>>),
+}
+
+/// A number, or a list of rows.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(crate) enum Feed {
+    One(f64),
+    Rows(Vec<Vec<f64>>),
+}
+
+impl Each {
+    pub(crate) fn numbers(&self) -> &[f64] {
+        match self {
+            Self::One(number) => std::slice::from_ref(number),
+            Self::List(numbers) => numbers,
+        }
+    }
+}
+
 /// A plant, the law that controls it, and the reference.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -20,9 +53,9 @@ pub(crate) struct SystemFile {
     /// A sentence on what it is.
     #[serde(default)]
     pub(crate) about: String,
-    /// The reference; 1 if not given.
-    #[schemars(with = "Option<f64>")]
-    pub(crate) r: Number,
+    /// The reference of the output, or a list of one for each output; 1 if not given.
+    #[schemars(with = "Option<Each>")]
+    pub(crate) r: Option<Spanned<Each>>,
     /// A reference that moves, instead of r.
     #[schemars(with = "Option<ReferenceFile>")]
     pub(crate) reference: Option<Spanned<ReferenceFile>>,
@@ -56,15 +89,15 @@ pub(crate) struct PlantFile {
     /// x' = a x + b u, y = c x + d u: a list of rows.
     #[schemars(with = "Option<Vec<Vec<f64>>>")]
     pub(crate) a: Option<Spanned<Vec<Vec<f64>>>>,
-    /// A number for each state.
-    #[schemars(with = "Option<Vec<f64>>")]
-    pub(crate) b: Numbers,
-    /// A number for each state.
-    #[schemars(with = "Option<Vec<f64>>")]
-    pub(crate) c: Numbers,
-    /// A number; 0 if not given.
-    #[schemars(with = "Option<f64>")]
-    pub(crate) d: Number,
+    /// A number for each state; with two inputs, a row of two for each.
+    #[schemars(with = "Option<Rows>")]
+    pub(crate) b: Option<Spanned<Rows>>,
+    /// A number for each state; with two outputs, a list of two such rows.
+    #[schemars(with = "Option<Rows>")]
+    pub(crate) c: Option<Spanned<Rows>>,
+    /// A number; with two inputs or outputs, a row for each output. 0 if not given.
+    #[schemars(with = "Option<Feed>")]
+    pub(crate) d: Option<Spanned<Feed>>,
     /// The state at the loop's start, a number for each; at rest if not given. The plant stands still before.
     #[schemars(with = "Option<Vec<f64>>")]
     pub(crate) x0: Numbers,
@@ -72,6 +105,9 @@ pub(crate) struct PlantFile {
     /// beside this file.
     #[schemars(with = "Option<Vec<String>>")]
     pub(crate) run: Option<Spanned<Vec<String>>>,
+    /// How many inputs the program has: 1 if not given, or 2.
+    #[schemars(with = "Option<usize>")]
+    pub(crate) inputs: Option<Spanned<usize>>,
     /// The container image that the program runs in, with `--backend compose`; webloop's with Python, if not
     /// given.
     pub(crate) image: Option<String>,
@@ -192,9 +228,9 @@ pub(crate) struct ControllerFile {
     /// smith, state-feedback: the round trip that the law is designed for; `"0ms"` if not given.
     #[schemars(with = "Option<String>")]
     pub(crate) round_trip: Option<Spanned<String>>,
-    /// state-feedback: a gain for each state, instead of weights.
-    #[schemars(with = "Option<Vec<f64>>")]
-    pub(crate) gains: Numbers,
+    /// state-feedback: a gain for each state, instead of weights; with two inputs, a list of two such rows.
+    #[schemars(with = "Option<Rows>")]
+    pub(crate) gains: Option<Spanned<Rows>>,
     /// state-feedback: the weights of the optimal regulator.
     #[schemars(with = "Option<WeightsFile>")]
     pub(crate) weights: Option<Spanned<WeightsFile>>,
@@ -210,24 +246,24 @@ pub(crate) struct ControllerFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct WeightsFile {
-    /// Of the squared output.
-    #[schemars(with = "f64")]
-    pub(crate) output: Spanned<f64>,
-    /// Of the squared command.
-    #[schemars(with = "f64")]
-    pub(crate) input: Spanned<f64>,
+    /// Of the squared output, or a list of one for each output.
+    #[schemars(with = "Each")]
+    pub(crate) output: Spanned<Each>,
+    /// Of the squared command, or a list of one for each input.
+    #[schemars(with = "Each")]
+    pub(crate) input: Spanned<Each>,
 }
 
 /// `[controller.noise]`: standard deviations, at the plant's input and output.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct NoiseFile {
-    /// Standard deviation of the noise on the command.
-    #[schemars(with = "f64")]
-    pub(crate) disturbance: Spanned<f64>,
-    /// Standard deviation of the noise on the output.
-    #[schemars(with = "f64")]
-    pub(crate) measurement: Spanned<f64>,
+    /// Standard deviation of the noise on the command, or a list of one for each input.
+    #[schemars(with = "Each")]
+    pub(crate) disturbance: Spanned<Each>,
+    /// Standard deviation of the noise on the output, or a list of one for each output.
+    #[schemars(with = "Each")]
+    pub(crate) measurement: Spanned<Each>,
 }
 
 /// `[controller.limits]`.

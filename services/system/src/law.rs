@@ -4,14 +4,15 @@ use control::{
     Estimator, Gains, InvalidLaw, Law, Method, Pid, SampledPlant, Saturation, Smith, StateFeedback,
     StateSpace, Transfer, Weights, discretise, loop_delay_ticks, seconds,
 };
+use nalgebra::DMatrix;
 use toml::Spanned;
 
-use crate::design::{Design, Limits, Model, PidNumbers};
+use crate::design::{Design, Limits, Matrices, Model, PidNumbers, to_rows};
 use crate::fault::{Fault, Source};
-use crate::file::ControllerFile;
+use crate::file::{ControllerFile, Rows};
 use crate::limits;
 use crate::obstacle::Obstacle;
-use crate::plant::{method, ratio};
+use crate::plant::{PlantModel, method, ratio};
 
 /// A predictor keeps one number per tick; this limit also holds in Python and on the page.
 const SMITH_TICKS: usize = 1_000_000;
@@ -39,6 +40,8 @@ pub(crate) enum Recipe {
     StateFeedback {
         by: Choice,
         estimator: Estimator,
+        /// The references of the outputs after the first.
+        others: Vec<f64>,
         limits: Option<Saturation>,
         rtt_ns: u64,
     },
@@ -47,7 +50,8 @@ pub(crate) enum Recipe {
 /// Where the gains of a state feedback come from.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Choice {
-    Gains(Vec<f64>),
+    /// A row for each input.
+    Gains(Vec<Vec<f64>>),
     Weights(Weights),
 }
 
@@ -56,14 +60,20 @@ const WORDS: [(&str, &[&str]); 4] = [
     ("pid", &["kp", "ki", "kd", "filter"]),
     ("transfer", &["num", "den", "sampling"]),
     ("smith", &["kp", "ki", "kd", "filter", "round_trip"]),
-    (
-        "state-feedback",
-        &["gains", "weights", "noise", "round_trip"],
-    ),
+    (STATE_FEEDBACK, &["gains", "weights", "noise", "round_trip"]),
 ];
 
+/// The one law for several inputs and outputs.
+const STATE_FEEDBACK: &str = "state-feedback";
+
 impl Recipe {
-    pub(crate) fn read(source: Source, asked: &Spanned<ControllerFile>) -> Result<Self, Fault> {
+    /// Reads a law for a plant; `others` are the references of the outputs after the first.
+    pub(crate) fn read(
+        source: Source,
+        asked: &Spanned<ControllerFile>,
+        plant: &PlantModel,
+        others: &[f64],
+    ) -> Result<Self, Fault> {
         let file = asked.get_ref();
         let law = file.law.get_ref().as_str();
         let Some((_, words)) = WORDS.iter().find(|(name, _)| *name == law) else {
@@ -76,6 +86,16 @@ impl Recipe {
                 format!("`{stray}` is not a key of law `{law}`"),
                 format!("leave it out; {law} takes {} and limits", words.join(", ")),
             ));
+        }
+        let model = plant.linear().map(|plant| &plant.model);
+        if let Some(model) = model.filter(|model| !model.is_single())
+            && law != STATE_FEEDBACK
+        {
+            let (inputs, outputs) = (model.inputs(), model.outputs());
+            let problem = format!(
+                "law `{law}` has one input and one output, and the plant {inputs} inputs and {outputs} outputs"
+            );
+            return Err(source.fault(&file.law, problem, "choose state-feedback"));
         }
         let limits = file
             .limits
@@ -110,7 +130,7 @@ impl Recipe {
                     limits,
                 })
             }
-            _ => read_feedback(source, asked, limits, rtt_ns),
+            _ => read_feedback(source, asked, others, limits, rtt_ns),
         }
     }
 
@@ -128,6 +148,14 @@ impl Recipe {
     /// Whether it can integrate over the time that has passed; other laws advance by h.
     pub(crate) fn takes_elapsed(&self) -> bool {
         matches!(self, Self::Pid { .. })
+    }
+
+    /// The references of the outputs after the first.
+    pub(crate) fn other_r(&self) -> &[f64] {
+        match self {
+            Self::StateFeedback { others, .. } => others,
+            _ => &[],
+        }
     }
 
     /// Whether it estimates states that are not measured.
@@ -180,13 +208,14 @@ impl Recipe {
             Self::StateFeedback {
                 by,
                 estimator,
+                others,
                 limits,
                 rtt_ns,
             } => {
                 let plant = modelled("law `state-feedback`")?;
                 let model = &plant.system;
                 let gains = match by {
-                    Choice::Gains(gains) => gains.clone(),
+                    Choice::Gains(gains) => from_rows(gains)?,
                     Choice::Weights(weights) => weights.gains(model)?,
                 };
                 let delay = loop_delay_ticks(*rtt_ns, h_ns).get() + plant.delay_ticks;
@@ -196,18 +225,38 @@ impl Recipe {
                     model.clone(),
                     gains.clone(),
                     observer.clone(),
+                    others.clone(),
                     *limits,
                 )?;
                 let design = Design::StateFeedback {
-                    model: Model::from(model),
-                    gains,
-                    observer,
-                    reference: law.reference(),
+                    model: Matrices::from(model),
+                    gains: to_rows(&gains),
+                    observer: to_rows(&observer),
+                    reference: to_rows(law.reference()),
+                    others: others.clone(),
                     limits: limits.as_ref().map(Limits::from),
                 };
                 (Law::StateFeedback(law), design)
             }
         })
+    }
+}
+
+/// Gains as a matrix, if the rows are equally long.
+fn from_rows(rows: &[Vec<f64>]) -> Result<DMatrix<f64>, InvalidLaw> {
+    let width = rows.first().map_or(0, Vec::len);
+    match rows.iter().find(|row| row.len() != width) {
+        None => Ok(DMatrix::from_row_iterator(
+            rows.len(),
+            width,
+            rows.iter().flatten().copied(),
+        )),
+        Some(row) => Err(InvalidLaw::Length {
+            list: "gains",
+            given: row.len(),
+            needed: width,
+            why: "as many as in its first row",
+        }),
     }
 }
 
@@ -271,15 +320,19 @@ fn read_gains(
 fn read_feedback(
     source: Source,
     asked: &Spanned<ControllerFile>,
+    others: &[f64],
     limits: Option<Saturation>,
     rtt_ns: u64,
 ) -> Result<Recipe, Fault> {
     let file = asked.get_ref();
     let by = match (&file.gains, &file.weights) {
-        (Some(gains), None) => Choice::Gains(gains.get_ref().clone()),
+        (Some(gains), None) => Choice::Gains(match gains.get_ref() {
+            Rows::List(list) => vec![list.clone()],
+            Rows::Rows(rows) => rows.clone(),
+        }),
         (None, Some(weights)) => Choice::Weights(Weights {
-            output: source.positive("weights.output", &weights.get_ref().output)?,
-            input: source.positive("weights.input", &weights.get_ref().input)?,
+            output: source.positives("weights.output", &weights.get_ref().output)?,
+            input: source.positives("weights.input", &weights.get_ref().input)?,
         }),
         _ => {
             let remedy = "give gains, one for each state, or weights = { output = .., input = .. }";
@@ -297,9 +350,10 @@ fn read_feedback(
     Ok(Recipe::StateFeedback {
         by,
         estimator: Estimator {
-            disturbance: source.positive("noise.disturbance", &noise.get_ref().disturbance)?,
-            noise: source.positive("noise.measurement", &noise.get_ref().measurement)?,
+            disturbance: source.positives("noise.disturbance", &noise.get_ref().disturbance)?,
+            noise: source.positives("noise.measurement", &noise.get_ref().measurement)?,
         },
+        others: others.to_vec(),
         limits,
         rtt_ns,
     })

@@ -21,7 +21,7 @@ mod program;
 mod reference;
 mod system;
 
-pub use design::{Design, Limits, Model, PidNumbers};
+pub use design::{Design, Limits, Matrices, Model, PidNumbers};
 pub use fault::Fault;
 pub use file::schema;
 pub use obstacle::Obstacle;

@@ -1,12 +1,12 @@
 //! The plant in a system's text: a linear model, or a program of one's own.
 
-use control::{Continuous, Method, Plant, StateSpace, TransferFunction};
-use nalgebra::{DMatrix, DVector, RowDVector};
+use control::{Continuous, Method, Plant, Signals, StateSpace, TransferFunction};
+use nalgebra::DMatrix;
 use toml::Spanned;
 
 use crate::Program;
 use crate::fault::{Fault, Source};
-use crate::file::PlantFile;
+use crate::file::{Feed, PlantFile, Rows};
 
 /// No plant needs more states than this.
 const MOST_STATES: usize = 20;
@@ -112,6 +112,30 @@ fn linear(source: Source, asked: &Spanned<PlantFile>) -> Result<Plant, Fault> {
     })
 }
 
+/// How many inputs it has.
+pub(crate) fn inputs(
+    source: Source,
+    asked: &Spanned<PlantFile>,
+    plant: &PlantModel,
+) -> Result<usize, Fault> {
+    match (plant, &asked.get_ref().inputs) {
+        (PlantModel::Linear(plant), None) => Ok(plant.model.inputs()),
+        (PlantModel::Linear(_), Some(inputs)) => {
+            let remedy = "leave it out: a model's inputs are the columns of its matrix b";
+            Err(source.fault(inputs, "the plant is no program, and has `inputs`", remedy))
+        }
+        (PlantModel::Program(_), None) => Ok(1),
+        (PlantModel::Program(_), Some(inputs)) => match *inputs.get_ref() {
+            count @ 1..=Signals::MOST => Ok(count),
+            count => Err(source.fault(
+                inputs,
+                format!("the plant has {count} inputs"),
+                "give 1 or 2",
+            )),
+        },
+    }
+}
+
 /// The state at the loop's start; empty at rest.
 pub(crate) fn initial(
     source: Source,
@@ -205,29 +229,79 @@ fn from_matrices(source: Source, asked: &Spanned<PlantFile>) -> Result<StateSpac
         let remedy = "give a as a list of rows, and b and c as lists of as many numbers; d is 0 if not given";
         return Err(source.fault(asked, "the plant needs all of a, b and c", remedy));
     };
-    let rows = a.get_ref();
-    let n = rows.len();
-    if let Some(row) = rows.iter().find(|row| row.len() != n) {
-        let problem = format!("a has {n} rows, and one of them {} numbers", row.len());
+    let n = a.get_ref().len();
+    let a = rows(source, "a", a, a.get_ref(), n, n)?;
+    let b = match b.get_ref() {
+        // A list is a column, of the one input.
+        Rows::List(list) => column(source, b, list, n)?,
+        Rows::Rows(given) => rows(source, "b", b, given, n, given.first().map_or(0, Vec::len))?,
+    };
+    let c = match c.get_ref() {
+        Rows::List(list) => rows(source, "c", c, std::slice::from_ref(list), 1, n)?,
+        Rows::Rows(given) => rows(source, "c", c, given, given.len(), n)?,
+    };
+    let (outputs, inputs) = (c.nrows(), b.ncols());
+    let d = match &file.d {
+        None => DMatrix::zeros(outputs, inputs),
+        Some(d) => match d.get_ref() {
+            Feed::One(number) => {
+                let row = vec![*number];
+                rows(source, "d", d, &[row], outputs, inputs)?
+            }
+            Feed::Rows(given) => rows(source, "d", d, given, outputs, inputs)?,
+        },
+    };
+    StateSpace::try_new(a, b, c, d, Continuous).map_err(|problem| {
+        let remedy = "give finite numbers, and matrices of one or two inputs and outputs";
+        source.fault(asked, problem.to_string(), remedy)
+    })
+}
+
+/// A matrix of so many rows and columns.
+fn rows<T>(
+    source: Source,
+    name: &str,
+    at: &Spanned<T>,
+    given: &[Vec<f64>],
+    count: usize,
+    width: usize,
+) -> Result<DMatrix<f64>, Fault> {
+    if given.len() != count {
+        let problem = format!("{name} has {} rows; it needs {count}", given.len());
         return Err(source.fault(
-            a,
+            at,
             problem,
-            "give as many numbers in a row as there are rows",
+            "give one for each state, or for each output of c and d",
         ));
     }
-    let d = match &file.d {
-        Some(d) => source.finite("d", d)?,
-        None => 0.0,
-    };
-    StateSpace::try_new(
-        DMatrix::from_row_iterator(n, n, rows.iter().flatten().copied()),
-        DVector::from_column_slice(b.get_ref()),
-        RowDVector::from_row_slice(c.get_ref()),
-        d,
-        Continuous,
-    )
-    .map_err(|problem| {
-        let remedy = "give finite numbers, and as many in b and c as a has rows";
-        source.fault(a, problem.to_string(), remedy)
-    })
+    if let Some(row) = given.iter().find(|row| row.len() != width) {
+        let problem = format!(
+            "a row of {name} has {} numbers; it needs {width}",
+            row.len()
+        );
+        return Err(source.fault(
+            at,
+            problem,
+            "give one for each state, or for each input of b and d",
+        ));
+    }
+    Ok(DMatrix::from_row_iterator(
+        count,
+        width,
+        given.iter().flatten().copied(),
+    ))
+}
+
+/// The matrix b of one input.
+fn column<T>(
+    source: Source,
+    at: &Spanned<T>,
+    list: &[f64],
+    n: usize,
+) -> Result<DMatrix<f64>, Fault> {
+    if list.len() != n {
+        let problem = format!("b has {} numbers; it needs {n}", list.len());
+        return Err(source.fault(at, problem, "give one for each state"));
+    }
+    Ok(DMatrix::from_column_slice(n, 1, list))
 }

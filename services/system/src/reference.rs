@@ -1,10 +1,40 @@
-//! A reference that moves, in a system's text.
+//! The reference in a system's text: a number for each output, or one that moves.
 
 use endpoint::{Reference, Shape};
 use toml::Spanned;
 
 use crate::fault::{Fault, Source};
-use crate::file::ReferenceFile;
+use crate::file::{Each, ReferenceFile};
+use crate::plant::PlantModel;
+
+/// The references of the outputs, the first one first: 1, if none is given.
+pub(crate) fn each(
+    source: Source,
+    asked: Option<&Spanned<Each>>,
+    plant: &PlantModel,
+) -> Result<Vec<f64>, Fault> {
+    let Some(asked) = asked else {
+        return Ok(vec![1.0]);
+    };
+    let given = asked.get_ref().numbers();
+    if let Some(r) = given.iter().find(|r| !r.is_finite()) {
+        return Err(source.fault(asked, format!("r is {r}"), "give a finite number"));
+    }
+    // The outputs of a program are not known here.
+    let outputs = plant.linear().map_or(1, |plant| plant.model.outputs());
+    if !(1..=outputs).contains(&given.len()) {
+        let problem = format!(
+            "r has {} numbers, and the plant {outputs} outputs",
+            given.len()
+        );
+        return Err(source.fault(
+            asked,
+            problem,
+            "give a number for each output, or for the first alone",
+        ));
+    }
+    Ok(given.to_vec())
+}
 
 /// Reads a reference. Each shape takes its own keys, and no other.
 pub(crate) fn read(source: Source, asked: &Spanned<ReferenceFile>) -> Result<Shape, Fault> {

@@ -24,6 +24,7 @@ pub struct System {
     r: f64,
     reference: Option<Shape>,
     plant: PlantModel,
+    inputs: usize,
     surroundings: Option<Surroundings>,
     x0: Vec<f64>,
     recipe: Recipe,
@@ -64,6 +65,16 @@ pub enum NotOpened {
     /// A coefficient overflows.
     #[error(transparent)]
     Overflow(#[from] InvalidTransferFunction),
+    /// The plant has two inputs or outputs.
+    #[error(
+        "its plant has {inputs} inputs and {outputs} outputs, and a loop is opened at one of each"
+    )]
+    Several {
+        /// Number of inputs.
+        inputs: usize,
+        /// Number of outputs.
+        outputs: usize,
+    },
     /// It would have too many coefficients.
     #[error(
         "its {what} has order {order}, and margins can be computed up to order {most}; use a longer h"
@@ -85,7 +96,7 @@ macro_rules! built_in {
 }
 
 /// The built-in systems, by name; the first is the paper's.
-const BUILT_IN: [(&str, &str); 7] = built_in![
+const BUILT_IN: [(&str, &str); 8] = built_in![
     "motor",
     "lag",
     "lag-smith",
@@ -93,6 +104,7 @@ const BUILT_IN: [(&str, &str); 7] = built_in![
     "pendulum",
     "puma-joint",
     "quadrotor",
+    "cart",
 ];
 
 impl System {
@@ -151,18 +163,18 @@ impl System {
         }
         let shape = file.reference.as_ref();
         let plant = PlantModel::read(source, &file.plant)?;
+        let r = reference::each(source, file.r.as_ref(), &plant)?;
+        let (r, others) = r.split_first().unwrap_or((&1.0, &[]));
         Ok(Self {
-            r: match &file.r {
-                Some(r) => source.finite("r", r)?,
-                None => 1.0,
-            },
+            r: *r,
             reference: shape
                 .map(|shape| reference::read(source, shape))
                 .transpose()?,
             x0: plant::initial(source, &file.plant, &plant)?,
-            plant,
+            inputs: plant::inputs(source, &file.plant, &plant)?,
             surroundings: around::read(source, &file.plant)?,
-            recipe: Recipe::read(source, &file.controller)?,
+            recipe: Recipe::read(source, &file.controller, &plant, others)?,
+            plant,
             about: file.about,
             name: name.clone(),
             text: text.to_owned(),
@@ -193,7 +205,7 @@ impl System {
         &self.about
     }
 
-    /// The reference for its output, where that rests.
+    /// The reference for its first output, where that rests.
     #[must_use]
     pub fn r(&self) -> f64 {
         self.r
@@ -219,6 +231,32 @@ impl System {
         };
         let moving = shape.over(h, duration_ns)?;
         Ok((moving.at(0), Some(moving)))
+    }
+
+    /// The references of the outputs after the first; none where they have none.
+    #[must_use]
+    pub fn other_r(&self) -> &[f64] {
+        self.recipe.other_r()
+    }
+
+    /// How many inputs its plant has: 1 or 2.
+    #[must_use]
+    pub fn inputs(&self) -> usize {
+        self.inputs
+    }
+
+    /// Whether its law gives a command for each input, which only that of a linear model does where there are two.
+    #[must_use]
+    pub fn gives_each_input(&self) -> bool {
+        self.inputs == 1 || self.plant.linear().is_some()
+    }
+
+    /// Whether its plant is a linear model with one input and one output, as margins and sweeps need it.
+    #[must_use]
+    pub fn is_single(&self) -> bool {
+        self.plant
+            .linear()
+            .is_some_and(|plant| plant.model.is_single())
     }
 
     /// The plant: a continuous model, or a program.
@@ -248,11 +286,17 @@ impl System {
         &self.x0
     }
 
-    /// The output at the loop's start.
+    /// The first output at the loop's start.
     #[must_use]
     pub fn y0(&self) -> f64 {
         let output = |plant: &control::Plant| {
-            let terms = plant.model.c().iter().zip(&self.x0).map(|(c, x)| c * x);
+            let terms = plant
+                .model
+                .c()
+                .row(0)
+                .into_iter()
+                .zip(&self.x0)
+                .map(|(c, x)| c * x);
             // From 0, as the plant sums; the sum of no terms would be -0.
             terms.fold(0.0, |sum, term| sum + term)
         };
@@ -359,8 +403,16 @@ impl Loop {
     /// without a network.
     ///
     /// # Errors
-    /// [`NotOpened`] if a coefficient overflows, or there are too many coefficients.
+    /// [`NotOpened`] if a coefficient overflows, there are too many coefficients, or the plant has two inputs or
+    /// outputs.
     pub fn open(&self) -> Result<TransferFunction<Discrete>, NotOpened> {
+        let model = &self.plant.system;
+        if !model.is_single() {
+            return Err(NotOpened::Several {
+                inputs: model.inputs(),
+                outputs: model.outputs(),
+            });
+        }
         for (what, order, most) in [
             ("plant", self.plant.delay_ticks, PLANT_TICKS),
             ("law", self.law.order(), LAW_ORDER),

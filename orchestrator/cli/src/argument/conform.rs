@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use endpoint::SampleTime;
+use endpoint::{SampleTime, Signals};
 
 #[derive(Debug, Args)]
 pub(crate) struct Conform {
@@ -16,6 +16,9 @@ pub(crate) struct Conform {
     /// Test a plant: a program that reads u and prints y
     #[arg(long)]
     pub(crate) plant: bool,
+    /// How many inputs the plant has, 1 or 2
+    #[arg(long, value_name = "N", default_value = "1", requires = "plant", value_parser = inputs)]
+    pub(crate) inputs: usize,
     /// Sample time, from 1ms to 100ms
     #[arg(long, default_value = "10ms", value_name = "TIME", value_parser = sample_time)]
     pub(crate) h: SampleTime,
@@ -28,6 +31,12 @@ pub(crate) struct Conform {
     /// List the trials and what each asks, and run nothing
     #[arg(long)]
     pub(crate) list: bool,
+}
+
+fn inputs(text: &str) -> Result<usize, String> {
+    let inputs = text.parse().ok();
+    let known = inputs.filter(|inputs| (1..=Signals::MOST).contains(inputs));
+    known.ok_or_else(|| "give 1 or 2".to_owned())
 }
 
 fn sample_time(text: &str) -> Result<SampleTime, String> {

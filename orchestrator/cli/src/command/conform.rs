@@ -100,7 +100,7 @@ fn test_plant(argument: &Conform) -> Outcome {
     }
     let stop = stop::told_to_end()?;
     let program = Program::new(argument.command.clone());
-    let start = |h| start_plant(&program, h, SEED);
+    let start = |h| start_plant(&program, argument.inputs, h, SEED);
     match run_plant(&start, argument.h, &stop) {
         Ok(outcomes) if tell(argument, &outcomes)? => Ok(Exit::Fine),
         Ok(_) => Ok(Exit::Failed),

@@ -46,7 +46,8 @@ pub(crate) fn plant(argument: &ServePlant) -> Outcome {
         }
         Some(program) => {
             let program = source::with_command(program, "WEBLOOP_PLANT_RUN")?;
-            let own = start_plant(&program, h, role.seed).map_err(|problem| anyhow!(problem))?;
+            let own = start_plant(&program, system.inputs(), h, role.seed)
+                .map_err(|problem| anyhow!(problem))?;
             let model = Surrounded::new(own.clone(), around, role.seed, role.start_ns);
             let served = ::plant::serve(&config, model, ready);
             if let Some(problem) = own.problem() {

@@ -6,8 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use endpoint::TickRow;
+use endpoint::{SecondRow, TickRow};
 use plan::Verdict;
+use serde::de::DeserializeOwned;
 
 use crate::process::{gone, namespaces_of, of_run};
 use crate::webloop::{code, command, manifest, run_undisturbed, said};
@@ -56,6 +57,12 @@ fn experiment(folder: &Path, topologies: &[&str], systems: &[String], duration: 
     file
 }
 
+/// The rows of a file.
+fn rows<R: DeserializeOwned>(file: &Path) -> Vec<R> {
+    let rows = csv::Reader::from_path(file).unwrap().into_deserialize();
+    rows.map(Result::unwrap).collect()
+}
+
 /// The outputs of each cell of a campaign, by topology and system.
 fn outputs(out: &Path) -> BTreeMap<(String, String), Vec<f64>> {
     let cells = fs::read_dir(out.join("cells")).unwrap().flatten();
@@ -68,11 +75,8 @@ fn outputs(out: &Path) -> BTreeMap<(String, String), Vec<f64>> {
                 "{:?}",
                 manifest.reasons
             );
-            let mut rows = csv::Reader::from_path(cell.path().join("ticks.csv")).unwrap();
-            let outputs = rows.deserialize().map(|row| {
-                let row: TickRow = row.unwrap();
-                row.y
-            });
+            let ticks: Vec<TickRow> = rows(&cell.path().join("ticks.csv"));
+            let outputs = ticks.iter().map(|row| row.y);
             let cell = manifest.cell;
             ((cell.topology, cell.system), outputs.collect())
         })
@@ -129,6 +133,54 @@ pub(crate) fn a_pendulum_of_one_s_own_is_held_over_a_link() -> Result<(), String
         let outputs = outputs(&out);
         let last = *outputs.values().next().unwrap().last().unwrap();
         assert!((last - 0.1).abs() < 0.02, "{backend}: it is at {last}");
+    }
+    Ok(())
+}
+
+/// A cart with two outputs under the built-in law, and two tanks as a program under a controller of one's own.
+pub(crate) fn two_inputs_and_outputs_are_held_over_a_link_and_in_virtual_time() -> Result<(), String>
+{
+    if python::version().is_err() {
+        return Err("no python here".to_owned());
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("two.toml");
+    let cart = "name = \"two\"\n[[cells]]\ntopology = \"couva\"\nclient = [\"native\", \"python\"]\n\
+                system = \"cart\"\nmode = \"closed\"\nh = \"10ms\"\nduration = \"6s\"\n";
+    let tanks = format!(
+        "[[cells]]\ntopology = \"diego-vpn\"\n\
+         client = {{ name = \"two\", run = [\"python3\", \"{ROOT}/examples/python/two.py\"] }}\n\
+         system = \"{ROOT}/examples/plants/tanks.toml\"\nmode = \"closed\"\nh = \"20ms\"\nduration = \"6s\"\n"
+    );
+    for (backend, text) in [
+        ("sim", cart.to_owned()),
+        ("netns", format!("{cart}{tanks}")),
+    ] {
+        fs::write(&file, text).unwrap();
+        let out = folder.path().join(backend);
+        run_undisturbed(&file, &out, backend)?;
+        for cell in fs::read_dir(out.join("cells")).unwrap().flatten() {
+            let of_cell = manifest(&cell.path()).cell;
+            let (system, client) = (of_cell.system, of_cell.client);
+            let rests_at = if system == "cart" {
+                [0.5, 0.0]
+            } else {
+                [1.0, 0.5]
+            };
+            let ticks: Vec<TickRow> = rows(&cell.path().join("ticks.csv"));
+            let rows: Vec<SecondRow> = rows(&cell.path().join("second.csv"));
+            assert_eq!(rows.len(), ticks.len(), "{system}: a row for each tick");
+            let last = rows.last().unwrap();
+            assert_eq!(last.u2.is_some(), system == "tanks");
+            let last = [ticks.last().unwrap().y, last.y2.unwrap()];
+            println!("  {system} under {client}, {backend}: at {last:?}");
+            for (y, rest) in last.iter().zip(rests_at) {
+                assert!(
+                    (y - rest).abs() < 0.03,
+                    "{backend}: {system} is at {last:?}"
+                );
+            }
+        }
     }
     Ok(())
 }

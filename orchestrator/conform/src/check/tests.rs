@@ -29,7 +29,7 @@ fn good(trial: &Trial) -> Record {
             request: Request {
                 seq: Some(seq),
                 t_send_ns: Some(due_ns),
-                u: 0.5,
+                u: 0.5.into(),
             },
             y: Some(trial.r),
         }

@@ -113,6 +113,7 @@ fn outcomes(folder: &Path, name: &str, text: &str) -> Vec<Outcome> {
         PlantProgram::start(&Start {
             run: &run,
             environment: vec![("WEBLOOP_H_S", format!("{:?}", h.seconds()).into())],
+            inputs: 1,
             h_ns: h.ns(),
             start_within: Duration::from_secs(10),
             step_within: Duration::from_secs(1),

@@ -114,6 +114,12 @@ fn what_cannot_be_run_is_told_where_it_stands() {
         elapsed.starts_with("the law of pendulum always advances by h"),
         "{elapsed}"
     );
+    let two = "name = \"mine\"\n[plant]\nrun = [\"tank\"]\ninputs = 2\n[controller]\nlaw = \"pid\"\nkp = 1.0\n";
+    let two = told("system = [\"mine.toml\"]", two);
+    assert!(
+        two.starts_with("the law of system mine gives one command"),
+        "{two}"
+    );
     let source = "name = \"mine\"\n[[cells]]\ntopology = [\"arima\"]\nclient = [\"native\"]\nmode = \"closed\"\n\
                   h = [\"3ms\"]\nduration = \"1s\"\nsystem = [\"mine.toml\"]";
     let unfit = Plan::resolve(source, "mine.toml", &Instead::default(), Shelf(MINE)).unwrap_err();

@@ -47,12 +47,18 @@ pub struct RowFile {
 }
 
 /// Every kind of file of rows.
-pub const ROW_FILES: [RowFile; 7] = [
+pub const ROW_FILES: [RowFile; 8] = [
     RowFile {
         name: "ticks",
         files: &[file_name::TICKS],
         player: None,
         description: "The plant: a row for each tick, one every h.",
+    },
+    RowFile {
+        name: "second",
+        files: &[file_name::SECOND],
+        player: None,
+        description: "The plant, where it has a second input or output: a row for each tick.",
     },
     RowFile {
         name: "arrivals",

@@ -1,18 +1,23 @@
 //! How to make the runs and the report again, and how to read the raw rows.
 
 use analysis::Campaign;
-use endpoint::{ArrivalRow, MessageRow, TickRow};
+use endpoint::{ArrivalRow, MessageRow, SecondRow, TickRow};
 use maud::{Markup, html};
 use plan::{ProbeRow, file_name};
 
 use super::scroll::scroll;
 
 /// A cell's files of rows: name, what a row is, and its columns.
-const ROWS: [(&str, &str, &[&str]); 4] = [
+const ROWS: [(&str, &str, &[&str]); 5] = [
     (
         file_name::TICKS,
         "a tick of the plant, every h",
         TickRow::COLUMNS,
+    ),
+    (
+        file_name::SECOND,
+        "the second input and output at a tick, of a plant that has one of them",
+        SecondRow::COLUMNS,
     ),
     (
         file_name::ARRIVALS,

@@ -1,7 +1,7 @@
 //! The columns of the schemas are those of the rows.
 
 use analysis::Summary;
-use endpoint::{ArrivalRow, MessageRow, TickRow};
+use endpoint::{ArrivalRow, MessageRow, SecondRow, TickRow};
 use link::{PacketRow, Way};
 use plan::ProbeRow;
 use report::deposit::field::Field;
@@ -13,6 +13,7 @@ fn the_columns_of_the_schemas_are_those_of_the_rows() {
         fields.into_iter().map(|field| field.name).collect()
     };
     assert_eq!(names(schema::columns("ticks")), TickRow::COLUMNS);
+    assert_eq!(names(schema::columns("second")), SecondRow::COLUMNS);
     assert_eq!(names(schema::columns("arrivals")), ArrivalRow::COLUMNS);
     assert_eq!(names(schema::columns("messages")), MessageRow::COLUMNS);
     assert_eq!(names(schema::columns("probes")), ProbeRow::COLUMNS);

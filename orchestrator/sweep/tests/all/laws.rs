@@ -52,7 +52,11 @@ fn the_longest_stable_round_trip_is_within_one_sample_of_the_computed_one() {
 
 #[test]
 fn it_is_so_for_every_system_that_is_built_in() {
-    for name in System::built_in_names() {
+    let is_single = |name: &&str| {
+        let text = System::built_in(name).expect("built in");
+        System::read(text).expect("built in").is_single()
+    };
+    for name in System::built_in_names().filter(is_single) {
         for outstanding in ["unlimited", "1"] {
             let of = |rtt: &str| {
                 resolve(&format!(

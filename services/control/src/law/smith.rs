@@ -7,7 +7,7 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::{DMatrix, DVector, RowDVector};
+use nalgebra::DMatrix;
 
 use crate::closed_loop::loop_delay_ticks;
 use crate::pid::Pid;
@@ -114,19 +114,19 @@ impl Smith {
         let n = p + m + 1 + t;
         let (fresh, line) = (p + m, p + m + 1);
         // e = -y - fresh + old, where old is the oldest in the line, or fresh itself if the line is empty.
-        let mut error = RowDVector::zeros(n);
+        let mut error = DMatrix::zeros(1, n);
         if t > 0 {
             error[fresh] = -1.0;
             error[line] = 1.0;
         }
         // u = Cp xp + Dp e.
-        let mut command = &error * pid.d();
+        let mut command = &error * pid.d0();
         let mut own = command.columns_mut(0, p);
         own += pid.c();
-        let at_once = -pid.d();
+        let at_once = -pid.d0();
 
         let mut a = DMatrix::zeros(n, n);
-        let mut b = DVector::zeros(n);
+        let mut b = DMatrix::zeros(n, 1);
         a.view_mut((0, 0), (p, p)).copy_from(pid.a());
         let mut of_pid = a.rows_mut(0, p);
         of_pid += pid.b() * &error;
@@ -139,14 +139,15 @@ impl Smith {
 
         a.view_mut((fresh, p), (1, m)).copy_from(self.model.c());
         let mut of_fresh = a.rows_mut(fresh, 1);
-        of_fresh += &command * self.model.d();
-        b[fresh] = self.model.d() * at_once;
+        of_fresh += &command * self.model.d0();
+        b[fresh] = self.model.d0() * at_once;
 
         for i in 0..t {
             let from = if i + 1 < t { line + i + 1 } else { fresh };
             a[(line + i, from)] = 1.0;
         }
-        Ok(StateSpace::try_new(a, b, command, at_once, pid.timebase())
+        let d = DMatrix::from_element(1, 1, at_once);
+        Ok(StateSpace::try_new(a, b, command, d, pid.timebase())
             .expect("finite parts in shapes that fit"))
     }
 }

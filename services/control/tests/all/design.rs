@@ -4,7 +4,7 @@
 use control::{
     Continuous, Estimator, Gains, Method, Plant, StateSpace, TransferFunction, Weights, margins,
 };
-use nalgebra::{DMatrix, DVector, RowDVector};
+use nalgebra::DMatrix;
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -46,9 +46,9 @@ fn gains_and_observers_are_scipy_s() {
         let n = case.b.len();
         let model = StateSpace::try_new(
             DMatrix::from_row_iterator(n, n, case.a.iter().flatten().copied()),
-            DVector::from_column_slice(&case.b),
-            RowDVector::from_row_slice(&case.c),
-            0.0,
+            DMatrix::from_column_slice(n, 1, &case.b),
+            DMatrix::from_row_slice(1, n, &case.c),
+            DMatrix::zeros(1, 1),
             Continuous,
         )
         .expect("shapes fit");
@@ -61,20 +61,24 @@ fn gains_and_observers_are_scipy_s() {
             .sampled((case.h_s * 1e9).round() as u64)
             .expect("sampled");
         let weights = Weights {
-            output: case.output,
-            input: case.input,
+            output: vec![case.output],
+            input: vec![case.input],
         };
         let gains = weights.gains(&sampled.system).expect("reached");
-        assert_near(&gains, &case.gains, &format!("gains of {}", case.name));
+        assert_near(
+            gains.as_slice(),
+            &case.gains,
+            &format!("gains of {}", case.name),
+        );
         let estimator = Estimator {
-            disturbance: case.disturbance,
-            noise: case.noise,
+            disturbance: vec![case.disturbance],
+            noise: vec![case.noise],
         };
         let observer = estimator
             .observer(&sampled.system, case.delay)
             .expect("seen");
         assert_near(
-            &observer,
+            observer.as_slice(),
             &case.observer,
             &format!("observer of {}", case.name),
         );

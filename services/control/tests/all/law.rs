@@ -1,11 +1,14 @@
 //! What laws must do, whatever their numbers.
 
+use std::collections::VecDeque;
 use std::num::NonZeroUsize;
 
 use control::{
-    Continuous, Estimator, Gains, Law, Method, Pid, Plant, SampledPlant, Smith, StateFeedback,
-    StateSpace, Stepper, Transfer, TransferFunction, Weights, discretise, step_response,
+    Continuous, Discrete, Estimator, Gains, Law, Method, Pid, Plant, SampledPlant, Signals, Smith,
+    StateFeedback, StateSpace, Stepper, Transfer, TransferFunction, Weights, discretise,
+    step_response,
 };
+use nalgebra::DMatrix;
 use proptest::prelude::*;
 
 const H_NS: u64 = 10_000_000;
@@ -32,19 +35,19 @@ fn pid(kp: f64, ki: f64, kd: f64, filter_rad_s: f64) -> Pid {
 
 fn feedback(plant: &SampledPlant, delay: usize) -> StateFeedback {
     let weights = Weights {
-        output: 10.0,
-        input: 0.1,
+        output: vec![10.0],
+        input: vec![0.1],
     };
     let estimator = Estimator {
-        disturbance: 1.0,
-        noise: 0.01,
+        disturbance: vec![1.0],
+        noise: vec![0.01],
     };
     let model = &plant.system;
     let gains = weights.gains(model).expect("reached");
     let observer = estimator
         .observer(model, delay + plant.delay_ticks)
         .expect("seen");
-    StateFeedback::try_new(model.clone(), gains, observer, None).expect("fits")
+    StateFeedback::try_new(model.clone(), gains, observer, Vec::new(), None).expect("fits")
 }
 
 /// One of each kind.
@@ -79,7 +82,7 @@ proptest! {
             let g = law.transfer_function(H_S).expect("finite");
             let mut by_ratio = Stepper::new(&StateSpace::from(&g));
             for y in &y {
-                let u = law.update(0.0, *y, H_S);
+                let u = law.update(0.0, *y, H_S).first;
                 let scale = 1e-7 * u.abs().max(1.0);
                 let (states, ratio) = (by_states.step(*y), by_ratio.step(-*y));
                 prop_assert!((states - u).abs() < scale, "{law:?}: {states} {u}");
@@ -141,13 +144,119 @@ fn gains_by_weights_are_those_of_the_textbook() {
         .sampled(1_000_000)
         .expect("sampled");
     let weights = Weights {
-        output: 16.0,
-        input: 1.0,
+        output: vec![16.0],
+        input: vec![1.0],
     };
     // The canonical form's states are rate and place.
     let gains = weights.gains(&plant.system).expect("reached");
     assert!((gains[0] / 8f64.sqrt() - 1.0).abs() < 5e-3, "{gains:?}");
     assert!((gains[1] / 4.0 - 1.0).abs() < 5e-3, "{gains:?}");
+}
+
+/// A system of `n` states from its rows, sampled.
+fn matrices(n: usize, a: &[f64], b: &[f64], c: &[f64]) -> StateSpace<Discrete> {
+    let (m, p) = (b.len() / n, c.len() / n);
+    let model = StateSpace::try_new(
+        DMatrix::from_row_slice(n, n, a),
+        DMatrix::from_row_slice(n, m, b),
+        DMatrix::from_row_slice(p, n, c),
+        DMatrix::zeros(p, m),
+        Continuous,
+    );
+    discretise(&model.expect("shapes fit"), Method::ZeroOrderHold, H_S).expect("sampled")
+}
+
+fn designed(model: &StateSpace<Discrete>, others: Vec<f64>) -> StateFeedback {
+    let weights = Weights {
+        output: vec![10.0; model.outputs()],
+        input: vec![0.1; model.inputs()],
+    };
+    let estimator = Estimator {
+        disturbance: vec![1.0; model.inputs()],
+        noise: vec![0.01; model.outputs()],
+    };
+    let gains = weights.gains(model).expect("reached");
+    let observer = estimator.observer(model, 3).expect("seen");
+    StateFeedback::try_new(model.clone(), gains, observer, others, None).expect("fits")
+}
+
+/// The outputs after `ticks` ticks in the loop with `law`, which sees them three ticks late.
+fn held(model: &StateSpace<Discrete>, law: StateFeedback, r: f64, ticks: usize) -> Signals {
+    let (mut plant, mut law) = (Stepper::new(model), Law::StateFeedback(law));
+    let mut under_way = VecDeque::from(vec![Signals::zeros(model.outputs()); 3]);
+    let mut y = Signals::default();
+    for _ in 0..ticks {
+        let seen = under_way.pop_front().expect("three of them");
+        y = plant.step_all(law.update(r, seen, H_S));
+        under_way.push_back(y);
+    }
+    y
+}
+
+#[test]
+fn a_cart_goes_to_its_place_and_keeps_its_pendulum_upright() {
+    // Place and angle of a pendulum of 1 m on a cart of 1 kg, with a bob of 0.1 kg; the force is the one input.
+    let (g, of_bob) = (9.81, 0.1);
+    let a = [
+        0.0,
+        1.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        -of_bob * g,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        1.0,
+        0.0,
+        0.0,
+        1.1 * g,
+        0.0,
+    ];
+    let c = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let cart = matrices(4, &a, &[0.0, 1.0, 0.0, -1.0], &c);
+    let y = held(&cart, designed(&cart, Vec::new()), 0.5, 2_000);
+    assert!((y.first - 0.5).abs() < 1e-6, "{y:?}");
+    assert!(y.second.expect("the angle").abs() < 1e-6, "{y:?}");
+}
+
+#[test]
+fn two_inputs_hold_two_outputs_at_two_references() {
+    // Two tanks, each with its pump, that exchange a third of what they differ by.
+    let a = [-0.8, 0.3, 0.3, -0.5];
+    let tanks = matrices(2, &a, &[1.0, 0.0, 0.0, 2.0], &[1.0, 0.0, 0.0, 1.0]);
+    let y = held(&tanks, designed(&tanks, vec![-0.25]), 1.0, 2_000);
+    assert!((y.first - 1.0).abs() < 1e-6, "{y:?}");
+    assert!((y.second.expect("two") + 0.25).abs() < 1e-6, "{y:?}");
+    // Without a second reference the inputs are the least that hold the first output.
+    let y = held(&tanks, designed(&tanks, Vec::new()), 1.0, 2_000);
+    assert!((y.first - 1.0).abs() < 1e-6, "{y:?}");
+    // A law for two outputs takes no single one.
+    let mut law = Law::StateFeedback(designed(&tanks, Vec::new()));
+    assert_eq!(law.update(1.0, 0.0, H_S), Signals::zeros(2));
+    assert_eq!(law.signals(), (2, 2));
+}
+
+#[test]
+fn two_equal_loops_side_by_side_are_each_as_alone() {
+    let alone = matrices(2, &[0.0, 1.0, 0.0, -0.3], &[0.0, 1.0], &[1.0, 0.0]);
+    let both = matrices(
+        4,
+        &[
+            0.0, 1.0, 0.0, 0.0, 0.0, -0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -0.3,
+        ],
+        &[0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+        &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+    );
+    for ticks in [10, 50, 300] {
+        let one = held(&alone, designed(&alone, Vec::new()), 1.0, ticks).first;
+        let two = held(&both, designed(&both, vec![1.0]), 1.0, ticks);
+        for y in two.iter() {
+            assert!((y - one).abs() < 1e-8, "{ticks}: {one} {two:?}");
+        }
+    }
 }
 
 #[test]

@@ -96,10 +96,10 @@ proptest! {
         let z = sampled.timebase().point(omega);
         let pencil = DMatrix::identity(n, n) * z - sampled.a().map(Complex::from);
         let states = pencil.lu().solve(&sampled.b().map(Complex::from)).expect("no pole on the circle");
-        let found = (sampled.c().map(Complex::from) * states)[0] + sampled.d();
+        let found = (sampled.c().map(Complex::from) * states)[0] + sampled.d0();
         // Near Nyquist the gain is the feed-through less nearly the same again; compare with the
         // size of both.
-        let size = expected.norm() + sampled.d().abs();
+        let size = expected.norm() + sampled.d0().abs();
         prop_assert!((found - expected).norm() <= 1e-7 * size, "{found} {expected}");
     }
 
@@ -115,7 +115,7 @@ proptest! {
             let n = sampled.order();
             let pencil = DMatrix::identity(n, n) - sampled.a();
             let rest = pencil.lu().solve(sampled.b()).expect("stable, so no pole at 1");
-            let found = (sampled.c() * rest)[0] + sampled.d();
+            let found = (sampled.c() * rest)[0] + sampled.d0();
             let expected = continuous.dc_gain();
             prop_assert!((found - expected).abs() <= 1e-6 * expected.abs(), "{method:?}");
         }

@@ -67,7 +67,7 @@ fn every_method_samples_every_system_matrix_by_matrix_as_scipy_does() {
             a,
             found.b().as_slice().to_vec(),
             found.c().iter().copied().collect(),
-            vec![found.d()],
+            vec![found.d0()],
         ];
         let expected = [case.a.concat(), case.b, case.c, vec![case.d]];
         for (found, expected) in found.iter().zip(&expected) {

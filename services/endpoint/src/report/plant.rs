@@ -28,6 +28,9 @@ pub struct Plant {
     pub connections: u64,
     /// Rows of `ticks.csv`.
     pub tick_rows: Written,
+    /// Rows of `second.csv`, where there is a second input or output.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second_rows: Option<Written>,
     /// Rows of `arrivals.csv`.
     pub arrival_rows: Written,
     /// Sessions that pages have held.

@@ -4,8 +4,8 @@ use control::preset;
 use endpoint::{
     Acknowledgement, Answer, ArrivalOutcome, Command, Connection, ControllerEnd,
     ControllerSettings, Hold, Integrate, Late, Loss, MessageOutcome, MessageRow, Mode, NoiseLaw,
-    Outstanding, PlantEnd, PlantSettings, Preset, SampleTime, Schedule, State, Step, TickNoise,
-    Transport,
+    Outstanding, PlantEnd, PlantSettings, Preset, SampleTime, Schedule, Signals, State, Step,
+    TickNoise, Transport,
 };
 use proptest::prelude::*;
 
@@ -170,7 +170,7 @@ proptest! {
         let (mut applying, mut dropping) = (plant(Late::Apply), plant(Late::Drop));
         let mut newest = None;
         for (n, seq) in order.into_iter().enumerate() {
-            let command = Command { seq, t_send_ns: seq, u: seq as f64 };
+            let command = Command { seq, t_send_ns: seq, u: (seq as f64).into() };
             let (row, _) = applying.command(Mode::Closed, &command, 1);
             prop_assert_eq!((row.n, row.outcome), (n as u64, ArrivalOutcome::Applied));
             prop_assert_eq!(applying.observe(1).u, command.u);
@@ -180,7 +180,7 @@ proptest! {
             newest = newest.max(Some(seq));
             // A stale command is still answered, with the input that is held.
             prop_assert_eq!(answer.seq(), seq);
-            prop_assert_eq!(dropping.observe(1).u, newest.unwrap_or_default() as f64);
+            prop_assert_eq!(dropping.observe(1).u.first, newest.unwrap_or_default() as f64);
         }
     }
 
@@ -197,7 +197,7 @@ proptest! {
             let Step::Send(Command { seq, .. }) = end.poll(now_ns) else {
                 panic!("deadline {k} is due");
             };
-            let state = State { seq, tick, t_arrive_ns: now_ns, y: tick as f64, u: 0.0 };
+            let state = State { seq, tick, t_arrive_ns: now_ns, y: (tick as f64).into(), u: 0.0.into() };
             let row = end.answered(&Answer::State(state), now_ns).expect("under way");
             prop_assert_eq!((row.y, row.e), (Some(newest.1), Some(1.0 - newest.1)));
             if tick >= newest.0 {
@@ -213,12 +213,15 @@ fn open_loop_commands_leave_the_plant_alone() {
     let command = Command {
         seq: 0,
         t_send_ns: 0,
-        u: 5.0,
+        u: 5.0.into(),
     };
     let (row, answer) = plant.command(Mode::Open, &command, 7);
     assert_eq!(row.outcome, ArrivalOutcome::Acknowledged);
     assert_eq!(answer.to_string(), "seq=0&t_arrive_ns=7");
-    assert_eq!((plant.tick(0).u, plant.observe(8).u), (0.0, 0.0));
+    assert_eq!(
+        (plant.tick(0).u, plant.observe(8).u),
+        (0.0, Signals::from(0.0))
+    );
 }
 
 #[test]
@@ -324,7 +327,7 @@ fn integrating_the_elapsed_time_makes_up_for_missed_deadlines() {
             }
         };
         assert!(
-            (command.u - gains.kp - gains.ki * integral_s).abs() < 1e-15,
+            (command.u.first - gains.kp - gains.ki * integral_s).abs() < 1e-15,
             "{integrate}"
         );
     }
@@ -395,7 +398,7 @@ fn a_plant_that_is_to_let_go_of_a_command_does_when_none_has_come_for_so_long() 
     let command = |seq| Command {
         seq,
         t_send_ns: 0,
-        u: 2.0,
+        u: 2.0.into(),
     };
     let mut inputs = Vec::new();
     for k in 0..12 {

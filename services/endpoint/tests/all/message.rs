@@ -1,7 +1,7 @@
 //! The messages on the wire: what is written reads back, and nothing else does.
 
 use endpoint::{
-    Acknowledgement, Answer, Command, InvalidMessage, Mode, Observation, Request, State,
+    Acknowledgement, Answer, Command, InvalidMessage, Mode, Observation, Request, Signals, State,
     query::MAX_BYTES,
 };
 use proptest::prelude::*;
@@ -13,20 +13,30 @@ fn finite() -> impl Strategy<Value = f64> {
         .prop_filter("finite", |x| x.is_finite())
 }
 
+/// One of them, or two.
+fn signals() -> impl Strategy<Value = Signals> {
+    (finite(), proptest::option::of(finite())).prop_map(|(first, second)| Signals { first, second })
+}
+
+fn bits(signals: Signals) -> Vec<u64> {
+    signals.iter().map(f64::to_bits).collect()
+}
+
 proptest! {
     #[test]
-    fn a_command_reads_back_bit_by_bit(seq: u64, t_send_ns: u64, u in finite()) {
+    fn a_command_reads_back_bit_by_bit(seq: u64, t_send_ns: u64, u in signals()) {
         let command = Command { seq, t_send_ns, u };
         let text = command.to_string();
         let read: Command = text.parse().expect("a written command is valid");
-        prop_assert_eq!((read.seq, read.t_send_ns, read.u.to_bits()), (seq, t_send_ns, u.to_bits()));
+        prop_assert_eq!((read.seq, read.t_send_ns), (seq, t_send_ns));
+        prop_assert_eq!(bits(read.u), bits(u));
         // Nothing in it needs percent-encoding, and a request line has room for it.
-        prop_assert!(text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"=&._-".contains(&byte)));
-        prop_assert!(text.len() < 100, "{}", text);
+        prop_assert!(text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"=&._-,".contains(&byte)));
+        prop_assert!(text.len() < 125, "{}", text);
     }
 
     #[test]
-    fn answers_read_back_in_both_forms(seq: u64, tick: u64, t_ns: u64, y in finite(), u in finite()) {
+    fn answers_read_back_in_both_forms(seq: u64, tick: u64, t_ns: u64, y in signals(), u in signals()) {
         let state = State { seq, tick, t_arrive_ns: t_ns, y, u };
         prop_assert_eq!(state.to_string().parse::<State>(), Ok(state));
         let observation = Observation { t_ns, tick, y, u };
@@ -41,11 +51,11 @@ proptest! {
     fn a_request_may_leave_out_what_a_simple_controller_does_not_know(
         seq: Option<u64>,
         t_send_ns: Option<u64>,
-        u in finite(),
+        u in signals(),
     ) {
         let seq_field = seq.map(|seq| format!("seq={seq}"));
         let time_field = t_send_ns.map(|t_ns| format!("t_send_ns={t_ns}"));
-        let fields = [Some(format!("u={u:?}")), seq_field, time_field];
+        let fields = [Some(format!("u={u}")), seq_field, time_field];
         let text = fields.into_iter().flatten().collect::<Vec<_>>().join("&");
         prop_assert_eq!(text.parse(), Ok(Request { seq, t_send_ns, u }));
     }
@@ -58,8 +68,8 @@ proptest! {
     }
 
     #[test]
-    fn the_order_of_fields_is_free(u in finite(), order in Just([0, 1, 2]).prop_shuffle()) {
-        let fields = ["seq=7".to_owned(), "t_send_ns=9".to_owned(), format!("u={u:?}")];
+    fn the_order_of_fields_is_free(u in signals(), order in Just([0, 1, 2]).prop_shuffle()) {
+        let fields = ["seq=7".to_owned(), "t_send_ns=9".to_owned(), format!("u={u}")];
         let text = order.map(|index| fields[index].as_str()).join("&");
         prop_assert_eq!(text.parse(), Ok(Command { seq: 7, t_send_ns: 9, u }));
     }
@@ -108,7 +118,16 @@ fn each_mistake_has_its_error_and_names_its_field() {
         ("seq=1&t_send_ns=2&u=1e400", number("1e400")),
         ("seq=1&t_send_ns=2&u=", number("")),
         ("seq=1&t_send_ns=2&u=0x10", number("0x10")),
-        ("seq=1&t_send_ns=2&u=0,5", number("0,5")),
+        ("seq=1&t_send_ns=2&u=0,", number("")),
+        ("seq=1&t_send_ns=2&u=0;5", number("0;5")),
+        (
+            "seq=1&t_send_ns=2&u=1,2,3",
+            E::Signals {
+                field: "u",
+                given: 3,
+                needed: "a plant has one or two inputs",
+            },
+        ),
         ("seq=1&t_send_ns=2&u=1%0a", number("1\\n")),
         ("seq=1&t_send_ns=2&u=%ff", number("\u{fffd}")),
     ];
@@ -134,7 +153,7 @@ fn an_answer_counts_only_for_its_own_command_and_in_its_own_mode() {
     let command = Command {
         seq: 7,
         t_send_ns: 0,
-        u: 0.0,
+        u: 0.0.into(),
     };
     let ours = "seq=7&t_arrive_ns=5";
     assert!(Answer::parse(Mode::Open, ours, &command).is_ok());
@@ -148,8 +167,43 @@ fn an_answer_counts_only_for_its_own_command_and_in_its_own_mode() {
         seq: 7,
         tick: 1,
         t_arrive_ns: 5,
-        y: f64::INFINITY,
-        u: 0.0,
+        y: f64::INFINITY.into(),
+        u: 0.0.into(),
     };
     assert!(Answer::parse(Mode::Closed, &diverged.to_string(), &command).is_err());
+}
+
+#[test]
+fn a_request_has_a_number_for_each_input_of_the_plant() {
+    let request = |text: &str| text.parse::<Request>().expect("a valid request");
+    assert!(request("u=0.5").check(1).is_ok() && request("u=0.5,1").check(2).is_ok());
+    // As where a comma is the decimal point.
+    let error = request("u=0,5")
+        .check(1)
+        .expect_err("one input")
+        .to_string();
+    assert!(
+        error.contains("has 2 numbers") && error.contains("decimal point"),
+        "{error}"
+    );
+    let error = request("u=0.5")
+        .check(2)
+        .expect_err("two inputs")
+        .to_string();
+    assert!(
+        error.contains("has 1 numbers") && error.contains("u=0.35,0.1"),
+        "{error}"
+    );
+}
+
+#[test]
+fn two_signals_are_a_list_in_json_and_one_is_a_number() {
+    let json = |u: Signals| serde_json::to_string(&u).expect("numbers");
+    assert_eq!(
+        (json(0.5.into()), json([0.5, -1.0].into())),
+        ("0.5".into(), "[0.5,-1.0]".into())
+    );
+    let read = |text| serde_json::from_str::<Signals>(text);
+    assert_eq!(read("[0.5,-1]").ok(), Some([0.5, -1.0].into()));
+    assert!(read("[1,2,3]").is_err() && read("[]").is_err());
 }

@@ -20,7 +20,7 @@ fn a_command_moves_the_plant_and_both_forms_of_answer_say_so() {
         );
         assert!(head.contains("cache-control: no-store"), "{head}");
         let state: State = body.parse().expect("a state");
-        assert_eq!((state.seq, state.u), (7, 0.5));
+        assert_eq!((state.seq, state.u.first), (7, 0.5));
 
         let (head, body) = get(
             address,
@@ -35,7 +35,7 @@ fn a_command_moves_the_plant_and_both_forms_of_answer_say_so() {
         thread::sleep(Duration::from_millis(50));
         let seen = observe(address);
         assert_eq!(seen.u, 0.5);
-        assert!(seen.y > 0.0 && seen.tick > state.tick, "{seen:?}");
+        assert!(seen.y.first > 0.0 && seen.tick > state.tick, "{seen:?}");
 
         assert_eq!(get(address, "/health", "*/*").1, "ok\n");
         let described: serde_json::Value =

@@ -57,7 +57,7 @@ fn both_modes_answer_as_over_http() {
         for seq in 0..100 {
             let query = format!("seq={seq}&t_send_ns=5&u=0.5");
             let state: State = ask(&mut closed, &query).parse().expect("a state");
-            assert_eq!((state.seq, state.u), (seq, 0.5));
+            assert_eq!((state.seq, state.u.first), (seq, 0.5));
             let query = format!("seq={seq}&t_send_ns=5&u=9");
             let answer: Acknowledgement = ask(&mut open, &query).parse().expect("an answer");
             assert_eq!(answer.seq, seq);

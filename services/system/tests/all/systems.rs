@@ -69,6 +69,11 @@ fn the_longest_round_trip_by_the_margin_is_where_each_loop_turns() {
         let system = built_in(name);
         let h = h("10ms");
         let own = system.at(h).expect(name);
+        if !system.is_single() {
+            let refused = own.open().expect_err("two outputs").to_string();
+            assert!(refused.contains("1 inputs and 2 outputs"), "{refused}");
+            continue;
+        }
         let open = own.open().expect("finite");
         let Some(longest_s) = largest_stable_round_trip_s(&open) else {
             panic!("{name} is not stable with the shortest round trip");
@@ -420,4 +425,114 @@ fn a_plant_by_matrices_may_start_anywhere() {
         let fault = read(plant, x0).expect_err(x0);
         assert!(fault.problem.contains(problem), "{x0}: {fault}");
     }
+}
+
+#[test]
+fn matrices_may_have_two_inputs_and_outputs_under_state_feedback_alone() {
+    const TANKS: &str = "name = \"tanks\"\nr = [1.0, -0.25]\n[plant]\na = [[-0.8, 0.3], [0.3, -0.5]]\n\
+        b = [[1.0, 0.0], [0.0, 2.0]]\nc = [[1.0, 0.0], [0.0, 1.0]]\nd = [[0.0, 0.0], [0.0, 0.0]]\n[controller]\n\
+        law = \"state-feedback\"\nweights = { output = [10.0, 5.0], input = [0.1, 0.2] }\n\
+        noise = { disturbance = [0.5, 0.4], measurement = [0.01, 0.02] }\n";
+    let tanks = System::read(TANKS).expect("a system");
+    assert_eq!((tanks.inputs(), tanks.is_single()), (2, false));
+    assert_eq!((tanks.r(), tanks.other_r()), (1.0, &[-0.25][..]));
+    assert_eq!(tanks.at(h("20ms")).expect("designed").law.signals(), (2, 2));
+    let by_gains = "gains = [[1.0, 0.0], [0.0, 1.0]]";
+    let by_gains = TANKS.replace(
+        "weights = { output = [10.0, 5.0], input = [0.1, 0.2] }",
+        by_gains,
+    );
+    assert!(
+        System::read(&by_gains)
+            .expect("a system")
+            .at(h("20ms"))
+            .is_ok()
+    );
+    let cases = [
+        (
+            "[1.0, -0.25]",
+            "[1.0, 2.0, 3.0]",
+            "2:5: r has 3 numbers, and the plant 2 outputs",
+        ),
+        ("[1.0, -0.25]", "nan", "2:5: r is NaN"),
+        (
+            "b = [[1.0, 0.0], ",
+            "b = [[1.0], ",
+            "5:5: a row of b has 2 numbers; it needs 1",
+        ),
+        (
+            "b = [[1.0, 0.0], ",
+            "b = [",
+            "5:5: b has 1 rows; it needs 2",
+        ),
+        (
+            "c = [[1.0, 0.0], ",
+            "c = [[1.0, 0.0], [0.0, 1.0], ",
+            "7:5: d has 2 rows; it needs 3",
+        ),
+        (
+            "d = [[0.0, 0.0], [0.0, 0.0]]",
+            "d = [[0.0, 0.0]]",
+            "7:5: d has 1 rows; it needs 2",
+        ),
+        (
+            "d = [[0.0, 0.0], [0.0, 0.0]]",
+            "inputs = 2",
+            "7:10: the plant is no program, and has `inputs`",
+        ),
+        (
+            "law = \"state-feedback\"",
+            "law = \"pid\"",
+            "9:7: `weights` is not a key of law `pid`",
+        ),
+        ("[10.0, 5.0]", "[10.0, 0.0]", "10:22: weights.output is 0"),
+    ];
+    for (old, new, expected) in cases {
+        let fault = System::read(&TANKS.replacen(old, new, 1))
+            .expect_err(expected)
+            .to_string();
+        assert!(
+            fault.starts_with(expected),
+            "{expected}\nis told as\n{fault}"
+        );
+    }
+    // What only the law finds out.
+    for (old, new, expected) in [
+        (
+            "[10.0, 5.0]",
+            "10.0",
+            "weights.output has 1 numbers; it needs 2, one for each output",
+        ),
+        (
+            "b = [[1.0, 0.0], [0.0, 2.0]]",
+            "b = [1.0, 0.0]",
+            "weights.input has 2 numbers; it needs 1",
+        ),
+    ] {
+        let unfit = System::read(&TANKS.replacen(old, new, 1))
+            .expect("a system")
+            .at(h("20ms"));
+        let unfit = unfit.expect_err(expected).to_string();
+        assert!(unfit.contains(expected), "{unfit}");
+    }
+    let pid = System::built_in("cart")
+        .expect("built in")
+        .split("[controller]")
+        .next();
+    let pid = format!(
+        "{}[controller]\nlaw = \"pid\"\nkp = 1.0\n",
+        pid.expect("the plant")
+    );
+    let fault = System::read(&pid).expect_err("one output").to_string();
+    assert!(
+        fault.contains(
+            "law `pid` has one input and one output, and the plant 1 inputs and 2 outputs"
+        ),
+        "{fault}"
+    );
+    // A program says how many inputs it has; its law gives one command.
+    let program = System::read(&with_plant("run = [\"tank\"]\ninputs = 2")).expect("a system");
+    assert_eq!((program.inputs(), program.gives_each_input()), (2, false));
+    let three = System::read(&with_plant("run = [\"tank\"]\ninputs = 3")).expect_err("three");
+    assert!(three.problem.contains("has 3 inputs"), "{three}");
 }

@@ -11,12 +11,13 @@
 
 use std::path::Path;
 
+use control::Signals;
 use serde_json::{Value, json};
 use system::System;
 
 /// The outputs that a law sees: a response that overshoots and comes to rest, with a few that are
 /// no number.
-fn outputs() -> Vec<f64> {
+fn seen() -> Vec<f64> {
     let seen = |k: u32| 1.0 - (-0.2 * f64::from(k)).exp() * (0.5 * f64::from(k)).cos();
     let mut outputs: Vec<f64> = (0..28).map(seen).collect();
     outputs[7] = f64::NAN;
@@ -33,7 +34,8 @@ fn case(name: &str, text: &str, h: &str) -> Value {
     let own = system.at(h.parse().expect("a sample time")).expect(name);
     let h_s = own.plant.h_s();
     let mut law = own.law;
-    let steps: Vec<Value> = outputs()
+    let (outputs, _) = law.signals();
+    let steps: Vec<Value> = seen()
         .into_iter()
         .enumerate()
         .map(|(k, y)| {
@@ -44,11 +46,22 @@ fn case(name: &str, text: &str, h: &str) -> Value {
                 10 => 0.0,
                 _ => h_s,
             };
+            // A second output lags behind the first.
+            let y = Signals {
+                first: y,
+                second: (outputs > 1).then_some(0.5 * y - 0.1),
+            };
             let u = law.update(r, y, dt_s);
-            let y = if y.is_finite() {
-                json!(y)
-            } else {
-                json!(y.to_string())
+            let shown = |y: f64| {
+                if y.is_finite() {
+                    json!(y)
+                } else {
+                    json!(y.to_string())
+                }
+            };
+            let y = match y.second {
+                None => shown(y.first),
+                Some(second) => json!([shown(y.first), shown(second)]),
             };
             json!({"r": r, "y": y, "dt_s": dt_s, "u": u})
         })
@@ -59,6 +72,10 @@ fn case(name: &str, text: &str, h: &str) -> Value {
 #[test]
 fn the_laws_do_what_their_vectors_say() {
     const PLANT: &str = "name = \"mine\"\n[plant]\nnum = [1.0]\nden = [1.0, 0.7, 0.2]\n";
+    const TANKS: &str = "name = \"tanks\"\nr = [1.0, -0.25]\n[plant]\na = [[-0.8, 0.3], [0.3, -0.5]]\n\
+         b = [[1.0, 0.0], [0.0, 2.0]]\nc = [[1.0, 0.0], [0.0, 1.0]]\n[controller]\nlaw = \"state-feedback\"\n\
+         weights = { output = [10.0, 5.0], input = [0.1, 0.2] }\n\
+         noise = { disturbance = [0.5, 0.4], measurement = [0.01, 0.02] }\nround_trip = \"25ms\"\n";
     let with = |controller: &str| format!("{PLANT}[controller]\n{controller}");
     let built_in = |name| System::built_in(name).expect("built in").to_owned();
     let pid = "law = \"pid\"\nkp = 1.5\nki = 0.8\nkd = 0.3\n";
@@ -108,6 +125,12 @@ fn the_laws_do_what_their_vectors_say() {
                 "law = \"state-feedback\"\ngains = [1.2, 0.9]\nnoise = {{ disturbance = 0.5, measurement = 0.1 }}\nround_trip = \"25ms\"\n{limited} }}"
             )),
             "10ms",
+        ),
+        ("one input, two outputs", built_in("cart"), "10ms"),
+        (
+            "two inputs, two outputs, limited",
+            format!("{TANKS}{limited} }}"),
+            "20ms",
         ),
     ];
     let cases: Vec<Value> = cases

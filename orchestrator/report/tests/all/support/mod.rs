@@ -222,6 +222,7 @@ pub(crate) fn plant(rows: &Rows) -> Plant {
         refused: 0,
         connections: 1,
         tick_rows: written(rows.ticks.len()),
+        second_rows: None,
         arrival_rows: written(rows.arrivals.len()),
         sessions: 0,
         page_rows: Written::default(),
