@@ -64,7 +64,7 @@ pub enum InvalidMessage {
         value: String,
     },
     /// There are more values than a plant has inputs or outputs, or others than this one has.
-    #[error("field `{field}` has {given} numbers; {needed}")]
+    #[error("field `{field}` has {}; {needed}", if *given == 1 { "one number".to_owned() } else { format!("{given} numbers") })]
     Signals {
         /// Name of the field.
         field: &'static str,

@@ -12,7 +12,7 @@ use crate::fault::{Fault, Source};
 use crate::file::{ControllerFile, Rows};
 use crate::limits;
 use crate::obstacle::Obstacle;
-use crate::plant::{PlantModel, method, ratio};
+use crate::plant::{PlantModel, counted, method, ratio};
 
 /// A predictor keeps one number per tick; this limit also holds in Python and on the page.
 const SMITH_TICKS: usize = 1_000_000;
@@ -93,7 +93,8 @@ impl Recipe {
         {
             let (inputs, outputs) = (model.inputs(), model.outputs());
             let problem = format!(
-                "law `{law}` has one input and one output, and the plant {inputs} inputs and {outputs} outputs"
+                "law `{law}` has one input and one output, and the plant has {}",
+                counted(inputs, outputs)
             );
             return Err(source.fault(&file.law, problem, "choose state-feedback"));
         }

@@ -112,6 +112,19 @@ fn linear(source: Source, asked: &Spanned<PlantFile>) -> Result<Plant, Fault> {
     })
 }
 
+/// So many inputs and outputs, in words.
+pub(crate) fn counted(inputs: usize, outputs: usize) -> String {
+    let counted = |count, what| match count {
+        1 => format!("one {what}"),
+        count => format!("{count} {what}s"),
+    };
+    format!(
+        "{} and {}",
+        counted(inputs, "input"),
+        counted(outputs, "output")
+    )
+}
+
 /// How many inputs it has.
 pub(crate) fn inputs(
     source: Source,

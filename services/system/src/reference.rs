@@ -24,8 +24,13 @@ pub(crate) fn each(
     let outputs = plant.linear().map_or(1, |plant| plant.model.outputs());
     if !(1..=outputs).contains(&given.len()) {
         let problem = format!(
-            "r has {} numbers, and the plant {outputs} outputs",
-            given.len()
+            "r has {} numbers, and the plant {}",
+            given.len(),
+            if outputs == 1 {
+                "one output"
+            } else {
+                "two outputs"
+            }
         );
         return Err(source.fault(
             asked,

@@ -67,7 +67,7 @@ pub enum NotOpened {
     Overflow(#[from] InvalidTransferFunction),
     /// The plant has two inputs or outputs.
     #[error(
-        "its plant has {inputs} inputs and {outputs} outputs, and a loop is opened at one of each"
+        "its plant has {}, and a loop is opened at one input and one output", plant::counted(*inputs, *outputs)
     )]
     Several {
         /// Number of inputs.

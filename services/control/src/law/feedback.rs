@@ -291,7 +291,7 @@ impl StateFeedback {
 }
 
 /// The factors of the first `count` references: u + K x, with u and x at rest for an output of 1 and the other
-/// outputs that have a reference at 0. Where there are more inputs than references, the least such inputs.
+/// outputs that have a reference at 0. Where there are more inputs than references, the least such x and u.
 fn reference(
     model: &StateSpace<Discrete>,
     gains: &DMatrix<f64>,

@@ -191,7 +191,7 @@ fn a_request_has_a_number_for_each_input_of_the_plant() {
         .expect_err("two inputs")
         .to_string();
     assert!(
-        error.contains("has 1 numbers") && error.contains("u=0.35,0.1"),
+        error.contains("has one number") && error.contains("u=0.35,0.1"),
         "{error}"
     );
 }

@@ -71,7 +71,7 @@ fn the_longest_round_trip_by_the_margin_is_where_each_loop_turns() {
         let own = system.at(h).expect(name);
         if !system.is_single() {
             let refused = own.open().expect_err("two outputs").to_string();
-            assert!(refused.contains("1 inputs and 2 outputs"), "{refused}");
+            assert!(refused.contains("one input and 2 outputs"), "{refused}");
             continue;
         }
         let open = own.open().expect("finite");
@@ -452,7 +452,7 @@ fn matrices_may_have_two_inputs_and_outputs_under_state_feedback_alone() {
         (
             "[1.0, -0.25]",
             "[1.0, 2.0, 3.0]",
-            "2:5: r has 3 numbers, and the plant 2 outputs",
+            "2:5: r has 3 numbers, and the plant two outputs",
         ),
         ("[1.0, -0.25]", "nan", "2:5: r is NaN"),
         (
@@ -504,9 +504,9 @@ fn matrices_may_have_two_inputs_and_outputs_under_state_feedback_alone() {
             "weights.output has 1 numbers; it needs 2, one for each output",
         ),
         (
-            "b = [[1.0, 0.0], [0.0, 2.0]]",
-            "b = [1.0, 0.0]",
-            "weights.input has 2 numbers; it needs 1",
+            "[0.1, 0.2]",
+            "0.1",
+            "weights.input has 1 numbers; it needs 2, one for each input",
         ),
     ] {
         let unfit = System::read(&TANKS.replacen(old, new, 1))
@@ -526,7 +526,7 @@ fn matrices_may_have_two_inputs_and_outputs_under_state_feedback_alone() {
     let fault = System::read(&pid).expect_err("one output").to_string();
     assert!(
         fault.contains(
-            "law `pid` has one input and one output, and the plant 1 inputs and 2 outputs"
+            "law `pid` has one input and one output, and the plant has one input and 2 outputs"
         ),
         "{fault}"
     );
