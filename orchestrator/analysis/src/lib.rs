@@ -10,7 +10,7 @@
 //! - [`metrics`]: all metrics of a cell's folder; [`campaign`]: all cells of a results folder;
 //! - `whole`: whether a folder matches its manifest; `order`: whether all of its rows are there;
 //! - [`summary`] and [`table`]: one row per cell, for programs and for people; [`repeats`]: medians
-//!   over repeated cells;
+//!   over repeated cells; [`require`]: what runs are required to show, and whether they do;
 //! - [`statistics`]: moments, quantiles and a line, each in one pass; [`pairs`]: tests on paired
 //!   differences; [`layout`]: columns for people.
 //!
@@ -32,6 +32,7 @@ mod parallel;
 pub mod plain;
 pub mod probe;
 pub mod repeats;
+pub mod require;
 pub mod response;
 pub mod rows;
 pub mod statistics;

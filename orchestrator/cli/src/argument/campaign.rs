@@ -7,6 +7,7 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
+use analysis::require::Clause;
 use clap::{Args, ValueEnum};
 use endpoint::SampleTime;
 use plan::{EXPERIMENTS, Selection, Shard};
@@ -74,6 +75,9 @@ pub(crate) struct Run {
     /// How progress is shown
     #[arg(long, value_enum, default_value_t = Progress::Auto, value_name = "HOW")]
     pub(crate) progress: Progress,
+    /// Exit with 1 unless the runs show this: stable, "settling <= 400ms", "sent >= 99% in 90%"
+    #[arg(long, value_name = "CLAUSE")]
+    pub(crate) require: Vec<Clause>,
 }
 
 impl Run {
@@ -236,6 +240,9 @@ pub(crate) struct Show {
     /// Include disturbed runs in medians
     #[arg(long)]
     pub(crate) with_disturbed: bool,
+    /// Exit with 1 unless the runs show this: stable, "settling <= 400ms", "sent >= 99% in 90%"
+    #[arg(long, value_name = "CLAUSE")]
+    pub(crate) require: Vec<Clause>,
 }
 
 /// How a results folder is printed.

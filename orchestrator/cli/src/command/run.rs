@@ -6,7 +6,8 @@ use std::collections::BTreeSet;
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use analysis::Campaign;
+use analysis::require::{Clause, answers};
+use analysis::{Campaign, Summary};
 use anyhow::anyhow;
 use backend::Agents;
 use campaign::{
@@ -150,7 +151,8 @@ fn conclude(
     )?;
     let of_asked = results.rows.iter();
     let of_asked = of_asked.filter(|row| asked.contains(row.cell.as_str()));
-    let verdicts: Vec<Option<Verdict>> = of_asked.map(|row| row.verdict).collect();
+    let asked: Vec<Summary> = of_asked.cloned().collect();
+    let verdicts: Vec<Option<Verdict>> = asked.iter().map(|row| row.verdict).collect();
     let did_not_hold = |verdict: &&Option<Verdict>| {
         verdict.is_some_and(|verdict| !matches!(verdict, Verdict::Complete | Verdict::Unsupported))
     };
@@ -163,10 +165,44 @@ fn conclude(
             argument.experiment()
         )?,
     }
+    let required = require(&argument.require, &asked, &mut out)?;
     // Written after the table is printed, so that a full disk does not hide it.
     campaign.leave(file_name::SUMMARY, results.csv().as_bytes())?;
     campaign.leave(file_name::TABLE, table.as_bytes())?;
-    Ok(exit(verdicts.into_iter(), stop.load(Ordering::Relaxed)))
+    Ok(
+        match exit(verdicts.into_iter(), stop.load(Ordering::Relaxed)) {
+            Exit::Fine => required,
+            worse => worse,
+        },
+    )
+}
+
+/// Prints whether the runs show what is required: a line for each clause and group that it applies to.
+pub(crate) fn require(
+    clauses: &[Clause],
+    rows: &[Summary],
+    out: &mut impl Write,
+) -> Result<Exit, Failure> {
+    if clauses.is_empty() {
+        return Ok(Exit::Fine);
+    }
+    let answers = answers(clauses, rows);
+    writeln!(out)?;
+    for answer in &answers {
+        writeln!(out, "{answer}")?;
+    }
+    for clause in clauses {
+        let text = clause.to_string();
+        if !answers.iter().any(|answer| answer.clause == text) {
+            writeln!(out, "NOT MET: {clause}: no run here has it")?;
+            return Ok(Exit::Failed);
+        }
+    }
+    if answers.iter().all(|answer| answer.holds) {
+        Ok(Exit::Fine)
+    } else {
+        Ok(Exit::Failed)
+    }
 }
 
 /// The selected cells, at least one.

@@ -6,18 +6,24 @@ use analysis::Campaign;
 use campaign::{Results, series};
 
 use crate::argument::{Show, ShowFormat};
+use crate::command::run::require;
 use crate::exit::{Exit, Failure, Outcome};
 
 /// Reads the folder and prints what is in it.
 pub(crate) fn run(show: &Show) -> Outcome {
     let campaign = Campaign::read(&show.folder).map_err(Failure::usage)?;
     let results = || Results::of(&campaign, |_| false);
+    let mut exit = Exit::Fine;
     let mut out = std::io::stdout().lock();
     match show.format {
-        ShowFormat::Table => write!(out, "{}", results()?.table(show.with_disturbed))?,
+        ShowFormat::Table => {
+            let results = results()?;
+            write!(out, "{}", results.table(show.with_disturbed))?;
+            exit = require(&show.require, &results.rows, &mut out)?;
+        }
         ShowFormat::Csv => write!(out, "{}", results()?.csv())?,
         ShowFormat::Lateness => series::lateness(&campaign, &mut out)?,
         ShowFormat::Intervals => series::intervals(&campaign, &mut out)?,
     }
-    Ok(Exit::Fine)
+    Ok(exit)
 }
