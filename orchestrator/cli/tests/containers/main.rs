@@ -32,6 +32,7 @@ fn tests() -> Vec<Trial> {
         refused::what_run_cannot_do_in_containers_it_says_with_its_code,
         clients::each_client_runs_in_a_container_through_a_shaped_link,
         own::every_example_holds_the_loop_in_a_container,
+        own::an_image_is_held_against_the_contract,
         own::a_plant_of_ones_own_runs_in_a_container_on_a_link_and_on_loopback,
         own::one_that_does_not_end_fails_by_name_and_the_next_is_complete,
         stopped::a_client_that_is_stopped_in_its_container_is_told_by_that_name,

@@ -10,8 +10,8 @@ use certificate::Verdict::Holds;
 use plan::Verdict;
 use tempfile::TempDir;
 
-use crate::docker::{Held, TOP};
-use crate::webloop::run_undisturbed;
+use crate::docker::{Held, TOP, docker};
+use crate::webloop::{code, command, run_undisturbed, said};
 
 /// A controller that leaves processes which ignore SIGTERM, and one that ignores it itself.
 const BAD: [(&str, &str, &str); 2] = [
@@ -80,6 +80,38 @@ pub(crate) fn every_example_holds_the_loop_in_a_container() -> Result<(), String
          { name = \"node\", image = \"./node\" },\n\
          { name = \"octave\", image = \"./octave\" },\n]\n",
     )
+}
+
+/// What an image has to be told, from the environment of `docker run`.
+const TOLD: [&str; 7] = [
+    "WEBLOOP_PLANT",
+    "WEBLOOP_MODE",
+    "WEBLOOP_H_S",
+    "WEBLOOP_R",
+    "WEBLOOP_START",
+    "WEBLOOP_START_NS",
+    "WEBLOOP_DURATION_S",
+];
+
+pub(crate) fn an_image_is_held_against_the_contract() -> Result<(), String> {
+    let folder = Path::new(TOP).join("examples/node").display().to_string();
+    let image = docker(&["build", "--quiet", &folder])?;
+    let mut conform = command();
+    conform.args([
+        "conform",
+        "--",
+        "docker",
+        "run",
+        "--rm",
+        "--init",
+        "--network",
+        "host",
+    ]);
+    conform.args(TOLD.iter().flat_map(|name| ["--env", name]));
+    let output = conform.arg(image.trim()).output().unwrap();
+    println!("  {}", said(&output).lines().last().unwrap_or_default());
+    assert_eq!(code(&output), Some(0), "{}", said(&output));
+    Ok(())
 }
 
 pub(crate) fn a_plant_of_ones_own_runs_in_a_container_on_a_link_and_on_loopback()
