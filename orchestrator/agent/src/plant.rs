@@ -1,8 +1,9 @@
 //! A plant of somebody's own: a program that advances by h for each u that it reads, and prints y.
 //!
 //! Its standard input and output are one socket, a line a number, or two with a comma between them: first it
-//! prints the y that it starts with, then one y after each u. It ends when its input does. docs/your-plant.md is its contract. What
-//! time a step has is the caller's matter; here a step that takes too long breaks it.
+//! prints the y that it starts with, then one y after each u. It ends when its input does.
+//! docs/your-plant.md is its contract. What time a step has is the caller's matter; here a step that takes too
+//! long breaks it.
 
 use std::ffi::OsString;
 use std::fmt::Write as _;

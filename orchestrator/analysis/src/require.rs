@@ -52,32 +52,26 @@ enum Unit {
 }
 
 static FIGURES: [Figure; 9] = [
-    Figure::closed("settling", Unit::Ms, |row| row.settling_ms),
-    Figure::closed("rise", Unit::Ms, |row| row.rise_ms),
-    Figure::closed("overshoot", Unit::Percent, |row| row.overshoot_pct),
-    Figure::closed("iae", Unit::Plain, |row| row.iae_s),
-    Figure::any("sent", Unit::Percent, |row| {
+    Figure::new("settling", Unit::Ms, true, |row| row.settling_ms),
+    Figure::new("rise", Unit::Ms, true, |row| row.rise_ms),
+    Figure::new("overshoot", Unit::Percent, true, |row| row.overshoot_pct),
+    Figure::new("iae", Unit::Plain, true, |row| row.iae_s),
+    Figure::new("sent", Unit::Percent, false, |row| {
         row.sent_share.map(|share| share * 100.0)
     }),
-    Figure::any("rtt.p50", Unit::Ms, |row| row.message_rtt_p50_ms),
-    Figure::any("rtt.p90", Unit::Ms, |row| row.message_rtt_p90_ms),
-    Figure::any("rtt.p99", Unit::Ms, |row| row.message_rtt_p99_ms),
-    Figure::any("rtt.max", Unit::Ms, |row| row.message_rtt_max_ms),
+    Figure::new("rtt.p50", Unit::Ms, false, |row| row.message_rtt_p50_ms),
+    Figure::new("rtt.p90", Unit::Ms, false, |row| row.message_rtt_p90_ms),
+    Figure::new("rtt.p99", Unit::Ms, false, |row| row.message_rtt_p99_ms),
+    Figure::new("rtt.max", Unit::Ms, false, |row| row.message_rtt_max_ms),
 ];
 
 impl Figure {
-    const fn closed(name: &'static str, unit: Unit, of: fn(&Summary) -> Option<f64>) -> Self {
-        let is_closed = true;
-        Self {
-            name,
-            unit,
-            is_closed,
-            of,
-        }
-    }
-
-    const fn any(name: &'static str, unit: Unit, of: fn(&Summary) -> Option<f64>) -> Self {
-        let is_closed = false;
+    const fn new(
+        name: &'static str,
+        unit: Unit,
+        is_closed: bool,
+        of: fn(&Summary) -> Option<f64>,
+    ) -> Self {
         Self {
             name,
             unit,

@@ -108,8 +108,7 @@ fn run_with<M: Model + Clone>(
         duration_ns: cell.duration_ns,
         after_ns: AFTER_NS,
     };
-    let has_second = setup.plant.inputs() > 1 || setup.plant.at_rest().count() > 1;
-    let mut files = Files::create(folder, profile.has_rate(), has_second)?;
+    let mut files = Files::create(folder, profile.has_rate(), setup.plant.has_second())?;
     let outcome = sim::run(&setup, &mut files)
         .map_err(|problem| RunError::Unsupported(problem.to_string()))?;
     let (rows, echoes) = files.finish(folder)?;

@@ -24,6 +24,11 @@ pub trait Model {
         1
     }
 
+    /// Whether it has a second input or output. Like [`Model::at_rest`] it is asked before the first step.
+    fn has_second(&self) -> bool {
+        self.inputs() > 1 || self.at_rest().count() > 1
+    }
+
     /// Whether it can step no more, as a program that has ended. What it returned last is no output then.
     fn is_broken(&self) -> bool {
         false

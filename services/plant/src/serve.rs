@@ -144,7 +144,7 @@ impl Started {
         let (tick_rows, tick_journal) =
             Journal::create::<TickRow>(&config.out.join(TickRow::FILE), TickRow::COLUMNS)?;
         let inputs = model.inputs();
-        let has_second = inputs > 1 || model.at_rest().count() > 1;
+        let has_second = model.has_second();
         let second =
             || Journal::create::<SecondRow>(&config.out.join(SecondRow::FILE), SecondRow::COLUMNS);
         let (second_rows, second_journal) = has_second.then(second).transpose()?.unzip();

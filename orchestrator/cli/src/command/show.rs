@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use analysis::Campaign;
+use anyhow::anyhow;
 use campaign::{Results, series};
 
 use crate::argument::{Show, ShowFormat};
@@ -11,6 +12,11 @@ use crate::exit::{Exit, Failure, Outcome};
 
 /// Reads the folder and prints what is in it.
 pub(crate) fn run(show: &Show) -> Outcome {
+    if !show.require.is_empty() && show.format != ShowFormat::Table {
+        return Err(Failure::usage(anyhow!(
+            "--require is asked of the table; leave out --format"
+        )));
+    }
     let campaign = Campaign::read(&show.folder).map_err(Failure::usage)?;
     let results = || Results::of(&campaign, |_| false);
     let mut exit = Exit::Fine;

@@ -122,12 +122,16 @@ fn length(
     if given.len() == needed {
         return Ok(());
     }
-    Err(InvalidLaw::Length {
+    Err(wrong(list, given.len(), needed, why))
+}
+
+fn wrong(list: &'static str, given: usize, needed: usize, why: &'static str) -> InvalidLaw {
+    InvalidLaw::Length {
         list,
-        given: given.len(),
+        given,
         needed,
         why,
-    })
+    }
 }
 
 impl StateFeedback {
@@ -150,12 +154,6 @@ impl StateFeedback {
     ) -> Result<Self, InvalidLaw> {
         limits.as_ref().map_or(Ok(()), Saturation::check)?;
         let (n, m, p) = (model.order(), model.inputs(), model.outputs());
-        let wrong = |list, given, needed, why| InvalidLaw::Length {
-            list,
-            given,
-            needed,
-            why,
-        };
         if gains.shape() != (m, n) {
             let why = "one for each state of the sampled model, for each input";
             return Err(wrong("gains", gains.len(), m * n, why));
