@@ -25,7 +25,7 @@ pub(crate) use campaign::{
 };
 pub(crate) use conform::Conform;
 pub(crate) use link::{LinkCommand, LinkLint, LinkShow, Probe, Way};
-pub(crate) use report::Report;
+pub(crate) use report::{Publication, Report};
 pub(crate) use serve::{
     ServeAgent, ServeBrowser, ServeCommand, ServeController, ServeFirst, ServeHalf, ServeHealth,
     ServeLink, ServePlant, ServeProgram,

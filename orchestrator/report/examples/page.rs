@@ -4,7 +4,7 @@ use std::error::Error;
 use std::path::Path;
 
 use analysis::Campaign;
-use report::Report;
+use report::{Exhibits, Report};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("name a results folder, and the file that the page goes to".into());
     };
     let campaign = Campaign::read(Path::new(folder))?;
-    let report = Report::of(&campaign)?;
+    let report = Report::of(&campaign, Exhibits::default())?;
     std::fs::write(out, report::page::render(&report))?;
     Ok(())
 }

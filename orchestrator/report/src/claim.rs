@@ -1,40 +1,12 @@
-//! The paper's claims, each checked against the runs.
+//! A claim, with the verdict of the runs on it: what the paper says, checked against numbers.
 //!
-//! Most claims are rows of a table: which client, where, at what rate, which number, and what is
-//! accepted. `row` defines such a claim and the one function that judges it. The tables are in the
-//! files of this folder, by figure, each with the metrics that it needs. The other claims are code.
-//! Only the paper's numbers and the limits of agreement are written down in advance; what a claim
-//! says about its limits is formatted from them.
+//! - `rule`: the one rule that judges every number; `format`: the files.
 //!
-//! - `pace`: Figure 2; `drift`: Figures 3 and 4, with the lines of `slope`; `settling`: Figures 5 and
-//!   6; `plant`: Figure 7; `interval`: Figures 8 and 9; `question`: the paper's guess, and its open
-//!   questions;
-//! - claims as code: `ping`: Table 2, from the series in `echo`; `together`: Table 3, with `rare` for
-//!   small counts; `order`: messages out of order; `reading`: claims by other readings of the text;
-//! - `rule`: the one rule that judges every number; `evidence`: from parts to a finding; `estimate`:
-//!   numbers with their intervals; `words`: numbers and parts as text; `format`: the files.
+//! The claims themselves are those of a publication, and so are in a crate of their own.
 
-mod drift;
-mod echo;
-mod estimate;
-mod evidence;
 mod format;
-mod interval;
-mod order;
-mod pace;
-mod ping;
-mod plant;
-mod question;
-mod rare;
-mod reading;
-mod row;
-mod rule;
-mod settling;
-mod slope;
-mod together;
-mod words;
+pub mod rule;
 
-use analysis::{Campaign, ReadError};
 use serde::{Deserialize, Serialize};
 
 use crate::group::Estimate;
@@ -136,34 +108,6 @@ impl Part {
             ..self
         }
     }
-}
-
-/// Every claim, in the order of the paper, then the readings for which there are runs.
-///
-/// # Errors
-/// [`ReadError`] if rows that a claim needs cannot be read.
-pub fn all(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
-    let mut findings = ping::table_2(campaign)?;
-    findings.push(ping::couva(campaign)?);
-    findings.extend(together::table_3(campaign)?);
-    findings.push(order::out_of_order(campaign));
-    let table = [
-        pace::figure_2(),
-        drift::figure_3(),
-        drift::figure_4(),
-        settling::figure_5(),
-        settling::figure_6(),
-        plant::figure_7(),
-        interval::figure_8(),
-        interval::figure_9(),
-        question::guess(),
-    ];
-    for claim in table.into_iter().flatten() {
-        findings.push(row::judge(campaign, claim)?);
-    }
-    findings.extend(question::future(campaign));
-    findings.extend(reading::all(campaign)?);
-    Ok(findings)
 }
 
 /// JSON has no infinity: an open end is null.

@@ -3,13 +3,9 @@
 //! Each is made from complete runs by a file of this folder; a panel without any says so. [`chart`]
 //! draws them.
 
-mod arrivals;
-mod interval;
-mod lateness;
-mod median;
+pub mod median;
 mod response;
-mod step;
-mod tick;
+pub mod step;
 
 use std::path::PathBuf;
 
@@ -19,7 +15,7 @@ use plan::Verdict;
 use serde::Serialize;
 
 use crate::origin::Origin;
-use crate::subject::TONES;
+use crate::tone::TONES;
 
 /// A figure of the paper, recomputed, or of one's own runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -28,44 +24,35 @@ pub struct Figure {
     pub number: &'static str,
     /// What is drawn, in our words.
     pub caption: String,
-    /// What the paper's figure shows, for comparison.
-    pub paper: &'static str,
+    /// What the paper's figure shows, for comparison; `None` if the paper has none.
+    pub paper: Option<&'static str>,
     /// The drawing.
     pub chart: Chart,
     /// Ids of the cells that it is made from.
     pub runs: Vec<String>,
 }
 
-/// Figures 2 to 9, in order; first of all what is not the paper's, if there is any.
+/// The figures of any experiment.
 ///
 /// # Errors
 /// [`ReadError`] if rows that a figure needs cannot be read.
 pub fn all(campaign: &Campaign) -> Result<Vec<Figure>, ReadError> {
-    let mut figures = vec![
-        arrivals::figure(campaign)?,
-        lateness::slow(campaign)?,
-        lateness::fast(campaign)?,
-        step::near(campaign)?,
-        step::far(campaign)?,
-        tick::figure(campaign)?,
-        interval::near(campaign)?,
-        interval::far(campaign)?,
-    ];
-    if let Some(own) = response::figure(campaign)? {
-        figures.insert(0, own);
-    }
+    Ok(response::figure(campaign)?.into_iter().collect())
+}
+
+/// Says in each figure what holds for all of them: which runs are left out, and that they are simulated.
+pub(crate) fn annotate(figures: &mut [Figure], campaign: &Campaign) {
     if let Some(words) = disturbed(campaign) {
-        for figure in &mut figures {
+        for figure in &mut *figures {
             figure.caption += &format!(" {words}");
         }
     }
     if campaign.is_simulated() {
-        for figure in &mut figures {
+        for figure in figures {
             figure.chart.title += ", simulated";
             figure.caption = format!("Simulated, in virtual time. {}", figure.caption);
         }
     }
-    Ok(figures)
 }
 
 /// A sentence on the runs that are in no figure because they were disturbed, with what disturbed them
@@ -96,12 +83,13 @@ fn disturbed(campaign: &Campaign) -> Option<String> {
 
 impl Figure {
     /// A figure with this number of columns, and nothing drawn yet.
-    fn new(
+    #[must_use]
+    pub fn new(
         number: &'static str,
         title: &str,
         columns: usize,
         caption: &str,
-        paper: &'static str,
+        paper: Option<&'static str>,
     ) -> Figure {
         Figure {
             number,
@@ -121,7 +109,8 @@ impl Figure {
     }
 
     /// Adds the panels, what they show in sentences, and where the data came from.
-    fn drawn(
+    #[must_use]
+    pub fn drawn(
         mut self,
         panels: Vec<Panel>,
         sentences: &[String],
@@ -154,7 +143,8 @@ impl Figure {
 const NOT_RUN: &str = "not run";
 
 /// A panel with linear axes in the range of its data, and nothing in it yet.
-fn panel(letter: &str, title: impl Into<String>, x: &str, y: &str) -> Panel {
+#[must_use]
+pub fn panel(letter: &str, title: impl Into<String>, x: &str, y: &str) -> Panel {
     let axis = |label| Axis::new(label, Scale::Linear);
     Panel {
         letter: letter.to_owned(),

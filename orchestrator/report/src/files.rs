@@ -16,11 +16,13 @@ impl Report<'_> {
         let text = |name: &str, content: String| (PathBuf::from(name), content.into_bytes());
         let mut files = vec![
             text("report.html", page::render(self)),
-            text("claims.json", claim::to_json(&self.claims)),
-            text("claims.csv", claim::to_csv(&self.claims)),
             text("summary.md", digest::markdown(self)),
             text("junit.xml", junit::xml(self)),
         ];
+        if !self.claims.is_empty() {
+            files.push(text("claims.json", claim::to_json(&self.claims)));
+            files.push(text("claims.csv", claim::to_csv(&self.claims)));
+        }
         files.extend(self.tables.iter().flat_map(Table::files));
         files.extend(self.figures.iter().flat_map(Figure::files));
         files

@@ -1,10 +1,9 @@
 //! Runs that differ only in their repeat, and their medians.
 
-use analysis::{Campaign, Run};
-use endpoint::Mode;
-use serde::Serialize;
+mod estimate;
 
-use crate::subject::Subject;
+use analysis::Run;
+use serde::Serialize;
 
 /// The complete runs of one topology, client, setup, mode and rate, in order of repeat.
 #[derive(Debug, Clone)]
@@ -15,63 +14,9 @@ pub struct Group<'a> {
     pub planned: usize,
 }
 
-/// Which runs are asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Asked<'a> {
-    /// The client with its preset.
-    pub(crate) subject: Subject,
-    /// The topology.
-    pub(crate) topology: &'a str,
-    /// The mode.
-    pub(crate) mode: Mode,
-    /// The sample time, ns.
-    pub(crate) h_ns: u64,
-    /// Whether to select cells whose plant has tick noise; otherwise those with exactly the subject's
-    /// setup.
-    pub(crate) is_noisy: bool,
-}
-
-impl Subject {
-    /// Its complete runs on one topology, in one mode, at one rate.
-    pub(crate) fn runs<'a>(
-        self,
-        campaign: &'a Campaign,
-        topology: &str,
-        mode: Mode,
-        h_ns: u64,
-    ) -> Group<'a> {
-        Group::of(campaign, self.at(topology, mode, h_ns))
-    }
-
-    /// Its open loops on one topology, at one rate.
-    pub(crate) const fn open(self, topology: &str, h_ns: u64) -> Asked<'_> {
-        self.at(topology, Mode::Open, h_ns)
-    }
-
-    /// Its closed loops on one topology, at one rate.
-    pub(crate) const fn closed(self, topology: &str, h_ns: u64) -> Asked<'_> {
-        self.at(topology, Mode::Closed, h_ns)
-    }
-
-    const fn at(self, topology: &str, mode: Mode, h_ns: u64) -> Asked<'_> {
-        Asked {
-            subject: self,
-            topology,
-            mode,
-            h_ns,
-            is_noisy: false,
-        }
-    }
-}
-
 impl<'a> Group<'a> {
-    /// The group that is asked for; empty if the plan has none.
-    pub(crate) fn of(campaign: &'a Campaign, asked: Asked<'_>) -> Group<'a> {
-        Group::complete(campaign.runs.iter().filter(|run| asked.is_for(run)))
-    }
-
     /// The complete runs among those of one kind.
-    pub(crate) fn complete(kind: impl Iterator<Item = &'a Run>) -> Group<'a> {
+    pub fn complete(kind: impl Iterator<Item = &'a Run>) -> Group<'a> {
         let planned: Vec<&Run> = kind.collect();
         Group {
             planned: planned.len(),
@@ -90,38 +35,21 @@ impl<'a> Group<'a> {
 
     /// The median of a figure; `None` if it is not finite, since half of the runs do not have the
     /// figure.
-    pub(crate) fn median(&self, figure: impl Fn(&Run) -> Option<f64>) -> Option<Estimate> {
+    pub fn median(&self, figure: impl Fn(&Run) -> Option<f64>) -> Option<Estimate> {
         self.median_or_never(figure)
             .filter(|median| median.value.is_finite())
     }
 
     /// The median of a figure that runs may never reach: infinite if half of them did not, as a step
     /// that never settled is later than any other.
-    pub(crate) fn median_or_never(&self, figure: impl Fn(&Run) -> Option<f64>) -> Option<Estimate> {
+    pub fn median_or_never(&self, figure: impl Fn(&Run) -> Option<f64>) -> Option<Estimate> {
         let value = |run: &&Run| figure(run).unwrap_or(f64::INFINITY);
         Estimate::median_or_never(&self.runs.iter().map(value).collect::<Vec<_>>())
     }
 
     /// The median settling, ms; infinite if half of the runs never settled.
-    pub(crate) fn settling_ms(&self) -> Option<Estimate> {
+    pub fn settling_ms(&self) -> Option<Estimate> {
         self.median_or_never(|run| run.summary.settling_ms)
-    }
-}
-
-impl Asked<'_> {
-    /// Whether a run is asked for.
-    pub(crate) fn is_for(&self, run: &Run) -> bool {
-        let cell = &run.cell;
-        cell.topology == self.topology
-            && cell.client == self.subject.client
-            && cell.preset == self.subject.preset
-            && cell.settings.mode == self.mode
-            && cell.settings.h.ns() == self.h_ns
-            && if self.is_noisy {
-                cell.tick_noise.is_some()
-            } else {
-                cell.setup() == self.subject.preset.to_string()
-            }
     }
 }
 
@@ -157,7 +85,7 @@ impl Estimate {
 
     /// The median over runs, some of which may never have reached the figure: infinite if half of
     /// them did not. `None` without values.
-    pub(crate) fn median_or_never(values: &[f64]) -> Option<Estimate> {
+    pub fn median_or_never(values: &[f64]) -> Option<Estimate> {
         let mut sorted = values.to_vec();
         sorted.sort_by(f64::total_cmp);
         let n = sorted.len();
@@ -172,7 +100,7 @@ impl Estimate {
     }
 
     /// A value with the ends of its interval, or without an interval if `n` values are too few for one.
-    pub(crate) fn within(value: f64, ends: (f64, f64), n: u64) -> Estimate {
+    pub fn within(value: f64, ends: (f64, f64), n: u64) -> Estimate {
         let (low, high) = if n < INTERVAL_MIN {
             (f64::NEG_INFINITY, f64::INFINITY)
         } else {

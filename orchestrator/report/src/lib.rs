@@ -26,17 +26,16 @@ pub mod figure;
 pub mod files;
 pub mod group;
 pub mod junit;
-mod number;
-mod origin;
+pub mod number;
+pub mod origin;
 pub mod outcome;
 pub mod page;
-pub mod paper;
 #[allow(clippy::module_inception)]
 pub mod report;
 #[cfg(test)]
 mod sample;
-mod subject;
 pub mod table;
+pub mod tone;
 
 pub use files::write;
-pub use report::Report;
+pub use report::{Exhibits, Report};

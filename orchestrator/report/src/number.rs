@@ -2,7 +2,7 @@
 
 /// A number to this many significant digits, but always with its whole integer part; from ten million
 /// on, and below a millionth, with its power of ten. `-` if it is not finite.
-pub(crate) fn significant(number: f64, digits: u8) -> String {
+pub fn significant(number: f64, digits: u8) -> String {
     let after = usize::from(digits).saturating_sub(1);
     let scientific = format!("{number:.after$e}");
     // The exponent is that of the rounded number: 9.996 is 10.0 to three digits, not 10.00.
@@ -21,7 +21,7 @@ pub(crate) fn significant(number: f64, digits: u8) -> String {
 }
 
 /// A number for a sentence, to three digits, or to two if it is small: `0.0746`, `9.8e-4`, `infinite`.
-pub(crate) fn number(number: f64) -> String {
+pub fn number(number: f64) -> String {
     /// From here on, three digits would round it to 0.0100 or more.
     const SMALL: f64 = 0.009_995;
     if number.is_infinite() {
@@ -34,7 +34,7 @@ pub(crate) fn number(number: f64) -> String {
 }
 
 /// Milliseconds to three digits, in the unit that suits them: `0.964 ms`, `331 ms`, `3.21 s`.
-pub(crate) fn duration(ms: f64) -> String {
+pub fn duration(ms: f64) -> String {
     // From here on, it would be rounded to 1000 ms.
     if ms.abs() >= 999.5 {
         format!("{} s", significant(ms / 1e3, 3))
@@ -44,7 +44,7 @@ pub(crate) fn duration(ms: f64) -> String {
 }
 
 /// A number with all its digits if these are few, else to four digits: `0.0005`, `0.9167`.
-pub(crate) fn brief(number: f64) -> String {
+pub fn brief(number: f64) -> String {
     const SHORT: usize = 8;
     let whole = number.to_string();
     if whole.len() <= SHORT {
@@ -55,12 +55,12 @@ pub(crate) fn brief(number: f64) -> String {
 }
 
 /// A share from 0 to 1 in percent, to two digits: `1.6 %`.
-pub(crate) fn percent(share: f64) -> String {
+pub fn percent(share: f64) -> String {
     format!("{} %", significant(share * 100.0, 2))
 }
 
 /// A whole number up to twelve as a word: `ten`; any other in digits.
-pub(crate) fn spelled(number: f64) -> String {
+pub fn spelled(number: f64) -> String {
     const WORDS: [&str; 13] = [
         "zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten",
         "eleven", "twelve",

@@ -7,19 +7,29 @@ use analysis::{Campaign, Run};
 use endpoint::Mode;
 
 use crate::group::Group;
-use crate::paper;
 
 /// The runs from which a table or a figure was made.
 #[derive(Debug, Default)]
-pub(crate) struct Origin<'a> {
+pub struct Origin<'a> {
     runs: Vec<&'a Run>,
     /// Number of runs that were planned and wanted, but are not complete.
     lacking: usize,
+    /// How long the paper's open loops ran, s, if they stand beside these.
+    beside_s: Option<f64>,
 }
 
 impl<'a> Origin<'a> {
+    /// No runs yet. The line will hold their duration against the paper's, if they are open loops.
+    #[must_use]
+    pub fn beside(paper_s: f64) -> Origin<'a> {
+        Origin {
+            beside_s: Some(paper_s),
+            ..Origin::default()
+        }
+    }
+
     /// Adds all runs of a group. A group with complete runs is counted only once.
-    pub(crate) fn all(&mut self, group: &Group<'a>) {
+    pub fn all(&mut self, group: &Group<'a>) {
         if group.runs.is_empty() || !group.runs.iter().all(|run| self.has(run)) {
             self.lacking += group.planned - group.runs.len();
         }
@@ -27,7 +37,7 @@ impl<'a> Origin<'a> {
     }
 
     /// Adds the first run of a group, where one is enough; `None` if none is complete.
-    pub(crate) fn first(&mut self, group: &Group<'a>) -> Option<&'a Run> {
+    pub fn first(&mut self, group: &Group<'a>) -> Option<&'a Run> {
         let first = group.runs.first().copied();
         match first {
             Some(run) => self.take(&[run]),
@@ -37,7 +47,7 @@ impl<'a> Origin<'a> {
     }
 
     /// Adds runs, each once.
-    pub(crate) fn take(&mut self, runs: &[&'a Run]) {
+    pub fn take(&mut self, runs: &[&'a Run]) {
         for run in runs {
             if !self.has(run) {
                 self.runs.push(run);
@@ -50,14 +60,14 @@ impl<'a> Origin<'a> {
     }
 
     /// The ids of its runs, in the plan's order.
-    pub(crate) fn ids(&self) -> Vec<String> {
+    pub fn ids(&self) -> Vec<String> {
         let mut runs: Vec<&Run> = self.runs.clone();
         runs.sort_by_key(|run| run.cell.index);
         runs.iter().map(|run| run.cell.id.clone()).collect()
     }
 
     /// The origin in one line.
-    pub(crate) fn line(&self, campaign: &Campaign) -> String {
+    pub fn line(&self, campaign: &Campaign) -> String {
         let (taken, wanted) = (self.runs.len(), self.runs.len() + self.lacking);
         let mut words = vec![match (taken, wanted) {
             (1, 1) => "1 run".to_owned(),
@@ -98,10 +108,9 @@ impl<'a> Origin<'a> {
             .iter()
             .all(|run| run.cell.settings.mode == Mode::Open);
         let s = seconds.join(", ");
-        if open {
-            format!("{s} s of the paper's {} s", paper::OPEN_LOOP_S)
-        } else {
-            format!("{s} s each")
+        match self.beside_s.filter(|_| open) {
+            Some(beside_s) => format!("{s} s of the paper's {beside_s} s"),
+            None => format!("{s} s each"),
         }
     }
 }

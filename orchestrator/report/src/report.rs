@@ -2,9 +2,23 @@
 
 use analysis::{Campaign, Damage, ReadError};
 
-use crate::claim::{self, Finding};
+use crate::claim::Finding;
 use crate::figure::{self, Figure};
-use crate::table::{self, Table};
+use crate::table::Table;
+
+/// What a publication adds to the report on the experiment that repeats it.
+#[derive(Debug, Clone, Default)]
+pub struct Exhibits {
+    /// Its claims, and readings of them, with the verdicts of the runs.
+    pub claims: Vec<Finding>,
+    /// Its tables.
+    pub tables: Vec<Table>,
+    /// Its figures.
+    pub figures: Vec<Figure>,
+    /// Whether the campaign is the publication's own experiment: its figures then stand in place of the
+    /// general ones.
+    pub is_own: bool,
+}
 
 /// A report.
 #[derive(Debug, Clone)]
@@ -13,25 +27,38 @@ pub struct Report<'a> {
     pub campaign: &'a Campaign,
     /// The paper's claims, and readings of them.
     pub claims: Vec<Finding>,
-    /// The paper's tables.
+    /// The tables.
     pub tables: Vec<Table>,
-    /// The paper's figures.
+    /// The figures: those of any experiment, then the paper's.
     pub figures: Vec<Figure>,
     /// Damaged files.
     pub damage: Vec<Damage>,
 }
 
 impl<'a> Report<'a> {
-    /// Computes the whole report.
+    /// Computes the whole report; `exhibits` are added to it.
     ///
     /// # Errors
     /// [`ReadError`] if rows that were whole a moment ago cannot be read.
-    pub fn of(campaign: &'a Campaign) -> Result<Report<'a>, ReadError> {
+    pub fn of(campaign: &'a Campaign, exhibits: Exhibits) -> Result<Report<'a>, ReadError> {
+        let mut figures = if exhibits.is_own {
+            Vec::new()
+        } else {
+            figure::all(campaign)?
+        };
+        figures.extend(exhibits.figures);
+        figure::annotate(&mut figures, campaign);
+        let mut tables = exhibits.tables;
+        if campaign.is_simulated() {
+            for table in &mut tables {
+                table.title += ", simulated";
+            }
+        }
         Ok(Report {
             campaign,
-            claims: claim::all(campaign)?,
-            tables: table::all(campaign)?,
-            figures: figure::all(campaign)?,
+            claims: exhibits.claims,
+            tables,
+            figures,
             damage: campaign.damage(),
         })
     }

@@ -1,18 +1,11 @@
-//! The paper's tables, recomputed, with the paper's numbers beside ours.
-//!
-//! Each is made by a file of this folder; [`Table::to_csv`] is for programs, [`Table::to_text`] for
-//! people.
+//! A table as a value; [`Table::to_csv`] is for programs, [`Table::to_text`] for people.
 
 mod csv;
-mod machine;
-mod ping;
 mod text;
-mod zero;
 
 use std::path::PathBuf;
 
 use analysis::layout::Column;
-use analysis::{Campaign, ReadError};
 
 /// A table.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,24 +33,6 @@ pub enum Entry {
     None,
 }
 
-/// Every table, in the paper's order.
-///
-/// # Errors
-/// [`ReadError`] if rows that a table needs cannot be read.
-pub fn all(campaign: &Campaign) -> Result<Vec<Table>, ReadError> {
-    let mut tables = vec![
-        machine::table(campaign),
-        ping::table(campaign),
-        zero::table(campaign),
-    ];
-    if campaign.is_simulated() {
-        for table in &mut tables {
-            table.title += ", simulated";
-        }
-    }
-    Ok(tables)
-}
-
 impl Table {
     /// Its files in a report's folder: `tables/table-2.csv` and `.txt`.
     #[must_use]
@@ -78,17 +53,20 @@ impl Table {
 
 impl Entry {
     /// A text.
-    fn text(words: impl Into<String>) -> Entry {
+    #[must_use]
+    pub fn text(words: impl Into<String>) -> Entry {
         Entry::Text(words.into())
     }
 
     /// A measured number to this many significant digits; empty if there is none.
-    fn measured(number: Option<f64>, digits: u8) -> Entry {
+    #[must_use]
+    pub fn measured(number: Option<f64>, digits: u8) -> Entry {
         number.map_or(Entry::None, |number| Entry::Number(number, digits))
     }
 
     /// A number with all of its digits, as the paper prints it.
-    fn printed(number: f64) -> Entry {
+    #[must_use]
+    pub fn printed(number: f64) -> Entry {
         let text = number.abs().to_string();
         let significant = text.trim_start_matches(['0', '.']).replace('.', "");
         Entry::Number(
@@ -98,7 +76,8 @@ impl Entry {
     }
 
     /// A whole number.
-    fn count(count: u64) -> Entry {
+    #[must_use]
+    pub fn count(count: u64) -> Entry {
         Entry::printed(count as f64)
     }
 }

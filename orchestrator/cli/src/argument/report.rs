@@ -5,7 +5,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 #[derive(Debug, Args)]
 pub(crate) struct Report {
@@ -14,4 +14,14 @@ pub(crate) struct Report {
     /// Write the report here instead of into the folder's `report`; the folder stays unchanged
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    /// Add the tables, figures and claims of this publication, whatever the experiment
+    #[arg(long, value_enum, value_name = "PUBLICATION")]
+    pub(crate) with: Option<Publication>,
+}
+
+/// A publication whose tables, figures and claims can be recomputed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Publication {
+    /// S. L. Remy, "Web Standards as Standard Pieces in Robotics"; the experiment `paper` has it anyway
+    Paper,
 }

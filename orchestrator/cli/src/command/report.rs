@@ -1,4 +1,4 @@
-//! `webloop report DIR`: the paper's tables, figures and claims of a results folder, and the page.
+//! `webloop report DIR`: the report on a results folder, and the page to open.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -9,9 +9,9 @@ use campaign::Results;
 use plan::file_name;
 use report::claim::{Finding, Verdict};
 use report::deposit::{package, provenance};
-use report::{Report, answer::Answer};
+use report::{Exhibits, Report, answer::Answer};
 
-use crate::argument;
+use crate::argument::{self, Publication};
 use crate::exit::{Exit, Failure, Outcome};
 
 /// Makes the report. Prints where it is, and what is missing or damaged in the folder.
@@ -26,7 +26,12 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
             argument.folder.join(file_name::PLAN).display()
         )));
     }
-    let report = Report::of(&campaign).map_err(|error| anyhow!(error))?;
+    let exhibits = if paper::is_of(&campaign.plan) || argument.with == Some(Publication::Paper) {
+        paper::exhibits(&campaign).map_err(|error| anyhow!(error))?
+    } else {
+        Exhibits::default()
+    };
+    let report = Report::of(&campaign, exhibits).map_err(|error| anyhow!(error))?;
     let own = argument.folder.join(file_name::REPORT);
     let out = argument.out.as_deref().unwrap_or(&own);
     let files = report.files();
@@ -45,12 +50,14 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
         describe(&report, &files, &argument.folder)?;
     }
     let mut stdout = std::io::stdout();
-    let claims = claims(&report);
     let page = out.join("report.html");
     for sentence in Answer::of(&campaign).words() {
         writeln!(stdout, "{sentence}")?;
     }
-    writeln!(stdout, "{claims}\nReport: {}", page.display())?;
+    if !report.claims.is_empty() {
+        writeln!(stdout, "{}", claims(&report))?;
+    }
+    writeln!(stdout, "Report: {}", page.display())?;
     let troubles = troubles(&report);
     for trouble in &troubles {
         eprintln!("webloop: {trouble}");

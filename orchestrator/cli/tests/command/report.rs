@@ -46,9 +46,14 @@ impl Ran {
 
     /// Makes the report. Returns the exit code, and what was printed about the folder.
     fn report(&self) -> (Option<i32>, String) {
+        self.report_with(&[])
+    }
+
+    fn report_with(&self, options: &[&str]) -> (Option<i32>, String) {
         let output: Output = Command::new(env!("CARGO_BIN_EXE_webloop"))
             .arg("report")
             .arg(self.0.path())
+            .args(options)
             .env_remove("RUST_LOG")
             .output()
             .unwrap();
@@ -89,7 +94,8 @@ fn seal(cell: &Path) {
 #[test]
 fn a_report_is_made_again_byte_for_byte_elsewhere_too() {
     let (here, there) = (Ran::new(), Ran::new());
-    assert_eq!(here.report(), (Some(0), String::new()));
+    let with_paper = ["--with", "paper"];
+    assert_eq!(here.report_with(&with_paper), (Some(0), String::new()));
     let first = here.made();
     for name in [
         "report/report.html",
@@ -107,12 +113,33 @@ fn a_report_is_made_again_byte_for_byte_elsewhere_too() {
         assert!(first.contains_key(Path::new(name)), "{name}");
     }
     fs::remove_dir_all(here.path("report")).unwrap();
-    here.report();
-    there.report();
+    here.report_with(&with_paper);
+    there.report_with(&with_paper);
     for other in [here.made(), there.made()] {
         for (name, bytes) in &first {
             assert!(other.get(name) == Some(bytes), "{}", name.display());
         }
+    }
+}
+
+#[test]
+fn a_report_says_nothing_of_a_paper_unless_it_is_asked() {
+    let ran = Ran::new();
+    ran.report();
+    for (name, bytes) in ran.made() {
+        let text = String::from_utf8_lossy(&bytes).to_lowercase();
+        // A profile's own text stands there as it is, and a link's numbers may be from the paper.
+        let outside = text
+            .split("<pre>")
+            .map(|part| part.rsplit("</pre>").next().unwrap_or(part));
+        for part in outside {
+            assert!(!part.contains("the paper"), "{}", name.display());
+        }
+        assert!(
+            !name.to_string_lossy().contains("claims"),
+            "{}",
+            name.display()
+        );
     }
 }
 

@@ -21,10 +21,10 @@ use crate::group::{Estimate, INTERVAL_MIN};
 
 /// If this many are expected, none is found in one of twenty runs (e^-3). If fewer are expected,
 /// finding none says nothing.
-pub(super) const COUNT_MIN: f64 = 3.0;
+pub const COUNT_MIN: f64 = 3.0;
 
 /// The limits of a number that is only shown.
-pub(super) const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+pub const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
 /// The limits within which a number agrees. Each of them is a range in which it is known to lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,7 +48,7 @@ impl From<(f64, f64)> for Limits {
 
 impl Limits {
     /// Above a number that was itself measured.
-    pub(crate) fn above(other: Estimate) -> Limits {
+    pub fn above(other: Estimate) -> Limits {
         Limits {
             low: (other.low, other.high.next_up()),
             high: (f64::INFINITY, f64::INFINITY),
@@ -57,7 +57,7 @@ impl Limits {
     }
 
     /// Below a number that was itself measured.
-    pub(crate) fn below(other: Estimate) -> Limits {
+    pub fn below(other: Estimate) -> Limits {
         Limits {
             low: (f64::NEG_INFINITY, f64::NEG_INFINITY),
             high: (other.low.next_down(), other.high),
@@ -66,13 +66,13 @@ impl Limits {
     }
 
     /// The limits as single numbers.
-    pub(crate) fn shown(&self) -> (f64, f64) {
+    pub fn shown(&self) -> (f64, f64) {
         self.shown
     }
 }
 
 /// The verdict on a number; `None` was not run.
-pub(super) fn judge(ours: Option<Estimate>, limits: &Limits) -> Verdict {
+pub fn judge(ours: Option<Estimate>, limits: &Limits) -> Verdict {
     let Some(ours) = ours else {
         return Verdict::NotRun;
     };
@@ -87,7 +87,7 @@ pub(super) fn judge(ours: Option<Estimate>, limits: &Limits) -> Verdict {
 }
 
 /// Why a number has no interval; `None` if it has one.
-pub(super) fn too_few(ours: &Estimate) -> Option<String> {
+pub fn too_few(ours: &Estimate) -> Option<String> {
     (!ours.has_interval()).then(|| format!("no interval is formed from fewer than {INTERVAL_MIN}"))
 }
 

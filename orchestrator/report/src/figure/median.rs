@@ -6,11 +6,11 @@ use analysis::{ReadError, Run, trace};
 use chart::{Mark, Series};
 
 use crate::group::Group;
-use crate::subject::OTHER_TONE;
+use crate::tone::OTHER_TONE;
 
 /// The responses that have been read, by the id of the cell, since panels share their references.
 #[derive(Default)]
-pub(super) struct Traces(BTreeMap<String, Vec<f64>>);
+pub struct Traces(BTreeMap<String, Vec<f64>>);
 
 impl Traces {
     fn of(&mut self, run: &Run) -> Result<&[f64], ReadError> {
@@ -23,7 +23,7 @@ impl Traces {
 
     /// The median of a group's responses with its quartiles, up to `end_s` but no further than the
     /// shortest response. The caller sets the name and the colour.
-    pub(super) fn median(
+    pub fn median(
         &mut self,
         group: &Group<'_>,
         h_ns: u64,

@@ -14,8 +14,7 @@ use super::step::{guides, horizon_s, range, settled};
 use super::{Figure, panel};
 use crate::group::Group;
 use crate::origin::Origin;
-use crate::paper;
-use crate::subject::{OTHER_TONE, OWN_TONES, tone_of};
+use crate::tone::{OTHER_TONE, OWN_TONES, tone_of};
 
 /// The most panels of the figure; further places are counted in its caption.
 const MOST_PANELS: usize = 12;
@@ -38,7 +37,7 @@ struct Kind<'a> {
 /// Figure A; `None` for a campaign that has the paper's clients, plant and links alone.
 pub(super) fn figure(campaign: &Campaign) -> Result<Option<Figure>, ReadError> {
     let mut places: Vec<Place<'_>> = Vec::new();
-    for run in closed(campaign).filter(|run| is_own(run)) {
+    for run in closed(campaign) {
         let place = Place::of(run);
         if !places.contains(&place) {
             places.push(place);
@@ -84,7 +83,7 @@ pub(super) fn figure(campaign: &Campaign) -> Result<Option<Figure>, ReadError> {
         "Step responses from the first command that the plant applied, all that ran at one place together: the \
          median over the repeats at each instant, and the band in which half of them lie. The time is the median \
          settling into 2 % of the reference, after its last step where it moves.",
-        "These programs, systems or links are not in it.",
+        None,
     );
     if left_out > 0 {
         figure.caption += &format!(
@@ -97,16 +96,6 @@ pub(super) fn figure(campaign: &Campaign) -> Result<Option<Figure>, ReadError> {
 fn closed(campaign: &Campaign) -> impl Iterator<Item = &Run> {
     let runs = campaign.runs.iter();
     runs.filter(|run| run.cell.settings.mode == Mode::Closed)
-}
-
-/// Whether the paper has no such client, plant or link.
-fn is_own(run: &Run) -> bool {
-    let cell = &run.cell;
-    cell.client.is_own()
-        || cell.system != System::PAPER
-        || !paper::TABLE_2
-            .iter()
-            .any(|ping| ping.topology == cell.topology)
 }
 
 impl<'a> Place<'a> {

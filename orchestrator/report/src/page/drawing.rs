@@ -26,7 +26,7 @@ fn drawing(figure: &Figure) -> Markup {
             }
             figcaption {
                 p { (figure.caption) }
-                p.beside { b { "In the paper: " } (figure.paper) }
+                @if let Some(paper) = figure.paper { p.beside { b { "In the paper: " } (paper) } }
                 details {
                     summary { "In words" }
                     p { (figure.chart.about) }

@@ -109,7 +109,7 @@ fn figure(runs: Vec<String>) -> Figure {
     Figure {
         number: "3",
         caption: "A caption.".to_owned(),
-        paper: "A line.",
+        paper: Some("A line."),
         chart: Chart {
             tones: &[],
             name: "fig-3".to_owned(),

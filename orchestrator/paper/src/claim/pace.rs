@@ -1,0 +1,209 @@
+//! The pace of JavaScript at 100 Hz on arima: Figure 2 and the text on it.
+//!
+//! The paper says what one run did, so each run is compared with it and no interval is needed.
+
+use analysis::statistics::{median, ms_between, share};
+use analysis::{ReadError, Run, rows};
+use endpoint::ArrivalRow;
+
+use super::evidence::{Evidence, Source};
+use super::row::{Claim, Judged, Metric, Row};
+use super::words::{between, fraction, percent};
+use crate::printed;
+use crate::subject::{CHROMIUM_2011, FIREFOX_2011, Subject};
+use report::number::number;
+
+/// "Two seconds late", read to half a second.
+const READ_TO_S: f64 = 0.5;
+/// "Just shy of 400" is no less than this.
+const JUST_SHY: f64 = 380.0;
+/// Share of the paper's number by which a count may differ.
+const COUNT_WITHIN: f64 = 0.05;
+/// Share of the paper's number by which a number may differ that the paper calls "roughly" so.
+const ROUGHLY: f64 = 0.2;
+
+const ORDINAL_600: Metric = Metric::each("from the first to the 600th message", "s", |run| {
+    Ok(Start::read(run)?.ordinal_600_s)
+});
+const IN_SIX_S: Metric = Metric::each("messages in the first 6 s", "", |run| {
+    Ok(Some(Start::read(run)?.in_six_s as f64))
+});
+const SENT: Metric = Metric::each("sent of due", "", |run| Ok(sent(run)));
+const LAG: Metric = Metric::each("lag of sending", "s/s", |run| {
+    let lag_s = Start::read(run)?.lag_s;
+    Ok(lag_s.filter(|(_, s)| *s > 0.0).map(|(lag_s, s)| lag_s / s))
+});
+
+/// Figure 2 and the text on it: 100 Hz from JavaScript on arima.
+pub(super) fn figure_2() -> Vec<Claim> {
+    let rows = |metric, paper, accepted: (f64, f64)| {
+        let row = |subject: Subject| {
+            let asked = subject.open("arima", printed::H_100_HZ_NS);
+            Row::new(asked, metric, accepted).paper(paper)
+        };
+        vec![row(FIREFOX_2011), row(CHROMIUM_2011).beside()]
+    };
+    let within = |x: f64, part: f64| (x * (1.0 - part), x * (1.0 + part));
+    let late_s = printed::FIG_2_600TH_S;
+    let late = (late_s - READ_TO_S, late_s + READ_TO_S);
+    let shy = (JUST_SHY, printed::FIG_2_IN_6_S);
+    let share = printed::SENT_IN_600_S / printed::DUE_IN_600_S;
+    let lag = printed::LAG_AFTER_600_S / printed::OPEN_LOOP_S;
+    vec![
+        Claim {
+            id: "fig-2-600th",
+            place: "Fig 2",
+            claim: "The JavaScript client at 100 Hz on arima sends its 600th message two seconds late.",
+            check: format!(
+                "the 600th message arrives {} s after the first; on time is 5.99 s",
+                between(late)
+            ),
+            rows: rows(ORDINAL_600, late_s, late),
+            remark: Some(explain_start),
+            ..Claim::default()
+        },
+        Claim {
+            id: "fig-2-in-6-s",
+            place: "Fig 2",
+            claim: "In the first six seconds it sends just under 400 messages.",
+            check: format!(
+                "{} messages arrive in the first 6 s; on time are 600",
+                between(shy)
+            ),
+            rows: rows(IN_SIX_S, printed::FIG_2_IN_6_S, shy),
+            remark: Some(explain_start),
+            ..Claim::default()
+        },
+        Claim {
+            id: "text-sent",
+            place: "Section 4.1",
+            claim: "In ten minutes it sends 55 thousand of 60 thousand messages.",
+            check: format!(
+                "the share of due messages that were sent is {} within {}, however long the run",
+                number(share),
+                percent(COUNT_WITHIN)
+            ),
+            rows: rows(SENT, share, within(share, COUNT_WITHIN)),
+            remark: Some(explain_whole),
+            ..Claim::default()
+        },
+        Claim {
+            id: "text-lag",
+            place: "Section 4.1",
+            claim: "After ten minutes its open-loop control is roughly 50 s behind.",
+            check: format!(
+                "the last message is sent {} s late for each second that has passed, within {}",
+                fraction(lag),
+                percent(ROUGHLY)
+            ),
+            rows: rows(LAG, lag, within(lag, ROUGHLY)),
+            remark: Some(explain_whole),
+            ..Claim::default()
+        },
+    ]
+}
+
+/// The numbers of a run's arrivals that Figure 2 and its text are about.
+#[derive(Default)]
+struct Start {
+    /// From the first to the 600th arrival, s.
+    ordinal_600_s: Option<f64>,
+    /// Arrivals in the first six seconds.
+    in_six_s: u64,
+    /// How late the last message was sent if the first was on time, s, and how long after the first, s.
+    lag_s: Option<(f64, f64)>,
+    arrivals: u64,
+}
+
+impl Start {
+    fn read(run: &Run) -> Result<Start, ReadError> {
+        let h_s = run.cell.settings.h.ns() as f64 / 1e9;
+        let mut first: Option<ArrivalRow> = None;
+        let mut start = Start::default();
+        let path = run.folder.join("arrivals.csv");
+        rows::read(&path, ArrivalRow::COLUMNS, |row: &ArrivalRow| {
+            let first = *first.get_or_insert(*row);
+            let since_s = ms_between(first.t_arrive_ns, row.t_arrive_ns) / 1e3;
+            start.arrivals += 1;
+            start.in_six_s += u64::from(since_s < 6.0);
+            if start.arrivals == 600 {
+                start.ordinal_600_s = Some(since_s);
+            }
+            if let (Some(from_ns), Some(send_ns)) = (first.t_send_ns, row.t_send_ns) {
+                let sent_s = ms_between(from_ns, send_ns) / 1e3;
+                let due_s = row.seq.saturating_sub(first.seq) as f64 * h_s;
+                start.lag_s = Some((sent_s - due_s, sent_s));
+            }
+        })?;
+        Ok(start)
+    }
+}
+
+/// Messages sent, as a share of those due. The claim is about what one run did, so nothing is
+/// inferred from other runs.
+fn sent(run: &Run) -> Option<f64> {
+    share(run.metrics.as_ref()?.messages.sent, run.cell.due())
+}
+
+/// Mean time per message, ms.
+fn pace_ms(source: &Source<'_>) -> Option<f64> {
+    let shares: Vec<f64> = source
+        .group
+        .runs
+        .iter()
+        .filter_map(|run| sent(run))
+        .collect();
+    let share = median(&shares).filter(|share| *share > 0.0)?;
+    Some(source.h_s() * 1e3 / share)
+}
+
+/// The pace of the paper's ten minutes, ms per message.
+fn whole_ms() -> f64 {
+    printed::OPEN_LOOP_S * 1e3 / printed::SENT_IN_600_S
+}
+
+/// Explains the pace: the client's one thread waits for each answer, so any time beyond its timer
+/// delays the next message.
+fn explain_whole(evidence: &mut Evidence, judged: &[Judged<'_>]) {
+    let Some(Judged { source, .. }) = judged.first() else {
+        return;
+    };
+    let runs = source.group.runs.first();
+    let metrics = runs.and_then(|run| run.metrics.as_ref());
+    let rtt = metrics.map(|metrics| metrics.messages.rtt);
+    let quantiles = rtt.and_then(|rtt| rtt.p50_ms.zip(rtt.p99_ms));
+    let Some((ours_ms, (p50_ms, p99_ms))) = pace_ms(source).zip(quantiles) else {
+        return;
+    };
+    evidence.explain(format!(
+        "A message took {} ms in the paper and takes {} ms here: the page's one thread waits for \
+         each answer, {} ms in the median and {} ms in one of a hundred, and what exceeds the \
+         timer's 10 ms delays all later messages.",
+        number(whole_ms()),
+        number(ours_ms),
+        number(p50_ms),
+        number(p99_ms)
+    ));
+}
+
+/// Explains a difference: the paper's numbers for this client have two paces, and ours has one of them.
+fn explain_start(evidence: &mut Evidence, judged: &[Judged<'_>]) {
+    let ours_ms = judged.first().and_then(|judged| pace_ms(&judged.source));
+    let Some(ours_ms) = ours_ms else {
+        return;
+    };
+    let start_ms = printed::FIG_2_600TH_S * 1e3 / 599.0;
+    let whole_ms = whole_ms();
+    let nearer = if (ours_ms - whole_ms).abs() < (ours_ms - start_ms).abs() {
+        "the ten minutes and not the start"
+    } else {
+        "the start and not the ten minutes"
+    };
+    evidence.explain(format!(
+        "The paper's numbers have two paces, {} ms a message over the first 600 and {} ms over ten \
+         minutes; ours takes {} ms, like {nearer}.",
+        number(start_ms),
+        number(whole_ms),
+        number(ours_ms)
+    ));
+}

@@ -1,5 +1,0 @@
-//! Claims and figures over campaigns that are made up.
-
-mod claims;
-mod exhibits;
-mod support;
