@@ -7,6 +7,8 @@
 //!   arrivals;
 //! - [`response`]: the step response of a closed loop, and the verdict on it;
 //! - [`trace`]: the series of one run that figures show;
+//! - [`budget`]: the delay of each sample and message in its parts; [`hold`]: where a loop was hurt, and
+//!   by what;
 //! - [`metrics`]: all metrics of a cell's folder; [`campaign`]: all cells of a results folder;
 //! - `whole`: whether a folder matches its manifest; `order`: whether all of its rows are there;
 //! - [`summary`] and [`table`]: one row per cell, for programs and for people; [`repeats`]: medians
@@ -19,7 +21,9 @@
 #![forbid(unsafe_code)]
 
 pub mod arrival;
+pub mod budget;
 pub mod campaign;
+pub mod hold;
 pub mod interval;
 pub mod lateness;
 pub mod layout;

@@ -56,6 +56,8 @@ pub struct Response {
     pub final_value: Option<f64>,
     /// Integral of the absolute error, in units of y times s.
     pub iae: Option<f64>,
+    /// Integral of the squared error, in units of y squared times s: the quadratic cost.
+    pub ise: Option<f64>,
 }
 
 /// Number of parts of a response that [`judge`] compares.
@@ -308,6 +310,9 @@ impl ResponseTrace {
             final_value: figure(Some(mean(last))),
             iae: figure(Some(
                 y.iter().zip(&r).map(|(y, r)| (r - y).abs() * h_s).sum(),
+            )),
+            ise: figure(Some(
+                y.iter().zip(&r).map(|(y, r)| (r - y).powi(2) * h_s).sum(),
             )),
         })
     }

@@ -188,6 +188,8 @@ pub struct Summary {
     pub final_value: Option<f64>,
     /// Integral of the absolute error.
     pub iae_s: Option<f64>,
+    /// Integral of the squared error: the quadratic cost.
+    pub ise_s: Option<f64>,
     /// Number of files with a torn last line.
     pub torn_lines: Option<u64>,
 }
@@ -282,6 +284,7 @@ impl Summary {
             peak: response.and_then(|r| r.peak),
             final_value: response.and_then(|r| r.final_value),
             iae_s: response.and_then(|r| r.iae),
+            ise_s: response.and_then(|r| r.ise),
             torn_lines: Some(*torn_lines),
             ..self
         }

@@ -12,26 +12,37 @@ use plan::file_name;
 use crate::rows::{ReadError, read};
 use crate::statistics::ms_between;
 
-/// The plant's output y after each tick, from the tick that took the first command to the one that
+/// The plant's output and input at each tick, from the tick that took the first command to the one that
 /// took the last. Time is the plant's own: the n-th value is at n h, n from 0.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Response {
+    /// y after each tick.
+    pub y: Vec<f64>,
+    /// u of each tick.
+    pub u: Vec<f64>,
+}
+
+/// The [`Response`] of a closed loop.
 ///
 /// # Errors
 /// [`ReadError`] if `ticks.csv` cannot be read.
-pub fn response(folder: &Path) -> Result<Vec<f64>, ReadError> {
-    let (mut y, mut newest, mut length) = (Vec::new(), None, 0);
+pub fn response(folder: &Path) -> Result<Response, ReadError> {
+    let (mut y, mut u, mut newest, mut length) = (Vec::new(), Vec::new(), None, 0);
     let path = folder.join(file_name::TICKS);
     read(&path, TickRow::COLUMNS, |row: &TickRow| {
         if row.seq.is_none() {
             return;
         }
         y.push(row.y);
+        u.push(row.u);
         if row.seq != newest {
             newest = row.seq;
             length = y.len();
         }
     })?;
     y.truncate(length);
-    Ok(y)
+    u.truncate(length);
+    Ok(Response { y, u })
 }
 
 /// Time from each tick of the plant to the next, ms, in order.
@@ -94,7 +105,7 @@ mod tests {
                     4,12,12,1,0.75,1\n5,15,15,1,1,2\n6,18,18,1,9,2\n";
         let folder = folder("ticks.csv", text);
         assert_eq!(
-            response(folder.path()).expect("readable"),
+            response(folder.path()).expect("readable").y,
             [0.25, 0.5, 0.75, 1.0]
         );
     }

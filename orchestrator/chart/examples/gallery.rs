@@ -33,6 +33,7 @@ fn axis(label: &str) -> Axis {
         label: label.to_owned(),
         scale: Scale::Linear,
         range: None,
+        names: Vec::new(),
     }
 }
 

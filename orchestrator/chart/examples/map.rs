@@ -34,6 +34,7 @@ fn axis(label: &str, scale: Scale) -> Axis {
         label: label.to_owned(),
         scale,
         range: None,
+        names: Vec::new(),
     }
 }
 
@@ -209,6 +210,7 @@ fn quantities() -> Chart {
     };
     let percent = Axis {
         range: Some((0.0, 80.0)),
+        names: Vec::new(),
         ..axis("missed/%", Scale::Linear)
     };
     Chart {

@@ -71,7 +71,8 @@ impl Axes {
         let (x, y) = extent::of(panel)?;
         let none: &[String] = &[];
         let map = panel.map.as_ref();
-        let names = map.map_or((none, none), |map| {
+        let own = shown(&panel.x.names, &x);
+        let names = map.map_or((own, none), |map| {
             (shown(map.x.names(), &x), shown(map.y.names(), &y))
         });
         Some(Axes {

@@ -11,6 +11,9 @@ pub struct Axis {
     pub scale: Scale,
     /// Its range; `None` for the range of the data.
     pub range: Option<(f64, f64)>,
+    /// Names at 0, 1, 2 and so on in place of numbers, on the horizontal axis.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub names: Vec<String>,
 }
 
 impl Axis {
@@ -21,6 +24,7 @@ impl Axis {
             label: label.to_owned(),
             scale,
             range: None,
+            names: Vec::new(),
         }
     }
 }

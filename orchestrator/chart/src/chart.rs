@@ -105,6 +105,8 @@ pub enum Mark {
     Dots,
     /// Bars of this width, centred on x, from zero to y.
     Bars(f64),
+    /// The interval at each point, filled from its lower to its upper end: one part of a stack.
+    Area,
 }
 
 /// What a series is drawn in: a colour and, for print in grey, a position in the lists of dashes and

@@ -14,7 +14,7 @@ pub(crate) fn of(panel: &Panel) -> Option<(Span, Span)> {
     let x_values = panel.series.iter().flat_map(|series| {
         let half = match series.mark {
             Mark::Bars(width) => width / 2.0,
-            Mark::Line | Mark::Steps | Mark::Dots => 0.0,
+            Mark::Line | Mark::Steps | Mark::Dots | Mark::Area => 0.0,
         };
         series
             .points
@@ -36,7 +36,7 @@ pub(crate) fn of(panel: &Panel) -> Option<(Span, Span)> {
         let bands = series.band.len() == series.points.len();
         let floor = match series.mark {
             Mark::Bars(_) => Some(0.0),
-            Mark::Line | Mark::Steps | Mark::Dots => None,
+            Mark::Line | Mark::Steps | Mark::Dots | Mark::Area => None,
         };
         series
             .points

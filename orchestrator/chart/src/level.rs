@@ -231,6 +231,7 @@ mod tests {
                 label: "settling/s".to_owned(),
                 scale,
                 range,
+                names: Vec::new(),
             },
             x: Along::Numbers((0..values.len()).map(|n| n as f64).collect()),
             y: Along::Names(vec!["one".to_owned()]),

@@ -156,7 +156,7 @@ impl Look {
             kind: match series.mark {
                 Mark::Line | Mark::Steps => Kind::Line,
                 Mark::Dots => Kind::Dots,
-                Mark::Bars(_) => Kind::Bars,
+                Mark::Bars(_) | Mark::Area => Kind::Bars,
             },
             turn: 0,
         }

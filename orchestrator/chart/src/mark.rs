@@ -14,6 +14,10 @@ const DENSE: usize = 600;
 /// Half the length of the bar across the end of a whisker.
 const CAP: f64 = 1.6;
 
+/// Opacity of the band about a line, and of a part of a stack, %.
+const BAND: u8 = 20;
+const FILLED: u8 = 85;
+
 /// A series that is ready to be drawn.
 pub(crate) struct Drawn<'a> {
     pub(crate) series: &'a Series,
@@ -29,13 +33,14 @@ impl Drawn<'_> {
         let mut shapes = Vec::new();
         match self.series.mark {
             Mark::Line => {
-                self.band(frame, y, false, &mut shapes);
+                self.band(frame, y, false, BAND, &mut shapes);
                 self.lines(frame, false, &mut shapes);
             }
             Mark::Steps => {
-                self.band(frame, y, true, &mut shapes);
+                self.band(frame, y, true, BAND, &mut shapes);
                 self.lines(frame, true, &mut shapes);
             }
+            Mark::Area => self.band(frame, y, false, FILLED, &mut shapes),
             Mark::Dots => {
                 self.whiskers(frame, y, &mut shapes);
                 self.dots(frame, &mut shapes);
@@ -78,7 +83,7 @@ impl Drawn<'_> {
         self.markers(frame, &lone, 2.4, shapes);
     }
 
-    fn band(&self, frame: &Frame, y: &Span, steps: bool, shapes: &mut Vec<Shape>) {
+    fn band(&self, frame: &Frame, y: &Span, steps: bool, opacity: u8, shapes: &mut Vec<Shape>) {
         let mut areas = Vec::new();
         for piece in self.pieces() {
             for part in piece.chunk_by(|a, b| a.band.is_some() == b.band.is_some()) {
@@ -101,7 +106,7 @@ impl Drawn<'_> {
             shapes.push(Shape::Areas {
                 areas,
                 colour: self.look.colour,
-                opacity: 20,
+                opacity,
             });
         }
     }

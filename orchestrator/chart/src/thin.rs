@@ -37,7 +37,7 @@ pub(crate) fn thin(series: &Series, x: &Span, y: &Span, columns: usize) -> Vec<P
     let (wide, high) = (cells.0 * CELLS_PER_POINT, cells.1 * CELLS_PER_POINT);
     let points = drawable(series, x, y);
     match series.mark {
-        Mark::Line | Mark::Steps => by_column(&points, wide),
+        Mark::Line | Mark::Steps | Mark::Area => by_column(&points, wide),
         Mark::Bars(width) => {
             let per_axis = x.fraction(x.lo + width).unwrap_or_default();
             if per_axis * wide < 1.0 && points.iter().all(|point| point.at.0 >= 0.0) {

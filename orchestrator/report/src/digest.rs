@@ -15,7 +15,7 @@ use crate::outcome::{self, Kind, Outcome};
 /// The most lines of one list.
 const MOST_LINES: usize = 25;
 /// The most characters of a reason.
-const MOST_CHARACTERS: usize = 240;
+const MOST_CHARACTERS: usize = 600;
 
 /// The text of `summary.md`.
 #[must_use]
@@ -29,6 +29,7 @@ pub fn markdown(report: &Report<'_>) -> String {
     let sections = [
         format!("# webloop: {}\n", text(&report.campaign.plan.experiment)),
         answer(report),
+        brief(report),
         totals(report, &outcomes),
         claims(report),
         faults(&outcomes),
@@ -46,6 +47,14 @@ fn answer(report: &Report<'_>) -> String {
     let words = Answer::of(report.campaign).words();
     let sentences: Vec<String> = words.iter().map(|sentence| text(sentence)).collect();
     sentences.join(" ") + "\n"
+}
+
+/// The other four questions; the answer to the first stands above.
+fn brief(report: &Report<'_>) -> String {
+    let lines = report.brief.iter().skip(1);
+    lines
+        .map(|brief| format!("- **{}** {}\n", brief.question, text(&brief.answer)))
+        .collect()
 }
 
 /// How cells and loops of each topology ended.

@@ -3,9 +3,13 @@
 //! Each is made from complete runs by a file of this folder; a panel without any says so. [`chart`]
 //! draws them.
 
+mod budget;
+mod distribution;
 pub mod median;
 mod response;
+mod schedule;
 pub mod step;
+mod worst;
 
 use std::path::PathBuf;
 
@@ -14,6 +18,8 @@ use chart::{Axis, Chart, Panel, Scale};
 use plan::Verdict;
 use serde::Serialize;
 
+use self::median::Traces;
+use crate::delays::{Delays, Nearest};
 use crate::origin::Origin;
 use crate::tone::TONES;
 
@@ -32,12 +38,26 @@ pub struct Figure {
     pub runs: Vec<String>,
 }
 
-/// The figures of any experiment.
+/// The figures of any experiment, by what there is to show in it; `delays` and `nearest` are of the same
+/// campaign.
 ///
 /// # Errors
 /// [`ReadError`] if rows that a figure needs cannot be read.
-pub fn all(campaign: &Campaign) -> Result<Vec<Figure>, ReadError> {
-    Ok(response::figure(campaign)?.into_iter().collect())
+pub fn all(
+    campaign: &Campaign,
+    delays: &[Delays<'_>],
+    nearest: Option<&Nearest<'_>>,
+) -> Result<Vec<Figure>, ReadError> {
+    let mut traces = Traces::default();
+    let mut figures = response::figures(campaign, &mut traces)?;
+    figures.extend(schedule::figure(campaign)?);
+    figures.extend(distribution::figure(delays, campaign));
+    figures.extend(budget::medians(delays, campaign));
+    figures.extend(budget::samples(delays, campaign));
+    if let Some(nearest) = nearest {
+        figures.push(worst::figure(campaign, nearest, &mut traces)?);
+    }
+    Ok(figures)
 }
 
 /// Says in each figure what holds for all of them: which runs are left out, and that they are simulated.

@@ -18,14 +18,17 @@
 
 pub mod agree;
 pub mod answer;
+pub mod brief;
 pub mod claim;
 pub mod compare;
+pub mod delays;
 pub mod deposit;
 pub mod digest;
 pub mod figure;
 pub mod files;
 pub mod group;
 pub mod junit;
+pub mod loops;
 pub mod number;
 pub mod origin;
 pub mod outcome;

@@ -74,6 +74,7 @@ pub fn render(report: &Report<'_>) -> String {
                 (contents(&sections))
                 main #main tabindex="-1" {
                     (matrix::render(&answer, plan))
+                    (five(report))
                     @for section in &sections {
                         section id=(section.id) aria-labelledby={ (section.id) "-title" } {
                             h2 id={ (section.id) "-title" } { (section.title) }
@@ -127,6 +128,19 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
     .into_iter()
     .flatten()
     .collect()
+}
+
+/// The five questions with their answers, below the matrix.
+fn five(report: &Report<'_>) -> Markup {
+    html! {
+        @if !report.brief.is_empty() {
+            dl.brief {
+                @for brief in &report.brief {
+                    div { dt { (brief.question) } dd { (brief.answer) } }
+                }
+            }
+        }
+    }
 }
 
 fn contents(sections: &[Section]) -> Markup {

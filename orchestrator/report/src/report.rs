@@ -2,9 +2,11 @@
 
 use analysis::{Campaign, Damage, ReadError};
 
+use crate::brief::{self, Brief};
 use crate::claim::Finding;
+use crate::delays::{self, Nearest};
 use crate::figure::{self, Figure};
-use crate::table::Table;
+use crate::table::{Table, cost, delay};
 
 /// What a publication adds to the report on the experiment that repeats it.
 #[derive(Debug, Clone, Default)]
@@ -25,6 +27,8 @@ pub struct Exhibits {
 pub struct Report<'a> {
     /// The campaign that it is about.
     pub campaign: &'a Campaign,
+    /// The five questions with their answers.
+    pub brief: Vec<Brief>,
     /// The paper's claims, and readings of them.
     pub claims: Vec<Finding>,
     /// The tables.
@@ -41,14 +45,21 @@ impl<'a> Report<'a> {
     /// # Errors
     /// [`ReadError`] if rows that were whole a moment ago cannot be read.
     pub fn of(campaign: &'a Campaign, exhibits: Exhibits) -> Result<Report<'a>, ReadError> {
+        let delays = delays::all(campaign)?;
+        let nearest = Nearest::of(campaign)?;
         let mut figures = if exhibits.is_own {
             Vec::new()
         } else {
-            figure::all(campaign)?
+            figure::all(campaign, &delays, nearest.as_ref())?
         };
         figures.extend(exhibits.figures);
         figure::annotate(&mut figures, campaign);
-        let mut tables = exhibits.tables;
+        let mut tables = Vec::new();
+        if !exhibits.is_own {
+            tables.extend(cost::table(campaign, &delays));
+            tables.extend(delay::table(&delays));
+        }
+        tables.extend(exhibits.tables);
         if campaign.is_simulated() {
             for table in &mut tables {
                 table.title += ", simulated";
@@ -56,6 +67,7 @@ impl<'a> Report<'a> {
         }
         Ok(Report {
             campaign,
+            brief: brief::all_of(campaign, &delays, nearest.as_ref()),
             claims: exhibits.claims,
             tables,
             figures,

@@ -1,6 +1,8 @@
 //! A table as a value; [`Table::to_csv`] is for programs, [`Table::to_text`] for people.
 
+pub mod cost;
 mod csv;
+pub mod delay;
 mod text;
 
 use std::path::PathBuf;
@@ -34,6 +36,24 @@ pub enum Entry {
 }
 
 impl Table {
+    /// The same table without columns that are empty in all rows.
+    #[must_use]
+    pub fn filled(mut self) -> Table {
+        let is_filled: Vec<bool> = (0..self.columns.len())
+            .map(|at| {
+                let mut entries = self.rows.iter().filter_map(|row| row.get(at));
+                entries.any(|entry| *entry != Entry::None)
+            })
+            .collect();
+        let mut of_columns = is_filled.iter();
+        self.columns.retain(|_| of_columns.next() == Some(&true));
+        for row in &mut self.rows {
+            let mut of_entries = is_filled.iter();
+            row.retain(|_| of_entries.next() == Some(&true));
+        }
+        self
+    }
+
     /// Its files in a report's folder: `tables/table-2.csv` and `.txt`.
     #[must_use]
     pub fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {

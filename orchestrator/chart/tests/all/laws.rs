@@ -61,6 +61,7 @@ fn axis() -> impl Strategy<Value = Axis> {
             label,
             scale,
             range,
+            names: Vec::new(),
         })
 }
 
@@ -258,6 +259,7 @@ fn large(mark: Mark) -> Chart {
         label: label.to_owned(),
         scale: Scale::Linear,
         range: None,
+        names: Vec::new(),
     };
     let points: Vec<(f64, f64)> = (0..60_000_u32)
         .map(|k| (f64::from(k), f64::from(k.wrapping_mul(2_654_435_761) >> 8)))

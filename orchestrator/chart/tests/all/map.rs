@@ -9,6 +9,7 @@ fn axis(label: &str, scale: Scale) -> Axis {
         label: label.to_owned(),
         scale,
         range: None,
+        names: Vec::new(),
     }
 }
 

@@ -8,7 +8,7 @@ use crate::printed;
 use crate::subject::{
     CHROMIUM_2011, CHROMIUM_WORKER, FIREFOX_2011, FIREFOX_WORKER, NATIVE, PYTHON, Subject,
 };
-use report::figure::median::Traces;
+use report::figure::median::{Signal, Traces};
 use report::figure::step::{guides, horizon_s, range, settled};
 use report::figure::{Figure, panel};
 use report::group::Group;
@@ -172,7 +172,7 @@ fn draw<'a>(
         } else {
             format!("{} on {topology}", subject.name())
         };
-        let median = traces.median(&behind, shown.h_ns, end_s)?;
+        let median = traces.median(&behind, Signal::Y, shown.h_ns, end_s)?;
         panel.series.push(Series {
             name,
             tone: OTHER_TONE,
@@ -192,7 +192,7 @@ fn draw<'a>(
         panel.series.push(Series {
             name,
             tone: subject.tone(),
-            ..traces.median(group, shown.h_ns, end_s)?
+            ..traces.median(group, Signal::Y, shown.h_ns, end_s)?
         });
     }
     panel.guides = guides(REFERENCE);

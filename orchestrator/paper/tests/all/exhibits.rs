@@ -257,21 +257,6 @@ fn the_figures_show_this() {
 }
 
 #[test]
-fn what_is_not_the_paper_s_has_a_figure_of_its_own() {
-    let lab = Lab::new(
-        "name = \"own\"\n[[cells]]\ntopology = [\"arima\"]\nclient = [\"python\"]\n\
-         preset = \"paper-python\"\nsystem = [\"motor\", \"lag\"]\nmode = \"closed\"\nh = [\"3ms\"]\n\
-         duration = \"3s\"\nrepeats = 2\n",
-    );
-    for cell in &lab.plan.cells {
-        write(&lab, cell, Verdict::Complete);
-    }
-    let campaign = lab.campaign();
-    let figures = report::figure::all(&campaign).expect("readable");
-    insta::assert_snapshot!(outline(&figures[0]));
-}
-
-#[test]
 fn of_what_has_not_been_run_every_panel_says_so() {
     let lab = Lab::new(EXPERIMENT);
     let nothing = lab.campaign();

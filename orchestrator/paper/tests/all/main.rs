@@ -3,5 +3,5 @@
 mod claims;
 mod exhibits;
 // The results folder made by hand, which the report has for its own tests.
-#[path = "../../../report/tests/lab/mod.rs"]
+#[path = "../../../report/tests/all/lab/mod.rs"]
 mod lab;

@@ -103,6 +103,7 @@ mod tests {
         let cases = [
             ("t_due_ns", Some("ns")),
             ("iae_s", Some("s")),
+            ("ise_s", Some("s")),
             ("overshoot_pct", Some("%")),
             ("the paper avg/ms", Some("ms")),
             ("zero_1ms", None),

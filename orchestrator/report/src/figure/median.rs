@@ -1,4 +1,4 @@
-//! The median of repeated step responses, instant by instant, with the quartiles about it.
+//! Repeated step responses: the median instant by instant with the quartiles about it, and single runs.
 
 use std::collections::BTreeMap;
 
@@ -8,46 +8,88 @@ use chart::{Mark, Series};
 use crate::group::Group;
 use crate::tone::OTHER_TONE;
 
+/// Which signal of the loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Signal {
+    /// The plant's output.
+    Y,
+    /// The plant's input.
+    U,
+}
+
 /// The responses that have been read, by the id of the cell, since panels share their references.
 #[derive(Default)]
-pub struct Traces(BTreeMap<String, Vec<f64>>);
+pub struct Traces(BTreeMap<String, trace::Response>);
 
 impl Traces {
-    fn of(&mut self, run: &Run) -> Result<&[f64], ReadError> {
+    fn of(&mut self, run: &Run, signal: Signal) -> Result<&[f64], ReadError> {
         let id = &run.cell.id;
         if !self.0.contains_key(id) {
             self.0.insert(id.clone(), trace::response(&run.folder)?);
         }
-        Ok(self.0.get(id).map_or(&[], Vec::as_slice))
+        Ok(self.0.get(id).map_or(&[], |response| match signal {
+            Signal::Y => &response.y,
+            Signal::U => &response.u,
+        }))
     }
 
     /// The median of a group's responses with its quartiles, up to `end_s` but no further than the
     /// shortest response. The caller sets the name and the colour.
+    ///
+    /// # Errors
+    /// [`ReadError`] if `ticks.csv` of a run cannot be read.
     pub fn median(
         &mut self,
         group: &Group<'_>,
+        signal: Signal,
         h_ns: u64,
         end_s: f64,
     ) -> Result<Series, ReadError> {
-        let samples = (end_s * 1e9 / h_ns as f64) as usize + 1;
+        let samples = samples(end_s, h_ns);
         let mut at = vec![Vec::new(); samples];
         for run in &group.runs {
-            let y = self.of(run)?;
-            at.truncate(y.len());
-            for (values, y) in at.iter_mut().zip(y) {
-                values.push(*y);
+            let values = self.of(run, signal)?;
+            at.truncate(values.len());
+            for (values, value) in at.iter_mut().zip(values) {
+                values.push(*value);
             }
         }
         let middles: Vec<(f64, f64, f64)> = at.into_iter().filter_map(quartiles).collect();
-        let seconds = (0..).map(|n: u64| (n * h_ns) as f64 / 1e9);
         Ok(Series {
             name: String::new(),
             mark: Mark::Line,
             tone: OTHER_TONE,
-            points: seconds.zip(middles.iter().map(|(_, y, _)| *y)).collect(),
+            points: seconds(h_ns)
+                .zip(middles.iter().map(|(_, y, _)| *y))
+                .collect(),
             band: middles.iter().map(|(low, _, high)| (*low, *high)).collect(),
         })
     }
+
+    /// One run's response, up to `end_s`. The caller sets the name and the colour.
+    ///
+    /// # Errors
+    /// [`ReadError`] if `ticks.csv` of the run cannot be read.
+    pub fn single(
+        &mut self,
+        run: &Run,
+        signal: Signal,
+        h_ns: u64,
+        end_s: f64,
+    ) -> Result<Series, ReadError> {
+        let values = self.of(run, signal)?.iter().copied();
+        let points = seconds(h_ns).zip(values).take(samples(end_s, h_ns));
+        let points = points.collect();
+        Ok(Series::new(String::new(), Mark::Line, OTHER_TONE, points))
+    }
+}
+
+fn samples(end_s: f64, h_ns: u64) -> usize {
+    (end_s * 1e9 / h_ns as f64) as usize + 1
+}
+
+fn seconds(h_ns: u64) -> impl Iterator<Item = f64> {
+    (0..).map(move |n: u64| (n * h_ns) as f64 / 1e9)
 }
 
 /// The lower quartile, the median and the upper quartile: at least half of the values are from one
@@ -59,7 +101,6 @@ fn quartiles(mut values: Vec<f64>) -> Option<(f64, f64, f64)> {
     let middle = f64::midpoint(at(last / 2)?, at(last.div_ceil(2))?);
     Some((at(last / 4)?, middle, at(last - last / 4)?))
 }
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,23 +1,26 @@
-//! Step responses of what is not the paper's: programs, systems and links of one's own.
+//! Figures A and B: the step responses of all closed loops, and the plant's inputs.
 //!
-//! Whatever ran at one place is in one panel, so that controllers are compared over the same links. Figures 5
-//! and 6 have the paper's own places.
+//! Whatever ran at one place is in one panel, so that controllers are compared over the same links.
 
 use analysis::{Campaign, LoopVerdict, ReadError, Run};
-use chart::{Mark, Panel, Series, Tone};
+use chart::{Mark, Panel, Series};
 use endpoint::Mode;
 use plan::Client;
 use system::System;
 
-use super::median::Traces;
+use super::median::{Signal, Traces};
 use super::step::{guides, horizon_s, range, settled};
 use super::{Figure, panel};
+use crate::delays::nearest_to_failing;
 use crate::group::Group;
 use crate::origin::Origin;
-use crate::tone::{OTHER_TONE, OWN_TONES, tone_of};
+use crate::tone::{OTHER_TONE, Tones};
 
-/// The most panels of the figure; further places are counted in its caption.
-const MOST_PANELS: usize = 12;
+/// The most panels of each figure; further places are counted in its caption.
+const MOST_OUTPUTS: usize = 36;
+const MOST_INPUTS: usize = 12;
+/// Panels side by side.
+const COLUMNS: usize = 3;
 
 /// Where loops ran that can be compared: over one topology, with one plant, at one rate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,63 +37,63 @@ struct Kind<'a> {
     group: Group<'a>,
 }
 
-/// Figure A; `None` for a campaign that has the paper's clients, plant and links alone.
-pub(super) fn figure(campaign: &Campaign) -> Result<Option<Figure>, ReadError> {
+/// Figures A and B, the outputs and the inputs of the closed loops; none if no loop was closed.
+pub(super) fn figures(campaign: &Campaign, traces: &mut Traces) -> Result<Vec<Figure>, ReadError> {
     let mut places: Vec<Place<'_>> = Vec::new();
-    for run in closed(campaign) {
+    for run in closed(campaign).filter(|run| run.is_complete()) {
         let place = Place::of(run);
         if !places.contains(&place) {
             places.push(place);
         }
     }
-    if places.is_empty() {
-        return Ok(None);
-    }
-    let mut own_clients: Vec<Client> = Vec::new();
-    for client in closed(campaign).map(|run| run.cell.client) {
-        if client.is_own() && !own_clients.contains(&client) {
-            own_clients.push(client);
+    let tones = Tones::of(campaign);
+    let mut figures = Vec::new();
+    for (signal, most) in [(Signal::Y, MOST_OUTPUTS), (Signal::U, MOST_INPUTS)] {
+        let left_out = places.len().saturating_sub(most);
+        let places = chosen(&places, most, campaign);
+        let (mut origin, mut sentences, mut panels) = (Origin::default(), Vec::new(), Vec::new());
+        for place in &places {
+            let kinds = place.kinds(campaign);
+            for kind in &kinds {
+                origin.all(&kind.group);
+            }
+            let panel = place.draw(signal, &kinds, &tones, traces)?;
+            let curves = panel.series.iter().map(|series| series.name.as_str());
+            let curves: Vec<&str> = curves.filter(|name| !name.is_empty()).collect();
+            if !curves.is_empty() {
+                sentences.push(format!("{}: {}.", panel.title, curves.join("; ")));
+            }
+            panels.push(panel);
         }
-    }
-    let left_out = places.len().saturating_sub(MOST_PANELS);
-    if left_out > 0 {
-        // Those where a loop did not hold, then those that ran; in the plan's order.
-        let mut by_need: Vec<usize> = (0..places.len()).collect();
-        by_need.sort_by_key(|at| places[*at].need(campaign));
-        by_need.truncate(MOST_PANELS);
-        by_need.sort_unstable();
-        places = by_need.into_iter().map(|at| places[at]).collect();
-    }
-    let (mut origin, mut sentences, mut panels) = (Origin::default(), Vec::new(), Vec::new());
-    let mut traces = Traces::default();
-    for place in &places {
-        let kinds = place.kinds(campaign);
-        for kind in &kinds {
-            origin.all(&kind.group);
+        if panels.is_empty() {
+            continue;
         }
-        let panel = place.draw(&kinds, &own_clients, &mut traces)?;
-        let curves = panel.series.iter().map(|series| series.name.as_str());
-        let curves: Vec<&str> = curves.collect();
-        if !curves.is_empty() {
-            sentences.push(format!("{}: {}.", panel.title, curves.join("; ")));
-        }
-        panels.push(panel);
-    }
-    let mut figure = Figure::new(
-        "A",
-        "Step responses of one's own",
-        places.len().min(3),
-        "Step responses from the first command that the plant applied, all that ran at one place together: the \
-         median over the repeats at each instant, and the band in which half of them lie. The time is the median \
-         settling into 2 % of the reference, after its last step where it moves.",
-        None,
-    );
-    if left_out > 0 {
-        figure.caption += &format!(
-            " {left_out} more places, where the loops held or did not run, are in the tables alone."
+        let (number, title, what) = match signal {
+            Signal::Y => ("A", "Step responses", "Outputs"),
+            Signal::U => ("B", "Inputs of the plant", "Inputs"),
+        };
+        let mut caption = format!(
+            "{what} from the first command that the plant applied, all that ran at one place together: the median \
+             over the repeats at each instant, and the band in which half of them lie; dashed, the repeat nearest to failing. The time is the median settling into 2 % of the reference, after its last step \
+             where it moves. A loop that leaves the range of those that hold is cut."
         );
+        if left_out > 0 {
+            caption +=
+                &format!(" {left_out} more places, where the loops held, are in the tables alone.");
+        }
+        let figure = Figure::new(number, title, places.len().min(COLUMNS), &caption, None);
+        figures.push(figure.drawn(panels, &sentences, &origin, campaign));
     }
-    Ok(Some(figure.drawn(panels, &sentences, &origin, campaign)))
+    Ok(figures)
+}
+
+/// The places that are shown, in the plan's order: those where a loop did not hold are chosen first.
+fn chosen<'a>(places: &[Place<'a>], most: usize, campaign: &Campaign) -> Vec<Place<'a>> {
+    let mut by_need: Vec<usize> = (0..places.len()).collect();
+    by_need.sort_by_key(|at| places[*at].need(campaign));
+    by_need.truncate(most);
+    by_need.sort_unstable();
+    by_need.into_iter().map(|at| places[at]).collect()
 }
 
 fn closed(campaign: &Campaign) -> impl Iterator<Item = &Run> {
@@ -143,8 +146,9 @@ impl<'a> Place<'a> {
     /// The panel of this place; empty if nothing here is complete.
     fn draw(
         self,
+        signal: Signal,
         kinds: &[Kind<'_>],
-        own_clients: &[Client],
+        tones: &Tones,
         traces: &mut Traces,
     ) -> Result<Panel, ReadError> {
         let first = kinds.iter().find_map(|kind| kind.group.runs.first());
@@ -155,7 +159,12 @@ impl<'a> Place<'a> {
             format!(", {}", self.system)
         };
         let title = format!("{}{system}{rate}", self.topology);
-        let mut panel = panel("", title, "time/s", "y");
+        let mut panel = panel(
+            "",
+            title,
+            "time/s",
+            if signal == Signal::Y { "y" } else { "u" },
+        );
         let Some(first) = first else {
             return Ok(panel);
         };
@@ -175,11 +184,22 @@ impl<'a> Place<'a> {
             } else {
                 format!(", {}", kind.setup)
             };
+            let tone = tones.tone(kind.client);
             panel.series.push(Series {
                 name: format!("{}{setup}: {}", kind.client, kind.end(settled(settling_ms))),
-                tone: tone(kind.client, own_clients),
-                ..traces.median(&kind.group, self.h_ns, end_s)?
+                tone,
+                ..traces.median(&kind.group, signal, self.h_ns, end_s)?
             });
+            let worst = nearest_to_failing(kind.group.runs.iter().copied());
+            if let Some(worst) = worst.filter(|_| kind.group.runs.len() > 1) {
+                panel.series.push(Series {
+                    tone,
+                    ..traces.single(worst, signal, self.h_ns, end_s)?
+                });
+            }
+        }
+        if signal == Signal::U {
+            return Ok(panel);
         }
         match moving {
             Some(moving) => {
@@ -229,13 +249,5 @@ impl Kind<'_> {
         } else {
             settled
         }
-    }
-}
-
-/// A client's colour, the same in all panels; those of one's own take theirs in turn, in the plan's order.
-fn tone(client: Client, own_clients: &[Client]) -> Tone {
-    match own_clients.iter().position(|own| *own == client) {
-        Some(nth) => OWN_TONES[nth % OWN_TONES.len()],
-        None => tone_of(client),
     }
 }

@@ -72,6 +72,7 @@ fn report(campaign: &Campaign) -> Report<'_> {
     };
     Report {
         campaign,
+        brief: Vec::new(),
         claims: vec![
             finding("one", Verdict::Agrees),
             finding("two", Verdict::Differs),
@@ -105,6 +106,7 @@ fn figure(runs: Vec<String>) -> Figure {
         label: label.to_owned(),
         scale: Scale::Linear,
         range: None,
+        names: Vec::new(),
     };
     Figure {
         number: "3",
@@ -238,6 +240,7 @@ fn a_campaign_without_anything_has_a_page_all_the_same() {
     let campaign = campaign(CELLS, |_| Outcome::Absent);
     let report = Report {
         campaign: &campaign,
+        brief: Vec::new(),
         claims: Vec::new(),
         tables: Vec::new(),
         figures: Vec::new(),

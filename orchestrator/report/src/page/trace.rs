@@ -29,7 +29,7 @@ pub(super) fn is_panel_zoomable(panel: &Panel) -> bool {
 }
 
 fn is_trace(series: &Series) -> bool {
-    !matches!(series.mark, Mark::Bars(_))
+    !matches!(series.mark, Mark::Bars(_) | Mark::Area)
 }
 
 /// The chart's points as JSON that can be embedded in a page.
@@ -109,7 +109,7 @@ impl<'a> PanelTrace<'a> {
                 mark: match series.mark {
                     Mark::Steps => "steps",
                     Mark::Dots => "dots",
-                    Mark::Line | Mark::Bars(_) => "line",
+                    Mark::Line | Mark::Bars(_) | Mark::Area => "line",
                 },
                 x: x.packed(points.iter().map(|point| point.x)),
                 y: y.packed(points.iter().map(|point| point.y)),
@@ -254,6 +254,7 @@ mod tests {
             label: "y".to_owned(),
             scale,
             range: None,
+            names: Vec::new(),
         }
     }
 

@@ -169,6 +169,7 @@ pub(crate) fn finding(id: &'static str, verdict: claim::Verdict, value: f64) -> 
 pub(crate) fn report(campaign: &Campaign) -> Report<'_> {
     Report {
         campaign,
+        brief: Vec::new(),
         claims: vec![
             finding("fig-6b-agrees", claim::Verdict::Agrees, 4.2),
             finding("fig-6b-differs", claim::Verdict::Differs, 7.0),

@@ -337,6 +337,9 @@ impl Rows {
             tick.y = 1.0 - (-rate * (tick.k * h_ns) as f64 / 1e6).exp();
             tick.seq = Some(tick.k);
         }
+        for message in &mut rows.messages {
+            message.y = Some(0.0);
+        }
         rows
     }
 

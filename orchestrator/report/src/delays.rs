@@ -1,0 +1,269 @@
+//! The delays of a campaign's runs, pooled over the runs that share a link and a client: how long round
+//! trips, ways and lateness were, and the parts of a sample's delay.
+//!
+//! The system makes no difference to a delay, so runs of several systems are pooled.
+
+use analysis::budget::{Budget, Part};
+use analysis::hold::{self, Hold};
+use analysis::{Campaign, LoopVerdict, ReadError, Run, grouped};
+use chart::Tone;
+use endpoint::Mode;
+use plan::Client;
+
+use crate::tone::Tones;
+
+/// The delays of the complete runs of one client with one setup at one rate over one topology.
+#[derive(Debug, Clone)]
+pub struct Delays<'a> {
+    /// The topology.
+    pub topology: &'a str,
+    /// The client, with what tells its loops apart: `native, 333 Hz`, `firefox, worker`.
+    pub label: String,
+    /// The client's colour.
+    pub tone: Tone,
+    /// The runs.
+    pub runs: Vec<&'a Run>,
+    /// Round trips of messages, ms, sorted.
+    pub round_trip_ms: Vec<f64>,
+    /// Ways up, ms, sorted.
+    pub up_ms: Vec<f64>,
+    /// How late messages were sent, ms, sorted.
+    pub late_ms: Vec<f64>,
+    /// Delays of samples from measurement to effect, ms, sorted; none in open loop.
+    pub sample_ms: Vec<f64>,
+    /// The median of each part of them, ms, in the order of [`Part::ALL`].
+    pub parts_ms: Option<[f64; 8]>,
+    /// The run nearest to failing, with its messages.
+    pub worst: (&'a Run, Budget),
+}
+
+/// The delays of a campaign: a value for each topology and loop, by topology, in the plan's order.
+///
+/// # Errors
+/// [`ReadError`] if rows cannot be read.
+pub fn all(campaign: &Campaign) -> Result<Vec<Delays<'_>>, ReadError> {
+    let complete = campaign.runs.iter().filter(|run| run.is_complete());
+    let complete: Vec<&Run> = complete.collect();
+    let names = Names::of(&complete);
+    let groups = grouped(complete.iter().copied(), |run| {
+        (
+            run.cell.topology.as_str(),
+            run.cell.client,
+            names.label(run),
+        )
+    });
+    let tones = Tones::of(campaign);
+    let mut all = Vec::new();
+    for ((topology, client, label), runs) in groups {
+        if let Some(delays) = Delays::of(campaign, topology, label, tones.tone(client), runs)? {
+            all.push(delays);
+        }
+    }
+    let topologies = grouped(&all, |of| of.topology);
+    let order: Vec<&str> = topologies
+        .into_iter()
+        .map(|(topology, _)| topology)
+        .collect();
+    all.sort_by_key(|of| order.iter().position(|topology| *topology == of.topology));
+    Ok(all)
+}
+
+impl<'a> Delays<'a> {
+    /// `None` without a run.
+    fn of(
+        campaign: &Campaign,
+        topology: &'a str,
+        label: String,
+        tone: Tone,
+        runs: Vec<&'a Run>,
+    ) -> Result<Option<Delays<'a>>, ReadError> {
+        let Some(worst) = nearest_to_failing(runs.iter().copied()) else {
+            return Ok(None);
+        };
+        let mut delays = Delays {
+            topology,
+            label,
+            tone,
+            runs: Vec::new(),
+            round_trip_ms: Vec::new(),
+            up_ms: Vec::new(),
+            late_ms: Vec::new(),
+            sample_ms: Vec::new(),
+            parts_ms: None,
+            worst: (worst, Budget::default()),
+        };
+        let mut parts: [Vec<i64>; 8] = Default::default();
+        for run in &runs {
+            let budget = Budget::of(run, &campaign.plan)?;
+            for trip in &budget.trips {
+                delays.round_trip_ms.extend(trip.round_trip_ns().map(ms));
+                delays.up_ms.push(ms(trip.up.ns()));
+                delays.late_ms.push(ms(trip.client_ns()));
+            }
+            for sample in &budget.samples {
+                delays.sample_ms.push(ms(sample.total_ns()));
+                for (values, part) in parts.iter_mut().zip(sample.parts_ns) {
+                    values.push(part);
+                }
+            }
+            if run.cell.index == worst.cell.index {
+                delays.worst.1 = budget;
+            }
+        }
+        delays.runs = runs;
+        for values in [
+            &mut delays.round_trip_ms,
+            &mut delays.up_ms,
+            &mut delays.late_ms,
+            &mut delays.sample_ms,
+        ] {
+            values.sort_by(f64::total_cmp);
+        }
+        delays.parts_ms = (!delays.sample_ms.is_empty()).then(|| parts.map(middle_ms));
+        Ok(Some(delays))
+    }
+
+    /// Whether a run is among these.
+    #[must_use]
+    pub fn has(&self, run: &Run) -> bool {
+        self.runs.iter().any(|one| one.cell.index == run.cell.index)
+    }
+
+    /// The median of the link's share of a sample's delay, ms; `None` in open loop.
+    #[must_use]
+    pub fn link_ms(&self) -> Option<f64> {
+        let parts_ms = self.parts_ms?;
+        let of_link = Part::ALL.into_iter().filter(|part| part.is_link());
+        Some(of_link.map(|part| parts_ms[part as usize]).sum())
+    }
+}
+
+/// The value below which this share of sorted values lies; `None` if there are too few of them for it: a
+/// hundred for the 99th percentile.
+#[must_use]
+pub fn percentile(sorted: &[f64], share: f64) -> Option<f64> {
+    let above = sorted.len() as f64 * (1.0 - share);
+    // Rounding may leave a little less than one.
+    if above < 1.0 - 1e-9 {
+        return None;
+    }
+    let at = (sorted.len() as f64 * share).ceil() as usize;
+    sorted.get(at.saturating_sub(1)).copied()
+}
+
+/// The run nearest to failing: one whose loop failed, or the one that took the largest part of its time
+/// to settle; among equals the one that went farthest.
+pub fn nearest_to_failing<'a>(runs: impl Iterator<Item = &'a Run>) -> Option<&'a Run> {
+    runs.max_by(|one, other| {
+        nearness(one)
+            .partial_cmp(&nearness(other))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    })
+}
+
+/// How near a run is to failing, by its verdict, its settling as a share of its length, and its overshoot.
+fn nearness(run: &Run) -> (u8, f64, f64) {
+    let summary = &run.summary;
+    let verdict = match summary.loop_verdict {
+        None => 0,
+        Some(LoopVerdict::Stable) => 1,
+        Some(LoopVerdict::NotSettled) => 2,
+        Some(LoopVerdict::Unstable) => 3,
+    };
+    let length_ms = run.cell.duration_ns as f64 / 1e6;
+    let settled = summary.settling_ms.unwrap_or(0.0) / length_ms;
+    (verdict, settled, summary.overshoot_pct.unwrap_or(0.0))
+}
+
+/// The run of a campaign nearest to failing, and what hurt it.
+#[derive(Debug, Clone)]
+pub struct Nearest<'a> {
+    /// The run.
+    pub run: &'a Run,
+    /// Its messages.
+    pub budget: Budget,
+    /// The moment that hurt it; `None` if none stands out.
+    pub hold: Option<Hold>,
+}
+
+impl<'a> Nearest<'a> {
+    /// Among the complete closed loops; `None` without one.
+    ///
+    /// # Errors
+    /// [`ReadError`] if rows cannot be read.
+    pub fn of(campaign: &'a Campaign) -> Result<Option<Nearest<'a>>, ReadError> {
+        let closed = campaign
+            .runs
+            .iter()
+            .filter(|run| run.is_complete() && run.summary.loop_verdict.is_some());
+        let Some(run) = nearest_to_failing(closed) else {
+            return Ok(None);
+        };
+        let budget = Budget::of(run, &campaign.plan)?;
+        let hold = hold::worst(run, &campaign.plan, &budget)?;
+        Ok(Some(Nearest { run, budget, hold }))
+    }
+}
+
+fn ms(ns: i64) -> f64 {
+    ns as f64 / 1e6
+}
+
+fn middle_ms(mut values: Vec<i64>) -> f64 {
+    values.sort_unstable();
+    values.get(values.len() / 2).map_or(0.0, |ns| ms(*ns))
+}
+
+/// What has to be named to tell the loops of a campaign apart.
+struct Names {
+    /// The clients with more than one setup.
+    setup: Vec<Client>,
+    /// Whether open and closed loops are both there.
+    mode: bool,
+    /// Whether there are several rates.
+    rate: bool,
+}
+
+impl Names {
+    fn of(runs: &[&Run]) -> Names {
+        let clients = grouped(runs.iter(), |run| run.cell.client);
+        let several = clients.iter().filter(|(_, runs)| {
+            grouped(runs.iter(), |run| run.cell.setup_beside_system()).len() > 1
+        });
+        Names {
+            setup: several.map(|(client, _)| *client).collect(),
+            mode: grouped(runs.iter(), |run| run.cell.settings.mode).len() > 1,
+            rate: grouped(runs.iter(), |run| run.cell.settings.h.ns()).len() > 1,
+        }
+    }
+
+    fn label(&self, run: &Run) -> String {
+        let cell = &run.cell;
+        let mut words = vec![cell.client.to_string()];
+        if self.setup.contains(&cell.client) {
+            words.push(cell.setup_beside_system());
+        }
+        if self.mode && cell.settings.mode == Mode::Open {
+            words.push("open".to_owned());
+        }
+        if self.rate {
+            words.push(cell.rate());
+        }
+        words.join(", ")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_percentile_needs_a_value_above_it() {
+        let values: Vec<f64> = (1..=100).map(f64::from).collect();
+        assert_eq!(percentile(&values, 0.5), Some(50.0));
+        assert_eq!(percentile(&values, 0.99), Some(99.0));
+        assert_eq!(percentile(&values, 0.999), None);
+        assert_eq!(percentile(&values[..99], 0.99), None);
+        assert_eq!(percentile(&[], 0.5), None);
+    }
+}

@@ -1,0 +1,4 @@
+//! The report on experiments that no paper knows.
+
+mod general;
+mod lab;
