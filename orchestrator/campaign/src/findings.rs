@@ -13,7 +13,8 @@ pub struct Findings {
     pub summary: String,
     /// The borders as CSV; `None` if there are none.
     margins: Option<String>,
-    maps: Vec<Chart>,
+    /// The maps.
+    pub maps: Vec<Chart>,
 }
 
 impl Findings {
@@ -45,13 +46,6 @@ impl Findings {
             folder.leave(&name("csv"), map.to_csv().as_bytes())?;
         }
         Ok(())
-    }
-
-    /// Path of the first map in the folder; `None` if there are no maps.
-    #[must_use]
-    pub fn first_map(&self) -> Option<String> {
-        let map = self.maps.first()?;
-        Some(format!("maps/{}.svg", map.name))
     }
 }
 

@@ -108,7 +108,10 @@ impl<'a> SweepFolder<'a> {
     }
 
     /// Writes a file that can be deleted and made again.
-    pub(crate) fn leave(&self, name: &str, content: &[u8]) -> Result<(), Error> {
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn leave(&self, name: &str, content: &[u8]) -> Result<(), Error> {
         self.folder.leave(name, content)
     }
 

@@ -19,6 +19,7 @@ mod profile;
 mod ran;
 mod scroll;
 mod sheet;
+mod sweep;
 mod trace;
 
 #[cfg(test)]
@@ -28,6 +29,8 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::answer::Answer;
 use crate::report::Report;
+
+pub use sweep::Sweep;
 
 const STYLE: &str = include_str!("page/style.css");
 const SCRIPT: &str = include_str!("page/script.js");
@@ -48,14 +51,22 @@ struct Section {
     body: Markup,
 }
 
-/// Renders the page.
+/// Renders the page of a campaign.
 #[must_use]
 pub fn render(report: &Report<'_>) -> String {
     let plan = &report.campaign.plan;
     let answer = Answer::of(report.campaign);
     let sections = sections(report);
-    let title = format!("{}: webloop report", plan.experiment);
+    let top = html! {
+        (matrix::render(&answer, plan))
+        (five(report))
+    };
     let zooms = report.figures.iter().any(trace::is_zoomable);
+    frame(&plan.experiment, &top, &sections, zooms)
+}
+
+/// The page around its contents.
+fn frame(name: &str, top: &Markup, sections: &[Section], zooms: bool) -> String {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -64,18 +75,17 @@ pub fn render(report: &Report<'_>) -> String {
                 meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
-                title { (title) }
+                title { (name) ": webloop report" }
                 link rel="icon" href="data:,";
                 // Ours comes last, since it overrides some of theirs.
                 style { @if zooms { (PreEscaped(UPLOT_STYLE)) } (PreEscaped(STYLE)) }
             }
             body {
                 a.skip href="#main" { "Skip to the answer" }
-                (contents(&sections))
+                (contents(sections))
                 main #main tabindex="-1" {
-                    (matrix::render(&answer, plan))
-                    (five(report))
-                    @for section in &sections {
+                    (top)
+                    @for section in sections {
                         section id=(section.id) aria-labelledby={ (section.id) "-title" } {
                             h2 id={ (section.id) "-title" } { (section.title) }
                             (section.body)

@@ -8,12 +8,16 @@ use std::sync::atomic::Ordering;
 
 use backend::Timings;
 use campaign::{Findings, SweepFolder};
+use report::page::Sweep as Page;
 use sweep::{Instead, SWEEPS};
 
 use crate::argument::{Progress as How, Sweep};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::sweep_progress::SweepProgress;
 use crate::{source, stop};
+
+/// The page of a sweep, in its folder.
+const PAGE: &str = "report.html";
 
 /// Runs a sweep's points, and prints and draws the findings.
 pub(crate) fn run(argument: &Sweep) -> Outcome {
@@ -101,11 +105,21 @@ fn conclude(sweep: &sweep::Sweep, folder: SweepFolder<'_>, path: &Path) -> Outco
     let mut out = std::io::stdout();
     write!(out, "{}", findings.summary)?;
     findings.leave(&folder)?;
+    let page = Page {
+        name: &sweep.name,
+        about: &sweep.about,
+        seed: sweep.seed,
+        summary: &findings.summary,
+        maps: &findings.maps,
+    };
+    folder.leave(PAGE, page.render().as_bytes())?;
     folder.complete()?;
-    writeln!(out, "\nResults: {}", path.display())?;
-    if let Some(map) = findings.first_map() {
-        writeln!(out, "A map to open: {}", path.join(map).display())?;
-    }
+    writeln!(
+        out,
+        "\nResults: {}\nReport: {}",
+        path.display(),
+        path.join(PAGE).display()
+    )?;
     Ok(Exit::Fine)
 }
 

@@ -72,12 +72,12 @@ fn called<'a>(figure: &Figure, panel: &'a Panel) -> &'a str {
 }
 
 /// The text of an SVG file for use in a page: without what is before its root element.
-fn inline(svg: &str) -> &str {
+pub(super) fn inline(svg: &str) -> &str {
     svg.find("<svg").map_or(svg, |at| &svg[at..])
 }
 
 /// The width for which it was drawn, as a variable for the style sheet.
-fn width(svg: &str) -> Option<String> {
+pub(super) fn width(svg: &str) -> Option<String> {
     let (root, _) = inline(svg).split_once('>')?;
     let (_, rest) = root.split_once(" width=\"")?;
     let (width, _) = rest.split_once('"')?;
