@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// One column: its two lines of heading, its alignment, and when it is shown.
+/// One column: its two lines of heading, its alignment, when it is shown, and what the legend says of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Column {
     /// Heading that it shares with its neighbours; printed over the first of them that is shown.
@@ -13,6 +13,8 @@ pub struct Column {
     pub number: bool,
     /// When it is shown.
     pub shown: Shown,
+    /// A sentence of the legend; empty if the heading says enough.
+    pub means: &'static str,
 }
 
 /// When a column is shown.
@@ -22,8 +24,10 @@ pub enum Shown {
     Always,
     /// If its entries differ: a column with the same entry in every row tells nothing.
     IfDiffers,
-    /// If any entry is not empty; `-` is not empty.
-    IfFilled,
+    /// If its entries differ; if not, its entry is said above the table, followed by these words.
+    Once(&'static str),
+    /// If any entry is something else than empty, `-` or this.
+    UnlessAll(&'static str),
 }
 
 impl Column {
@@ -32,6 +36,37 @@ impl Column {
     pub const fn shown(self, shown: Shown) -> Self {
         Self { shown, ..self }
     }
+
+    /// The same column, said above the table with these words after it where its entries do not differ.
+    #[must_use]
+    pub const fn once(self, words: &'static str) -> Self {
+        self.shown(Shown::Once(words))
+    }
+
+    /// The same column, left out where all entries are empty, `-` or this.
+    #[must_use]
+    pub const fn unless_all(self, dull: &'static str) -> Self {
+        self.shown(Shown::UnlessAll(dull))
+    }
+
+    /// The same column, with a sentence of the legend.
+    #[must_use]
+    pub const fn means(self, means: &'static str) -> Self {
+        Self { means, ..self }
+    }
+
+    fn is_shown<'a>(&self, mut entries: impl Iterator<Item = &'a str>) -> bool {
+        match self.shown {
+            Shown::Always => true,
+            Shown::IfDiffers => entries.next().is_some_and(|one| entries.any(|e| e != one)),
+            Shown::Once(_) => entries.next().is_none_or(|one| entries.any(|e| e != one)),
+            Shown::UnlessAll(dull) => entries.any(|entry| !is_empty(entry) && entry.trim() != dull),
+        }
+    }
+}
+
+fn is_empty(entry: &str) -> bool {
+    matches!(entry.trim(), "" | "-")
 }
 
 /// A column of words.
@@ -42,6 +77,7 @@ pub const fn text(name: &'static str) -> Column {
         name,
         number: false,
         shown: Shown::Always,
+        means: "",
     }
 }
 
@@ -52,25 +88,57 @@ pub const fn number(group: &'static str, name: &'static str) -> Column {
         group,
         name,
         number: true,
-        shown: Shown::Always,
+        ..text("")
+    }
+}
+
+/// A table for people, in the parts around which a caller puts words of its own.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sheet {
+    /// What all rows share, in the order of the columns.
+    pub said: Vec<String>,
+    /// The headings and rows, aligned.
+    pub text: String,
+    /// The sentences of the columns that are shown.
+    pub legend: Vec<&'static str>,
+}
+
+/// Lays out rows under their columns' headings. Each row has one entry per column.
+///
+/// The columns that are said [once](Shown::Once) and stand before all others name what a row is of. There an
+/// entry is left blank where it and all to its left are those of the row above.
+#[must_use]
+pub fn sheet(columns: &[Column], rows: &[Vec<String>]) -> Sheet {
+    let entries = |i: usize| rows.iter().map(move |row| row[i].as_str());
+    let (shown, left_out): (Vec<usize>, Vec<usize>) =
+        (0..columns.len()).partition(|i| columns[*i].is_shown(entries(*i)));
+    let said = left_out.into_iter().filter_map(|i| {
+        let entry = entries(i).next().filter(|entry| !is_empty(entry))?;
+        match columns[i].shown {
+            Shown::Once(words) => Some(format!("{entry}{words}")),
+            _ => None,
+        }
+    });
+    let mut legend: Vec<&str> = shown.iter().map(|i| columns[*i].means).collect();
+    legend.retain(|sentence| !sentence.is_empty());
+    Sheet {
+        said: said.collect(),
+        text: aligned(columns, rows, &shown),
+        legend,
     }
 }
 
 /// Aligns rows under their columns' headings. Each row has one entry per column.
 #[must_use]
 pub fn align(columns: &[Column], rows: &[Vec<String>]) -> String {
-    let is_shown = |i: &usize| {
-        let mut entries = rows.iter().map(|row| row[*i].as_str());
-        match columns[*i].shown {
-            Shown::Always => true,
-            Shown::IfDiffers => entries.next().is_some_and(|one| entries.any(|e| e != one)),
-            Shown::IfFilled => entries.any(|entry| !entry.is_empty()),
-        }
-    };
+    sheet(columns, rows).text
+}
+
+/// The columns that are shown, aligned.
+fn aligned(columns: &[Column], rows: &[Vec<String>], shown: &[usize]) -> String {
     let mut group = "";
-    let layout: Vec<(usize, &str, usize)> = (0..columns.len())
-        .filter(is_shown)
-        .map(|i| {
+    let layout: Vec<(usize, &str, usize)> = (shown.iter())
+        .map(|&i| {
             let column = &columns[i];
             let over = if column.group == group {
                 ""
@@ -95,10 +163,49 @@ pub fn align(columns: &[Column], rows: &[Vec<String>]) -> String {
         });
         entries.collect::<Vec<_>>().join("  ").trim_end().to_owned() + "\n"
     };
+    let names = |i: &&usize| matches!(columns[**i].shown, Shown::Once(_));
+    let leading: Vec<usize> = shown.iter().take_while(names).copied().collect();
     let mut out = print(&|_, over| over.to_owned());
     out += &print(&|i, _| columns[i].name.to_owned());
+    let mut above: Option<&Vec<String>> = None;
     for row in rows {
-        out += &print(&|i, _| row[i].clone());
+        let is_like_above = |i: &&usize| above.is_some_and(|above| above[**i] == row[**i]);
+        let blank = leading.iter().take_while(is_like_above).count();
+        let is_blank = |i| leading[..blank].contains(&i);
+        out += &print(&|i, _| {
+            if is_blank(i) {
+                String::new()
+            } else {
+                row[i].clone()
+            }
+        });
+        above = Some(row);
+    }
+    out
+}
+
+/// Sentences, as many on a line as a terminal has room for.
+#[must_use]
+pub fn wrapped(sentences: &[&str]) -> String {
+    const WIDTH: usize = 100;
+    let mut out = String::new();
+    let mut width = 0;
+    for sentence in sentences {
+        let own = sentence.chars().count();
+        let is_first = width == 0;
+        width += 1 + own;
+        if is_first {
+            width = own;
+        } else if width <= WIDTH {
+            out.push(' ');
+        } else {
+            out.push('\n');
+            width = own;
+        }
+        out += sentence;
+    }
+    if !out.is_empty() {
+        out.push('\n');
     }
     out
 }
@@ -160,6 +267,57 @@ pub fn digits(x: Option<f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn rows(rows: &[&[&str]]) -> Vec<Vec<String>> {
+        let owned = |row: &&[&str]| row.iter().map(ToString::to_string).collect();
+        rows.iter().map(owned).collect()
+    }
+
+    #[test]
+    fn what_rows_share_is_said_once_and_what_says_nothing_is_left_out() {
+        const COLUMNS: [Column; 6] = [
+            text("place").once(""),
+            text("client").once(""),
+            number("", "rate").once(" each"),
+            number("messages", "sent"),
+            number("messages", "missed")
+                .unless_all("0")
+                .means("missed: not sent."),
+            text("note").unless_all(""),
+        ];
+        let sheet = sheet(
+            &COLUMNS,
+            &rows(&[
+                &["here", "native", "1 kHz", "9", "0", ""],
+                &["here", "python", "1 kHz", "9", "-", "-"],
+                &["there", "python", "1 kHz", "9", "0 ", ""],
+            ]),
+        );
+        assert_eq!(sheet.said, ["1 kHz each"]);
+        assert!(sheet.legend.is_empty(), "{:?}", sheet.legend);
+        // The client of the last row is that of the row above, but at another place.
+        let expected = "               messages\nplace  client      sent\nhere   native         9\n       \
+                        python         9\nthere  python         9\n";
+        assert_eq!(sheet.text, expected);
+    }
+
+    #[test]
+    fn a_column_whose_one_entry_is_none_is_not_said() {
+        let sheet = sheet(
+            &[text("setup").once(""), number("", "n").means("n: number.")],
+            &rows(&[&["-", "1"], &["-", "2"]]),
+        );
+        assert_eq!((sheet.said.len(), sheet.text.as_str()), (0, "\nn\n1\n2\n"));
+        assert_eq!(sheet.legend, ["n: number."]);
+    }
+
+    #[test]
+    fn sentences_are_kept_whole() {
+        let long = "n".repeat(60) + ".";
+        assert_eq!(wrapped(&["One.", "Two."]), "One. Two.\n");
+        assert_eq!(wrapped(&[&long, &long]), format!("{long}\n{long}\n"));
+        assert_eq!(wrapped(&[]), "");
+    }
 
     #[test]
     fn numbers_have_three_significant_digits_and_no_noise() {

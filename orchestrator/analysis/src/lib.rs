@@ -12,7 +12,8 @@
 //! - [`metrics`]: all metrics of a cell's folder; [`campaign`]: all cells of a results folder;
 //! - `whole`: whether a folder matches its manifest; `order`: whether all of its rows are there;
 //! - [`summary`] and [`table`]: one row per cell, for programs and for people; [`repeats`]: medians
-//!   over repeated cells; [`require`]: what runs are required to show, and whether they do;
+//!   over repeated cells; `condition`: the columns that say which cell a row is of; `links`: the table below
+//!   them; [`require`]: what runs are required to show, and whether they do;
 //! - [`statistics`]: moments, quantiles and a line, each in one pass; [`pairs`]: tests on paired
 //!   differences; [`layout`]: columns for people.
 //!
@@ -23,6 +24,7 @@
 pub mod arrival;
 pub mod budget;
 pub mod campaign;
+mod condition;
 pub mod hold;
 pub mod interval;
 pub mod lateness;

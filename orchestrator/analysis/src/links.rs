@@ -1,33 +1,37 @@
 //! The links under a table of cells: a line per link, with what was asked of it and what was measured.
 //!
 //! Round trips are given as median and 90th percentile. A mean over ten seconds says little about a
-//! link that stalls: it depends on whether a stall falls into these seconds.
+//! link that stalls: it depends on whether a stall falls into these seconds. Where it does more or less than
+//! usual, the settling times of that topology are marked in the tables above, and a sentence says why.
 
-use crate::layout::{Column, Shown, align, digits, grouped, number, text};
+use crate::layout::{Column, digits, grouped, number, sheet, text, wrapped};
 use crate::statistics::median;
 use crate::summary::Summary;
 
-const LEGEND: &str = "\
-50 %, 90 %: quantiles of the round trip. asked: of the profile over a long time; due: of the link at
-the instants of the echoes; probed: of the echoes.";
-const LOOPBACK_LEGEND: &str = "50 %, 90 %: quantiles of the round trip of the echoes.";
-const STALL_LEGEND: &str = " stalled: share of time, over a long time and here.";
-
 const COLUMNS: [Column; 9] = [
     text("link"),
-    number("50 %/ms", "asked").shown(Shown::IfFilled),
-    number("50 %/ms", "due").shown(Shown::IfFilled),
-    number("50 %/ms", "probed"),
-    number("90 %/ms", "asked").shown(Shown::IfFilled),
-    number("90 %/ms", "due").shown(Shown::IfFilled),
-    number("90 %/ms", "probed"),
-    number("stalled/%", "asked").shown(Shown::IfFilled),
-    number("stalled/%", "here").shown(Shown::IfFilled),
+    number("50 %/ms", "asked")
+        .unless_all("")
+        .means("asked: of the profile over a long time;"),
+    number("50 %/ms", "due")
+        .unless_all("")
+        .means("due: of the link at the instants of the echoes;"),
+    number("50 %/ms", "probed").means("probed: of the echoes."),
+    number("90 %/ms", "asked").unless_all(""),
+    number("90 %/ms", "due").unless_all(""),
+    number("90 %/ms", "probed").unless_all(""),
+    number("stalled/%", "asked")
+        .unless_all("")
+        .means("stalled: share of time, over a long time and here."),
+    number("stalled/%", "here").unless_all(""),
 ];
 
 /// If the share of time stalled differs from the long-term share by more than this factor, a sentence
 /// says so.
 const LIKE: f64 = 2.0;
+
+/// Marks figures of runs whose link was unlike itself, and the sentence that says so.
+const MARK: &str = "*";
 
 /// The table of the links, in the order of the cells, with a legend; empty if no cell has echoes.
 pub(crate) fn render(rows: &[Summary]) -> String {
@@ -35,18 +39,44 @@ pub(crate) fn render(rows: &[Summary]) -> String {
     if links.is_empty() {
         return String::new();
     }
-    let lines: Vec<Vec<String>> = links.iter().map(|link| link.line(&links)).collect();
-    let has_delay = links.iter().any(|link| link.p50[0].is_some());
-    let legend = if has_delay { LEGEND } else { LOOPBACK_LEGEND };
-    let mut out = align(&COLUMNS, &lines) + "\n" + legend;
-    if links.iter().any(|link| link.stalled.is_some()) {
-        out += STALL_LEGEND;
-    }
-    out += "\n";
-    for sentence in links.iter().filter_map(Link::unlike) {
-        out += &(sentence + "\n");
+    let lines: Vec<Vec<String>> = links.iter().map(Link::line).collect();
+    let sheet = sheet(&COLUMNS, &lines);
+    let legend = [
+        &["50 %, 90 %: quantiles of the round trip."],
+        &sheet.legend[..],
+    ]
+    .concat();
+    let mut out = format!("{}\n{}", sheet.text, wrapped(&legend));
+    for link in &links {
+        let mut own = rows.iter().filter(|row| row.topology == link.name);
+        let mark = match own.any(|row| row.settling_ms.is_some()) {
+            true => MARK,
+            false => "",
+        };
+        out += &link
+            .unlike()
+            .map_or_else(String::new, |sentence| format!("{mark}{sentence}\n"));
     }
     out
+}
+
+/// The topologies whose links were stalled much more or much less than they are over a long time.
+pub(crate) fn unlike(rows: &[Summary]) -> Vec<&str> {
+    let links = links(rows).into_iter();
+    let unlike = links.filter(|link| link.unlike().is_some());
+    unlike.map(|link| link.name).collect()
+}
+
+/// A figure of a run on a topology, marked if that is among those whose links were unlike themselves. Room
+/// for the mark keeps the numbers of a column aligned.
+pub(crate) fn marked(figure: String, topology: &str, unlike: &[&str]) -> String {
+    if unlike.is_empty() {
+        figure
+    } else if unlike.contains(&topology) && figure != "-" {
+        figure + MARK
+    } else {
+        figure + " "
+    }
 }
 
 /// The link of one topology: medians over its cells, all of which ran at the same link time.
@@ -88,18 +118,10 @@ fn links(rows: &[Summary]) -> Vec<Link<'_>> {
 }
 
 impl Link<'_> {
-    /// The entries of its line; empty in columns for which no link of the table has a value.
-    fn line(&self, all: &[Link<'_>]) -> Vec<String> {
-        let has_delay = all.iter().any(|link| link.p50[0].is_some());
-        let stalls = all.iter().any(|link| link.stalled.is_some());
-        let when = |shown: bool, figure| if shown { digits(figure) } else { String::new() };
-        let percent = |share: Option<f64>| when(stalls, share.map(|share| 100.0 * share));
-        let rtt = |[asked, due, probed]: [Option<f64>; 3]| {
-            [when(has_delay, asked), when(has_delay, due), digits(probed)]
-        };
+    fn line(&self) -> Vec<String> {
+        let percent = |share: Option<f64>| digits(share.map(|share| 100.0 * share));
         let mut line = vec![self.name.to_owned()];
-        line.extend(rtt(self.p50));
-        line.extend(rtt(self.p90));
+        line.extend(self.p50.into_iter().chain(self.p90).map(digits));
         line.push(percent(self.stalled.map(|(asked, _)| asked)));
         line.push(percent(self.stalled.map(|(_, here)| here)));
         line

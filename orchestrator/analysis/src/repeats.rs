@@ -7,26 +7,27 @@
 use endpoint::Mode;
 use plan::{Client, Verdict};
 
-use crate::layout::{Column, Shown, align, digits, grouped, number, text};
+use crate::condition;
+use crate::layout::{Column, digits, grouped, number, sheet};
+use crate::links;
 use crate::response::LoopVerdict;
 use crate::statistics;
 use crate::summary::Summary;
-use crate::table::head;
 
-const COLUMNS: [Column; 10] = [
-    text("topology"),
-    text("client").shown(Shown::IfDiffers),
-    text("setup").shown(Shown::IfDiffers),
-    number("", "rate"),
-    number("", "runs"),
-    number("", "stable"),
+/// The columns after those of the group's condition.
+const COLUMNS: [Column; 6] = [
+    number("", "runs").once(" runs complete"),
+    number("", "stable").once(" stable"),
     number("settling/ms", "median"),
     number("settling/ms", "quarter"),
     number("settling/ms", "3/4"),
-    number("times", "first").shown(Shown::IfFilled),
+    number("times", "first").unless_all(""),
 ];
 /// The columns after those of the yardsticks.
-const LAST_COLUMNS: [Column; 2] = [number("rise", "ms"), number("overshoot", "%")];
+const LAST_COLUMNS: [Column; 2] = [
+    number("rise", "ms").unless_all(""),
+    number("overshoot", "%").unless_all(""),
+];
 
 const LEGEND: &str = "Medians over complete runs of closed loops, with the quartiles of settling.";
 const FIRST_LEGEND: &str = "times first: settling over that on the first topology at the same rate";
@@ -99,9 +100,10 @@ pub fn render(rows: &[Summary], with_disturbed: bool) -> Option<String> {
         first: differ(|one, other| one.topology != other.topology),
         clients: Client::YARDSTICKS.into_iter().filter(has).collect(),
     };
+    let unlike = links::unlike(rows);
     let lines: Vec<Vec<String>> = groups
         .iter()
-        .map(|group| line(group, &groups, &against))
+        .map(|group| line(group, &groups, &against, &unlike))
         .collect();
     let mut legend = format!("{LEGEND}\n");
     if against.first {
@@ -118,9 +120,16 @@ pub fn render(rows: &[Summary], with_disturbed: bool) -> Option<String> {
         legend += &format!("times {}: {CLIENT_LEGEND}\n", names.join(", "));
     }
     let yardsticks: Vec<Column> = names.iter().map(|name| number("times", name)).collect();
-    let columns = [&COLUMNS[..], &yardsticks, &LAST_COLUMNS].concat();
-    let table = align(&columns, &lines);
-    Some(format!("{}{table}\n{legend}", head(rows)))
+    let columns = [
+        &condition::COLUMNS[..],
+        &COLUMNS,
+        &yardsticks,
+        &LAST_COLUMNS,
+    ]
+    .concat();
+    let sheet = sheet(&columns, &lines);
+    let said = sheet.said.join(", ");
+    Some(format!("Medians: {said}\n\n{}\n{legend}", sheet.text))
 }
 
 /// What settling is compared with.
@@ -131,7 +140,7 @@ struct Against {
     clients: Vec<Client>,
 }
 
-fn line(group: &Group, groups: &[Group], against: &Against) -> Vec<String> {
+fn line(group: &Group, groups: &[Group], against: &Against, unlike: &[&str]) -> Vec<String> {
     let times = |is_reference: &dyn Fn(&&Group) -> bool| {
         let reference = groups.iter().find(is_reference);
         let reference_ms = reference.and_then(|other| other.settling_ms(0.5));
@@ -146,16 +155,13 @@ fn line(group: &Group, groups: &[Group], against: &Against) -> Vec<String> {
         .iter()
         .filter(|row| row.loop_verdict == Some(LoopVerdict::Stable))
         .count();
-    let first = [
-        group.first.topology.clone(),
-        group.first.client.to_string(),
-        group.first.setup.clone(),
-        group.first.rate.clone(),
+    let settling = |q| links::marked(digits(group.settling_ms(q)), &group.first.topology, unlike);
+    let figures = [
         format!("{}/{}", group.complete.len(), group.runs),
         stable.to_string(),
-        digits(group.settling_ms(0.5)),
-        digits(group.settling_ms(0.25)),
-        digits(group.settling_ms(0.75)),
+        settling(0.5),
+        settling(0.25),
+        settling(0.75),
         if against.first {
             times(&|other| other.is_set_up_like(group.first))
         } else {
@@ -163,10 +169,12 @@ fn line(group: &Group, groups: &[Group], against: &Against) -> Vec<String> {
         },
     ];
     let last = [
-        digits(group.quantile(0.5, |row| row.rise_ms)),
-        digits(group.quantile(0.5, |row| row.overshoot_pct)),
+        digits(group.quantile(0.5, |row| row.of_step(row.rise_ms))),
+        digits(group.quantile(0.5, |row| row.of_step(row.overshoot_pct))),
     ];
-    first.into_iter().chain(of_yardsticks).chain(last).collect()
+    let condition = condition::entries(group.first).into_iter();
+    let figures = condition.chain(figures).chain(of_yardsticks);
+    figures.chain(last).collect()
 }
 
 #[cfg(test)]

@@ -62,6 +62,9 @@ pub struct Summary {
     /// Its system. No column names it: `setup` does, if it is not the paper's.
     #[serde(skip)]
     pub system: String,
+    /// How long its controller sends, ns. `messages_due` and `h_ns` say the same in the CSV.
+    #[serde(skip)]
+    pub duration_ns: u64,
     /// Its client.
     pub client: Client,
     /// The client's preset, and the settings that the experiment changed.
@@ -207,6 +210,7 @@ impl Summary {
             cell: cell.id.clone(),
             topology: cell.topology.clone(),
             system: cell.system.clone(),
+            duration_ns: cell.duration_ns,
             client: cell.client,
             setup: cell.setup(),
             transport: cell.settings.transport,
@@ -294,6 +298,12 @@ impl Summary {
     #[must_use]
     pub fn is_simulated(&self) -> bool {
         self.backend.as_deref() == Some(VIRTUAL)
+    }
+
+    /// A figure of the step, for a table. An unstable loop has none: the number would only say when the run
+    /// ended.
+    pub(crate) fn of_step(&self, figure: Option<f64>) -> Option<f64> {
+        figure.filter(|_| self.loop_verdict != Some(LoopVerdict::Unstable))
     }
 
     /// `summary.csv` as text: the header, and one row per cell.

@@ -1,123 +1,95 @@
 //! The table that `webloop run` prints at the end: a line per cell, aligned, and the links below.
 //!
-//! Columns that say nothing about these cells are left out. The table of the links is in `links`.
+//! What all cells share is said once above it, and columns that say nothing about these cells are left out.
+//! The table of the links is in `links`.
 
 use endpoint::Mode;
 use plan::Verdict;
 
-use crate::layout::{Column, Shown, align, digits, number, text, whole};
+use crate::condition;
+use crate::layout::{Column, digits, number, sheet, text, whole, wrapped};
 use crate::links;
 use crate::summary::Summary;
 
-const ZERO_LEGEND: &str = "zero: arrivals in the same ms as the one before.";
-const STEP_LEGEND: &str = "rise: 10 to 90 %. settling: into 2 %.";
-const DRIFT_LEGEND: &str = "\
-missed: due but not sent. slope: lateness gained for each second of schedule.
-lag: lateness of the last message.";
-
-const COLUMNS: [Column; 16] = [
-    text("topology"),
-    text("client").shown(Shown::IfDiffers),
-    text("setup").shown(Shown::IfDiffers),
-    text("mode").shown(Shown::IfFilled),
-    number("", "rate"),
-    number("", "#").shown(Shown::IfFilled),
+/// The columns after those of the cell's condition.
+const COLUMNS: [Column; 12] = [
+    number("", "length").once(" each"),
+    number("", "#").unless_all("1").means("#: repeat."),
     text("verdict"),
-    number("messages", "sent"),
-    number("messages", "missed"),
-    number("zero", "%"),
-    number("rise", "ms").shown(Shown::IfFilled),
-    number("settling", "ms").shown(Shown::IfFilled),
-    number("overshoot", "%").shown(Shown::IfFilled),
-    number("slope", "ms/s").shown(Shown::IfFilled),
-    number("lag", "s").shown(Shown::IfFilled),
-    text("disturbed"),
+    number("messages", "sent").once(" messages sent"),
+    number("messages", "missed")
+        .unless_all("0")
+        .means("missed: due but not sent."),
+    number("zero", "%")
+        .unless_all("0")
+        .means("zero: arrivals in the same ms as the one before."),
+    number("rise", "ms")
+        .unless_all("")
+        .means("rise: 10 to 90 %."),
+    number("settling", "ms")
+        .unless_all("")
+        .means("settling: into 2 %."),
+    number("overshoot", "%").unless_all(""),
+    number("slope", "ms/s")
+        .unless_all("")
+        .means("slope: lateness gained for each second of schedule."),
+    number("lag", "s")
+        .unless_all("")
+        .means("lag: lateness of the last message."),
+    text("disturbed").unless_all(""),
 ];
 
-/// What the cells of a table have in common; this decides which columns are left out.
-struct Kind {
-    repeated: bool,
-    /// All loops are open: they have no step, and the table shows their drift.
-    open: bool,
-    /// Clients or setups are compared.
-    clients: bool,
-    /// The two modes are compared.
-    modes: bool,
-}
-
-impl Kind {
-    fn of(rows: &[Summary]) -> Self {
-        let differ = |is_other: fn(&Summary, &Summary) -> bool| {
-            rows.iter().any(|row| is_other(row, &rows[0]))
-        };
-        Self {
-            repeated: rows.iter().any(|row| row.repeat > 1),
-            open: !rows.is_empty() && rows.iter().all(|row| row.mode == Mode::Open),
-            clients: differ(|one, other| one.client != other.client || one.setup != other.setup),
-            modes: differ(|one, other| one.mode != other.mode),
-        }
-    }
-
-    fn legend(&self) -> String {
-        let rest = if self.open { DRIFT_LEGEND } else { STEP_LEGEND };
-        if self.open {
-            format!("{ZERO_LEGEND}\n{rest}\n")
-        } else {
-            format!("{ZERO_LEGEND} {rest}\n")
-        }
-    }
-}
-
-/// The table, with a legend. Numbers have three significant digits; `-` means that a column does not
-/// apply.
+/// The table, with a legend; `seed` is that of the campaign. Numbers have three significant digits; `-` means
+/// that a column does not apply.
 #[must_use]
-pub fn render(rows: &[Summary]) -> String {
-    let kind = Kind::of(rows);
-    let cells: Vec<Vec<String>> = rows.iter().map(|row| line(row, &kind)).collect();
-    let table = format!(
-        "{}{}\n{}",
-        head(rows),
-        align(&COLUMNS, &cells),
-        kind.legend()
-    );
-    match links::render(rows) {
-        links if links.is_empty() => table,
-        links => table + "\n" + &links,
-    }
-}
-
-/// The line over a table that contains simulated runs.
-pub(crate) fn head(rows: &[Summary]) -> &'static str {
+pub fn render(rows: &[Summary], seed: u64) -> String {
+    // Open loops alone have no step: the table shows their drift.
+    let is_open = rows.iter().all(|row| row.mode == Mode::Open);
+    let unlike = links::unlike(rows);
+    let cells: Vec<Vec<String>> = (rows.iter())
+        .map(|row| line(row, is_open, &unlike))
+        .collect();
+    let columns = [&condition::COLUMNS[..], &COLUMNS].concat();
+    let sheet = sheet(&columns, &cells);
+    let mut parts = Vec::new();
     if rows.iter().any(Summary::is_simulated) {
-        "All runs are simulated, in virtual time.\n\n"
-    } else {
-        ""
+        parts.push("All runs are simulated, in virtual time.\n".to_owned());
     }
+    if !rows.is_empty() {
+        parts.push(format!("{}, seed {seed}\n", sheet.said.join(", ")));
+    }
+    parts.extend([sheet.text, wrapped(&sheet.legend), links::render(rows)]);
+    parts.retain(|part| !part.is_empty());
+    parts.join("\n")
 }
 
-fn line(row: &Summary, kind: &Kind) -> Vec<String> {
+fn line(row: &Summary, is_open: bool, unlike: &[&str]) -> Vec<String> {
     let percent = |share: Option<f64>| digits(share.map(|share| 100.0 * share));
-    let when = |shown: bool, entry: String| if shown { entry } else { String::new() };
-    let step = |figure: Option<f64>| when(!kind.open, digits(figure));
-    let drift = |figure: Option<f64>| when(kind.open, digits(figure));
-    vec![
-        row.topology.clone(),
-        row.client.to_string(),
-        row.setup.clone(),
-        when(kind.modes || !kind.clients, row.mode.to_string()),
-        row.rate.clone(),
-        when(kind.repeated, row.repeat.to_string()),
+    let drift = |figure: Option<f64>| digits(figure.filter(|_| is_open));
+    let settling = digits(row.of_step(row.settling_ms));
+    let rest = [
+        length(row),
+        row.repeat.to_string(),
         verdict(row),
         whole(row.messages_sent),
         whole(row.messages_missed),
         percent(row.zero_1ms),
-        step(row.rise_ms),
-        step(row.settling_ms),
-        step(row.overshoot_pct),
+        digits(row.of_step(row.rise_ms)),
+        links::marked(settling, &row.topology, unlike),
+        digits(row.of_step(row.overshoot_pct)),
         drift(row.schedule_slope.map(|slope| 1e3 * slope)),
         drift(row.schedule_lag_s),
         row.disturbed.clone().unwrap_or_default(),
-    ]
+    ];
+    condition::entries(row).into_iter().chain(rest).collect()
+}
+
+/// How long the controller sends; empty if it is not known.
+fn length(row: &Summary) -> String {
+    match row.duration_ns {
+        0 => String::new(),
+        ns => format!("{} s", ns as f64 / 1e9),
+    }
 }
 
 /// The loop's verdict if the run is complete and has one, else the run's own.
@@ -135,6 +107,10 @@ mod tests {
 
     use super::*;
     use crate::response::LoopVerdict;
+
+    fn render(rows: &[Summary]) -> String {
+        super::render(rows, 1)
+    }
 
     fn cell(topology: &str, mode: Mode, rate: &str) -> Summary {
         Summary {
@@ -258,8 +234,36 @@ mod tests {
             table.lines().all(|line| line.len() <= 120),
             "wider than a terminal:\n{table}"
         );
-        assert!(!table.contains("closed"), "{table}");
+        assert!(!table.contains("mode"), "{table}");
         insta::assert_snapshot!(table);
+    }
+
+    #[test]
+    fn a_settling_time_that_hangs_on_an_unusual_link_is_marked_and_an_unstable_loop_has_no_figures()
+    {
+        let of = |topology: &str, stalled: (f64, f64), system: &str| Summary {
+            system: system.to_owned(),
+            duration_ns: 8_000_000_000,
+            setup: match system {
+                "motor" => "paper-python".to_owned(),
+                system => format!("paper-python, system {system}"),
+            },
+            stalled_asked: Some(stalled.0),
+            stalled_due: Some(stalled.1),
+            ..measured(topology, [11.2, 11.0, 11.1], Some([100.0, 470.0, 15.1]))
+        };
+        let rows = [
+            of("couva", (0.142, 0.0645), "motor"),
+            of("couva", (0.142, 0.0645), "lag"),
+            of("diego-lan", (0.006, 0.008), "motor"),
+            Summary {
+                loop_verdict: Some(LoopVerdict::Unstable),
+                settling_ms: None,
+                overshoot_pct: Some(9.5e12),
+                ..of("diego-lan", (0.006, 0.008), "lag")
+            },
+        ];
+        insta::assert_snapshot!(render(&rows));
     }
 
     #[test]
@@ -274,7 +278,7 @@ mod tests {
 
     #[test]
     fn nothing_has_been_run_and_the_table_is_empty() {
-        assert_eq!(render(&[]).lines().count(), 4);
+        assert_eq!(render(&[]).lines().count(), 2);
     }
 
     #[test]

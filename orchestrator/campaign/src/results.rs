@@ -10,6 +10,8 @@ use crate::error::Error;
 pub struct Results {
     /// One row for each cell that has been run or was asked for, in the plan's order.
     pub rows: Vec<Summary>,
+    /// The campaign's seed.
+    seed: u64,
     /// Number of the plan's other cells. They have not been run here, which is no failure.
     absent: usize,
 }
@@ -29,14 +31,18 @@ impl Results {
             .map(|run| run.summary.clone())
             .collect();
         let absent = campaign.runs.len() - rows.len();
-        Ok(Results { rows, absent })
+        Ok(Results {
+            rows,
+            seed: campaign.plan.seed,
+            absent,
+        })
     }
 
     /// The table of the cells and, if some were repeated, the table of their medians: over complete
     /// runs, and over disturbed ones too if `with_disturbed`.
     #[must_use]
     pub fn table(&self, with_disturbed: bool) -> String {
-        let mut table = analysis::table::render(&self.rows);
+        let mut table = analysis::table::render(&self.rows, self.seed);
         if let Some(medians) = analysis::repeats::render(&self.rows, with_disturbed) {
             table += &format!("\n{medians}");
         }

@@ -72,6 +72,39 @@ fn each_line_of_a_table_of_runs_is_in_results() {
     assert!(lines > 20, "{lines}");
 }
 
+/// The folders whose rows are in today's columns; a run before them left its table as it was then.
+const TABLES: [&str; 3] = ["smoke", "quick", "systems"];
+
+#[test]
+fn a_table_of_results_is_the_one_of_its_rows() {
+    for folder in TABLES {
+        let path = format!("{ROOT}/results/{folder}/table.txt");
+        let table = number::table(folder);
+        if std::env::var_os("WEBLOOP_TEST_WRITE").is_some() {
+            fs::write(&path, &table).unwrap();
+        }
+        assert!(
+            fs::read_to_string(&path).unwrap() == table,
+            "{path}: WEBLOOP_TEST_WRITE=1 writes it anew"
+        );
+    }
+}
+
+#[test]
+fn a_table_that_is_quoted_whole_is_that_of_results() {
+    for (page, folder) in [
+        ("docs/first-run.md", "quick"),
+        ("docs/measured.md", "smoke"),
+    ] {
+        let table = fs::read_to_string(format!("{ROOT}/results/{folder}/table.txt")).unwrap();
+        let text = fs::read_to_string(format!("{ROOT}/{page}")).unwrap();
+        assert!(
+            text.contains(&format!("```text\n{table}```")),
+            "{page}: not the table of {folder}"
+        );
+    }
+}
+
 #[test]
 fn each_number_in_a_sentence_is_that_of_results() {
     for (name, sentence) in number::sentences() {

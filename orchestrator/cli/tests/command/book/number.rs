@@ -2,7 +2,7 @@
 //! in the words around them.
 
 use analysis::{LoopVerdict, Summary};
-use plan::Verdict;
+use plan::{Plan, Verdict};
 
 use crate::book::page::ROOT;
 
@@ -11,6 +11,21 @@ pub(crate) fn rows(folder: &str) -> Vec<Summary> {
     let path = format!("{ROOT}/results/{folder}/summary.csv");
     let mut reader = csv::Reader::from_path(path).unwrap();
     reader.deserialize().collect::<Result<_, _>>().unwrap()
+}
+
+/// The table of a folder of results/, as webloop prints it of these rows today.
+pub(crate) fn table(folder: &str) -> String {
+    let plan = std::fs::read_to_string(format!("{ROOT}/results/{folder}/plan.json")).unwrap();
+    let plan = Plan::from_json(&plan).unwrap();
+    let mut rows = rows(folder);
+    // What the CSV has no column for.
+    for row in &mut rows {
+        let cell = plan.cells.iter().find(|cell| cell.id == row.cell).unwrap();
+        (row.system, row.duration_ns) = (cell.system.clone(), cell.duration_ns);
+    }
+    let medians = analysis::repeats::render(&rows, false);
+    analysis::table::render(&rows, plan.seed)
+        + &medians.map_or_else(String::new, |of| format!("\n{of}"))
 }
 
 /// The complete closed loops at 333 Hz over a topology.
