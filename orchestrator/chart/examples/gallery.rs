@@ -23,6 +23,7 @@ fn main() -> io::Result<()> {
         let path = folder.join(&chart.name);
         std::fs::write(path.with_extension("svg"), chart.to_svg())?;
         std::fs::write(path.with_extension("pdf"), chart.to_pdf())?;
+        std::fs::write(path.with_extension("png"), chart.to_png())?;
         std::fs::write(path.with_extension("csv"), chart.to_csv())?;
     }
     Ok(())

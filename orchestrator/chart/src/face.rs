@@ -1,18 +1,22 @@
-//! What a PDF needs from a TrueType font: glyphs of characters, advances, and a few metrics.
+//! What is needed of a TrueType font: glyphs of characters, advances, and a few metrics. Outlines are in
+//! [`crate::outline`].
 //!
 //! This module reads only the fonts in this crate: one table of characters (format 4), horizontal
 //! text. The maintained parsers of fonts would bring a dozen crates for this. Offsets are those of
 //! OpenType 1.9; anything missing from a damaged file is `None`.
 
 /// A font and the offsets of its tables.
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Face {
-    data: &'static [u8],
-    head: usize,
-    hhea: usize,
-    hmtx: usize,
-    os2: usize,
+    pub(crate) data: &'static [u8],
+    pub(crate) glyf: usize,
+    pub(crate) loca: usize,
+    pub(crate) head: usize,
+    pub(crate) hhea: usize,
+    pub(crate) hmtx: usize,
+    pub(crate) os2: usize,
     /// Start of the table in `cmap` that maps characters to glyphs.
-    map: usize,
+    pub(crate) map: usize,
 }
 
 impl Face {
@@ -26,6 +30,8 @@ impl Face {
             .filter(|at| word(data, *at) == Some(4))?;
         Some(Self {
             data,
+            glyf: table(data, *b"glyf")?,
+            loca: table(data, *b"loca")?,
             head: table(data, *b"head")?,
             hhea: table(data, *b"hhea")?,
             hmtx: table(data, *b"hmtx")?,
@@ -66,6 +72,14 @@ impl Face {
         (glyph != 0).then_some(glyph)
     }
 
+    /// The glyph that stands for a character, and the character it shows: `?` for one that the font lacks.
+    pub(crate) fn nearest(&self, c: char) -> (u16, char) {
+        // A non-breaking hyphen looks like any other.
+        let c = if c == '‑' { '-' } else { c };
+        let known = |c| self.glyph(c).map(|glyph| (glyph, c));
+        known(c).or_else(|| known('?')).unwrap_or((0, '?'))
+    }
+
     /// The width of a glyph, in font units. Glyphs beyond the end of the table have its last width.
     pub(crate) fn advance(&self, glyph: u16) -> u16 {
         let widths = self.word(self.hhea + 34).unwrap_or_default();
@@ -76,6 +90,11 @@ impl Face {
 
     pub(crate) fn units_per_em(&self) -> u16 {
         self.word(self.head + 18).unwrap_or(1)
+    }
+
+    /// Whether the offsets in `loca` are of four bytes instead of two.
+    pub(crate) fn has_long_offsets(&self) -> bool {
+        self.word(self.head + 50).unwrap_or_default() != 0
     }
 
     /// Bounds of all glyphs: left, bottom, right and top, in font units.
@@ -103,12 +122,12 @@ impl Face {
     }
 }
 
-fn word(data: &[u8], at: usize) -> Option<u16> {
+pub(crate) fn word(data: &[u8], at: usize) -> Option<u16> {
     let bytes = data.get(at..at.checked_add(2)?)?;
     Some(u16::from_be_bytes(bytes.try_into().ok()?))
 }
 
-fn long(data: &[u8], at: usize) -> Option<usize> {
+pub(crate) fn long(data: &[u8], at: usize) -> Option<usize> {
     let bytes = data.get(at..at.checked_add(4)?)?;
     usize::try_from(u32::from_be_bytes(bytes.try_into().ok()?)).ok()
 }

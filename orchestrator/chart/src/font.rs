@@ -12,8 +12,8 @@ use subsetter::{GlyphRemapper, subset};
 
 use crate::face::Face;
 
-static REGULAR: &[u8] = include_bytes!("font/LiberationSans-Regular.ttf");
-static BOLD: &[u8] = include_bytes!("font/LiberationSans-Bold.ttf");
+pub(crate) static REGULAR: &[u8] = include_bytes!("font/LiberationSans-Regular.ttf");
+pub(crate) static BOLD: &[u8] = include_bytes!("font/LiberationSans-Bold.ttf");
 
 /// PDF readers need not accept more entries of a character map at a time.
 const ENTRIES: usize = 100;
@@ -49,10 +49,7 @@ impl Font {
 
     /// The number of a character's glyph in the document. Characters that the font lacks become `?`.
     pub(crate) fn glyph(&mut self, c: char) -> u16 {
-        // A non-breaking hyphen looks like any other.
-        let c = if c == '‑' { '-' } else { c };
-        let known = |c| self.face.glyph(c).map(|glyph| (glyph, c));
-        let (glyph, c) = known(c).or_else(|| known('?')).unwrap_or((0, '?'));
+        let (glyph, c) = self.face.nearest(c);
         let number = self.glyphs.remap(glyph);
         self.characters.insert(number, c);
         number

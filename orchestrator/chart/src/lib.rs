@@ -1,7 +1,7 @@
-//! Figures as values, and the three forms in which they are published: SVG, PDF and CSV.
+//! Figures as values, and the four forms in which they are published: SVG, PDF, PNG and CSV.
 //!
 //! A [`Chart`] says what is drawn, in panels with axes and series; it does not know what the numbers
-//! mean. Its data are thinned once to what can be distinguished on paper, and all three forms show
+//! mean. Its data are thinned once to what can be distinguished on paper, and all forms show
 //! the same points. The same chart always gives the same bytes, on any machine.
 //!
 //! An SVG takes its colours from the page that contains it, if the page sets these variables:
@@ -12,6 +12,7 @@
 
 mod axes;
 mod axis;
+mod canvas;
 #[allow(clippy::module_inception)]
 mod chart;
 mod clip;
@@ -30,10 +31,12 @@ mod level;
 mod look;
 mod map;
 mod mark;
+mod outline;
 mod page;
 mod palette;
 mod panel;
 mod pdf;
+mod png;
 mod scene;
 mod span;
 mod strip;

@@ -1,7 +1,7 @@
 //! Three small charts, drawn as they were when a person looked at them.
 //!
 //! After a change that is meant: `WEBLOOP_WRITE_GOLDEN=1 cargo test -p webloop-chart --test all golden`,
-//! then look at `tests/golden/*.svg` again.
+//! then look at `tests/golden` again. Of pictures it has letters, a block of pixels each.
 #![allow(
     clippy::disallowed_methods,
     reason = "it reads and writes the committed figures"
@@ -10,6 +10,8 @@
 use std::path::Path;
 
 use chart::{Along, Axis, Chart, Guide, GuideAt, Map, Mark, Panel, Scale, Series, Tile, Tone};
+
+use crate::png::picture;
 
 /// The clients', a plant's, and a quiet one.
 const TONES: [Tone; 6] = [
@@ -244,6 +246,16 @@ fn csv_has_a_map_and_what_lies_over_it() {
         "b,settling/s,diego-vpn,4,,,,none\n",
     ] {
         assert!(csv.contains(row), "{row} in {csv}");
+    }
+}
+
+#[test]
+fn pictures_are_what_was_looked_at() {
+    for chart in [lines(), logs(), map()] {
+        check(
+            &format!("{}.png.txt", chart.name),
+            &picture(&chart).letters(),
+        );
     }
 }
 

@@ -3,6 +3,8 @@
 use chart::{Along, Axis, Chart, Guide, GuideAt, Map, Mark, Panel, Scale, Series, Tile, Tone};
 use proptest::prelude::*;
 
+use crate::png::picture;
+
 /// Any number, and more often than chance would the odd ones.
 fn number() -> impl Strategy<Value = f64> {
     prop_oneof![
@@ -251,6 +253,17 @@ proptest! {
             let y: f64 = fields[3].parse().expect("a number");
             prop_assert!(given.contains(&(x, y)), "{}", row);
         }
+    }
+}
+
+proptest! {
+    // A picture has a million pixels.
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn any_chart_is_a_picture_and_always_the_same(chart in any_chart()) {
+        let picture = picture(&chart);
+        prop_assert!(picture.inked() > 0 || chart.panels.is_empty());
+        prop_assert!(chart.to_png() == chart.to_png());
     }
 }
 
