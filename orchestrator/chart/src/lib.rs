@@ -12,6 +12,7 @@
 
 mod axes;
 mod axis;
+mod beyond;
 mod canvas;
 #[allow(clippy::module_inception)]
 mod chart;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::axes::{self, Axes};
+use crate::beyond;
 use crate::chart::{Mark, Panel};
 use crate::extent;
 use crate::field::Field;
@@ -13,6 +14,7 @@ use crate::legend::{self, Entry};
 use crate::level::Levels;
 use crate::look::Looks;
 use crate::mark::Drawn;
+use crate::palette::Colour;
 use crate::scene::{Anchor, Layer, Shape, Text};
 use crate::strip::Strip;
 use crate::text;
@@ -81,10 +83,15 @@ impl<'a> Prepared<'a> {
     fn data(&self, axes: &Axes, looks: &Looks, frame: &Frame) -> Vec<Layer> {
         let bars = |mark: &Mark| matches!(mark, Mark::Bars(_));
         let many_bars = self.panel.series.iter().filter(|s| bars(&s.mark)).count() > 1;
-        self.panel
-            .series
-            .iter()
-            .zip(&self.points)
+        let series = || self.panel.series.iter().zip(&self.points);
+        // A line that leaves the panel is seen to leave it.
+        let leaves_unseen = |mark: Mark| matches!(mark, Mark::Dots | Mark::Bars(_));
+        let beyond: Vec<(Colour, &[Point])> = series()
+            .filter(|(series, _)| leaves_unseen(series.mark))
+            .map(|(series, points)| (looks.series(series).colour, points.as_slice()))
+            .collect();
+        let beyond = beyond::layer(&beyond, frame, axes.y.scale);
+        series()
             .map(|(series, points)| {
                 let drawn = Drawn {
                     series,
@@ -94,6 +101,8 @@ impl<'a> Prepared<'a> {
                 };
                 self.over_map(drawn.layer(frame, &axes.x, &axes.y))
             })
+            .chain([beyond])
+            .filter(|layer| !layer.shapes.is_empty() || layer.name.is_some())
             .collect()
     }
 

@@ -118,6 +118,8 @@ pub(crate) enum Marker {
     Disc,
     Square,
     Triangle,
+    /// A triangle that points down.
+    Down,
     Diamond,
 }
 
@@ -128,6 +130,7 @@ impl Marker {
             Marker::Disc => &[],
             Marker::Square => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
             Marker::Triangle => &[(0.0, -1.1), (1.1, 0.9), (-1.1, 0.9)],
+            Marker::Down => &[(0.0, 1.1), (1.1, -0.9), (-1.1, -0.9)],
             Marker::Diamond => &[(0.0, -1.2), (1.2, 0.0), (0.0, 1.2), (-1.2, 0.0)],
         }
     }

@@ -7,6 +7,7 @@
 
 use std::collections::BTreeSet;
 
+use crate::beyond;
 use crate::chart::{Mark, Series};
 use crate::layout;
 use crate::scene::Place;
@@ -47,12 +48,13 @@ pub(crate) fn thin(series: &Series, x: &Span, y: &Span, columns: usize) -> Vec<P
             }
         }
         Mark::Dots => {
+            let beyond = beyond::farthest(&points, cells.0, y.scale);
             let inside: Vec<Point> = points.into_iter().filter(in_panel).collect();
             let mut coarse = 1.0;
             loop {
                 let kept = by_cell(&inside, wide / coarse, high / coarse);
                 if kept.len() <= MOST_DOTS {
-                    return kept;
+                    return [kept, beyond].concat();
                 }
                 coarse *= 1.25;
             }

@@ -1,4 +1,4 @@
-//! Three small charts, drawn as they were when a person looked at them.
+//! Four small charts, drawn as they were when a person looked at them.
 //!
 //! After a change that is meant: `WEBLOOP_WRITE_GOLDEN=1 cargo test -p webloop-chart --test all golden`,
 //! then look at `tests/golden` again. Of pictures it has letters, a block of pixels each.
@@ -155,6 +155,55 @@ fn logs() -> Chart {
     }
 }
 
+/// Dots and bars of which one dwarfs the others.
+fn beyond() -> Chart {
+    let overshoot = [10.6, 8.6, 20.6, 0.1, 37.0, 9.5e12, 3.1, 24.0];
+    let with_x = |values: &[f64]| {
+        (1_u8..)
+            .map(f64::from)
+            .zip(values.iter().copied())
+            .collect()
+    };
+    let points: Vec<(f64, f64)> = with_x(&overshoot);
+    let slow: Vec<(f64, f64)> = with_x(&[12.0, 11.0, 413.0, 2.0, 41.0, 30.0, 4.0, 9.0]);
+    let below: Vec<(f64, f64)> = with_x(&[0.0, -12.0, 5.0, 8.0, 4.0, 2.0, 7.0, 3.0]);
+    let y = Axis::telling("overshoot/%", overshoot);
+    let panel = |letter: &str, y: Axis, series: Vec<Series>| Panel {
+        letter: letter.to_owned(),
+        series,
+        ..Panel::new(axis("system", Scale::Linear), y, "not run")
+    };
+    Chart {
+        name: "beyond".to_owned(),
+        title: "Overshoot".to_owned(),
+        about: "One loop is unstable.".to_owned(),
+        source: String::new(),
+        tones: &TONES,
+        columns: 2,
+        panels: vec![
+            panel(
+                "a",
+                y.clone(),
+                vec![
+                    series("python", TONES[1], Mark::Dots, &points),
+                    series("firefox", TONES[3], Mark::Dots, &slow),
+                ],
+            ),
+            panel(
+                "b",
+                Axis {
+                    range: Some((-5.0, 44.0)),
+                    ..y
+                },
+                vec![
+                    series("python", TONES[1], Mark::Bars(0.6), &points),
+                    series("firefox", TONES[3], Mark::Dots, &below),
+                ],
+            ),
+        ],
+    }
+}
+
 /// A map with all that tiles can be, a line over it, and names.
 fn map() -> Chart {
     let (value, unstable, none) = (Tile::Value, Tile::Hatched, Tile::None);
@@ -234,6 +283,17 @@ fn a_map_is_drawn_as_looked_at() {
 }
 
 #[test]
+fn what_is_beyond_a_panel_is_drawn_as_looked_at() {
+    check("beyond.svg", &beyond().to_svg());
+    // It is drawn, as a mark with its number, so it is in the file too.
+    assert!(
+        beyond().to_csv().contains(",9500000000000.0,"),
+        "{}",
+        beyond().to_csv()
+    );
+}
+
+#[test]
 fn csv_has_a_map_and_what_lies_over_it() {
     let csv = map().to_csv();
     let starts = "panel,series,x,y,low,high,value,state\n\
@@ -251,7 +311,7 @@ fn csv_has_a_map_and_what_lies_over_it() {
 
 #[test]
 fn pictures_are_what_was_looked_at() {
-    for chart in [lines(), logs(), map()] {
+    for chart in [lines(), logs(), beyond(), map()] {
         check(
             &format!("{}.png.txt", chart.name),
             &picture(&chart).letters(),
