@@ -67,6 +67,7 @@ impl Axis {
             label: label.to_owned(),
             scale: if is_wide { Scale::Log } else { Scale::Linear },
             range: first_beyond.map(|_| (low, most * 1.2)),
+            names: Vec::new(),
         }
     }
 }

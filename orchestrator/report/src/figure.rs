@@ -157,6 +157,14 @@ impl Figure {
             (path("csv"), self.chart.to_csv().into_bytes()),
         ]
     }
+
+    /// Its picture for slides, `figures/fig-3.png`. To paint it takes several times as long as all of
+    /// [`Figure::files`].
+    #[must_use]
+    pub fn picture(&self) -> (PathBuf, Vec<u8>) {
+        let path = format!("figures/{}.png", self.chart.name);
+        (PathBuf::from(path), self.chart.to_png())
+    }
 }
 
 /// The text in a panel without a complete run.

@@ -14,6 +14,9 @@ pub(crate) struct Report {
     /// Write the report here instead of into the folder's `report`; the folder stays unchanged
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    /// Draw each figure as PNG too, for slides
+    #[arg(long)]
+    pub(crate) png: bool,
     /// Add the tables, figures and claims of this publication, whatever the experiment
     #[arg(long, value_enum, value_name = "PUBLICATION")]
     pub(crate) with: Option<Publication>,
@@ -22,6 +25,6 @@ pub(crate) struct Report {
 /// A publication whose tables, figures and claims can be recomputed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Publication {
-    /// S. L. Remy, "Web Standards as Standard Pieces in Robotics"; the experiment `paper` has it anyway
+    // S. L. Remy, "Web Standards as Standard Pieces in Robotics". The experiment `paper` has it anyway.
     Paper,
 }

@@ -9,6 +9,7 @@ use campaign::Results;
 use plan::file_name;
 use report::claim::{Finding, Verdict};
 use report::deposit::{package, provenance};
+use report::figure::Figure;
 use report::{Exhibits, Report, answer::Answer};
 
 use crate::argument::{self, Publication};
@@ -34,7 +35,10 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
     let report = Report::of(&campaign, exhibits).map_err(|error| anyhow!(error))?;
     let own = argument.folder.join(file_name::REPORT);
     let out = argument.out.as_deref().unwrap_or(&own);
-    let files = report.files();
+    let mut files = report.files();
+    if argument.png {
+        files.extend(report.figures.iter().map(Figure::picture));
+    }
     // Under its own name, the report goes into this folder and not to where a link leads.
     file::check_folder(&own).map_err(Failure::usage)?;
     report::write(&files, out)

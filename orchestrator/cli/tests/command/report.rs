@@ -144,6 +144,22 @@ fn a_report_says_nothing_of_a_paper_unless_it_is_asked() {
 }
 
 #[test]
+fn each_figure_is_a_picture_too_if_that_is_asked_for() {
+    let ran = Ran::new();
+    assert_eq!(ran.report_with(&["--png"]), (Some(0), String::new()));
+    let made = ran.made();
+    let ending = |path: &PathBuf, ending: &str| path.extension().is_some_and(|of| of == ending);
+    let drawn = made.keys().filter(|path| ending(path, "svg"));
+    let drawn: Vec<PathBuf> = drawn.map(|path| path.with_extension("png")).collect();
+    assert!(!drawn.is_empty());
+    for path in drawn {
+        assert!(made[&path].starts_with(b"\x89PNG"), "{}", path.display());
+    }
+    let crate_text = &made[Path::new("ro-crate-metadata.json")];
+    assert!(String::from_utf8_lossy(crate_text).contains("image/png"));
+}
+
+#[test]
 fn a_cell_that_is_gone_is_named_and_the_exit_code_says_so() {
     let ran = Ran::new();
     let gone = ran.cells().remove(1);

@@ -196,6 +196,7 @@ fn media_type(name: &str) -> Option<&'static str> {
         "json" => Some("application/json"),
         "md" => Some("text/markdown"),
         "pdf" => Some("application/pdf"),
+        "png" => Some("image/png"),
         "svg" => Some("image/svg+xml"),
         "txt" => Some("text/plain"),
         "xml" => Some("application/xml"),
