@@ -493,7 +493,7 @@ mod tests {
             }
             for sample in &budget.samples {
                 let effect = (sample.seq + 3) * 5_000_000;
-                let measured = effect as i64 - sample.total_ns();
+                let measured = effect.cast_signed() - sample.total_ns();
                 // The whole begins at one of the ticks.
                 prop_assert_eq!(measured.rem_euclid(5_000_000), 0);
             }

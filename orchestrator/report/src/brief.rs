@@ -23,6 +23,8 @@ pub struct Brief {
     pub question: &'static str,
     /// The answer.
     pub answer: String,
+    /// The figure or table that shows it, by its number or its name; empty if there is none.
+    pub shown_in: &'static str,
 }
 
 /// The questions that the campaign answers; none without a complete closed loop.
@@ -39,20 +41,26 @@ pub fn all_of(
     loops.retain(|one| !one.group.runs.is_empty());
     let headline = Answer::of(campaign).words().into_iter().next();
     [
-        ("Does my loop hold?", headline),
-        ("How close was it?", Some(close(campaign, delays, nearest))),
-        ("Which second hurt?", Some(hurt(nearest))),
-        ("Which client is best here?", best(&loops)),
+        ("Does my loop hold?", headline, ""),
+        (
+            "How close was it?",
+            Some(close(campaign, delays, nearest)),
+            "",
+        ),
+        ("Which second hurt?", Some(hurt(nearest)), "fig-F"),
+        ("Which client is best here?", best(&loops), "control"),
         (
             "What did the network cost me?",
             cost(campaign, &loops, delays),
+            "fig-D",
         ),
     ]
     .into_iter()
-    .filter_map(|(question, answer)| {
+    .filter_map(|(question, answer, shown_in)| {
         Some(Brief {
             question,
             answer: answer?,
+            shown_in,
         })
     })
     .collect()
@@ -260,14 +268,20 @@ fn cost(campaign: &Campaign, loops: &[Loop<'_>], delays: &[Delays<'_>]) -> Optio
         .filter(|of| !campaign.plan.is_loopback(of.topology))
         .filter_map(|of| {
             let whole: f64 = of.parts_ms?.iter().sum();
-            let link = of.link_ms()?;
-            Some(format!(
-                "{} of {} on {} ({})",
-                duration(link),
-                duration(whole),
-                of.topology,
-                of.label
-            ))
+            Some((of, whole, of.link_ms()?))
+        })
+        .filter({
+            // One loop for each link: the others' share is much the same.
+            let mut known: Vec<&str> = Vec::new();
+            move |(of, _, _)| {
+                let is_new = !known.contains(&of.topology);
+                known.push(of.topology);
+                is_new
+            }
+        })
+        .map(|(of, whole, link)| {
+            let (link, whole) = (duration(link), duration(whole));
+            format!("{link} of {whole} on {} ({})", of.topology, of.label)
         })
         .take(NAMED)
         .collect();

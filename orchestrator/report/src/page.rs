@@ -146,11 +146,24 @@ fn five(report: &Report<'_>) -> Markup {
         @if !report.brief.is_empty() {
             dl.brief {
                 @for brief in &report.brief {
-                    div { dt { (brief.question) } dd { (brief.answer) } }
+                    div {
+                        dt { (brief.question) }
+                        dd {
+                            (brief.answer)
+                            @if has(report, brief.shown_in) { " " a href={ "#" (brief.shown_in) } { "See it" } }
+                        }
+                    }
                 }
             }
         }
     }
+}
+
+/// Whether the report has a figure or a table of this name.
+fn has(report: &Report<'_>, name: &str) -> bool {
+    let figures = report.figures.iter().map(|figure| &figure.chart.name);
+    let tables = report.tables.iter().map(|table| &table.name);
+    figures.chain(tables).any(|of| of == name)
 }
 
 fn contents(sections: &[Section]) -> Markup {
