@@ -117,6 +117,8 @@ fn write_campaign(folder: &Path, cells: usize, ticks: u64) -> Result<(), Box<dyn
         systems: [].into(),
         programs: [].into(),
         plants: [].into(),
+        expect: Vec::new(),
+        known: Vec::new(),
         cells: cells.collect(),
     };
     fs::write(folder.join("plan.json"), plan.to_json())?;

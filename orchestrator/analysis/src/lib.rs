@@ -13,7 +13,8 @@
 //! - `whole`: whether a folder matches its manifest; `order`: whether all of its rows are there;
 //! - [`summary`] and [`table`]: one row per cell, for programs and for people; [`repeats`]: medians
 //!   over repeated cells; `condition`: the columns that say which cell a row is of; `links`: the table below
-//!   them; [`require`]: what runs are required to show, and whether they do;
+//!   them; [`expect`]: whether runs show what is expected of
+//!   them; [`share`]: the share of all runs that some stand for;
 //! - [`statistics`]: moments, quantiles and a line, each in one pass; [`pairs`]: tests on paired
 //!   differences; [`layout`]: columns for people.
 //!
@@ -25,6 +26,7 @@ pub mod arrival;
 pub mod budget;
 pub mod campaign;
 mod condition;
+pub mod expect;
 pub mod hold;
 pub mod interval;
 pub mod lateness;
@@ -38,9 +40,9 @@ mod parallel;
 pub mod plain;
 pub mod probe;
 pub mod repeats;
-pub mod require;
 pub mod response;
 pub mod rows;
+pub mod share;
 pub mod statistics;
 pub mod summary;
 pub mod table;

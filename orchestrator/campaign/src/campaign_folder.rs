@@ -15,13 +15,15 @@ use crate::open_error::{OpenError, RESULTS};
 pub struct CampaignFolder(Folder);
 
 impl CampaignFolder {
-    /// Opens the folder for a plan: a new one, or one with the same plan to be continued.
+    /// Opens the folder for a plan: a new one, or one with the same runs to be continued. What was expected of
+    /// them then is replaced by what the plan expects now, since no row depends on it.
     ///
     /// # Errors
     /// [`OpenError`] when it belongs to another plan, is in use, or cannot be written.
     pub fn open(plan: &Plan, asked: Option<&Path>) -> Result<CampaignFolder, Error> {
         let folder = asked.map_or_else(|| CampaignFolder::fresh(plan), Path::to_path_buf);
-        CampaignFolder::open_text(&plan.to_json(), &folder)
+        let is_same = |text: &str| Plan::from_json(text).is_ok_and(|own| own.has_runs_of(plan));
+        CampaignFolder::open_if(&plan.to_json(), &folder, is_same)
     }
 
     /// Opens a folder for the plan with this text, which is compared byte by byte.
@@ -29,11 +31,22 @@ impl CampaignFolder {
     /// # Errors
     /// As [`open`](CampaignFolder::open).
     pub fn open_text(plan: &str, path: &Path) -> Result<CampaignFolder, Error> {
+        CampaignFolder::open_if(plan, path, |_| false)
+    }
+
+    /// As [`open_text`](CampaignFolder::open_text), also a folder whose plan `is_same`; it gets this one.
+    fn open_if(
+        plan: &str,
+        path: &Path,
+        is_same: impl Fn(&str) -> bool,
+    ) -> Result<CampaignFolder, Error> {
         let folder = Folder::open(path, PLAN)?;
         match folder.identity()? {
             Some(text) if text == plan => {}
-            Some(_) => return Err(OpenError::OtherPlan(path.to_owned()).into()),
-            None => folder.identify(plan).map_err(OpenError::Write)?,
+            Some(text) if !is_same(&text) => {
+                return Err(OpenError::OtherPlan(path.to_owned()).into());
+            }
+            _ => folder.identify(plan).map_err(OpenError::Write)?,
         }
         // Cells are written into this folder, never to where a link leads.
         file::check_folder(&path.join(CELLS)).map_err(OpenError::NoFolder)?;
@@ -64,7 +77,7 @@ impl CampaignFolder {
     /// [`OpenError::NoneBegun`] when there is none.
     pub fn latest(plan: &Plan) -> Result<PathBuf, Error> {
         let start = format!("{}-", plan.experiment);
-        let text = plan.to_json();
+        let is_same = |text: &str| Plan::from_json(text).is_ok_and(|own| own.has_runs_of(plan));
         let mut folders: Vec<PathBuf> = fs::read_dir(RESULTS)
             .into_iter()
             .flatten()
@@ -72,7 +85,7 @@ impl CampaignFolder {
             .filter(|entry| entry.file_name().to_string_lossy().starts_with(&start))
             .map(|entry| entry.path())
             .filter(|folder| {
-                file::text(&folder.join(PLAN), file::PLAN_BYTES).is_ok_and(|own| own == text)
+                file::text(&folder.join(PLAN), file::PLAN_BYTES).is_ok_and(|own| is_same(&own))
             })
             .collect();
         // The names contain the time, so the newest is last.

@@ -20,8 +20,8 @@ use std::path::{Path, PathBuf};
 use clap::{Parser, Subcommand, ValueEnum};
 
 pub(crate) use campaign::{
-    Agree, AgreeFormat, Backend, Calibrate, Choice, Collect, Compare, CompareFormat, Document, Gc,
-    Margin, Matrix, MatrixFormat, Player, Progress, Run, RunCell, Show, ShowFormat, word,
+    Agree, AgreeFormat, Backend, Calibrate, Choice, Collect, Compare, CompareFormat, Document,
+    Gate, Gc, Margin, Matrix, MatrixFormat, Player, Progress, Run, RunCell, Show, ShowFormat, word,
 };
 pub(crate) use conform::Conform;
 pub(crate) use link::{LinkCommand, LinkLint, LinkShow, Probe, Way};
@@ -83,6 +83,8 @@ pub(crate) enum LogFormat {
 pub(crate) enum Command {
     /// Run an experiment and print its table
     Run(Run),
+    /// Fail unless an experiment shows what it expects, in virtual time and then for real
+    Gate(Gate),
     /// Run one cell of a plan, unless it is already complete
     RunCell(RunCell),
     /// Print the table of a results folder again

@@ -26,6 +26,7 @@ fn main() -> std::process::ExitCode {
     logging::start(&argument);
     let outcome = match argument.command {
         Command::Run(run) => command::run::run(&run),
+        Command::Gate(gate) => command::gate::run(&gate),
         Command::RunCell(cell) => command::run_cell::run(&cell),
         Command::Show(show) => command::show::run(&show),
         Command::Report(report) => command::report::run(&report),

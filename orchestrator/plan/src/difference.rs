@@ -41,6 +41,9 @@ impl Plan {
         if let Some(name) = names.find(|name| self.programs.get(name) != other.programs.get(name)) {
             return Some(format!("the program {name} in two ways"));
         }
+        if self.has_runs_of(other) && self != other {
+            return Some("what is expected of the runs in two ways".to_owned());
+        }
         (self != other).then(|| "their other fields".to_owned())
     }
 }

@@ -16,6 +16,8 @@ use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use system::Program;
 use toml::Spanned;
 
+use crate::expect::{Expect, KnownFailure};
+
 /// Cells to be run: who closes which loop over which link.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -30,6 +32,12 @@ pub(crate) struct ExperimentFile {
     /// The campaign's seed, unless `--seed` gives one. Default 1.
     #[serde(default = "default_seed")]
     pub(crate) seed: u64,
+    /// What is expected of the runs, as `--require` asks it; a block's own clause on a figure replaces this one.
+    #[serde(default)]
+    pub(crate) expect: Expect,
+    /// Failures of these expectations that are known, and do not fail a run of the experiment.
+    #[serde(default)]
+    pub(crate) known: Vec<KnownFailure>,
     /// Blocks of cells; each block is the product of its lists.
     #[serde(default)]
     pub(crate) cells: Vec<Block>,
@@ -111,7 +119,7 @@ static KEYS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
     let settings = setting_names();
     let lists = LISTS.iter().map(|(name, _)| *name);
     lists
-        .chain(["repeats", "scaled", "together"])
+        .chain(["repeats", "scaled", "together", "expect"])
         .chain(settings)
         .collect()
 });
@@ -133,6 +141,8 @@ pub(crate) struct Block {
     scaled: Option<Scaled>,
     /// How many of these cells may run at a time without disturbing each other.
     pub(crate) together: Spanned<u16>,
+    /// What is expected of these cells, beside what the whole experiment expects.
+    pub(crate) expect: Expect,
 }
 
 /// One combination of a block's settings: one value of each list that has any. Topology, system,
@@ -238,12 +248,14 @@ impl<'de> Visitor<'de> for BlockReader {
             repeats: 1,
             scaled: None,
             together: Spanned::new(0..0, 1),
+            expect: Expect::default(),
         };
         while let Some(Key(key)) = map.next_key()? {
             match key {
                 "repeats" => block.repeats = map.next_value()?,
                 "scaled" => block.scaled = Some(map.next_value()?),
                 "together" => block.together = map.next_value()?,
+                "expect" => block.expect = map.next_value()?,
                 name => {
                     let list: List = map.next_value()?;
                     if name != "client" && !list.programs.is_empty() {

@@ -6,6 +6,8 @@
 //! - [`Plan`] and [`Cell`] are the result. [`Client`] closes a cell's loop; its entry has everything
 //!   that is known about it. `own` has the programs of one's own. `setup` describes a cell's settings
 //!   in words.
+//! - `clause` is the language of what runs are expected to show, [`Expectation`] and [`Known`] what a plan says
+//!   of it.
 //! - [`Selection`] chooses cells. A [`Job`] is a share of them: those of a topology, or a [`Shard`].
 //! - `difference` says how two plans differ. `sound` refuses plans that no experiment can produce.
 //!   `seed` derives the seeds of the links.
@@ -18,9 +20,11 @@
 
 mod allowance;
 mod cell;
+mod clause;
 mod client;
 mod difference;
 mod echo;
+mod expect;
 mod experiment;
 pub mod file_name;
 mod instead;
@@ -44,8 +48,10 @@ mod verdict;
 
 pub use allowance::Allowance;
 pub use cell::{Cell, START_AT};
+pub use clause::{Clause, Figure, InvalidClause, Limit, Unit};
 pub use client::{Client, ClientSpec, UnknownClient};
 pub use echo::{Phase, ProbeRow};
+pub use expect::{Day, Expectation, Known};
 pub use instead::Instead;
 pub use invalid::{InvalidFile, Reader};
 pub use job::{Job, Part};

@@ -12,6 +12,7 @@ use toml::Spanned;
 
 use crate::cell::Cell;
 use crate::client::{Client, UnknownClient};
+use crate::expect::Expectations;
 use crate::experiment::{Block, Combination, ExperimentFile, Word};
 use crate::seed::link_seed;
 use crate::stall::stalling_seed;
@@ -58,8 +59,11 @@ impl Plan {
             systems: BTreeMap::new(),
             programs: BTreeMap::new(),
             plants: BTreeMap::new(),
+            expect: Vec::new(),
+            known: Vec::new(),
             cells: Vec::new(),
         };
+        let mut expectations = Expectations::default();
         for block in &file.cells {
             let block = &instead.over(block);
             let topologies = block
@@ -78,7 +82,10 @@ impl Plan {
                 let program = program.with_paths(|word| library.word(word));
                 reader.program(name, program, &mut plan.programs)?;
             }
+            let before = plan.cells.len();
             reader.block(block, &topologies, &systems, &mut plan)?;
+            let clauses = reader.clauses(&file.expect, &block.expect)?;
+            expectations.ask(clauses, &plan.cells[before..]);
         }
         if instead.joins_blocks() {
             let mut seen = BTreeSet::new();
@@ -91,6 +98,8 @@ impl Plan {
             cell.index = index;
         }
         reader.no_twins(&plan)?;
+        plan.expect = expectations.of(&plan.cells, reader)?;
+        plan.known = reader.known(&file.known, &plan.cells, instead.joins_blocks())?;
         // Only names can still be wrong: that of a trace, or that of a topology if it is too long.
         plan.check()
             .map_err(|problem| InvalidFile::new(source, origin, 0..0, problem, ""))?;

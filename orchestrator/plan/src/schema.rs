@@ -8,6 +8,7 @@ use endpoint::{ControllerSettings, PageSettings};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema, schema_for};
 
 use crate::Plan;
+use crate::expect::Expect;
 use crate::experiment::{Block, ExperimentFile, LISTS, List, NEEDED, OwnClient, Scaled};
 
 /// A kind of document that has a schema.
@@ -80,6 +81,11 @@ impl JsonSchema for Block {
             })
             .collect();
         for (name, mut schema, about) in [
+            (
+                "expect",
+                generator.subschema_for::<Expect>(),
+                "What is expected of these cells, beside what the whole experiment expects",
+            ),
             (
                 "repeats",
                 u32::json_schema(generator),

@@ -58,7 +58,7 @@ impl Plan {
 }
 
 /// Whether `id` contains `pattern` or, if the pattern has a `*`, matches it as a whole.
-fn matches(pattern: &str, id: &str) -> bool {
+pub(crate) fn matches(pattern: &str, id: &str) -> bool {
     if !pattern.contains('*') {
         return id.contains(pattern);
     }

@@ -49,6 +49,12 @@ impl Plan {
                 return Err(format!("{place}: another cell has this index"));
             }
         }
+        let mut expected = self.expect.iter().flat_map(|of| &of.cells);
+        if let Some(index) = expected.find(|index| !indices.contains(index)) {
+            return Err(format!(
+                "it expects something of cell {index}, which it does not have"
+            ));
+        }
         Ok(())
     }
 

@@ -18,7 +18,7 @@ use analysis::{Campaign, LoopVerdict, grouped};
 use serde::Serialize;
 
 pub use measure::Measure;
-pub use pairing::{Kind, Lone};
+pub use pairing::{Kind, Lone, lost};
 
 pub(crate) use pairing::pair;
 

@@ -29,6 +29,7 @@ pub fn markdown(report: &Report<'_>) -> String {
     let sections = [
         format!("# webloop: {}\n", text(&report.campaign.plan.experiment)),
         answer(report),
+        expectations(report),
         brief(report),
         totals(report, &outcomes),
         claims(report),
@@ -55,6 +56,37 @@ fn brief(report: &Report<'_>) -> String {
     lines
         .map(|brief| format!("- **{}** {}\n", brief.question, text(&brief.answer)))
         .collect()
+}
+
+/// What became of what is expected; empty if nothing is.
+fn expectations(report: &Report<'_>) -> String {
+    let judgement = &report.expectations;
+    if judgement.is_empty() {
+        return String::new();
+    }
+    let answers = judgement.answers.iter().map(|answer| {
+        let (group, clause) = (text(&answer.group), text(&answer.clause));
+        let outcome = answer.outcome.word().to_owned();
+        vec![outcome, group, clause, text(&answer.details())]
+    });
+    let unasked = judgement.unasked.iter().map(|clause| {
+        let why = "no run here has it".to_owned();
+        vec![
+            "NOT MET".to_owned(),
+            String::new(),
+            text(&clause.to_string()),
+            why,
+        ]
+    });
+    // What fails comes first, since a long table is cut.
+    let mut rows: Vec<Vec<String>> = unasked.chain(answers).collect();
+    rows.sort_by_key(|row| !row[0].starts_with("NOT"));
+    let passing = judgement.passing.iter().map(|known| {
+        let cells = text(&known.cells);
+        format!("\nThe known failure of {cells} passes: remove it from \\[\\[known\\]\\].\n")
+    });
+    let head = ["", "runs", "expected", "found"].map(str::to_owned);
+    heading("What is expected") + &table(&head, &rows) + &passing.collect::<String>()
 }
 
 /// How cells and loops of each topology ended.

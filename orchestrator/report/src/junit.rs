@@ -1,20 +1,23 @@
 //! `junit.xml`: the cells and the claims as test cases, for the test views of CI systems.
 //!
-//! A suite is a topology, and a case is a cell; the claims of the paper are a suite of their own.
-//! Whether a case passes is about the testbed and about the paper: whether a loop was stable is a
-//! property of its case and never a failure. There are no timestamps, since some readers take them
+//! A suite is a topology, and a case is a cell; the claims of the paper are a suite of their own, and so
+//! is what the experiment expects. Whether a cell's case passes is about the testbed: whether a loop was
+//! stable is a property of its case, and a failure only where it was expected. There are no timestamps, since some readers take them
 //! for the time at which the program was tested.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 use analysis::Run;
+use analysis::expect::{Judgement, Outcome as Answered};
 use quick_junit::{NonSuccessKind, TestCase, TestCaseStatus, TestSuite};
 
 use crate::Report;
 use crate::claim::{Finding, Part, Verdict};
 use crate::outcome::{self, Kind, Outcome};
 
+/// Name of the suite of what is expected.
+const EXPECT: &str = "expect";
 /// Name of the suite of claims.
 const CLAIMS: &str = "paper";
 
@@ -33,6 +36,9 @@ pub fn xml(report: &Report<'_>) -> String {
         suite.add_test_cases(report.claims.iter().map(claim));
         suite.set_time(Duration::ZERO);
         junit.add_test_suite(suite);
+    }
+    if !report.expectations.is_empty() {
+        junit.add_test_suite(expectations(&report.expectations));
     }
     junit.set_time(runs().map(wall).sum());
     // This cannot fail: it writes to memory, and the library removes characters that XML does not
@@ -77,6 +83,41 @@ fn status(report: &Report<'_>, run: &Run) -> TestCaseStatus {
     };
     status.set_type(kind.word()).set_message(reason);
     status
+}
+
+/// The suite of what is expected: a case for each clause and group. Known failures are skipped.
+fn expectations(judgement: &Judgement) -> TestSuite {
+    let mut suite = TestSuite::new(EXPECT);
+    for answer in &judgement.answers {
+        let mut status = match answer.outcome {
+            Answered::Met => TestCaseStatus::success(),
+            Answered::NotMet | Answered::NotTold { .. } => {
+                TestCaseStatus::non_success(NonSuccessKind::Failure)
+            }
+            Answered::Known | Answered::Unsupported => TestCaseStatus::skipped(),
+        };
+        if answer.outcome != Answered::Met {
+            status.set_type(answer.outcome.word().to_lowercase());
+            status.set_message(answer.to_string());
+        }
+        suite.add_test_case(expectation(
+            format!("{}: {}", answer.group, answer.clause),
+            status,
+        ));
+    }
+    for clause in &judgement.unasked {
+        let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
+        status.set_message("no run here has it");
+        suite.add_test_case(expectation(clause.to_string(), status));
+    }
+    suite.set_time(Duration::ZERO);
+    suite
+}
+
+fn expectation(name: String, status: TestCaseStatus) -> TestCase {
+    let mut case = TestCase::new(name, status);
+    case.set_classname(EXPECT).set_time(Duration::ZERO);
+    case
 }
 
 /// The cell's row of `summary.csv`, without empty fields.

@@ -1,5 +1,6 @@
 //! The whole report as one value. Its files are made in [`files`](crate::files).
 
+use analysis::expect::Judgement;
 use analysis::{Campaign, Damage, ReadError};
 
 use crate::brief::{self, Brief};
@@ -37,6 +38,8 @@ pub struct Report<'a> {
     pub figures: Vec<Figure>,
     /// Damaged files.
     pub damage: Vec<Damage>,
+    /// What became of what is expected of the runs; empty if nothing is.
+    pub expectations: Judgement,
 }
 
 impl<'a> Report<'a> {
@@ -72,7 +75,17 @@ impl<'a> Report<'a> {
             tables,
             figures,
             damage: campaign.damage(),
+            expectations: Judgement::default(),
         })
+    }
+
+    /// The report with what became of the expectations, which depends on the day.
+    #[must_use]
+    pub fn with_expectations(self, expectations: Judgement) -> Report<'a> {
+        Report {
+            expectations,
+            ..self
+        }
     }
 
     /// The claims themselves, without their readings.

@@ -7,10 +7,9 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-use analysis::require::Clause;
 use clap::{Args, ValueEnum};
 use endpoint::SampleTime;
-use plan::{EXPERIMENTS, Selection, Shard};
+use plan::{Clause, EXPERIMENTS, Selection, Shard};
 
 /// What an experiment can be: a built-in one, or a file.
 static EXPERIMENT: LazyLock<String> = LazyLock::new(|| {
@@ -21,7 +20,7 @@ static EXPERIMENT: LazyLock<String> = LazyLock::new(|| {
     )
 });
 
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct Run {
     #[arg(default_value = "smoke", help = EXPERIMENT.as_str())]
     experiment: String,
@@ -75,7 +74,7 @@ pub(crate) struct Run {
     /// How progress is shown
     #[arg(long, value_enum, default_value_t = Progress::Auto, value_name = "HOW")]
     pub(crate) progress: Progress,
-    /// Exit with 1 unless the runs show this: stable, "settling <= 400ms", "sent >= 99% in 90%"
+    /// Exit with 1 unless the runs show this too: stable, "settling <= 400ms", "sent >= 99% in 90% at 95%"
     #[arg(long, value_name = "CLAUSE")]
     pub(crate) require: Vec<Clause>,
 }
@@ -89,6 +88,15 @@ impl Run {
             &self.experiment
         }
     }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Gate {
+    #[command(flatten)]
+    pub(crate) run: Run,
+    /// Stop after virtual time
+    #[arg(long)]
+    pub(crate) sim_only: bool,
 }
 
 /// Where cells run.
@@ -133,7 +141,7 @@ pub(crate) fn word(choice: &impl ValueEnum) -> String {
 }
 
 /// Which cells.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct Choice {
     /// Only cells whose id contains PATTERN, or matches it if it has a * (repeatable)
     #[arg(long, value_name = "PATTERN")]
@@ -240,7 +248,7 @@ pub(crate) struct Show {
     /// Include disturbed runs in medians
     #[arg(long)]
     pub(crate) with_disturbed: bool,
-    /// Exit with 1 unless the runs show this: stable, "settling <= 400ms", "sent >= 99% in 90%"
+    /// Exit with 1 unless the runs show this too: stable, "settling <= 400ms", "sent >= 99% in 90% at 95%"
     #[arg(long, value_name = "CLAUSE")]
     pub(crate) require: Vec<Clause>,
 }
@@ -326,6 +334,9 @@ pub(crate) struct Compare {
     /// Ignore missing and incomplete runs instead of failing
     #[arg(long)]
     pub(crate) allow_missing: bool,
+    /// Ignore missing, incomplete and damaged runs of cells whose id contains PATTERN, or matches it if it has a * (repeatable)
+    #[arg(long, value_name = "PATTERN")]
+    pub(crate) allow: Vec<String>,
     /// How the comparison is printed
     #[arg(long, value_enum, default_value_t = CompareFormat::Table)]
     pub(crate) format: CompareFormat,

@@ -6,6 +6,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use plan::Clause;
 
 #[derive(Debug, Args)]
 pub(crate) struct Report {
@@ -14,6 +15,9 @@ pub(crate) struct Report {
     /// Write the report here instead of into the folder's `report`; the folder stays unchanged
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    /// Exit with 1 unless the runs show this too: stable, "settling <= 400ms", "sent >= 99% in 90% at 95%"
+    #[arg(long, value_name = "CLAUSE")]
+    pub(crate) require: Vec<Clause>,
     /// Draw each figure as PNG too, for slides
     #[arg(long)]
     pub(crate) png: bool,

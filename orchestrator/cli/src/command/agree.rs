@@ -30,8 +30,8 @@ pub(crate) fn run(argument: &Agree) -> Outcome {
     }
     // A check that compares nothing must not pass.
     if agreement.groups.is_empty() {
-        tell_damage(&a);
-        tell_damage(&b);
+        tell_damage(&a, |_| false);
+        tell_damage(&b, |_| false);
         return Err(Failure::usage(anyhow!(
             "no run of {} has a counterpart in {}; give complete campaigns of equal seeds",
             argument.a.display(),
@@ -41,6 +41,7 @@ pub(crate) fn run(argument: &Agree) -> Outcome {
     let are_whole = are_whole(
         [(&a, &argument.a), (&b, &argument.b)],
         argument.allow_missing,
+        |_| false,
     );
     match agreement.partings().next() {
         None if are_whole => Ok(Exit::Fine),

@@ -2,9 +2,10 @@
 
 use std::io::Write;
 
-use analysis::Campaign;
+use analysis::{Campaign, Run};
 use anyhow::anyhow;
-use report::compare::Comparison;
+use plan::Selection;
+use report::compare::{Comparison, lost};
 
 use crate::argument::{Compare, CompareFormat};
 use crate::exit::{Exit, Failure, Outcome};
@@ -17,12 +18,14 @@ pub(crate) fn run(argument: &Compare) -> Outcome {
         b,
         change_pct,
         allow_missing,
+        allow,
         format,
     } = argument;
     let read = |folder| Campaign::read(folder).map_err(Failure::usage);
     let both = (read(a)?, read(b)?);
+    let is_allowed = allowed(allow, [&both.0, &both.1])?;
     let comparison = Comparison::of(&both.0, &both.1, change_pct / 1e2);
-    let paths = (a, b);
+    let paths = (a.as_path(), b.as_path());
     let (a, b) = (a.display().to_string(), b.display().to_string());
     let text = match format {
         CompareFormat::Table => comparison.to_text(&a, &b),
@@ -32,16 +35,43 @@ pub(crate) fn run(argument: &Compare) -> Outcome {
     write!(std::io::stdout(), "{text}")?;
     // A check that compares nothing must not pass.
     if comparison.groups.is_empty() {
-        tell_damage(&both.0);
-        tell_damage(&both.1);
+        tell_damage(&both.0, |_| false);
+        tell_damage(&both.1, |_| false);
         return Err(Failure::usage(anyhow!(
             "no run of {a} has a counterpart in {b}; compare complete campaigns of equal seeds"
         )));
     }
-    let are_whole = are_whole([(&both.0, paths.0), (&both.1, paths.1)], *allow_missing);
-    if are_whole && !comparison.is_worse() {
+    let lost = lost(&both.0, &both.1).into_iter();
+    let lost = lost.filter(|run| !*allow_missing && !is_allowed(run));
+    let lost = lost.map(|run| {
+        eprintln!(
+            "webloop: {}: {} is complete, and {b} does not have it",
+            paths.0.display(),
+            run.cell.id
+        );
+    });
+    let lost = lost.count();
+    let campaigns = [(&both.0, paths.0), (&both.1, paths.1)];
+    let are_whole = are_whole(campaigns, *allow_missing, is_allowed);
+    if are_whole && lost == 0 && !comparison.is_worse() {
         Ok(Exit::Fine)
     } else {
         Ok(Exit::Failed)
     }
+}
+
+/// Whether `--allow` accepts that a run is not there. Each pattern has to name a cell, or it would accept nothing
+/// without saying so.
+fn allowed(patterns: &[String], both: [&Campaign; 2]) -> Result<impl Fn(&Run) -> bool, Failure> {
+    for pattern in patterns {
+        let one = Selection::Matching(vec![pattern.clone()]);
+        let mut runs = both.iter().flat_map(|campaign| &campaign.runs);
+        if !runs.any(|run| one.takes(&run.cell)) {
+            return Err(Failure::usage(anyhow!(
+                "--allow {pattern}: no cell of either folder matches; leave it out"
+            )));
+        }
+    }
+    let all = Selection::Matching(patterns.to_vec());
+    Ok(move |run: &Run| all.takes(&run.cell))
 }

@@ -9,6 +9,7 @@ pub(crate) mod compare;
 pub(crate) mod conform;
 pub(crate) mod doctor;
 pub(crate) mod echo;
+pub(crate) mod gate;
 pub(crate) mod gc;
 pub(crate) mod link;
 pub(crate) mod margin;

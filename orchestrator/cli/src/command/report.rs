@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use analysis::Campaign;
+use analysis::{Campaign, Run};
 use anyhow::{Context, anyhow};
 use campaign::Results;
 use plan::file_name;
@@ -13,6 +13,7 @@ use report::figure::Figure;
 use report::{Exhibits, Report, answer::Answer};
 
 use crate::argument::{self, Publication};
+use crate::command::run::{judged, print};
 use crate::exit::{Exit, Failure, Outcome};
 
 /// Makes the report. Prints where it is, and what is missing or damaged in the folder.
@@ -33,6 +34,9 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
         Exhibits::default()
     };
     let report = Report::of(&campaign, exhibits).map_err(|error| anyhow!(error))?;
+    let runs: Vec<&Run> = campaign.runs.iter().collect();
+    let expectations = judged(&campaign.plan, &runs, &argument.require);
+    let report = report.with_expectations(expectations);
     let own = argument.folder.join(file_name::REPORT);
     let out = argument.out.as_deref().unwrap_or(&own);
     let mut files = report.files();
@@ -62,11 +66,12 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
         writeln!(stdout, "{}", claims(&report))?;
     }
     writeln!(stdout, "Report: {}", page.display())?;
+    print(&report.expectations, &mut stdout)?;
     let troubles = troubles(&report);
     for trouble in &troubles {
         eprintln!("webloop: {trouble}");
     }
-    Ok(if troubles.is_empty() {
+    Ok(if troubles.is_empty() && report.expectations.holds() {
         Exit::Fine
     } else {
         Exit::Failed

@@ -4,16 +4,16 @@
 
 use std::collections::BTreeSet;
 use std::io::Write;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
-use analysis::require::{Clause, answers};
-use analysis::{Campaign, Summary};
+use analysis::Campaign;
+use analysis::expect::{Judgement, judge};
 use anyhow::anyhow;
 use backend::Agents;
 use campaign::{
     CampaignFolder, ComposeRunner, Inside, Pace, Processes, Queue, Results, expected, time_ns,
 };
-use plan::{Cell, Instead, Plan, Verdict, file_name};
+use plan::{Cell, Clause, Day, Instead, Plan, Verdict, file_name};
 
 use crate::argument::{Backend, Choice, Progress as How, Run, word};
 use crate::command::run_cell;
@@ -34,39 +34,62 @@ pub(crate) fn run(argument: &Run) -> Outcome {
 }
 
 fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
+    let plan = plan(argument)?;
+    let chosen = choose(&plan, &argument.choice, argument.experiment())?;
+    if argument.dry_run {
+        return dry_run(&chosen, pace(argument)?);
+    }
+    let ran = execute(argument, &plan, &chosen, agents)?;
+    conclude(argument, &ran)
+}
+
+/// The plan that is asked for.
+pub(crate) fn plan(argument: &Run) -> Result<Plan, Failure> {
     let instead = Instead {
         seed: argument.seed,
         topology: argument.topology.clone(),
         client: argument.client.clone(),
         full: argument.full,
     };
-    let plan = source::plan_of(argument.experiment(), &instead)?;
-    let chosen = choose(&plan, &argument.choice, argument.experiment())?;
+    source::plan_of(argument.experiment(), &instead)
+}
+
+/// Cells that were run, and their folder.
+pub(crate) struct Ran<'a> {
+    chosen: &'a [&'a Cell],
+    folder: CampaignFolder,
+    is_interrupted: bool,
+}
+
+/// Runs the chosen cells of a plan.
+pub(crate) fn execute<'a>(
+    argument: &Run,
+    plan: &Plan,
+    chosen: &'a [&'a Cell],
+    agents: Option<&Agents>,
+) -> Result<Ran<'a>, Failure> {
     let pace = pace(argument)?;
-    if argument.dry_run {
-        return dry_run(&chosen, pace);
-    }
     // Report what is missing before a folder is made.
     let containers = match argument.backend {
         Backend::Compose => Some(ComposeRunner::find(!argument.no_build)?),
         Backend::Netns | Backend::Attach | Backend::Sim => None,
     };
-    let folder = open(argument, &plan)?;
+    let folder = open(argument, plan)?;
     let stop = stop::told_to_end()?;
     if agents.is_some() {
         stop::give_up_soon_after(&stop)?;
     }
     let own = run_cell::own(argument.backend, agents, argument.player);
-    let pending = campaign::pending(&chosen, &folder, &own, argument.failed)?;
+    let pending = campaign::pending(chosen, &folder, &own, argument.failed)?;
     if argument.progress != How::Quiet {
-        announce(&plan, &chosen, &pending, pace, &folder);
+        announce(plan, chosen, &pending, pace, &folder);
     }
     let progress = Progress::start(argument.progress, &pending, pace);
     match containers {
         Some(containers) => {
             let tries = argument.tries.to_string();
             let inside = Inside {
-                plan: &plan,
+                plan,
                 campaign: folder.path(),
                 tries: argument.tries,
                 options: &["--player", &word(&argument.player), "--tries", &tries],
@@ -84,7 +107,30 @@ fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
         }
     }
     progress.finish();
-    conclude(argument, &chosen, &folder, &stop)
+    Ok(Ran {
+        chosen,
+        folder,
+        is_interrupted: stop.load(Ordering::Relaxed),
+    })
+}
+
+impl Ran<'_> {
+    /// Reads the folder.
+    pub(crate) fn read(&self) -> Result<Campaign, Failure> {
+        Ok(Campaign::read(self.folder.path())?)
+    }
+
+    /// The runs of the chosen cells.
+    pub(crate) fn asked<'a>(&self, read: &'a Campaign) -> Vec<&'a analysis::Run> {
+        let asked: BTreeSet<&str> = self.chosen.iter().map(|cell| cell.id.as_str()).collect();
+        let is_asked = |run: &&analysis::Run| asked.contains(run.cell.id.as_str());
+        read.runs.iter().filter(is_asked).collect()
+    }
+
+    /// The exit code of the runs alone.
+    pub(crate) fn exit(&self, asked: &[&analysis::Run]) -> Exit {
+        exit(asked.iter().map(|run| run.verdict()), self.is_interrupted)
+    }
 }
 
 /// How many cells run at a time, and in real or virtual time.
@@ -132,31 +178,24 @@ fn announce(plan: &Plan, chosen: &[&Cell], pending: &[&Cell], pace: Pace, folder
 }
 
 /// Prints the table and where the results are, and writes the table into the folder, also as CSV.
-fn conclude(
-    argument: &Run,
-    chosen: &[&Cell],
-    campaign: &CampaignFolder,
-    stop: &AtomicBool,
-) -> Outcome {
-    let asked: BTreeSet<&str> = chosen.iter().map(|cell| cell.id.as_str()).collect();
-    let read = Campaign::read(campaign.path())?;
-    let results = Results::of(&read, |run| asked.contains(run.cell.id.as_str()))?;
+fn conclude(argument: &Run, ran: &Ran<'_>) -> Outcome {
+    let read = ran.read()?;
+    let asked = ran.asked(&read);
+    let ids: BTreeSet<&str> = asked.iter().map(|run| run.cell.id.as_str()).collect();
+    let results = Results::of(&read, |run| ids.contains(run.cell.id.as_str()))?;
     let table = results.table(false);
     let mut out = std::io::stdout();
     write!(out, "{table}")?;
-    let folder = campaign.path().display();
+    let folder = ran.folder.path().display();
     writeln!(
         out,
         "\nResults: {folder}\nA report to open: webloop report {folder}"
     )?;
-    let of_asked = results.rows.iter();
-    let of_asked = of_asked.filter(|row| asked.contains(row.cell.as_str()));
-    let asked: Vec<Summary> = of_asked.cloned().collect();
-    let verdicts: Vec<Option<Verdict>> = asked.iter().map(|row| row.verdict).collect();
-    let did_not_hold = |verdict: &&Option<Verdict>| {
+    let did_not_hold = |run: &&&analysis::Run| {
+        let verdict = run.verdict();
         verdict.is_some_and(|verdict| !matches!(verdict, Verdict::Complete | Verdict::Unsupported))
     };
-    match verdicts.iter().filter(did_not_hold).count() {
+    match asked.iter().filter(did_not_hold).count() {
         0 => {}
         count => writeln!(
             out,
@@ -165,44 +204,30 @@ fn conclude(
             argument.experiment()
         )?,
     }
-    let required = require(&argument.require, &asked, &mut out)?;
+    let judgement = judged(&read.plan, &asked, &argument.require);
+    print(&judgement, &mut out)?;
     // Written after the table is printed, so that a full disk does not hide it.
-    campaign.leave(file_name::SUMMARY, results.csv().as_bytes())?;
-    campaign.leave(file_name::TABLE, table.as_bytes())?;
-    Ok(
-        match exit(verdicts.into_iter(), stop.load(Ordering::Relaxed)) {
-            Exit::Fine => required,
-            worse => worse,
-        },
-    )
+    ran.folder
+        .leave(file_name::SUMMARY, results.csv().as_bytes())?;
+    ran.folder.leave(file_name::TABLE, table.as_bytes())?;
+    Ok(match ran.exit(&asked) {
+        Exit::Fine | Exit::Unsupported if !judgement.holds() => Exit::Failed,
+        exit => exit,
+    })
 }
 
-/// Prints whether the runs show what is required: a line for each clause and group that it applies to.
-pub(crate) fn require(
-    clauses: &[Clause],
-    rows: &[Summary],
-    out: &mut impl Write,
-) -> Result<Exit, Failure> {
-    if clauses.is_empty() {
-        return Ok(Exit::Fine);
+/// Asks runs what is expected of them today.
+pub(crate) fn judged(plan: &Plan, runs: &[&analysis::Run], required: &[Clause]) -> Judgement {
+    let now = jiff::Timestamp::now().to_zoned(jiff::tz::TimeZone::UTC);
+    judge(plan, runs, required, Day::from(now.date()))
+}
+
+/// Prints whether the runs show what is expected: a line for each clause and group that it is asked of.
+pub(crate) fn print(judgement: &Judgement, out: &mut impl Write) -> std::io::Result<()> {
+    if judgement.is_empty() {
+        return Ok(());
     }
-    let answers = answers(clauses, rows);
-    writeln!(out)?;
-    for answer in &answers {
-        writeln!(out, "{answer}")?;
-    }
-    for clause in clauses {
-        let text = clause.to_string();
-        if !answers.iter().any(|answer| answer.clause == text) {
-            writeln!(out, "NOT MET: {clause}: no run here has it")?;
-            return Ok(Exit::Failed);
-        }
-    }
-    if answers.iter().all(|answer| answer.holds) {
-        Ok(Exit::Fine)
-    } else {
-        Ok(Exit::Failed)
-    }
+    write!(out, "\n{judgement}")
 }
 
 /// The selected cells, at least one.

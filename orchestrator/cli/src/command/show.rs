@@ -2,12 +2,12 @@
 
 use std::io::Write;
 
-use analysis::Campaign;
+use analysis::{Campaign, Run};
 use anyhow::anyhow;
 use campaign::{Results, series};
 
 use crate::argument::{Show, ShowFormat};
-use crate::command::run::require;
+use crate::command::run::{judged, print};
 use crate::exit::{Exit, Failure, Outcome};
 
 /// Reads the folder and prints what is in it.
@@ -25,7 +25,12 @@ pub(crate) fn run(show: &Show) -> Outcome {
         ShowFormat::Table => {
             let results = results()?;
             write!(out, "{}", results.table(show.with_disturbed))?;
-            exit = require(&show.require, &results.rows, &mut out)?;
+            let runs: Vec<&Run> = campaign.runs.iter().collect();
+            let judgement = judged(&campaign.plan, &runs, &show.require);
+            print(&judgement, &mut out)?;
+            if !judgement.holds() {
+                exit = Exit::Failed;
+            }
         }
         ShowFormat::Csv => write!(out, "{}", results()?.csv())?,
         ShowFormat::Lateness => series::lateness(&campaign, &mut out)?,

@@ -1,4 +1,5 @@
 //! Experiments and systems as a user writes them.
 
+mod expect;
 mod experiments;
 mod systems;

@@ -112,6 +112,15 @@ pub(crate) fn pair<'a>(a: &'a Campaign, b: &'a Campaign) -> (Vec<Paired<'a>>, Ve
     (paired, lone)
 }
 
+/// Complete runs of A that B's plan does not have: it has no run of their kind and repeat, whatever its link.
+#[must_use]
+pub fn lost<'a>(a: &'a Campaign, b: &Campaign) -> Vec<&'a Run> {
+    let key = |run: &Run| (Kind::of(&run.cell), run.cell.repeat);
+    let there: Vec<_> = b.runs.iter().map(key).collect();
+    let complete = a.runs.iter().filter(|run| is_complete(run));
+    complete.filter(|run| !there.contains(&key(run))).collect()
+}
+
 /// The runs of one kind in both campaigns.
 struct Members<'a> {
     a: Vec<&'a Run>,

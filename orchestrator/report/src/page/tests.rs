@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use analysis::expect::Judgement;
 use analysis::layout::number as column;
 use analysis::{Campaign, Damage, LoopVerdict};
 use chart::{Axis, Chart, Guide, GuideAt, Mark, Panel, Scale, Series, Tone};
@@ -81,6 +82,7 @@ fn report(campaign: &Campaign) -> Report<'_> {
         ],
         tables: vec![table()],
         figures: vec![figure(ids)],
+        expectations: Judgement::default(),
         damage: vec![Damage {
             path: PathBuf::from("somewhere/cells/a/ticks.csv"),
             problem: "it is gone".to_owned(),
@@ -245,6 +247,7 @@ fn a_campaign_without_anything_has_a_page_all_the_same() {
         tables: Vec::new(),
         figures: Vec::new(),
         damage: Vec::new(),
+        expectations: Judgement::default(),
     };
     let page = render(&report);
     balanced(&page);

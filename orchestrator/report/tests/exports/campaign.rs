@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use analysis::Campaign;
+use analysis::expect::Judgement;
 use link::Epoch;
 use manifest::{FileFact, Machine, Manifest};
 use plan::{Instead, Plan, ProfileText, Verdict};
@@ -177,6 +178,7 @@ pub(crate) fn report(campaign: &Campaign) -> Report<'_> {
         tables: Vec::new(),
         figures: Vec::new(),
         damage: campaign.damage(),
+        expectations: Judgement::default(),
     }
 }
 

@@ -7,7 +7,10 @@ mod frictionless;
 
 use std::fs;
 
+use analysis::Run;
+use analysis::expect::judge;
 use manifest::FileFact;
+use plan::{Figure, Known};
 use proptest::prelude::*;
 use report::deposit::{package, provenance};
 use report::{Report, claim, digest, junit};
@@ -36,6 +39,33 @@ fn the_summary_reads_like_this() {
     let folder = folder();
     let campaign = read(folder.path());
     insta::assert_snapshot!(digest::markdown(&report(&campaign)));
+}
+
+/// What is expected is a suite of its own and a table; without it neither is there, as above.
+#[test]
+fn what_is_expected_reads_like_this() {
+    let folder = folder();
+    let mut campaign = read(folder.path());
+    let reason = "it pauses | now and then".to_owned();
+    campaign.plan.known = vec![Known {
+        cells: "arima-native".to_owned(),
+        expect: Some(Figure::Sent),
+        reason,
+        until: None,
+    }];
+    let runs: Vec<&Run> = campaign.runs.iter().collect();
+    let clauses = ["sent >= 99%", "rtt.max <= 1ms", "stable"];
+    let clauses = clauses.map(|text| text.parse().expect("a clause"));
+    let today = "2026-11-25".parse().expect("a day");
+    let judgement = judge(&campaign.plan, &runs, &clauses, today);
+    let report = report(&campaign).with_expectations(judgement);
+    let (xml, page) = (junit::xml(&report), digest::markdown(&report));
+    let (_, suite) = xml
+        .split_once("<testsuite name=\"expect\"")
+        .expect("a suite");
+    let (_, table) = page.split_once("## What is expected").expect("a table");
+    let table = table.split("\n## ").next();
+    insta::assert_snapshot!(format!("{suite}\n{}", table.unwrap_or_default()));
 }
 
 #[test]

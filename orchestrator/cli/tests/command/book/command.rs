@@ -36,6 +36,7 @@ fn is_run(line: &str, folder: &Path) -> bool {
     match words.get(1) {
         _ if has_blank || line.contains("job-") => false,
         Some(&"run") => is_simulated && line.contains(".toml"),
+        Some(&"gate") => line.contains("--sim-only") && line.contains(".toml"),
         Some(&("margin" | "system" | "link" | "matrix")) => true,
         Some(&("compare" | "show" | "report")) => {
             let mut names = words[2..].iter().filter(|word| !word.starts_with('-'));
