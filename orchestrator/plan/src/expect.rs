@@ -1,20 +1,16 @@
-//! What an experiment expects of its runs, `[expect]`, and the failures that are known, `[[known]]`: as written,
-//! and as a plan has them.
+//! What an experiment expects of its runs: `[expect]` as written, and as a plan has it.
 //!
 //! A plan says for each clause which cells it is asked of, by their indices: an index is unique in its plan, and
 //! the plan stays whole whatever is selected from it.
 
 use std::collections::BTreeSet;
-use std::fmt;
-use std::str::FromStr;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::clause::{Clause, Figure};
 use crate::experiment::Word;
-use crate::selection::matches;
-use crate::{Cell, InvalidFile, Plan, Reader};
+use crate::{Cell, InvalidFile, Reader};
 
 /// Clauses, and the cells that they are asked of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -24,80 +20,6 @@ pub struct Expectation {
     pub cells: BTreeSet<usize>,
     /// The clauses, each as `--require` takes it.
     pub clauses: Vec<Clause>,
-}
-
-/// A failure that is known.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Known {
-    /// The cells: a part of an id, or a whole id in which `*` stands for any text.
-    pub cells: String,
-    /// The figure whose clauses fail; all, if not given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub expect: Option<Figure>,
-    /// Why.
-    pub reason: String,
-    /// The last day on which the failure is accepted; for ever, if not given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub until: Option<Day>,
-}
-
-impl Known {
-    /// Whether it is about this figure of the cell with this id.
-    #[must_use]
-    pub fn is_about(&self, figure: Figure, id: &str) -> bool {
-        self.expect.is_none_or(|own| own == figure) && matches(&self.cells, id)
-    }
-
-    /// Whether the failure is still accepted on this day.
-    #[must_use]
-    pub fn is_accepted(&self, today: Day) -> bool {
-        self.until.is_none_or(|until| today <= until)
-    }
-}
-
-/// A day of the calendar: `2027-06-30`.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(try_from = "String", into = "String")]
-#[schemars(with = "String")]
-pub struct Day(jiff::civil::Date);
-
-impl From<jiff::civil::Date> for Day {
-    fn from(date: jiff::civil::Date) -> Day {
-        Day(date)
-    }
-}
-
-impl FromStr for Day {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Day, String> {
-        let day = jiff::civil::Date::strptime("%Y-%m-%d", text);
-        day.map(Day)
-            .map_err(|_| format!("`{text}` is not a day; write it like 2027-06-30"))
-    }
-}
-
-impl TryFrom<String> for Day {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Day, String> {
-        text.parse()
-    }
-}
-
-impl From<Day> for String {
-    fn from(day: Day) -> String {
-        day.to_string()
-    }
-}
-
-impl fmt::Display for Day {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
-    }
 }
 
 /// `[expect]` or `expect = {...}` as written: what is asked of each run, and of how many.
@@ -168,23 +90,6 @@ impl Expect {
     }
 }
 
-/// A block `[[known]]` as written: a failure that is known, so that it does not fail a run of the experiment.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct KnownFailure {
-    /// The cells: a part of an id, or a whole id in which * stands for any text, as `--only` takes it.
-    #[schemars(with = "String")]
-    cells: Word,
-    /// The clause that fails, by its figure; all, if not given.
-    #[schemars(with = "Option<String>")]
-    expect: Option<Word>,
-    /// Why it fails.
-    reason: String,
-    /// The last day on which the failure is accepted, like 2027-06-30; for ever, if not given.
-    #[schemars(with = "Option<String>")]
-    until: Option<Word>,
-}
-
 /// A clause with its place in the file.
 pub(crate) type Placed<'a> = (Clause, &'a Word);
 
@@ -232,35 +137,6 @@ impl Reader<'_> {
             Ok((clause, word))
         };
         expect.words().map(read).collect()
-    }
-
-    /// Reads the failures that are known. Each is of a cell of the plan, unless other topologies or clients took
-    /// the place of the experiment's.
-    pub(crate) fn known(
-        &self,
-        written: &[KnownFailure],
-        cells: &[Cell],
-        is_replaced: bool,
-    ) -> Result<Vec<Known>, InvalidFile> {
-        let read = |known: &KnownFailure| {
-            let pattern = known.cells.get_ref();
-            if !is_replaced && !cells.iter().any(|cell| matches(pattern, &cell.id)) {
-                return Err(self.invalid(
-                    &known.cells,
-                    format!("no cell matches `{pattern}`"),
-                    "`webloop run FILE --dry-run` lists the cells",
-                ));
-            }
-            let expect = known.expect.as_ref();
-            let until = known.until.as_ref();
-            Ok(Known {
-                cells: pattern.clone(),
-                expect: expect.map(|word| self.word(word)).transpose()?,
-                reason: known.reason.clone(),
-                until: until.map(|word| self.word(word)).transpose()?,
-            })
-        };
-        written.iter().map(read).collect()
     }
 }
 
@@ -316,18 +192,5 @@ impl Expectations {
             }
         }
         Ok(all)
-    }
-}
-
-impl Plan {
-    /// Whether it has the runs of `other`: the plans differ in nothing but what is expected of the runs.
-    #[must_use]
-    pub fn has_runs_of(&self, other: &Plan) -> bool {
-        let bare = |plan: &Plan| Plan {
-            expect: Vec::new(),
-            known: Vec::new(),
-            ..plan.clone()
-        };
-        bare(self) == bare(other)
     }
 }

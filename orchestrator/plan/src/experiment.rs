@@ -16,7 +16,8 @@ use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use system::Program;
 use toml::Spanned;
 
-use crate::expect::{Expect, KnownFailure};
+use crate::expect::Expect;
+use crate::known::KnownFailure;
 
 /// Cells to be run: who closes which loop over which link.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
