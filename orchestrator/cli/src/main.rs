@@ -7,6 +7,7 @@ mod argument;
 mod command;
 mod diagnostic;
 mod exit;
+mod live;
 mod logging;
 mod progress;
 mod results;

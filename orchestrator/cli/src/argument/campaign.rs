@@ -4,6 +4,7 @@
 #![allow(clippy::doc_markdown)]
 
 use std::io::IsTerminal;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
@@ -62,6 +63,12 @@ pub(crate) struct Run {
     /// Print the cells and how long they will take, and run nothing
     #[arg(long)]
     pub(crate) dry_run: bool,
+    /// Make no report at the end
+    #[arg(long)]
+    pub(crate) no_report: bool,
+    /// Serve the report while it fills, on this address of this machine
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1:0")]
+    pub(crate) live: Option<SocketAddr>,
     /// Results folder; a folder with the same plan is continued
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,

@@ -18,6 +18,9 @@ pub(crate) struct Report {
     /// Exit with 1 unless the runs show this too: stable, "settling <= 400ms", "sent >= 99% in 90% at 95%"
     #[arg(long, value_name = "CLAUSE")]
     pub(crate) require: Vec<Clause>,
+    /// Open the page in the desktop's browser
+    #[arg(long)]
+    pub(crate) open: bool,
     /// Draw each figure as PNG too, for slides
     #[arg(long)]
     pub(crate) png: bool,

@@ -63,6 +63,10 @@ fn simulate(argument: &Run, plan: &Plan, is_last: bool) -> Outcome {
     let folder = argument.out.as_deref().unwrap_or(Path::new(""));
     write!(out, "In virtual time:\n{}", lines(&judgement))?;
     writeln!(out, "Results: {}", folder.display())?;
+    if !argument.no_report {
+        let page = run::leave_report(&read, judgement.clone())?;
+        writeln!(out, "Report: {}", page.display())?;
+    }
     let exit = match ran.exit(&asked) {
         // What it cannot run is left to real time.
         Exit::Unsupported if !is_last || told(&judgement) => Exit::Fine,

@@ -2,9 +2,10 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use analysis::{Campaign, Run};
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, bail};
 use campaign::Results;
 use plan::file_name;
 use report::claim::{Finding, Verdict};
@@ -28,12 +29,7 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
             argument.folder.join(file_name::PLAN).display()
         )));
     }
-    let exhibits = if paper::is_of(&campaign.plan) || argument.with == Some(Publication::Paper) {
-        paper::exhibits(&campaign).map_err(|error| anyhow!(error))?
-    } else {
-        Exhibits::default()
-    };
-    let report = Report::of(&campaign, exhibits).map_err(|error| anyhow!(error))?;
+    let report = of(&campaign, argument.with)?;
     let runs: Vec<&Run> = campaign.runs.iter().collect();
     let expectations = judged(&campaign.plan, &runs, &argument.require);
     let report = report.with_expectations(expectations);
@@ -67,6 +63,9 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
     }
     writeln!(stdout, "Report: {}", page.display())?;
     print(&report.expectations, &mut stdout)?;
+    if argument.open {
+        open(&page)?;
+    }
     let troubles = troubles(&report);
     for trouble in &troubles {
         eprintln!("webloop: {trouble}");
@@ -76,6 +75,39 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
     } else {
         Exit::Failed
     })
+}
+
+/// The report on a campaign, with the exhibits of its publication or of the one that is asked for.
+pub(crate) fn of(campaign: &Campaign, with: Option<Publication>) -> anyhow::Result<Report<'_>> {
+    let exhibits = if paper::is_of(&campaign.plan) || with == Some(Publication::Paper) {
+        paper::exhibits(campaign)?
+    } else {
+        Exhibits::default()
+    };
+    Ok(Report::of(campaign, exhibits)?)
+}
+
+/// Opens a page in the desktop's browser.
+fn open(page: &Path) -> anyhow::Result<()> {
+    let program = if cfg!(target_os = "macos") {
+        "open"
+    } else {
+        "xdg-open"
+    };
+    let ended = Command::new(program).arg(page).status();
+    let ended = ended.with_context(|| {
+        format!(
+            "--open needs `{program}` on this machine; open {} by hand",
+            page.display()
+        )
+    })?;
+    if !ended.success() {
+        bail!(
+            "`{program}` could not open {}; open it by hand",
+            page.display()
+        );
+    }
+    Ok(())
 }
 
 /// Writes what is derived from the rows beside them, and the files that describe the whole folder.

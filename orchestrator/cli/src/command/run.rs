@@ -4,11 +4,12 @@
 
 use std::collections::BTreeSet;
 use std::io::Write;
+use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use analysis::Campaign;
 use analysis::expect::{Judgement, judge};
-use anyhow::anyhow;
+use anyhow::{Context, anyhow};
 use backend::Agents;
 use campaign::{
     CampaignFolder, ComposeRunner, Inside, Pace, Processes, Queue, Results, expected, time_ns,
@@ -16,10 +17,10 @@ use campaign::{
 use plan::{Cell, Clause, Day, Instead, Plan, Verdict, file_name};
 
 use crate::argument::{Backend, Choice, Progress as How, Run, word};
-use crate::command::run_cell;
+use crate::command::{self, run_cell};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::progress::{Progress, people};
-use crate::{source, stop};
+use crate::{live, source, stop};
 
 /// Resolves the experiment, runs its cells, prints the table.
 pub(crate) fn run(argument: &Run) -> Outcome {
@@ -83,6 +84,10 @@ pub(crate) fn execute<'a>(
     let pending = campaign::pending(chosen, &folder, &own, argument.failed)?;
     if argument.progress != How::Quiet {
         announce(plan, chosen, &pending, pace, &folder);
+    }
+    if let Some(address) = argument.live {
+        let address = live::serve(address, folder.path())?;
+        eprintln!("Live: http://{address}/");
     }
     let progress = Progress::start(argument.progress, &pending, pace);
     match containers {
@@ -187,10 +192,7 @@ fn conclude(argument: &Run, ran: &Ran<'_>) -> Outcome {
     let mut out = std::io::stdout();
     write!(out, "{table}")?;
     let folder = ran.folder.path().display();
-    writeln!(
-        out,
-        "\nResults: {folder}\nA report to open: webloop report {folder}"
-    )?;
+    writeln!(out, "\nResults: {folder}")?;
     let did_not_hold = |run: &&&analysis::Run| {
         let verdict = run.verdict();
         verdict.is_some_and(|verdict| !matches!(verdict, Verdict::Complete | Verdict::Unsupported))
@@ -210,10 +212,24 @@ fn conclude(argument: &Run, ran: &Ran<'_>) -> Outcome {
     ran.folder
         .leave(file_name::SUMMARY, results.csv().as_bytes())?;
     ran.folder.leave(file_name::TABLE, table.as_bytes())?;
+    if !argument.no_report && !ran.is_interrupted {
+        let page = leave_report(&read, judgement.clone())?;
+        writeln!(out, "Report: {}", page.display())?;
+    }
     Ok(match ran.exit(&asked) {
         Exit::Fine | Exit::Unsupported if !judgement.holds() => Exit::Failed,
         exit => exit,
     })
+}
+
+/// Writes the report into the campaign's folder; returns the path of its page.
+pub(crate) fn leave_report(read: &Campaign, judgement: Judgement) -> Result<PathBuf, Failure> {
+    let report = command::report::of(read, None)?.with_expectations(judgement);
+    let folder = read.folder.join(file_name::REPORT);
+    file::check_folder(&folder).map_err(Failure::usage)?;
+    report::write(&report.files(), &folder)
+        .with_context(|| format!("cannot write the report into {}", folder.display()))?;
+    Ok(folder.join("report.html"))
 }
 
 /// Asks runs what is expected of them today.

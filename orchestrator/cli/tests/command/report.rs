@@ -246,3 +246,59 @@ fn a_folder_whose_rows_were_not_kept_keeps_its_report() {
     assert!(said.contains("no cell"), "{said}");
     assert!(ran.made() == before);
 }
+
+#[test]
+fn a_run_ends_with_its_report_unless_told_not_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |options: &[&str], name: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_webloop"))
+            .args([
+                "run",
+                "quick",
+                "--backend",
+                "sim",
+                "--progress",
+                "quiet",
+                "--out",
+            ])
+            .arg(folder.path().join(name))
+            .args(options)
+            .output()
+            .unwrap();
+        (
+            output.status.code(),
+            String::from_utf8(output.stdout).unwrap(),
+        )
+    };
+    let page = |name: &str| folder.path().join(name).join("report/report.html");
+    let (code, said) = run(&[], "with");
+    assert_eq!(code, Some(0));
+    assert!(
+        said.contains(&format!("Report: {}", page("with").display())),
+        "{said}"
+    );
+    assert!(page("with").exists());
+    let (code, said) = run(&["--no-report"], "without");
+    assert_eq!((code, said.contains("Report:")), (Some(0), false));
+    assert!(!page("without").exists());
+}
+
+#[test]
+fn a_live_report_is_for_this_machine_alone() {
+    let output = Command::new(env!("CARGO_BIN_EXE_webloop"))
+        .args([
+            "run",
+            "quick",
+            "--backend",
+            "sim",
+            "--live",
+            "0.0.0.0:0",
+            "--out",
+        ])
+        .arg(tempfile::tempdir().unwrap().path().join("out"))
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("an address of this machine alone"), "{said}");
+}

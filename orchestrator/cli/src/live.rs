@@ -1,0 +1,141 @@
+//! `webloop run --live`: the report on a folder that fills, over HTTP, on a thread of its own.
+//!
+//! It is the page that `webloop report` makes, made when it is asked for, and once for each number of cells that
+//! have ended; the browser asks every few seconds whether there is a newer one. The thread gives way to any other
+//! that wants the processor, since cells may be measured beside it. When the run has ended, the last page stays.
+
+use std::fs;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+use std::thread;
+
+use analysis::Campaign;
+use anyhow::{Context, anyhow};
+use axum::Router;
+use axum::extract::State;
+use axum::response::Html;
+use axum::routing::get;
+use manifest::Manifest;
+use plan::file_name;
+use tokio::net::TcpListener;
+
+use crate::command::report;
+use crate::exit::Failure;
+
+/// How willingly the thread gives way: as much as it can.
+const NICE: i32 = 19;
+
+/// Asks whether there is a newer page, every two seconds; what is not there any more leaves the page as it is.
+const SCRIPT: &str = "<script>setInterval(async () => { try { const now = await (await fetch('/ended')).text(); \
+                      if (now !== document.documentElement.dataset.ended) location.reload(); } catch {} }, 2000);\
+                      </script>";
+
+/// The page that was made last, and of how many cells.
+type Made = Arc<Mutex<Option<(usize, String)>>>;
+
+/// Serves the report on a folder until this process ends; returns the address.
+///
+/// # Errors
+/// If the address is not one of this machine alone, or cannot be had.
+pub(crate) fn serve(address: SocketAddr, folder: &Path) -> Result<SocketAddr, Failure> {
+    if !address.ip().is_loopback() {
+        return Err(Failure::usage(anyhow!(
+            "--live {address} would show the results to others; give an address of this machine alone, such as \
+             127.0.0.1:8000"
+        )));
+    }
+    let listener = std::net::TcpListener::bind(address)
+        .with_context(|| format!("cannot serve the report at {address}"))
+        .map_err(Failure::usage)?;
+    listener.set_nonblocking(true)?;
+    let bound = listener.local_addr()?;
+    let folder = folder.to_owned();
+    thread::Builder::new()
+        .name("live".to_owned())
+        .spawn(move || {
+            // Refused, it is as willing as any other thread.
+            let _ = rustix::process::nice(NICE);
+            if let Err(error) = answer(listener, folder) {
+                eprintln!("webloop: the live report ended: {error}");
+            }
+        })?;
+    Ok(bound)
+}
+
+/// Answers requests, one at a time.
+fn answer(listener: std::net::TcpListener, folder: PathBuf) -> std::io::Result<()> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_io()
+        .build()?;
+    runtime.block_on(async {
+        let state = (folder, Made::default());
+        let routes = Router::new()
+            .route("/", get(page))
+            .route(
+                "/ended",
+                get(|State((folder, _)): State<(PathBuf, Made)>| async move {
+                    ended(&folder).to_string()
+                }),
+            )
+            .with_state(state);
+        axum::serve(TcpListener::from_std(listener)?, routes).await
+    })
+}
+
+async fn page(State((folder, made)): State<(PathBuf, Made)>) -> Html<String> {
+    let now = ended(&folder);
+    let mut made = match made.lock() {
+        Ok(made) => made,
+        // The text is whole or not there, whatever became of the thread that made it.
+        Err(poisoned) => poisoned.into_inner(),
+    };
+    if let Some((of, text)) = made.as_ref()
+        && *of == now
+    {
+        return Html(text.clone());
+    }
+    let text = match Campaign::read(&folder).map_err(|error| anyhow!(error)) {
+        Ok(campaign) => {
+            report::of(&campaign, None).map(|report| live(&::report::page::render(&report), now))
+        }
+        Err(error) => Err(error),
+    };
+    match text {
+        Ok(text) => {
+            *made = Some((now, text.clone()));
+            Html(text)
+        }
+        // A cell may have ended while its rows were read.
+        Err(error) => Html(format!(
+            "<!doctype html><title>webloop</title><p>{}</p>{SCRIPT}",
+            escaped(&error.to_string())
+        )),
+    }
+}
+
+/// A page that looks for a newer one.
+fn live(page: &str, ended: usize) -> String {
+    page.replacen("<html ", &format!("<html data-ended=\"{ended}\" "), 1)
+        .replacen(
+            "default-src 'none';",
+            "default-src 'none'; connect-src 'self';",
+            1,
+        )
+        .replacen("</body>", &format!("{SCRIPT}</body>"), 1)
+}
+
+/// How many cells of a folder have ended.
+fn ended(folder: &Path) -> usize {
+    let cells = fs::read_dir(folder.join(file_name::CELLS))
+        .into_iter()
+        .flatten();
+    let cells = cells.filter_map(Result::ok);
+    cells
+        .filter(|cell| cell.path().join(Manifest::FILE).exists())
+        .count()
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;")
+}
