@@ -34,6 +34,8 @@ pub struct Hold {
     pub missed: u64,
     /// Those that never arrived.
     pub lost: u64,
+    /// How long the controller waited for the answer that came last in it, ms.
+    pub answer_ms: f64,
     /// The longest delay that the link had in it, of both ways, ms.
     pub link_ms: f64,
     /// How late the plant's ticks were in it, at most, ms.
@@ -49,6 +51,8 @@ pub enum Cause {
     Link,
     /// Messages were lost.
     Loss,
+    /// The controller waited for an answer, which the link's delay does not explain.
+    Answer,
     /// The controller sent nothing.
     Client,
     /// The plant itself ticked late.
@@ -88,6 +92,21 @@ pub fn worst(run: &Run, plan: &Plan, budget: &Budget) -> Result<Option<Hold>, Re
     let missed = budget.missed_ns.iter().filter(within).count() as u64;
     let lost = budget.lost_ns.iter().filter(within).count() as u64;
     let link_ns = timeline(run, plan).map_or(0, |link| most_delay_ns(link, &time_ns));
+    // The part of the hold in which a message was under way; the longest of all.
+    let (waited_ns, answer_ns) = budget
+        .trips
+        .iter()
+        .filter_map(|trip| {
+            let round_trip_ns = u64::try_from(trip.round_trip_ns()?).ok()?;
+            let back_ns = trip.t_send_ns.saturating_add(round_trip_ns);
+            let from_ns = trip.t_send_ns.max(time_ns.start);
+            Some((
+                back_ns.min(time_ns.end).saturating_sub(from_ns),
+                round_trip_ns,
+            ))
+        })
+        .max()
+        .unwrap_or((0, 0));
     let due = length_ns / h_ns;
     let cause = if late_ns >= length_ns / 2 {
         Cause::Plant
@@ -95,6 +114,8 @@ pub fn worst(run: &Run, plan: &Plan, budget: &Budget) -> Result<Option<Hold>, Re
         Cause::Loss
     } else if link_ns >= length_ns / 2 {
         Cause::Link
+    } else if 2 * missed >= due.max(1) && waited_ns >= length_ns / 2 {
+        Cause::Answer
     } else if 2 * missed >= due.max(1) {
         Cause::Client
     } else {
@@ -107,6 +128,7 @@ pub fn worst(run: &Run, plan: &Plan, budget: &Budget) -> Result<Option<Hold>, Re
         due,
         missed,
         lost,
+        answer_ms: ms(answer_ns),
         link_ms: ms(link_ns),
         tick_late_ms: ms(late_ns),
         cause,
@@ -163,6 +185,7 @@ impl fmt::Display for Hold {
             due,
             missed,
             lost,
+            answer_ms,
             link_ms,
             tick_late_ms,
             cause,
@@ -174,6 +197,11 @@ impl fmt::Display for Hold {
         match cause {
             Cause::Link => write!(f, "the link delayed messages by up to {link_ms:.0} ms"),
             Cause::Loss => write!(f, "{lost} messages were lost"),
+            Cause::Answer => write!(
+                f,
+                "the controller waited {answer_ms:.0} ms for an answer, of which the link's delay explains \
+                 {link_ms:.0} ms each way at most; a lost packet was sent again, or an end was held up"
+            ),
             Cause::Client => write!(f, "the controller sent nothing at {missed} deadlines"),
             Cause::Plant => write!(f, "its own ticks were up to {tick_late_ms:.0} ms late"),
             Cause::Unknown => write!(f, "neither the link nor lost messages explain it"),
@@ -230,6 +258,7 @@ mod tests {
             due: 137,
             missed: 2,
             lost: 0,
+            answer_ms: 401.0,
             link_ms: 398.0,
             tick_late_ms: 0.1,
             cause: Cause::Link,

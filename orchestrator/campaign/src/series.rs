@@ -7,6 +7,7 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use analysis::Campaign;
+use analysis::budget::{Budget, Part, Sample};
 use analysis::interval::Intervals;
 use analysis::lateness;
 use plan::Cell;
@@ -65,6 +66,57 @@ pub fn intervals(campaign: &Campaign, out: impl Write) -> Result<(), Error> {
         }
         Ok(())
     })?;
+    Ok(out.flush()?)
+}
+
+/// Writes a row for each message that reached the plant: its own round trip in parts, and the delay of the
+/// sample whose u it carried, in parts; see [`analysis::budget`]. Parts that do not exist are empty: the way down
+/// of a message without an answer, and the sample of one that took no effect.
+///
+/// # Errors
+/// When the folder is damaged, or the output cannot be written.
+pub fn budget(campaign: &Campaign, out: impl Write) -> Result<(), Error> {
+    check_whole(campaign)?;
+    let mut out = BufWriter::new(out);
+    writeln!(
+        out,
+        "{CELL},seq,t_due_ns,client_ns,link_up_ns,request_ns,answer_ns,link_down_ns,round_trip_ns,\
+         sample_read_ns,sample_answer_ns,sample_link_down_ns,sample_law_ns,sample_client_ns,sample_link_up_ns,\
+         sample_request_ns,sample_tick_ns,sample_ns"
+    )?;
+    for run in &campaign.runs {
+        if run.metrics.is_none() {
+            continue;
+        }
+        let start = start(&run.cell);
+        let budget = Budget::of(run, &campaign.plan)?;
+        let mut samples = budget.samples.iter().peekable();
+        let field = |ns: Option<i64>| ns.map_or(String::new(), |ns| ns.to_string());
+        for trip in &budget.trips {
+            // Samples are those of some of the messages, in the same order.
+            let sample = samples.next_if(|sample| sample.seq == trip.seq);
+            let (up, down) = (trip.up, trip.down);
+            let own = [
+                Some(trip.client_ns()),
+                Some(up.link_ns),
+                Some(up.ends_ns),
+                down.map(|down| down.ends_ns),
+                down.map(|down| down.link_ns),
+                trip.round_trip_ns(),
+            ];
+            let parts = Part::ALL.map(|part| sample.map(|sample| sample.part_ns(part)));
+            let whole = sample.map(Sample::total_ns);
+            let fields = own.into_iter().chain(parts).chain([whole]);
+            let fields: Vec<String> = fields.map(field).collect();
+            writeln!(
+                out,
+                "{start},{},{},{}",
+                trip.seq,
+                trip.t_due_ns,
+                fields.join(",")
+            )?;
+        }
+    }
     Ok(out.flush()?)
 }
 

@@ -157,22 +157,18 @@ fn best(loops: &[Loop<'_>]) -> Option<String> {
             continue;
         }
         let is_clear = least.has_interval() && next.has_interval() && least.high < next.low;
-        let words = format!(
-            "{place}: {} settles in {}, then {} in {}{}",
-            name(first),
-            duration(least.value),
-            name(second),
-            if next.value.is_finite() {
-                duration(next.value)
-            } else {
-                "never".to_owned()
-            },
-            if is_clear {
-                ""
-            } else {
-                " (too few runs or too close to tell)"
-            }
-        );
+        let other = if next.value.is_finite() {
+            format!("then {} in {}", name(second), duration(next.value))
+        } else {
+            format!("and {} does not settle", name(second))
+        };
+        let doubt = if is_clear {
+            ""
+        } else {
+            " (too few runs or too close to tell)"
+        };
+        let first = format!("{} settles in {}", name(first), duration(least.value));
+        let words = format!("{place}: {first}, {other}{doubt}");
         told.push((is_clear, next.value / least.value, words));
     }
     if told.is_empty() {

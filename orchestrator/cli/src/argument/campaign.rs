@@ -271,6 +271,8 @@ pub(crate) enum ShowFormat {
     Lateness,
     /// As CSV, histograms of the time between arrivals, in ms and in ticks of the plant
     Intervals,
+    /// As CSV, each message's round trip and its sample's delay in parts
+    Budget,
 }
 
 #[derive(Debug, Args)]

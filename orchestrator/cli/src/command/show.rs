@@ -35,6 +35,7 @@ pub(crate) fn run(show: &Show) -> Outcome {
         ShowFormat::Csv => write!(out, "{}", results()?.csv())?,
         ShowFormat::Lateness => series::lateness(&campaign, &mut out)?,
         ShowFormat::Intervals => series::intervals(&campaign, &mut out)?,
+        ShowFormat::Budget => series::budget(&campaign, &mut out)?,
     }
     Ok(exit)
 }

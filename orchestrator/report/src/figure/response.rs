@@ -17,7 +17,7 @@ use crate::origin::Origin;
 use crate::tone::{OTHER_TONE, Tones};
 
 /// The most panels of each figure; further places are counted in its caption.
-const MOST_OUTPUTS: usize = 36;
+const MOST_OUTPUTS: usize = 24;
 const MOST_INPUTS: usize = 12;
 /// Panels side by side.
 const COLUMNS: usize = 3;
