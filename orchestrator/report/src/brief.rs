@@ -16,6 +16,9 @@ use crate::number::{duration, significant};
 /// The most places that are named in an answer; further ones are only counted.
 const NAMED: usize = 4;
 
+/// The answer where no loop was closed by several clients.
+const ALONE: &str = "One client closed each loop here, so there is nothing to compare.";
+
 /// A question, and its answer in sentences.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Brief {
@@ -39,6 +42,7 @@ pub fn all_of(
     };
     let mut loops = all(campaign);
     loops.retain(|one| !one.group.runs.is_empty());
+    let best = best(&loops);
     let headline = Answer::of(campaign).words().into_iter().next();
     [
         ("Does my loop hold?", headline, ""),
@@ -48,7 +52,11 @@ pub fn all_of(
             "",
         ),
         ("Which second hurt?", Some(hurt(nearest)), "fig-F"),
-        ("Which client is best here?", best(&loops), "control"),
+        (
+            "Which client is best here?",
+            Some(best.clone().unwrap_or_else(|| ALONE.to_owned())),
+            if best.is_some() { "control" } else { "" },
+        ),
         (
             "What did the network cost me?",
             cost(campaign, &loops, delays),

@@ -1,14 +1,15 @@
-//! The report on a results folder: the paper's tables, figures and claims, and a page to open.
+//! The report on a results folder, whatever the experiment: figures, tables, and a page to open.
 //!
-//! - [`group`]: runs that differ only in their repeat, and their medians;
-//! - [`claim`]: the paper's claims, each checked against the runs; [`table`] and [`figure`]: its
-//!   tables and figures, recomputed;
+//! - [`answer`]: whether the loop survives, where, with which client; [`brief`]: five questions, answered;
+//! - [`group`]: runs that differ only in their repeat, and their medians; [`loops`]: the closed loops;
+//!   [`delays`]: how long messages and samples took, and the run nearest to failing;
+//! - [`table`] and [`figure`]: what is shown, each made by a file of its folder; [`tone`] and [`number`]: their
+//!   colours and their numbers as text; [`origin`]: where their data came from;
+//! - [`claim`]: the claims of a publication with their verdicts, which a crate of its own makes and hands over
+//!   as [`Exhibits`];
 //! - [`junit`] and [`digest`]: for CI systems; [`deposit`]: descriptions of the folder for archives;
 //!   [`outcome`]: how each cell ended, in words;
-//! - [`paper`]: the paper's numbers, as printed; `subject`, `origin` and `number`: the clients that
-//!   tables and figures show, where their data came from, and how their numbers are written;
 //! - [`compare`]: two results folders side by side, and [`agree`]: whether one can stand for the other;
-//! - [`answer`]: whether the loop survives, where, with which client;
 //! - [`page`]: `report.html`, the page to open;
 //! - [`report`]: the whole report as one value; [`files`]: every file that is made from it.
 //!

@@ -71,7 +71,8 @@ impl Tones {
     }
 }
 
-/// The tones of the parts of a sample's delay, in the order of [`Part::ALL`]: the link's are warm, the ends'
+/// The tones of the parts of a sample's delay, in the order of
+/// [`Part::ALL`](analysis::budget::Part::ALL): the link's are warm, the ends'
 /// are blue, and waiting is grey and green.
 pub const PART_TONES: [Tone; 8] = [
     tone("read", [0x00, 0x9e, 0x73], 0),
