@@ -14,6 +14,7 @@ use analysis::Campaign;
 use anyhow::{Context, anyhow};
 use axum::Router;
 use axum::extract::State;
+use axum::http::{HeaderMap, header};
 use axum::response::Html;
 use axum::routing::get;
 use manifest::Manifest;
@@ -83,7 +84,10 @@ fn answer(listener: std::net::TcpListener, folder: PathBuf) -> std::io::Result<(
     })
 }
 
-async fn page(State((folder, made)): State<(PathBuf, Made)>) -> Html<String> {
+async fn page(State((folder, made)): State<(PathBuf, Made)>, head: HeaderMap) -> Html<String> {
+    if !is_local(&head) {
+        return Html("<!doctype html><title>webloop</title><p>This page is for 127.0.0.1 and localhost alone.".to_owned());
+    }
     let now = ended(&folder);
     let mut made = match made.lock() {
         Ok(made) => made,
@@ -114,6 +118,19 @@ async fn page(State((folder, made)): State<(PathBuf, Made)>) -> Html<String> {
     }
 }
 
+/// Whether the browser asked for this machine by a name of its own: a name of somebody else's that leads here
+/// could read the results.
+fn is_local(head: &HeaderMap) -> bool {
+    let host = head.get(header::HOST).and_then(|host| host.to_str().ok());
+    host.is_some_and(|host| {
+        let (name, _) = host.rsplit_once(':').unwrap_or((host, ""));
+        name == "localhost"
+            || host
+                .parse::<SocketAddr>()
+                .is_ok_and(|of| of.ip().is_loopback())
+    })
+}
+
 /// A page that looks for a newer one.
 fn live(page: &str, ended: usize) -> String {
     page.replacen("<html ", &format!("<html data-ended=\"{ended}\" "), 1)
@@ -138,4 +155,36 @@ fn ended(folder: &Path) -> usize {
 
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_of_somebody_else_s_gets_no_page() {
+        let asked = |host: &'static str| {
+            let mut head = HeaderMap::new();
+            head.insert(header::HOST, header::HeaderValue::from_static(host));
+            is_local(&head)
+        };
+        assert!(asked("127.0.0.1:8000") && asked("localhost:8000") && asked("[::1]:8000"));
+        assert!(
+            !asked("example.org:8000")
+                && !asked("10.0.0.1:8000")
+                && !asked("localhost.example.org")
+        );
+        assert!(!is_local(&HeaderMap::new()));
+    }
+
+    #[test]
+    fn a_live_page_is_the_report_that_looks_for_a_newer_one() {
+        let page = "<!DOCTYPE html><html lang=\"en\"><head>default-src 'none'; a</head><body><p></p></body></html>";
+        let live = live(page, 7);
+        assert!(live.contains("<html data-ended=\"7\" lang"), "{live}");
+        assert!(
+            live.contains("connect-src 'self';") && live.contains("/ended"),
+            "{live}"
+        );
+    }
 }

@@ -16,6 +16,9 @@ use crate::number::{duration, significant};
 /// The most places that are named in an answer; further ones are only counted.
 const NAMED: usize = 4;
 
+/// The first question, which the page's headline answers too.
+pub(crate) const HOLDS: &str = "Does my loop hold?";
+
 /// The answer where no loop was closed by several clients.
 const ALONE: &str = "One client closed each loop here, so there is nothing to compare.";
 
@@ -30,7 +33,7 @@ pub struct Brief {
     pub shown_in: &'static str,
 }
 
-/// The questions that the campaign answers; none without a complete closed loop.
+/// The questions that the campaign answers: of open loops only whether their clients keep the schedule.
 #[must_use]
 pub fn all_of(
     campaign: &Campaign,
@@ -38,14 +41,14 @@ pub fn all_of(
     nearest: Option<&Nearest<'_>>,
 ) -> Vec<Brief> {
     let Some(nearest) = nearest else {
-        return Vec::new();
+        return schedule(campaign).into_iter().collect();
     };
     let mut loops = all(campaign);
     loops.retain(|one| !one.group.runs.is_empty());
     let best = best(&loops);
     let headline = Answer::of(campaign).words().into_iter().next();
     [
-        ("Does my loop hold?", headline, ""),
+        (HOLDS, headline, ""),
         (
             "How close was it?",
             Some(close(campaign, delays, nearest)),
@@ -72,6 +75,48 @@ pub fn all_of(
         })
     })
     .collect()
+}
+
+/// Which clients keep their schedule, in a campaign of open loops; `None` without a complete one.
+fn schedule(campaign: &Campaign) -> Option<Brief> {
+    /// A client that falls behind by less than this each second keeps its schedule, s/s.
+    const KEPT: f64 = 1e-3;
+    let complete = campaign.runs.iter().filter(|run| run.is_complete());
+    let clients = analysis::grouped(complete, |run| {
+        (run.cell.client, run.cell.setup_beside_system())
+    });
+    let mut told: Vec<(f64, String)> = Vec::new();
+    for ((client, setup), runs) in &clients {
+        let is_alone = clients.iter().filter(|((of, _), _)| of == client).count() == 1;
+        let name = if is_alone {
+            client.to_string()
+        } else {
+            format!("{client} {setup}")
+        };
+        let worst = runs
+            .iter()
+            .filter_map(|run| Some((run.summary.schedule_slope?, *run)))
+            .max_by(|(one, _), (other, _)| one.total_cmp(other));
+        let Some((slope, run)) = worst else { continue };
+        let words = if slope < KEPT {
+            format!("{name} keeps it")
+        } else {
+            format!(
+                "{name} falls behind by up to {} each second ({}, {})",
+                duration(slope * 1e3),
+                run.cell.topology,
+                run.cell.rate()
+            )
+        };
+        told.push((slope, words));
+    }
+    told.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+    let words: Vec<String> = told.into_iter().map(|(_, words)| words).collect();
+    (!words.is_empty()).then(|| Brief {
+        question: "Which clients keep their schedule?",
+        answer: words.join("; ") + ".",
+        shown_in: "fig-G",
+    })
 }
 
 /// The run nearest to failing, and how far its delays are from what the loop bears by analysis.

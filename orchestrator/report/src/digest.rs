@@ -9,6 +9,7 @@ use analysis::{LoopVerdict, Run};
 
 use crate::Report;
 use crate::answer::Answer;
+use crate::brief;
 use crate::claim::Verdict;
 use crate::outcome::{self, Kind, Outcome};
 
@@ -30,7 +31,7 @@ pub fn markdown(report: &Report<'_>) -> String {
         format!("# webloop: {}\n", text(&report.campaign.plan.experiment)),
         answer(report),
         expectations(report),
-        brief(report),
+        answers(report),
         totals(report, &outcomes),
         claims(report),
         faults(&outcomes),
@@ -51,8 +52,9 @@ fn answer(report: &Report<'_>) -> String {
 }
 
 /// The other four questions; the answer to the first stands above.
-fn brief(report: &Report<'_>) -> String {
-    let lines = report.brief.iter().skip(1);
+fn answers(report: &Report<'_>) -> String {
+    let others = report.brief.iter();
+    let lines = others.filter(|brief| brief.question != brief::HOLDS);
     lines
         .map(|brief| format!("- **{}** {}\n", brief.question, text(&brief.answer)))
         .collect()

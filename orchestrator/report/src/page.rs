@@ -10,6 +10,7 @@ mod badge;
 mod board;
 mod detail;
 mod drawing;
+mod expected;
 mod gap;
 mod leaf;
 mod machine;
@@ -122,6 +123,7 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
         })
     };
     [
+        section("expected", "What is expected", expected::render(report)),
         section("gaps", "What is missing", gap::render(report)),
         section("claims", "The paper’s claims", board::render(report)),
         section("tables", "Tables", sheet::render(&report.tables)),
