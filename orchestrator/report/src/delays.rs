@@ -31,7 +31,7 @@ pub struct Delays<'a> {
     pub late_ms: Vec<f64>,
     /// Delays of samples from measurement to effect, ms, sorted; none in open loop.
     pub sample_ms: Vec<f64>,
-    /// The median of each part of them, ms, in the order of [`Part::ALL`].
+    /// The median over the runs of each part's median, ms, in the order of [`Part::ALL`].
     pub parts_ms: Option<[f64; 8]>,
     /// The run nearest to failing, with its messages.
     pub worst: (&'a Run, Budget),
@@ -92,7 +92,7 @@ impl<'a> Delays<'a> {
             parts_ms: None,
             worst: (worst, Budget::default()),
         };
-        let mut parts: [Vec<i64>; 8] = Default::default();
+        let mut medians: Vec<[i64; 8]> = Vec::new();
         for run in &runs {
             let budget = Budget::of(run, &campaign.plan)?;
             for trip in &budget.trips {
@@ -100,12 +100,11 @@ impl<'a> Delays<'a> {
                 delays.up_ms.push(ms(trip.up.ns()));
                 delays.late_ms.push(ms(trip.client_ns()));
             }
-            for sample in &budget.samples {
-                delays.sample_ms.push(ms(sample.total_ns()));
-                for (values, part) in parts.iter_mut().zip(sample.parts_ns) {
-                    values.push(part);
-                }
-            }
+            let samples = budget.samples.iter();
+            delays
+                .sample_ms
+                .extend(samples.map(|sample| ms(sample.total_ns())));
+            medians.extend(budget.medians_ns());
             if run.cell.index == worst.cell.index {
                 delays.worst.1 = budget;
             }
@@ -119,7 +118,8 @@ impl<'a> Delays<'a> {
         ] {
             values.sort_by(f64::total_cmp);
         }
-        delays.parts_ms = (!delays.sample_ms.is_empty()).then(|| parts.map(middle_ms));
+        delays.parts_ms = (!medians.is_empty())
+            .then(|| Part::ALL.map(|part| middle_ms(medians.iter().map(|of| of[part as usize]))));
         Ok(Some(delays))
     }
 
@@ -209,7 +209,8 @@ fn ms(ns: i64) -> f64 {
     ns as f64 / 1e6
 }
 
-fn middle_ms(mut values: Vec<i64>) -> f64 {
+fn middle_ms(values: impl Iterator<Item = i64>) -> f64 {
+    let mut values: Vec<i64> = values.collect();
     values.sort_unstable();
     values.get(values.len() / 2).map_or(0.0, |ns| ms(*ns))
 }

@@ -65,7 +65,7 @@ pub(super) fn medians(delays: &[Delays<'_>], campaign: &Campaign) -> Option<Figu
         "D",
         "Where a sample's delay comes from",
         columns,
-        "The medians of its parts, from the tick at which y was measured to the tick at which the u that follows \
+        "The medians of its parts, in the middle one of the repeats, from the tick at which y was measured to the tick at which the u that follows \
          from it took effect, from below: y waits to be read; the answer's way down, at the ends and through the \
          link; it waits for the controller's next deadline; the client is late; the command's way up, through the \
          link and at the ends; u waits for the plant's next tick. The link's share is what it had at the instant of \
