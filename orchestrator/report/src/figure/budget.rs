@@ -3,7 +3,7 @@
 
 use analysis::Campaign;
 use analysis::budget::{Budget, Part};
-use chart::{Mark, Panel, Series};
+use chart::{Axis, Mark, Panel, Series};
 
 use super::{Figure, panel};
 use crate::delays::{Delays, percentile};
@@ -117,7 +117,8 @@ pub(super) fn samples(delays: &[Delays<'_>], campaign: &Campaign) -> Option<Figu
         "The delay of each sample, and what it is made of",
         panels.len().min(3),
         "The same parts over the time at which the command was due, in the run of each loop that was nearest to \
-         failing. Where samples are too many to be told apart, the longest of each moment is shown. Marks at the \
+         failing. Where samples are too many to be told apart, the longest of each moment is shown. Where \
+         the longest dwarf the others, the panel ends above the others and its title has the longest. Marks at the \
          foot: deadlines at which nothing was sent, and messages that were lost.",
         None,
     );
@@ -138,6 +139,13 @@ fn over_time(title: String, budget: &Budget, h_s: f64) -> Panel {
         .collect();
     // A sample holds until the next is due; over a longer time nothing is drawn.
     let holds_s = per as f64 * h_s;
+    // A stall of the link is a hundred times what a sample takes otherwise.
+    let totals_ms = shown.iter().map(|sample| sample.total_ns() as f64 / 1e6);
+    panel.y.range = Axis::telling("", totals_ms.clone()).range;
+    let longest_ms = totals_ms.fold(0.0, f64::max);
+    if panel.y.range.is_some_and(|(_, most)| most < longest_ms) {
+        panel.title += &format!("; up to {}", duration(longest_ms));
+    }
     panel.series = stack(|part| {
         let mut points = Vec::new();
         for (at, sample) in shown.iter().enumerate() {

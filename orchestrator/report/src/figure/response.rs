@@ -174,6 +174,7 @@ impl<'a> Place<'a> {
             None => horizon_s(kinds.iter().map(|kind| &kind.group)),
         };
         panel.x.range = Some((0.0, end_s));
+        let mut held = Vec::new();
         for kind in kinds {
             let Some(settling_ms) = kind.group.settling_ms() else {
                 continue;
@@ -185,6 +186,7 @@ impl<'a> Place<'a> {
                 format!(", {}", kind.setup)
             };
             let tone = tones.tone(kind.client);
+            held.push(settling_ms.value.is_finite());
             panel.series.push(Series {
                 name: format!("{}{setup}: {}", kind.client, kind.end(settled(settling_ms))),
                 tone,
@@ -192,6 +194,7 @@ impl<'a> Place<'a> {
             });
             let worst = nearest_to_failing(kind.group.runs.iter().copied());
             if let Some(worst) = worst.filter(|_| kind.group.runs.len() > 1) {
+                held.push(false);
                 panel.series.push(Series {
                     tone,
                     ..traces.single(worst, signal, self.h_ns, end_s)?
@@ -199,6 +202,7 @@ impl<'a> Place<'a> {
             }
         }
         if signal == Signal::U {
+            panel.y.range = held_range(&panel.series, &held);
             return Ok(panel);
         }
         match moving {
@@ -220,6 +224,22 @@ impl<'a> Place<'a> {
         }
         Ok(panel)
     }
+}
+
+/// A range that shows the inputs of the loops that settle, with as much again above and below; `None` if that
+/// cuts nothing, or none settles.
+fn held_range(series: &[Series], held: &[bool]) -> Option<(f64, f64)> {
+    let ends = |all: bool| {
+        let shown = series.iter().zip(held).filter(|(_, held)| all || **held);
+        let values = shown.flat_map(|(series, _)| series.points.iter().map(|(_, u)| *u));
+        let ends = (f64::INFINITY, f64::NEG_INFINITY);
+        values
+            .filter(|u| u.is_finite())
+            .fold(ends, |(low, high), u| (low.min(u), high.max(u)))
+    };
+    let ((low, high), whole) = (ends(false), ends(true));
+    let (low, high) = (2.0 * low - high, 2.0 * high - low);
+    (low < high && (whole.0 < low || whole.1 > high)).then_some((low, high))
 }
 
 /// The part of a range that shows a loop that holds: a loop that does not leaves the panel, and would
