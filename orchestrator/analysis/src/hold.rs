@@ -30,8 +30,8 @@ pub struct Hold {
     pub length_ms: f64,
     /// Messages due in it.
     pub due: u64,
-    /// Those that the controller did not send.
-    pub missed: u64,
+    /// Those that the controller did not send in it: deadlines that it missed, or a schedule that it is behind.
+    pub unsent: u64,
     /// Those that never arrived.
     pub lost: u64,
     /// How long the controller waited for the answer that came last in it, ms.
@@ -88,8 +88,6 @@ pub fn worst(run: &Run, plan: &Plan, budget: &Budget) -> Result<Option<Hold>, Re
         .map(|row| row.t_tick_ns.saturating_sub(row.t_due_ns))
         .max()
         .unwrap_or(0);
-    // What is due in the last h cannot be there by the end.
-    let missed = budget.missed_ns.iter().filter(within).count() as u64;
     let lost = budget.lost_ns.iter().filter(within).count() as u64;
     let link_ns = timeline(run, plan).map_or(0, |link| most_delay_ns(link, &time_ns));
     // The part of the hold in which a message was under way; the longest of all.
@@ -108,15 +106,17 @@ pub fn worst(run: &Run, plan: &Plan, budget: &Budget) -> Result<Option<Hold>, Re
         .max()
         .unwrap_or((0, 0));
     let due = length_ns / h_ns;
+    let sent = budget.trips.iter().map(|trip| &trip.t_send_ns);
+    let unsent = due.saturating_sub(sent.filter(within).count() as u64 + lost);
     let cause = if late_ns >= length_ns / 2 {
         Cause::Plant
     } else if 2 * lost >= due.max(1) {
         Cause::Loss
     } else if link_ns >= length_ns / 2 {
         Cause::Link
-    } else if 2 * missed >= due.max(1) && waited_ns >= length_ns / 2 {
+    } else if 2 * unsent >= due.max(1) && waited_ns >= length_ns / 2 {
         Cause::Answer
-    } else if 2 * missed >= due.max(1) {
+    } else if 2 * unsent >= due.max(1) {
         Cause::Client
     } else {
         Cause::Unknown
@@ -126,7 +126,7 @@ pub fn worst(run: &Run, plan: &Plan, budget: &Budget) -> Result<Option<Hold>, Re
         at_s: (i128::from(time_ns.start) - i128::from(budget.start_ns)) as f64 / 1e9,
         length_ms: ms(length_ns),
         due,
-        missed,
+        unsent,
         lost,
         answer_ms: ms(answer_ns),
         link_ms: ms(link_ns),
@@ -183,7 +183,7 @@ impl fmt::Display for Hold {
             at_s,
             length_ms,
             due,
-            missed,
+            unsent,
             lost,
             answer_ms,
             link_ms,
@@ -202,12 +202,15 @@ impl fmt::Display for Hold {
                 "the controller waited {answer_ms:.0} ms for an answer, of which the link's delay explains \
                  {link_ms:.0} ms each way at most; a lost packet was sent again, or an end was held up"
             ),
-            Cause::Client => write!(f, "the controller sent nothing at {missed} deadlines"),
+            Cause::Client => write!(
+                f,
+                "the controller left out or was late with {unsent} messages"
+            ),
             Cause::Plant => write!(f, "its own ticks were up to {tick_late_ms:.0} ms late"),
             Cause::Unknown => write!(f, "neither the link nor lost messages explain it"),
         }?;
         let also: Vec<String> = [
-            (*cause != Cause::Client && *missed > 0).then(|| format!("{missed} not sent")),
+            (*cause != Cause::Client && *unsent > 0).then(|| format!("{unsent} not sent")),
             (*cause != Cause::Loss && *lost > 0).then(|| format!("{lost} lost")),
         ]
         .into_iter()
@@ -256,7 +259,7 @@ mod tests {
             at_s: 3.207,
             length_ms: 412.4,
             due: 137,
-            missed: 2,
+            unsent: 2,
             lost: 0,
             answer_ms: 401.0,
             link_ms: 398.0,
