@@ -21,7 +21,7 @@ use serde::Serialize;
 use self::median::Traces;
 use crate::delays::{Delays, Nearest};
 use crate::origin::Origin;
-use crate::tone::TONES;
+use crate::tone::{TONES, TONES_WITH_PARTS};
 
 /// A figure of the paper, recomputed, or of one's own runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -126,6 +126,13 @@ impl Figure {
             },
             runs: Vec::new(),
         }
+    }
+
+    /// The same figure, whose series also have the colours of the parts of a delay.
+    #[must_use]
+    fn with_parts(mut self) -> Figure {
+        self.chart.tones = &TONES_WITH_PARTS;
+        self
     }
 
     /// Adds the panels, what they show in sentences, and where the data came from.

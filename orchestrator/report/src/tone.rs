@@ -19,16 +19,16 @@ pub const OWN_TONES: [Tone; 3] = [
     tone("own-3", [0x56, 0xb4, 0xe9], 1),
 ];
 
-/// The tones of all figures.
+/// The tones of figures about clients.
 pub static TONES: LazyLock<Vec<Tone>> = LazyLock::new(|| {
     let clients = Client::ALL.into_iter().map(tone_of);
     let others = [PLANT_TONE, OTHER_TONE];
-    clients
-        .chain(OWN_TONES)
-        .chain(others)
-        .chain(PART_TONES)
-        .collect()
+    clients.chain(OWN_TONES).chain(others).collect()
 });
+
+/// The same, with those of the parts of a delay.
+pub static TONES_WITH_PARTS: LazyLock<Vec<Tone>> =
+    LazyLock::new(|| TONES.iter().copied().chain(PART_TONES).collect());
 
 /// The tone of a client.
 #[must_use]

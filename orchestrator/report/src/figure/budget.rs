@@ -72,7 +72,11 @@ pub(super) fn medians(delays: &[Delays<'_>], campaign: &Campaign) -> Option<Figu
          sending; the ends' is the rest: processes, kernel, a connection that is opened, and what is sent again.",
         None,
     );
-    Some(figure.drawn(panels, &sentences, &origin, campaign))
+    Some(
+        figure
+            .with_parts()
+            .drawn(panels, &sentences, &origin, campaign),
+    )
 }
 
 /// Stacked samples over time, a panel for each loop; `None` if no loop is closed.
@@ -125,7 +129,11 @@ pub(super) fn samples(delays: &[Delays<'_>], campaign: &Campaign) -> Option<Figu
     if left_out > 0 {
         figure.caption += &format!(" {left_out} more loops, with shorter delays, are not shown.");
     }
-    Some(figure.drawn(panels, &sentences, &origin, campaign))
+    Some(
+        figure
+            .with_parts()
+            .drawn(panels, &sentences, &origin, campaign),
+    )
 }
 
 fn over_time(title: String, budget: &Budget, h_s: f64) -> Panel {

@@ -100,7 +100,9 @@ pub(super) fn figure(
         ),
         None,
     );
-    Ok(figure.drawn(panels, &[sentence], &origin, campaign))
+    Ok(figure
+        .with_parts()
+        .drawn(panels, &[sentence], &origin, campaign))
 }
 
 /// The link's delay up, and what became of the messages.
