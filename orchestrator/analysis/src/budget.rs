@@ -91,7 +91,19 @@ impl Sample {
     /// From measurement to effect, ns.
     #[must_use]
     pub fn total_ns(&self) -> i64 {
-        self.parts_ns.iter().sum()
+        self.until_ns(Part::ALL.len())
+    }
+
+    /// The sum of the parts before one, ns: where it begins in a stack.
+    #[must_use]
+    pub fn before_ns(&self, part: Part) -> i64 {
+        self.until_ns(part as usize)
+    }
+
+    /// Stamps may be anything: a sum that leaves the range comes back, and the whole is exact.
+    fn until_ns(&self, end: usize) -> i64 {
+        let parts = self.parts_ns[..end].iter();
+        parts.fold(0, |sum: i64, part| sum.wrapping_add(*part))
     }
 
     /// One of its parts, ns.
@@ -114,7 +126,7 @@ impl Crossing {
     /// The whole way, ns.
     #[must_use]
     pub fn ns(self) -> i64 {
-        self.link_ns + self.ends_ns
+        self.link_ns.wrapping_add(self.ends_ns)
     }
 }
 
@@ -143,7 +155,7 @@ impl Trip {
     /// Its round trip, ns; `None` without an answer.
     #[must_use]
     pub fn round_trip_ns(&self) -> Option<i64> {
-        Some(self.up.ns() + self.down?.ns())
+        Some(self.up.ns().wrapping_add(self.down?.ns()))
     }
 }
 
@@ -188,6 +200,8 @@ impl Budget {
         read(&path(file_name::TICKS), TickRow::COLUMNS, |row| {
             ticks.push(row);
         })?;
+        let bytes = run.cell.client.message_bytes(run.cell.settings.transport);
+        let link = timeline(run, plan).map(|link| (link, bytes));
         let start_ns = run
             .manifest
             .as_ref()
@@ -195,8 +209,14 @@ impl Budget {
         Ok(Budget {
             start_ns,
             effect_ns: ticks.effect_ns.values().min().copied(),
-            ..of_rows(messages, &arrived, &ticks, timeline(run, plan))
+            ..of_rows(messages, &arrived, &ticks, link)
         })
+    }
+
+    /// An instant in the time of figures, s from the first deadline.
+    #[must_use]
+    pub fn second(&self, t_ns: u64) -> f64 {
+        between(self.start_ns, t_ns) as f64 / 1e9
     }
 
     /// The median of each part over the samples, ns, in the order of [`Part::ALL`]; `None` without one.

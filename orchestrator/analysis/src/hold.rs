@@ -123,7 +123,7 @@ pub fn worst(run: &Run, plan: &Plan, budget: &Budget) -> Result<Option<Hold>, Re
     };
     let ms = |ns: u64| ns as f64 / 1e6;
     Ok(Some(Hold {
-        at_s: (i128::from(time_ns.start) - i128::from(budget.start_ns)) as f64 / 1e9,
+        at_s: budget.second(time_ns.start),
         length_ms: ms(length_ns),
         due,
         unsent,

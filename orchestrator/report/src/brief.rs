@@ -65,7 +65,7 @@ pub fn all_of(
         ),
         (
             "What did the network cost me?",
-            cost(campaign, &loops, delays),
+            cost(&loops, delays),
             "fig-D",
         ),
     ]

@@ -181,7 +181,7 @@ pub struct Nearest<'a> {
     /// The run.
     pub run: &'a Run,
     /// Its messages.
-    pub budget: Budget,
+    pub budget: &'a Budget,
     /// The moment that hurt it; `None` if none stands out.
     pub hold: Option<Hold>,
 }
@@ -191,16 +191,19 @@ impl<'a> Nearest<'a> {
     ///
     /// # Errors
     /// [`ReadError`] if rows cannot be read.
-    pub fn of(campaign: &'a Campaign) -> Result<Option<Nearest<'a>>, ReadError> {
-        let closed = campaign
-            .runs
-            .iter()
-            .filter(|run| run.is_complete() && run.summary.loop_verdict.is_some());
-        let Some(run) = nearest_to_failing(closed) else {
+    pub fn of(
+        campaign: &Campaign,
+        delays: &'a [Delays<'a>],
+    ) -> Result<Option<Nearest<'a>>, ReadError> {
+        // It is the nearest of those that are the nearest of their loops.
+        let closed = delays.iter().map(|of| of.worst.0);
+        let closed = closed.filter(|run| run.summary.loop_verdict.is_some());
+        let nearest = nearest_to_failing(closed);
+        let of = nearest.and_then(|run| delays.iter().find(|of| of.worst.0.cell.id == run.cell.id));
+        let Some((run, budget)) = of.map(|of| &of.worst) else {
             return Ok(None);
         };
-        let budget = Budget::of(run, &campaign.plan)?;
-        let hold = hold::worst(run, &campaign.plan, &budget)?;
+        let hold = hold::worst(run, &campaign.plan, budget)?;
         Ok(Some(Nearest { run, budget, hold }))
     }
 }

@@ -1,6 +1,8 @@
 //! The closed loops of a campaign: the repeats of one client with one setup, for one system, over one
 //! topology, at one rate.
 
+use std::collections::BTreeMap;
+
 use analysis::{Campaign, LoopVerdict, Run, grouped};
 use endpoint::Mode;
 use plan::Client;
@@ -12,6 +14,8 @@ use crate::group::Group;
 pub struct Loop<'a> {
     /// The topology.
     pub topology: &'a str,
+    /// Whether there is no link.
+    pub is_local: bool,
     /// The system.
     pub system: &'a str,
     /// The client.
@@ -42,10 +46,15 @@ pub fn all(campaign: &Campaign) -> Vec<Loop<'_>> {
             cell.rate(),
         )
     });
+    // Reading a profile takes longer than all else here: once for each topology.
+    let mut local: BTreeMap<&str, bool> = BTreeMap::new();
     let mut loops = Vec::new();
     for ((topology, system, client, setup, h_ns, rate), runs) in groups {
         loops.push(Loop {
             topology,
+            is_local: *local
+                .entry(topology)
+                .or_insert_with(|| campaign.plan.is_loopback(topology)),
             system,
             client,
             setup,
@@ -59,17 +68,13 @@ pub fn all(campaign: &Campaign) -> Vec<Loop<'_>> {
 
 /// The loop with which another is compared: of the same system at the same rate, without a network if the
 /// plan has such a loop, the yardsticks' first; else the plan's first. `None` for the baseline itself.
-pub fn baseline<'b, 'a>(
-    campaign: &Campaign,
-    loops: &'b [Loop<'a>],
-    one: &Loop<'_>,
-) -> Option<&'b Loop<'a>> {
+pub fn baseline<'b, 'a>(loops: &'b [Loop<'a>], one: &Loop<'_>) -> Option<&'b Loop<'a>> {
     let alike = || {
         loops
             .iter()
             .filter(|of| of.system == one.system && of.h_ns == one.h_ns && of.stable() > 0)
     };
-    let without = || alike().filter(|of| campaign.plan.is_loopback(of.topology));
+    let without = || alike().filter(|of| of.is_local);
     let yardstick = Client::YARDSTICKS
         .into_iter()
         .find_map(|client| without().find(|of| of.client == client));

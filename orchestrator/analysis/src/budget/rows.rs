@@ -7,10 +7,6 @@ use link::{Timeline, Way};
 
 use super::{Budget, Crossing, Part, Sample, Trip, between};
 
-/// Length of the packet with which the link's share is asked, in bytes: that of a message of webloop's
-/// own client. It matters to links with a rate limit alone.
-const MESSAGE_BYTES: u32 = 150;
-
 /// When the plant ticked, and when each command took effect.
 #[derive(Debug, Default)]
 pub(super) struct Ticks {
@@ -48,11 +44,12 @@ struct Known {
 }
 
 /// Matches messages with the answers that were known when they were sent, and with the ticks that took them.
+/// The link comes with the lengths of a message's packets up and down, which matter if it has a rate limit.
 pub(super) fn of_rows(
     messages: Vec<MessageRow>,
     arrived: &BTreeMap<u64, u64>,
     ticks: &Ticks,
-    link: Option<Timeline>,
+    link: Option<(Timeline, [u32; 2])>,
 ) -> Budget {
     let mut budget = Budget::default();
     let mut sent = messages;
@@ -159,19 +156,19 @@ fn sample(
 /// What a link has of one way.
 struct Share {
     way: Way,
-    link: Option<Timeline>,
+    link: Option<(Timeline, [u32; 2])>,
 }
 
 impl Share {
-    fn of(way: Way, link: Option<Timeline>) -> Share {
+    fn of(way: Way, link: Option<(Timeline, [u32; 2])>) -> Share {
         Share { way, link }
     }
 
     /// A way from one instant to another. Must be asked in order of `from_ns`.
     fn crossing(&mut self, from_ns: u64, to_ns: u64) -> Crossing {
         let whole_ns = between(from_ns, to_ns);
-        let of_link = self.link.as_mut().map_or(0, |link| {
-            let passage = link.passage(self.way, from_ns, MESSAGE_BYTES);
+        let of_link = self.link.as_mut().map_or(0, |(link, bytes)| {
+            let passage = link.passage(self.way, from_ns, bytes[self.way as usize]);
             i64::try_from(passage.delay_ns).unwrap_or(i64::MAX)
         });
         let link_ns = of_link.min(whole_ns.max(0));
@@ -267,7 +264,7 @@ mod tests {
                 rows.push(message(seq, due, due + late, arrive + down, arrive, seq));
                 at.push((due, seq.checked_sub(3)));
             }
-            let budget = of_rows(rows.clone(), &BTreeMap::new(), &ticks(&at), Some(link));
+            let budget = of_rows(rows.clone(), &BTreeMap::new(), &ticks(&at), Some((link, [150; 2])));
             prop_assert_eq!(budget.trips.len(), rows.len());
             for trip in &budget.trips {
                 let row = rows[trip.seq as usize];

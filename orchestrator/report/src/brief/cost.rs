@@ -1,28 +1,18 @@
 //! What the network cost: settling and error against the same loop without one, and the link's share.
 
-use analysis::Campaign;
-
 use super::{NAMED, place};
 use crate::delays::Delays;
 use crate::loops::{Loop, baseline};
 use crate::number::{duration, significant};
 
 /// Settling and error over each link against those without one, and the link's share of the delay.
-pub(super) fn cost(
-    campaign: &Campaign,
-    loops: &[Loop<'_>],
-    delays: &[Delays<'_>],
-) -> Option<String> {
-    let over_links = || {
-        loops
-            .iter()
-            .filter(|one| !campaign.plan.is_loopback(one.topology))
-    };
+pub(super) fn cost(loops: &[Loop<'_>], delays: &[Delays<'_>]) -> Option<String> {
+    let over_links = || loops.iter().filter(|one| !one.is_local);
     // What cost most comes first.
     let mut told: Vec<(f64, String)> = Vec::new();
     for one in over_links() {
-        let Some(of) = baseline(campaign, loops, one)
-            .filter(|of| campaign.plan.is_loopback(of.topology) && of.client == one.client)
+        let Some(of) = baseline(loops, one)
+            .filter(|of| of.is_local && of.client == one.client)
             .filter(|of| of.setup == one.setup)
         else {
             continue;
@@ -66,7 +56,7 @@ pub(super) fn cost(
     }
     let shares: Vec<String> = delays
         .iter()
-        .filter(|of| !campaign.plan.is_loopback(of.topology))
+        .filter(|of| over_links().any(|one| one.topology == of.topology))
         .filter_map(|of| {
             let whole: f64 = of.parts_ms?.iter().sum();
             Some((of, whole, of.link_ms()?))

@@ -138,7 +138,6 @@ pub(super) fn samples(delays: &[Delays<'_>], campaign: &Campaign) -> Option<Figu
 
 fn over_time(title: String, budget: &Budget, h_s: f64) -> Panel {
     let mut panel = panel("", title, "time/s", "delay/ms");
-    let second = |t_ns: u64| (i128::from(t_ns) - i128::from(budget.start_ns)) as f64 / 1e9;
     let per = budget.samples.len().div_ceil(MOST_SAMPLES).max(1);
     let shown: Vec<_> = budget
         .samples
@@ -157,12 +156,12 @@ fn over_time(title: String, budget: &Budget, h_s: f64) -> Panel {
     panel.series = stack(|part| {
         let mut points = Vec::new();
         for (at, sample) in shown.iter().enumerate() {
-            let sum: i64 = sample.parts_ns[..part as usize].iter().sum();
+            let sum = sample.before_ns(part);
             let band = (sum as f64 / 1e6, (sum + sample.part_ns(part)) as f64 / 1e6);
-            let from_s = second(sample.t_due_ns);
+            let from_s = budget.second(sample.t_due_ns);
             let next_s = shown
                 .get(at + 1)
-                .map_or(f64::INFINITY, |next| second(next.t_due_ns));
+                .map_or(f64::INFINITY, |next| budget.second(next.t_due_ns));
             let to_s = next_s.min(from_s + 2.0 * holds_s);
             points.push(((from_s, band.1), band));
             points.push(((to_s, band.1), band));
@@ -172,18 +171,21 @@ fn over_time(title: String, budget: &Budget, h_s: f64) -> Panel {
         }
         points
     });
-    for (name, times) in [("not sent", &budget.missed_ns), ("lost", &budget.lost_ns)] {
-        if !times.is_empty() {
-            let points = times.iter().map(|t_ns| (second(*t_ns), 0.0)).collect();
-            panel
-                .series
-                .push(Series::new(name.to_owned(), Mark::Dots, OTHER_TONE, points));
-        }
-    }
+    panel.series.extend(unanswered(budget, 0.0));
     panel
 }
 
-/// A series for each part that is ever seen.
+/// Marks at a height: deadlines at which nothing was sent, and messages that were lost.
+pub(super) fn unanswered(budget: &Budget, height: f64) -> impl Iterator<Item = Series> {
+    let times = [("not sent", &budget.missed_ns), ("lost", &budget.lost_ns)];
+    let there = times.into_iter().filter(|(_, times)| !times.is_empty());
+    there.map(move |(name, times)| {
+        let at = times.iter().map(|t_ns| (budget.second(*t_ns), height));
+        Series::new(name.to_owned(), Mark::Dots, OTHER_TONE, at.collect())
+    })
+}
+
+/// A series for each part.
 fn stack(points: impl Fn(Part) -> Vec<((f64, f64), (f64, f64))>) -> Vec<Series> {
     let series = |part: Part| {
         let (points, band): (Vec<_>, Vec<_>) = points(part).into_iter().unzip();

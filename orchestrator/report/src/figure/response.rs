@@ -2,10 +2,8 @@
 //!
 //! Whatever ran at one place is in one panel, so that controllers are compared over the same links.
 
-use analysis::{Campaign, LoopVerdict, ReadError, Run};
+use analysis::{Campaign, LoopVerdict, ReadError, Run, grouped};
 use chart::{Mark, Panel, Series};
-use endpoint::Mode;
-use plan::Client;
 use system::System;
 
 use super::median::{Signal, Traces};
@@ -13,6 +11,7 @@ use super::step::{guides, horizon_s, range, settled};
 use super::{Figure, panel};
 use crate::delays::nearest_to_failing;
 use crate::group::Group;
+use crate::loops::{self, Loop};
 use crate::origin::Origin;
 use crate::tone::{OTHER_TONE, Tones};
 
@@ -23,41 +22,40 @@ const MOST_INPUTS: usize = 12;
 const COLUMNS: usize = 3;
 
 /// Where loops ran that can be compared: over one topology, with one plant, at one rate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Place<'a> {
     topology: &'a str,
     system: &'a str,
     h_ns: u64,
-}
-
-/// One curve: the runs of one client with one setup, which leaves the system to the panel's title.
-struct Kind<'a> {
-    client: Client,
-    setup: String,
-    group: Group<'a>,
+    /// What ran there, in the plan's order: a curve each.
+    loops: Vec<Loop<'a>>,
 }
 
 /// Figures A and B, the outputs and the inputs of the closed loops; none if no loop was closed.
 pub(super) fn figures(campaign: &Campaign, traces: &mut Traces) -> Result<Vec<Figure>, ReadError> {
-    let mut places: Vec<Place<'_>> = Vec::new();
-    for run in closed(campaign).filter(|run| run.is_complete()) {
-        let place = Place::of(run);
-        if !places.contains(&place) {
-            places.push(place);
-        }
-    }
+    let places = grouped(loops::all(campaign), |one| {
+        (one.topology, one.system, one.h_ns)
+    });
+    let mut places: Vec<Place<'_>> = places
+        .into_iter()
+        .map(|((topology, system, h_ns), loops)| Place {
+            topology,
+            system,
+            h_ns,
+            loops,
+        })
+        .collect();
+    places.retain(|place| place.loops.iter().any(|one| !one.group.runs.is_empty()));
     let tones = Tones::of(campaign);
     let mut figures = Vec::new();
     for (signal, most) in [(Signal::Y, MOST_OUTPUTS), (Signal::U, MOST_INPUTS)] {
         let left_out = places.len().saturating_sub(most);
-        let places = chosen(&places, most, campaign);
+        let places = chosen(&places, most);
         let (mut origin, mut sentences, mut panels) = (Origin::default(), Vec::new(), Vec::new());
         for place in &places {
-            let kinds = place.kinds(campaign);
-            for kind in &kinds {
-                origin.all(&kind.group);
+            for one in &place.loops {
+                origin.all(&one.group);
             }
-            let panel = place.draw(signal, &kinds, &tones, traces)?;
+            let panel = place.draw(signal, &tones, traces)?;
             let curves = panel.series.iter().map(|series| series.name.as_str());
             let curves: Vec<&str> = curves.filter(|name| !name.is_empty()).collect();
             if !curves.is_empty() {
@@ -88,69 +86,24 @@ pub(super) fn figures(campaign: &Campaign, traces: &mut Traces) -> Result<Vec<Fi
 }
 
 /// The places that are shown, in the plan's order: those where a loop did not hold are chosen first.
-fn chosen<'a>(places: &[Place<'a>], most: usize, campaign: &Campaign) -> Vec<Place<'a>> {
+fn chosen<'b, 'a>(places: &'b [Place<'a>], most: usize) -> Vec<&'b Place<'a>> {
     let mut by_need: Vec<usize> = (0..places.len()).collect();
-    by_need.sort_by_key(|at| places[*at].need(campaign));
+    by_need.sort_by_key(|at| places[*at].held());
     by_need.truncate(most);
     by_need.sort_unstable();
-    by_need.into_iter().map(|at| places[at]).collect()
+    by_need.into_iter().map(|at| &places[at]).collect()
 }
 
-fn closed(campaign: &Campaign) -> impl Iterator<Item = &Run> {
-    let runs = campaign.runs.iter();
-    runs.filter(|run| run.cell.settings.mode == Mode::Closed)
-}
-
-impl<'a> Place<'a> {
-    fn of(run: &'a Run) -> Place<'a> {
-        Place {
-            topology: &run.cell.topology,
-            system: &run.cell.system,
-            h_ns: run.cell.settings.h.ns(),
-        }
-    }
-
-    /// How much it needs a panel, the least first: where a loop did not hold, where all held, where none ran.
-    fn need(self, campaign: &Campaign) -> u8 {
-        let here = || closed(campaign).filter(|run| Place::of(run) == self);
-        let mut verdicts = here().filter_map(|run| run.summary.loop_verdict).peekable();
-        match verdicts.peek() {
-            None => 2,
-            Some(_) => u8::from(verdicts.all(|verdict| verdict == LoopVerdict::Stable)),
-        }
-    }
-
-    /// What ran here, in the plan's order.
-    fn kinds(self, campaign: &'a Campaign) -> Vec<Kind<'a>> {
-        let here = || closed(campaign).filter(move |run| Place::of(run) == self);
-        let mut kinds: Vec<Kind<'a>> = Vec::new();
-        for run in here() {
-            let (client, setup) = (run.cell.client, run.cell.setup_beside_system());
-            if kinds
-                .iter()
-                .any(|kind| kind.client == client && kind.setup == setup)
-            {
-                continue;
-            }
-            let same = here()
-                .filter(|run| run.cell.client == client && run.cell.setup_beside_system() == setup);
-            kinds.push(Kind {
-                client,
-                group: Group::complete(same),
-                setup,
-            });
-        }
-        kinds
+impl Place<'_> {
+    /// Whether all loops held here.
+    fn held(&self) -> bool {
+        let mut loops = self.loops.iter();
+        loops.all(|one| one.stable() == one.group.runs.len())
     }
 
     /// The panel of this place; empty if nothing here is complete.
-    fn draw(
-        self,
-        signal: Signal,
-        kinds: &[Kind<'_>],
-        tones: &Tones,
-        traces: &mut Traces,
-    ) -> Result<Panel, ReadError> {
+    fn draw(&self, signal: Signal, tones: &Tones, traces: &mut Traces) -> Result<Panel, ReadError> {
+        let kinds = &self.loops;
         let first = kinds.iter().find_map(|kind| kind.group.runs.first());
         let rate = first.map_or_else(String::new, |run| format!(", {}", run.cell.rate()));
         let system = if self.system == System::PAPER {
@@ -188,7 +141,11 @@ impl<'a> Place<'a> {
             let tone = tones.tone(kind.client);
             held.push(settling_ms.value.is_finite());
             panel.series.push(Series {
-                name: format!("{}{setup}: {}", kind.client, kind.end(settled(settling_ms))),
+                name: format!(
+                    "{}{setup}: {}",
+                    kind.client,
+                    end(&kind.group, settled(settling_ms))
+                ),
                 tone,
                 ..traces.median(&kind.group, signal, self.h_ns, end_s)?
             });
@@ -257,17 +214,15 @@ fn within((low, high): (f64, f64), r: impl IntoIterator<Item = f64>) -> (f64, f6
     }
 }
 
-impl Kind<'_> {
-    /// How its runs ended, in words: when they settled, or that they follow a reference that does not rest.
-    fn end(&self, settled: String) -> String {
-        let follows = |run: &&Run| {
-            let summary = &run.summary;
-            summary.loop_verdict == Some(LoopVerdict::Stable) && summary.settling_ms.is_none()
-        };
-        if self.group.runs.iter().all(follows) {
-            "follows r".to_owned()
-        } else {
-            settled
-        }
+/// How a loop's runs ended, in words: when they settled, or that they follow a reference that does not rest.
+fn end(group: &Group<'_>, settled: String) -> String {
+    let follows = |run: &&Run| {
+        let summary = &run.summary;
+        summary.loop_verdict == Some(LoopVerdict::Stable) && summary.settling_ms.is_none()
+    };
+    if group.runs.iter().all(follows) {
+        "follows r".to_owned()
+    } else {
+        settled
     }
 }

@@ -6,6 +6,7 @@ use analysis::{Campaign, ReadError, Run};
 use chart::{Guide, GuideAt, Mark, Panel, Scale, Series};
 use link::Way;
 
+use super::budget::unanswered;
 use super::median::{Signal, Traces};
 use super::step::{guides, range};
 use super::{Figure, panel};
@@ -37,7 +38,8 @@ pub(super) fn figure(
     let mut origin = Origin::default();
     origin.take(&group.runs);
     let effect_ns = budget.effect_ns.unwrap_or(budget.start_ns);
-    let offset_s = (i128::from(effect_ns) - i128::from(budget.start_ns)) as f64 / 1e9;
+    let offset_s = budget.second(effect_ns);
+    let tone = Tones::of(campaign).tone(cell.client);
     let mut panels = Vec::new();
     for (signal, title, name) in [(Signal::Y, "output", "y"), (Signal::U, "input", "u")] {
         let mut panel = panel("", title, "", name);
@@ -50,7 +52,7 @@ pub(super) fn figure(
         }
         panel.series.push(Series {
             name: "this run".to_owned(),
-            tone: Tones::of(campaign).tone(cell.client),
+            tone,
             ..traces.single(run, signal, h_ns, end_s)?
         });
         // A response begins with the first command that took effect; time here with the first deadline.
@@ -71,14 +73,11 @@ pub(super) fn figure(
     for panel in &mut panels {
         panel.x.range = Some((0.0, end_s));
         if let Some(hold) = hold {
-            panel.guides.extend(
-                [("", hold.at_s), ("", hold.at_s + hold.length_ms / 1e3)].map(|(name, at_s)| {
-                    Guide {
-                        name: String::from(name),
-                        at: GuideAt::X(at_s),
-                    }
-                }),
-            );
+            let ends_s = [hold.at_s, hold.at_s + hold.length_ms / 1e3];
+            panel.guides.extend(ends_s.map(|at_s| Guide {
+                name: String::new(),
+                at: GuideAt::X(at_s),
+            }));
         }
     }
     if let Some(last) = panels.last_mut() {
@@ -108,9 +107,8 @@ pub(super) fn figure(
 /// The link's delay up, and what became of the messages.
 fn link(campaign: &Campaign, run: &Run, budget: &Budget, end_s: f64) -> Panel {
     let mut panel = panel("", "messages and link", "time/s", "delay/ms");
-    let second = |t_ns: u64| (i128::from(t_ns) - i128::from(budget.start_ns)) as f64 / 1e9;
     let ways = budget.trips.iter();
-    let ways = ways.map(|trip| (second(trip.t_send_ns), trip.up.ns() as f64 / 1e6));
+    let ways = ways.map(|trip| (budget.second(trip.t_send_ns), trip.up.ns() as f64 / 1e6));
     panel.series.push(Series::new(
         "way up of a message".to_owned(),
         Mark::Dots,
@@ -144,13 +142,8 @@ fn link(campaign: &Campaign, run: &Run, budget: &Budget, end_s: f64) -> Panel {
         .map(|(_, ms)| *ms)
         .filter(|ms| *ms > 0.0)
         .fold(f64::INFINITY, f64::min);
-    for (name, times) in [("not sent", &budget.missed_ns), ("lost", &budget.lost_ns)] {
-        if !times.is_empty() && least.is_finite() {
-            let points = times.iter().map(|t_ns| (second(*t_ns), least)).collect();
-            panel
-                .series
-                .push(Series::new(name.to_owned(), Mark::Dots, OTHER_TONE, points));
-        }
+    if least.is_finite() {
+        panel.series.extend(unanswered(budget, least));
     }
     panel
 }

@@ -20,10 +20,7 @@ pub fn table(campaign: &Campaign, delays: &[Delays<'_>]) -> Option<Table> {
     let differ = |key: fn(&Loop<'_>) -> String| loops.iter().any(|one| key(one) != key(first));
     let names: Vec<Name> = NAMES.into_iter().filter(|(_, key)| differ(*key)).collect();
     let mut columns: Vec<Column> = names.iter().map(|(name, _)| text(name)).collect();
-    let baselines: Vec<Option<&Loop<'_>>> = loops
-        .iter()
-        .map(|one| baseline(campaign, &loops, one))
-        .collect();
+    let baselines: Vec<Option<&Loop<'_>>> = loops.iter().map(|one| baseline(&loops, one)).collect();
     let is_compared = baselines.iter().any(Option::is_some);
     columns.extend([
         number("", "stable"),
