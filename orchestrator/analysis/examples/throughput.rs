@@ -22,8 +22,8 @@ use std::time::{Duration, Instant};
 use analysis::{Campaign, CellFacts, Metrics};
 use control::preset::{paper_pi, paper_plant};
 use endpoint::{
-    ArrivalOutcome, ArrivalRow, Counts, Hold, MessageOutcome, MessageRow, Mode, Preset, SampleTime,
-    TickRow,
+    ArrivalOutcome, ArrivalRow, Counts, Hold, Lease, MessageOutcome, MessageRow, Mode, Preset,
+    SampleTime, TickRow,
 };
 use link::Epoch;
 use manifest::{FileFact, Machine, Manifest};
@@ -104,6 +104,8 @@ fn write_campaign(folder: &Path, cells: usize, ticks: u64) -> Result<(), Box<dyn
         duration_ns: ticks * H_NS,
         settings: Preset::PaperPython.settings(Mode::Closed, h),
         hold: Hold::Last,
+        max_age_ns: None,
+        lease: Lease::None,
         tick_noise: None,
         page: None,
         together: 1,
@@ -248,6 +250,7 @@ fn write_rows(folder: &Path, ticks: u64) -> Result<(), Box<dyn Error>> {
             u,
             y,
             seq: k.checked_sub(1),
+            u_applied: None,
         })?;
         let e = 1.0 - y;
         let u = pid.update(e, 0.001);

@@ -237,6 +237,7 @@ mod tests {
             u: 0.0,
             y: *y,
             seq: Some(*seq),
+            u_applied: None,
         };
         (0..).zip(seqs).map(row).collect()
     }

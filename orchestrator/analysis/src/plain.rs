@@ -12,6 +12,9 @@ use serde::de::DeserializeOwned;
 pub trait Row: DeserializeOwned {
     /// Parses a line without its line end; `None` if it is not in the plain form.
     fn plain(line: &[u8]) -> Option<Self>;
+
+    /// How many of the last columns older files do not have; they are empty then.
+    const NEW: usize = 0;
 }
 
 /// A field in the plain form.
@@ -53,8 +56,10 @@ words!(f64, bool, ArrivalOutcome, MessageOutcome, Phase);
 
 /// Implements `Row` field by field, in the order of the columns.
 macro_rules! rows {
-    ($($row:ident { $($field:ident),+ })+) => {$(
+    ($($row:ident { $($field:ident),+ } $($new:literal)?)+) => {$(
         impl Row for $row {
+            $(const NEW: usize = $new;)?
+
             fn plain(line: &[u8]) -> Option<Self> {
                 let mut fields = Fields::of(line);
                 let row = Self { $($field: Plain::plain(&mut fields)?),+ };
@@ -65,8 +70,8 @@ macro_rules! rows {
 }
 
 rows! {
-    TickRow { k, t_due_ns, t_tick_ns, u, y, seq }
-    SecondRow { k, u2, y2 }
+    TickRow { k, t_due_ns, t_tick_ns, u, y, seq, u_applied } 1
+    SecondRow { k, u2, y2, u2_applied } 1
     ArrivalRow { n, seq, t_send_ns, t_arrive_ns, tick, u, outcome }
     MessageRow { seq, t_due_ns, t_send_ns, t_receive_ns, t_arrive_ns, r, y, e, u, tick, outcome }
     ProbeRow { phase, seq, t_send_ns, t_reach_ns, t_back_ns, due_up_ns, due_down_ns, due_lost }

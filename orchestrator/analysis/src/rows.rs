@@ -17,7 +17,6 @@ use std::io::{self, BufRead, BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use manifest::{FileFact, Tally};
-use serde::de::DeserializeOwned;
 use thiserror::Error;
 
 use crate::plain::Row;
@@ -250,15 +249,35 @@ impl<'a> Rows<'a> {
         };
         next(&mut source, &mut header, 1)?;
         let mut rows = 0;
-        if header.strip_suffix(b"\n") == Some(columns.join(",").as_bytes()) {
+        let is =
+            |columns: &[&str]| header.strip_suffix(b"\n") == Some(columns.join(",").as_bytes());
+        let (old, is_old) = (
+            &columns[..columns.len().saturating_sub(R::NEW)],
+            !is(columns),
+        );
+        if !is_old || is(old) {
             loop {
                 line.clear();
                 if next(&mut source, &mut line, rows + 2)? == 0 {
                     return Ok(Content { rows, torn });
                 }
-                match line.strip_suffix(b"\n").and_then(R::plain) {
+                let length = line.len();
+                let mut row = line.strip_suffix(b"\n");
+                if is_old && row.is_some() {
+                    // What an older file does not have is empty.
+                    line.truncate(length - 1);
+                    line.resize(length - 1 + R::NEW, b',');
+                    row = Some(&line);
+                }
+                match row.and_then(R::plain) {
                     Some(row) => each(&row).map_err(|problem| refuse(rows + 2, problem))?,
-                    None => break,
+                    None => {
+                        if is_old {
+                            line.truncate(length - 1);
+                            line.push(b'\n');
+                        }
+                        break;
+                    }
                 }
                 rows += 1;
             }
@@ -293,7 +312,7 @@ impl<T: Read> Read for Bounded<'_, T> {
 }
 
 /// Passes the rows after the header to `each`, in any form of CSV. Returns the number of rows.
-fn by_serde<R: DeserializeOwned>(
+fn by_serde<R: Row>(
     text: impl Read,
     columns: &[&str],
     mut each: impl FnMut(&R) -> Result<(), String>,
@@ -302,7 +321,8 @@ fn by_serde<R: DeserializeOwned>(
     let text = Bounded { text, left: &left };
     let mut reader = csv::Reader::from_reader(text);
     let header = reader.headers()?.clone();
-    if header.iter().ne(columns.iter().copied()) {
+    let old = &columns[..columns.len().saturating_sub(R::NEW)];
+    if header.iter().ne(columns.iter().copied()) && header.iter().ne(old.iter().copied()) {
         return Err(Stop::Columns {
             found: header.iter().collect::<Vec<_>>().join(","),
             expected: columns.join(","),

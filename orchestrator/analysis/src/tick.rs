@@ -104,6 +104,7 @@ mod tests {
                 u: 0.0,
                 y: 0.0,
                 seq: None,
+                u_applied: None,
             });
         }
         let ticks = count.finish();
@@ -128,6 +129,7 @@ mod tests {
                 u: 0.0,
                 y: 0.0,
                 seq: None,
+                u_applied: None,
             });
         }
         assert_eq!(count.finish().interval_nonpositive, Some(0.5));

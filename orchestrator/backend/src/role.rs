@@ -6,7 +6,7 @@
 
 use std::net::SocketAddr;
 
-use endpoint::{ControllerSettings, PageSettings, PlantSettings, Reference};
+use endpoint::{ControllerSettings, Lease, PageSettings, PlantSettings, Reference};
 use link::{Epoch, Way};
 use plan::{Cell, Client, ProfileText, Program};
 use schemars::{JsonSchema, schema_for};
@@ -58,6 +58,12 @@ pub struct ControllerRole {
     /// plant's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub system: Option<String>,
+    /// Whether it claims the plant for a session, as the lease `token` asks. A page always does.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub claim: bool,
+    /// Whether its commands have a checksum, and the answers need one. Only the native controller can.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub check: bool,
     /// How it is started, where it is a program of one's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub program: Option<Program>,
@@ -161,6 +167,8 @@ impl ControllerRole {
             client: cell.client,
             plant,
             settings: cell.settings,
+            claim: cell.lease == Lease::Token,
+            check: false,
             page: cell.page,
             system: texts.system.map(str::to_owned),
             program: texts.program.cloned(),

@@ -91,6 +91,7 @@ fn run_with<M: Model + Clone>(
         timer_floor_ns: timer_floor_ns(cell, timing),
         plant,
         hold: cell.hold,
+        max_age_ns: cell.max_age_ns,
         tick_noise: cell.plant_settings().tick_noise,
         reference: cell.moving_reference(),
         law,

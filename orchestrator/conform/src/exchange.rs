@@ -8,9 +8,7 @@ use std::ops::Range;
 use std::time::Duration;
 
 use control::{InvalidDiscretisation, Stepper, preset};
-use endpoint::{
-    Answer, Hold, Inbox, Late, Mode, Observation, Output, PlantSettings, Process, Request,
-};
+use endpoint::{Answer, Inbox, Mode, Observation, Output, PlantSettings, Process, Request};
 use hyper::StatusCode;
 use pace::now_ns;
 
@@ -55,18 +53,13 @@ impl Exchange {
         start_ns: u64,
         now_ns: u64,
     ) -> Result<Self, InvalidDiscretisation> {
-        let settings = PlantSettings {
-            h: trial.h,
-            late: Late::Apply,
-            hold: Hold::Last,
-            tick_noise: None,
-        };
+        let settings = PlantSettings::new(trial.h);
         let at_rest = preset::paper_plant().sampled(trial.h.ns())?.stepper();
         Ok(Self {
             script: trial.script,
             start_ns,
             settings,
-            inbox: Inbox::new(Late::Apply, 1),
+            inbox: Inbox::new(&settings, 1),
             process: Process::new(&settings, at_rest.clone(), now_ns),
             at_rest,
             answered: 0,
@@ -133,13 +126,7 @@ impl Exchange {
 
     /// The state of the motor, which it does not change.
     pub(crate) fn observe(&mut self, now_ns: u64) -> Observation {
-        let Output { tick, y } = self.output(now_ns);
-        Observation {
-            t_ns: now_ns,
-            tick,
-            y,
-            u: self.inbox.input().u,
-        }
+        self.output(now_ns).observed(self.inbox.input(), now_ns)
     }
 
     /// When an answer to a request that arrived at `now_ns` is given: at once, unless the plant stalls.

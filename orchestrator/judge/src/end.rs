@@ -170,6 +170,7 @@ mod tests {
                 u: 0.0,
                 y: 0.0,
                 seq: None,
+                u_applied: None,
             })
             .collect()
     }

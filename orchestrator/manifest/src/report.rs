@@ -73,10 +73,15 @@ impl PlantReport {
         self.real().map(|plant| plant.page_rows)
     }
 
-    /// Requests that were refused.
+    /// Requests that were refused. A command that came and was dropped as stale or aged is none.
     #[must_use]
     pub fn refused(&self) -> u64 {
-        self.real().map_or(0, |plant| plant.refused)
+        let dropped = |plant: &Plant| {
+            let of = |kind| plant.refusals.get(kind).copied().unwrap_or_default();
+            of("stale") + of("aged")
+        };
+        self.real()
+            .map_or(0, |plant| plant.refused.saturating_sub(dropped(plant)))
     }
 
     /// Number of sessions that pages have held.

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use endpoint::{
-    ControllerSettings, Hold, NoiseLaw, PageSettings, PlantSettings, Preset, Reference, SampleTime,
-    Shape, TickNoise,
+    ControllerSettings, Hold, Lease, NoiseLaw, PageSettings, PlantSettings, Preset, Reference,
+    SampleTime, Shape, TickNoise,
 };
 use link::LinkTime;
 use schemars::JsonSchema;
@@ -51,9 +51,15 @@ pub struct Cell {
     /// How the reference moves; it rests at the settings' r, if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<Shape>,
-    /// How long the plant holds a command when no other comes.
+    /// How long the plant holds a command when no other comes, and what comes then.
     #[serde(default, skip_serializing_if = "Hold::is_last")]
     pub hold: Hold,
+    /// How much longer than the quickest a command may be under way; absent, any time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_age_ns: Option<u64>,
+    /// Who may command the plant at a time.
+    #[serde(default, skip_serializing_if = "Lease::is_none")]
+    pub lease: Lease,
     /// How late the plant ticks by its own machine, drawn by the link's seed; absent, it is as punctual as it
     /// can be.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -169,10 +175,12 @@ impl Cell {
     pub fn plant_settings(&self) -> PlantSettings {
         let seed = self.link_seed;
         PlantSettings {
-            h: self.settings.h,
             late: self.settings.late,
             hold: self.hold,
+            max_age_ns: self.max_age_ns,
+            lease: self.lease,
             tick_noise: self.tick_noise.map(|law| TickNoise { law, seed }),
+            ..PlantSettings::new(self.settings.h)
         }
     }
 

@@ -78,7 +78,7 @@ pub(crate) struct OwnClient {
 
 /// The lists of a block that are not client settings, each with its description. `endpoint` declares
 /// and describes the settings.
-pub(crate) const LISTS: [(&str, &str); 10] = [
+pub(crate) const LISTS: [(&str, &str); 12] = [
     (
         "topology",
         "Names of built-in profiles, or paths of profile files",
@@ -100,7 +100,15 @@ pub(crate) const LISTS: [(&str, &str); 10] = [
     ),
     (
         "hold",
-        "How long the plant holds a command when no other comes: last (for ever), or a time, then 0",
+        "How long the plant holds a command when no other comes: last (for ever), or a time, then 0, or what is safe: 100ms then hold, 100ms then 0.5, 100ms then ramp 1s",
+    ),
+    (
+        "max_age",
+        "How much longer than the quickest a command may be under way, such as 50ms; any time, if not given",
+    ),
+    (
+        "lease",
+        "Who may command the plant at a time: none (whoever sends), address (one IP address) or token (one session)",
     ),
     (
         "tick_noise",
@@ -207,7 +215,10 @@ impl Block {
     pub(crate) fn combinations(&self) -> Vec<Combination> {
         let mut all = vec![Combination::new()];
         let keys = ["mode", "duration", "preset"].into_iter();
-        for key in keys.chain(setting_names()).chain(["hold", "tick_noise"]) {
+        for key in keys
+            .chain(setting_names())
+            .chain(["hold", "max_age", "lease", "tick_noise"])
+        {
             let words = self.words(key);
             if words.is_empty() {
                 continue;

@@ -6,7 +6,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
 
-use endpoint::{ControllerSettings, Field, Hold, Mode, NoiseLaw, PageSettings, Preset, SampleTime};
+use endpoint::{
+    ControllerSettings, Field, Hold, Lease, Mode, NoiseLaw, PageSettings, PlantSettings, Preset,
+    SampleTime,
+};
 use system::System;
 use toml::Spanned;
 
@@ -173,7 +176,12 @@ impl Reader<'_> {
             .map(|word| Ok((word, self.client(word, &plan.programs)?)))
             .collect::<Result<Vec<_>, InvalidFile>>()?;
         let rates = self.read_all::<SampleTime>(block.words("h"))?;
-        let hold: Hold = self.chosen(chosen, "hold")?.unwrap_or_default();
+        let hold: Option<Hold> = self.chosen(chosen, "hold")?;
+        let max_age_ns = match chosen.get("max_age") {
+            Some(word) => Some(self.duration(word)?),
+            None => None,
+        };
+        let lease: Option<Lease> = self.chosen(chosen, "lease")?;
         let tick_noise: Option<NoiseLaw> = self.chosen(chosen, "tick_noise")?;
         for repeat in 1..=block.repeats {
             for (topology, system) in topologies
@@ -192,6 +200,14 @@ impl Reader<'_> {
                             ));
                         }
                         let mut settings = preset.settings(mode, *h);
+                        // The plant of any but the paper's clients is safe, unless the block says otherwise. In
+                        // open loop it applies nothing.
+                        let plant = if mode == Mode::Open || preset.is_of_the_paper() {
+                            PlantSettings::new(*h)
+                        } else {
+                            PlantSettings::safe(*h)
+                        };
+                        settings.late = plant.late;
                         settings.r = self.first_r(system, *h, duration_ns, place)?;
                         self.lay(ControllerSettings::FIELDS, chosen, &mut settings)?;
                         let suits = settings.check().and_then(|()| system.check(&settings));
@@ -220,7 +236,9 @@ impl Reader<'_> {
                             settings,
                             y0: system.y0(),
                             reference: system.reference().cloned(),
-                            hold,
+                            hold: hold.unwrap_or(plant.hold),
+                            max_age_ns,
+                            lease: lease.unwrap_or(plant.lease),
                             tick_noise,
                             page: self.page(chosen, *client, preset, &settings, named)?,
                             together: *block.together.get_ref(),

@@ -1,9 +1,9 @@
 //! A cell's setup in words: its preset, and every setting that the experiment changed.
 //!
 //! Examples: `paper-python`, `paper-python, websocket`, `worker, fetch, channel, outstanding 6`,
-//! `paper-python, system pendulum`. Rate and mode are left out, since they have columns of their own.
+//! `paper-python, system pendulum`, `worker, safe plant`. Rate and mode are left out, since they have columns of their own.
 
-use endpoint::{ControllerSettings, Field, PageSettings, Preset};
+use endpoint::{ControllerSettings, Field, Hold, Late, Lease, PageSettings, PlantSettings, Preset};
 use system::System;
 
 use crate::Cell;
@@ -12,12 +12,26 @@ impl Cell {
     /// Whether the client has its usual settings, whatever the system.
     #[must_use]
     pub fn is_plain(&self) -> bool {
-        let with_the_papers = Cell {
+        let mut with_the_papers = Cell {
             system: System::PAPER.to_owned(),
             ..self.clone()
         };
+        if self.has_safe_plant() {
+            with_the_papers.settings.late = Late::Apply;
+            with_the_papers.hold = Hold::Last;
+            with_the_papers.lease = Lease::None;
+        }
         let usual = self.client.spec().preset;
         with_the_papers.setup() == with_the_papers.preset_word(usual)
+    }
+
+    /// Whether its plant is what it is by default for other clients than the paper's.
+    fn has_safe_plant(&self) -> bool {
+        let plant = PlantSettings {
+            tick_noise: None,
+            ..self.plant_settings()
+        };
+        plant == PlantSettings::safe(plant.h)
     }
 
     /// What a preset is called in words; a program of one's own has its own settings.
@@ -45,11 +59,21 @@ impl Cell {
 
     fn setup_at(&self, system: Option<&str>) -> String {
         let own = &self.settings;
-        let usual = self.preset.settings(own.mode, own.h);
+        let mut usual = self.preset.settings(own.mode, own.h);
+        let is_safe = self.has_safe_plant();
+        if is_safe {
+            usual.late = own.late;
+        }
         let system = system.filter(|name| *name != System::PAPER);
         let mut words = vec![self.preset_word(self.preset)];
         words.extend(system.map(|name| format!("system {name}")));
-        words.extend((!self.hold.is_last()).then(|| format!("hold {}", self.hold)));
+        words.extend(is_safe.then(|| "safe plant".to_owned()));
+        let is_told = !is_safe && !self.hold.is_last();
+        words.extend(is_told.then(|| format!("hold {}", self.hold)));
+        let max_age = self.max_age_ns.map(endpoint::duration_text);
+        words.extend(max_age.map(|age| format!("max age {age}")));
+        let is_told = !is_safe && !self.lease.is_none();
+        words.extend(is_told.then(|| format!("lease {}", self.lease)));
         words.extend(self.tick_noise.map(|law| format!("tick noise {law}")));
         // In this order: the transport, the page's settings, the other settings.
         let usual_page = self.preset.page();
@@ -120,8 +144,13 @@ mod tests {
     fn a_setup_is_its_preset_and_what_was_laid_over_it() {
         let cases = [
             ("native", "", "paper-python"),
-            ("firefox", "", "worker"),
-            ("chromium", "preset = \"today\"", "today"),
+            ("firefox", "", "worker, safe plant"),
+            (
+                "firefox",
+                "late = \"apply\"\nhold = \"last\"\nlease = \"none\"",
+                "worker",
+            ),
+            ("chromium", "preset = \"today\"", "today, safe plant"),
             // Values that the preset has anyway are left out, and so are page settings of a client that
             // is not a browser.
             (
@@ -137,7 +166,7 @@ mod tests {
             (
                 "chromium",
                 "sender = \"fetch\"\ntimer = \"channel\"\noutstanding = \"6\"",
-                "worker, fetch, channel, outstanding 6",
+                "worker, safe plant, fetch, channel, outstanding 6",
             ),
             (
                 "firefox",
@@ -147,7 +176,7 @@ mod tests {
             (
                 "firefox",
                 "timer = \"timeout\"\nschedule = \"relative\"",
-                "worker, timer timeout, relative",
+                "worker, safe plant, timer timeout, relative",
             ),
             (
                 "native",

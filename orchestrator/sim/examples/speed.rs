@@ -43,6 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             timer_floor_ns: 0,
             plant: plant.stepper(),
             hold: Hold::Last,
+            max_age_ns: None,
             tick_noise: None,
             reference: None,
             law: preset::paper_pi().into(),

@@ -107,10 +107,11 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
         )?
         .following(setup.reference.clone());
         let plant_settings = PlantSettings {
-            h: settings.h,
             late: settings.late,
             hold: setup.hold,
+            max_age_ns: setup.max_age_ns,
             tick_noise: setup.tick_noise,
+            ..PlantSettings::new(settings.h)
         };
         let stream = (settings.transport == Transport::WebSocket).then(|| {
             let waits = settings.outstanding == Outstanding::ONE;

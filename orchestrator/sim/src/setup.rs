@@ -21,8 +21,10 @@ pub struct Setup<'a, M = Stepper> {
     pub timer_floor_ns: u64,
     /// The plant at rest, which advances by h at a step. The run steps a clone of it.
     pub plant: M,
-    /// How long the plant holds a command.
+    /// How long the plant holds a command, and what comes then.
     pub hold: Hold,
+    /// How much older than the quickest a command may be.
+    pub max_age_ns: Option<u64>,
     /// Noise of the plant's tick times, from its machine.
     pub tick_noise: Option<TickNoise>,
     /// The reference, if it moves.

@@ -93,6 +93,7 @@ impl Bench {
             timer_floor_ns: 0,
             plant: design.plant.stepper(),
             hold: Hold::Last,
+            max_age_ns: None,
             tick_noise: None,
             reference: None,
             law: design.law,

@@ -20,6 +20,8 @@ const FIELDS = {
   open: ["seq", "t_arrive_ns"],
   state: ["t_ns", "tick", "y", "u"],
 };
+/** What a plant tells of its watchdog beside its state; the page does not use it. */
+const WATCHDOG = ["u_applied", "safe", "trips"];
 
 /** An invalid message. Its text names the field. */
 export class InvalidMessage extends Error {}
@@ -58,7 +60,7 @@ export function readAnswer(mode, text, epoch_ns) {
 
 /** Reads the plant as it is seen without commanding it; its time stays a BigInt. */
 export function readState(text) {
-  const values = fields(text, FIELDS.state);
+  const values = fields(text, FIELDS.state, WATCHDOG);
   return {
     t_ns: count("t_ns", values.t_ns),
     tick: Number(count("tick", values.tick)),
@@ -80,14 +82,14 @@ export function decimal(value) {
   return text.includes(".") ? text : `${text}.0`;
 }
 
-/** The values of the fields `names`, each there exactly once. */
-function fields(text, names) {
+/** The values of the fields `names`, each there exactly once; `others` may be there too. */
+function fields(text, names, others = []) {
   if (text.length > MAX_CHARS) {
     throw new InvalidMessage(`answer of ${text.length} bytes: a message has at most ${MAX_CHARS}`);
   }
   const values = {};
   for (const [name, value] of new URLSearchParams(text)) {
-    if (!names.includes(name)) {
+    if (!names.includes(name) && !others.includes(name)) {
       throw new InvalidMessage(
         `field \`${excerpt(name)}\` is unknown: this message has the fields ${names.join(", ")}`,
       );

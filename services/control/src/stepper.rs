@@ -20,6 +20,8 @@ pub struct Stepper {
     /// D row by row.
     d: Vec<f64>,
     inputs: usize,
+    /// The state in which it began.
+    initial: Vec<f64>,
     state: Vec<f64>,
     next: Vec<f64>,
     /// Inputs within the dead time, the oldest at `oldest`.
@@ -43,6 +45,7 @@ impl Stepper {
             c: row_by_row(system.c()),
             d: row_by_row(system.d()),
             inputs: system.inputs(),
+            initial: vec![0.0; n],
             state: vec![0.0; n],
             next: vec![0.0; n],
             waiting: vec![Signals::zeros(system.inputs()); delay_ticks],
@@ -128,6 +131,7 @@ impl Stepper {
         for (state, x) in self.state.iter_mut().zip(x0) {
             *state = *x;
         }
+        self.initial.clone_from(&self.state);
         self
     }
 
@@ -148,9 +152,9 @@ impl Stepper {
         self.inputs
     }
 
-    /// Returns to rest.
+    /// Returns to the state in which it began: to rest, unless [`Stepper::from_state`] gave another.
     pub fn reset(&mut self) {
-        self.state.fill(0.0);
+        self.state.clone_from(&self.initial);
         self.waiting.fill(Signals::zeros(self.inputs));
     }
 
@@ -212,6 +216,11 @@ mod tests {
         assert_eq!([1.0, 1.0, -2.0].map(|u| stepper.step(u)), [0.5, 1.0, 0.0]);
         stepper.reset();
         assert_eq!(stepper.step(1.0), 0.5);
+        let mut moving = Stepper::new(&sampled).from_state(&[2.0]);
+        let first = moving.step(0.0);
+        assert!(moving.step(f64::INFINITY).is_infinite());
+        moving.reset();
+        assert_eq!(moving.step(0.0), first);
     }
 
     #[test]

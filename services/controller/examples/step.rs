@@ -11,8 +11,7 @@ use std::{error::Error, path::Path, sync::mpsc, thread, time::Duration};
 use control::{StepSettings, preset, step_info};
 use controller::drive_until;
 use endpoint::{
-    ControllerSettings, Hold, Late, MessageRow, Mode, PlantSettings, Preset, SampleTime, TickRow,
-    Transport,
+    ControllerSettings, MessageRow, Mode, PlantSettings, Preset, SampleTime, TickRow, Transport,
 };
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -34,12 +33,7 @@ fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn
     let folder = tempfile::tempdir()?;
     let plant = plant::Config {
         listen: "127.0.0.1:0".parse()?,
-        settings: PlantSettings {
-            h,
-            late: Late::Apply,
-            hold: Hold::Last,
-            tick_noise: None,
-        },
+        settings: PlantSettings::new(h),
         law: None,
         reference: None,
         out: folder.path().to_owned(),
@@ -62,6 +56,8 @@ fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn
             transport,
             ..Preset::PaperPython.settings(Mode::Closed, h)
         },
+        claim: false,
+        check: false,
         reference: None,
         law: preset::paper_pi().into(),
         start_ns: None,

@@ -13,6 +13,10 @@ pub struct Config {
     pub plant: String,
     /// How the controller sends.
     pub settings: ControllerSettings,
+    /// Whether to claim the plant for a session first, and again after losing it.
+    pub claim: bool,
+    /// Whether commands have a checksum, and answers need one.
+    pub check: bool,
     /// The reference, if it moves.
     pub reference: Option<Reference>,
     /// The control law at rest, such as `control::preset::paper_pi()`.

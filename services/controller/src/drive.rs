@@ -46,9 +46,9 @@ pub fn drive_until(
     settings.check()?;
     let address = Address::parse(&config.plant)?;
     match settings.transport {
-        endpoint::Transport::Http => drive_by(Http::try_new(&address, settings)?, config, stop),
+        endpoint::Transport::Http => drive_by(Http::try_new(&address, config)?, config, stop),
         endpoint::Transport::WebSocket => {
-            drive_by(WebSocket::try_new(&address, settings)?, config, stop)
+            drive_by(WebSocket::try_new(&address, config)?, config, stop)
         }
     }
 }

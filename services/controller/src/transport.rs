@@ -1,9 +1,11 @@
 //! Sends a command and receives its answer.
 //!
 //! [`Transport`] is the interface: the loop does not know what carries its messages. [`Http`] sends
-//! each as a request, [`WebSocket`] uses one socket for all. Both use the plant's [`Address`].
+//! each as a request, [`WebSocket`] uses one socket for all. Both use the plant's [`Address`], and a [`session`]
+//! where the plant is to be claimed.
 
 mod http;
+mod session;
 mod websocket;
 
 pub(crate) use http::Http;

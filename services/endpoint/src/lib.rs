@@ -1,7 +1,7 @@
 //! Both ends of the control loop, without the network between them.
 //!
 //! * [`Command`], [`Request`], [`State`], [`Acknowledgement`], [`Observation`]: the messages between the
-//!   ends, and their text form ([`message`], [`query`]).
+//!   ends, and their text form ([`message`], [`query`]), which may end with a [`checksum`].
 //! * [`ControllerEnd`] and [`PlantEnd`]: what each end does, as state machines that get the time as
 //!   an argument ([`controller`], [`plant`]). A plant steps a [`Model`], which may have
 //!   [`Surroundings`].
@@ -17,6 +17,7 @@
 //! name ends in `_ns`.
 #![forbid(unsafe_code)]
 
+pub mod checksum;
 pub mod controller;
 pub mod duration;
 pub mod field;
@@ -40,7 +41,7 @@ pub use control::Signals;
 pub use controller::{ControllerEnd, Counts, InvalidSettings, Loss, Step};
 pub use duration::{DURATION_MAX_NS, DURATION_REMEDY, duration_ns, duration_text};
 pub use field::{Field, InvalidSetting};
-pub use hold::Hold;
+pub use hold::{Action, Hold};
 pub use message::{Acknowledgement, Answer, Command, Observation, Request, State};
 pub use model::Model;
 pub use noise::{InvalidNoise, NoiseLaw, TickNoise};
@@ -52,7 +53,7 @@ pub use reference::{InvalidReference, Reference, Shape};
 pub use row::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, SecondRow, TickRow};
 pub use sample_time::{InvalidSampleTime, SampleTime};
 pub use setting::{
-    Connection, ControllerSettings, Integrate, Late, Mode, Outstanding, PlantSettings, Schedule,
-    Transport, UnknownWord,
+    Connection, ControllerSettings, Integrate, Late, Lease, Mode, Outstanding, PlantSettings,
+    Schedule, Transport, UnknownWord,
 };
 pub use surroundings::{Disturbance, Surrounded, Surroundings};

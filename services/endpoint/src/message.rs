@@ -13,7 +13,7 @@ use control::Signals;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    query::{InvalidMessage, count, fields, fields_of, signals},
+    query::{InvalidMessage, count, fields, fields_of, flag, signals},
     setting::Mode,
 };
 
@@ -107,8 +107,16 @@ pub struct Observation {
     pub tick: u64,
     /// The output after that tick, or both of them.
     pub y: Signals,
-    /// The input that the plant holds, or both of them.
+    /// The commanded input that the plant holds, or both of them.
     pub u: Signals,
+    /// The input of the latest tick, behind watchdog and actuator, or both of them.
+    pub u_applied: Signals,
+    /// Whether the watchdog acts, since no command has come for too long.
+    #[serde(default)]
+    pub safe: bool,
+    /// How often it has begun to act.
+    #[serde(default)]
+    pub trips: u64,
 }
 
 /// The plant's answer to a command, by the mode of the loop.
@@ -195,8 +203,19 @@ impl fmt::Display for Acknowledgement {
 
 impl fmt::Display for Observation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { t_ns, tick, y, u } = self;
-        write!(f, "t_ns={t_ns}&tick={tick}&y={y}&u={u}")
+        let Self {
+            t_ns,
+            tick,
+            y,
+            u,
+            u_applied,
+            safe,
+            trips,
+        } = self;
+        write!(
+            f,
+            "t_ns={t_ns}&tick={tick}&y={y}&u={u}&u_applied={u_applied}&safe={safe}&trips={trips}"
+        )
     }
 }
 
@@ -272,12 +291,18 @@ impl FromStr for Observation {
     type Err = InvalidMessage;
 
     fn from_str(text: &str) -> Result<Self, InvalidMessage> {
-        let [t_ns, tick, y, u] = fields(text, ["t_ns", "tick", "y", "u"])?;
+        // A plant without a watchdog need not tell the last three.
+        let names = ["t_ns", "tick", "y", "u", "u_applied", "safe", "trips"];
+        let [t_ns, tick, y, u, u_applied, safe, trips] = fields_of(text, names, 4)?;
+        let u = signals("u", &u.unwrap_or_default())?;
         Ok(Self {
-            t_ns: count("t_ns", &t_ns)?,
-            tick: count("tick", &tick)?,
-            y: signals("y", &y)?,
-            u: signals("u", &u)?,
+            t_ns: count("t_ns", &t_ns.unwrap_or_default())?,
+            tick: count("tick", &tick.unwrap_or_default())?,
+            y: signals("y", &y.unwrap_or_default())?,
+            u,
+            u_applied: u_applied.map_or(Ok(u), |text| signals("u_applied", &text))?,
+            safe: safe.map_or(Ok(false), |text| flag("safe", &text))?,
+            trips: trips.map_or(Ok(0), |text| count("trips", &text))?,
         })
     }
 }

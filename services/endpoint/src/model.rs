@@ -14,6 +14,22 @@ pub trait Model {
         y
     }
 
+    /// The input that acted in the last step, where something lies between it and the given one: an actuator. A
+    /// disturbance is not part of it.
+    fn applied(&self) -> Option<Signals> {
+        None
+    }
+
+    /// Puts it back into the state before the first step, if it can do that; returns whether.
+    fn reset(&mut self) -> bool {
+        false
+    }
+
+    /// Whether it can be reset.
+    fn can_reset(&self) -> bool {
+        false
+    }
+
     /// The outputs before the first step. They are not asked for later.
     fn at_rest(&self) -> Signals {
         0.0.into()
@@ -48,6 +64,15 @@ impl Model for Stepper {
     fn inputs(&self) -> usize {
         Stepper::inputs(self)
     }
+
+    fn reset(&mut self) -> bool {
+        Stepper::reset(self);
+        true
+    }
+
+    fn can_reset(&self) -> bool {
+        true
+    }
 }
 
 impl<M: Model + ?Sized> Model for Box<M> {
@@ -57,6 +82,18 @@ impl<M: Model + ?Sized> Model for Box<M> {
 
     fn measured(&mut self, y: Signals) -> Signals {
         (**self).measured(y)
+    }
+
+    fn applied(&self) -> Option<Signals> {
+        (**self).applied()
+    }
+
+    fn reset(&mut self) -> bool {
+        (**self).reset()
+    }
+
+    fn can_reset(&self) -> bool {
+        (**self).can_reset()
     }
 
     fn at_rest(&self) -> Signals {

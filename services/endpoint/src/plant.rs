@@ -33,16 +33,62 @@ pub struct Output {
     pub tick: u64,
     /// What the sensor shows after that tick: the model's output, unless there is noise, or both of them.
     pub y: Signals,
+    /// The input of that tick, behind watchdog and actuator, or both of them.
+    pub u_applied: Signals,
+    /// Whether the watchdog acts.
+    pub is_safe: bool,
+    /// How often it has begun to act.
+    pub trips: u64,
+}
+
+impl Output {
+    /// What is told of it together with an input that is held.
+    #[must_use]
+    pub fn observed(self, input: Input, now_ns: u64) -> Observation {
+        Observation {
+            t_ns: now_ns,
+            tick: self.tick,
+            y: self.y,
+            u: input.u,
+            u_applied: self.u_applied,
+            safe: self.is_safe,
+            trips: self.trips,
+        }
+    }
+}
+
+/// The quickest way of a controller's commands, by the clocks of both ends: the smallest difference of
+/// arrival and sending. The clocks need not agree, as long as they run alike.
+#[derive(Clone, Copy, Debug)]
+struct Quickest {
+    way_ns: i128,
+    at_ns: u64,
+}
+
+impl Quickest {
+    /// The clocks of two machines part by no more than this, in parts of a million. So a quickest way is let
+    /// go by as much, or a command would seem to age while its controller runs for hours.
+    const DRIFT_PPM: i128 = 100;
+
+    /// How long it is at `now_ns`.
+    fn now(self, now_ns: u64) -> i128 {
+        let passed_ns = i128::from(now_ns.saturating_sub(self.at_ns));
+        self.way_ns + passed_ns * Self::DRIFT_PPM / 1_000_000
+    }
 }
 
 /// Where commands arrive: numbers them, judges late ones, holds the input.
 ///
 /// The age of a command is its sequence number. With [`Late::Drop`] all commands of a controller that
 /// starts again from 0 are therefore stale, unless [`Inbox::welcome`] was called for it.
+///
+/// With `max_age` a command is aged if it was that much longer under way than the quickest of its controller.
 #[derive(Clone, Debug)]
 pub struct Inbox {
     late: Late,
+    max_age_ns: Option<u64>,
     input: Input,
+    quickest: Option<Quickest>,
     /// The newest command of this controller that was applied.
     newest: Option<u64>,
     arrivals: u64,
@@ -51,9 +97,11 @@ pub struct Inbox {
 impl Inbox {
     /// An inbox that holds u = 0, for each of so many inputs.
     #[must_use]
-    pub fn new(late: Late, inputs: usize) -> Self {
+    pub fn new(settings: &PlantSettings, inputs: usize) -> Self {
         Self {
-            late,
+            late: settings.late,
+            max_age_ns: settings.max_age_ns,
+            quickest: None,
             input: Input {
                 u: Signals::zeros(inputs),
                 ..Input::default()
@@ -66,6 +114,38 @@ impl Inbox {
     /// Accepts another controller, whose commands count from 0. The input is held.
     pub fn welcome(&mut self) {
         self.newest = None;
+        self.quickest = None;
+    }
+
+    /// Returns to the input that was held before the first command, and accepts any controller.
+    pub fn reset(&mut self) {
+        self.welcome();
+        self.input = Input {
+            u: self.input.u.map(|_| 0.0),
+            ..Input::default()
+        };
+    }
+
+    /// Whether a command that was sent at `t_send_ns` was too long under way; without a time it cannot be told,
+    /// so it was.
+    fn is_aged(&mut self, t_send_ns: Option<u64>, now_ns: u64) -> bool {
+        let Some(max_age_ns) = self.max_age_ns else {
+            return false;
+        };
+        let Some(t_send_ns) = t_send_ns else {
+            return true;
+        };
+        let way_ns = i128::from(now_ns) - i128::from(t_send_ns);
+        let quickest_ns = self
+            .quickest
+            .map_or(way_ns, |quickest| quickest.now(now_ns));
+        if way_ns <= quickest_ns {
+            self.quickest = Some(Quickest {
+                way_ns,
+                at_ns: now_ns,
+            });
+        }
+        way_ns - quickest_ns > i128::from(max_age_ns)
     }
 
     /// Takes a command that arrived at `now_ns`, while the output of the process was `output`;
@@ -81,9 +161,11 @@ impl Inbox {
         let &Request { seq, t_send_ns, u } = request;
         let seq = seq.unwrap_or(self.arrivals);
         let overtaken = self.newest.is_some_and(|newest| seq <= newest);
+        let is_aged = mode == Mode::Closed && self.is_aged(t_send_ns, now_ns);
         let outcome = match (mode, self.late) {
             (Mode::Open, _) => ArrivalOutcome::Acknowledged,
             (Mode::Closed, Late::Drop) if overtaken => ArrivalOutcome::Stale,
+            (Mode::Closed, _) if is_aged => ArrivalOutcome::Aged,
             (Mode::Closed, _) => {
                 self.input = Input {
                     u,
@@ -151,6 +233,8 @@ pub struct Process<M = Stepper> {
     /// When the latest tick happened.
     last_ns: u64,
     output: Output,
+    /// When the command came after which the watchdog tripped last.
+    tripped_ns: Option<u64>,
     second: Option<SecondRow>,
 }
 
@@ -166,9 +250,11 @@ impl<M: Model> Process<M> {
             next_due_ns: start_ns,
             last_ns: 0,
             output: Output {
-                tick: 0,
                 y: model.at_rest(),
+                u_applied: Signals::zeros(model.inputs()),
+                ..Output::default()
             },
+            tripped_ns: None,
             second: None,
             model,
         }
@@ -198,24 +284,23 @@ impl<M: Model> Process<M> {
     #[inline]
     pub fn tick(&mut self, input: Input, now_ns: u64) -> TickRow {
         let k = self.next_k;
-        let input = match self.hold {
-            Hold::Last => input,
-            // Judged by the due time, so that a tick that is caught up is stepped like one on time.
-            Hold::For { ns } => {
-                if self.next_due_ns.saturating_sub(input.t_ns) > ns {
-                    Input {
-                        u: input.u.map(|_| 0.0),
-                        ..Input::default()
-                    }
-                } else {
-                    input
-                }
-            }
-        };
-        let y = self.model.step(input.u, self.next_due_ns);
+        // Judged by the due time, so that a tick that is caught up is stepped like one on time. Before the
+        // first command there is nothing to be silent about.
+        let acted = input.seq.and_then(|_| {
+            let silence_ns = self.next_due_ns.saturating_sub(input.t_ns);
+            self.hold.acts(input.u, silence_ns)
+        });
+        let is_safe = acted.is_some();
+        let asked = acted.unwrap_or(input.u);
+        let y = self.model.step(asked, self.next_due_ns);
+        let applied = self.model.applied().unwrap_or(asked);
+        let trips = is_safe && self.tripped_ns.replace(input.t_ns) != Some(input.t_ns);
         self.output = Output {
             tick: k,
             y: self.model.measured(y),
+            u_applied: applied,
+            is_safe,
+            trips: self.output.trips + u64::from(trips),
         };
         let row = TickRow {
             k,
@@ -224,17 +309,25 @@ impl<M: Model> Process<M> {
             u: input.u.first,
             y: y.first,
             seq: input.seq,
+            u_applied: Some(applied.first),
         };
         let has_second = input.u.second.is_some() || y.second.is_some();
         self.second = has_second.then_some(SecondRow {
             k,
             u2: input.u.second,
             y2: y.second,
+            u2_applied: applied.second,
         });
         self.next_k += 1;
         self.last_ns = now_ns;
         self.next_due_ns = self.next_due_ns.saturating_add(self.h_ns);
         row
+    }
+
+    /// Puts the model back into the state before the first step, if it can do that; returns whether. The ticks go
+    /// on.
+    pub fn reset(&mut self) -> bool {
+        self.model.reset()
     }
 
     /// The latest tick and its output.
@@ -268,7 +361,7 @@ impl<M: Model> PlantEnd<M> {
     #[must_use]
     pub fn new(settings: &PlantSettings, model: M, start_ns: u64) -> Self {
         Self {
-            inbox: Inbox::new(settings.late, model.inputs()),
+            inbox: Inbox::new(settings, model.inputs()),
             process: Process::new(settings, model, start_ns),
         }
     }
@@ -307,12 +400,6 @@ impl<M: Model> PlantEnd<M> {
     /// Reads the plant's state without a command.
     #[must_use]
     pub fn observe(&self, now_ns: u64) -> Observation {
-        let Output { tick, y } = self.process.output();
-        Observation {
-            t_ns: now_ns,
-            tick,
-            y,
-            u: self.inbox.input().u,
-        }
+        self.process.output().observed(self.inbox.input(), now_ns)
     }
 }

@@ -36,6 +36,12 @@ choice!(
 );
 
 impl Preset {
+    /// Whether it is one of the paper's clients, whose plant takes whatever comes.
+    #[must_use]
+    pub fn is_of_the_paper(self) -> bool {
+        matches!(self, Self::PaperPython | Self::Paper2011)
+    }
+
     /// How the client sends.
     #[must_use]
     pub fn settings(self, mode: Mode, h: SampleTime) -> ControllerSettings {

@@ -73,6 +73,29 @@ pub enum InvalidMessage {
         /// How many there must be, in words.
         needed: &'static str,
     },
+    /// The value is neither `true` nor `false`.
+    #[error("field `{field}`: `{value}` is neither `true` nor `false`")]
+    NotFlag {
+        /// Name of the field.
+        field: &'static str,
+        /// Its value, shortened.
+        value: String,
+    },
+    /// The message is not the one that was sent.
+    #[error(
+        "field `crc` says {told}, and the message's checksum is {own}: it was changed on its way"
+    )]
+    Checksum {
+        /// What the message says, shortened.
+        told: String,
+        /// What it should say.
+        own: String,
+    },
+    /// The message has no checksum, and needs one.
+    #[error(
+        "field `crc` is missing: here every message ends with its checksum, `&crc=` and eight hex digits"
+    )]
+    NoChecksum,
     /// The answer belongs to another command.
     #[error("field `seq`: the answer is to command {got}, the command was {asked}")]
     OtherCommand {
@@ -137,6 +160,14 @@ pub(crate) fn count(field: &'static str, value: &str) -> Result<u64, InvalidMess
     }
 }
 
+/// `true` or `false`.
+pub(crate) fn flag(field: &'static str, value: &str) -> Result<bool, InvalidMessage> {
+    value.parse().map_err(|_| InvalidMessage::NotFlag {
+        field,
+        value: excerpt(value),
+    })
+}
+
 /// A finite number. `1e400` is infinite as an f64 and is rejected too.
 pub(crate) fn finite(field: &'static str, value: &str) -> Result<f64, InvalidMessage> {
     match value.parse::<f64>() {
@@ -168,7 +199,7 @@ pub(crate) fn signals(field: &'static str, value: &str) -> Result<Signals, Inval
 }
 
 /// The beginning of a text from outside, escaped for a log line.
-fn excerpt(text: &str) -> String {
+pub(crate) fn excerpt(text: &str) -> String {
     let mut start: String = text
         .chars()
         .take(EXCERPT_CHARS)

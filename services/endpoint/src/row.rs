@@ -33,12 +33,15 @@ row!(
         t_due_ns: u64,
         /// When it actually happened.
         t_tick_ns: u64,
-        /// The input of the step.
+        /// The commanded input that is held.
         u: f64,
         /// The output after the step, without the sensor's noise.
         y: f64,
         /// Sequence number of the command that set `u`; empty before the first.
         seq: Option<u64>,
+        /// The input of the step, behind watchdog and actuator, without a disturbance. Older files do
+        /// not have it.
+        u_applied: Option<f64>,
     }
 );
 
@@ -48,10 +51,12 @@ row!(
     SecondRow {
         /// Number of the tick.
         k: u64,
-        /// The second input of the step; empty if the plant has one input.
+        /// The second commanded input; empty if the plant has one input.
         u2: Option<f64>,
         /// The second output after the step, without the sensor's noise; empty if the plant has one output.
         y2: Option<f64>,
+        /// The second input of the step, as `u_applied` is the first.
+        u2_applied: Option<f64>,
     }
 );
 
@@ -77,11 +82,13 @@ row!(
 
 choice!(
     /// What became of a command at the plant.
-    ArrivalOutcome, "outcome", "applied, stale or acknowledged", {
+    ArrivalOutcome, "outcome", "applied, stale, aged or acknowledged", {
         /// It became the plant's input, held from the next tick on.
         Applied = "applied",
         /// It was older than the newest applied one and was dropped.
         Stale = "stale",
+        /// It was longer under way than the plant permits and was dropped.
+        Aged = "aged",
         /// Open loop: it was acknowledged, and the input left alone.
         Acknowledged = "acknowledged",
     }
@@ -180,14 +187,16 @@ mod tests {
             u: 0.1,
             y: 1e-9,
             seq: None,
+            u_applied: Some(0.0),
         };
-        check(tick, TickRow::COLUMNS, "3,9,10,0.1,1e-9,");
+        check(tick, TickRow::COLUMNS, "3,9,10,0.1,1e-9,,0.0");
         let second = SecondRow {
             k: 3,
             u2: None,
             y2: Some(-0.25),
+            u2_applied: None,
         };
-        check(second, SecondRow::COLUMNS, "3,,-0.25");
+        check(second, SecondRow::COLUMNS, "3,,-0.25,");
         let arrival = ArrivalRow {
             n: 0,
             seq: 7,

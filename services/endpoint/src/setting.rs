@@ -126,6 +126,18 @@ choice!(
 );
 
 choice!(
+    /// Who may command a plant at a time.
+    Lease, "lease", "none, address or token", {
+        /// Whoever sends, as at the paper's server. A page needs a session all the same.
+        None = "none",
+        /// One IP address, while it was heard in the last two seconds, or one session.
+        Address = "address",
+        /// One session, whose token every command has.
+        Token = "token",
+    }
+);
+
+choice!(
     /// What carries the messages.
     Transport, "transport", "http or websocket", {
         /// A request a message.
@@ -139,6 +151,21 @@ impl Default for Mode {
     /// A closed loop, the subject of the experiments.
     fn default() -> Self {
         Self::Closed
+    }
+}
+
+impl Default for Lease {
+    /// That of the paper's server, and of plans from before there was a choice.
+    fn default() -> Self {
+        Self::None
+    }
+}
+
+impl Lease {
+    /// Whether it is that of the paper's server.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        *self == Self::None
     }
 }
 
@@ -334,19 +361,56 @@ impl ControllerSettings {
 }
 
 /// Everything that the plant's end is set up with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlantSettings {
     /// Sample time.
     pub h: SampleTime,
     /// What becomes of a command that a newer one has overtaken.
     pub late: Late,
-    /// How long a command is held when no other comes.
+    /// How long a command is held when no other comes, and what comes then.
     #[serde(default, skip_serializing_if = "Hold::is_last")]
     pub hold: Hold,
+    /// How much older than the quickest a command may be; `None` is any age.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_age_ns: Option<u64>,
+    /// Who may command at a time.
+    #[serde(default, skip_serializing_if = "Lease::is_none")]
+    pub lease: Lease,
+    /// Whether every command needs a checksum.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub check: bool,
     /// How late it ticks by its own machine; `None` is as punctual as it can be.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick_noise: Option<TickNoise>,
+}
+
+impl PlantSettings {
+    /// Settings of a plant that does what the paper's did.
+    #[must_use]
+    pub fn new(h: SampleTime) -> Self {
+        Self {
+            h,
+            late: Late::Apply,
+            hold: Hold::Last,
+            max_age_ns: None,
+            lease: Lease::None,
+            check: false,
+            tick_noise: None,
+        }
+    }
+
+    /// Settings of a plant that is safe against a controller that goes wrong, as far as it can be without
+    /// the controller's help.
+    #[must_use]
+    pub fn safe(h: SampleTime) -> Self {
+        Self {
+            late: Late::Drop,
+            hold: Hold::safe(h),
+            lease: Lease::Address,
+            ..Self::new(h)
+        }
+    }
 }
 
 #[cfg(test)]
@@ -374,6 +438,7 @@ mod tests {
         check(Integrate::ALL);
         check(Late::ALL);
         check(Transport::ALL);
+        check(Lease::ALL);
         check(Preset::ALL);
         check(Thread::ALL);
         check(Sender::ALL);

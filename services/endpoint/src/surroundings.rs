@@ -1,10 +1,10 @@
-//! What lies between a plant's model and its two sides: an actuator with limits, a disturbance at the input,
+//! What lies between a plant's model and its two sides: an actuator with limits of its own, a disturbance at the input,
 //! a sensor with noise and a resolution.
 //!
 //! Noise is drawn from the number of the step and the seed alone, so a run can be repeated, and real and
 //! virtual time draw the same.
 
-use control::Signals;
+use control::{Signals, seconds};
 
 use crate::model::Model;
 use crate::noise::Draws;
@@ -14,6 +14,8 @@ use crate::noise::Draws;
 pub struct Surroundings {
     /// The least and the greatest input that the actuator gives, of each input.
     pub limits: (f64, f64),
+    /// The greatest change of each input that the actuator gives, in units of u per second.
+    pub rate_per_s: f64,
     /// What is added to the first input behind the actuator.
     pub disturbance: Option<Disturbance>,
     /// Standard deviation of the sensors' noise, which is normal and independent from step to step.
@@ -37,6 +39,7 @@ impl Default for Surroundings {
     fn default() -> Self {
         Self {
             limits: (f64::NEG_INFINITY, f64::INFINITY),
+            rate_per_s: f64::INFINITY,
             disturbance: None,
             noise: 0.0,
             resolution: 0.0,
@@ -55,6 +58,9 @@ pub struct Surrounded<M> {
     start_ns: Option<u64>,
     /// Number of steps done.
     steps: u64,
+    /// What the actuator gave last, and when.
+    applied: Signals,
+    applied_ns: Option<u64>,
 }
 
 impl<M: Model> Surrounded<M> {
@@ -64,30 +70,68 @@ impl<M: Model> Surrounded<M> {
         // Another stream than that of the ticks' noise, which may have the same seed.
         const STREAM: u64 = 0x5e75_0a11_0f4e_0157;
         Self {
-            model,
             surroundings,
             draws: Draws::new(seed ^ STREAM),
             start_ns,
             steps: 0,
+            applied: Signals::zeros(model.inputs()),
+            applied_ns: None,
+            model,
         }
+    }
+
+    /// The model itself.
+    #[must_use]
+    pub fn model(&self) -> &M {
+        &self.model
+    }
+
+    /// What the actuator gives of the inputs `u`.
+    fn actuate(&mut self, u: Signals, due_ns: u64) {
+        let Surroundings {
+            limits: (least, greatest),
+            rate_per_s,
+            ..
+        } = self.surroundings;
+        let passed_ns = self
+            .applied_ns
+            .map_or(0, |last_ns| due_ns.saturating_sub(last_ns));
+        let most = if rate_per_s.is_finite() {
+            rate_per_s * seconds(passed_ns)
+        } else {
+            f64::INFINITY
+        };
+        // Not `clamp`, which panics on limits that are no numbers. An input that is no number is none: `max`
+        // would make the least of it.
+        let within = |u: f64, last: f64| {
+            let u = if u.is_nan() { last } else { u };
+            u.max(last - most).min(last + most).max(least).min(greatest)
+        };
+        let last = self.applied;
+        self.applied = Signals {
+            first: within(u.first, last.first),
+            second: u
+                .second
+                .map(|second| within(second, last.second.unwrap_or_default())),
+        };
+        self.applied_ns = Some(due_ns);
     }
 }
 
 impl<M: Model> Model for Surrounded<M> {
     fn step(&mut self, u: Signals, due_ns: u64) -> Signals {
         let start_ns = *self.start_ns.get_or_insert(due_ns);
+        self.actuate(u, due_ns);
         if self.surroundings.stands_still && due_ns < start_ns {
             self.steps += 1;
             return self.model.at_rest();
         }
-        let (least, greatest) = self.surroundings.limits;
         let acting = self
             .surroundings
             .disturbance
             .filter(|one| due_ns >= start_ns.saturating_add(one.from_ns));
         self.steps += 1;
-        // Not `clamp`, which panics on limits that are no numbers.
-        let mut input = u.map(|u| u.max(least).min(greatest));
+        let mut input = self.applied;
         // Adding nothing would make a plain zero of -0.
         if let Some(disturbance) = acting {
             input.first += disturbance.size;
@@ -111,6 +155,19 @@ impl<M: Model> Model for Surrounded<M> {
             shown = shown.map(|y| (y / resolution).round() * resolution);
         }
         shown
+    }
+
+    fn applied(&self) -> Option<Signals> {
+        Some(self.applied)
+    }
+
+    fn reset(&mut self) -> bool {
+        self.applied = self.applied.map(|_| 0.0);
+        self.model.reset()
+    }
+
+    fn can_reset(&self) -> bool {
+        self.model.can_reset()
     }
 
     fn at_rest(&self) -> Signals {
@@ -190,6 +247,27 @@ mod tests {
         let steps = [(3.0, 90), (3.0, 110), (3.0, 120), (-3.0, 130)];
         let outputs = steps.map(|(u, due_ns)| plant.step(u.into(), due_ns).first);
         assert_eq!(outputs, [1.0, 1.0, 1.5, -0.5]);
+    }
+
+    #[test]
+    fn an_actuator_moves_no_faster_than_its_rate_and_keeps_its_limits() {
+        let surroundings = Surroundings {
+            limits: (-1.0, 1.0),
+            rate_per_s: 10.0,
+            ..Surroundings::default()
+        };
+        let mut plant = Surrounded::new(Wire, surroundings, 0, None);
+        let steps = [
+            (3.0, 0),
+            (3.0, 50),
+            (3.0, 100),
+            (3.0, 150),
+            (f64::NAN, 200),
+            (-3.0, 250),
+        ];
+        let outputs = steps.map(|(u, due_ms)| plant.step(u.into(), due_ms * 1_000_000).first);
+        assert_eq!(outputs, [0.0, 0.5, 1.0, 1.0, 1.0, 0.5]);
+        assert_eq!(plant.applied(), Some(0.5.into()));
     }
 
     #[test]

@@ -13,18 +13,13 @@ use std::{
 };
 
 use control::preset;
-use endpoint::{Hold, Late, PlantSettings, TickRow, report};
+use endpoint::{PlantSettings, TickRow, report};
 use plant::{Config, serve_until};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let mut next = |default: &str| arguments.next().unwrap_or_else(|| default.to_owned());
-    let settings = PlantSettings {
-        h: next("1ms").parse()?,
-        late: Late::Apply,
-        hold: Hold::Last,
-        tick_noise: None,
-    };
+    let settings = PlantSettings::new(next("1ms").parse()?);
     let seconds: u64 = next("10").parse()?;
     let busy: usize = next("0").parse()?;
 

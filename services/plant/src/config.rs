@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct Config {
     /// The address to listen on; port 0 takes a free port, which [`Ready`] gives.
     pub listen: SocketAddr,
-    /// Sample time, treatment of late commands, and how long a command is held.
+    /// Sample time, treatment of late commands, watchdog, lease.
     pub settings: PlantSettings,
     /// The law that a page should follow, as `system` writes it; if `None`, the paper's.
     pub law: Option<serde_json::Value>,

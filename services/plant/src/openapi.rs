@@ -6,10 +6,11 @@ use endpoint::MessageRow;
 use serde_json::{Value, json};
 
 /// The paths of the API, without the page's files.
-pub(crate) const PATHS: [&str; 9] = [
+pub(crate) const PATHS: [&str; 10] = [
     "/closed",
     "/open",
     "/state",
+    "/reset",
     "/socket",
     "/session",
     "/session/rows",
@@ -52,17 +53,28 @@ fn document() -> Value {
     );
     let acknowledgement = object(&json!({"seq": seq(), "t_arrive_ns": arrive()}));
     let now = count("when the state was read, on the plant's clock, in nanoseconds");
-    let observation = object(&json!({"t_ns": now, "tick": tick(), "y": y(), "u": held()}));
+    let observation = object(&json!({
+        "t_ns": now,
+        "tick": tick(),
+        "y": y(),
+        "u": held(),
+        "u_applied": number("the input of the latest tick, behind watchdog and actuator, or both of them"),
+        "safe": {"type": "boolean", "description": "whether the watchdog acts, since no command has come for too long"},
+        "trips": count("how often it has begun to act"),
+    }));
 
+    let crc = json!({"type": "string", "pattern": "^[0-9a-f]{8}$", "description": "CRC-32C of the query before \
+                     `&crc=`, its last field; the answer then ends with its own"});
     let command = || {
         let mut parameters = vec![
             parameter("query", "u", &u()),
             parameter("query", "seq", &seq()),
             parameter("query", "t_send_ns", &t_send()),
+            parameter("query", "crc", &crc),
             session_header(false),
         ];
         // A simple controller need not know them.
-        for optional in &mut parameters[1..3] {
+        for optional in &mut parameters[1..4] {
             optional["required"] = false.into();
         }
         parameters
@@ -85,6 +97,16 @@ fn document() -> Value {
         json!({"application/x-www-form-urlencoded": schema, "application/json": schema})
     };
 
+    let mut health = operation(
+        "Say ok, and what was refused by kind",
+        vec![],
+        json!({"text/plain": {"schema": {"type": "string"}}}),
+    );
+    health["get"]["responses"]["503"] = json!({
+        "description": "the plant's output is not finite any more",
+        "content": {"text/plain": {"schema": {"type": "string"}}},
+    });
+
     json!({
         "openapi": "3.1.0",
         "info": {
@@ -93,17 +115,18 @@ fn document() -> Value {
             "description": "A free-running plant that takes its input over HTTP. Answers are \
                             URI-encoded queries, or JSON if the request accepts application/json. \
                             A page needs a session to command it; while a page holds one, commands \
-                            need its token. The page itself is at /.",
+                            need its token, as always where the plant's lease is token. The page itself is at /.",
         },
         "paths": {
             "/closed": operation("Use this input and give the state", command(), message("State")),
             "/open": operation("Acknowledge a command without using it", command(), message("Acknowledgement")),
+            "/reset": reset(),
             "/socket": socket(),
             "/state": operation("Give the state", vec![], message("Observation")),
             "/session": session(),
             "/session/rows": rows(),
             "/session/end": end(),
-            "/health": operation("Say ok", vec![], json!({"text/plain": {"schema": {"type": "string"}}})),
+            "/health": health,
             "/openapi.json": operation("Give this description", vec![], json!({"application/json": {"schema": {"type": "object"}}})),
         },
         "components": {"schemas": {
@@ -112,6 +135,21 @@ fn document() -> Value {
             "Observation": observation,
         }},
     })
+}
+
+fn reset() -> Value {
+    let done =
+        json!({"description": "the model is at rest from the next tick on, and its input is 0"});
+    let refusals = [
+        (409, "another client is in control, or the session is over"),
+        (413, "a body"),
+        (501, "the plant is a program, which cannot be reset"),
+    ];
+    json!({"post": {
+        "summary": "Put the plant back to rest",
+        "parameters": [session_header(false)],
+        "responses": responses("204", &done, &refusals),
+    }})
 }
 
 fn socket() -> Value {
@@ -135,9 +173,11 @@ fn socket() -> Value {
 }
 
 fn session() -> Value {
-    let client = object(
-        &json!({"client": {"type": "string", "maxLength": 200, "description": "what the page calls itself"}}),
+    let mut client = object(
+        &json!({"client": {"type": "string", "maxLength": 200, "description": "what the page calls itself"},
+            "rows": {"type": "boolean", "description": "whether its rows will be sent here; true, if not given"}}),
     );
+    client["required"] = json!(["client"]);
     let h = json!({"type": "integer", "format": "int64", "description": "the plant's sample time in nanoseconds"});
     let mut grant = object(&json!({
         "session": {"type": "string", "pattern": TOKEN, "description": "the token"},
@@ -308,6 +348,9 @@ mod tests {
             tick: 0,
             y: 0.0.into(),
             u: 0.0.into(),
+            u_applied: 0.0.into(),
+            safe: false,
+            trips: 0,
         };
         check(
             "Observation",

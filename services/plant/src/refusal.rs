@@ -59,8 +59,13 @@ pub(crate) enum Refusal {
     Randomness(#[from] std::io::Error),
     #[error("`{field}` is not a WebSocket's; /socket takes the handshake of RFC 6455, version 13")]
     Handshake { field: &'static str },
-    #[error("the plant's output is {y}: the loop has diverged; start the plant again")]
+    #[error(
+        "the plant's output is {y}: the loop has diverged; POST /reset puts the plant back to rest, if it is no \
+         program of one's own, and else start it again"
+    )]
     Diverged { y: Signals },
+    #[error("this plant is a program, which cannot be put back to rest; start it again")]
+    Reset,
 }
 
 impl Refusal {
@@ -87,11 +92,38 @@ impl Refusal {
             Self::Body | Self::Long { .. } => StatusCode::PAYLOAD_TOO_LARGE,
             Self::Kind { .. } => StatusCode::UNSUPPORTED_MEDIA_TYPE,
             Self::Handshake { .. } => StatusCode::UPGRADE_REQUIRED,
+            Self::Reset => StatusCode::NOT_IMPLEMENTED,
             Self::Diverged { .. }
             | Self::Randomness(_)
             | Self::FilingError(
                 FilingError::Create(_) | FilingError::Write { .. } | FilingError::Gone,
             ) => StatusCode::INTERNAL_SERVER_ERROR,
+        }
+    }
+
+    /// Its kind in the plant's report.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self {
+            Self::Message(InvalidMessage::Checksum { .. } | InvalidMessage::NoChecksum) => {
+                "checksum"
+            }
+            Self::Message(_) | Self::Query { .. } => "query",
+            Self::Path { .. } => "path",
+            Self::Method { .. } => "method",
+            Self::Host(_) | Self::Target => "host",
+            Self::Foreign(_) => "origin",
+            Self::Body
+            | Self::Kind { .. }
+            | Self::Long { .. }
+            | Self::Slow { .. }
+            | Self::Broken => "body",
+            Self::Denied(denied) => denied.kind(),
+            Self::Claim(_) | Self::Client(_) | Self::FilingError(_) | Self::Randomness(_) => {
+                "session"
+            }
+            Self::Handshake { .. } => "websocket",
+            Self::Diverged { .. } => "diverged",
+            Self::Reset => "reset",
         }
     }
 

@@ -4,13 +4,18 @@
 //! (`upload`) or a WebSocket (`socket`). It needs no network, and a request that it rejects leaves
 //! the input unchanged.
 
-use endpoint::{Answer, InvalidMessage, Mode, Observation, Request, query::MAX_BYTES};
+use std::{fmt, net::IpAddr};
+
+use endpoint::{
+    Answer, ArrivalOutcome, InvalidMessage, Mode, Output, Request, checksum, query::MAX_BYTES,
+};
 use hyper::{
-    Method, Response, Version,
+    Method, Response, StatusCode, Version,
     body::Bytes,
     header::{self, HeaderMap, HeaderValue},
     http::request::Parts,
 };
+use serde::Serialize;
 
 use crate::{
     answer::{JSON, TEXT, as_json, message, respond},
@@ -18,8 +23,8 @@ use crate::{
     openapi::{self, PATHS},
     origin, page,
     refusal::Refusal,
+    session::Sender,
     socket,
-    ticker::{input_words, output},
     token::Pass,
     upload::{BODY_BYTES, Upload},
 };
@@ -42,7 +47,7 @@ impl Handler {
     pub(crate) fn answer(&mut self, head: &Parts, has_body: bool, now_ns: u64) -> Reply {
         self.try_answer(head, has_body, now_ns)
             .unwrap_or_else(|refusal| {
-                self.refused += 1;
+                self.refuse(refusal.kind());
                 Reply::Done(refusal.response(has_body))
             })
     }
@@ -55,16 +60,17 @@ impl Handler {
         {
             return Ok(Reply::Upload(upload));
         }
-        if has_body && (head.method == Method::GET || !PATHS.contains(&path)) {
+        if has_body && (head.method == Method::GET || path == "/reset" || !PATHS.contains(&path)) {
             return Err(Refusal::Body);
         }
         // HEAD is not permitted either: a GET here moves the plant, and HEAD would do the same.
         let get = head.method == Method::GET;
         let response = match path {
-            "/closed" if get => self.exchange(Mode::Closed, query, &head.headers, now_ns)?,
-            "/open" if get => self.exchange(Mode::Open, query, &head.headers, now_ns)?,
+            "/closed" if get => self.exchange(Mode::Closed, query, head, now_ns)?,
+            "/open" if get => self.exchange(Mode::Open, query, head, now_ns)?,
+            "/reset" if head.method == Method::POST => self.reset(query, head, now_ns)?,
             "/state" if get => self.observe(&head.headers, now_ns)?,
-            "/health" if get => respond(TEXT, "ok\n"),
+            "/health" if get => self.health(),
             "/openapi.json" if get => respond(JSON, openapi::DOCUMENT.as_str()),
             "/session" if get => as_json(&self.control.status(now_ns)),
             "/socket" if get => return self.socket(query, head, now_ns),
@@ -91,60 +97,115 @@ impl Handler {
         &mut self,
         mode: Mode,
         text: &str,
-        pass: &Pass,
+        sender: &Sender,
         now_ns: u64,
-    ) -> Result<Answer, Refusal> {
+    ) -> Result<Told, Refusal> {
+        let (text, is_signed) = checksum::checked(text, self.settings.check)?;
         let request: Request = text.parse()?;
         // In open loop nothing is applied, and a number will do.
         if mode == Mode::Closed || request.u.count() > 1 {
             request.check(self.inbox.inputs())?;
         }
-        self.control.command(pass, now_ns)?;
-        let output = output(self.output.read());
-        let (row, answer) = self.inbox.command(mode, &request, output, now_ns);
-        self.input.publish(input_words(self.inbox.input()));
-        self.rows.record(row);
-        if mode == Mode::Closed && !output.y.is_finite() {
-            return Err(Refusal::Diverged { y: output.y });
+        if mode == Mode::Closed && self.settings.max_age_ns.is_some() && request.t_send_ns.is_none()
+        {
+            return Err(InvalidMessage::Missing {
+                field: "t_send_ns",
+                expected: "u and t_send_ns, since this plant takes no old commands; and seq"
+                    .to_owned(),
+            }
+            .into());
         }
-        Ok(answer)
+        if self.control.command(sender, now_ns)? {
+            self.inbox.welcome();
+        }
+        let output = self.output();
+        let (row, answer) = self.inbox.command(mode, &request, output, now_ns);
+        match row.outcome {
+            ArrivalOutcome::Stale => self.refuse("stale"),
+            ArrivalOutcome::Aged => self.refuse("aged"),
+            ArrivalOutcome::Applied | ArrivalOutcome::Acknowledged => self.control.renew(now_ns),
+        }
+        self.publish();
+        self.rows.record(row);
+        if mode == Mode::Closed {
+            finite(output)?;
+        }
+        Ok(Told { answer, is_signed })
+    }
+
+    /// Puts the plant back to rest, with no input.
+    fn reset(
+        &mut self,
+        query: &str,
+        head: &Parts,
+        now_ns: u64,
+    ) -> Result<Response<Bytes>, Refusal> {
+        none(query)?;
+        self.control.reset(&sender(head), now_ns)?;
+        if !self.can_reset {
+            return Err(Refusal::Reset);
+        }
+        self.inbox.reset();
+        self.resets += 1;
+        self.publish();
+        let mut response = Response::new(Bytes::new());
+        *response.status_mut() = StatusCode::NO_CONTENT;
+        Ok(response)
+    }
+
+    /// Whether the plant's output is a number, and what was refused.
+    fn health(&self) -> Response<Bytes> {
+        let diverged = finite(self.output()).err();
+        let mut text = match &diverged {
+            None => "ok\n".to_owned(),
+            Some(refusal) => format!("{refusal}\n"),
+        };
+        if !self.refusals.is_empty() {
+            let kinds = self.refusals.iter();
+            let kinds: Vec<String> = kinds
+                .map(|(kind, count)| format!("{kind} {count}"))
+                .collect();
+            text += &format!("refused: {}\n", kinds.join(", "));
+        }
+        let mut response = respond(TEXT, text);
+        if diverged.is_some() {
+            *response.status_mut() = StatusCode::SERVICE_UNAVAILABLE;
+        }
+        response
     }
 
     fn exchange(
         &mut self,
         mode: Mode,
         query: &str,
-        headers: &HeaderMap,
+        head: &Parts,
         now_ns: u64,
     ) -> Result<Response<Bytes>, Refusal> {
-        let answer = self.command(mode, query, &pass(headers), now_ns)?;
-        Ok(message(&answer, headers))
+        let told = self.command(mode, query, &sender(head), now_ns)?;
+        Ok(message(&told, &head.headers))
     }
 
     fn observe(&mut self, headers: &HeaderMap, now_ns: u64) -> Result<Response<Bytes>, Refusal> {
         // A page that waits for its start keeps its session by this. Clients without a session may read too.
         let _ = self.control.hear(&pass(headers), now_ns);
-        let output = output(self.output.read());
-        if !output.y.is_finite() {
-            return Err(Refusal::Diverged { y: output.y });
-        }
-        let observation = Observation {
-            t_ns: now_ns,
-            tick: output.tick,
-            y: output.y,
-            u: self.inbox.input().u,
-        };
-        Ok(message(&observation, headers))
+        let output = finite(self.output())?;
+        Ok(message(
+            &output.observed(self.inbox.input(), now_ns),
+            headers,
+        ))
     }
 
     fn socket(&mut self, query: &str, head: &Parts, now_ns: u64) -> Result<Reply, Refusal> {
         let (mode, pass) = socket::query(query)?;
         let response = socket::handshake(head)?;
-        let session = self.control.admit(&pass, now_ns)?;
+        let session = self.control.open(&pass, now_ns)?;
         let over = self.over.subscribe();
         let opening = socket::Opening {
             mode,
-            pass,
+            sender: Sender {
+                pass,
+                address: address(head),
+            },
             session,
             over,
         };
@@ -215,7 +276,7 @@ fn check(head: &Parts) -> Result<&str, Refusal> {
 fn allowed(path: &str) -> &'static str {
     match path {
         "/session" => "GET, POST",
-        "/session/rows" | "/session/end" => "POST",
+        "/session/rows" | "/session/end" | "/reset" => "POST",
         _ => "GET",
     }
 }
@@ -235,6 +296,49 @@ fn chunk(query: &str) -> Result<u64, Refusal> {
         .filter(|digits| digits.bytes().all(|byte| byte.is_ascii_digit()))
         .and_then(|digits| digits.parse().ok())
         .ok_or(Refusal::Query { expected })
+}
+
+/// What a command gets.
+#[derive(Serialize)]
+#[serde(transparent)]
+pub(crate) struct Told {
+    answer: Answer,
+    /// Whether the answer ends with a checksum, as the command did.
+    #[serde(skip)]
+    is_signed: bool,
+}
+
+impl fmt::Display for Told {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let answer = self.answer.to_string();
+        f.write_str(&if self.is_signed {
+            checksum::signed(&answer)
+        } else {
+            answer
+        })
+    }
+}
+
+/// Refuses an output that is no number.
+fn finite(output: Output) -> Result<Output, Refusal> {
+    if output.y.is_finite() {
+        Ok(output)
+    } else {
+        Err(Refusal::Diverged { y: output.y })
+    }
+}
+
+fn sender(head: &Parts) -> Sender {
+    Sender {
+        pass: pass(&head.headers),
+        address: address(head),
+    }
+}
+
+/// The other end of the connection, which `server` tells.
+fn address(head: &Parts) -> IpAddr {
+    let told = head.extensions.get::<IpAddr>();
+    told.map_or(IpAddr::from([0, 0, 0, 0]), IpAddr::to_canonical)
 }
 
 fn pass(headers: &HeaderMap) -> Pass {

@@ -2,6 +2,7 @@
 
 use std::{
     cell::RefCell,
+    collections::BTreeMap,
     future::{Future, poll_fn},
     io,
     net::SocketAddr,
@@ -107,7 +108,13 @@ pub fn serve_until(
         ticks: ticked.ticks,
         missed: ticked.missed,
         arrivals: handler.inbox.arrivals(),
-        refused: handler.refused,
+        refused: handler.refusals.values().sum(),
+        refusals: handler
+            .refusals
+            .iter()
+            .map(|(kind, count)| ((*kind).to_owned(), *count))
+            .collect(),
+        trips: ticked.trips,
         connections: accepted.into_inner(),
         tick_rows,
         second_rows: second_written.transpose()?,
@@ -145,17 +152,18 @@ impl Started {
             Journal::create::<TickRow>(&config.out.join(TickRow::FILE), TickRow::COLUMNS)?;
         let inputs = model.inputs();
         let has_second = model.has_second();
+        let (at_rest, can_reset) = (model.at_rest(), model.can_reset());
         let second =
             || Journal::create::<SecondRow>(&config.out.join(SecondRow::FILE), SecondRow::COLUMNS);
         let (second_rows, second_journal) = has_second.then(second).transpose()?.unzip();
         let (arrival_rows, arrival_journal) =
             Journal::create::<ArrivalRow>(&config.out.join(ArrivalRow::FILE), ArrivalRow::COLUMNS)?;
         let filer = Filer::start(&config.out)?;
-        let inbox = Inbox::new(settings.late, inputs);
-        let (input, input_reader) = latest(input_words(inbox.input()));
+        let inbox = Inbox::new(&settings, inputs);
+        let (input, input_reader) = latest(input_words(inbox.input(), 0));
         let start_ns = now_ns() + START_AHEAD_NS;
         let process = Process::new(&settings, model, start_ns);
-        let (output_publisher, output) = latest(output_words(process.output()));
+        let (output_publisher, output) = latest(output_words(process.output(), 0));
         let ticker = Ticker {
             process,
             h_ns: settings.h.ns(),
@@ -174,8 +182,11 @@ impl Started {
             input,
             output,
             rows: arrival_rows,
-            refused: 0,
-            control: Control::new(),
+            refusals: BTreeMap::new(),
+            at_rest,
+            can_reset,
+            resets: 0,
+            control: Control::new(settings.lease),
             filer,
             over: watch::Sender::new(0),
         };

@@ -103,9 +103,14 @@ async fn converse(
     // acknowledgement, 40 ms. If this call fails, the connection is already broken, and serving it
     // will report that.
     let _ = stream.set_nodelay(true);
+    let peer = stream.peer_addr().map(|peer| peer.ip());
     let service = service_fn(|request: Request<Incoming>| {
         let now_ns = now_ns();
         let (mut head, body) = request.into_parts();
+        // For the lease. A connection without another end is broken, and gets no answer.
+        if let Ok(peer) = peer {
+            head.extensions.insert(peer);
+        }
         let reply = handler
             .borrow_mut()
             .answer(&head, !body.is_end_stream(), now_ns);

@@ -2,8 +2,12 @@
 //!
 //! A pure state machine that gets the time as an argument. A session is one page's exclusive right to
 //! command: it begins with a claim, lasts as long as it is used, and ends when its page says so or is
-//! silent. Native controllers need no session; a page cannot take the plant from one that is running.
+//! silent. Native controllers need no session, unless the plant's lease is `token`; a page cannot take the plant
+//! from one that is running. With the lease `address` there is one of them at a time, told by its IP address.
 
+use std::net::IpAddr;
+
+use endpoint::Lease;
 use serde::Serialize;
 
 use crate::{
@@ -15,7 +19,8 @@ use crate::{
 /// rows every second, and a link may stall for 5 s.
 pub(crate) const SILENCE_NS: u64 = 15_000_000_000;
 
-/// A controller without a session is in control until it has been silent for this long.
+/// A controller without a session is in control until no command of it was taken for this long. One that only
+/// repeats old commands does not keep others out, nor itself when it starts anew.
 const PLAIN_NS: u64 = 2_000_000_000;
 
 /// Greatest length of a client's name.
@@ -63,10 +68,33 @@ pub(crate) enum Denied {
         PLAIN_NS / 1_000_000_000
     )]
     Plain { idle_ms: u64 },
+    #[error(
+        "a controller at another address is in control, heard {idle_ms} ms ago; wait until it has been silent \
+         for {} s",
+        PLAIN_NS / 1_000_000_000
+    )]
+    Address { idle_ms: u64 },
     #[error("this session is over or unknown; begin another with POST /session")]
     Over,
     #[error("this needs a session; begin one with POST /session")]
     Missing,
+}
+
+impl Denied {
+    /// Its kind in the plant's report.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self {
+            Self::Held { .. } | Self::Plain { .. } | Self::Address { .. } => "lease",
+            Self::Over | Self::Missing => "session",
+        }
+    }
+}
+
+/// Who sends a request.
+#[derive(Clone, Debug)]
+pub(crate) struct Sender {
+    pub(crate) pass: Pass,
+    pub(crate) address: IpAddr,
 }
 
 /// The public status of the control session.
@@ -85,9 +113,17 @@ pub(crate) struct Status {
 /// Decides who is in control.
 #[derive(Debug)]
 pub(crate) struct Control {
+    lease: Lease,
     state: State,
     sessions: u64,
-    plain_ns: Option<u64>,
+    plain: Option<Plain>,
+}
+
+/// The controller without a session that was heard last.
+#[derive(Clone, Copy, Debug)]
+struct Plain {
+    address: IpAddr,
+    heard_ns: u64,
 }
 
 #[derive(Debug)]
@@ -110,11 +146,12 @@ struct Session {
 
 impl Control {
     /// A state in which no client is in control.
-    pub(crate) fn new() -> Self {
+    pub(crate) fn new(lease: Lease) -> Self {
         Self {
+            lease,
             state: State::Free,
             sessions: 0,
-            plain_ns: None,
+            plain: None,
         }
     }
 
@@ -134,13 +171,10 @@ impl Control {
         if let State::Held(session) = &self.state {
             return Err(session.held(now_ns));
         }
-        if let Some(plain_ns) = self.plain_ns {
-            let idle_ns = now_ns.saturating_sub(plain_ns);
-            if idle_ns < PLAIN_NS {
-                let idle_ms = idle_ns / 1_000_000;
-                return Err(Denied::Plain { idle_ms });
-            }
+        if let Some((_, idle_ms)) = self.plain_holder(now_ns) {
+            return Err(Denied::Plain { idle_ms });
         }
+        self.plain = None;
         self.sessions += 1;
         self.state = State::Held(Session {
             token,
@@ -173,13 +207,62 @@ impl Control {
         self.admit(pass, now_ns)?.ok_or(Denied::Missing)
     }
 
-    /// Like [`Control::admit`], for a command: it is counted in its session; without a session its
-    /// time is recorded.
-    pub(crate) fn command(&mut self, pass: &Pass, now_ns: u64) -> Result<(), Denied> {
-        if self.admit(pass, now_ns)?.is_none() {
-            self.plain_ns = Some(now_ns);
-        } else if let State::Held(session) = &mut self.state {
-            session.commands += 1;
+    /// Like [`Control::admit`], for a command: it is counted in its session; without a session the lease
+    /// decides. Returns whether its sender is another controller than before, as far as the lease can tell.
+    pub(crate) fn command(&mut self, sender: &Sender, now_ns: u64) -> Result<bool, Denied> {
+        if self.admit(&sender.pass, now_ns)?.is_some() {
+            if let State::Held(session) = &mut self.state {
+                session.commands += 1;
+            }
+            return Ok(false);
+        }
+        let is_new = self.lease(sender, now_ns)?;
+        if is_new || self.lease == Lease::None {
+            self.plain = Some(Plain {
+                address: sender.address,
+                heard_ns: now_ns,
+            });
+        }
+        Ok(is_new)
+    }
+
+    /// What the lease says of a sender without a session: whether it is new, or why it may not command.
+    fn lease(&self, sender: &Sender, now_ns: u64) -> Result<bool, Denied> {
+        match (self.lease, self.plain_holder(now_ns)) {
+            (Lease::None, _) => Ok(false),
+            (Lease::Token, _) => Err(Denied::Missing),
+            (Lease::Address, None) => Ok(true),
+            (Lease::Address, Some((address, _))) if address == sender.address => Ok(false),
+            (Lease::Address, Some((_, idle_ms))) => Err(Denied::Address { idle_ms }),
+        }
+    }
+
+    /// The controller without a session that is in control, and for how long it has been silent, ms.
+    fn plain_holder(&self, now_ns: u64) -> Option<(IpAddr, u64)> {
+        let plain = self.plain?;
+        let idle_ns = now_ns.saturating_sub(plain.heard_ns);
+        (idle_ns < PLAIN_NS).then_some((plain.address, idle_ns / 1_000_000))
+    }
+
+    /// Takes notice that a command of the present holder was taken.
+    pub(crate) fn renew(&mut self, now_ns: u64) {
+        if let (Some(plain), State::Free | State::Ended(_)) = (&mut self.plain, &self.state) {
+            plain.heard_ns = now_ns;
+        }
+    }
+
+    /// Like [`Control::admit`], for a WebSocket, which carries commands only.
+    pub(crate) fn open(&mut self, pass: &Pass, now_ns: u64) -> Result<Option<u64>, Denied> {
+        match self.admit(pass, now_ns)? {
+            None if self.lease == Lease::Token => Err(Denied::Missing),
+            session => Ok(session),
+        }
+    }
+
+    /// Whether `sender` may put the plant back to rest: it is in control, or nobody is.
+    pub(crate) fn reset(&mut self, sender: &Sender, now_ns: u64) -> Result<(), Denied> {
+        if self.admit(&sender.pass, now_ns)?.is_none() && self.lease == Lease::Address {
+            self.lease(sender, now_ns)?;
         }
         Ok(())
     }

@@ -33,7 +33,7 @@ use tokio_tungstenite::{
     },
 };
 
-use crate::{handler::Handler, refusal::Refusal, token::Pass};
+use crate::{handler::Handler, refusal::Refusal, session::Sender, token::Pass};
 
 /// The longest reason that fits a close frame (RFC 6455, 5.5).
 const REASON_BYTES: usize = 123;
@@ -55,7 +55,7 @@ type Socket = WebSocketStream<TokioIo<Upgraded>>;
 #[derive(Debug)]
 pub(crate) struct Opening {
     pub(crate) mode: Mode,
-    pub(crate) pass: Pass,
+    pub(crate) sender: Sender,
     /// The number of its session, if it belongs to one.
     pub(crate) session: Option<u64>,
     /// The latest session that has ended.
@@ -159,7 +159,7 @@ async fn converse(
 ) -> Option<Closing> {
     let Opening {
         mode,
-        pass,
+        sender,
         session,
         mut over,
     } = opening;
@@ -183,7 +183,8 @@ async fn converse(
             Ok(Some(Ok(Message::Text(text)))) => text,
             Ok(Some(Ok(Message::Binary(_)))) => {
                 let reason = "a binary message; a command is text";
-                return Some(Closing::refused(handler, CloseCode::Unsupported, reason));
+                let code = CloseCode::Unsupported;
+                return Some(Closing::refused(handler, "websocket", code, reason));
             }
             // The crate answers pings and close frames.
             Ok(Some(Ok(_))) => continue,
@@ -194,12 +195,13 @@ async fn converse(
                 return Some(Closing::new(CloseCode::Away, reason));
             }
         };
-        let answer = handler.borrow_mut().command(mode, &text, &pass, now_ns);
+        let answer = handler.borrow_mut().command(mode, &text, &sender, now_ns);
         let answer = match answer {
             Ok(answer) => Message::text(answer.to_string()),
             Err(refusal) => {
                 let code = refusal.close_code();
-                return Some(Closing::refused(handler, code, refusal.to_string()));
+                let kind = refusal.kind();
+                return Some(Closing::refused(handler, kind, code, refusal.to_string()));
             }
         };
         match timeout(SEND_TIMEOUT, socket.send(answer)).await {
@@ -223,7 +225,7 @@ fn broken(handler: &RefCell<Handler>, error: &Error) -> Option<Closing> {
         Error::Protocol(problem) => (CloseCode::Protocol, problem.to_string()),
         _ => return None,
     };
-    Some(Closing::refused(handler, code, reason))
+    Some(Closing::refused(handler, "websocket", code, reason))
 }
 
 impl Closing {
@@ -234,8 +236,14 @@ impl Closing {
         Self { code, reason }
     }
 
-    fn refused(handler: &RefCell<Handler>, code: CloseCode, reason: impl Into<String>) -> Self {
-        handler.borrow_mut().refused += 1;
+    /// A closing that is counted as a refusal of this kind.
+    fn refused(
+        handler: &RefCell<Handler>,
+        kind: &'static str,
+        code: CloseCode,
+        reason: impl Into<String>,
+    ) -> Self {
+        handler.borrow_mut().refuse(kind);
         Self::new(code, reason)
     }
 }

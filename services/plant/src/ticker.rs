@@ -28,11 +28,11 @@ const FIFO_PRIORITY: u8 = 50;
 const NAP_NS: u64 = 50_000_000;
 
 /// How many words the threads share of an input, and of an output.
-pub(crate) const INPUT_WORDS: usize = 6;
-pub(crate) const OUTPUT_WORDS: usize = 4;
+pub(crate) const INPUT_WORDS: usize = 7;
+pub(crate) const OUTPUT_WORDS: usize = 10;
 
-/// An input in the form that the threads share.
-pub(crate) fn input_words(input: Input) -> [u64; INPUT_WORDS] {
+/// An input in the form that the threads share, and how often the model was to be reset.
+pub(crate) fn input_words(input: Input, resets: u64) -> [u64; INPUT_WORDS] {
     let [first, second, count] = words(input.u);
     [
         first,
@@ -41,28 +41,51 @@ pub(crate) fn input_words(input: Input) -> [u64; INPUT_WORDS] {
         input.seq.unwrap_or_default(),
         u64::from(input.seq.is_some()),
         input.t_ns,
+        resets,
     ]
 }
 
-fn input([first, second, count, seq, any, t_ns]: [u64; INPUT_WORDS]) -> Input {
-    Input {
+fn input([first, second, count, seq, any, t_ns, resets]: [u64; INPUT_WORDS]) -> (Input, u64) {
+    let input = Input {
         u: signals([first, second, count]),
         seq: (any != 0).then_some(seq),
         t_ns,
-    }
+    };
+    (input, resets)
 }
 
-pub(crate) fn output_words(output: Output) -> [u64; OUTPUT_WORDS] {
-    let [first, second, count] = words(output.y);
-    [output.tick, first, second, count]
+/// An output in the form that the threads share, and how often the model was reset before.
+pub(crate) fn output_words(output: Output, resets: u64) -> [u64; OUTPUT_WORDS] {
+    let [y0, y1, outputs] = words(output.y);
+    let [u0, u1, inputs] = words(output.u_applied);
+    let is_safe = u64::from(output.is_safe);
+    let Output { tick, trips, .. } = output;
+    [
+        tick, y0, y1, outputs, u0, u1, inputs, is_safe, trips, resets,
+    ]
 }
 
-/// An output in the form that the threads share.
-pub(crate) fn output([tick, first, second, count]: [u64; OUTPUT_WORDS]) -> Output {
-    Output {
+pub(crate) fn output(words: [u64; OUTPUT_WORDS]) -> (Output, u64) {
+    let [
         tick,
-        y: signals([first, second, count]),
-    }
+        y0,
+        y1,
+        outputs,
+        u0,
+        u1,
+        inputs,
+        is_safe,
+        trips,
+        resets,
+    ] = words;
+    let output = Output {
+        tick,
+        y: signals([y0, y1, outputs]),
+        u_applied: signals([u0, u1, inputs]),
+        is_safe: is_safe != 0,
+        trips,
+    };
+    (output, resets)
 }
 
 fn words(signals: Signals) -> [u64; 3] {
@@ -97,6 +120,8 @@ pub(crate) struct Ticker {
 pub(crate) struct Ticked {
     pub(crate) ticks: u64,
     pub(crate) missed: u64,
+    /// How often the watchdog tripped.
+    pub(crate) trips: u64,
     pub(crate) rows: Recorder<TickRow>,
     pub(crate) second: Option<Recorder<SecondRow>>,
     pub(crate) scheduling: Scheduling,
@@ -132,7 +157,7 @@ impl Ticker {
     fn run(mut self, stop: &AtomicBool) -> Ticked {
         let scheduling = pace::ask(self.fifo.then_some(FIFO_PRIORITY));
         let pacer = Pacer::new(&scheduling);
-        let mut held = input(self.input.read());
+        let (mut held, mut resets) = input(self.input.read());
         let (mut ticks, mut missed) = (0, 0);
         loop {
             let (due_ns, at_ns) = (self.process.next_due_ns(), self.process.next_tick_ns());
@@ -145,7 +170,12 @@ impl Ticker {
                 continue;
             }
             if let Some(words) = self.input.try_read() {
-                held = input(words);
+                let asked;
+                (held, asked) = input(words);
+                if asked != resets {
+                    self.process.reset();
+                    resets = asked;
+                }
             }
             let row = self.process.tick(held, tick_ns);
             // Ending early is an error, whose cause the model's owner knows.
@@ -153,7 +183,8 @@ impl Ticker {
             if is_broken {
                 return self.ended(ticks, missed, scheduling);
             }
-            self.output.publish(output_words(self.process.output()));
+            self.output
+                .publish(output_words(self.process.output(), resets));
             self.rows.record(row);
             if let (Some(rows), Some(row)) = (&mut self.second, self.process.second()) {
                 rows.record(row);
@@ -167,6 +198,7 @@ impl Ticker {
         Ticked {
             ticks,
             missed,
+            trips: self.process.output().trips,
             rows: self.rows,
             second: self.second,
             scheduling,

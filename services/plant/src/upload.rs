@@ -65,6 +65,13 @@ impl Upload {
 #[serde(deny_unknown_fields)]
 struct Claim {
     client: String,
+    /// Whether its rows are to be kept here. A controller that is no page keeps them itself.
+    #[serde(default = "keeps")]
+    rows: bool,
+}
+
+fn keeps() -> bool {
+    true
 }
 
 /// The answer to a claim.
@@ -93,7 +100,7 @@ pub(crate) async fn run(
         Upload::End { pass } => end(&pass, body, &handler).await,
     };
     done.unwrap_or_else(|refusal| {
-        handler.borrow_mut().refused += 1;
+        handler.borrow_mut().refuse(refusal.kind());
         refusal.response(false)
     })
 }
@@ -109,9 +116,12 @@ async fn claim(body: Incoming, handler: &Rc<RefCell<Handler>>) -> Result<Respons
         // An earlier session that fell silent may not have been noticed yet.
         handler.on_end_of(number - 1);
         handler.inbox.welcome();
-        (number, handler.filer.open(number))
+        handler.filer.close(number - 1);
+        (number, claim.rows.then(|| handler.filer.open(number)))
     };
-    if let Err(problem) = files.wait().await {
+    if let Some(files) = files
+        && let Err(problem) = files.wait().await
+    {
         handler.borrow_mut().control.withdraw(number);
         return Err(problem.into());
     }

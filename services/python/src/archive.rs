@@ -17,7 +17,7 @@ macro_rules! package {
 }
 
 /// The path of each file in the archive, and its content.
-const FILES: [(&str, &str); 30] = package![
+const FILES: [(&str, &str); 31] = package![
     "__init__.py",
     "__main__.py",
     "argument.py",
@@ -41,6 +41,7 @@ const FILES: [(&str, &str); 30] = package![
     "report.py",
     "results.py",
     "row.py",
+    "session.py",
     "setting.py",
     "smith.py",
     "span.py",

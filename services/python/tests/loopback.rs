@@ -14,9 +14,7 @@ use std::{
 };
 
 use control::preset;
-use endpoint::{
-    Counts, Hold, Late, MessageOutcome, MessageRow, PlantSettings, SampleTime, TickRow,
-};
+use endpoint::{Counts, Lease, MessageOutcome, MessageRow, PlantSettings, SampleTime, TickRow};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use tokio::sync::oneshot;
@@ -79,16 +77,24 @@ fn wait(child: &mut Child) -> ExitStatus {
     panic!("the controller does not end: {:?}", child.wait());
 }
 
+fn h() -> SampleTime {
+    SampleTime::try_new(3 * MS).expect("3 ms")
+}
+
 /// Runs a plant of h = 3 ms while `client` does.
 fn with_plant<T>(out: &Path, client: impl FnOnce(SocketAddr) -> T) -> (T, endpoint::report::Plant) {
+    with_settings(out, PlantSettings::new(h()), client)
+}
+
+/// Runs a plant with these settings while `client` does.
+fn with_settings<T>(
+    out: &Path,
+    settings: PlantSettings,
+    client: impl FnOnce(SocketAddr) -> T,
+) -> (T, endpoint::report::Plant) {
     let config = plant::Config {
         listen: "127.0.0.1:0".parse().expect("an address"),
-        settings: PlantSettings {
-            h: SampleTime::try_new(3 * MS).expect("3 ms"),
-            late: Late::Apply,
-            hold: Hold::Last,
-            tick_noise: None,
-        },
+        settings,
         law: None,
         reference: None,
         out: out.to_owned(),
@@ -158,6 +164,40 @@ impl Left {
             counts,
             messages,
         }
+    }
+}
+
+#[test]
+fn it_claims_a_plant_whose_lease_is_a_token_and_gives_it_back() {
+    if skipped() {
+        return;
+    }
+    let _alone = ONE_AT_A_TIME.lock();
+    for transport in ["http", "websocket"] {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let settings = PlantSettings {
+            lease: Lease::Token,
+            ..PlantSettings::safe(h())
+        };
+        let (_, plant) = with_settings(folder.path(), settings, |address| {
+            // One after the other: the first gives the plant back at its end.
+            for name in ["first", "second"] {
+                let out = folder.path().join(name);
+                let (address, text) = (address.to_string(), out.display().to_string());
+                let mut arguments = vec!["--plant", &address, "--out", &text, "--claim"];
+                arguments.extend(["--duration", "600ms", "--transport", transport]);
+                let status = wait(&mut controller(&arguments).spawn().expect("a child"));
+                assert!(status.success(), "{transport}: {status}");
+                let left = Left::read(&out);
+                assert_eq!(left.report["first_failure"], Value::Null, "{transport}");
+                assert_eq!(left.counts.answered, left.counts.sent, "{transport}");
+            }
+        });
+        assert_eq!(
+            (plant.sessions, plant.refused),
+            (2, 0),
+            "{transport}: {plant:?}"
+        );
     }
 }
 

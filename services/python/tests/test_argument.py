@@ -97,6 +97,8 @@ class Arguments(unittest.TestCase):
         self.assertEqual((config.law.gains, config.out), ((2.0, 1.0, 0.0, inf), "a"))
         self.assertEqual(config.reference, [(0, 0.5), (3, -1.0)])
         self.assertIsNone(self._read({**told, "reference": None}).reference)
+        self.assertFalse(config.claim)
+        self.assertTrue(self._read({**told, "claim": True}).claim)
         for change, what in [
             ({"speed": 3}, "`speed` is unknown"),
             ({"plant": "localhost"}, "`localhost` is not an address"),
@@ -104,6 +106,7 @@ class Arguments(unittest.TestCase):
             ({"settings": {**told["settings"], "late": "never"}}, "late `never`"),
             ({"settings": {**told["settings"], "timeout_ns": "5s"}}, "timeout_ns `5s`"),
             ({"settings": {"mode": "open"}}, "`h` is missing"),
+            ({"claim": 1}, "`claim` is `1`"),
             ({"reference": [[1, 0.5]]}, "`reference` must be"),
             ({"reference": [[0, 0.5], [0, 1]]}, "`reference` must be"),
             ({"reference": [[0, None]]}, "`reference` must be"),

@@ -49,6 +49,7 @@ def read(arguments: Sequence[str]) -> Config:
             start_ns=given.start_ns,
             duration_ns=given.duration,
             out=given.out,
+            claim=given.claim,
         )
     except ValueError as error:
         parser.error(str(error))
@@ -61,8 +62,12 @@ def read_settings(path: str, out: str) -> Config:
             told = json.load(file)
     except (OSError, ValueError, RecursionError) as error:
         raise ValueError(f"cannot read the settings in {path}: {error}") from None
-    keys = ("plant", "settings", "law", "start_ns", "duration_ns", "reference")
-    plant, settings, law, start_ns, duration_ns, reference = _members("the settings", told, keys)
+    if isinstance(told, dict):
+        told.setdefault("claim", False)
+    keys = ("plant", "settings", "law", "start_ns", "duration_ns", "reference", "claim")
+    plant, settings, law, start_ns, duration_ns, reference, claim = _members("the settings", told, keys)
+    if not isinstance(claim, bool):
+        raise ValueError(f"`claim` is `{excerpt(str(claim))}`; give true or false")
     values = _members("`settings`", settings, [declared.key for declared in DECLARED])
     read = {declared.field: declared.told(value) for declared, value in zip(DECLARED, values)}
     return Config(
@@ -72,6 +77,7 @@ def read_settings(path: str, out: str) -> Config:
         start_ns=None if start_ns is None else _parse_start(str(start_ns)),
         duration_ns=_parse_start(str(duration_ns)),
         out=out,
+        claim=claim,
         reference=None if reference is None else _parse_reference(reference),
     )
 
@@ -174,6 +180,11 @@ def _parser() -> _Parser:
     for declared in DECLARED:
         _, _, parse, default, about, placeholder = declared
         option(declared.name, parse, default, about, placeholder)
+    parser.add_argument(
+        "--claim",
+        action="store_true",
+        help='claim the plant for a session, as its lease "token" asks',
+    )
     option("law", parse_law, None, "the control law; the paper's PI, if not given", "JSON")
     option("duration", parse_span, "6s", "how long to send", "TIME")
     option(

@@ -11,7 +11,7 @@ from __future__ import annotations
 import http.client
 import socket
 from time import monotonic_ns
-from typing import List, Tuple
+from typing import List, Optional, Tuple
 
 from webloop.exchange import Ended, Exchange, ExchangeError, NoAnswer
 from webloop.inbox import Inbox
@@ -24,6 +24,7 @@ from webloop.message import (
 )
 from webloop.query import MAX_BYTES, InvalidMessage, excerpt
 from webloop.row import FAILED
+from webloop.session import HEADER, LOST, Session
 from webloop.setting import Config
 from webloop.worker import Worker
 
@@ -38,7 +39,14 @@ EXCERPT_CHARS = 200
 class HttpConnection:
     """One connection to the plant, opened when it is needed."""
 
-    def __init__(self, plant: Tuple[str, int], timeout_ns: int, keep: bool) -> None:
+    def __init__(
+        self,
+        plant: Tuple[str, int],
+        timeout_ns: int,
+        keep: bool,
+        session: Optional[Session] = None,
+    ) -> None:
+        self._session = session
         self._client = http.client.HTTPConnection(*plant)
         self._timeout_ns = timeout_ns
         self._keep = keep
@@ -70,7 +78,10 @@ class HttpConnection:
         give_up_ns = monotonic_ns() + timeout_ns
         try:
             self._ready(give_up_ns)
-            self._client.request("GET", target)
+            headers = {}
+            if self._session is not None:
+                headers[HEADER] = self._session.token(timeout_ns)
+            self._client.request("GET", target, headers=headers)
             self._client.sock.settimeout(_left_s(give_up_ns))
             response = self._client.getresponse()
             # A valid body is short. The rest of a longer one is not waited for.
@@ -88,6 +99,8 @@ class HttpConnection:
         # What is not UTF-8 is no number either, and is refused with its field.
         text = body.decode("utf-8", "replace")
         if response.status != 200:
+            if response.status == LOST and self._session is not None:
+                self._session.forget(headers[HEADER])
             said = excerpt(text.rstrip(), EXCERPT_CHARS)
             raise ExchangeError(f"{response.status} {response.reason}: {said}")
         return text, t_ns
@@ -118,6 +131,7 @@ class HttpExchange(Exchange):
     def __init__(self, config: Config, ended: Inbox) -> None:
         super().__init__(ended)
         self._config = config
+        self._session = Session(config.plant) if config.claim else None
         self._workers: List[Worker] = []
         self._idle: List[Worker] = []
 
@@ -139,6 +153,8 @@ class HttpExchange(Exchange):
     def close(self) -> None:
         for worker in self._workers:
             worker.end()
+        if self._session is not None:
+            self._session.end()
 
     def connections(self) -> int:
         return sum(worker.connection.opened for worker in self._workers)
@@ -146,7 +162,10 @@ class HttpExchange(Exchange):
     def _connection(self) -> HttpConnection:
         config = self._config
         return HttpConnection(
-            config.plant, config.settings.timeout_ns, config.settings.connection == "keep"
+            config.plant,
+            config.settings.timeout_ns,
+            config.settings.connection == "keep",
+            self._session,
         )
 
     def _worker(self, connection: HttpConnection) -> Worker:

@@ -29,8 +29,8 @@ class InvalidMessage(ValueError):
     """Why a message was refused. Its text names the field."""
 
 
-def fields(text: str, names: Tuple[str, ...]) -> List[str]:
-    """The values of the fields `names`, in their order."""
+def fields(text: str, names: Tuple[str, ...], others: Tuple[str, ...] = ()) -> List[str]:
+    """The values of the fields `names`, in their order. `others` may be there too."""
     length = len(text.encode("utf-8", "replace"))
     if length > MAX_BYTES:
         raise InvalidMessage(f"query of {length} bytes: a message has at most {MAX_BYTES}")
@@ -40,7 +40,7 @@ def fields(text: str, names: Tuple[str, ...]) -> List[str]:
             continue
         key, _, value = pair.partition("=")
         key = _decoded(key)
-        if key not in names:
+        if key not in names and key not in others:
             raise InvalidMessage(
                 f"field `{excerpt(key)}` is unknown: this message has the fields"
                 f" {', '.join(names)}"

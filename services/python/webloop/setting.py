@@ -157,6 +157,8 @@ class Config(NamedTuple):
     """Deadlines end this long after the first."""
     out: str
     """The folder of messages.csv and controller.json; made if need be."""
+    claim: bool = False
+    """Whether to claim the plant for a session first, and again after losing it."""
     reference: Optional[Reference] = None
     """When r changes, in ns after the first deadline, and to what; None if it rests."""
 

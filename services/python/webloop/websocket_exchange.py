@@ -18,6 +18,7 @@ from webloop.inbox import Inbox
 from webloop.message import Command, Observation, parse_answer
 from webloop.query import InvalidMessage
 from webloop.row import ANSWERED, FAILED, TIMEOUT
+from webloop.session import Session
 from webloop.setting import Config
 from webloop.websocket import Closed, WebSocket
 
@@ -33,6 +34,7 @@ class WebSocketExchange(Exchange):
         self._config = config
         self._mode = config.settings.mode
         self._target = f"/socket?mode={self._mode}"
+        self._session = Session(config.plant) if config.claim else None
         self._socket: Optional[WebSocket] = None
         self._broken = "it was never open"
         self._closing = False
@@ -74,12 +76,24 @@ class WebSocketExchange(Exchange):
         self._closing = True
         if self._socket is not None:
             self._socket.close()
+        if self._session is not None:
+            self._session.end()
 
     def connections(self) -> int:
         return self._connections
 
     def _opened(self, timeout_ns: int) -> WebSocket:
-        socket = WebSocket(self._config.plant, self._target, timeout_ns)
+        target = self._target
+        if self._session is not None:
+            token = self._session.token(timeout_ns)
+            target += f"&session={token}"
+        try:
+            socket = WebSocket(self._config.plant, target, timeout_ns)
+        except ExchangeError:
+            # The plant may have ended the session.
+            if self._session is not None:
+                self._session.forget(token)
+            raise
         self._connections += 1
         return socket
 

@@ -32,6 +32,9 @@ pub(crate) fn read(
             let problem = format!("the actuator's limits from {least} to {greatest} are empty");
             return Err(source.fault(asked, problem, "give a min below max"));
         }
+        if let Some(rate) = &asked.get_ref().rate {
+            surroundings.rate_per_s = source.positive("rate", rate)?;
+        }
     }
     if let Some(asked) = &file.disturbance {
         let asked = asked.get_ref();

@@ -171,6 +171,9 @@ pub(crate) struct ActuatorFile {
     /// The largest input; no limit by default.
     #[schemars(with = "Option<f64>")]
     pub(crate) max: Number,
+    /// The greatest change of the input in a second, in units of u; no limit by default.
+    #[schemars(with = "Option<f64>")]
+    pub(crate) rate: Number,
 }
 
 /// `[plant.disturbance]`: added to the input, behind the actuator.

@@ -210,6 +210,7 @@ mod tests {
                 u: 0.0,
                 y: 0.0,
                 seq: *seq,
+                u_applied: None,
             });
         }
         ticks

@@ -25,6 +25,7 @@ fn rows(y: &[f64], before: usize, after: usize) -> Vec<TickRow> {
         u: 0.0,
         y,
         seq,
+        u_applied: None,
     };
     idle.chain(run).chain(held).enumerate().map(row).collect()
 }
@@ -59,6 +60,7 @@ fn without_a_command_there_is_no_response() {
         u: 0.0,
         y: 0.0,
         seq: None,
+        u_applied: None,
     };
     assert_eq!(response(&[idle; 10]), None);
 }

@@ -40,6 +40,7 @@ fn write_run(folder: &Path) {
             u,
             y: y[k as usize],
             seq,
+            u_applied: None,
         });
 
         let seen = k.checked_sub(2).map_or(0.0, |k| y[k as usize]);
@@ -257,6 +258,7 @@ fn the_time_it_takes_to_read_ten_minutes_of_ticks() {
             u: 0.03 * wave,
             y: wave,
             seq: Some(k),
+            u_applied: None,
         }
     };
     let ticks: Vec<TickRow> = (0..600_000).map(tick).collect();

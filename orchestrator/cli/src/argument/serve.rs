@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use agent::AgentName;
 use browser::Engine;
 use clap::{Args, Subcommand};
-use endpoint::{ControllerSettings, Hold, Late, Mode, NoiseLaw, PageSettings, SampleTime};
+use endpoint::{ControllerSettings, Hold, Late, Lease, Mode, NoiseLaw, PageSettings, SampleTime};
 use jiff::SignedDuration;
 
 use super::field::Fields;
@@ -54,12 +54,22 @@ pub(crate) struct ServePlant {
     /// Sample time
     #[arg(long, default_value = "3ms", value_name = "TIME")]
     pub(crate) h: SampleTime,
-    /// Overtaken commands: apply or drop
-    #[arg(long, default_value = "apply")]
+    /// Commands that are repeated or older than the newest: apply or drop
+    #[arg(long, default_value = "drop")]
     pub(crate) late: Late,
-    /// How long a command holds when no other comes: last (for ever), or a time, then 0
-    #[arg(long, default_value = "last", value_name = "TIME")]
-    pub(crate) hold: Hold,
+    /// How long a command holds when no other comes: last (for ever), or a time, then 0, or "100ms then hold",
+    /// "100ms then 0.5", "100ms then ramp 1s" (default: 10 h, and 1s at the least)
+    #[arg(long, value_name = "TIME")]
+    pub(crate) hold: Option<Hold>,
+    /// How much longer than the quickest a command may be under way (default: any time)
+    #[arg(long, value_name = "TIME")]
+    pub(crate) max_age: Option<SignedDuration>,
+    /// Who may command at a time: none (whoever sends), address (one IP address) or token (one session)
+    #[arg(long, default_value = "address")]
+    pub(crate) lease: Lease,
+    /// Take only commands that end with their checksum
+    #[arg(long)]
+    pub(crate) check: bool,
     /// Law of each tick's extra delay, like "uniform 3ms" or "normal 1ms"
     #[arg(long, value_name = "LAW")]
     pub(crate) tick_noise: Option<NoiseLaw>,
@@ -103,6 +113,12 @@ pub(crate) struct ServeController {
     pub(crate) duration: SignedDuration,
     #[command(flatten)]
     pub(crate) settings: Fields<ControllerSettings>,
+    /// Claim the plant for a session, as its lease "token" asks; a page always does
+    #[arg(long)]
+    pub(crate) claim: bool,
+    /// End each command with its checksum, and take only answers with theirs; the native controller only
+    #[arg(long)]
+    pub(crate) check: bool,
     /// The system whose law to use: a built-in one, or the path of a system file; a page uses the plant's
     #[arg(long, default_value = "motor")]
     pub(crate) system: String,

@@ -55,6 +55,8 @@ pub(crate) fn run(argument: &Conform) -> Outcome {
                 r: trial.r,
                 ..ControllerSettings::new(trial.mode, trial.h)
             },
+            claim: false,
+            check: false,
             page: None,
             system: None,
             program: Some(Program::new(argument.command.clone())),

@@ -10,7 +10,8 @@ use anyhow::{Context, anyhow};
 use backend::{ControllerRole, PlantRole, start_plant};
 use control::Law;
 use endpoint::{
-    ControllerSettings, PageSettings, PlantSettings, SampleTime, Surrounded, TickNoise, report,
+    ControllerSettings, Hold, PageSettings, PlantSettings, SampleTime, Surrounded, TickNoise,
+    report,
 };
 use jiff::SignedDuration;
 use plan::Client;
@@ -87,6 +88,8 @@ pub(crate) fn controller(argument: &ServeController) -> Outcome {
     let config = ::controller::Config {
         plant: format!("http://{}", role.plant),
         settings: role.settings,
+        claim: role.claim,
+        check: role.check,
         law: law_at(&system, role.settings.h)?.0,
         reference: role.reference,
         start_ns: role.start_ns,
@@ -117,7 +120,10 @@ fn plant_role(argument: &ServePlant) -> Result<PlantRole, Failure> {
         settings: PlantSettings {
             h: argument.h,
             late: argument.late,
-            hold: argument.hold,
+            hold: argument.hold.unwrap_or(Hold::safe(argument.h)),
+            max_age_ns: argument.max_age.map(|age| ns("max-age", age)).transpose()?,
+            lease: argument.lease,
+            check: argument.check,
             tick_noise: argument.tick_noise.map(|law| TickNoise {
                 law,
                 seed: argument.noise_seed,
@@ -172,6 +178,8 @@ fn by_options(
             r,
             ..argument.settings.0
         },
+        claim: argument.claim,
+        check: argument.check,
         page: page.map(|(_, page)| page),
         system: own_text(&system),
         program: None,
@@ -228,6 +236,7 @@ pub(crate) fn told(
 ) -> Result<serde_json::Value, Failure> {
     Ok(serde_json::json!({
         "plant": role.plant,
+        "claim": role.claim,
         "settings": role.settings,
         "law": told_law(system, role.settings.h)?,
         "start_ns": start_ns,

@@ -83,6 +83,7 @@ fn write(lab: &Lab, cell: &Cell, verdict: Verdict) {
             u: 1.0,
             y: 1.0 - (-(t_due_ns as f64) / 1e9 / tau_s).exp(),
             seq: closed.then_some(k),
+            u_applied: None,
         }
     });
 

@@ -1,7 +1,7 @@
 //! Systems in experiments: a dimension of the matrix, checked where it stands.
 #![allow(clippy::unwrap_used)]
 
-use endpoint::{Hold, NoiseLaw};
+use endpoint::{Action, Hold, Late, Lease, NoiseLaw, PlantSettings};
 use plan::{Instead, InvalidFile, Library, Plan, ProfileText};
 use system::System;
 
@@ -66,9 +66,55 @@ fn systems_are_a_dimension_and_the_paper_s_is_meant_where_none_is_named() {
 #[test]
 fn a_plant_may_let_go_of_a_command() {
     let plan = resolve("hold = \"50ms\"", MINE).unwrap();
-    assert_eq!(plan.cells[0].hold, Hold::For { ns: 50_000_000 });
+    let then = Action::Zero;
+    let ns = 50_000_000;
+    assert_eq!(plan.cells[0].hold, Hold::For { ns, then });
     let problem = resolve("hold = \"soon\"", MINE).unwrap_err().problem;
     assert!(problem.starts_with("hold `soon` is unknown"), "{problem}");
+}
+
+#[test]
+fn a_plant_may_be_told_how_to_be_safe() {
+    let words = "hold = \"50ms then ramp 1s\"\nmax_age = \"20ms\"\nlease = \"token\"";
+    let plan = resolve(words, MINE).unwrap();
+    let settings = plan.cells[0].plant_settings();
+    assert_eq!(settings.hold.to_string(), "50ms then ramp 1s");
+    assert_eq!(settings.max_age_ns, Some(20_000_000));
+    assert_eq!(settings.lease, Lease::Token);
+    let setup = plan.cells[0].setup();
+    assert!(
+        setup.contains("hold 50ms then ramp 1s, max age 20ms, lease token"),
+        "{setup}"
+    );
+    assert_eq!(Plan::from_json(&plan.to_json()).unwrap(), plan);
+    for (words, says) in [
+        ("lease = \"mine\"", "lease `mine` is unknown"),
+        ("max_age = \"soon\"", "`soon` is not a duration"),
+    ] {
+        let problem = resolve(words, MINE).unwrap_err().problem;
+        assert!(problem.contains(says), "{problem}");
+    }
+}
+
+#[test]
+fn the_plant_of_any_but_the_paper_s_clients_is_safe_by_default() {
+    let of = |words: &str| resolve(words, MINE).unwrap().cells[0].plant_settings();
+    for words in ["", "preset = \"paper-python\"", "preset = \"paper-2011\""] {
+        let own = of(words);
+        assert_eq!(own, PlantSettings::new(own.h), "{words}");
+    }
+    for preset in ["blocking", "today", "worker", "socket"] {
+        let words = format!("preset = \"{preset}\"");
+        let own = of(&words);
+        assert_eq!(own, PlantSettings::safe(own.h), "{preset}");
+        let cell = &resolve(&words, MINE).unwrap().cells[0];
+        assert!(cell.setup().contains("safe plant"), "{}", cell.setup());
+        assert_eq!((own.late, own.lease), (Late::Drop, Lease::Address));
+        let written = of(&format!(
+            "{words}\nlate = \"apply\"\nhold = \"last\"\nlease = \"none\""
+        ));
+        assert_eq!(written, PlantSettings::new(own.h), "{preset}");
+    }
 }
 
 #[test]

@@ -135,14 +135,27 @@ fn summary(report: &Report<'_>) -> Option<Resource> {
 fn rows(report: &Report<'_>, kind: &RowFile) -> Option<Resource> {
     let runs = report.campaign.runs.iter();
     let paths: Vec<String> = runs.flat_map(|run| files(run, kind)).collect();
-    (!paths.is_empty()).then(|| Resource {
-        schema: Schema::of(schema::columns(kind.name)),
+    let first = report.campaign.folder.join(paths.first()?);
+    let mut fields = schema::columns(kind.name);
+    // Files of an older version do not have the newest columns. All runs of a folder are of one version.
+    if let Some(header) = header(&first) {
+        fields.retain(|field| header.iter().any(|name| name == field.name));
+    }
+    Some(Resource {
+        schema: Schema::of(fields),
         ..Resource::new(
             kind.name.to_owned(),
             kind.description.to_owned(),
             Paths::Many(paths),
         )
     })
+}
+
+/// The columns of a file of rows; `None` if it has no header.
+fn header(path: &Path) -> Option<csv::StringRecord> {
+    let mut reader = csv::Reader::from_reader(file::open(path).ok()?);
+    let header = reader.headers().ok()?;
+    (!header.is_empty()).then(|| header.clone())
 }
 
 /// The cell's files of a kind that exist. None for a run that broke off, or one with a torn file,

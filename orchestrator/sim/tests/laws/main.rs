@@ -95,6 +95,7 @@ fn setup<'a>(
         timer_floor_ns: 0,
         plant: plant(settings.h).stepper(),
         hold: Hold::Last,
+        max_age_ns: None,
         tick_noise: None,
         reference: None,
         law: preset::paper_pi().into(),

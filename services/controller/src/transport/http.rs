@@ -2,11 +2,14 @@
 
 use std::{error::Error, time::Duration};
 
-use endpoint::{Answer, Command, Connection, ControllerSettings, Mode, Observation};
+use endpoint::{Answer, Command, Connection, Mode, Observation, checksum};
 use reqwest::{Client, Url, redirect, retry};
 
-use super::{Address, ExchangeError, Transport, excerpt};
-use crate::DriveError;
+use super::{
+    Address, ExchangeError, Transport, excerpt,
+    session::{self, Session},
+};
+use crate::{Config, DriveError};
 
 /// How long a kept connection may idle. It is below the plant's limit of 10 s; otherwise a request
 /// could be sent just as the plant closes the connection.
@@ -19,13 +22,14 @@ pub(crate) struct Http {
     mode: Mode,
     command: Url,
     state: Url,
+    /// The session in which it commands, if it has to have one.
+    pub(super) session: Option<Session>,
+    check: bool,
 }
 
 impl Http {
-    pub(crate) fn try_new(
-        address: &Address,
-        settings: &ControllerSettings,
-    ) -> Result<Self, DriveError> {
+    pub(crate) fn try_new(address: &Address, config: &Config) -> Result<Self, DriveError> {
+        let settings = &config.settings;
         let timeout = Duration::from_nanos(settings.timeout_ns);
         let mut builder = Client::builder()
             .no_proxy()
@@ -48,8 +52,14 @@ impl Http {
             Mode::Closed => "/closed",
             Mode::Open => "/open",
         })?;
+        let session = config
+            .claim
+            .then(|| Session::try_new(address, &client, timeout))
+            .transpose()?;
         Ok(Self {
             client,
+            session,
+            check: config.check,
             mode: settings.mode,
             command,
             state: address.at("/state")?,
@@ -57,13 +67,26 @@ impl Http {
     }
 
     async fn get(&self, url: Url) -> Result<String, ExchangeError> {
-        let response = self.client.get(url).send().await.map_err(failed)?;
+        let mut request = self.client.get(url);
+        let token = match &self.session {
+            None => None,
+            Some(session) => Some((session, session.token().await?)),
+        };
+        if let Some((_, token)) = &token {
+            request = request.header(session::HEADER, token);
+        }
+        let response = request.send().await.map_err(failed)?;
         let status = response.status();
         // Read to its end, or the connection cannot be used again.
         let text = response.text().await.map_err(failed)?;
         if status.is_success() {
             Ok(text)
         } else {
+            if let Some((session, token)) = token
+                && session::is_lost(status)
+            {
+                session.forget(&token).await;
+            }
             let text = excerpt(&text);
             Err(ExchangeError::Failed(format!("{status}: {text}")))
         }
@@ -84,16 +107,25 @@ impl Transport for Http {
 
     async fn exchange(self, command: Command) -> Result<Answer, ExchangeError> {
         let mut url = self.command.clone();
-        url.set_query(Some(&command.to_string()));
+        url.set_query(Some(&if self.check {
+            checksum::signed(&command.to_string())
+        } else {
+            command.to_string()
+        }));
         let text = self.get(url).await?;
-        Answer::parse(self.mode, &text, &command)
+        checksum::checked(&text, self.check)
+            .and_then(|(text, _)| Answer::parse(self.mode, text, &command))
             .map_err(|error| ExchangeError::Failed(error.to_string()))
     }
 
-    async fn close(self) {}
+    async fn close(self) {
+        if let Some(session) = &self.session {
+            session.end().await;
+        }
+    }
 }
 
-fn failed(error: reqwest::Error) -> ExchangeError {
+pub(super) fn failed(error: reqwest::Error) -> ExchangeError {
     if error.is_timeout() {
         return ExchangeError::Timeout;
     }

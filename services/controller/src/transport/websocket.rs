@@ -12,7 +12,7 @@ use std::{
     time::Duration,
 };
 
-use endpoint::{Answer, Command, ControllerSettings, Mode, Observation, Outstanding};
+use endpoint::{Answer, Command, Mode, Observation, Outstanding};
 use tokio::{
     sync::{
         mpsc::{self, error::SendError},
@@ -27,7 +27,7 @@ use self::{
     under_way::Waiting,
 };
 use super::{Address, ExchangeError, Http, Transport};
-use crate::DriveError;
+use crate::{Config, DriveError};
 
 /// How long to wait for the plant to close the socket. No rows depend on it.
 const LEAVE: Duration = Duration::from_millis(100);
@@ -50,10 +50,8 @@ struct Line {
 }
 
 impl WebSocket {
-    pub(crate) fn try_new(
-        address: &Address,
-        settings: &ControllerSettings,
-    ) -> Result<Self, DriveError> {
+    pub(crate) fn try_new(address: &Address, config: &Config) -> Result<Self, DriveError> {
+        let settings = &config.settings;
         let timeout = Duration::from_nanos(settings.timeout_ns);
         let mut url = address.at(match settings.mode {
             Mode::Closed => "/socket?mode=closed",
@@ -61,14 +59,17 @@ impl WebSocket {
         })?;
         url.set_scheme("ws")
             .map_err(|()| address.refused(&"it has no WebSocket"))?;
+        let http = Http::try_new(address, config)?;
         Ok(Self {
-            http: Http::try_new(address, settings)?,
             socket: Socket {
+                session: http.session.clone(),
+                check: config.check,
                 url: url.to_string(),
                 address: address.socket,
                 mode: settings.mode,
                 timeout,
             },
+            http,
             timeout,
             line: Arc::default(),
         })
@@ -144,5 +145,6 @@ impl Transport for WebSocket {
             drop(orders);
             let _ = timeout(LEAVE, task).await;
         }
+        self.http.close().await;
     }
 }

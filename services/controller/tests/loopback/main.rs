@@ -3,8 +3,13 @@
 //!
 //! What all have in common is here; [`http`] and [`websocket`] have the tests.
 
+// `--nocapture` prints what docs/safe-plant.md quotes.
+#![allow(clippy::print_stdout)]
+
+mod errors;
 mod http;
 mod scripted;
+mod session;
 mod websocket;
 
 use std::{
@@ -17,7 +22,7 @@ use std::{
 
 use control::preset;
 use controller::{Config, DriveError, drive_until};
-use endpoint::{ControllerSettings, Hold, Late, MessageRow, PlantSettings, SampleTime, report};
+use endpoint::{ControllerSettings, MessageRow, PlantSettings, SampleTime, report};
 use tokio::sync::oneshot;
 
 const MS: u64 = 1_000_000;
@@ -35,14 +40,18 @@ fn with_plant<T>(
     h: SampleTime,
     client: impl FnOnce(SocketAddr) -> T,
 ) -> (T, report::Plant) {
+    with_settings(out, PlantSettings::new(h), client)
+}
+
+/// Runs a plant with these settings while `client` does.
+fn with_settings<T>(
+    out: &Path,
+    settings: PlantSettings,
+    client: impl FnOnce(SocketAddr) -> T,
+) -> (T, report::Plant) {
     let config = plant::Config {
         listen: "127.0.0.1:0".parse().expect("an address"),
-        settings: PlantSettings {
-            h,
-            late: Late::Apply,
-            hold: Hold::Last,
-            tick_noise: None,
-        },
+        settings,
         law: None,
         reference: None,
         out: out.to_owned(),
@@ -84,6 +93,8 @@ fn config(
     Config {
         plant: format!("http://{address}"),
         settings,
+        claim: false,
+        check: false,
         reference: None,
         law: preset::paper_pi().into(),
         start_ns: None,

@@ -1,5 +1,6 @@
 //! The plant's report.
 
+use std::collections::BTreeMap;
 use std::net::SocketAddr;
 
 use schemars::JsonSchema;
@@ -21,9 +22,15 @@ pub struct Plant {
     pub missed: u64,
     /// Commands that arrived, whatever became of them.
     pub arrivals: u64,
-    /// Requests that were refused, with a 4xx or 5xx, and messages over a
-    /// WebSocket that ended it.
+    /// Requests that were refused, with a 4xx or 5xx, messages over a WebSocket that ended it, and
+    /// commands that were dropped as stale or aged.
     pub refused: u64,
+    /// The same by kind.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub refusals: BTreeMap<String, u64>,
+    /// How often the watchdog tripped.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub trips: u64,
     /// Number of connections accepted.
     pub connections: u64,
     /// Rows of `ticks.csv`.
@@ -42,6 +49,12 @@ pub struct Plant {
     /// What became of the steps, where the model is a program of one's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub program: Option<PlantProgram>,
+}
+
+// Serde passes a reference.
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_zero(trips: &u64) -> bool {
+    *trips == 0
 }
 
 /// The steps of a program that is a plant.

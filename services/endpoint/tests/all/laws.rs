@@ -2,7 +2,7 @@
 
 use control::preset;
 use endpoint::{
-    Acknowledgement, Answer, ArrivalOutcome, Command, Connection, ControllerEnd,
+    Acknowledgement, Action, Answer, ArrivalOutcome, Command, Connection, ControllerEnd,
     ControllerSettings, Hold, Integrate, Late, Loss, MessageOutcome, MessageRow, Mode, NoiseLaw,
     Outstanding, PlantEnd, PlantSettings, Preset, SampleTime, Schedule, Signals, State, Step,
     TickNoise, Transport,
@@ -22,10 +22,8 @@ fn plant(late: Late) -> PlantEnd {
         .expect("a stable model");
     PlantEnd::new(
         &PlantSettings {
-            h: h(),
             late,
-            hold: Hold::Last,
-            tick_noise: None,
+            ..PlantSettings::new(h())
         },
         plant.stepper(),
         0,
@@ -362,10 +360,8 @@ proptest! {
     ) {
         let law = NoiseLaw::Uniform { max_ns: max_ms * MS };
         let settings = |tick_noise| PlantSettings {
-            h: h(),
-            late: Late::Apply,
-            hold: Hold::Last,
             tick_noise,
+            ..PlantSettings::new(h())
         };
         let own = preset::paper_plant().sampled(h().ns()).expect("a stable model");
         let mut punctual = PlantEnd::new(&settings(None), own.stepper(), 0);
@@ -389,10 +385,11 @@ fn a_plant_that_is_to_let_go_of_a_command_does_when_none_has_come_for_so_long() 
         .sampled(h().ns())
         .expect("a stable model");
     let settings = PlantSettings {
-        h: h(),
-        late: Late::Apply,
-        hold: Hold::For { ns: 10 * MS },
-        tick_noise: None,
+        hold: Hold::For {
+            ns: 10 * MS,
+            then: Action::Zero,
+        },
+        ..PlantSettings::new(h())
     };
     let mut plant = PlantEnd::new(&settings, own.stepper(), 0);
     let command = |seq| Command {
@@ -407,8 +404,15 @@ fn a_plant_that_is_to_let_go_of_a_command_does_when_none_has_come_for_so_long() 
         }
         // A tick that is caught up late is stepped as one in time.
         let row = plant.tick(k * 3 * MS + 100 * MS);
-        inputs.push((row.u, row.seq));
+        let held = row.seq.map_or(0.0, |_| 2.0);
+        assert_eq!(row.u, held, "the commanded input is told as it was");
+        let is_safe = plant.observe(0).safe;
+        inputs.push((
+            row.u_applied.expect("it is told"),
+            row.seq.filter(|_| !is_safe),
+        ));
     }
+    assert_eq!(plant.observe(0).trips, 2);
     let held = |seq| (2.0, Some(seq));
     let none = (0.0, None);
     // Set at 2 ms: held at 3, 6, 9 and 12 ms; set at 20 ms: at 21, 24, 27 and 30 ms.

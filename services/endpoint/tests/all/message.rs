@@ -36,10 +36,10 @@ proptest! {
     }
 
     #[test]
-    fn answers_read_back_in_both_forms(seq: u64, tick: u64, t_ns: u64, y in signals(), u in signals()) {
+    fn answers_read_back_in_both_forms(seq: u64, tick: u64, t_ns: u64, y in signals(), u in signals(), safe: bool) {
         let state = State { seq, tick, t_arrive_ns: t_ns, y, u };
         prop_assert_eq!(state.to_string().parse::<State>(), Ok(state));
-        let observation = Observation { t_ns, tick, y, u };
+        let observation = Observation { t_ns, tick, y, u, u_applied: y, safe, trips: seq };
         prop_assert_eq!(observation.to_string().parse::<Observation>(), Ok(observation));
         let acknowledgement = Acknowledgement { seq, t_arrive_ns: t_ns };
         prop_assert_eq!(acknowledgement.to_string().parse::<Acknowledgement>(), Ok(acknowledgement));

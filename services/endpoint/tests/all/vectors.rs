@@ -13,8 +13,8 @@ use std::path::Path;
 
 use control::preset;
 use endpoint::{
-    Answer, Command, ControllerEnd, ControllerSettings, Hold, Integrate, Late, Loss, Mode,
-    Outstanding, PlantEnd, PlantSettings, Preset, Reference, SampleTime, Schedule, Step,
+    Answer, Command, ControllerEnd, ControllerSettings, Integrate, Late, Loss, Mode, Outstanding,
+    PlantEnd, PlantSettings, Preset, Reference, SampleTime, Schedule, Step,
 };
 use serde_json::{Value, json};
 
@@ -48,10 +48,8 @@ enum Happens {
 fn plant_case(name: &str, late: Late, script: &[Happens]) -> Value {
     let plant = preset::paper_plant().sampled(h().ns()).expect("regular");
     let settings = PlantSettings {
-        h: h(),
         late,
-        hold: Hold::Last,
-        tick_noise: None,
+        ..PlantSettings::new(h())
     };
     let start_ns = 100 * MS;
     let mut plant = PlantEnd::new(&settings, plant.stepper(), start_ns);

@@ -2,6 +2,8 @@
 
 use super::*;
 
+use std::net::Ipv4Addr;
+
 const S: u64 = 1_000_000_000;
 
 fn client(name: &str) -> Client {
@@ -10,6 +12,16 @@ fn client(name: &str) -> Client {
 
 fn pass(byte: u8) -> Pass {
     Pass::Token(Token::of(byte))
+}
+
+/// A sender at the address 10.0.0.`host`.
+fn at(host: u8, pass: Pass) -> Sender {
+    let address = Ipv4Addr::new(10, 0, 0, host).into();
+    Sender { pass, address }
+}
+
+fn by(pass: Pass) -> Sender {
+    at(1, pass)
 }
 
 fn held(idle_ms: u64) -> Denied {
@@ -21,7 +33,7 @@ fn held(idle_ms: u64) -> Denied {
 
 /// A client in control since 100 s, with token 1.
 fn control() -> Control {
-    let mut control = Control::new();
+    let mut control = Control::new(Lease::None);
     let number = control.claim(Token::of(1), client("first"), 100 * S);
     assert_eq!(number, Ok(1));
     control
@@ -33,9 +45,12 @@ fn while_a_session_is_held_nobody_else_may() {
     let now_ns = 101 * S;
     let second = control.claim(Token::of(2), client("second"), now_ns);
     assert_eq!(second, Err(held(1000)));
-    assert_eq!(control.command(&Pass::Nothing, now_ns), Err(held(1000)));
+    assert_eq!(control.command(&by(Pass::Nothing), now_ns), Err(held(1000)));
     for stranger in [pass(2), Pass::Unreadable] {
-        assert_eq!(control.command(&stranger, now_ns), Err(Denied::Over));
+        assert_eq!(
+            control.command(&by(stranger.clone()), now_ns),
+            Err(Denied::Over)
+        );
         assert_eq!(control.hear(&stranger, now_ns), Err(Denied::Over));
     }
     let status = control.status(now_ns);
@@ -44,7 +59,7 @@ fn while_a_session_is_held_nobody_else_may() {
         (0, 1000),
         "nothing was heard"
     );
-    assert_eq!(control.command(&pass(1), now_ns), Ok(()));
+    assert_eq!(control.command(&by(pass(1)), now_ns), Ok(false));
     let status = control.status(now_ns);
     assert_eq!(
         (status.state, status.commands, status.idle_ms),
@@ -67,11 +82,14 @@ fn a_session_lasts_as_long_as_it_is_heard_and_15_s() {
     assert_eq!(control.status(heard_ns + 15 * S).state, "free");
     assert_eq!(control.left_ns(1, heard_ns + 15 * S), None);
     assert_eq!(
-        control.command(&pass(1), heard_ns + 16 * S),
+        control.command(&by(pass(1)), heard_ns + 16 * S),
         Err(Denied::Over),
         "a page that comes back has to claim again"
     );
-    assert_eq!(control.command(&Pass::Nothing, heard_ns + 16 * S), Ok(()));
+    assert_eq!(
+        control.command(&by(Pass::Nothing), heard_ns + 16 * S),
+        Ok(false)
+    );
 }
 
 #[test]
@@ -94,9 +112,9 @@ fn silence_is_seen_whatever_comes_first() {
 
 #[test]
 fn a_controller_without_a_session_keeps_pages_out_for_2_s() {
-    let mut control = Control::new();
+    let mut control = Control::new(Lease::None);
     assert_eq!(control.hear(&Pass::Nothing, 0), Err(Denied::Missing));
-    assert_eq!(control.command(&Pass::Nothing, 10 * S), Ok(()));
+    assert_eq!(control.command(&by(Pass::Nothing), 10 * S), Ok(false));
     assert_eq!(control.status(10 * S).state, "free");
     let mut claim = |now_ns| control.claim(Token::of(1), client("first"), now_ns);
     assert_eq!(claim(11 * S), Err(Denied::Plain { idle_ms: 1000 }));
@@ -106,7 +124,7 @@ fn a_controller_without_a_session_keeps_pages_out_for_2_s() {
 
 #[test]
 fn looking_at_a_socket_is_not_commanding() {
-    let mut control = Control::new();
+    let mut control = Control::new(Lease::None);
     assert_eq!(control.admit(&Pass::Nothing, 0), Ok(None));
     assert_eq!(control.claim(Token::of(1), client("first"), 0), Ok(1));
 }
@@ -123,7 +141,7 @@ fn an_ended_session_stays_visible_until_the_next() {
         ("ended", 7, 30_000)
     );
     assert!(control.has_ended(&pass(1)) && !control.has_ended(&pass(2)));
-    assert_eq!(control.command(&pass(1), 130 * S), Err(Denied::Over));
+    assert_eq!(control.command(&by(pass(1)), 130 * S), Err(Denied::Over));
     assert_eq!(
         control.claim(Token::of(2), client("second"), 130 * S),
         Ok(2)
@@ -145,4 +163,61 @@ fn a_client_has_a_short_name_of_one_line() {
     for name in ["a\nb", "\u{7f}", &"é".repeat(101)] {
         assert!(Client::try_new(name.to_owned()).is_err(), "{name:?}");
     }
+}
+
+#[test]
+fn with_the_lease_address_one_address_commands_until_it_is_silent_for_2_s() {
+    let mut control = Control::new(Lease::Address);
+    let mut command = |host, now_ns| {
+        let said = control.command(&at(host, Pass::Nothing), now_ns);
+        if said.is_ok() {
+            control.renew(now_ns);
+        }
+        said
+    };
+    assert_eq!(command(1, 10 * S), Ok(true));
+    assert_eq!(command(1, 11 * S), Ok(false));
+    assert_eq!(command(2, 12 * S), Err(Denied::Address { idle_ms: 1000 }));
+    assert_eq!(command(2, 13 * S), Ok(true), "the first was silent for 2 s");
+    assert_eq!(command(1, 14 * S), Err(Denied::Address { idle_ms: 1000 }));
+    assert_eq!(command(2, 17 * S), Ok(true), "it comes back as another");
+}
+
+#[test]
+fn a_controller_whose_commands_are_not_taken_does_not_keep_the_lease() {
+    let mut control = Control::new(Lease::Address);
+    let mut command = |now_ns| control.command(&by(Pass::Nothing), now_ns);
+    assert_eq!(command(10 * S), Ok(true));
+    assert_eq!(command(11 * S), Ok(false));
+    assert_eq!(command(12 * S), Ok(true), "it was not renewed");
+}
+
+#[test]
+fn with_the_lease_token_every_command_needs_a_session() {
+    let mut control = Control::new(Lease::Token);
+    let plain = by(Pass::Nothing);
+    assert_eq!(control.command(&plain, 0), Err(Denied::Missing));
+    assert_eq!(control.open(&Pass::Nothing, 0), Err(Denied::Missing));
+    assert_eq!(control.claim(Token::of(1), client("first"), 0), Ok(1));
+    assert_eq!(control.command(&by(pass(1)), S), Ok(false));
+    assert_eq!(control.open(&pass(1), S), Ok(Some(1)));
+    assert_eq!(control.command(&plain, S), Err(held(0)));
+}
+
+#[test]
+fn only_who_is_in_control_resets_a_plant_or_anybody_if_nobody_is() {
+    let (first, second) = (at(1, Pass::Nothing), at(2, Pass::Nothing));
+    let mut control = Control::new(Lease::Address);
+    assert_eq!(control.reset(&second, 0), Ok(()));
+    assert_eq!(control.command(&first, S), Ok(true));
+    assert_eq!(control.reset(&first, S), Ok(()));
+    assert_eq!(
+        control.reset(&second, S),
+        Err(Denied::Address { idle_ms: 0 })
+    );
+    let mut control = Control::new(Lease::Token);
+    assert_eq!(control.reset(&first, 0), Ok(()));
+    assert_eq!(control.claim(Token::of(1), client("first"), 0), Ok(1));
+    assert_eq!(control.reset(&first, 0), Err(held(0)));
+    assert_eq!(control.reset(&by(pass(1)), 0), Ok(()));
 }

@@ -95,7 +95,7 @@ fn both_modes_answer_as_over_http() {
         let expected = match row.outcome {
             ArrivalOutcome::Applied => 0.5,
             ArrivalOutcome::Acknowledged => 9.0,
-            ArrivalOutcome::Stale => panic!("{row:?}"),
+            ArrivalOutcome::Stale | ArrivalOutcome::Aged => panic!("{row:?}"),
         };
         assert_eq!(row.u, expected);
     }

@@ -2,7 +2,7 @@
 //! sends what it likes.
 
 use std::{
-    io::{Read, Write},
+    io::{BufRead, BufReader, Read, Write},
     net::{SocketAddr, TcpStream},
     path::Path,
     sync::mpsc,
@@ -11,19 +11,14 @@ use std::{
 };
 
 use control::{Stepper, preset};
-use endpoint::{Hold, Late, Observation, PlantSettings, SampleTime, report};
+use endpoint::{Model, Observation, PlantSettings, SampleTime, report};
 use plant::{Config, Ready, ServeError, serve_until};
 use tokio::sync::oneshot;
 
 pub(crate) fn config(out: &Path) -> Config {
     Config {
         listen: "127.0.0.1:0".parse().expect("an address"),
-        settings: PlantSettings {
-            h: SampleTime::try_new(3_000_000).expect("3 ms"),
-            late: Late::Apply,
-            hold: Hold::Last,
-            tick_noise: None,
-        },
+        settings: PlantSettings::new(SampleTime::try_new(3_000_000).expect("3 ms")),
         law: None,
         reference: None,
         out: out.to_owned(),
@@ -48,11 +43,28 @@ pub(crate) fn with_plant(
     out: &Path,
     client: impl FnOnce(Ready),
 ) -> Result<report::Plant, ServeError> {
-    let config = config(out);
+    with_config(config(out), client)
+}
+
+/// Runs a plant of this configuration while `client` does; its report.
+pub(crate) fn with_config(
+    config: Config,
+    client: impl FnOnce(Ready),
+) -> Result<report::Plant, ServeError> {
+    let model = motor(&config);
+    with_model(config, model, client)
+}
+
+/// Runs a plant with this model while `client` does; its report.
+pub(crate) fn with_model(
+    config: Config,
+    model: impl Model + Send + 'static,
+    client: impl FnOnce(Ready),
+) -> Result<report::Plant, ServeError> {
     let (ready, is_ready) = mpsc::channel();
     let (stop, stopped) = oneshot::channel();
     let plant = thread::spawn(move || {
-        serve_until(&config, motor(&config), dropped(stopped), |facts| {
+        serve_until(&config, model, dropped(stopped), |facts| {
             ready.send(facts).expect("the test waits");
         })
     });
@@ -142,6 +154,99 @@ pub(crate) fn send(
         status: head[9..12].parse().expect("a status"),
         head: head.to_ascii_lowercase(),
         body: body.to_owned(),
+    }
+}
+
+/// Connects from 127.0.0.`host`.
+pub(crate) fn connect_from(host: u8, address: SocketAddr) -> TcpStream {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .expect("a runtime");
+    let stream = runtime.block_on(async {
+        let socket = tokio::net::TcpSocket::new_v4()?;
+        socket.bind(SocketAddr::from(([127, 0, 0, host], 0)))?;
+        socket.connect(address).await?.into_std()
+    });
+    let stream = stream.expect("the plant listens");
+    stream.set_nonblocking(false).expect("a socket");
+    stream
+}
+
+/// One connection for many requests.
+pub(crate) struct Line {
+    stream: BufReader<TcpStream>,
+    address: SocketAddr,
+}
+
+impl Line {
+    pub(crate) fn open(address: SocketAddr) -> Self {
+        Self::over(
+            address,
+            TcpStream::connect(address).expect("the plant listens"),
+        )
+    }
+
+    /// From 127.0.0.`host`, which is another address of this machine.
+    pub(crate) fn open_from(host: u8, address: SocketAddr) -> Self {
+        Self::over(address, connect_from(host, address))
+    }
+
+    fn over(address: SocketAddr, stream: TcpStream) -> Self {
+        stream.set_nodelay(true).expect("a socket");
+        let timeout = stream.set_read_timeout(Some(PATIENCE));
+        timeout.expect("a valid timeout");
+        Self {
+            stream: BufReader::new(stream),
+            address,
+        }
+    }
+
+    /// Looks at the plant until `is`, without a pause.
+    pub(crate) fn wait_for(&mut self, what: &str, is: impl Fn(&Observation) -> bool) {
+        let start = Instant::now();
+        while !is(&self.get("/state", "").1.parse().expect("a state")) {
+            assert!(start.elapsed() < PATIENCE, "{what}");
+            thread::sleep(Duration::from_micros(200));
+        }
+    }
+
+    /// Gets `target`, with a token unless it is empty; the status and the body.
+    pub(crate) fn get(&mut self, target: &str, token: &str) -> (u16, String) {
+        self.request(&format!("GET {target}"), token)
+    }
+
+    /// The same with another method, and no body.
+    pub(crate) fn request(&mut self, request: &str, token: &str) -> (u16, String) {
+        let session = match token {
+            "" => String::new(),
+            token => format!("Webloop-Session: {token}\r\n"),
+        };
+        let request = format!(
+            "{request} HTTP/1.1\r\nHost: {}\r\n{session}\r\n",
+            self.address
+        );
+        let stream = self.stream.get_mut();
+        let sent = stream.write_all(request.as_bytes());
+        sent.expect("the plant reads");
+        let (mut status, mut length) = (None, 0);
+        loop {
+            let mut line = String::new();
+            self.stream.read_line(&mut line).expect("an answer");
+            let line = line.trim_end().to_ascii_lowercase();
+            match status {
+                None => status = Some(line[9..12].parse().expect("a status")),
+                Some(_) if line.is_empty() => break,
+                Some(_) => {}
+            }
+            if let Some(count) = line.strip_prefix("content-length: ") {
+                length = count.parse().expect("a length");
+            }
+        }
+        let mut body = vec![0; length];
+        self.stream.read_exact(&mut body).expect("the whole body");
+        let body = String::from_utf8(body).expect("answers are text");
+        (status.expect("a status line"), body)
     }
 }
 

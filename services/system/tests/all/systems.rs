@@ -303,11 +303,14 @@ fn what_surrounds_a_plant_is_read_with_its_place() {
     const LAG: &str = "num = [1.0]\nden = [0.2, 1.0]\n";
     let bare = System::read(&with_plant(LAG)).expect("a system");
     assert_eq!(bare.surroundings(), None);
-    let around = "[plant.actuator]\nmax = 2.0\n[plant.disturbance]\nsize = -0.5\nfrom = \"2s\"\n\
+    let around = "[plant.actuator]\nmax = 2.0\nrate = 5.0\n[plant.disturbance]\nsize = -0.5\nfrom = \"2s\"\n\
                   [plant.sensor]\nnoise = 0.1\n";
     let system = System::read(&with_plant(&format!("{LAG}{around}"))).expect("a system");
     let told = system.surroundings().expect("they are there");
-    assert_eq!(told.limits, (f64::NEG_INFINITY, 2.0));
+    assert_eq!(
+        (told.limits, told.rate_per_s),
+        ((f64::NEG_INFINITY, 2.0), 5.0)
+    );
     let disturbance = told.disturbance.expect("it is there");
     assert_eq!(
         (disturbance.size, disturbance.from_ns),
@@ -316,6 +319,7 @@ fn what_surrounds_a_plant_is_read_with_its_place() {
     assert_eq!((told.noise, told.resolution), (0.1, 0.0));
     for (around, problem) in [
         ("[plant.actuator]\nmin = 1.0\nmax = 1.0", "are empty"),
+        ("[plant.actuator]\nrate = 0.0", "rate is 0"),
         ("[plant.sensor]\nnoise = -1.0", "noise is -1"),
         ("[plant.sensor]\nresolution = 0.0", "resolution is 0"),
         ("[plant.disturbance]\nsize = inf", "size is inf"),

@@ -220,6 +220,8 @@ pub(crate) fn plant(rows: &Rows) -> Plant {
         missed: 0,
         arrivals: 0,
         refused: 0,
+        refusals: BTreeMap::new(),
+        trips: 0,
         connections: 1,
         tick_rows: written(rows.ticks.len()),
         second_rows: None,
@@ -322,6 +324,7 @@ impl Rows {
                 u: 0.0,
                 y: 0.0,
                 seq: None,
+                u_applied: None,
             })
             .collect();
         rows

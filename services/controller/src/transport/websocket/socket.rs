@@ -7,7 +7,7 @@ use std::{
     time::Duration,
 };
 
-use endpoint::{Answer, Command, InvalidMessage, Mode, query};
+use endpoint::{Answer, Command, InvalidMessage, Mode, checksum, query};
 use futures_util::{
     SinkExt, StreamExt,
     stream::{SplitSink, SplitStream},
@@ -26,7 +26,10 @@ use tokio_tungstenite::{
 };
 
 use super::under_way::{UnderWay, Waiting};
-use crate::transport::{ExchangeError, excerpt};
+use crate::transport::{
+    ExchangeError, excerpt,
+    session::{self, Session},
+};
 
 /// Size of a read: an answer has about 100 bytes, so this is some 40 answers at once.
 const READ_BYTES: usize = 4096;
@@ -57,6 +60,10 @@ pub(super) struct Socket {
     pub(super) url: String,
     pub(super) address: SocketAddr,
     pub(super) mode: Mode,
+    /// The session in which it commands, if it has to have one.
+    pub(super) session: Option<Session>,
+    /// Whether commands have a checksum, and answers need one.
+    pub(super) check: bool,
     /// How long to wait for an answer.
     pub(super) timeout: Duration,
 }
@@ -73,8 +80,8 @@ impl Socket {
                 // Reads first: when the plant closes the connection, sending a command fails too, but
                 // without the reason.
                 biased;
-                why = read(self.mode, stream, &under_way) => why,
-                why = write(sink, &mut orders, &under_way) => why,
+                why = read(self.mode, self.check, stream, &under_way) => why,
+                why = write(self.check, sink, &mut orders, &under_way) => why,
             },
         };
         // From here on commands open another socket.
@@ -105,16 +112,26 @@ impl Socket {
 
     async fn attempt(&self) -> Result<WebSocketStream<TcpStream>, String> {
         let broken = |error: std::io::Error| error.to_string();
+        let (mut url, mut token) = (self.url.clone(), String::new());
+        if let Some(session) = &self.session {
+            token = session.token().await.map_err(|error| error.to_string())?;
+            url += &format!("&session={token}");
+        }
         let stream = TcpStream::connect(self.address).await.map_err(broken)?;
         stream.set_nodelay(true).map_err(broken)?;
         let config = WebSocketConfig::default()
             .read_buffer_size(READ_BYTES)
             .max_message_size(Some(query::MAX_BYTES))
             .max_frame_size(Some(query::MAX_BYTES));
-        match client_async_with_config(&*self.url, stream, Some(config)).await {
+        match client_async_with_config(&*url, stream, Some(config)).await {
             Ok((socket, _)) => Ok(socket),
             Err(Error::Http(response)) => {
                 let status = response.status();
+                if let Some(session) = &self.session
+                    && session::is_lost(status)
+                {
+                    session.forget(&token).await;
+                }
                 let text = response.into_body().unwrap_or_default();
                 let text = excerpt(&String::from_utf8_lossy(&text));
                 Err(format!("{status}: {text}"))
@@ -126,6 +143,7 @@ impl Socket {
 
 /// Sends commands until there can be no more, or one cannot be sent; returns the reason.
 async fn write(
+    check: bool,
     sink: &mut Outgoing,
     orders: &mut mpsc::Receiver<Order>,
     under_way: &Mutex<UnderWay>,
@@ -145,7 +163,11 @@ async fn write(
         }
         lock(under_way).add(waiting);
         // Each is sent by itself, like a request.
-        if let Err(error) = sink.send(Message::text(command.to_string())).await {
+        let mut text = command.to_string();
+        if check {
+            text = checksum::signed(&text);
+        }
+        if let Err(error) = sink.send(Message::text(text)).await {
             return format!("the socket broke: {error}");
         }
     }
@@ -153,10 +175,15 @@ async fn write(
 }
 
 /// Receives answers until the plant closes the connection or an answer is invalid; returns the reason.
-async fn read(mode: Mode, stream: &mut Incoming, under_way: &Mutex<UnderWay>) -> String {
+async fn read(
+    mode: Mode,
+    check: bool,
+    stream: &mut Incoming,
+    under_way: &Mutex<UnderWay>,
+) -> String {
     while let Some(message) = stream.next().await {
         match message {
-            Ok(Message::Text(text)) => match answer(mode, &text) {
+            Ok(Message::Text(text)) => match answer(mode, check, &text) {
                 Ok(answer) => lock(under_way).answered(answer),
                 // Without a number it cannot be assigned to a message, so all of them fail.
                 Err(error) => return format!("the plant's answer cannot be read: {error}"),
@@ -186,7 +213,8 @@ async fn leave(mut sink: Outgoing, mut stream: Incoming) {
     }
 }
 
-fn answer(mode: Mode, text: &str) -> Result<Answer, InvalidMessage> {
+fn answer(mode: Mode, check: bool, text: &str) -> Result<Answer, InvalidMessage> {
+    let (text, _) = checksum::checked(text, check)?;
     Ok(match mode {
         Mode::Closed => Answer::State(text.parse()?),
         Mode::Open => Answer::Acknowledgement(text.parse()?),

@@ -1,0 +1,91 @@
+//! By the clock, and so in a process of its own: a thousand times a command and then nothing. The same in virtual
+//! time, at every h, is among the laws of `endpoint`.
+
+// `--nocapture` prints what docs/safe-plant.md quotes.
+#![allow(clippy::print_stdout)]
+
+use std::{net::TcpStream, sync::mpsc, thread, time::Duration};
+
+use control::preset;
+use endpoint::{ArrivalRow, PlantSettings, SampleTime, TickRow};
+use plant::{Config, serve_until};
+use tokio::sync::oneshot;
+use tokio_tungstenite::tungstenite::{Message, client};
+
+const H_NS: u64 = 1_000_000;
+const WATCHDOG_NS: u64 = 5_000_000;
+const SILENCES: u64 = 1000;
+
+fn rows<R: serde::de::DeserializeOwned>(path: &std::path::Path) -> Vec<R> {
+    let mut reader = csv::Reader::from_path(path).expect("the file");
+    let rows = reader.deserialize().collect::<Result<_, _>>();
+    rows.expect("rows")
+}
+
+#[test]
+fn a_thousand_silences_end_in_the_safe_state_within_the_watchdog_s_time_and_two_ticks() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let config = Config {
+        listen: "127.0.0.1:0".parse().expect("an address"),
+        settings: PlantSettings {
+            hold: "5ms then zero".parse().expect("a hold"),
+            ..PlantSettings::new(SampleTime::try_new(H_NS).expect("1 ms"))
+        },
+        law: None,
+        reference: None,
+        out: folder.path().to_owned(),
+        fifo: true,
+    };
+    let motor = preset::paper_plant().sampled(H_NS).expect("regular");
+    let (ready, is_ready) = mpsc::channel();
+    let (stop, stopped) = oneshot::channel::<()>();
+    let plant = thread::spawn(move || {
+        let stopped = async {
+            let _ = stopped.await;
+            Ok(())
+        };
+        serve_until(&config, motor.stepper(), stopped, |facts| {
+            ready.send(facts).expect("the test waits");
+        })
+    });
+    let patience = Duration::from_secs(10);
+    let address = is_ready.recv_timeout(patience).expect("it starts").address;
+    let stream = TcpStream::connect(address).expect("it listens");
+    let url = format!("ws://{address}/socket?mode=closed");
+    let (mut socket, _) = client(url, stream).expect("a socket");
+    for seq in 0..SILENCES {
+        let command = format!("u=1&seq={seq}");
+        socket.send(Message::text(command)).expect("it reads");
+        socket.read().expect("an answer");
+        // Longer than the watchdog and two ticks.
+        thread::sleep(Duration::from_nanos(2 * WATCHDOG_NS));
+    }
+    // A busy machine may be behind with its ticks.
+    thread::sleep(Duration::from_millis(500));
+    drop(stop);
+    let report = plant.join().expect("no panic").expect("no errors");
+    assert_eq!(report.trips, SILENCES);
+
+    let arrivals: Vec<ArrivalRow> = rows(&folder.path().join(ArrivalRow::FILE));
+    let ticks: Vec<TickRow> = rows(&folder.path().join(TickRow::FILE));
+    let (mut within, mut worst_ns, mut ticks) = (0, 0, ticks.iter());
+    for command in &arrivals {
+        let is_safe = |row: &&TickRow| row.seq == Some(command.seq) && row.u_applied == Some(0.0);
+        let safe = ticks.find(is_safe).expect("its silence ended");
+        assert_eq!(safe.u, 1.0, "the commanded input is told as it was");
+        // What the plant decides, and what its machine made of it.
+        let due_ns = safe.t_due_ns - command.t_arrive_ns;
+        assert!(
+            due_ns > WATCHDOG_NS && due_ns <= WATCHDOG_NS + 2 * H_NS,
+            "{due_ns} ns"
+        );
+        let safe_ns = safe.t_tick_ns - command.t_arrive_ns;
+        worst_ns = worst_ns.max(safe_ns);
+        within += u64::from(safe_ns <= WATCHDOG_NS + 2 * H_NS);
+    }
+    println!(
+        "{SILENCES} of {SILENCES} by the ticks' due times; {within} by the clock, the slowest after {:.2} ms",
+        worst_ns as f64 * 1e-6
+    );
+    assert!(within * 10 > SILENCES * 9, "{within} on a busy machine");
+}
