@@ -4,11 +4,25 @@
 //! would buffer their values and lose the positions.
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
 /// A quantity with its position.
 type Text = Spanned<String>;
+
+/// Reads a sentence. It is shown as it stands, so it has no character that would act on a terminal.
+///
+/// # Errors
+/// If it has one.
+pub fn sentence<'de, D: Deserializer<'de>>(text: D) -> Result<String, D::Error> {
+    let text = String::deserialize(text)?;
+    let acts = |letter: char| letter.is_control() && !matches!(letter, '\n' | '\t');
+    if text.contains(acts) {
+        return Err(D::Error::custom("a control character; write plain text"));
+    }
+    Ok(text)
+}
 
 /// A link between the controller and the plant.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -19,6 +33,7 @@ pub(crate) struct ProfileFile {
     #[schemars(with = "String")]
     pub(crate) name: Text,
     /// One sentence on what link it is.
+    #[serde(deserialize_with = "sentence")]
     pub(crate) about: String,
     /// Both ends are on one machine, and there is no link at all.
     #[serde(default)]

@@ -42,7 +42,7 @@ mod wire;
 
 pub use describe::describe;
 pub use draws::within_ns;
-pub use file::schema;
+pub use file::{schema, sentence};
 pub use finding::{Finding, Severity};
 pub use link::Link;
 pub use load::{Load, PacketRow};

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
+use endpoint::Hosts;
 use tokio::sync::Notify;
 use tokio::task::spawn_blocking;
 use tokio::time::Instant;
@@ -23,6 +24,8 @@ pub(crate) struct Agent {
     /// The folder in which the runs have their folders.
     scratch: PathBuf,
     claim: Mutex<Claim>,
+    /// The names that it answers to.
+    pub(crate) hosts: Hosts,
     run: Mutex<Option<Arc<Run>>>,
     /// Held while the run changes, so that one is gone before the next begins.
     change: tokio::sync::Mutex<()>,
@@ -37,6 +40,7 @@ impl Agent {
     pub(crate) fn new(config: &Config, scratch: PathBuf) -> Agent {
         Agent {
             claim: Mutex::new(Claim::new(config, Instant::now())),
+            hosts: Hosts::new(config.hosts.iter().cloned().chain([own_name()])),
             config: config.clone(),
             scratch,
             run: Mutex::default(),
@@ -118,6 +122,12 @@ impl Agent {
             claimed: self.claim().claimed(),
         }
     }
+}
+
+/// The name of this machine.
+fn own_name() -> String {
+    let system = rustix::system::uname();
+    system.nodename().to_string_lossy().into_owned()
 }
 
 /// Does work that waits for the disk on a thread that may block.

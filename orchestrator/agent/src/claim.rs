@@ -102,6 +102,7 @@ mod tests {
     fn claim(token: Option<&Token>, now: Instant) -> Claim {
         let config = Config {
             listen: "127.0.0.1:0".parse().unwrap(),
+            hosts: Vec::new(),
             name: crate::AgentName::Plant,
             scratch: "/nowhere".into(),
             token: token.cloned(),

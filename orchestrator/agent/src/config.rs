@@ -12,6 +12,8 @@ use crate::{AgentName, Token};
 pub struct Config {
     /// Where it listens; port 0 takes a free one.
     pub listen: SocketAddr,
+    /// The names under which clients know it, besides addresses, `localhost` and the name of the machine.
+    pub hosts: Vec<String>,
     /// Name of the agent.
     pub name: AgentName,
     /// Where it makes a folder of its own for its runs; it removes that folder when it ends.

@@ -16,8 +16,8 @@ use crate::{Error, Kind, Token};
 /// How long to wait for a connection.
 const CONNECT_WITHIN: Duration = Duration::from_secs(2);
 
-/// How long a kept connection may be idle: less than the 10 s after which the agent closes it.
-const POOL_IDLE: Duration = Duration::from_secs(5);
+/// How long a kept connection may be idle: less than the 5 s after which the agent closes it.
+const POOL_IDLE: Duration = Duration::from_secs(4);
 
 /// How much of an unexpected answer is quoted, in characters.
 const EXCERPT_CHARS: usize = 200;
@@ -155,7 +155,7 @@ impl Exchange {
         Err(match serde_json::from_slice::<Problem>(&bytes) {
             Ok(Problem { problem, kind }) => Error::Refused {
                 agent: self.agent.clone(),
-                problem,
+                problem: endpoint::plain(&problem).into_owned(),
                 kind,
             },
             Err(_) => self.odd(&format!("{status}: {}", excerpt(&bytes))),
@@ -218,11 +218,9 @@ fn size(response: &Response) -> Option<u64> {
 }
 
 fn excerpt(body: &Bytes) -> String {
-    String::from_utf8_lossy(body)
-        .trim()
-        .chars()
-        .take(EXCERPT_CHARS)
-        .collect()
+    let text = String::from_utf8_lossy(body);
+    let start: String = text.trim().chars().take(EXCERPT_CHARS).collect();
+    endpoint::plain(&start).into_owned()
 }
 
 #[cfg(test)]

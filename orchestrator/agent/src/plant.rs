@@ -265,7 +265,8 @@ impl Steps {
 fn shown(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(bytes);
     let line = text.trim().lines().next().unwrap_or_default();
-    line.chars().take(60).collect()
+    let start: String = line.chars().take(60).collect();
+    endpoint::plain(&start).into_owned()
 }
 
 impl Drop for Steps {

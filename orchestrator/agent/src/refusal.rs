@@ -5,6 +5,8 @@ use std::io;
 use axum::http::{HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 
+use endpoint::NotServed;
+
 use crate::answer::json;
 use crate::wire::{Kind, Problem};
 use crate::{BadName, Name, Token};
@@ -22,6 +24,18 @@ pub(crate) enum Refusal {
         "the token is missing or wrong; send `Authorization: Bearer TOKEN` with the one that claimed this agent"
     )]
     Token,
+    #[error("the request has more than one Authorization header; send one")]
+    Tokens,
+    #[error("the request is to a proxy, or has {0} Host headers; send a path, and exactly one")]
+    Host(usize),
+    #[error("{0}; ask by the agent's address, or by the name that it listens on")]
+    Misdirected(NotServed),
+    #[error(transparent)]
+    NoHost(NotServed),
+    #[error("`{0}` says that a page sent the request; an agent serves no page")]
+    Page(&'static str),
+    #[error("a run has at most {0} roles; end it, and begin another")]
+    Roles(usize),
     #[error("this agent has not been claimed yet; claim it first")]
     Unclaimed,
     #[error(
@@ -66,10 +80,16 @@ impl Refusal {
             }
             Refusal::Method(..) => StatusCode::METHOD_NOT_ALLOWED,
             Refusal::Token | Refusal::Unclaimed => StatusCode::UNAUTHORIZED,
-            Refusal::Claimed | Refusal::Taken(_) => StatusCode::CONFLICT,
-            Refusal::Query(_) | Refusal::Name(_) | Refusal::Body(_) | Refusal::Role(..) => {
-                StatusCode::BAD_REQUEST
-            }
+            Refusal::Misdirected(_) => StatusCode::MISDIRECTED_REQUEST,
+            Refusal::Page(_) => StatusCode::FORBIDDEN,
+            Refusal::Claimed | Refusal::Taken(_) | Refusal::Roles(_) => StatusCode::CONFLICT,
+            Refusal::Query(_)
+            | Refusal::Tokens
+            | Refusal::Host(_)
+            | Refusal::NoHost(_)
+            | Refusal::Name(_)
+            | Refusal::Body(_)
+            | Refusal::Role(..) => StatusCode::BAD_REQUEST,
             Refusal::Large(_) => StatusCode::PAYLOAD_TOO_LARGE,
             Refusal::Slow(_) => StatusCode::REQUEST_TIMEOUT,
             Refusal::Range(..) => StatusCode::RANGE_NOT_SATISFIABLE,

@@ -264,5 +264,5 @@ pub fn last_words(folder: &Path, name: &str) -> String {
         .lines()
         .filter(|line| !line.trim().is_empty())
         .collect();
-    lines[lines.len().saturating_sub(3)..].join("\n")
+    endpoint::plain(&lines[lines.len().saturating_sub(3)..].join("\n")).into_owned()
 }

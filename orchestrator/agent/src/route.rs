@@ -10,10 +10,11 @@ use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::{FromRequestParts, RawPathParams, RawQuery, Request, State};
 use axum::http::request::Parts;
-use axum::http::{HeaderMap, StatusCode, Uri, header};
+use axum::http::{HeaderMap, StatusCode, Uri, Version, header};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{MethodRouter, get, post, put};
+use endpoint::NotServed;
 use http_body_util::{BodyExt, LengthLimitError, Limited};
 use hyper::body::Body as _;
 use tokio::time::{Instant, timeout};
@@ -30,7 +31,7 @@ use crate::{Name, Token, shelf};
 const BODY_BYTES: usize = 16 << 20;
 
 /// How long a body may take to arrive.
-const BODY_WITHIN: Duration = Duration::from_secs(10);
+const BODY_WITHIN: Duration = Duration::from_secs(5);
 
 type Shared = State<Arc<Agent>>;
 type Answer = Result<Response, Refusal>;
@@ -57,8 +58,43 @@ pub(crate) fn router(agent: Arc<Agent>) -> Router {
         .fallback(nowhere)
         // Runs before all of these: a caller without the token learns nothing.
         .layer(from_fn_with_state(Arc::clone(&agent), enter));
-    anyones.merge(masters).with_state(agent)
+    anyones
+        .merge(masters)
+        // Outermost, so that what is not for the agent is not judged any further.
+        .layer(from_fn_with_state(Arc::clone(&agent), refuse_foreign))
+        .with_state(agent)
 }
+
+/// Refuses requests to a name that is not the agent's, and those that a page in a browser sent: the agent has
+/// none of its own.
+async fn refuse_foreign(State(agent): Shared, request: Request, next: Next) -> Answer {
+    let headers = request.headers();
+    let hosts = headers.get_all(header::HOST);
+    // HTTP/1.0 is older than this header.
+    if hosts.iter().count() != 1 && request.version() != Version::HTTP_10
+        || request.uri().authority().is_some()
+    {
+        return Err(Refusal::Host(hosts.iter().count()));
+    }
+    for host in hosts {
+        agent
+            .hosts
+            .check(host.as_bytes())
+            .map_err(|problem| match problem {
+                NotServed::Foreign(_) => Refusal::Misdirected(problem),
+                NotServed::Malformed => Refusal::NoHost(problem),
+            })?;
+    }
+    for name in PAGES {
+        if headers.contains_key(name) {
+            return Err(Refusal::Page(name));
+        }
+    }
+    Ok(next.run(request).await)
+}
+
+/// What only a browser sends, and with every request of a page.
+const PAGES: [&str; 3] = ["origin", "referer", "sec-fetch-site"];
 
 /// Refuses all methods but these; `allowed` is the value of the header `Allow`.
 fn only(allowed: &'static str, methods: MethodRouter<Arc<Agent>>) -> MethodRouter<Arc<Agent>> {
@@ -70,7 +106,7 @@ fn only(allowed: &'static str, methods: MethodRouter<Arc<Agent>>) -> MethodRoute
 /// Admits requests of the agent's own orchestrator. Each is completed even if the client goes away
 /// meanwhile: a run must not stay half ended.
 async fn enter(State(agent): Shared, request: Request, next: Next) -> Answer {
-    agent.enter(presented(request.headers()).as_ref())?;
+    agent.enter(presented(request.headers())?.as_ref())?;
     let answer = tokio::spawn(async move {
         let answer = next.run(request).await;
         agent.claim().answered(Instant::now());
@@ -81,9 +117,16 @@ async fn enter(State(agent): Shared, request: Request, next: Next) -> Answer {
         .unwrap_or_else(|_| StatusCode::INTERNAL_SERVER_ERROR.into_response()))
 }
 
-fn presented(headers: &HeaderMap) -> Option<Token> {
-    let value = headers.get(header::AUTHORIZATION)?;
-    Token::from_header(value.to_str().ok()?)
+/// The token of a request. With two it is not clear who asks.
+fn presented(headers: &HeaderMap) -> Result<Option<Token>, Refusal> {
+    let mut values = headers.get_all(header::AUTHORIZATION).iter();
+    match (values.next(), values.next()) {
+        (_, Some(_)) => Err(Refusal::Tokens),
+        (value, None) => {
+            let text = value.and_then(|value| value.to_str().ok());
+            Ok(text.and_then(Token::from_header))
+        }
+    }
 }
 
 async fn refuse_query(RawQuery(query): RawQuery, request: Request, next: Next) -> Answer {
@@ -102,7 +145,8 @@ async fn health(State(agent): Shared) -> Response {
 }
 
 async fn claim(State(agent): Shared, headers: HeaderMap) -> Answer {
-    agent.claim().claim(presented(&headers), Instant::now())?;
+    let presented = presented(&headers)?;
+    agent.claim().claim(presented, Instant::now())?;
     agent.claimed.notify_one();
     Ok(json(StatusCode::OK, &agent.health()))
 }

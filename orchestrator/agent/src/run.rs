@@ -18,6 +18,9 @@ use crate::role::{Launch, POLL, READY_WITHIN, exit_code, last_words};
 use crate::wire::{Kind, RoleState, StartRole};
 use crate::{Error, Name, Role, Seen};
 
+/// The most roles of a run, which has fewer than ten: each is a process, and its last state is kept.
+const ROLES: usize = 64;
+
 /// A role of the run; several requests may wait for it.
 type Shared = Arc<Mutex<Role>>;
 
@@ -50,6 +53,9 @@ impl Run {
         let role = catalogue::role(&asked.role)?;
         if lock(&self.roles).contains_key(instance) {
             return Err(Refusal::Taken(instance.clone()));
+        }
+        if lock(&self.roles).len() >= ROLES {
+            return Err(Refusal::Roles(ROLES));
         }
         let launch = Launch {
             program,

@@ -14,19 +14,24 @@ use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::GracefulShutdown;
 use hyper_util::service::TowerToHyperService;
+use rustix::net::sockopt::set_tcp_user_timeout;
 use tokio::net::{TcpListener, TcpSocket};
 use tokio::sync::Semaphore;
 
 /// How long a connection may wait for a request's head, and so how long it may be idle between
 /// requests. Clients close idle connections earlier, or a request could meet the close of its
 /// connection.
-const HEAD_WITHIN: Duration = Duration::from_secs(10);
+const HEAD_WITHIN: Duration = Duration::from_secs(5);
 
 /// Maximum size of a request's head.
 const HEAD_BYTES: usize = 16 << 10;
 
 /// Maximum number of connections at a time. Others wait in the backlog.
 const CONNECTIONS: usize = 64;
+
+/// How long what was sent may stay without an acknowledgement, as from a client that does not read: the kernel
+/// ends the connection then.
+const SENT_WITHIN_MS: u32 = 5_000;
 
 /// Maximum number of connections that the kernel completes before they are accepted.
 const BACKLOG: u32 = 64;
@@ -70,6 +75,7 @@ pub(crate) async fn accept(
         // Answers are small: waiting for more to send would add a delayed acknowledgement. If this
         // fails, the connection is broken, and serving it will report that.
         let _ = stream.set_nodelay(true);
+        let _ = set_tcp_user_timeout(&stream, SENT_WITHIN_MS);
         let service = TowerToHyperService::new(router.clone());
         let connection = http1::Builder::new()
             .timer(TokioTimer::new())

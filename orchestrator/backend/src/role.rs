@@ -21,6 +21,9 @@ use crate::course::Texts;
 pub struct PlantRole {
     /// Where it listens.
     pub listen: SocketAddr,
+    /// The names under which clients know it, besides addresses, `localhost` and its machine's name.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub hosts: Vec<String>,
     /// How it ticks, and takes commands.
     pub settings: PlantSettings,
     /// The text of what is controlled; the paper's motor, if there is none.
@@ -144,6 +147,7 @@ impl PlantRole {
     ) -> PlantRole {
         PlantRole {
             listen,
+            hosts: Vec::new(),
             settings: cell.plant_settings(),
             system: texts.system.map(str::to_owned),
             program: texts.plant_program.cloned(),

@@ -26,7 +26,7 @@ impl<F: Fn(&Turn<'_>, u8) -> Command + Sync> Program for Processes<F> {
             std::thread::spawn(move || {
                 let mut said = Vec::new();
                 let _ = stderr.read_to_end(&mut said);
-                String::from_utf8_lossy(&said).trim().to_owned()
+                endpoint::plain(String::from_utf8_lossy(&said).trim()).into_owned()
             })
         });
         Ok(Box::new(Process { child, said }))

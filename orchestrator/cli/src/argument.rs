@@ -60,7 +60,15 @@ pub(crate) struct Argument {
 impl Argument {
     /// Parses the command line. Prints help or a usage error, and ends the program, if necessary.
     pub(crate) fn read() -> Argument {
-        Argument::parse()
+        Argument::try_parse().unwrap_or_else(|error| {
+            // It quotes the command line, in colours of its own.
+            let said = error.render().to_string();
+            if error.use_stderr() && said.contains(endpoint::plain::is_active) {
+                eprint!("{}", endpoint::plain(&said));
+                std::process::exit(error.exit_code());
+            }
+            error.exit()
+        })
     }
 
     /// The arguments of `webloop run EXPERIMENT --out FOLDER`.

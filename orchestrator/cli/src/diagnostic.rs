@@ -5,6 +5,8 @@ use std::ops::Range;
 
 use ::system::Fault;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+use endpoint::plain;
+use endpoint::plain::is_active;
 use link::{Finding, Severity};
 use plan::InvalidFile;
 
@@ -70,12 +72,15 @@ fn draw(
     } else {
         0..0
     };
+    // The places in it stay where they are.
+    let source: String = source.chars().map(seen).collect();
+    let (origin, title, remedy) = (plain(origin), plain(title), plain(remedy));
     let snippet = Snippet::source(source)
-        .path(origin)
+        .path(&*origin)
         .annotation(AnnotationKind::Primary.span(span));
-    let mut group = level.primary_title(title).element(snippet);
+    let mut group = level.primary_title(&*title).element(snippet);
     if !remedy.is_empty() {
-        group = group.element(Level::HELP.message(remedy));
+        group = group.element(Level::HELP.message(&*remedy));
     }
     let colours = std::io::stderr().is_terminal()
         && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
@@ -85,4 +90,14 @@ fn draw(
         Renderer::plain()
     };
     eprintln!("{}\n", renderer.render(&[group]));
+}
+
+/// A character that is only seen, as long in bytes as this one.
+fn seen(letter: char) -> char {
+    match letter.len_utf8() {
+        _ if letter == '\r' || !is_active(letter) => letter,
+        1 => '?',
+        2 => '\u{bf}',
+        _ => '\u{fffd}',
+    }
 }

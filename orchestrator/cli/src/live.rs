@@ -13,10 +13,12 @@ use std::thread;
 use analysis::Campaign;
 use anyhow::{Context, anyhow};
 use axum::Router;
-use axum::extract::State;
-use axum::http::{HeaderMap, header};
-use axum::response::Html;
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::middleware::{Next, from_fn};
+use axum::response::{Html, IntoResponse, Response};
 use axum::routing::get;
+use endpoint::Hosts;
 use manifest::Manifest;
 use plan::file_name;
 use tokio::net::TcpListener;
@@ -79,15 +81,26 @@ fn answer(listener: std::net::TcpListener, folder: PathBuf) -> std::io::Result<(
                     ended(&folder).to_string()
                 }),
             )
+            .layer(from_fn(refuse_foreign))
             .with_state(state);
         axum::serve(TcpListener::from_std(listener)?, routes).await
     })
 }
 
-async fn page(State((folder, made)): State<(PathBuf, Made)>, head: HeaderMap) -> Html<String> {
-    if !is_local(&head) {
-        return Html("<!doctype html><title>webloop</title><p>This page is for 127.0.0.1 and localhost alone.".to_owned());
+/// Answers only to this machine's own names, and to no page but its own.
+async fn refuse_foreign(request: Request, next: Next) -> Response {
+    let head = request.headers();
+    if !is_local(head) || request.uri().authority().is_some() {
+        let words = "this page is for 127.0.0.1 and localhost alone\n";
+        return (StatusCode::MISDIRECTED_REQUEST, words).into_response();
     }
+    if !is_own(head) {
+        return (StatusCode::FORBIDDEN, "this is for its own page alone\n").into_response();
+    }
+    next.run(request).await
+}
+
+async fn page(State((folder, made)): State<(PathBuf, Made)>) -> Html<String> {
     let now = ended(&folder);
     let mut made = match made.lock() {
         Ok(made) => made,
@@ -121,14 +134,23 @@ async fn page(State((folder, made)): State<(PathBuf, Made)>, head: HeaderMap) ->
 /// Whether the browser asked for this machine by a name of its own: a name of somebody else's that leads here
 /// could read the results.
 fn is_local(head: &HeaderMap) -> bool {
-    let host = head.get(header::HOST).and_then(|host| host.to_str().ok());
-    host.is_some_and(|host| {
-        let (name, _) = host.rsplit_once(':').unwrap_or((host, ""));
-        name == "localhost"
-            || host
-                .parse::<SocketAddr>()
-                .is_ok_and(|of| of.ip().is_loopback())
-    })
+    let mut hosts = head.get_all(header::HOST).iter();
+    let host = hosts.next().and_then(|host| host.to_str().ok());
+    hosts.next().is_none()
+        && host.is_some_and(|host| {
+            let (name, _) = host.rsplit_once(':').unwrap_or((host, ""));
+            Hosts::default().check(host.as_bytes()).is_ok()
+                && (name.eq_ignore_ascii_case("localhost")
+                    || host
+                        .parse::<SocketAddr>()
+                        .is_ok_and(|of| of.ip().is_loopback()))
+        })
+}
+
+/// Whether no page of another origin sent the request.
+fn is_own(head: &HeaderMap) -> bool {
+    let site = |value: &HeaderValue| value == "same-origin" || value == "none";
+    head.get_all("sec-fetch-site").iter().all(site) && !head.contains_key(header::ORIGIN)
 }
 
 /// A page that looks for a newer one.
@@ -165,9 +187,31 @@ mod tests {
     fn a_name_of_somebody_else_s_gets_no_page() {
         let asked = |host: &'static str| {
             let mut head = HeaderMap::new();
-            head.insert(header::HOST, header::HeaderValue::from_static(host));
+            head.insert(header::HOST, HeaderValue::from_static(host));
             is_local(&head)
         };
+        for host in [
+            "",
+            ":8000",
+            "localhost:",
+            "localhost:x",
+            "localhost:80:80",
+            "localhost.",
+            "127.0.0.1.example.org:8000",
+            "localhost@example.org:8000",
+            "example.org/localhost:8000",
+            "0.0.0.0:8000",
+            "127.1:8000",
+            "[::]:8000",
+            "192.168.1.1:8000",
+            "[fe80::1]:8000",
+        ] {
+            assert!(!asked(host), "{host}");
+        }
+        let mut two = HeaderMap::new();
+        two.append(header::HOST, HeaderValue::from_static("localhost:8000"));
+        two.append(header::HOST, HeaderValue::from_static("example.org"));
+        assert!(!is_local(&two));
         assert!(asked("127.0.0.1:8000") && asked("localhost:8000") && asked("[::1]:8000"));
         assert!(
             !asked("example.org:8000")
@@ -175,6 +219,26 @@ mod tests {
                 && !asked("localhost.example.org")
         );
         assert!(!is_local(&HeaderMap::new()));
+    }
+
+    #[test]
+    fn a_page_of_another_origin_gets_nothing() {
+        let sent = |name: &'static str, value: &'static str| {
+            let mut head = HeaderMap::new();
+            head.insert(name, HeaderValue::from_static(value));
+            is_own(&head)
+        };
+        assert!(sent("sec-fetch-site", "same-origin") && sent("sec-fetch-site", "none"));
+        for (name, value) in [
+            ("sec-fetch-site", "cross-site"),
+            ("sec-fetch-site", "same-site"),
+            ("sec-fetch-site", ""),
+            ("origin", "http://example.org"),
+            ("origin", "null"),
+            ("origin", "http://localhost:3000"),
+        ] {
+            assert!(!sent(name, value), "{name}: {value}");
+        }
     }
 
     #[test]

@@ -85,6 +85,7 @@ impl Progress {
 
 impl campaign::Progress for Progress {
     fn say(&self, words: &str) {
+        let words = &*endpoint::plain(words);
         if let Some((all, _)) = &self.bars {
             let _ = all.println(words);
         } else if self.lines {
@@ -129,7 +130,7 @@ impl campaign::Progress for Progress {
             words(cell)
         );
         if !reason.is_empty() {
-            line += &format!(": {reason}");
+            line += &format!(": {}", endpoint::plain(reason));
         }
         if let Some((all, bar)) = &self.bars {
             bar.inc(share_ms);

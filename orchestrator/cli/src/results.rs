@@ -10,7 +10,7 @@ pub(crate) fn tell_damage(campaign: &Campaign, is_allowed: impl Fn(&Run) -> bool
     let runs = campaign.runs.iter().filter(|run| !is_allowed(run));
     let mut count = 0;
     for one in runs.flat_map(|run| &run.damage) {
-        eprintln!("webloop: {one}");
+        eprintln!("webloop: {}", endpoint::plain(&one.to_string()));
         count += 1;
     }
     count

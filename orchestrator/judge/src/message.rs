@@ -21,8 +21,8 @@ use crate::terms::{MESSAGE_BYTES, Swamped, Terms, ms, ns};
 const FREED_NS: u64 = 1_000_000;
 
 /// A connection that has been idle for this long may have been closed: webloop's own clients close it
-/// after 5 s.
-const IDLE_NS: u64 = 4_500_000_000;
+/// after 4 s.
+const IDLE_NS: u64 = 3_500_000_000;
 
 /// What the messages say of the link.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -28,7 +28,7 @@ pub(crate) struct ExperimentFile {
     #[schemars(with = "String")]
     pub(crate) name: Spanned<String>,
     /// One sentence on what question it answers.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "link::sentence")]
     pub(crate) about: String,
     /// The campaign's seed, unless `--seed` gives one. Default 1.
     #[serde(default = "default_seed")]

@@ -22,7 +22,7 @@ pub enum Pool {
 }
 
 /// How long a connection may idle before the client leaves it.
-const IDLE_MAX_NS: u64 = 5_000_000_000;
+const IDLE_MAX_NS: u64 = 4_000_000_000;
 /// A connection's number; the number of a closed connection is reused.
 pub(crate) type Id = u32;
 

@@ -16,7 +16,7 @@ pub(crate) struct SweepFile {
     #[schemars(with = "String")]
     pub(crate) name: Spanned<String>,
     /// One sentence on what question it answers.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "link::sentence")]
     pub(crate) about: String,
     /// How long the controller sends, such as `"10s"`.
     #[schemars(with = "String")]

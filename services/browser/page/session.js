@@ -139,6 +139,10 @@ async function post(path, type, body, token, keepalive = false) {
     headers["Webloop-Session"] = token;
   }
   const response = await fetch(path, { method: "POST", headers, body, keepalive });
+  if (response.status === 408) {
+    // Over a link that stood still the body came too slowly: as if there had been no answer.
+    throw new Error(await response.text());
+  }
   if (!response.ok) {
     throw new Refused(response.status, await response.text());
   }

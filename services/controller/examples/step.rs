@@ -33,6 +33,7 @@ fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn
     let folder = tempfile::tempdir()?;
     let plant = plant::Config {
         listen: "127.0.0.1:0".parse()?,
+        hosts: Vec::new(),
         settings: PlantSettings::new(h),
         law: None,
         reference: None,

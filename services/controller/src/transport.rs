@@ -106,5 +106,6 @@ impl Address {
 
 /// The beginning of a plant's text, short enough for a line.
 fn excerpt(text: &str) -> String {
-    text.trim_end().chars().take(EXCERPT_CHARS).collect()
+    let start: String = text.trim_end().chars().take(EXCERPT_CHARS).collect();
+    endpoint::plain(&start).into_owned()
 }

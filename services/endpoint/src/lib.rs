@@ -10,6 +10,8 @@
 //!   [`PageSettings`] for a page as controller ([`page`]), [`Preset`] for named settings
 //!   ([`preset`]), [`Field`] for settings by name ([`mod@field`]).
 //! * [`Shape`], [`Reference`]: a reference that moves ([`mod@reference`]).
+//! * [`Hosts`]: which host names a server answers to ([`mod@host`]).
+//! * [`plain()`]: a text from outside, made harmless where it is shown.
 //! * [`report`]: what each role reports at its end.
 //!
 //! This crate has no clock, socket, file or thread. Every time is an integer number of nanoseconds on
@@ -22,10 +24,12 @@ pub mod controller;
 pub mod duration;
 pub mod field;
 pub mod hold;
+pub mod host;
 pub mod message;
 pub mod model;
 pub mod noise;
 pub mod page;
+pub mod plain;
 pub mod plant;
 pub mod preset;
 pub mod query;
@@ -42,10 +46,12 @@ pub use controller::{ControllerEnd, Counts, InvalidSettings, Loss, Step};
 pub use duration::{DURATION_MAX_NS, DURATION_REMEDY, duration_ns, duration_text};
 pub use field::{Field, InvalidSetting};
 pub use hold::{Action, Hold};
+pub use host::{Hosts, NotServed};
 pub use message::{Acknowledgement, Answer, Command, Observation, Request, State};
 pub use model::Model;
 pub use noise::{InvalidNoise, NoiseLaw, TickNoise};
 pub use page::{PageSettings, Sender, Thread, Timer};
+pub use plain::plain;
 pub use plant::{Inbox, Input, Output, PlantEnd, Process};
 pub use preset::Preset;
 pub use query::InvalidMessage;

@@ -26,6 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let config = Config {
         listen: "127.0.0.1:0".parse()?,
+        hosts: Vec::new(),
         settings,
         law: None,
         reference: None,

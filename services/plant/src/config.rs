@@ -11,6 +11,8 @@ use serde::{Deserialize, Serialize};
 pub struct Config {
     /// The address to listen on; port 0 takes a free port, which [`Ready`] gives.
     pub listen: SocketAddr,
+    /// The names under which clients know it, besides addresses, `localhost` and the name of the machine.
+    pub hosts: Vec<String>,
     /// Sample time, treatment of late commands, watchdog, lease.
     pub settings: PlantSettings,
     /// The law that a page should follow, as `system` writes it; if `None`, the paper's.

@@ -25,7 +25,8 @@ fn excerpt<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>,
     let value = serde_json::Value::deserialize(deserializer)?;
     Ok(value
         .as_str()
-        .map(|text| text.chars().take(EXCERPT_CHARS).collect()))
+        .map(|text| text.chars().take(EXCERPT_CHARS).collect::<String>())
+        .map(|start| endpoint::plain(&start).into_owned()))
 }
 
 impl Ending {

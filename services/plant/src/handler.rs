@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use endpoint::{ArrivalRow, Inbox, Output, PlantSettings, Reference, Signals};
+use endpoint::{ArrivalRow, Hosts, Inbox, Output, PlantSettings, Reference, Signals};
 use journal::Recorder;
 use tokio::sync::watch;
 
@@ -16,6 +16,8 @@ use crate::{
 /// The plant's state as owned by the HTTP thread.
 pub(crate) struct Handler {
     pub(crate) settings: PlantSettings,
+    /// The names that it answers to.
+    pub(crate) hosts: Hosts,
     /// The law that a page with a session should follow.
     pub(crate) law: Option<serde_json::Value>,
     /// The reference that it should follow, if that moves.

@@ -2,7 +2,8 @@
 //!
 //! * [`serve()`], [`serve_until`]: the entry points; [`Config`] and a model in, [`endpoint::report::Plant`] out.
 //! * `ticker`: the thread that steps the model at its deadlines.
-//! * `server`: the thread that accepts connections and serves HTTP/1.
+//! * `server`: the thread that accepts connections, each with its `place`; `connection` serves HTTP/1 on one,
+//!   request by request when it is its `turn`, with a `head` and perhaps a `body`.
 //! * `route`: what each request gets, as an [`answer`] or a `refusal`; `origin` keeps foreign pages
 //!   out; `openapi` describes the API.
 //! * `socket`: commands over a WebSocket.
@@ -18,15 +19,19 @@
 #![forbid(unsafe_code)]
 
 pub mod answer;
+mod body;
 mod chunk;
 mod config;
+mod connection;
 mod ending;
 mod filer;
 mod handler;
+mod head;
 mod latest;
 mod openapi;
 mod origin;
 mod page;
+mod place;
 mod refusal;
 mod route;
 mod rows;
@@ -36,6 +41,7 @@ mod session;
 mod socket;
 mod ticker;
 mod token;
+mod turn;
 mod upload;
 
 pub use config::{Config, Ready, ServeError};

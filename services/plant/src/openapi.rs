@@ -24,8 +24,11 @@ const TOKEN: &str = "^[0-9a-f]{32}$";
 
 /// The responses that reject a body.
 const BODY: [(u16, &str); 3] = [
-    (408, "the body did not come within 10 s"),
-    (413, "a body of more than 64 KiB"),
+    (408, "the body did not come within 5 s"),
+    (
+        413,
+        "a body of more than 64 KiB, or a claim of more than 1 KiB",
+    ),
     (415, "another content type"),
 ];
 

@@ -1,7 +1,7 @@
 //! Why a request is rejected, and how that is reported: over HTTP as a status and a text, over a
 //! WebSocket as a close frame.
 
-use endpoint::{InvalidMessage, Signals};
+use endpoint::{InvalidMessage, NotServed, Signals};
 use hyper::{
     Method, Response, StatusCode,
     body::Bytes,
@@ -12,6 +12,7 @@ use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 use crate::{
     answer::{TEXT, respond},
     filer::FilingError,
+    head::Malformed,
     openapi::PATHS,
     origin::Foreign,
     session::{Denied, InvalidClient},
@@ -31,6 +32,14 @@ pub(crate) enum Refusal {
     },
     #[error("the request has {0} Host headers; send exactly one")]
     Host(usize),
+    #[error(transparent)]
+    Head(#[from] Malformed),
+    #[error(
+        "{0}; ask by the plant's address or `localhost`, or start it with `--host` and this name"
+    )]
+    Misdirected(NotServed),
+    #[error(transparent)]
+    NoHost(NotServed),
     #[error("the request target is not a path; this is a plant, not a proxy")]
     Target,
     #[error(transparent)]
@@ -43,8 +52,10 @@ pub(crate) enum Refusal {
     Kind { expected: &'static str },
     #[error("the body has more than {limit} bytes; send less at a time")]
     Long { limit: usize },
-    #[error("the body did not come within {seconds} s; send it again")]
-    Slow { seconds: u64 },
+    #[error("the {part} did not come within {seconds} s; send it again")]
+    Slow { part: &'static str, seconds: u64 },
+    #[error("too many bodies are on their way; send it again later")]
+    Bodies,
     #[error("the body ended early; send it again")]
     Broken,
     #[error("the body does not say who claims the plant: {0}; send {{\"client\":\"a name\"}}")]
@@ -68,6 +79,15 @@ pub(crate) enum Refusal {
     Reset,
 }
 
+impl From<NotServed> for Refusal {
+    fn from(problem: NotServed) -> Self {
+        match problem {
+            NotServed::Foreign(_) => Self::Misdirected(problem),
+            NotServed::Malformed => Self::NoHost(problem),
+        }
+    }
+}
+
 impl Refusal {
     fn status(&self) -> StatusCode {
         match self {
@@ -75,6 +95,8 @@ impl Refusal {
             Self::Message(_)
             | Self::Host(_)
             | Self::Target
+            | Self::Head(Malformed::Syntax(_))
+            | Self::NoHost(_)
             | Self::Query { .. }
             | Self::Broken
             | Self::Claim(_)
@@ -82,6 +104,9 @@ impl Refusal {
             | Self::FilingError(FilingError::Row(_) | FilingError::Report(_)) => {
                 StatusCode::BAD_REQUEST
             }
+            Self::Misdirected(_) => StatusCode::MISDIRECTED_REQUEST,
+            Self::Head(Malformed::Long) => StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE,
+            Self::Bodies => StatusCode::SERVICE_UNAVAILABLE,
             Self::Foreign(_) => StatusCode::FORBIDDEN,
             Self::Path { .. } => StatusCode::NOT_FOUND,
             Self::Method { .. } => StatusCode::METHOD_NOT_ALLOWED,
@@ -110,13 +135,13 @@ impl Refusal {
             Self::Message(_) | Self::Query { .. } => "query",
             Self::Path { .. } => "path",
             Self::Method { .. } => "method",
-            Self::Host(_) | Self::Target => "host",
+            Self::Host(_) | Self::Target | Self::Misdirected(_) | Self::NoHost(_) => "host",
+            Self::Head(_) => "head",
             Self::Foreign(_) => "origin",
-            Self::Body
-            | Self::Kind { .. }
-            | Self::Long { .. }
-            | Self::Slow { .. }
-            | Self::Broken => "body",
+            Self::Body | Self::Kind { .. } | Self::Long { .. } | Self::Bodies | Self::Broken => {
+                "body"
+            }
+            Self::Slow { part, .. } => part,
             Self::Denied(denied) => denied.kind(),
             Self::Claim(_) | Self::Client(_) | Self::FilingError(_) | Self::Randomness(_) => {
                 "session"

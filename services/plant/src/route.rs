@@ -7,12 +7,13 @@
 use std::{fmt, net::IpAddr};
 
 use endpoint::{
-    Answer, ArrivalOutcome, InvalidMessage, Mode, Output, Request, checksum, query::MAX_BYTES,
+    Answer, ArrivalOutcome, Hosts, InvalidMessage, Mode, Output, Request, checksum,
+    query::MAX_BYTES,
 };
 use hyper::{
     Method, Response, StatusCode, Version,
     body::Bytes,
-    header::{self, HeaderMap, HeaderValue},
+    header::{self, HeaderMap},
     http::request::Parts,
 };
 use serde::Serialize;
@@ -26,7 +27,7 @@ use crate::{
     session::Sender,
     socket,
     token::Pass,
-    upload::{BODY_BYTES, Upload},
+    upload::Upload,
 };
 
 /// The header that carries a session's token.
@@ -53,7 +54,7 @@ impl Handler {
     }
 
     fn try_answer(&mut self, head: &Parts, has_body: bool, now_ns: u64) -> Result<Reply, Refusal> {
-        let query = check(head)?;
+        let query = check(head, &self.hosts)?;
         let path = head.uri.path();
         if head.method == Method::POST
             && let Some(upload) = self.upload(path, query, &head.headers, now_ns)?
@@ -245,24 +246,24 @@ impl Handler {
         if !is_kind(headers, expected) {
             return Err(Refusal::Kind { expected });
         }
-        let bytes = headers.get(header::CONTENT_LENGTH).and_then(number);
-        if bytes.is_some_and(|bytes| bytes > BODY_BYTES as u64) {
-            return Err(Refusal::Long { limit: BODY_BYTES });
-        }
         Ok(Some(upload))
     }
 }
 
-/// Rejects all but plain requests with one host that do not come from a foreign page; returns the query.
-fn check(head: &Parts) -> Result<&str, Refusal> {
+/// Rejects all but plain requests to one host, its own, that do not come from a foreign page; returns the query.
+fn check<'a>(head: &'a Parts, hosts: &Hosts) -> Result<&'a str, Refusal> {
     // `CONNECT host:port` and `GET http://host/path` are for proxies.
     if head.uri.authority().is_some() {
         return Err(Refusal::Target);
     }
-    let hosts = head.headers.get_all(header::HOST).iter().count();
+    let given = head.headers.get_all(header::HOST);
+    let count = given.iter().count();
     // HTTP/1.0 is older than this header (RFC 9112, 3.2).
-    if hosts > 1 || (hosts == 0 && head.version != Version::HTTP_10) {
-        return Err(Refusal::Host(hosts));
+    if count > 1 || (count == 0 && head.version != Version::HTTP_10) {
+        return Err(Refusal::Host(count));
+    }
+    for host in given {
+        hosts.check(host.as_bytes())?;
     }
     origin::check(&head.headers)?;
     let query = head.uri.query().unwrap_or_default();
@@ -357,8 +358,4 @@ fn is_kind(headers: &HeaderMap, expected: &str) -> bool {
         .and_then(|value| value.to_str().ok())
         .and_then(|value| value.split(';').next())
         .is_some_and(|kind| kind.trim().eq_ignore_ascii_case(expected))
-}
-
-fn number(value: &HeaderValue) -> Option<u64> {
-    value.to_str().ok()?.parse().ok()
 }

@@ -11,7 +11,7 @@ use std::{
     task::Poll,
 };
 
-use endpoint::{ArrivalRow, Inbox, Model, Process, SecondRow, TickRow, report};
+use endpoint::{ArrivalRow, Hosts, Inbox, Model, Process, SecondRow, TickRow, report};
 use journal::Journal;
 use pace::now_ns;
 use tokio::{net::TcpListener, runtime::Runtime, sync::watch, task::LocalSet};
@@ -174,8 +174,13 @@ impl Started {
             fifo: config.fifo,
         }
         .start()?;
+        let own = rustix::system::uname()
+            .nodename()
+            .to_string_lossy()
+            .into_owned();
         let handler = Handler {
             settings,
+            hosts: Hosts::new(config.hosts.iter().cloned().chain([own])),
             law: config.law.clone(),
             reference: config.reference.clone(),
             inbox,

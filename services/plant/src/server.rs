@@ -1,40 +1,32 @@
-//! The thread that accepts connections and serves HTTP/1.
+//! The thread that accepts connections.
 //!
-//! Its limits are for clients that misbehave: incomplete heads, endless headers, more connections
-//! than sockets. A client that reaches a limit loses its connection; the plant never loses a tick.
+//! `place` says who may stay when there are too many, `turn` whose request is next, and `connection` serves one.
+//! A client that reaches a limit loses its connection; the plant never loses a tick.
 
-use std::{
-    cell::RefCell, convert::Infallible, io, net::SocketAddr, rc::Rc, sync::Arc, time::Duration,
-};
+use std::{cell::RefCell, convert::Infallible, io, net::SocketAddr, rc::Rc, time::Duration};
 
-use http_body_util::Full;
-use hyper::{
-    Request, Response,
-    body::{Body, Bytes, Incoming},
-    server::conn::http1,
-    service::service_fn,
-    upgrade::OnUpgrade,
-};
-use hyper_util::rt::{TokioIo, TokioTimer};
 use pace::now_ns;
 use tokio::{
-    net::{TcpListener, TcpSocket, TcpStream},
-    sync::{OwnedSemaphorePermit, Semaphore},
-    task::{self, JoinError, JoinHandle},
+    net::{TcpListener, TcpSocket},
+    task,
+    time::sleep,
 };
 
-use crate::{handler::Handler, route::Reply, socket, upload};
+use crate::{
+    connection::{self, Shared},
+    handler::Handler,
+    place::Places,
+    turn::Bucket,
+};
 
-/// How long a connection may wait until a head is complete, and so also how long it may idle between
-/// two requests. Clients must close idle connections earlier, or a request could be sent just as the
-/// plant closes its connection.
-const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
+/// Most simultaneous connections: a controller that opens one for each message needs 5000 at 1 kHz, when its link
+/// stands still for as long as it waits for an answer.
+const CONNECTIONS: usize = 5248;
 
-/// Greatest size of a request's head.
-const HEAD_BYTES: usize = 16 * 1024;
-
-/// Most simultaneous connections. Others wait in the backlog.
-const CONNECTIONS: usize = 8192;
+/// How many are accepted in a millisecond, over some time, and how many at once: a controller may open
+/// one for each message, and thousands when a link moves again.
+const ACCEPTED_MS: f64 = 6.0;
+const ACCEPTED: f64 = 4_096.0;
 
 /// Connections that the kernel completes in advance.
 const BACKLOG: u32 = 4096;
@@ -67,91 +59,31 @@ pub(crate) async fn accept(
     open_files: u64,
 ) -> Infallible {
     let room = usize::try_from(open_files.saturating_sub(OTHER_FILES)).unwrap_or(usize::MAX);
-    let free = Arc::new(Semaphore::new(room.clamp(1, CONNECTIONS)));
+    let places = Rc::new(Places::new(room.clamp(1, CONNECTIONS)));
+    let shared = Rc::new(Shared::new(handler));
+    let mut passes = Bucket::new(ACCEPTED_MS, ACCEPTED);
     loop {
-        let slot = Arc::clone(&free)
-            .acquire_owned()
-            .await
-            .expect("the semaphore is never closed");
+        while !passes.takes(now_ns()) {
+            sleep(Duration::from_millis(1)).await;
+        }
         match listener.accept().await {
-            Ok((stream, _)) => {
+            Ok((stream, peer)) => {
                 *accepted.borrow_mut() += 1;
-                let handler = Rc::clone(&handler);
-                task::spawn_local(async move {
-                    // If a connection ends badly, only its client is affected, and the client's rows show it.
-                    if let Err(error) = converse(stream, handler, Rc::new(slot)).await {
-                        tracing::debug!(%error, "connection ended");
-                    }
+                let Some(seat) = places.enter(peer.ip(), now_ns()) else {
+                    continue;
+                };
+                let (place, shared) = (Rc::clone(&seat.place), Rc::clone(&shared));
+                let task = task::spawn_local(async move {
+                    connection::serve(stream, &shared, &seat.place).await;
                 });
+                place.belongs_to(task.abort_handle());
             }
             Err(error) => {
                 tracing::warn!(%error, "cannot accept a connection");
-                tokio::time::sleep(ACCEPT_PAUSE).await;
+                sleep(ACCEPT_PAUSE).await;
             }
         }
+        // What arrived meanwhile, on the connections that are there, goes first.
+        task::yield_now().await;
     }
-}
-
-/// Serves one connection to its end. `slot` counts it among all connections; a WebSocket that it
-/// becomes keeps the slot.
-async fn converse(
-    stream: TcpStream,
-    handler: Rc<RefCell<Handler>>,
-    slot: Rc<OwnedSemaphorePermit>,
-) -> hyper::Result<()> {
-    // Answers are one small segment each: waiting for more data would add the other end's delayed
-    // acknowledgement, 40 ms. If this call fails, the connection is already broken, and serving it
-    // will report that.
-    let _ = stream.set_nodelay(true);
-    let peer = stream.peer_addr().map(|peer| peer.ip());
-    let service = service_fn(|request: Request<Incoming>| {
-        let now_ns = now_ns();
-        let (mut head, body) = request.into_parts();
-        // For the lease. A connection without another end is broken, and gets no answer.
-        if let Ok(peer) = peer {
-            head.extensions.insert(peer);
-        }
-        let reply = handler
-            .borrow_mut()
-            .answer(&head, !body.is_end_stream(), now_ns);
-        let response = match reply {
-            Reply::Done(response) => Next::Response(response),
-            // In a task of its own, so that an upload is completed even if its connection breaks.
-            Reply::Upload(upload) => Next::Upload(task::spawn_local(upload::run(
-                upload,
-                body,
-                Rc::clone(&handler),
-            ))),
-            Reply::Socket(response, opening) => {
-                if let Some(upgrade) = head.extensions.remove::<OnUpgrade>() {
-                    let (handler, slot) = (Rc::clone(&handler), Rc::clone(&slot));
-                    task::spawn_local(async move {
-                        socket::serve(upgrade, opening, handler).await;
-                        drop(slot);
-                    });
-                }
-                Next::Response(response)
-            }
-        };
-        async move {
-            let response = match response {
-                Next::Response(response) => response,
-                Next::Upload(task) => task.await?,
-            };
-            Ok::<_, JoinError>(response.map(Full::new))
-        }
-    });
-    http1::Builder::new()
-        .timer(TokioTimer::new())
-        .header_read_timeout(HEAD_TIMEOUT)
-        .max_header_size(HEAD_BYTES)
-        .serve_connection(TokioIo::new(stream), service)
-        .with_upgrades()
-        .await
-}
-
-/// The source of a response.
-enum Next {
-    Response(Response<Bytes>),
-    Upload(JoinHandle<Response<Bytes>>),
 }

@@ -5,7 +5,7 @@
 //! executes commands; the framing is tungstenite's. A message that cannot be read ends the connection
 //! with the reason, since a client that sends one has an error.
 
-use std::{cell::RefCell, rc::Rc, time::Duration};
+use std::{cell::RefCell, time::Duration};
 
 use endpoint::{Mode, query::MAX_BYTES};
 use futures_util::{SinkExt, StreamExt};
@@ -14,14 +14,12 @@ use hyper::{
     body::Bytes,
     header::{self, HeaderMap, HeaderName, HeaderValue},
     http::request::Parts,
-    upgrade::{OnUpgrade, Upgraded},
 };
-use hyper_util::rt::TokioIo;
 use pace::now_ns;
 use tokio::{
-    io::{AsyncReadExt, AsyncWriteExt},
+    net::TcpStream,
     sync::watch,
-    time::timeout,
+    time::{Instant, timeout, timeout_at},
 };
 use tokio_tungstenite::{
     WebSocketStream,
@@ -33,23 +31,31 @@ use tokio_tungstenite::{
     },
 };
 
-use crate::{handler::Handler, refusal::Refusal, session::Sender, token::Pass};
+use crate::{
+    connection::{self, LINGER, Shared},
+    handler::Handler,
+    place::Place,
+    refusal::Refusal,
+    session::Sender,
+    token::Pass,
+    turn::Turn,
+};
 
 /// The longest reason that fits a close frame (RFC 6455, 5.5).
 const REASON_BYTES: usize = 123;
 
-/// How long a socket may be silent. Clients that wait for the start of a run are silent for some
-/// seconds; one that is gone must not keep its place forever.
-const IDLE_TIMEOUT: Duration = Duration::from_secs(60);
+/// After this silence the other end is asked whether it is there: clients that wait for the start of a run
+/// are silent for some seconds.
+const SILENCE: Duration = Duration::from_secs(2);
 
-/// How long an answer may wait for room in the socket.
-const SEND_TIMEOUT: Duration = Duration::from_secs(10);
+/// How long it may take to answer that, by a pong or any message. One that is gone must not keep its place.
+const PONG_WITHIN: Duration = connection::WITHIN;
 
-/// How long the other end has to read why the connection is closed. What it still sends is discarded
-/// meanwhile: closing earlier would lose the reason.
-const LINGER: Duration = Duration::from_secs(1);
+/// How much is read at a time, and how many pongs and answers may wait for an end that does not read.
+const READ_BYTES: usize = 512;
+const UNSENT_BYTES: usize = 8 * 1024;
 
-type Socket = WebSocketStream<TokioIo<Upgraded>>;
+type Socket = WebSocketStream<TcpStream>;
 
 /// The purpose of a socket.
 #[derive(Debug)]
@@ -134,20 +140,25 @@ fn is_key(key: &[u8]) -> bool {
 }
 
 /// Serves a socket to its end.
-pub(crate) async fn serve(upgrade: OnUpgrade, opening: Opening, handler: Rc<RefCell<Handler>>) {
-    let stream = match upgrade.await {
-        Ok(upgraded) => TokioIo::new(upgraded),
-        Err(error) => {
-            tracing::debug!(%error, "socket not opened");
-            return;
-        }
-    };
+///
+/// `arrived` is what came behind its handshake.
+pub(crate) async fn serve(
+    stream: TcpStream,
+    arrived: Vec<u8>,
+    opening: Opening,
+    shared: &Shared,
+    place: &Place,
+) {
     let config = WebSocketConfig::default()
+        .read_buffer_size(READ_BYTES)
+        .write_buffer_size(0)
+        .max_write_buffer_size(UNSENT_BYTES)
         .max_message_size(Some(MAX_BYTES))
         .max_frame_size(Some(MAX_BYTES));
-    let mut socket = WebSocketStream::from_raw_socket(stream, Role::Server, Some(config)).await;
-    if let Some(closing) = converse(&mut socket, opening, &handler).await {
-        close(socket, closing).await;
+    let mut socket =
+        WebSocketStream::from_partially_read(stream, arrived, Role::Server, Some(config)).await;
+    if let Some(closing) = converse(&mut socket, opening, shared, place).await {
+        Box::pin(close(socket, closing, shared, place)).await;
     }
 }
 
@@ -155,8 +166,10 @@ pub(crate) async fn serve(upgrade: OnUpgrade, opening: Opening, handler: Rc<RefC
 async fn converse(
     socket: &mut Socket,
     opening: Opening,
-    handler: &RefCell<Handler>,
+    shared: &Shared,
+    place: &Place,
 ) -> Option<Closing> {
+    let handler = &*shared.handler;
     let Opening {
         mode,
         sender,
@@ -170,14 +183,25 @@ async fn converse(
         }
     };
     let mut on_end_of = std::pin::pin!(on_end_of);
+    let (mut heard, mut is_asked) = (Instant::now(), false);
     loop {
+        let until = heard
+            + if is_asked {
+                SILENCE + PONG_WITHIN
+            } else {
+                SILENCE
+            };
         let message = tokio::select! {
             biased;
-            message = timeout(IDLE_TIMEOUT, socket.next()) => message,
+            message = timeout_at(until, socket.next()) => message,
             () = &mut on_end_of => {
                 return Some(Closing::new(CloseCode::Policy, "the session is over"));
             }
         };
+        if message.is_ok() {
+            (heard, is_asked) = (Instant::now(), false);
+        }
+        let mut turn = shared.turns.wait(place).await;
         let now_ns = now_ns();
         let text = match message {
             Ok(Some(Ok(Message::Text(text)))) => text,
@@ -187,11 +211,19 @@ async fn converse(
                 return Some(Closing::refused(handler, "websocket", code, reason));
             }
             // The crate answers pings and close frames.
-            Ok(Some(Ok(_))) => continue,
+            Ok(Some(Ok(_))) => {
+                turn.end().await;
+                continue;
+            }
             Ok(Some(Err(error))) => return broken(handler, &error),
             Ok(None) => return None,
+            Err(_) if !is_asked => {
+                is_asked = true;
+                send(socket, Message::Ping(Bytes::new()), &mut turn).await?;
+                continue;
+            }
             Err(_) => {
-                let reason = format!("no message in {} s", IDLE_TIMEOUT.as_secs());
+                let reason = format!("no pong within {} s", PONG_WITHIN.as_secs());
                 return Some(Closing::new(CloseCode::Away, reason));
             }
         };
@@ -204,12 +236,21 @@ async fn converse(
                 return Some(Closing::refused(handler, kind, code, refusal.to_string()));
             }
         };
-        match timeout(SEND_TIMEOUT, socket.send(answer)).await {
-            Ok(Ok(())) => {}
-            // The other end does not read, or it is gone.
-            Ok(Err(_)) | Err(_) => return None,
-        }
+        place.on_command(now_ns);
+        place.on_answer();
+        send(socket, answer, &mut turn).await?;
     }
+}
+
+/// Sends a message: into the socket at once, and what does not fit after the turn. `None` if the other end does
+/// not read, or is gone.
+async fn send(socket: &mut Socket, message: Message, turn: &mut Turn<'_>) -> Option<()> {
+    let sent = async {
+        socket.feed(message).await?;
+        turn.end().await;
+        socket.flush().await
+    };
+    timeout(connection::WITHIN, sent).await.ok()?.ok()
 }
 
 /// How to close the socket of an end whose messages cannot be read.
@@ -249,7 +290,7 @@ impl Closing {
 }
 
 /// Sends the reason, and lets the other end read it.
-async fn close(mut socket: Socket, closing: Closing) {
+async fn close(mut socket: Socket, closing: Closing, shared: &Shared, place: &Place) {
     let Closing { code, reason } = closing;
     let frame = CloseFrame {
         code,
@@ -257,10 +298,7 @@ async fn close(mut socket: Socket, closing: Closing) {
     };
     let parting = async {
         if socket.close(Some(frame)).await.is_ok() {
-            let mut stream = socket.into_inner();
-            let mut rest = [0; 4096];
-            let _ = stream.shutdown().await;
-            while let Ok(1..) = stream.read(&mut rest).await {}
+            connection::linger(&mut socket.into_inner(), &shared.turns, place).await;
         }
     };
     // It does not matter whether the other end listens.

@@ -1,21 +1,14 @@
 //! Requests of a page with a body: to begin a session, to store rows, to end.
 //!
-//! `route` has checked the head; this file reads the body, within limits of size and time, and waits
+//! `route` has checked the head and `connection` has read the body; this file executes the request and waits
 //! for the filer's result. All of it runs beside the commands of the loop, never before them.
 
 use std::{cell::RefCell, rc::Rc, time::Duration};
 
-use http_body_util::{BodyExt, LengthLimitError, Limited};
-use hyper::{
-    Response, StatusCode,
-    body::{Bytes, Incoming},
-};
+use hyper::{Response, StatusCode, body::Bytes};
 use pace::now_ns;
 use serde::{Deserialize, Serialize};
-use tokio::{
-    task,
-    time::{sleep, timeout},
-};
+use tokio::{task, time::sleep};
 
 use crate::{
     answer::{JSON, as_json},
@@ -26,10 +19,10 @@ use crate::{
 };
 
 /// The longest body. A second of rows at 1 kHz, some 100 bytes each, takes two chunks.
-pub(crate) const BODY_BYTES: usize = 64 * 1024;
+const BODY_BYTES: usize = 64 * 1024;
 
-/// Time limit for a body. The worst links stall for 5 s.
-const BODY_TIMEOUT: Duration = Duration::from_secs(10);
+/// The longest claim, which anybody may send: a name and some punctuation.
+const CLAIM_BYTES: usize = 1024;
 
 /// What to do with a body.
 #[derive(Clone, Debug)]
@@ -56,6 +49,14 @@ impl Upload {
         match self {
             Self::Claim | Self::End { .. } => JSON,
             Self::Rows { .. } => "text/csv",
+        }
+    }
+
+    /// The greatest size of the body.
+    pub(crate) fn limit(&self) -> usize {
+        match self {
+            Self::Claim => CLAIM_BYTES,
+            Self::Rows { .. } | Self::End { .. } => BODY_BYTES,
         }
     }
 }
@@ -91,7 +92,7 @@ struct Grant<'a> {
 /// Runs an upload to its response.
 pub(crate) async fn run(
     upload: Upload,
-    body: Incoming,
+    body: Bytes,
     handler: Rc<RefCell<Handler>>,
 ) -> Response<Bytes> {
     let done = match upload {
@@ -105,8 +106,8 @@ pub(crate) async fn run(
     })
 }
 
-async fn claim(body: Incoming, handler: &Rc<RefCell<Handler>>) -> Result<Response<Bytes>, Refusal> {
-    let claim: Claim = serde_json::from_slice(&read(body).await?)?;
+async fn claim(body: Bytes, handler: &Rc<RefCell<Handler>>) -> Result<Response<Bytes>, Refusal> {
+    let claim: Claim = serde_json::from_slice(&body)?;
     let client = Client::try_new(claim.client)?;
     let token = Token::random()?;
     let session = token.reveal();
@@ -139,10 +140,9 @@ async fn claim(body: Incoming, handler: &Rc<RefCell<Handler>>) -> Result<Respons
 async fn rows(
     chunk: u64,
     pass: &Pass,
-    body: Incoming,
+    text: Bytes,
     handler: &Rc<RefCell<Handler>>,
 ) -> Result<Response<Bytes>, Refusal> {
-    let text = read(body).await?;
     let (number, filed) = {
         let mut handler = handler.borrow_mut();
         // Checked again, since reading the body took time.
@@ -156,10 +156,9 @@ async fn rows(
 
 async fn end(
     pass: &Pass,
-    body: Incoming,
+    json: Bytes,
     handler: &Rc<RefCell<Handler>>,
 ) -> Result<Response<Bytes>, Refusal> {
-    let json = read(body).await?;
     let (number, filed) = {
         let mut handler = handler.borrow_mut();
         if handler.control.has_ended(pass) {
@@ -204,18 +203,4 @@ fn done() -> Response<Bytes> {
     let mut response = Response::new(Bytes::new());
     *response.status_mut() = StatusCode::NO_CONTENT;
     response
-}
-
-async fn read(body: Incoming) -> Result<Bytes, Refusal> {
-    let whole = Limited::new(body, BODY_BYTES).collect();
-    match timeout(BODY_TIMEOUT, whole).await {
-        Ok(Ok(whole)) => Ok(whole.to_bytes()),
-        Ok(Err(error)) if error.is::<LengthLimitError>() => {
-            Err(Refusal::Long { limit: BODY_BYTES })
-        }
-        Ok(Err(_)) => Err(Refusal::Broken),
-        Err(_) => Err(Refusal::Slow {
-            seconds: BODY_TIMEOUT.as_secs(),
-        }),
-    }
 }

@@ -27,6 +27,7 @@ fn a_thousand_silences_end_in_the_safe_state_within_the_watchdog_s_time_and_two_
     let folder = tempfile::tempdir().expect("a temporary folder");
     let config = Config {
         listen: "127.0.0.1:0".parse().expect("an address"),
+        hosts: Vec::new(),
         settings: PlantSettings {
             hold: "5ms then zero".parse().expect("a hold"),
             ..PlantSettings::new(SampleTime::try_new(H_NS).expect("1 ms"))

@@ -28,8 +28,8 @@ from webloop.session import HEADER, LOST, Session
 from webloop.setting import Config
 from webloop.worker import Worker
 
-IDLE_NS = 5_000_000_000
-"""How long a kept connection may idle. It is below the plant's limit of 10 s:
+IDLE_NS = 4_000_000_000
+"""How long a kept connection may idle. It is below the plant's limit of 5 s:
 else a request could meet the close of its connection."""
 
 EXCERPT_CHARS = 200

@@ -3,7 +3,8 @@
 //! Values keep their position in the text, so that a fault can refer to it.
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
 type Number = Option<Spanned<f64>>;
@@ -42,6 +43,16 @@ impl Each {
     }
 }
 
+/// Reads a sentence. It is shown as it stands, so it has no character that would act on a terminal.
+fn sentence<'de, D: Deserializer<'de>>(text: D) -> Result<String, D::Error> {
+    let text = String::deserialize(text)?;
+    let acts = |letter: char| letter.is_control() && !matches!(letter, '\n' | '\t');
+    if text.contains(acts) {
+        return Err(D::Error::custom("a control character; write plain text"));
+    }
+    Ok(text)
+}
+
 /// A plant, the law that controls it, and the reference.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -51,7 +62,7 @@ pub(crate) struct SystemFile {
     #[schemars(with = "String")]
     pub(crate) name: Spanned<String>,
     /// A sentence on what it is.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "sentence")]
     pub(crate) about: String,
     /// The reference of the output, or a list of one for each output; 1 if not given.
     #[schemars(with = "Option<Each>")]

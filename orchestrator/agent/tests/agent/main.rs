@@ -3,6 +3,7 @@
 
 mod endings;
 mod follower;
+mod hostile;
 mod remote;
 mod roles;
 mod routes;

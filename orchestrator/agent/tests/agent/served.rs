@@ -51,6 +51,7 @@ impl Served {
         let folder = tempfile::tempdir().unwrap();
         let mut config = Config {
             listen: "127.0.0.1:0".parse().unwrap(),
+            hosts: vec!["agent".to_owned(), "a".to_owned()],
             name: AgentName::Plant,
             scratch: folder.path().join("scratch"),
             token: None,

@@ -51,6 +51,9 @@ pub(crate) struct ServePlant {
     /// Address to listen on
     #[arg(long, default_value = "127.0.0.1:8080", value_name = "ADDRESS:PORT")]
     pub(crate) listen: SocketAddr,
+    /// A name under which clients know it, besides addresses, localhost and this machine's name; repeatable
+    #[arg(long = "host", value_name = "NAME", value_parser = host)]
+    pub(crate) hosts: Vec<String>,
     /// Sample time
     #[arg(long, default_value = "3ms", value_name = "TIME")]
     pub(crate) h: SampleTime,
@@ -235,6 +238,12 @@ pub(crate) struct ServeHealth {
     /// Do not exit while the agent works, so that a container engine asks only once
     #[arg(long)]
     pub(crate) hold: bool,
+}
+
+fn host(text: &str) -> Result<String, String> {
+    endpoint::host::is_name(text)
+        .then(|| text.to_owned())
+        .ok_or_else(|| "give a host's name, like plant or bench.lab, without a port".to_owned())
 }
 
 fn reference(text: &str) -> Result<f64, String> {

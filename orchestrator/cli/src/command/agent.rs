@@ -14,6 +14,13 @@ use crate::exit::{Exit, Failure, Outcome};
 pub(crate) fn serve(argument: &ServeAgent) -> Outcome {
     let config = Config {
         listen: address(&argument.listen)?,
+        // Who listens on a name is asked by that name.
+        hosts: argument
+            .listen
+            .rsplit_once(':')
+            .map(|(name, _)| name.to_owned())
+            .into_iter()
+            .collect(),
         name: argument.name,
         scratch: argument.scratch.clone(),
         token: Token::from_environment().map_err(Failure::usage)?,

@@ -21,7 +21,8 @@ pub(crate) fn run(argument: &Collect) -> Outcome {
     let folder = campaign.path();
     let merged = sources.merge_into(folder)?;
     for damage in &merged.damage {
-        eprintln!("webloop: {}: {}", damage.path.display(), damage.problem);
+        let path = damage.path.display().to_string();
+        eprintln!("webloop: {}: {}", endpoint::plain(&path), damage.problem);
     }
 
     let read = analysis::Campaign::read(folder)?;

@@ -30,6 +30,7 @@ pub(crate) fn plant(argument: &ServePlant) -> Outcome {
     let law = told_law(&system, h)?.map(serde_json::to_value);
     let config = ::plant::Config {
         listen: role.listen,
+        hosts: role.hosts.clone(),
         settings: role.settings,
         law: law.transpose()?,
         reference: role.reference.clone(),
@@ -117,6 +118,7 @@ fn plant_role(argument: &ServePlant) -> Result<PlantRole, Failure> {
     let system = source::system(&argument.system)?;
     Ok(PlantRole {
         listen: argument.listen,
+        hosts: argument.hosts.clone(),
         settings: PlantSettings {
             h: argument.h,
             late: argument.late,

@@ -5,6 +5,7 @@ mod architecture;
 mod book;
 mod collect;
 mod compare;
+mod escape;
 mod falsified;
 mod gate;
 mod report;

@@ -11,9 +11,9 @@ use super::{
 };
 use crate::{Config, DriveError};
 
-/// How long a kept connection may idle. It is below the plant's limit of 10 s; otherwise a request
+/// How long a kept connection may idle. It is below the plant's limit of 5 s; otherwise a request
 /// could be sent just as the plant closes the connection.
-const POOL_IDLE: Duration = Duration::from_secs(5);
+const POOL_IDLE: Duration = Duration::from_secs(4);
 
 /// One GET per message.
 #[derive(Clone, Debug)]

@@ -51,6 +51,7 @@ fn with_settings<T>(
 ) -> (T, report::Plant) {
     let config = plant::Config {
         listen: "127.0.0.1:0".parse().expect("an address"),
+        hosts: Vec::new(),
         settings,
         law: None,
         reference: None,

@@ -1,7 +1,10 @@
 //! A plant over real sockets on loopback.
 
 mod errors;
+mod foreign;
+mod framing;
 mod http;
+mod mutation;
 mod page;
 mod safe;
 mod session;

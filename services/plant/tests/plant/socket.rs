@@ -42,9 +42,13 @@ fn ask(socket: &mut Socket, text: &str) -> String {
 
 /// How the plant closes: the code and the reason.
 pub(crate) fn closing(socket: &mut Socket) -> (u16, String) {
-    match socket.read().expect("a last word") {
-        Message::Close(Some(frame)) => (frame.code.into(), frame.reason.to_string()),
-        other => panic!("{other:?}"),
+    loop {
+        match socket.read().expect("a last word") {
+            // Whether we are there; the answer is sent by the next read.
+            Message::Ping(_) => {}
+            Message::Close(Some(frame)) => return (frame.code.into(), frame.reason.to_string()),
+            other => panic!("{other:?}"),
+        }
     }
 }
 

@@ -18,6 +18,7 @@ use tokio::sync::oneshot;
 pub(crate) fn config(out: &Path) -> Config {
     Config {
         listen: "127.0.0.1:0".parse().expect("an address"),
+        hosts: ["plant", "a", "b"].map(str::to_owned).into(),
         settings: PlantSettings::new(SampleTime::try_new(3_000_000).expect("3 ms")),
         law: None,
         reference: None,
