@@ -113,12 +113,8 @@ mod tests {
             packets,
             bytes: packets * 84,
             delivered: packets,
-            lost: 0,
-            overflow: 0,
-            unplayed: 0,
-            foreign: 0,
             dropped,
-            lateness: Lateness::default(),
+            ..WayReport::default()
         }
     }
 

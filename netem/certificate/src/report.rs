@@ -38,9 +38,9 @@ pub struct LinkRow {
 
 /// One way of the link over the whole play.
 ///
-/// `packets = delivered + lost + overflow + unplayed` and those of `dropped` that were lost
-/// in sending.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+/// `packets + duplicated = delivered + lost + overflow + unplayed` and those of `dropped` that
+/// were lost in sending.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WayReport {
     /// IPv4 packets that entered.
@@ -60,8 +60,26 @@ pub struct WayReport {
     /// Packets that the player itself lost: its socket was full, or sending failed. Anything
     /// but 0 makes a run invalid.
     pub dropped: u64,
+    /// Packets that a fault of the link let out twice.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub duplicated: u64,
+    /// Packets of which a fault flipped a bit.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub corrupted: u64,
+    /// Segments of TCP that a fault made resets.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub reset: u64,
+    /// Segments of TCP of which a fault changed the controller's port.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub rebound: u64,
     /// How late the departures were.
     pub lateness: Lateness,
+}
+
+/// Whether a fault concerned no packet: what was not asked for is not in a report.
+#[allow(clippy::trivially_copy_pass_by_ref)] // The signature is serde's.
+fn is_none(count: &u64) -> bool {
+    *count == 0
 }
 
 /// A time that the player was kept from its processor, or stopped, though it had something to do.

@@ -267,7 +267,7 @@ fn behind_a_rate_limit_the_queue_is_known_where_it_is_known_what_entered() {
         let mut link = Timeline::new(&narrow(rate), 1, EPOCH);
         let mut echoes = Vec::new();
         for &(t_ns, bytes) in &packets {
-            let link::Fate::Deliver { at: at_ns } = link.transmit(Way::Up, t_ns, bytes) else {
+            let link::Fate::Deliver { at: at_ns, .. } = link.transmit(Way::Up, t_ns, bytes) else {
                 panic!("the queue has room");
             };
             if bytes == 84 {

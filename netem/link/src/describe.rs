@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use crate::fault::{Again, Effect, Fault};
 use crate::law::{Form, Law};
 use crate::prediction::{Band, Pings, Prediction, Rtt, predict};
 use crate::profile::{Asked, Delay, Level, Loss, Order, PathLaw, Profile, Rate, Stall};
@@ -20,7 +21,11 @@ pub fn describe(profile: &Profile) -> String {
         }
         return text;
     }
-    if profile.up == profile.down {
+    let without_faults = |law: &PathLaw| PathLaw {
+        faults: Vec::new(),
+        ..law.clone()
+    };
+    if without_faults(&profile.up) == without_faults(&profile.down) {
         text.push_str("\nFrom controller to plant, and likewise back, drawn independently:\n");
         path(&mut text, &profile.up);
     } else {
@@ -29,6 +34,7 @@ pub fn describe(profile: &Profile) -> String {
         text.push_str("\nFrom plant to controller:\n");
         path(&mut text, &profile.down);
     }
+    faults(&mut text, profile);
     let prediction = predict(profile, Pings::TABLE_2);
     round_trips(&mut text, &prediction, profile.asked());
     text
@@ -104,6 +110,62 @@ fn path(text: &mut String, law: &PathLaw) {
             Order::Free => "free: a packet overtakes others when the delay falls",
         },
     );
+}
+
+/// The faults of both directions, in order of their beginning.
+fn faults(text: &mut String, profile: &Profile) {
+    let (up, down) = (&profile.up.faults, &profile.down.faults);
+    let mut faults: Vec<(&Fault, &str)> = Vec::new();
+    faults.extend(up.iter().map(|fault| match down.contains(fault) {
+        true => (fault, "both ways"),
+        false => (fault, "up"),
+    }));
+    let of_down_only = down.iter().filter(|fault| !up.contains(fault));
+    faults.extend(of_down_only.map(|fault| (fault, "down")));
+    if faults.is_empty() {
+        return;
+    }
+    faults.sort_by_key(|(fault, _)| (fault.at_ns, fault.number));
+    text.push_str("\nFaults:\n");
+    for (fault, way) in faults {
+        let again = match fault.again {
+            _ if fault.times == Some(1) => String::new(),
+            Again::Never => String::new(),
+            Again::Random { every_ns } => format!(
+                ", then once at a random instant of each {}",
+                time(every_ns as f64)
+            ),
+            Again::Exact { period_ns } => format!(", then every {}", time(period_ns as f64)),
+        };
+        let times = match fault.times {
+            None | Some(1) => String::new(),
+            Some(times) => format!(", {times} times in all"),
+        };
+        let _ = writeln!(
+            text,
+            "  At {} for {}{again}{times}, {way}: {}",
+            time(fault.at_ns as f64),
+            time(fault.for_ns as f64),
+            effect(fault.effect)
+        );
+    }
+}
+
+fn effect(effect: Effect) -> String {
+    let of_slots = |share| format!("the packets of {} of the slots of 1 ms", percent(share));
+    match effect {
+        Effect::Down => "every packet is lost".to_owned(),
+        Effect::Delay { delay_ns } => format!("{} more delay", time(delay_ns as f64)),
+        Effect::Loss { share } => format!("{} are lost", of_slots(share)),
+        Effect::Duplicate { share } => format!("{} come out twice", of_slots(share)),
+        Effect::Reorder { share, by_ns } => {
+            let by = time(by_ns as f64);
+            format!("{} are held back by {by} and overtaken", of_slots(share))
+        }
+        Effect::Corrupt { share } => format!("{} have a bit flipped", of_slots(share)),
+        Effect::Reset => "segments of TCP become resets of their connection".to_owned(),
+        Effect::Rebind => "the controller's ports of TCP change".to_owned(),
+    }
 }
 
 fn held(level: &Level) -> String {

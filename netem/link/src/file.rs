@@ -8,6 +8,8 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
+use crate::way::Way;
+
 /// A quantity with its position.
 type Text = Spanned<String>;
 
@@ -50,6 +52,10 @@ pub(crate) struct ProfileFile {
     /// From plant to controller.
     #[schemars(with = "Option<PathFile>")]
     pub(crate) down: Option<Spanned<PathFile>>,
+    /// What goes wrong with the link, and when.
+    #[serde(default)]
+    #[schemars(with = "Vec<FaultFile>")]
+    pub(crate) fault: Vec<Spanned<FaultFile>>,
 }
 
 /// What `ping` is to say.
@@ -238,6 +244,57 @@ pub(crate) enum LossFile {
         #[schemars(with = "Option<String>")]
         hold: Option<Text>,
     },
+}
+
+/// A fault of the link: when it is in force, and exactly one effect.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FaultFile {
+    /// The direction that it concerns; both if not said.
+    #[schemars(with = "Option<Way>")]
+    pub(crate) way: Option<Spanned<Way>>,
+    /// When it begins, such as "3s", counted from the start of the run.
+    #[schemars(with = "String")]
+    pub(crate) at: Text,
+    /// How long it lasts.
+    #[schemars(with = "String")]
+    pub(crate) r#for: Text,
+    /// It comes again: once at a random instant of each further span of this length.
+    #[schemars(with = "Option<String>")]
+    pub(crate) every: Option<Text>,
+    /// It comes again exactly so often, in place of `every`.
+    #[schemars(with = "Option<String>")]
+    pub(crate) period: Option<Text>,
+    /// How often it comes at most; until the end if not said.
+    #[schemars(with = "Option<u64>")]
+    pub(crate) times: Option<Spanned<i64>>,
+    /// Every packet is lost.
+    #[schemars(with = "Option<bool>")]
+    pub(crate) down: Option<Spanned<bool>>,
+    /// So much more delay; the order of packets is kept as without it.
+    #[schemars(with = "Option<String>")]
+    pub(crate) delay: Option<Text>,
+    /// So many of the slots of 1 ms lose their packets, beside the link's own loss.
+    #[schemars(with = "Option<String>")]
+    pub(crate) loss: Option<Text>,
+    /// The packets of so many slots come out twice.
+    #[schemars(with = "Option<String>")]
+    pub(crate) duplicate: Option<Text>,
+    /// The packets of so many slots are held back, so that later ones overtake them.
+    #[schemars(with = "Option<String>")]
+    pub(crate) reorder: Option<Text>,
+    /// How long `reorder` holds them back; "5ms" if not said.
+    #[schemars(with = "Option<String>")]
+    pub(crate) by: Option<Text>,
+    /// The packets of so many slots have one bit behind their IP header flipped.
+    #[schemars(with = "Option<String>")]
+    pub(crate) corrupt: Option<Text>,
+    /// Segments of TCP become resets of their connection.
+    #[schemars(with = "Option<bool>")]
+    pub(crate) reset: Option<Spanned<bool>>,
+    /// The controller's ports of TCP change, as by a NAT that forgot them.
+    #[schemars(with = "Option<bool>")]
+    pub(crate) rebind: Option<Spanned<bool>>,
 }
 
 /// A recorded link: steps, each in force until the next.

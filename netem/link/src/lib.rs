@@ -6,7 +6,7 @@
 //!
 //! - reading a profile: `file` (keys), `resolve` (checks), `profile` (values), `finding` (errors and
 //!   warnings), `unit` (quantities)
-//! - playing it: `path` (one direction: `bottleneck`, `loss`, `spells`, `wire`), `link` (both),
+//! - playing it: `path` (one direction: `bottleneck`, `fault`, `loss`, `spells`, `wire`), `link` (both),
 //!   `timeline` (a run's link: the empty link first), based on `law` (distributions) and `draws`
 //!   (randomness); `load`: a queue in retrospect; `time`: the link's and the machine's
 //! - commands for tc: `setting` (one state of netem), `staircase` (the changes in time), `script`
@@ -17,6 +17,7 @@
 mod bottleneck;
 mod describe;
 mod draws;
+mod fault;
 mod file;
 mod finding;
 mod law;
@@ -42,6 +43,7 @@ mod wire;
 
 pub use describe::describe;
 pub use draws::within_ns;
+pub use fault::{FaultSpell, Twist};
 pub use file::{schema, sentence};
 pub use finding::{Finding, Severity};
 pub use link::Link;

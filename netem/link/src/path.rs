@@ -1,12 +1,13 @@
 //! One direction of a link as it is played.
 //!
 //! A packet passes, in this order, the bottleneck (rate and queue), loss, the gate (it waits while
-//! the link is stalled), and the wire (delay and order). All but the bottleneck are functions of time
-//! and seed alone, evaluated at the instant when the packet leaves the bottleneck. In this module and
+//! the link is stalled), and the wire (delay and order). Faults have a part in loss and wire, and may
+//! twist the packet at the end. All but the bottleneck are functions of time and seed alone, evaluated at the instant when the packet leaves the bottleneck. In this module and
 //! in its parts every instant in `_ns` is a link time.
 
 use crate::bottleneck::Bottleneck;
 use crate::draws::Draws;
+use crate::fault::{Faults, Twist};
 use crate::load::Load;
 use crate::loss::LossProcess;
 use crate::profile::{Delay, PathLaw, Rate};
@@ -25,9 +26,22 @@ pub enum Fate<At> {
     Deliver {
         /// When it leaves.
         at: At,
+        /// What faults do to it.
+        twist: Twist,
     },
     /// It is lost.
     Drop(Cause),
+}
+
+impl<At> Fate<At> {
+    /// When the packet arrives as it was sent; `None` if it is lost or damaged.
+    #[must_use]
+    pub fn arrives(self) -> Option<At> {
+        match self {
+            Self::Deliver { at, twist } if twist.flip.is_none() => Some(at),
+            Self::Deliver { .. } | Self::Drop(_) => None,
+        }
+    }
 }
 
 /// Why a packet is lost.
@@ -44,7 +58,7 @@ pub enum Cause {
 pub struct State {
     /// One-way delay of a packet that enters now, in ns.
     pub delay_ns: u64,
-    /// Whether a packet that enters now is lost.
+    /// Whether a packet that enters now is lost, or damaged so that its receiver discards it.
     pub lost: bool,
     /// Rate limit in bit/s, if there is one.
     pub rate_bps: Option<u64>,
@@ -55,7 +69,7 @@ pub struct State {
 pub struct Passage {
     /// Its delay, in ns, including the time in the queue and for sending, as far as they are known.
     pub delay_ns: u64,
-    /// Whether it is lost, or finds the queue full.
+    /// Whether it is lost or damaged, or finds the queue full.
     pub lost: bool,
     /// Whether there is a queue of unknown length, which may delay the packet more, or drop it.
     pub queued: bool,
@@ -70,6 +84,7 @@ pub struct Path {
     loss: LossProcess,
     gate: Option<Spells>,
     wire: Wire,
+    faults: Faults,
     newest_ns: u64,
 }
 
@@ -87,7 +102,13 @@ impl Path {
                 let gap_ns = s.every_ns as f64 - s.length.mean_ns();
                 Spells::new(gap_ns, s.length.clone(), stall)
             }),
-            wire: Wire::new(&law.delay, law.order, level),
+            wire: Wire::new(
+                &law.delay,
+                law.order,
+                level,
+                Faults::of_delay(&law.faults, way, seed),
+            ),
+            faults: Faults::new(&law.faults, way, seed),
             law: law.clone(),
             newest_ns: 0,
         }
@@ -116,6 +137,10 @@ impl Path {
         }
         Fate::Deliver {
             at: LinkTime::from_ns(sent_ns).after(self.delay_ns(sent_ns)),
+            twist: match self.faults.is_empty() {
+                true => Twist::NONE,
+                false => self.faults.twist(sent_ns),
+            },
         }
     }
 
@@ -128,7 +153,7 @@ impl Path {
         let t_ns = self.kept(t.ns());
         State {
             delay_ns: self.delay_ns(t_ns),
-            lost: self.lost(t_ns),
+            lost: self.lost(t_ns) || self.faults.corrupts(t_ns),
             rate_bps: rate_at(&self.law, t_ns),
         }
     }
@@ -175,6 +200,16 @@ impl Path {
         self.gate.as_mut()?.after(t.ns())
     }
 
+    /// The last link time up to `t` at which faults may have broken connections of TCP that cross.
+    pub fn broken(&mut self, t: LinkTime) -> Option<LinkTime> {
+        self.faults.broken_ns(t.ns()).map(LinkTime::from_ns)
+    }
+
+    /// Whether a fault that loses or damages packets is in force.
+    pub(crate) fn loses_by_fault(&mut self, t: LinkTime) -> bool {
+        self.faults.is_lossy(t.ns())
+    }
+
     /// Forgets what lies too far back, and limits `t_ns` to the range that is kept.
     fn kept(&mut self, t_ns: u64) -> u64 {
         if t_ns > self.newest_ns {
@@ -192,7 +227,11 @@ impl Path {
     fn delay_ns(&mut self, t_ns: u64) -> u64 {
         let opens_ns = self.gate.as_mut().and_then(|gate| gate.end_at(t_ns));
         let on_wire_ns = opens_ns.unwrap_or(t_ns);
-        (on_wire_ns - t_ns).saturating_add(self.wire.delay_ns(on_wire_ns))
+        let delay_ns = (on_wire_ns - t_ns).saturating_add(self.wire.delay_ns(on_wire_ns));
+        match self.faults.is_empty() {
+            true => delay_ns,
+            false => delay_ns.saturating_add(self.faults.held_back_ns(t_ns)),
+        }
     }
 
     fn lost(&mut self, t_ns: u64) -> bool {
@@ -200,7 +239,7 @@ impl Path {
             Delay::Trace(trace) => Some(trace),
             _ => None,
         };
-        self.loss.lost(t_ns, trace)
+        self.loss.lost(t_ns, trace) || self.faults.lost(t_ns)
     }
 }
 

@@ -8,7 +8,6 @@
 use serde::Serialize;
 
 use crate::link::Link;
-use crate::path::Fate;
 use crate::profile::Profile;
 use crate::time::LinkTime;
 
@@ -125,13 +124,13 @@ fn round_trips_ns(profile: &Profile, seed: u64, pings: Pings, bytes: [u32; 2]) -
     // A path must be called in order of entry, and a link may let packets overtake.
     let mut turned: Vec<(LinkTime, usize)> = Vec::with_capacity(round_trips.len());
     for place in 0..round_trips.len() {
-        if let Fate::Deliver { at } = link.up.transmit(sent(place), bytes[0]) {
+        if let Some(at) = link.up.transmit(sent(place), bytes[0]).arrives() {
             turned.push((at, place));
         }
     }
     turned.sort_unstable();
     for (t, place) in turned {
-        if let Fate::Deliver { at } = link.down.transmit(t, bytes[1]) {
+        if let Some(at) = link.down.transmit(t, bytes[1]).arrives() {
             round_trips[place] = Some(at.since(sent(place)));
         }
     }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use crate::fault::{Effect, Fault};
 use crate::law::Law;
 use crate::trace::Trace;
 use crate::way::Way;
@@ -51,6 +52,8 @@ pub(crate) struct PathLaw {
     pub(crate) stall: Option<Stall>,
     pub(crate) loss: Loss,
     pub(crate) rate: Option<Rate>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) faults: Vec<Fault>,
 }
 
 /// The delay of the wire.
@@ -169,6 +172,15 @@ impl Delay {
 }
 
 impl PathLaw {
+    /// The greatest possible delay of the wire, with what faults add to it.
+    pub(crate) fn reach_ns(&self) -> u64 {
+        let added_ns = self.faults.iter().map(|fault| match fault.effect {
+            Effect::Delay { delay_ns } => delay_ns,
+            _ => 0,
+        });
+        added_ns.fold(self.delay.reach_ns(), u64::saturating_add)
+    }
+
     /// A constant delay and nothing else.
     pub(crate) fn constant(delay_ns: u64) -> Self {
         Self {
@@ -177,6 +189,7 @@ impl PathLaw {
             stall: None,
             loss: Loss::Never,
             rate: None,
+            faults: Vec::new(),
         }
     }
 }

@@ -1,9 +1,11 @@
 //! From a profile's text to a valid [`Profile`], or to a list of all its errors.
 //!
-//! This file handles the profile as a whole; the files below handle laws, delays, losses and traces.
+//! This file handles the profile as a whole; the files below handle laws, delays, losses, traces and
+//! faults.
 //! All of them continue after an error, so that one reading finds every error.
 
 mod delay;
+mod fault;
 mod law;
 mod loss;
 mod trace;
@@ -94,7 +96,9 @@ fn profile(
             }
         }
     };
-    let (up, down) = (up?, down?);
+    let faults = fault::faults(&file.fault, file.loopback, findings);
+    let (mut up, mut down) = (up?, down?);
+    fault::share_out(&faults, &file.fault, [&mut up, &mut down], findings);
     if let (Some(at), Some(asked)) = (&file.asked, asked) {
         check_floor(at, &asked, &up, &down, findings);
     }
@@ -226,5 +230,6 @@ fn path(
         stall: stall?,
         loss: loss?,
         rate: rate?,
+        faults: Vec::new(),
     })
 }

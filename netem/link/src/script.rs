@@ -24,6 +24,13 @@ pub fn script(profile: &Profile, seed: u64, way: Way, span_ns: u64) -> String {
         text.push_str("# Both ends are on one machine: there is nothing to shape.\n");
         return text;
     }
+    if let Some(fault) = profile.beyond_tc() {
+        let _ = writeln!(
+            text,
+            "# tc cannot play the link's fault `{fault}`; webloop itself can."
+        );
+        return text;
+    }
     let mut staircase = Staircase::new(profile, seed, way);
     let changes: Vec<_> =
         std::iter::from_fn(|| staircase.next_before(LinkTime::from_ns(span_ns))).collect();

@@ -150,7 +150,7 @@ fn limit(law: &PathLaw) -> u32 {
     /// A full-size packet, as sent by a flow that fills the queue.
     const PACKET_BITS: u128 = 1500 * 8;
     let stall_ns = law.stall.as_ref().map_or(0.0, |s| s.length.reach_ns());
-    let longest_ns = u128::from(law.delay.reach_ns()) + stall_ns as u128;
+    let longest_ns = u128::from(law.reach_ns()) + stall_ns as u128;
     let waiting = longest_ns * u128::from(PACKETS_PER_S) / NS_PER_S;
     let fit = |packets: u128| {
         u32::try_from(packets)

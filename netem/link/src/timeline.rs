@@ -68,8 +68,9 @@ impl Timeline {
     pub fn transmit(&mut self, way: Way, t_ns: u64, bytes: u32) -> Fate<u64> {
         let (path, t, origin) = self.path(way, t_ns);
         match path.transmit(t, bytes) {
-            Fate::Deliver { at } => Fate::Deliver {
+            Fate::Deliver { at, twist } => Fate::Deliver {
                 at: origin.t_ns(at),
+                twist,
             },
             Fate::Drop(cause) => Fate::Drop(cause),
         }
@@ -79,6 +80,21 @@ impl Timeline {
     pub fn state_at(&mut self, way: Way, t_ns: u64) -> State {
         let (path, t, _) = self.path(way, t_ns);
         path.state_at(t)
+    }
+
+    /// The last instant up to `t_ns` at which faults of either way may have broken connections of TCP.
+    pub fn broken_ns(&mut self, t_ns: u64) -> Option<u64> {
+        let broken = |way| {
+            let (path, t, origin) = self.path(way, t_ns);
+            path.broken(t).map(|t| origin.t_ns(t))
+        };
+        Way::BOTH.into_iter().filter_map(broken).max()
+    }
+
+    /// Whether a fault that loses or damages packets is in force on a way.
+    pub fn loses_by_fault(&mut self, way: Way, t_ns: u64) -> bool {
+        let (path, t, _) = self.path(way, t_ns);
+        path.loses_by_fault(t)
     }
 
     /// The path in force at `t_ns`, that instant in the path's own time, and the origin of that time;

@@ -1,11 +1,12 @@
-//! The wire's delay at each instant: a level that is held and redrawn, or the steps of a trace; and
-//! the order in which packets leave.
+//! The wire's delay at each instant: a level that is held and redrawn, or the steps of a trace, and what
+//! faults add to it; and the order in which packets leave.
 //!
 //! If the order is kept, the delay is first-in first-out as a function of time alone: a packet leaves no
 //! earlier than one that *could* have entered before it. With the level D(t) it is `D*(t) = max over s <= t
 //! of (s + D(s)) - t`, the virtual waiting time, which falls by at most one second per second.
 
 use crate::draws::Draws;
+use crate::fault::{Effect, Seeded};
 use crate::profile::{Delay, Level, Order};
 
 /// A piece of time with a constant level.
@@ -34,18 +35,22 @@ pub(crate) struct Wire {
     delay: Delay,
     order: Order,
     draws: Draws,
+    /// Faults that add to the delay.
+    faults: Vec<Seeded>,
     reach_ns: u64,
     /// The piece of the newest query, since the next is mostly about the same.
     known: Option<Known>,
 }
 
 impl Wire {
-    pub(crate) fn new(delay: &Delay, order: Order, draws: Draws) -> Self {
+    pub(crate) fn new(delay: &Delay, order: Order, draws: Draws, faults: Vec<Seeded>) -> Self {
+        let added_ns = faults.iter().map(added_ns).fold(0, u64::saturating_add);
         Self {
             delay: delay.clone(),
             order,
             draws,
-            reach_ns: delay.reach_ns(),
+            faults,
+            reach_ns: delay.reach_ns().saturating_add(added_ns),
             known: None,
         }
     }
@@ -91,6 +96,20 @@ impl Wire {
     }
 
     fn piece_at(&mut self, t_ns: u64) -> Piece {
+        let mut piece = self.level_at(t_ns);
+        for fault in &mut self.faults {
+            let span = fault.span_at(t_ns);
+            piece.start_ns = piece.start_ns.max(span.start_ns);
+            piece.end_ns = piece.end_ns.min(span.end_ns);
+            if span.is_spell {
+                piece.level_ns = piece.level_ns.saturating_add(added_ns(fault));
+            }
+        }
+        piece
+    }
+
+    /// The piece without faults.
+    fn level_at(&mut self, t_ns: u64) -> Piece {
         match &self.delay {
             Delay::Constant { delay_ns } => Piece {
                 start_ns: 0,
@@ -107,6 +126,14 @@ impl Wire {
                 }
             }
         }
+    }
+}
+
+/// What a fault adds to the delay while it is in force.
+fn added_ns(fault: &Seeded) -> u64 {
+    match fault.effect() {
+        Effect::Delay { delay_ns } => delay_ns,
+        _ => 0,
     }
 }
 

@@ -8,6 +8,7 @@
 pub(crate) mod relay;
 pub(crate) mod tally;
 pub(crate) mod tunnel;
+pub(crate) mod twist;
 pub(crate) mod watch;
 
 use std::io;
@@ -181,8 +182,8 @@ impl<'p> Player<'p> {
                 match self.ports[way].receive(&mut frame).doing(receiving(way))? {
                     Some(arrival) => {
                         self.watch.on_arrival(arrival.stamp_ns);
-                        let dropped = self.relay.enter(way, &arrival, frame);
-                        self.tallies[way].entered(arrival.ip_bytes, dropped);
+                        let entry = self.relay.enter(way, &arrival, frame);
+                        self.tallies[way].entered(arrival.ip_bytes, entry);
                         self.note(way, arrival.ip_bytes);
                     }
                     None => {

@@ -93,7 +93,7 @@ mod tests {
     fn second(t_ns: u64) -> [LinkRow; 2] {
         [Way::Up, Way::Down].map(|way| {
             let mut tally = Tally::new(way);
-            tally.entered(84, None);
+            tally.entered(84, Ok(link::Twist::NONE));
             tally.left(1_500, true);
             tally.row(t_ns)
         })

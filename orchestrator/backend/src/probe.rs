@@ -39,6 +39,7 @@ pub fn probe(
     stop: &AtomicBool,
     on_answer: impl FnMut(&Echo) + Send,
 ) -> Result<Probed, RunError> {
+    player.check(profile)?;
     let lab = Lab::new(profile)?;
     let epoch_ns = now_ns() + schedule::LEAD_NS;
     let epoch = Epoch::at_ns(epoch_ns);

@@ -173,6 +173,9 @@ fn execute(
             )));
         }
     }
+    if !matches!(backend, Backend::Sim(_)) {
+        player.check(&profile)?;
+    }
     let seen = match backend {
         Backend::Netns {
             authority,

@@ -47,6 +47,9 @@ pub(crate) struct Crossing {
     pub(crate) leaves_ns: Option<u64>,
     /// Whether its client may have had to open a connection for it.
     pub(crate) opens: bool,
+    /// Whether a fault of the link may have broken its connection: then it may be sent again at any time,
+    /// or never, and how late it is says nothing.
+    pub(crate) is_unsure: bool,
 }
 
 /// Compares the crossings of one way, in order of entry, with the link.
@@ -90,6 +93,10 @@ struct Expected {
     /// When a resend of it leaves at the earliest; `None` if its loss would not show. If a connection is
     /// opened for the message, it is unknown at which crossing of the handshake a loss was.
     again_ns: Option<u64>,
+    /// Whether its lateness or loss says nothing, because of a fault of the link.
+    is_unsure: bool,
+    /// Whether it may have waited until the link lost it, though it should have crossed.
+    may_stray: bool,
 }
 
 impl<'a> Held<'a> {
@@ -125,13 +132,32 @@ impl<'a> Held<'a> {
             let t_ns = crossing.enters_ns;
             terms.window(&mut self.link, way, t_ns, within_ns, MESSAGE_BYTES)
         };
-        let (direct, stray) = (window(within_ns), window(stray_ns));
+        let (mut direct, stray) = (window(within_ns), window(stray_ns));
+        if stray.lossy >= 1.0 {
+            let link = &mut self.link;
+            let again_ns = terms.carries_again_ns(link, way, crossing.enters_ns, stray_ns);
+            direct.earliest_ns = direct.earliest_ns.max(again_ns);
+        }
         let (mut latest_ns, mut lossy) = (direct.latest_ns, stray.lossy);
+        let mut is_unsure = crossing.is_unsure;
         if crossing.opens {
             let opened = terms.opened(&mut self.link, crossing.enters_ns, within_ns);
             latest_ns = latest_ns.max(opened.latest_ns);
-            lossy = lossy.max(opened.lossy);
+            let strays = terms.opened_lossy(&mut self.link, crossing.enters_ns, within_ns);
+            lossy = lossy.max(opened.lossy).max(strays);
         }
+        // Where a fault loses many packets, which connection is free when is not known so exactly: any message
+        // may have waited for one for as long as a handshake takes.
+        let link = &mut self.link;
+        let may_wait =
+            way == Way::Up && !crossing.opens && link.loses_by_fault(way, crossing.enters_ns);
+        let may_stray = may_wait && {
+            let opened = terms.opened(link, crossing.enters_ns, within_ns);
+            let wait_ns = opened.latest_ns.saturating_sub(crossing.enters_ns);
+            let wait_ns = wait_ns.min(ns(RESEND_MS));
+            let waited = terms.window(link, way, crossing.enters_ns, wait_ns, MESSAGE_BYTES);
+            waited.lossy > 0.0
+        };
         // Asked here, where the link is asked for this time anyway: it has forgotten it later.
         let again_ns = (lossy > 0.0 && !crossing.opens).then(|| {
             let again_ns = crossing.enters_ns + ns(RESEND_MS);
@@ -140,6 +166,11 @@ impl<'a> Held<'a> {
             again.earliest_ns
         });
         if terms.shares_one {
+            // Behind a lost packet others follow on the same connection, so that it is sent again a round
+            // trip later: where a fault loses many, how many were lost does not show.
+            let last_ns = crossing.enters_ns.saturating_add(stray_ns);
+            let mut is_faulty = |t_ns| self.link.loses_by_fault(way, t_ns);
+            is_unsure |= is_faulty(crossing.enters_ns) || is_faulty(last_ns);
             latest_ns = latest_ns.max(self.held_until_ns);
             let leaves_ns = crossing.leaves_ns.unwrap_or_default();
             self.held_until_ns = self.held_until_ns.max(leaves_ns);
@@ -149,6 +180,8 @@ impl<'a> Held<'a> {
             latest_ns,
             lossy,
             again_ns,
+            is_unsure,
+            may_stray,
         }
     }
 
@@ -188,6 +221,8 @@ impl<'a> Held<'a> {
             latest_ns,
             lossy,
             again_ns,
+            is_unsure,
+            may_stray,
         } = *expected;
         let delay_ms = ms(direct.latest_ns.min(latest_ns)) - ms(crossing.enters_ns);
         let resent_ms = RESENT_MS + LATE_SHARE_OF_DELAY * delay_ms;
@@ -196,6 +231,9 @@ impl<'a> Held<'a> {
         let crossed = &mut self.crossed;
         crossed.quicker += u64::from(is_quicker);
         crossed.count += u64::from(crossing.leaves_ns.is_some());
+        if is_unsure {
+            return;
+        }
         if self.terms.has_rate && delay_ms > RESEND_MS {
             // In such a long queue, handshakes and resends wait for each other: the queue alone
             // explains a late message.
@@ -217,6 +255,9 @@ impl<'a> Held<'a> {
         let is_resent = late_ms > resent_ms;
         if lossy > 0.0 {
             crossed.lost += u64::from(would_show && is_resent);
+            return;
+        }
+        if may_stray {
             return;
         }
         // While a link stalls and drains, hundreds of messages, handshakes and resends wait for each

@@ -5,7 +5,7 @@
 //! stamp, so the state of the link in that window counts. If a connection is opened for a message, it
 //! crosses the link three times. What is lost is resent, after 200 ms at the earliest.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use endpoint::{ArrivalRow, MessageOutcome, MessageRow};
 use link::Way;
@@ -52,41 +52,50 @@ pub fn hold(messages: &[MessageRow], arrivals: &[ArrivalRow], terms: &Terms) -> 
     let (mut sent, outside): (Vec<&MessageRow>, Vec<&MessageRow>) = all.partition(is_inside);
     sent.sort_by_key(|row| row.seq);
     let mut first_arrival: BTreeMap<u64, u64> = BTreeMap::new();
+    // A message whose connection broke may be sent again, and arrive twice.
+    let mut all_arrivals: BTreeSet<(u64, u64)> = BTreeSet::new();
     for row in arrivals
         .iter()
         .filter(|row| terms.run_ns.contains(&row.t_arrive_ns))
     {
         first_arrival.entry(row.seq).or_insert(row.t_arrive_ns);
+        all_arrivals.insert((row.seq, row.t_arrive_ns));
     }
-    let is_unborne = |row: &&&MessageRow| match (row.t_arrive_ns, first_arrival.get(&row.seq)) {
-        (None, _) => false,
-        (Some(own_ns), Some(plants_ns)) => plants_ns.abs_diff(own_ns) > 1_000,
-        (Some(_), None) => true,
+    let is_unborne = |row: &&&MessageRow| {
+        row.t_arrive_ns.is_some_and(|own_ns| {
+            let near_ns = own_ns.saturating_sub(1_000)..=own_ns.saturating_add(1_000);
+            let mut near =
+                all_arrivals.range((row.seq, *near_ns.start())..=(row.seq, *near_ns.end()));
+            near.next().is_none()
+        })
     };
     let unborne = sent.iter().filter(is_unborne).count() as u64;
-    let opens = openings(&sent, terms);
-    let up = sent.iter().zip(opens).filter_map(|(row, opens)| {
+    let openings = openings(&sent, terms);
+    let up = sent.iter().zip(&openings).filter_map(|(row, opening)| {
         Some(Crossing {
             enters_ns: row.t_send_ns?,
             leaves_ns: row
                 .t_arrive_ns
                 .or_else(|| first_arrival.get(&row.seq).copied()),
-            opens,
+            opens: opening.opens,
+            is_unsure: opening.is_unsure,
         })
     });
     let up: Vec<Crossing> = up.collect();
     // What became of its answer is not known of a message that only `Arrived`.
-    let is_known = |row: &&&MessageRow| row.outcome != MessageOutcome::Arrived;
+    let is_known = |(row, _): &(&&MessageRow, &Opening)| row.outcome != MessageOutcome::Arrived;
     let mut down: Vec<Crossing> = sent
         .iter()
+        .zip(&openings)
         .filter(is_known)
-        .filter_map(|row| {
+        .filter_map(|(row, opening)| {
             Some(Crossing {
                 enters_ns: row
                     .t_arrive_ns
                     .or_else(|| first_arrival.get(&row.seq).copied())?,
                 leaves_ns: row.t_receive_ns,
                 opens: false,
+                is_unsure: opening.is_unsure,
             })
         })
         .collect();
@@ -101,10 +110,18 @@ pub fn hold(messages: &[MessageRow], arrivals: &[ArrivalRow], terms: &Terms) -> 
     }
 }
 
+/// What is known of a message's connection.
+struct Opening {
+    /// Whether it may have been opened for the message.
+    opens: bool,
+    /// Whether a fault of the link may have broken it, before the message or under it.
+    is_unsure: bool,
+}
+
 /// For each message, whether a connection may have been opened for it, since none was free that had
-/// been used recently. Clients take the connection that was used last; one that becomes free goes first
+/// been used recently, and whether a fault may have broken that connection. Clients take the connection that was used last; one that becomes free goes first
 /// to a message that waits for one.
-fn openings(sent: &[&MessageRow], terms: &Terms) -> Vec<bool> {
+fn openings(sent: &[&MessageRow], terms: &Terms) -> Vec<Opening> {
     let mut link = terms.timeline.clone();
     let mut ends: Vec<u64> = sent.iter().filter_map(|row| row.t_receive_ns).collect();
     ends.sort_unstable();
@@ -126,6 +143,11 @@ fn openings(sent: &[&MessageRow], terms: &Terms) -> Vec<bool> {
                 free.push(freed_ns);
             }
         }
+        let broken_ns = link.broken_ns(send_ns);
+        if let Some(broken_ns) = broken_ns {
+            // Open since before the break, so it may be gone, and its client not know it.
+            free.retain(|since_ns| *since_ns > broken_ns && *since_ns < u64::MAX);
+        }
         let found = free.pop();
         let is_free = found.is_some_and(|since_ns| send_ns.saturating_sub(since_ns) < IDLE_NS);
         if !is_free {
@@ -137,7 +159,13 @@ fn openings(sent: &[&MessageRow], terms: &Terms) -> Vec<bool> {
                     .map_or(u64::MAX, |t_ns| t_ns - delay_ns.min(t_ns)),
             );
         }
-        !terms.shares_one && (!is_free || terms.opens_always)
+        let until_ns = row.t_receive_ns.unwrap_or(send_ns.saturating_add(IDLE_NS));
+        let breaks_under_way = link.broken_ns(until_ns) >= Some(send_ns);
+        let broke_before = broken_ns.is_some_and(|t_ns| send_ns - t_ns.min(send_ns) < IDLE_NS);
+        Opening {
+            opens: !terms.shares_one && (!is_free || terms.opens_always),
+            is_unsure: breaks_under_way || (!is_free && broke_before),
+        }
     };
     sent.iter().map(is_opened).collect()
 }

@@ -26,6 +26,10 @@ const LOOK_NS: u64 = 250_000;
 /// The same for a wide window, ns.
 const WIDE_LOOK_NS: u64 = 500_000;
 
+/// How far ahead to look for the end of an outage, ns: a message that comes within this time of it is too
+/// quick for any client.
+const OUTAGE_NS: u64 = 250_000_000;
+
 /// What is needed to judge messages.
 #[derive(Debug)]
 pub struct Terms {
@@ -123,6 +127,29 @@ impl Terms {
         }
     }
 
+    /// When the link carries packets again, ns, if it loses every packet that enters a way from `t_ns` to
+    /// `within_ns` later; else 0. No message of then leaves before.
+    pub(crate) fn carries_again_ns(
+        &self,
+        link: &mut Timeline,
+        way: Way,
+        t_ns: u64,
+        within_ns: u64,
+    ) -> u64 {
+        let from_ns = t_ns.saturating_sub(self.before_ns);
+        let mut look_ns = from_ns.saturating_sub(ns(self.allowance.clock_ms));
+        let last_ns = t_ns.saturating_add(within_ns);
+        let until_ns = last_ns.saturating_add(OUTAGE_NS);
+        while look_ns <= until_ns && link.passage(way, look_ns, MESSAGE_BYTES).lost {
+            look_ns = look_ns.saturating_add(LOOK_NS);
+        }
+        match look_ns > last_ns {
+            // It may have been open since the look before.
+            true => look_ns.saturating_sub(LOOK_NS),
+            false => 0,
+        }
+    }
+
     /// When a message for which a connection is opened leaves the way up at the latest: its handshake
     /// crosses the link both ways first.
     pub(crate) fn opened(&self, link: &mut Timeline, t_ns: u64, within_ns: u64) -> Window {
@@ -141,6 +168,25 @@ impl Terms {
             lossy: 1.0 - kept,
             ..up
         }
+    }
+
+    /// The probability that a packet of such a message or of its handshake is lost, wherever they stray
+    /// to. Each enters when the one before it has left, at any time at which that may have been.
+    pub(crate) fn opened_lossy(&self, link: &mut Timeline, t_ns: u64, within_ns: u64) -> f64 {
+        let stray_ns = ns(self.allowance.strays_within_ms);
+        let (mut from_ns, mut width_ns, mut kept) = (t_ns, stray_ns, 1.0);
+        for (way, bytes) in [
+            (Way::Up, HANDSHAKE_BYTES),
+            (Way::Down, HANDSHAKE_BYTES),
+            (Way::Up, MESSAGE_BYTES),
+        ] {
+            let window = self.window(link, way, from_ns, width_ns, bytes);
+            kept *= 1.0 - window.lossy;
+            let spread_ns = window.latest_ns.saturating_sub(window.earliest_ns);
+            from_ns = window.earliest_ns;
+            width_ns = spread_ns.saturating_add(within_ns).min(stray_ns);
+        }
+        1.0 - kept
     }
 }
 

@@ -233,6 +233,99 @@ proptest! {
     }
 }
 
+/// A link of 3 ms each way with a fault that comes again and again while messages cross.
+fn faulty(fault: &str) -> Profile {
+    read(&format!(
+        "name = \"f\"\nabout = \"\"\n[both]\ndelay = {{ base = \"3ms\", hold = \"20ms\", spread.uniform = {{ min = \"0ms\", \
+         max = \"2ms\" }} }}\n{fault}"
+    ))
+}
+
+const WHEN: &str = "[[fault]]\nat = \"1500ms\"\nfor = \"150ms\"\nevery = \"400ms\"\n";
+const FAULTS: [&str; 6] = [
+    "down = true",
+    "delay = \"40ms\"",
+    "loss = \"60%\"",
+    "duplicate = \"30%\"",
+    "reorder = \"30%\"\nby = \"30ms\"",
+    "corrupt = \"60%\"",
+];
+
+/// What a reset or another port does to messages: those under way while a fault breaks connections are
+/// lost, or sent again on a new connection some round trips later.
+fn broken(profile: &Profile, seed: u64) -> (Vec<MessageRow>, Vec<ArrivalRow>) {
+    let mut link = Timeline::new(profile, seed, Epoch::at_ns(EPOCH_NS));
+    let (mut rows, mut arrivals) = messages(profile, seed, 3 * MS, [NOTHING; 2]);
+    for row in &mut rows {
+        let (Some(send_ns), Some(back_ns)) = (row.t_send_ns, row.t_receive_ns) else {
+            continue;
+        };
+        if link.broken_ns(back_ns) < Some(send_ns) {
+            continue;
+        }
+        if row.seq % 2 == 0 {
+            (row.t_arrive_ns, row.t_receive_ns) = (None, None);
+            row.outcome = MessageOutcome::Failed;
+        } else {
+            // Its first arrival stays in the plant's record.
+            let again_ns = row.t_arrive_ns.unwrap_or_default() + 250 * MS;
+            (row.t_arrive_ns, row.t_receive_ns) = (Some(again_ns), Some(again_ns + 6 * MS));
+            arrivals.push(ArrivalRow {
+                n: 0,
+                seq: row.seq,
+                t_send_ns: Some(send_ns),
+                t_arrive_ns: again_ns,
+                tick: 0,
+                u: 0.0,
+                outcome: ArrivalOutcome::Applied,
+            });
+        }
+    }
+    (rows, arrivals)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 32, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_link_with_faults_is_borne_out_and_one_without_them_is_not_taken_for_it(seed in any::<u64>(), which in 0..6_usize) {
+        let (with, without) = (faulty(&format!("{WHEN}{}\n", FAULTS[which])), faulty(""));
+        // So far apart that the slots of one say nothing of the next.
+        let rows = messages(&with, seed, 10 * MS, [NOTHING; 2]);
+        let (messages_of, faults) = judged(&with, seed, &rows, Client::Native);
+        prop_assert!(faults.is_empty(), "{} {faults:?} {messages_of:?}", FAULTS[which]);
+        let bare = messages(&without, seed, 10 * MS, [NOTHING; 2]);
+        let (_, faults) = judged(&with, seed, &bare, Client::Native);
+        // A duplicate is nothing to a message.
+        prop_assert_eq!(faults.is_empty(), which == 3, "{}: {:?}", FAULTS[which], faults);
+        let (_, faults) = judged(&without, seed, &rows, Client::Native);
+        prop_assert_eq!(faults.is_empty(), which == 3, "{}: {:?}", FAULTS[which], faults);
+    }
+
+    #[test]
+    fn a_message_whose_connection_a_fault_broke_is_no_evidence_and_others_are_as_ever(seed in any::<u64>(), rebinds in any::<bool>()) {
+        let effect = if rebinds { "rebind = true" } else { "reset = true" };
+        let profile = faulty(&format!("[[fault]]\nat = \"1700ms\"\nfor = \"50ms\"\nevery = \"5s\"\n{effect}\n"));
+        let rows = broken(&profile, seed);
+        let (messages_of, faults) = judged(&profile, seed, &rows, Client::Native);
+        prop_assert!(faults.is_empty(), "{faults:?} {messages_of:?}");
+        prop_assert_eq!(messages_of.unborne, 0);
+        // Without such a fault they would be.
+        let (_, faults) = judged(&faulty(""), seed, &rows, Client::Native);
+        prop_assert!(!faults.is_empty());
+        // And what is done to the link beside its fault is found.
+        for tampering in [
+            Tampering { around: true, ..NOTHING },
+            Tampering { delay_ns: 3 * MS, ..NOTHING },
+            Tampering { one_in_lost: 40, ..NOTHING },
+        ] {
+            let rows = messages(&profile, seed, 3 * MS, [tampering; 2]);
+            let (messages_of, faults) = judged(&profile, seed, &rows, Client::Native);
+            prop_assert!(!faults.is_empty(), "{effect} {messages_of:?}");
+        }
+    }
+}
+
 #[test]
 fn a_slow_machine_is_allowed_more_and_no_machine_three_milliseconds() {
     let profile = profile("buccoo");

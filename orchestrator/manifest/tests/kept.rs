@@ -112,6 +112,7 @@ fn a_field_that_no_player_beside_an_end_has_is_refused_too() {
         foreign: 0,
         dropped: 0,
         lateness,
+        ..certificate::WayReport::default()
     };
     let tc = |way| {
         OneWay::Tc(Beside {

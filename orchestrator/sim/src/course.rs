@@ -27,7 +27,7 @@ use crate::retransmission::Wheel;
 use crate::setup::{Outcome, Setup, Unfit};
 use crate::stream::Stream;
 use crate::timing::Timing;
-use crate::wire::Wire;
+use crate::wire::{Out, Wire};
 
 use passage::{Event, Packet};
 
@@ -37,7 +37,7 @@ const TIMER_STEP_NS: u64 = 1_000_000;
 /// Simulates a run and passes its rows to `record`.
 ///
 /// # Errors
-/// [`Unfit`] if the controller's settings are invalid.
+/// [`Unfit`] if the controller's settings are invalid, or a fault of the link has no model here.
 pub fn run<M: Model + Clone>(
     setup: &Setup<'_, M>,
     record: &mut impl Record,
@@ -96,6 +96,9 @@ struct Course<'a, R, M> {
 
 impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
     fn try_new(setup: &Setup<'a, M>, record: &'a mut R) -> Result<Self, Unfit> {
+        if let Some(fault) = setup.profile.breaks_connections() {
+            return Err(Unfit::Fault(fault));
+        }
         let stop_ns = setup.start_ns.saturating_add(setup.duration_ns);
         let settings = setup.settings;
         let controller = ControllerEnd::try_new(
@@ -219,6 +222,11 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
 
     /// When a packet that enters the link comes out; `None` if it is lost.
     fn cross(&mut self, way: Way, now_ns: u64, bytes: u32) -> Option<u64> {
+        self.pass(way, now_ns, bytes).map(|out| out.t_ns)
+    }
+
+    /// How a packet that enters the link comes out; `None` if it is lost.
+    fn pass(&mut self, way: Way, now_ns: u64, bytes: u32) -> Option<Out> {
         if let Some(t_ns) = self.wire.enters_ns(way, now_ns) {
             self.record.packet(way, t_ns, bytes);
             return self.wire.cross(way, t_ns, bytes);

@@ -74,6 +74,11 @@ pub enum Unfit {
     /// The controller's end rejects its settings.
     #[error(transparent)]
     Settings(#[from] InvalidSettings),
+    /// The link has a fault of this name, which breaks connections.
+    #[error(
+        "the link's fault `{0}` breaks connections, which virtual time has no model of: use --backend netns or compose"
+    )]
+    Fault(&'static str),
 }
 
 /// Link time 0 is 1 s after virtual time 0.

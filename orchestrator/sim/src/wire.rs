@@ -2,6 +2,14 @@
 
 use link::{Epoch, Fate, PerWay, Profile, Timeline, Way};
 
+/// A packet that comes out of a link as it was sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Out {
+    pub(crate) t_ns: u64,
+    /// Whether a duplicate comes out with it.
+    pub(crate) is_twice: bool,
+}
+
 /// The latest packet that came out.
 #[derive(Debug, Clone, Copy, Default)]
 struct Latest {
@@ -51,15 +59,21 @@ impl Wire {
         Some(*entered_ns)
     }
 
-    /// When a packet of `bytes` (IP packet length) that enters at `t_ns` comes out; `None` if it is
-    /// lost. Must be called in order of entry.
-    pub(crate) fn cross(&mut self, way: Way, t_ns: u64, bytes: u32) -> Option<u64> {
+    /// How a packet of `bytes` (IP packet length) that enters at `t_ns` comes out; `None` if it is
+    /// lost, or damaged so that its receiver discards it. Must be called in order of entry.
+    pub(crate) fn cross(&mut self, way: Way, t_ns: u64, bytes: u32) -> Option<Out> {
         let Some(timeline) = &mut self.timeline else {
-            return Some(t_ns);
+            return Some(Out {
+                t_ns,
+                is_twice: false,
+            });
         };
         match timeline.transmit(way, t_ns, bytes) {
-            Fate::Deliver { at } => Some(at + self.player_ns),
-            Fate::Drop(_) => None,
+            Fate::Deliver { at, twist } if twist.flip.is_none() => Some(Out {
+                t_ns: at + self.player_ns,
+                is_twice: twist.twice,
+            }),
+            Fate::Deliver { .. } | Fate::Drop(_) => None,
         }
     }
 

@@ -14,9 +14,9 @@ const CLIPPED_SILENTLY: f64 = 1e-6;
 const CLIPPED_NOTABLY: f64 = 0.05;
 /// For each packet the player looks back over as many redraws as fit into the greatest delay; with
 /// more than this it would be late.
-const MOST_HOLDS_IN_FLIGHT: f64 = 1000.0;
+pub(super) const MOST_HOLDS_IN_FLIGHT: f64 = 1000.0;
 /// A link that holds packets for longer than this has other problems.
-const LONGEST_DELAY_NS: f64 = 3600e9;
+pub(super) const LONGEST_DELAY_NS: f64 = 3600e9;
 
 pub(super) fn delay(
     field: &str,

@@ -1,7 +1,7 @@
 //! What holds for every link, whatever its profile, seed and traffic.
 #![allow(clippy::unwrap_used)]
 
-use link::{Cause, Fate, Link, LinkTime, Path, Profile};
+use link::{Cause, Fate, Link, LinkTime, Path, Profile, Twist};
 use proptest::prelude::*;
 
 const MS: u64 = 1_000_000;
@@ -71,7 +71,7 @@ fn send(path: &mut Path, entries: &[u64]) -> Vec<Fate<LinkTime>> {
 
 fn arrivals(fates: &[Fate<LinkTime>]) -> Vec<u64> {
     let arrival = |fate: &Fate<LinkTime>| match fate {
-        Fate::Deliver { at } => Some(at.ns()),
+        Fate::Deliver { at, .. } => Some(at.ns()),
         Fate::Drop(_) => None,
     };
     fates.iter().filter_map(arrival).collect()
@@ -87,7 +87,7 @@ proptest! {
         let fates = send(&mut Link::new(&profile, seed).up, &entries);
         prop_assert!(arrivals(&fates).is_sorted());
         for (fate, t_ns) in fates.iter().zip(&entries) {
-            if let Fate::Deliver { at } = fate {
+            if let Fate::Deliver { at, .. } = fate {
                 prop_assert!(at.ns() >= t_ns + BASE_MS * MS);
             }
         }
@@ -112,7 +112,7 @@ proptest! {
             let due = if state.lost {
                 Fate::Drop(Cause::Loss)
             } else {
-                Fate::Deliver { at: at(t_ns + state.delay_ns) }
+                Fate::Deliver { at: at(t_ns + state.delay_ns), twist: Twist::NONE }
             };
             prop_assert_eq!(link.up.transmit(at(t_ns), 40), due);
         }
@@ -179,7 +179,7 @@ proptest! {
         prop_assert_eq!(fates.len(), entries.len());
         for (fate, t_ns) in fates.iter().zip(&entries) {
             match fate {
-                Fate::Deliver { at } => {
+                Fate::Deliver { at, .. } => {
                     prop_assert!(at.ns() - t_ns <= 5 * MS + u64::from(limit) * sending_ns);
                 }
                 Fate::Drop(cause) => prop_assert_eq!(*cause, Cause::Overflow),

@@ -19,6 +19,7 @@ fn findings(source: &str) -> Vec<link::Finding> {
 fn every_slip_is_found_at_its_place_with_a_remedy() {
     let delay = |keys: &str| path(&format!("delay = {{ base = '2ms', {keys} }}"));
     let with = |keys: &str| path(&format!("delay.base = '2ms'\n{keys}"));
+    let fault = |keys: &str| format!("fault = [{{ {keys} }}]\n{}", path("delay.base = '2ms'"));
     let cases = [
         "name = ".to_owned(),
         "name = 'A b'\nabout = ''\nboth.delay.base = '1ms'".to_owned(),
@@ -66,6 +67,31 @@ fn every_slip_is_found_at_its_place_with_a_remedy() {
         with("rate = '1kbps'"),
         with("rate = '100bit'"),
         with("rate = '0mbit'"),
+        fault("at = '1s', for = '1s'"),
+        fault("at = '1s', down = true"),
+        fault("at = '1s', for = '0s', down = true"),
+        fault("at = '1s', for = '1s', down = true, reset = true"),
+        fault("at = '1s', for = '1s', down = false"),
+        fault("at = '1s', for = '1s', lost = '3%'"),
+        fault("at = '1s', for = '1s', loss = '130%'"),
+        fault("at = '1s', for = '1s', loss = '100%'"),
+        fault("at = '1s', for = '1s', corrupt = '0%'"),
+        fault("at = '1s', for = '1s', delay = '0ms'"),
+        fault("at = '1s', for = '1s', delay = '2h'"),
+        fault("at = '1s', for = '1s', delay = '4000s'"),
+        fault("at = '1s', for = '1s', duplicate = '3%', by = '1ms'"),
+        fault("at = '1s', for = '1s', every = '500ms', down = true"),
+        fault("at = '1s', for = '1s', period = '500ms', down = true"),
+        fault("at = '1s', for = '1s', every = '2s', period = '2s', down = true"),
+        fault("at = '1s', for = '1s', period = '1s', down = true"),
+        fault("at = '1s', for = '1s', times = 3, down = true"),
+        fault("at = '1s', for = '1s', every = '2s', times = 0, down = true"),
+        fault("at = '1s', for = '100us', every = '2s', loss = '50%'"),
+        fault("at = '1s', for = '1us', period = '20us', delay = '1s'"),
+        fault("way = 'across', at = '1s', for = '1s', down = true"),
+        fault("way = 'up', at = '1s', for = '1s', rebind = true"),
+        "name = 'p'\nabout = ''\nloopback = true\nfault = [{ at = '1s', for = '1s', down = true }]"
+            .to_owned(),
         path("trace.steps = []"),
         path("trace.steps = [{ t = '1s', delay = '1ms' }]"),
         path("trace.steps = [{ t = '0s', delay = '1ms' }, { t = '0s', delay = '1ms' }]"),

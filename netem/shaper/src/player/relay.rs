@@ -5,8 +5,9 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use link::{Cause, Fate, PerWay, Timeline, Way};
+use link::{Cause, Fate, PerWay, Timeline, Twist, Way};
 
+use crate::player::twist;
 use crate::port::{Arrival, FRAME_MAX};
 
 /// Number of packets for which the pool has room from the beginning: two ways at 1 kHz, with an
@@ -102,32 +103,72 @@ impl Relay {
         self.free.push(frame);
     }
 
-    /// Lets a packet enter the link; returns the cause if the link drops it.
-    pub(crate) fn enter(&mut self, way: Way, arrival: &Arrival, frame: Frame) -> Option<Cause> {
+    /// Lets a packet enter the link. Returns what is done to it, or the cause if the link drops it.
+    pub(crate) fn enter(
+        &mut self,
+        way: Way,
+        arrival: &Arrival,
+        frame: Frame,
+    ) -> Result<Twist, Cause> {
         let entered_ns = &mut self.entered_ns[way];
         *entered_ns = arrival.stamp_ns.max(*entered_ns);
         let fate = if self.carried == Some(way) {
-            Fate::Deliver { at: *entered_ns }
+            Fate::Deliver {
+                at: *entered_ns,
+                twist: Twist::NONE,
+            }
         } else {
             self.timeline.transmit(way, *entered_ns, arrival.ip_bytes)
         };
         match fate {
-            Fate::Deliver { at: at_ns } => {
-                self.waiting.push(Reverse(Departure {
-                    at_ns,
-                    sequence: self.sequence,
-                    way,
-                    frame,
-                    frame_bytes: arrival.frame_bytes,
-                }));
-                self.sequence += 1;
-                None
+            Fate::Deliver { at: at_ns, twist } if twist == Twist::NONE => {
+                self.push(at_ns, way, frame, arrival.frame_bytes);
+                Ok(twist)
             }
+            Fate::Deliver { at: at_ns, twist } => Ok(self.twist(at_ns, way, arrival, frame, twist)),
             Fate::Drop(cause) => {
                 self.recycle(frame);
-                Some(cause)
+                Err(cause)
             }
         }
+    }
+
+    fn push(&mut self, at_ns: u64, way: Way, frame: Frame, frame_bytes: usize) {
+        self.waiting.push(Reverse(Departure {
+            at_ns,
+            sequence: self.sequence,
+            way,
+            frame,
+            frame_bytes,
+        }));
+        self.sequence += 1;
+    }
+
+    /// Lets a packet leave as a fault changes it, and with it its duplicate. Returns what was done.
+    #[cold]
+    fn twist(
+        &mut self,
+        at_ns: u64,
+        way: Way,
+        arrival: &Arrival,
+        mut frame: Frame,
+        twist: Twist,
+    ) -> Twist {
+        let Arrival {
+            frame_bytes,
+            ip_bytes,
+            ..
+        } = *arrival;
+        let header = frame_bytes - ip_bytes as usize;
+        let (bytes, done) = twist::apply(&mut frame[header..frame_bytes], way, twist);
+        let frame_bytes = header + bytes;
+        if done.twice {
+            let mut twin = self.frame();
+            twin[..frame_bytes].copy_from_slice(&frame[..frame_bytes]);
+            self.push(at_ns, way, twin, frame_bytes);
+        }
+        self.push(at_ns, way, frame, frame_bytes);
+        done
     }
 
     /// When the latest packet of a way entered.
@@ -208,8 +249,11 @@ mod tests {
                 let arrival = Arrival { frame_bytes: 64 + number, ip_bytes: 50, stamp_ns: t_ns };
                 let state = stated.state_at(way, t_ns);
                 match relay.enter(way, &arrival, frame) {
-                    None => due.push((t_ns + state.delay_ns, number)),
-                    Some(_) => {
+                    Ok(twist) => {
+                        prop_assert_eq!(twist, Twist::NONE);
+                        due.push((t_ns + state.delay_ns, number));
+                    }
+                    Err(_) => {
                         prop_assert!(state.lost);
                         dropped += 1;
                     }
@@ -232,6 +276,70 @@ mod tests {
         }
     }
 
+    const FAULTS: &str = "name = 'f'\nabout = ''\nboth.delay.base = '2ms'\n\
+        fault = [{ at = '0s', for = '300ms', every = '500ms', duplicate = '50%' },\n\
+        { at = '0s', for = '200ms', period = '300ms', corrupt = '50%' },\n\
+        { at = '0s', for = '300ms', every = '400ms', reorder = '50%' },\n\
+        { at = '0s', for = '100ms', every = '400ms', loss = '50%' },\n\
+        { at = '0s', for = '90ms', every = '300ms', reset = true },\n\
+        { at = '0s', for = '90ms', every = '300ms', rebind = true }]";
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// Each packet's fate is the timeline's, packet by packet: lost, or out at its instant, twice if
+        /// so, with one bit flipped if so. What is no segment of TCP is neither reset nor rebound.
+        #[test]
+        fn each_packet_is_twisted_as_the_timeline_says(
+            seed in any::<u64>(), gaps in prop::collection::vec((0_u64..20_000_000, any::<bool>()), 1..300),
+        ) {
+            let faults = Profile::parse(FAULTS, "faults").expect("a valid profile");
+            let epoch = Epoch::at_ns(EPOCH_NS);
+            let mut relay = Relay::new(Timeline::new(&faults, seed, epoch));
+            let mut decided = Timeline::new(&faults, seed, epoch);
+            let mut stated = Timeline::new(&faults, seed, epoch);
+            let (mut t_ns, mut due) = (EPOCH_NS, Vec::new());
+            for (number, (gap_ns, is_up)) in gaps.iter().enumerate() {
+                t_ns += gap_ns;
+                let way = if *is_up { Way::Up } else { Way::Down };
+                let mut frame = relay.frame();
+                // An IPv4 packet of another protocol, behind an Ethernet header.
+                frame[..14].fill(9);
+                frame[14..74].fill(0);
+                frame[14] = 0x45;
+                frame[17] = 60;
+                frame[34..42].copy_from_slice(&(number as u64).to_le_bytes());
+                let arrival = Arrival { frame_bytes: 74, ip_bytes: 60, stamp_ns: t_ns };
+                let entry = relay.enter(way, &arrival, frame);
+                let state = stated.state_at(way, t_ns);
+                match decided.transmit(way, t_ns, 60) {
+                    Fate::Drop(cause) => prop_assert_eq!(entry, Err(cause)),
+                    Fate::Deliver { at, twist } => {
+                        prop_assert_eq!(entry, Ok(Twist { reset: false, rebind: false, ..twist }));
+                        prop_assert_eq!((at, twist.flip.is_some()), (t_ns + state.delay_ns, state.lost));
+                        let times = if twist.twice { 2 } else { 1 };
+                        due.extend(std::iter::repeat_n((at, due.len(), number, twist.flip), times));
+                    }
+                }
+            }
+            due.sort_by_key(|(at_ns, ..)| *at_ns);
+            for (at_ns, _, number, flip) in due {
+                prop_assert_eq!(relay.next_ns(), Some(at_ns));
+                let departure = relay.pop_due(at_ns).expect("due now");
+                let mut frame = departure.frame().to_vec();
+                prop_assert_eq!(frame.len(), 74);
+                if let Some(bit) = flip {
+                    let bit = bit as usize % 320;
+                    frame[34 + bit / 8] ^= 1 << (bit % 8);
+                }
+                prop_assert_eq!(&frame[34..42], &(number as u64).to_le_bytes()[..]);
+                prop_assert!(frame[..14].iter().all(|byte| *byte == 9));
+                relay.finish(departure);
+            }
+            prop_assert_eq!(relay.next_ns(), None);
+        }
+    }
+
     #[test]
     fn before_the_epoch_the_empty_link_plays() {
         let mut relay = Relay::new(Timeline::new(
@@ -245,7 +353,7 @@ mod tests {
             ip_bytes: 50,
             stamp_ns: EPOCH_NS - 1,
         };
-        assert_eq!(relay.enter(Way::Up, &arrival, frame), None);
+        assert_eq!(relay.enter(Way::Up, &arrival, frame), Ok(Twist::NONE));
         // The empty link: 2 ms.
         assert_eq!(relay.next_ns(), Some(EPOCH_NS - 1 + 2_000_000));
     }
@@ -263,7 +371,7 @@ mod tests {
                 ip_bytes: 64,
                 stamp_ns: 9_000,
             };
-            assert_eq!(relay.enter(way, &arrival, frame), None);
+            assert_eq!(relay.enter(way, &arrival, frame), Ok(Twist::NONE));
             assert_eq!(relay.next_ns(), Some(due_ns));
             let departure = relay.pop_due(due_ns).expect("due now");
             assert_eq!(departure.way, way);
@@ -281,7 +389,7 @@ mod tests {
                 ip_bytes: 50,
                 stamp_ns,
             };
-            assert_eq!(relay.enter(Way::Up, &arrival, frame), None);
+            assert_eq!(relay.enter(Way::Up, &arrival, frame), Ok(Twist::NONE));
         }
         assert!(relay.pop_due(2_009_000).is_some() && relay.pop_due(2_009_000).is_some());
     }

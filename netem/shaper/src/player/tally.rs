@@ -2,7 +2,7 @@
 //! report at the end.
 
 use certificate::{Histogram, LinkRow, WayReport};
-use link::{Cause, Way};
+use link::{Cause, Twist, Way};
 
 use crate::port::PortCounters;
 
@@ -26,6 +26,10 @@ struct Counts {
     lost: u64,
     overflow: u64,
     unsent: u64,
+    duplicated: u64,
+    corrupted: u64,
+    reset: u64,
+    rebound: u64,
     late_ns: u64,
     port: PortCounters,
 }
@@ -48,13 +52,19 @@ impl Tally {
     }
 
     /// A packet has entered, and the link has decided its fate.
-    pub(crate) fn entered(&mut self, ip_bytes: u32, dropped: Option<Cause>) {
+    pub(crate) fn entered(&mut self, ip_bytes: u32, entry: Result<Twist, Cause>) {
         self.counts.packets += 1;
         self.counts.bytes += u64::from(ip_bytes);
-        match dropped {
-            None => {}
-            Some(Cause::Loss) => self.counts.lost += 1,
-            Some(Cause::Overflow) => self.counts.overflow += 1,
+        match entry {
+            Ok(Twist::NONE) => {}
+            Ok(twist) => {
+                self.counts.duplicated += u64::from(twist.twice);
+                self.counts.corrupted += u64::from(twist.flip.is_some());
+                self.counts.reset += u64::from(twist.reset);
+                self.counts.rebound += u64::from(twist.rebind);
+            }
+            Err(Cause::Loss) => self.counts.lost += 1,
+            Err(Cause::Overflow) => self.counts.overflow += 1,
         }
     }
 
@@ -108,6 +118,10 @@ impl Tally {
             unplayed,
             foreign: self.counts.port.foreign,
             dropped: self.counts.dropped(),
+            duplicated: self.counts.duplicated,
+            corrupted: self.counts.corrupted,
+            reset: self.counts.reset,
+            rebound: self.counts.rebound,
             lateness: self.late.summary(),
         }
     }

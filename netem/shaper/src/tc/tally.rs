@@ -109,6 +109,7 @@ impl TcTally {
             foreign: 0,
             dropped: if self.limited { 0 } else { self.overflow },
             lateness: self.late.summary(),
+            ..WayReport::default()
         }
     }
 }

@@ -165,7 +165,7 @@ impl Cell {
         assert_eq!(report.dropped(), 0, "the player lost packets: {report:?}");
         for (way, from_rows) in [(report.up, 0), (report.down, 1)] {
             assert_eq!(
-                way.packets,
+                way.packets + way.duplicated,
                 way.delivered + way.lost + way.overflow + way.unplayed,
                 "each packet is accounted for"
             );

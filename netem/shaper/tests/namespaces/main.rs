@@ -9,6 +9,7 @@ mod attempt;
 mod cell;
 mod crossing;
 mod exactness;
+mod fault;
 mod kernel;
 mod lifetime;
 mod tc;
@@ -30,6 +31,13 @@ fn tests() -> Vec<Trial> {
         exactness::loopback_needs_no_player,
         traffic::a_tcp_transfer_arrives_intact_and_no_packet_is_lost_by_the_player,
         traffic::a_burst_behind_a_stall_leaves_whole_and_in_order,
+        fault::echoes_prove_a_link_with_each_fault,
+        fault::duplicates_come_out_twice_and_do_tcp_no_harm,
+        fault::a_flipped_bit_never_reaches_a_program_and_is_sent_again,
+        fault::packets_that_are_held_back_are_overtaken_and_tcp_puts_them_in_order,
+        fault::a_reset_ends_the_connection_under_way_and_another_can_be_opened,
+        fault::a_changed_port_ends_old_connections_and_lets_new_ones_work,
+        fault::a_link_that_is_down_carries_nothing_until_it_is_up_again,
         lifetime::an_unprivileged_user_can_play_a_link,
         lifetime::nothing_is_left_of_a_killed_process,
         crossing::each_link_holds_over_a_tunnel_too,

@@ -115,6 +115,7 @@ fn beside(argument: &ServeLink, way: Way, piece: Piece, stop: &AtomicBool) -> Ou
         (None, None) => None,
     };
     let player = match (piece.player, &device) {
+        (Player::Auto, Some(_)) if piece.profile.beyond_tc().is_some() => Player::User,
         (Player::Auto, Some(device)) => match shaper::tc_available(device) {
             Ok(()) => Player::Tc,
             Err(problem) => {
@@ -125,6 +126,7 @@ fn beside(argument: &ServeLink, way: Way, piece: Piece, stop: &AtomicBool) -> Ou
         (Player::Auto, None) => Player::User,
         (asked, _) => asked,
     };
+    player.check(&piece.profile).map_err(Failure::unsupported)?;
     match (player, device, neighbours) {
         (Player::Tc, Some(device), _) => {
             if let Some((_, peer)) = neighbours {

@@ -7,6 +7,7 @@ use link::Way;
 use super::{Course, Waiting};
 use crate::connection::Id;
 use crate::record::Record;
+use crate::wire::Out;
 
 /// Length of a handshake's IP packets: IP header, TCP header, options.
 const HANDSHAKE_BYTES: u32 = 60;
@@ -59,7 +60,15 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
     /// A timer that ends although nothing was lost has an effect only where packets queue.
     pub(super) fn transmit(&mut self, id: Id, packet: Packet, tries: u16, now_ns: u64) {
         let (way, bytes) = self.shape(packet);
-        let crossed_ns = self.cross(way, now_ns, bytes);
+        let crossed = self.pass(way, now_ns, bytes);
+        let crossed_ns = crossed.map(|out| out.t_ns);
+        if let Some(Out {
+            t_ns,
+            is_twice: true,
+        }) = crossed
+        {
+            self.queue.push(t_ns, Event::Twice(way));
+        }
         if let Some(stream) = &mut self.stream {
             stream.sends(
                 way,

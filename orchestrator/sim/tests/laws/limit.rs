@@ -148,7 +148,7 @@ proptest! {
                 Way::Up => &mut again.up,
                 Way::Down => &mut again.down,
             };
-            if let Fate::Deliver { at } = path.transmit(link_time(*t_ns), *bytes) {
+            if let Fate::Deliver { at, .. } = path.transmit(link_time(*t_ns), *bytes) {
                 came.push((*way, *t_ns, setup.epoch.t_ns(at) + 30_000));
             }
         }

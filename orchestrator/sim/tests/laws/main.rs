@@ -1,6 +1,8 @@
-//! What a simulated run must be, whatever its setup; `loss` over links that lose packets, `limit`
+//! What a simulated run must be, whatever its setup; `loss` over links that lose packets, `fault` over
+//! links with faults, `limit`
 //! with echoes and over links with a rate limit.
 
+mod fault;
 mod limit;
 mod loss;
 

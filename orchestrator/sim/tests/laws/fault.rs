@@ -1,0 +1,86 @@
+//! Faults of the link as a run meets them.
+
+use endpoint::MessageRow;
+use link::Profile;
+use sim::{Timing, Unfit, run};
+
+use crate::{MS, Rows, closed, profile, setup, simulate};
+
+fn faulty(fault: &str) -> Profile {
+    profile(&format!(
+        "name = 'f'\nabout = 'x'\nboth.delay.base = '5ms'\n{fault}\n"
+    ))
+}
+
+fn messages(fault: &str) -> Vec<MessageRow> {
+    let link = faulty(fault);
+    let settings = closed("10ms");
+    simulate(&setup(&link, settings, &Timing::IDEAL, 6_000 * MS))
+        .0
+        .messages
+}
+
+/// How long those took, ms, that were sent between two instants of link time, ms.
+fn took_ms(rows: &[MessageRow], from_ms: u64, to_ms: u64) -> Vec<f64> {
+    let sent = |row: &&MessageRow| {
+        let t_ns = row.t_send_ns.unwrap_or_default();
+        ((from_ms + 1_000) * MS..(to_ms + 1_000) * MS).contains(&t_ns)
+    };
+    let took = |row: &MessageRow| (row.t_receive_ns? - row.t_send_ns?).checked_div(1_000);
+    let rows = rows.iter().filter(sent).filter_map(took);
+    rows.map(|us| us as f64 / 1e3).collect()
+}
+
+fn longest(ms: &[f64]) -> f64 {
+    ms.iter().copied().fold(0.0, f64::max)
+}
+
+#[test]
+fn a_delay_is_in_force_for_its_time_and_a_link_that_is_down_holds_all_until_it_is_up() {
+    let rows = messages("[[fault]]\nway = 'up'\nat = '2s'\nfor = '1s'\ndelay = '30ms'");
+    assert!(longest(&took_ms(&rows, 200, 1_990)) < 11.0);
+    // At first there are too few connections.
+    let during = took_ms(&rows, 2_200, 2_990);
+    assert!(
+        during.iter().all(|ms| (39.0..42.0).contains(ms)),
+        "{during:?}"
+    );
+    assert!(longest(&took_ms(&rows, 3_050, 5_900)) < 11.0);
+    let rows = messages("[[fault]]\nat = '2s'\nfor = '500ms'\ndown = true");
+    let during = took_ms(&rows, 2_010, 2_490);
+    assert!(
+        !during.is_empty() && during.iter().all(|ms| *ms > 200.0),
+        "{during:?}"
+    );
+    assert!(longest(&took_ms(&rows, 200, 1_980)) < 11.0);
+}
+
+/// A packet that is damaged is lost to its receiver: the same slots, so the same run to the last bit.
+#[test]
+fn a_damaged_packet_is_as_good_as_lost() {
+    let when = "[[fault]]\nat = '1s'\nfor = '2s'\n";
+    let (corrupt, lost) = (
+        messages(&format!("{when}corrupt = '20%'")),
+        messages(&format!("{when}loss = '20%'")),
+    );
+    assert_eq!(corrupt, lost);
+    assert_ne!(lost, messages(""));
+}
+
+#[test]
+fn a_duplicate_does_nothing_to_a_message() {
+    let twice = messages("[[fault]]\nat = '0s'\nfor = '60s'\nduplicate = '50%'");
+    assert_eq!(twice, messages(""));
+}
+
+#[test]
+fn what_breaks_connections_is_refused_by_name() {
+    for fault in ["reset", "rebind"] {
+        let link = faulty(&format!("[[fault]]\nat = '1s'\nfor = '1s'\n{fault} = true"));
+        let setup = setup(&link, closed("10ms"), &Timing::IDEAL, MS);
+        assert_eq!(
+            run(&setup, &mut Rows::default()).map(|outcome| outcome.ticks),
+            Err(Unfit::Fault(fault))
+        );
+    }
+}
