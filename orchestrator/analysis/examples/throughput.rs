@@ -107,6 +107,7 @@ fn write_campaign(folder: &Path, cells: usize, ticks: u64) -> Result<(), Box<dyn
         max_age_ns: None,
         lease: Lease::None,
         tick_noise: None,
+        fault: None,
         page: None,
         together: 1,
     });
@@ -119,6 +120,7 @@ fn write_campaign(folder: &Path, cells: usize, ticks: u64) -> Result<(), Box<dyn
         systems: [].into(),
         programs: [].into(),
         plants: [].into(),
+        faults: [].into(),
         expect: Vec::new(),
         known: Vec::new(),
         cells: cells.collect(),

@@ -239,7 +239,7 @@ impl Budget {
 #[must_use]
 pub fn timeline(run: &Run, plan: &Plan) -> Option<Timeline> {
     let manifest = run.manifest.as_ref()?;
-    let profile = plan.profiles.get(&run.cell.topology)?;
+    let profile = plan.profile(&run.cell)?;
     let profile = profile.profile(&run.cell.topology).ok()?;
     Some(Timeline::new(&profile, run.cell.link_seed, manifest.epoch))
 }

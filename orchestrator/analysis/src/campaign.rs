@@ -14,6 +14,7 @@ use thiserror::Error;
 
 use crate::metrics::{CellFacts, Metrics};
 use crate::parallel;
+use crate::recovery::{Recovery, read_recovery};
 use crate::summary::{LinkFacts, Summary};
 use crate::whole::{self, Damage, ROWS, Vouched};
 
@@ -60,6 +61,8 @@ pub struct Run {
     pub manifest: Option<Manifest>,
     /// Metrics from its rows; `None` if there are none or the folder is damaged.
     pub metrics: Option<Metrics>,
+    /// How it came through its fault; `None` without one, or without metrics.
+    pub recovery: Option<Recovery>,
     /// The cell as one row of `summary.csv`.
     pub summary: Summary,
     /// Every file that is not as the manifest or the plan requires; empty if the folder is whole.
@@ -176,12 +179,20 @@ impl Run {
         }
         // If one file of a cell is damaged, none of its rows is trusted.
         let metrics = metrics.filter(|_| damage.is_empty());
+        let started = manifest.as_ref().filter(|_| metrics.is_some());
+        let recovery = started.and_then(|manifest| {
+            let spells = plan.fault_spells(cell);
+            // The ticks were read whole a moment ago.
+            read_recovery(&folder, cell, &spells, manifest.start_ns).ok()?
+        });
         let summary = Summary::new(cell, manifest.as_ref(), link, metrics.as_ref());
+        let summary = summary.after_fault(cell, recovery.as_ref());
         Run {
             cell: cell.clone(),
             folder,
             manifest,
             metrics,
+            recovery,
             summary,
             damage,
         }

@@ -4,23 +4,27 @@ use crate::layout::{Column, number, text};
 use crate::summary::Summary;
 
 /// The columns; what all rows share is said above the table.
-pub(crate) const COLUMNS: [Column; 7] = [
+pub(crate) const COLUMNS: [Column; 8] = [
     text("topology").once(""),
     text("system").once(""),
     text("client").once(""),
     text("setup").once(""),
     text("changed").once(""),
+    text("fault").unless_all(""),
     text("mode").once(""),
     number("", "rate").once(""),
 ];
 
 /// The entries of a row in these columns.
 ///
-/// The words of its setup are in three columns, so that each can be said once: the system, the preset, and
-/// the settings that the experiment changed.
-pub(crate) fn entries(row: &Summary) -> [String; 7] {
+/// The words of its setup are in four columns, so that each can be said once: the system, the preset, the
+/// settings that the experiment changed, and the fault.
+pub(crate) fn entries(row: &Summary) -> [String; 8] {
     let system = format!("system {}", row.system);
-    let mut words = row.setup.split(", ").filter(|word| *word != system);
+    let fault = row.fault.clone().unwrap_or_default();
+    let of_fault = format!("fault {fault}");
+    let words = row.setup.split(", ");
+    let mut words = words.filter(|word| *word != system && *word != of_fault);
     let preset = words.next().unwrap_or_default().to_owned();
     let changed: Vec<&str> = words.collect();
     [
@@ -33,6 +37,7 @@ pub(crate) fn entries(row: &Summary) -> [String; 7] {
         } else {
             changed.join(", ")
         },
+        fault,
         row.mode.to_string(),
         row.rate.clone(),
     ]

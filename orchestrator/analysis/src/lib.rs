@@ -8,7 +8,7 @@
 //! - [`response`]: the step response of a closed loop, and the verdict on it;
 //! - [`trace`]: the series of one run that figures show;
 //! - [`budget`]: the delay of each sample and message in its parts; [`hold`]: where a loop was hurt, and
-//!   by what;
+//!   by what; [`recovery`]: how a loop came through a fault;
 //! - [`metrics`]: all metrics of a cell's folder; [`campaign`]: all cells of a results folder;
 //! - `whole`: whether a folder matches its manifest; `order`: whether all of its rows are there;
 //! - [`summary`] and [`table`]: one row per cell, for programs and for people; [`repeats`]: medians
@@ -39,6 +39,7 @@ pub mod pairs;
 mod parallel;
 pub mod plain;
 pub mod probe;
+pub mod recovery;
 pub mod repeats;
 pub mod response;
 pub mod rows;
@@ -53,6 +54,7 @@ mod whole;
 pub use campaign::{Campaign, CampaignError, Run};
 pub use layout::{csv, grouped};
 pub use metrics::{CellFacts, Metrics};
+pub use recovery::Recovery;
 pub use response::{LoopVerdict, Response};
 pub use rows::ReadError;
 pub use summary::{LinkFacts, Summary};

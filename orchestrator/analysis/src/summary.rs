@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::layout;
 use crate::metrics::Metrics;
+use crate::recovery::Recovery;
 use crate::response::LoopVerdict;
 use crate::statistics::{ms, share};
 use crate::whole::VIRTUAL;
@@ -195,6 +196,14 @@ pub struct Summary {
     pub ise_s: Option<f64>,
     /// Number of files with a torn last line.
     pub torn_lines: Option<u64>,
+    /// The fault that it met; empty without one.
+    pub fault: Option<String>,
+    /// The greatest error from the fault's beginning until the loop was back.
+    pub fault_worst: Option<f64>,
+    /// From the last command before the fault to the plant's safe state.
+    pub fault_safe_ms: Option<f64>,
+    /// From the fault's end until the loop was back; empty if it did not come back.
+    pub fault_back_ms: Option<f64>,
 }
 
 impl Summary {
@@ -290,6 +299,19 @@ impl Summary {
             iae_s: response.and_then(|r| r.iae),
             ise_s: response.and_then(|r| r.ise),
             torn_lines: Some(*torn_lines),
+            ..self
+        }
+    }
+
+    /// The row with how the run came through the cell's fault.
+    pub(crate) fn after_fault(self, cell: &Cell, recovery: Option<&Recovery>) -> Self {
+        Self {
+            fault: cell.fault.clone(),
+            fault_worst: recovery
+                .map(|of| of.worst)
+                .filter(|worst| worst.is_finite()),
+            fault_safe_ms: recovery.and_then(|of| of.safe_ms),
+            fault_back_ms: recovery.and_then(|of| of.back_ms),
             ..self
         }
     }

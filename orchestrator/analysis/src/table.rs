@@ -12,7 +12,7 @@ use crate::links;
 use crate::summary::Summary;
 
 /// The columns after those of the cell's condition.
-const COLUMNS: [Column; 12] = [
+const COLUMNS: [Column; 15] = [
     number("", "length").once(" each"),
     number("", "#").unless_all("1").means("#: repeat."),
     text("verdict"),
@@ -30,6 +30,15 @@ const COLUMNS: [Column; 12] = [
         .unless_all("")
         .means("settling: into 2 %."),
     number("overshoot", "%").unless_all(""),
+    number("worst", "e")
+        .unless_all("")
+        .means("worst: the greatest error from the fault on."),
+    number("safe", "ms")
+        .unless_all("")
+        .means("safe: from the last command to the plant's safe state."),
+    number("back", "ms")
+        .unless_all("")
+        .means("back: from the fault's end until the error stays within 2 %."),
     number("slope", "ms/s")
         .unless_all("")
         .means("slope: lateness gained for each second of schedule."),
@@ -77,6 +86,9 @@ fn line(row: &Summary, is_open: bool, unlike: &[&str]) -> Vec<String> {
         digits(row.of_step(row.rise_ms)),
         links::marked(settling, &row.topology, unlike),
         digits(row.of_step(row.overshoot_pct)),
+        digits(row.fault_worst),
+        digits(row.fault_safe_ms),
+        digits(row.fault_back_ms),
         drift(row.schedule_slope.map(|slope| 1e3 * slope)),
         drift(row.schedule_lag_s),
         row.disturbed.clone().unwrap_or_default(),

@@ -134,7 +134,8 @@ pub(crate) fn has_rows(verdict: Verdict) -> bool {
 /// One sentence per text (profile, traces, system) with which the run was made and which differs from
 /// the plan's.
 fn other_texts(manifest: &Manifest, plan: &Plan, cell: &Cell) -> Vec<String> {
-    let profile = plan.profiles.get(&cell.topology);
+    let profile = plan.profile(cell);
+    let profile = profile.as_deref();
     let own = profile.map(|text| (file_name::PROFILE, &text.source));
     let traces = profile.into_iter().flat_map(|text| &text.traces);
     let system = plan

@@ -1,5 +1,6 @@
 //! Runs a cell, from its plan to its manifest: folder, site, verdict, checksums.
 
+use std::borrow::Cow;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -153,7 +154,7 @@ fn execute(
     let system = plan.system(cell).map_err(RunError::Link)?;
     write_system(&system, folder)?;
     let texts = Texts {
-        profile: text,
+        profile: &text,
         system: system.own_text(),
         program: plan.program(cell),
         plant_program: plan.plant_program(cell),
@@ -256,10 +257,9 @@ fn write_profile<'a>(
     plan: &'a Plan,
     cell: &Cell,
     folder: &Path,
-) -> Result<(&'a ProfileText, Profile), RunError> {
+) -> Result<(Cow<'a, ProfileText>, Profile), RunError> {
     let text = plan
-        .profiles
-        .get(&cell.topology)
+        .profile(cell)
         .ok_or_else(|| RunError::Link(format!("the plan has no profile `{}`", cell.topology)))?;
     folder::write_whole(&folder.join(file_name::PROFILE), text.source.as_bytes())?;
     for (name, trace) in &text.traces {

@@ -64,6 +64,9 @@ pub struct Cell {
     /// can be.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick_noise: Option<NoiseLaw>,
+    /// The fault that the run meets, by its name in the plan.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fault: Option<String>,
     /// How the page goes about it, where the client is a browser.
     #[serde(default)]
     pub page: Option<PageSettings>,
@@ -122,9 +125,10 @@ impl Cell {
         let text = serde_json::to_string(self).unwrap_or_default();
         (self.index, self.together) = (index, together);
         self.id = format!(
-            "{}{}-{}-{}-{}-r{:02}-{}",
+            "{}{}{}-{}-{}-{}-r{:02}-{}",
             self.topology,
             self.system_label(),
+            self.fault_label(),
             self.client_label(),
             self.settings.mode,
             rate_label(self.settings.h),
@@ -140,6 +144,12 @@ impl Cell {
         } else {
             format!("-{}", self.system)
         }
+    }
+
+    /// The fault's part of the id; empty without one.
+    fn fault_label(&self) -> String {
+        let label = |name: &String| format!("-{name}");
+        self.fault.as_ref().map_or_else(String::new, label)
     }
 
     /// The client's part of the id, with the preset unless it is the client's default. A browser always

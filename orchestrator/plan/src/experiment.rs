@@ -17,6 +17,7 @@ use system::Program;
 use toml::Spanned;
 
 use crate::expect::Expect;
+use crate::fault::Fault;
 use crate::known::KnownFailure;
 
 /// Cells to be run: who closes which loop over which link.
@@ -39,6 +40,10 @@ pub(crate) struct ExperimentFile {
     /// Failures of these expectations that are known, and do not fail a run of the experiment.
     #[serde(default)]
     pub(crate) known: Vec<KnownFailure>,
+    /// Faults of one's own, for `fault` in a block, beside the built-in ones.
+    #[serde(default)]
+    #[schemars(with = "Vec<Fault>")]
+    pub(crate) fault: Vec<Spanned<Fault>>,
     /// Blocks of cells; each block is the product of its lists.
     #[serde(default)]
     pub(crate) cells: Vec<Block>,
@@ -78,7 +83,7 @@ pub(crate) struct OwnClient {
 
 /// The lists of a block that are not client settings, each with its description. `endpoint` declares
 /// and describes the settings.
-pub(crate) const LISTS: [(&str, &str); 12] = [
+pub(crate) const LISTS: [(&str, &str); 13] = [
     (
         "topology",
         "Names of built-in profiles, or paths of profile files",
@@ -113,6 +118,10 @@ pub(crate) const LISTS: [(&str, &str); 12] = [
     (
         "tick_noise",
         "How late the plant ticks by its own machine: uniform 3ms, normal 1ms; punctual, if not given",
+    ),
+    (
+        "fault",
+        "Names of faults that the runs meet: none, a built-in one, or one of [[fault]]; none, if not given",
     ),
     (
         "stall_met",
@@ -215,9 +224,9 @@ impl Block {
     pub(crate) fn combinations(&self) -> Vec<Combination> {
         let mut all = vec![Combination::new()];
         let keys = ["mode", "duration", "preset"].into_iter();
-        for key in keys
-            .chain(setting_names())
-            .chain(["hold", "max_age", "lease", "tick_noise"])
+        for key in
+            keys.chain(setting_names())
+                .chain(["hold", "max_age", "lease", "tick_noise", "fault"])
         {
             let words = self.words(key);
             if words.is_empty() {

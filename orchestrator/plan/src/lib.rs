@@ -6,6 +6,7 @@
 //! - [`Plan`] and [`Cell`] are the result. [`Client`] closes a cell's loop; its entry has everything
 //!   that is known about it. `own` has the programs of one's own. `setup` describes a cell's settings
 //!   in words.
+//! - [`Fault`] is what an experiment lays over a run's link.
 //! - `clause` is the language of what runs are expected to show, [`Expectation`] and [`Known`] what a plan says
 //!   of it.
 //! - [`Selection`] chooses cells. A [`Job`] is a share of them: those of a topology, or a [`Shard`].
@@ -26,6 +27,7 @@ mod difference;
 mod echo;
 mod expect;
 mod experiment;
+mod fault;
 pub mod file_name;
 mod instead;
 mod invalid;
@@ -53,6 +55,7 @@ pub use clause::{Clause, Figure, InvalidClause, Limit, Unit};
 pub use client::{Client, ClientSpec, UnknownClient};
 pub use echo::{Phase, ProbeRow};
 pub use expect::Expectation;
+pub use fault::{Fault, FaultEvent, FaultSpell};
 pub use instead::Instead;
 pub use invalid::{InvalidFile, Reader};
 pub use job::{Job, Part};
@@ -81,6 +84,7 @@ pub const EXPERIMENTS: &[(&str, &str)] = &[
     ("clients", include_str!("../../experiments/clients.toml")),
     ("readings", include_str!("../../experiments/readings.toml")),
     ("systems", include_str!("../../experiments/systems.toml")),
+    ("faults", include_str!("../../experiments/faults.toml")),
     (
         "calibrate",
         include_str!("../../experiments/calibrate.toml"),

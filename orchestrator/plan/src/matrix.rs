@@ -17,6 +17,7 @@ use crate::cell::Cell;
 use crate::client::{Client, UnknownClient};
 use crate::expect::Expectations;
 use crate::experiment::{Block, Combination, ExperimentFile, Word};
+use crate::fault::Fault;
 use crate::seed::link_seed;
 use crate::stall::stalling_seed;
 use crate::{Instead, InvalidFile, Library, OwnName, Plan, Program, Reader};
@@ -64,8 +65,10 @@ impl Plan {
             plants: BTreeMap::new(),
             expect: Vec::new(),
             known: Vec::new(),
+            faults: BTreeMap::new(),
             cells: Vec::new(),
         };
+        let faults = reader.faults(&file.fault)?;
         let mut expectations = Expectations::default();
         for block in &file.cells {
             let block = &instead.over(block);
@@ -86,7 +89,7 @@ impl Plan {
                 reader.program(name, program, &mut plan.programs)?;
             }
             let before = plan.cells.len();
-            reader.block(block, &topologies, &systems, &mut plan)?;
+            reader.block(block, &topologies, &systems, &faults, &mut plan)?;
             let clauses = reader.clauses(&file.expect, &block.expect)?;
             expectations.ask(clauses, &plan.cells[before..]);
         }
@@ -117,6 +120,7 @@ impl Reader<'_> {
         block: &Block,
         topologies: &[String],
         systems: &[System],
+        faults: &BTreeMap<String, Fault>,
         plan: &mut Plan,
     ) -> Result<(), InvalidFile> {
         if !(1..=TOGETHER_MAX).contains(block.together.get_ref()) {
@@ -149,10 +153,13 @@ impl Reader<'_> {
                 "name one of them, as it is called in its profile",
             ));
         }
-        block
-            .combinations()
-            .iter()
-            .try_for_each(|chosen| self.combination(block, chosen, topologies, systems, plan))
+        block.combinations().iter().try_for_each(|chosen| {
+            let fault = match chosen.get("fault") {
+                Some(word) => self.fault(word, faults, plan)?,
+                None => None,
+            };
+            self.combination(block, chosen, topologies, systems, fault.as_ref(), plan)
+        })
     }
 
     /// Adds one combination of a block's settings to the plan: a cell for each repeat, topology,
@@ -163,6 +170,7 @@ impl Reader<'_> {
         chosen: &Combination,
         topologies: &[String],
         systems: &[System],
+        fault: Option<&String>,
         plan: &mut Plan,
     ) -> Result<(), InvalidFile> {
         let mode: Mode = self.chosen(chosen, "mode")?.unwrap_or_default();
@@ -240,6 +248,7 @@ impl Reader<'_> {
                             max_age_ns,
                             lease: lease.unwrap_or(plant.lease),
                             tick_noise,
+                            fault: fault.cloned(),
                             page: self.page(chosen, *client, preset, &settings, named)?,
                             together: *block.together.get_ref(),
                         };

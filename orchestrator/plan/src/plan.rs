@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use system::System;
 
-use crate::{Cell, Client, Expectation, Known, OwnName, Program};
+use crate::{Cell, Client, Expectation, Fault, Known, OwnName, Program};
 
 /// A profile as text: its TOML and the traces that it names.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -63,6 +63,9 @@ pub struct Plan {
     /// The programs of one's own that are a plant, by the names of their systems.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub plants: BTreeMap<String, Program>,
+    /// The faults that cells meet, by their names.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub faults: BTreeMap<String, Fault>,
     /// What is expected of the runs; not part of what they are.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub expect: Vec<Expectation>,

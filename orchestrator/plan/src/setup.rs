@@ -74,6 +74,7 @@ impl Cell {
         words.extend(max_age.map(|age| format!("max age {age}")));
         let is_told = !is_safe && !self.lease.is_none();
         words.extend(is_told.then(|| format!("lease {}", self.lease)));
+        words.extend(self.fault.as_ref().map(|name| format!("fault {name}")));
         words.extend(self.tick_noise.map(|law| format!("tick noise {law}")));
         // In this order: the transport, the page's settings, the other settings.
         let usual_page = self.preset.page();

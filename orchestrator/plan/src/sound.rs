@@ -35,6 +35,7 @@ impl Plan {
         self.check_profiles()?;
         self.check_systems()?;
         self.check_programs()?;
+        self.check_faults()?;
         let (mut ids, mut indices) = (BTreeSet::new(), BTreeSet::new());
         for cell in &self.cells {
             let place = format!("cell {}, {}", cell.index, cell.id.escape_debug());

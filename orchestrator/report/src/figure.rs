@@ -5,6 +5,7 @@
 
 mod budget;
 mod distribution;
+mod fault;
 pub mod median;
 mod response;
 mod schedule;
@@ -51,6 +52,7 @@ pub fn all(
     let mut traces = Traces::default();
     let mut figures = response::figures(campaign, &mut traces)?;
     figures.extend(schedule::figure(campaign)?);
+    figures.extend(fault::figure(campaign));
     figures.extend(distribution::figure(delays, campaign));
     figures.extend(budget::medians(delays, campaign));
     figures.extend(budget::samples(delays, campaign));

@@ -20,6 +20,8 @@ pub struct Loop<'a> {
     pub system: &'a str,
     /// The client.
     pub client: Client,
+    /// The fault that it meets; `None` for none.
+    pub fault: Option<&'a str>,
     /// Its setup, without the system.
     pub setup: String,
     /// The sample time, ns.
@@ -41,6 +43,7 @@ pub fn all(campaign: &Campaign) -> Vec<Loop<'_>> {
             cell.topology.as_str(),
             cell.system.as_str(),
             cell.client,
+            cell.fault.as_deref(),
             cell.setup_beside_system(),
             cell.settings.h.ns(),
             cell.rate(),
@@ -49,7 +52,7 @@ pub fn all(campaign: &Campaign) -> Vec<Loop<'_>> {
     // Reading a profile takes longer than all else here: once for each topology.
     let mut local: BTreeMap<&str, bool> = BTreeMap::new();
     let mut loops = Vec::new();
-    for ((topology, system, client, setup, h_ns, rate), runs) in groups {
+    for ((topology, system, client, fault, setup, h_ns, rate), runs) in groups {
         loops.push(Loop {
             topology,
             is_local: *local
@@ -57,6 +60,7 @@ pub fn all(campaign: &Campaign) -> Vec<Loop<'_>> {
                 .or_insert_with(|| campaign.plan.is_loopback(topology)),
             system,
             client,
+            fault,
             setup,
             h_ns,
             rate,

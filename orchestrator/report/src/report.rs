@@ -7,7 +7,7 @@ use crate::brief::{self, Brief};
 use crate::claim::Finding;
 use crate::delays::{self, Nearest};
 use crate::figure::{self, Figure};
-use crate::table::{Table, cost, delay};
+use crate::table::{Table, cost, delay, fault};
 
 /// What a publication adds to the report on the experiment that repeats it.
 #[derive(Debug, Clone, Default)]
@@ -61,6 +61,7 @@ impl<'a> Report<'a> {
         if !exhibits.is_own {
             tables.extend(cost::table(campaign, &delays));
             tables.extend(delay::table(&delays));
+            tables.extend(fault::table(campaign));
         }
         tables.extend(exhibits.tables);
         if campaign.is_simulated() {

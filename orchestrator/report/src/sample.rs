@@ -68,6 +68,7 @@ fn run(cell: &Cell, outcome: &Outcome) -> Run {
         cell: cell.clone(),
         folder: PathBuf::from("somewhere").join(cell.folder()),
         metrics,
+        recovery: None,
         summary,
         damage: Vec::new(),
     }

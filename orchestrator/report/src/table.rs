@@ -3,6 +3,7 @@
 pub mod cost;
 mod csv;
 pub mod delay;
+pub mod fault;
 mod text;
 
 use std::path::PathBuf;

@@ -96,7 +96,7 @@ macro_rules! built_in {
 }
 
 /// The built-in systems, by name; the first is the paper's.
-const BUILT_IN: [(&str, &str); 8] = built_in![
+const BUILT_IN: [(&str, &str); 9] = built_in![
     "motor",
     "lag",
     "lag-smith",
@@ -105,6 +105,7 @@ const BUILT_IN: [(&str, &str); 8] = built_in![
     "puma-joint",
     "quadrotor",
     "cart",
+    "motor-load",
 ];
 
 impl System {

@@ -70,7 +70,11 @@ const BAD: [(&str, &str, &str); 10] = [
         "wait(0)\nfor k in range(count): closed('fast'); wait(k)",
         "refused",
     ),
-    ("hurries", "closed(0.1); loop(count)", "early"),
+    (
+        "hurries",
+        "closed(0.1); plant.close(); loop(count)",
+        "early",
+    ),
     (
         "deaf",
         "address, port = host.split(':')\ns = socket.create_connection((address, int(port)))\n\

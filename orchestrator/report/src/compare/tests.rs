@@ -41,6 +41,7 @@ pub(crate) fn campaign(seed: u64, repeats: u32) -> Campaign {
             folder: PathBuf::from(&cell.id),
             manifest: None,
             metrics: None,
+            recovery: None,
             summary: Summary {
                 loop_verdict: closed.then_some(LoopVerdict::Stable),
                 settling_ms: closed.then_some(300.0 * of_repeat),

@@ -8,7 +8,7 @@ use system::System;
 
 use super::median::{Signal, Traces};
 use super::step::{guides, horizon_s, range, settled};
-use super::{Figure, panel};
+use super::{Figure, fault, panel};
 use crate::delays::nearest_to_failing;
 use crate::group::Group;
 use crate::loops::{self, Loop};
@@ -16,15 +16,16 @@ use crate::origin::Origin;
 use crate::tone::{OTHER_TONE, Tones};
 
 /// The most panels of each figure; further places are counted in its caption.
-const MOST_OUTPUTS: usize = 24;
+const MOST_OUTPUTS: usize = 25;
 const MOST_INPUTS: usize = 12;
 /// Panels side by side.
 const COLUMNS: usize = 3;
 
-/// Where loops ran that can be compared: over one topology, with one plant, at one rate.
+/// Where loops ran that can be compared: over one topology, with one plant, through one fault, at one rate.
 struct Place<'a> {
     topology: &'a str,
     system: &'a str,
+    fault: Option<&'a str>,
     h_ns: u64,
     /// What ran there, in the plan's order: a curve each.
     loops: Vec<Loop<'a>>,
@@ -33,13 +34,14 @@ struct Place<'a> {
 /// Figures A and B, the outputs and the inputs of the closed loops; none if no loop was closed.
 pub(super) fn figures(campaign: &Campaign, traces: &mut Traces) -> Result<Vec<Figure>, ReadError> {
     let places = grouped(loops::all(campaign), |one| {
-        (one.topology, one.system, one.h_ns)
+        (one.topology, one.system, one.fault, one.h_ns)
     });
     let mut places: Vec<Place<'_>> = places
         .into_iter()
-        .map(|((topology, system, h_ns), loops)| Place {
+        .map(|((topology, system, fault, h_ns), loops)| Place {
             topology,
             system,
+            fault,
             h_ns,
             loops,
         })
@@ -55,7 +57,7 @@ pub(super) fn figures(campaign: &Campaign, traces: &mut Traces) -> Result<Vec<Fi
             for one in &place.loops {
                 origin.all(&one.group);
             }
-            let panel = place.draw(signal, &tones, traces)?;
+            let panel = place.draw(signal, campaign, &tones, traces)?;
             let curves = panel.series.iter().map(|series| series.name.as_str());
             let curves: Vec<&str> = curves.filter(|name| !name.is_empty()).collect();
             if !curves.is_empty() {
@@ -102,16 +104,27 @@ impl Place<'_> {
     }
 
     /// The panel of this place; empty if nothing here is complete.
-    fn draw(&self, signal: Signal, tones: &Tones, traces: &mut Traces) -> Result<Panel, ReadError> {
+    fn draw(
+        &self,
+        signal: Signal,
+        campaign: &Campaign,
+        tones: &Tones,
+        traces: &mut Traces,
+    ) -> Result<Panel, ReadError> {
         let kinds = &self.loops;
         let first = kinds.iter().find_map(|kind| kind.group.runs.first());
         let rate = first.map_or_else(String::new, |run| format!(", {}", run.cell.rate()));
-        let system = if self.system == System::PAPER {
+        // A fault's name takes its place in the title, unless there are several systems.
+        let is_alone = self.fault.is_some() && campaign.plan.systems.len() == 1;
+        let system = if self.system == System::PAPER || is_alone {
             String::new()
         } else {
             format!(", {}", self.system)
         };
-        let title = format!("{}{system}{rate}", self.topology);
+        let fault = self
+            .fault
+            .map_or_else(String::new, |name| format!(", {name}"));
+        let title = format!("{}{fault}{system}{rate}", self.topology);
         let mut panel = panel(
             "",
             title,
@@ -122,11 +135,12 @@ impl Place<'_> {
             return Ok(panel);
         };
         let moving = first.cell.moving_reference();
-        let end_s = match moving {
-            Some(_) => first.cell.duration_ns as f64 / 1e9,
-            None => horizon_s(kinds.iter().map(|kind| &kind.group)),
+        let end_s = match (&moving, self.fault) {
+            (None, None) => horizon_s(kinds.iter().map(|kind| &kind.group)),
+            _ => first.cell.duration_ns as f64 / 1e9,
         };
         panel.x.range = Some((0.0, end_s));
+        panel.guides = fault::guides(&campaign.plan.fault_spells(&first.cell));
         let mut held = Vec::new();
         for kind in kinds {
             let Some(settling_ms) = kind.group.settling_ms() else {
@@ -175,7 +189,7 @@ impl Place<'_> {
             }
             None => {
                 let r = first.cell.settings.r;
-                panel.guides = guides(r);
+                panel.guides.extend(guides(r));
                 panel.y.range = range(&panel.series, r).map(|seen| within(seen, [r]));
             }
         }
