@@ -47,10 +47,13 @@ fn a_delay_is_in_force_for_its_time_and_a_link_that_is_down_holds_all_until_it_i
     );
     assert!(longest(&took_ms(&rows, 3_050, 5_900)) < 11.0);
     let rows = messages("[[fault]]\nat = '2s'\nfor = '500ms'\ndown = true");
-    let during = took_ms(&rows, 2_010, 2_490);
+    let is_down = |t_ns: u64| (3_010 * MS..3_490 * MS).contains(&t_ns);
+    let held = rows.iter().filter(|row| row.t_send_ns.is_some_and(is_down));
+    let back: Vec<u64> = held.filter_map(|row| row.t_receive_ns).collect();
+    // At the earliest one round trip after it is up again; link time 0 is at 1 s.
     assert!(
-        !during.is_empty() && during.iter().all(|ms| *ms > 200.0),
-        "{during:?}"
+        !back.is_empty() && back.iter().all(|t_ns| *t_ns >= 3_510 * MS),
+        "{back:?}"
     );
     assert!(longest(&took_ms(&rows, 200, 1_980)) < 11.0);
 }
