@@ -29,6 +29,10 @@ containers:
 book:
     cargo test -p webloop --test command book
 
+# Measures what docs/reliability.md says, row by row: all in some hours, or `just faults 5 17`
+faults *rows:
+    cargo test --release -p webloop --test reliability -- --measure {{rows}}
+
 # All of it, as CI has it
 all: lint
     cargo test --workspace

@@ -154,8 +154,9 @@ impl Quantiles {
 }
 
 /// Index, among `count` sorted values, of the least one that a share `q` of them do not exceed;
-/// `None` if there are too few.
-fn rank(count: usize, q: f64) -> Option<usize> {
+/// `None` if there are too few: fewer than five beyond it.
+#[must_use]
+pub fn rank(count: usize, q: f64) -> Option<usize> {
     let n = count as f64;
     // 1 - q is not exact: 500 * (1 - 0.99) may be slightly below 5.
     if n * (1.0 - q) < BEYOND - 1e-9 {

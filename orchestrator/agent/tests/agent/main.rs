@@ -1,5 +1,6 @@
 //! An agent over real sockets, with a stand-in for the roles: real processes, no loop.
-#![allow(clippy::unwrap_used)]
+// `--nocapture` prints what docs/reliability.md quotes.
+#![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 mod endings;
 mod follower;

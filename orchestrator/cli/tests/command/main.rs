@@ -1,5 +1,8 @@
 //! The commands as processes, on folders and files: no namespaces, no sockets, no waiting.
 
+// `--nocapture` prints what docs/reliability.md quotes.
+#![allow(clippy::print_stdout)]
+
 mod action;
 mod architecture;
 mod book;

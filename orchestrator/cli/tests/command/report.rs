@@ -302,3 +302,60 @@ fn a_live_report_is_for_this_machine_alone() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(said.contains("an address of this machine alone"), "{said}");
 }
+
+/// Six seconds at 10 Hz, 333 Hz and 1 kHz: enough messages for a median, for p99, for p99.9.
+#[test]
+fn a_percentile_that_too_few_messages_vouch_for_is_not_printed() {
+    let place = tempfile::tempdir().unwrap();
+    let (experiment, out) = (place.path().join("three.toml"), place.path().join("out"));
+    let text = "name = \"three\"\n[[cells]]\ntopology = [\"arima\", \"diego-vpn\"]\nclient = [\"native\"]\nmode = \"closed\"\n\
+                h = [\"100ms\", \"3ms\", \"1ms\"]\nduration = \"6s\"\n";
+    fs::write(&experiment, text).unwrap();
+    let ran = Command::new(env!("CARGO_BIN_EXE_webloop"))
+        .arg("run")
+        .arg(&experiment)
+        .args(["--backend", "sim", "--out"])
+        .arg(&out)
+        .output()
+        .unwrap();
+    assert_eq!(ran.status.code(), Some(0));
+    let mut table = csv::Reader::from_path(out.join("report/tables/delays.csv")).unwrap();
+    let header = table.headers().unwrap().clone();
+    let (mut printed, mut left_out, mut fewest) = (0, 0, u64::MAX);
+    for row in table.records() {
+        let row = row.unwrap();
+        let field = |name: &str| {
+            let at = header.iter().position(|one| one == name).unwrap();
+            row[at].to_owned()
+        };
+        let messages: u64 = field("messages").parse().unwrap();
+        fewest = fewest.min(messages);
+        for (name, share) in [
+            ("p50", 0.5),
+            ("p90", 0.9),
+            ("p99", 0.99),
+            ("p99.9", 0.999_f64),
+        ] {
+            let vouching = (0.01_f64.ln() / share.ln()).ceil() as u64;
+            let is_printed = !field(&format!("round trip/ms {name}")).is_empty();
+            assert!(!is_printed || messages >= vouching, "{name} of {messages}");
+            *if is_printed {
+                &mut printed
+            } else {
+                &mut left_out
+            } += 1;
+        }
+    }
+    assert!(
+        printed > 0 && left_out > 0 && fewest < 100,
+        "{printed} {left_out} {fewest}"
+    );
+    let mut summary = csv::Reader::from_path(out.join("summary.csv")).unwrap();
+    let header = summary.headers().unwrap().clone();
+    let at = header.iter().position(|name| name == "verdict").unwrap();
+    let runs: Vec<_> = summary.records().map(Result::unwrap).collect();
+    assert!(runs.len() == 6 && runs.iter().all(|run| !run[at].is_empty()));
+    println!(
+        "row 24: {printed} percentiles printed, {left_out} left out for too few messages, each beside its n; 6 of 6 runs with their verdict"
+    );
+}

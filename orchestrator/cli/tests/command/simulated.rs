@@ -2,10 +2,12 @@
 //! the language, and a campaign that can be shown and reported and agrees with itself.
 #![allow(clippy::unwrap_used)]
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
+
+use sha2::{Digest, Sha256};
 
 const EXPERIMENT: &str = "name = \"mine\"\n\
 [[cells]]\n\
@@ -67,6 +69,80 @@ fn a_seed_gives_the_same_rows_whatever_is_around_it_and_another_seed_others() {
     let other = run(place.path(), "other", &["--seed", "2"], &[]);
     assert_eq!(other.status.code(), Some(0));
     assert_ne!(rows(&place.path().join("other")), first);
+
+    let more = if seeds().is_some() { 8 } else { 0 };
+    for n in 0..more {
+        let jobs = if n % 2 == 0 { "1" } else { "2" };
+        let zone = ["UTC", "Asia/Kathmandu", "America/St_Johns", "Pacific/Apia"][n / 2];
+        let around = [("TZ", zone), ("LC_ALL", "C"), ("HOSTNAME", zone)];
+        let name = format!("{n}/again");
+        let again = run(place.path(), &name, &["--jobs", jobs], &around);
+        assert_eq!(again.status.code(), Some(0));
+        assert_eq!(rows(&place.path().join(name)), first);
+    }
+    println!(
+        "row 5: {} runs with other jobs, folders, zones and languages: equal rows",
+        2 + more
+    );
+}
+
+/// As many seeds as are asked for.
+fn seeds() -> Option<usize> {
+    let count = std::env::var("WEBLOOP_TEST_SEEDS").ok()?;
+    Some(count.parse().unwrap())
+}
+
+/// A digest of the rows of each cell, by the cell's folder.
+fn digests(folder: &Path) -> BTreeMap<String, [u8; 32]> {
+    let mut digests: BTreeMap<String, Sha256> = BTreeMap::new();
+    for (name, content) in rows(folder) {
+        let (cell, _) = name.rsplit_once('/').unwrap();
+        digests.entry(cell.to_owned()).or_default().update(content);
+    }
+    let digests = digests.into_iter();
+    digests
+        .map(|(cell, digest)| (cell, digest.finalize().into()))
+        .collect()
+}
+
+/// Each repeat has a seed of its own. `WEBLOOP_TEST_SEEDS=1000` takes as many.
+#[test]
+fn every_seed_gives_its_own_rows_and_twice_the_same() {
+    let place = tempfile::tempdir().unwrap();
+    let count = seeds().unwrap_or(6);
+    let experiment = place.path().join("seeds.toml");
+    let text = format!(
+        "name = \"seeds\"\n[[cells]]\ntopology = [\"diego-vpn\"]\nclient = [\"native\"]\nmode = \"closed\"\n\
+         h = [\"3ms\"]\nduration = \"500ms\"\nrepeats = {count}\n"
+    );
+    fs::write(&experiment, text).unwrap();
+    let run = |name: &str, more: &[&str]| {
+        let out = place.path().join(name);
+        let paths = [&experiment, &out].map(|path| path.to_str().unwrap());
+        let all = [
+            "run",
+            paths[0],
+            "--backend",
+            "sim",
+            "--no-report",
+            "--out",
+            paths[1],
+        ];
+        let ran = webloop(&[&all, more].concat(), &[]);
+        let said = String::from_utf8_lossy(&ran.stderr).into_owned();
+        assert_eq!(ran.status.code(), Some(0), "{said}");
+        let digests = digests(&out);
+        assert_eq!(digests.len(), count);
+        digests
+    };
+    let first = run("first", &["--jobs", "1"]);
+    assert_eq!(run("second", &["--jobs", "2"]), first);
+    let own: BTreeSet<_> = first.values().collect();
+    assert_eq!(own.len(), count, "each seed its own rows");
+    let other = run("other", &["--seed", "2"]);
+    let differ = other.values().filter(|digest| !own.contains(digest));
+    assert_eq!(differ.count(), count);
+    println!("row 5: {count} seeds run twice: equal; {count} of {count} others differ");
 }
 
 /// At 64 kbit/s an echo alone takes 10.5 ms each way, and waits for the messages before it.

@@ -5,6 +5,7 @@
 //! reported as skipped.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
+mod alarm;
 mod alone;
 mod clients;
 mod complete;
@@ -26,6 +27,7 @@ fn tests() -> Vec<Trial> {
     serial::tests![
         complete::a_run_leaves_a_folder_that_proves_itself_and_is_not_made_twice,
         unprivileged::an_unprivileged_user_can_run_and_leaves_nothing_when_killed,
+        alarm::undisturbed_runs_raise_no_alarm,
         alone::of_two_runs_into_one_folder_one_runs,
         matrix::jobs_of_one_plan_merge_by_being_copied,
         clients::every_client_closes_the_loop_over_a_link,

@@ -46,8 +46,7 @@ pub(super) fn close(campaign: &Campaign, delays: &[Delays<'_>], nearest: &Neares
     if let (Some(limit_s), Some(here)) = (limit_s.filter(|s| s.is_finite()), here) {
         let round_trips = &here.round_trip_ms;
         let within = round_trips.partition_point(|ms| *ms <= limit_s * 1e3);
-        let middle = percentile(round_trips, 0.5).unwrap_or(0.0);
-        if !round_trips.is_empty() {
+        if let Some(middle) = percentile(round_trips, 0.5) {
             words += &format!(
                 " By analysis the loop holds at any constant round trip up to {}; its messages took {} in the \
                  median, and {} % of them no longer than that.",

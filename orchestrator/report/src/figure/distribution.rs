@@ -61,8 +61,8 @@ pub(super) fn figure(delays: &[Delays<'_>], campaign: &analysis::Campaign) -> Op
         "How long messages took",
         columns.len(),
         "Share of messages that took longer than a time, all repeats together; both scales are logarithmic. Half \
-         of them take longer than p50, one of a hundred longer than p99. A curve ends at its longest message: the \
-         99th percentile needs 100 messages, p99.9 needs 1000. The table of delays has the numbers. Measurement to effect: from the tick at which y was measured to the tick at which the u that follows from \
+         of them take longer than p50, one of a hundred longer than p99. A curve ends at its longest message; \
+         a percentile that is said has five messages beyond it: p99 needs 500, p99.9 needs 5000. The table of delays has the numbers. Measurement to effect: from the tick at which y was measured to the tick at which the u that follows from \
          it took effect.",
         None,
     );

@@ -5,8 +5,6 @@
 //! shows is 9, so that a row tells which one a command was made of.
 
 use std::{
-    io::{BufRead, BufReader, Write},
-    net::{SocketAddr, TcpListener, TcpStream},
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
@@ -20,7 +18,7 @@ use endpoint::{
     Command, ControllerSettings, Late, MessageOutcome, MessageRow, Mode, Preset, State, checksum,
 };
 
-use crate::{MS, ONE_AT_A_TIME, config, h, rows};
+use crate::{MS, ONE_AT_A_TIME, answering, config, h, rows};
 
 const EACH: u64 = 1000;
 const BAD: f64 = 9.0;
@@ -114,58 +112,24 @@ fn bad(error: Error, command: &Command, n: u64) -> Option<String> {
     })
 }
 
-/// Answers the requests of one connection.
-fn serve(stream: TcpStream, error: Error, shared: &Shared) {
-    let mut out = stream.try_clone().expect("a socket");
-    let mut say = |body: &str| {
-        let text = format!(
-            "HTTP/1.1 200 OK\r\nContent-Length: {}\r\n\r\n{body}",
-            body.len()
-        );
-        // The controller may have given up.
-        let _ = out.write_all(text.as_bytes());
-    };
-    for line in BufReader::new(stream).lines().map_while(Result::ok) {
-        let Some(target) = line.strip_prefix("GET ") else {
-            continue;
-        };
-        let target = target.split(' ').next().unwrap_or_default();
-        let Some((_, query)) = target.split_once('?') else {
-            say("t_ns=1&tick=0&y=0.0&u=0.0");
-            continue;
-        };
-        let (query, is_signed) = checksum::checked(query, true).expect("a good command");
-        assert!(is_signed);
-        let command: Command = query.parse().expect("a command");
-        let n = shared.commands.fetch_add(1, Ordering::Relaxed);
-        let is_bad = n % 2 == 1
-            && shared
-                .injected
-                .fetch_update(Ordering::Relaxed, Ordering::Relaxed, |count| {
-                    (count < EACH).then_some(count + 1)
-                })
-                .is_ok();
-        if !is_bad {
-            say(&signed(&answer(&command, 0.5)));
-        } else if let Some(text) = bad(error, &command, n) {
-            say(&text);
-        }
+/// What a plant answers to the command of this query.
+fn reply(error: Error, shared: &Shared, query: &str) -> Option<String> {
+    let (query, is_signed) = checksum::checked(query, true).expect("a good command");
+    assert!(is_signed);
+    let command: Command = query.parse().expect("a command");
+    let n = shared.commands.fetch_add(1, Ordering::Relaxed);
+    let is_bad = n % 2 == 1
+        && shared
+            .injected
+            .fetch_update(Ordering::Relaxed, Ordering::Relaxed, |count| {
+                (count < EACH).then_some(count + 1)
+            })
+            .is_ok();
+    if is_bad {
+        bad(error, &command, n)
+    } else {
+        Some(signed(&answer(&command, 0.5)))
     }
-}
-
-/// A plant by script, for as long as the test's process lives.
-fn plant(error: Error, shared: &Arc<Shared>) -> SocketAddr {
-    let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
-    let address = listener.local_addr().expect("bound");
-    let shared = Arc::clone(shared);
-    thread::spawn(move || {
-        for stream in listener.incoming().map_while(Result::ok) {
-            stream.set_nodelay(true).expect("a socket");
-            let shared = Arc::clone(&shared);
-            thread::spawn(move || serve(stream, error, &shared));
-        }
-    });
-    address
 }
 
 /// Runs a controller until a thousand answers were bad, and some more good; what it counted must be that many.
@@ -173,7 +137,10 @@ fn inject(error: Error, name: &str) {
     let _alone = ONE_AT_A_TIME.lock();
     let folder = tempfile::tempdir().expect("a temporary folder");
     let shared = Arc::new(Shared::default());
-    let address = plant(error, &shared);
+    let address = answering::plant({
+        let shared = Arc::clone(&shared);
+        move |query| reply(error, &shared, query)
+    });
     let settings = ControllerSettings {
         late: Late::Drop,
         timeout_ns: TIMEOUT.as_nanos() as u64,
@@ -215,6 +182,7 @@ fn inject(error: Error, name: &str) {
     };
     assert_eq!((counted, others), (EACH, 0), "{name}: {:?}", report.counts);
     println!("| {name} | to the controller | {EACH} | {used} | {EACH} `{word}` |");
+    println!("row 17: {name} to the controller, {EACH}: {used} used, {EACH} counted `{word}`");
 }
 
 #[test]

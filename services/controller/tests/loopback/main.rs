@@ -6,10 +6,12 @@
 // `--nocapture` prints what docs/safe-plant.md quotes.
 #![allow(clippy::print_stdout)]
 
+mod answering;
 mod errors;
 mod http;
 mod scripted;
 mod session;
+mod stall;
 mod websocket;
 
 use std::{

@@ -145,6 +145,9 @@ fn whatever_is_commanded_the_input_keeps_its_limits_and_the_state_is_finite_or_s
         diverged > 0,
         "the limits are too narrow to hold it for ever"
     );
+    println!(
+        "row 18: {commands} commands, {refused} of them refused: the input always finite and at most {LIMIT}; the state left the finite {diverged} times, each said"
+    );
 }
 
 /// A silence from a command at `at_ns` on, and when its plant is in the safe state.
@@ -207,6 +210,7 @@ fn a_thousand_silences_end_in_the_safe_state_within_the_watchdog_s_time_and_two_
             "{hold} at {h}: {silent_ns} ns"
         );
     }
+    println!("row 16: virtual time, 1000 of 1000 within the watchdog's time and two ticks");
 }
 
 fn plant(settings: PlantSettings) -> (Inbox, Process<Surrounded<Wire>>) {

@@ -4,9 +4,6 @@
 //! Each error has a plant of its own, so that its counters are of that error alone. Between two bad messages comes
 //! a good one, which must be applied.
 
-// `--nocapture` prints what docs/safe-plant.md quotes.
-#![allow(clippy::print_stdout)]
-
 use std::{collections::BTreeMap, net::SocketAddr, path::Path};
 
 use endpoint::{ArrivalOutcome, ArrivalRow, Lease, PlantSettings, SampleTime, checksum, report};
@@ -110,6 +107,7 @@ fn inject(class: &str, kind: &str, mut bad: impl FnMut(&mut Controller, u64)) ->
     assert_eq!(report.refused, EACH, "{class}");
     let of = applied.len() - good.len();
     println!("| {class} | to the plant | {EACH} | {of} | {EACH} `{kind}` |");
+    println!("row 17: {class} to the plant, {EACH}: {of} applied, {EACH} counted `{kind}`");
     report
 }
 
@@ -227,4 +225,5 @@ fn a_lost_message_trips_the_watchdog() {
     .expect("a run without errors");
     assert_eq!((report.trips, report.refused), (EACH, 0));
     println!("| loss | to the plant | {EACH} | 0 | {EACH} trips |");
+    println!("row 17: loss to the plant, {EACH}: {EACH} trips of the watchdog");
 }

@@ -152,4 +152,9 @@ fn nothing_foreign_moves_the_plant_or_ends_its_session_and_no_token_is_told() {
         assert!(!text.contains(&secret), "{}", path.display());
     }
     assert!(!format!("{report:?}").contains(&secret));
+    println!(
+        "row 20: plant, {} lines in {} requests: all refused, no change of state, no token in answers, files or report",
+        LINES.len(),
+        REQUESTS.len()
+    );
 }

@@ -1,5 +1,8 @@
 //! A plant over real sockets on loopback.
 
+// `--nocapture` prints what docs/reliability.md quotes.
+#![allow(clippy::print_stdout)]
+
 mod errors;
 mod foreign;
 mod framing;

@@ -182,6 +182,10 @@ fn of_five_controllers_that_want_the_plant_one_has_it() {
         let silent_ns = pair[1].t_arrive_ns - pair[0].t_arrive_ns;
         assert!(silent_ns >= 2_000_000_000, "{pair:?}");
     }
+    println!(
+        "row 19: 5 controllers, {commands} commands: {} of the one with the lease, 0 of others between them",
+        arrivals.len()
+    );
 }
 
 #[test]

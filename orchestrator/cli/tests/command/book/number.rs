@@ -81,7 +81,37 @@ pub(crate) fn sentences() -> Vec<(&'static str, String)> {
             .lines()
             .map(|line| ("README.md", line.to_owned())),
     );
+    let faults = by_fault();
+    sentences.extend(
+        faults
+            .lines()
+            .map(|line| ("docs/faults.md", line.to_owned())),
+    );
     sentences
+}
+
+/// Median time to be back after each fault, by client, over the links of results/faults.
+fn by_fault() -> String {
+    const CLIENTS: [&str; 4] = ["native", "python", "chromium", "firefox"];
+    let rows = rows("faults");
+    assert!(
+        rows.iter()
+            .all(|row| row.verdict == Some(Verdict::Complete))
+    );
+    let mut table = format!("{:10}", "back/ms");
+    for client in CLIENTS {
+        table += &format!("  {client:>8}");
+    }
+    for fault in ["outage", "loss-burst", "reset", "delay-step", "flapping"] {
+        table += &format!("\n{fault:10}");
+        for client in CLIENTS {
+            let of_it = rows.iter().filter(|row| {
+                row.fault.as_deref() == Some(fault) && row.client.to_string() == client
+            });
+            table += &format!("  {:8.0}", median(of_it.map(|row| row.fault_back_ms)));
+        }
+    }
+    table
 }
 
 /// The clients of the table on the first screen: label, client, setup.
