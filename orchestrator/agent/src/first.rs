@@ -3,7 +3,7 @@
 //!
 //! A program as first process itself would not get SIGTERM unless it asked for it.
 
-use std::io;
+use std::io::{self, Write, stderr};
 use std::os::unix::process::CommandExt;
 use std::process::Command;
 
@@ -31,7 +31,7 @@ pub fn run(command: &[String]) -> io::Result<u8> {
     {
         Ok(child) => child,
         Err(problem) => {
-            eprintln!("`{program}` cannot be started: {problem}");
+            let _ = writeln!(stderr(), "`{program}` cannot be started: {problem}");
             return Ok(NOT_STARTED);
         }
     };

@@ -16,6 +16,11 @@ pub enum RunError {
         /// The error of the operating system.
         problem: std::io::Error,
     },
+    /// Another process runs the cell in this folder.
+    #[error(
+        "{0} is in use by another run of this cell; let it end, or choose another folder with --out"
+    )]
+    InUse(String),
     /// One of the processes of the run failed.
     #[error("the {role} {problem}")]
     Role {

@@ -2,12 +2,15 @@
 //! what is in it.
 
 use std::collections::BTreeMap;
-use std::fs;
+use std::fs::{self, File};
 use std::io;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use manifest::{FileFact, Manifest};
 use plan::Verdict;
+use rustix::fs::{FlockOperation, Mode, OFlags, flock};
+use rustix::io::Errno;
 
 use crate::RunError;
 
@@ -43,17 +46,51 @@ pub fn move_aside(folder: &Path) -> io::Result<()> {
     aside.map_or(Ok(()), |aside| fs::rename(folder, aside))
 }
 
-/// Makes the cell's folder; what an earlier attempt left there is moved aside.
-pub(crate) fn make_room(campaign: &Path, folder: &Path) -> Result<(), RunError> {
+/// Makes the cell's folder; what an earlier attempt left there is moved aside. Until the returned file is closed,
+/// or this process ends in whatever way, no other process can do the same.
+///
+/// # Errors
+/// [`RunError::InUse`] if another process runs the cell in there, and if the folder cannot be made.
+pub(crate) fn make_room(campaign: &Path, folder: &Path) -> Result<File, RunError> {
     let fail = |problem| RunError::write(folder, problem);
     let below = folder.strip_prefix(campaign).unwrap_or(folder);
     fs::create_dir_all(campaign).map_err(fail)?;
     // Check this before anything in there is renamed: a symbolic link may lead to somebody else's
     // files.
     file::make_folder(campaign, below.parent().unwrap_or(below)).map_err(fail)?;
-    move_aside(folder).map_err(fail)?;
-    file::make_folder(campaign, below).map_err(fail)?;
-    Ok(())
+    loop {
+        let is_new = match fs::create_dir(folder) {
+            Err(problem) if problem.kind() == io::ErrorKind::AlreadyExists => false,
+            made => made.map(|()| true).map_err(fail)?,
+        };
+        let Ok(lock) = open_folder(folder) else {
+            // A link or a file of this name; or another process has just moved the folder aside.
+            move_aside(folder).map_err(fail)?;
+            continue;
+        };
+        // Some network file systems lock no folder: there, nothing but this is lost.
+        if let Err(Errno::WOULDBLOCK) = flock(&lock, FlockOperation::NonBlockingLockExclusive) {
+            return Err(RunError::InUse(folder.display().to_string()));
+        }
+        // Who moves a folder aside has its lock: so it may have another name since it was opened.
+        let is_there = open_folder(folder).is_ok_and(|now| is_one(&now, &lock));
+        match (is_there, is_new) {
+            (true, true) => return Ok(lock),
+            (true, false) => move_aside(folder).map_err(fail)?,
+            (false, _) => {}
+        }
+    }
+}
+
+fn open_folder(path: &Path) -> rustix::io::Result<File> {
+    let flags = OFlags::RDONLY | OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+    rustix::fs::open(path, flags, Mode::empty()).map(File::from)
+}
+
+/// Whether two files are the same one.
+fn is_one(one: &File, other: &File) -> bool {
+    let id = |file: &File| file.metadata().map(|found| (found.dev(), found.ino())).ok();
+    id(one).is_some() && id(one) == id(other)
 }
 
 /// Length and checksum of every file in `folder`, by name; `except` is left out.
@@ -90,6 +127,47 @@ mod tests {
             files["a"].sha256,
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
         );
+    }
+
+    #[test]
+    fn a_cell_s_folder_is_one_process_s_at_a_time() {
+        let campaign = tempfile::tempdir().unwrap();
+        let folder = campaign.path().join("cells/a");
+        let count = || fs::read_dir(campaign.path().join("cells")).unwrap().count();
+        for n in 1..=20 {
+            let start = std::sync::Barrier::new(8);
+            let rooms: Vec<_> = std::thread::scope(|scope| {
+                let all: Vec<_> = (0..8)
+                    .map(|_| {
+                        scope.spawn(|| {
+                            start.wait();
+                            make_room(campaign.path(), &folder)
+                        })
+                    })
+                    .collect();
+                all.into_iter().map(|one| one.join().unwrap()).collect()
+            });
+            let (got, refused): (Vec<_>, Vec<_>) = rooms.into_iter().partition(Result::is_ok);
+            assert_eq!(got.len(), 1, "{refused:?}");
+            for refused in refused {
+                let words = refused.unwrap_err().to_string();
+                assert!(words.contains("cells/a is in use"), "{words}");
+            }
+            // What was there is kept aside, once.
+            fs::write(folder.join("rows.csv"), "1").unwrap();
+            let aside = fs::read_dir(campaign.path().join("cells"))
+                .unwrap()
+                .flatten();
+            let kept = aside.filter(|entry| entry.path().join("rows.csv").exists());
+            assert_eq!(kept.count(), n);
+        }
+        // A link leads nowhere: it is moved like a folder.
+        fs::remove_dir_all(&folder).unwrap();
+        std::os::unix::fs::symlink("/nowhere", &folder).unwrap();
+        let before = count();
+        make_room(campaign.path(), &folder).unwrap();
+        assert_eq!(count(), before + 1);
+        assert!(fs::symlink_metadata(&folder).unwrap().is_dir());
     }
 
     #[test]

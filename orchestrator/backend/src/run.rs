@@ -73,8 +73,8 @@ pub struct Attempt {
 /// What an earlier attempt left in the folder is moved aside, never overwritten.
 ///
 /// # Errors
-/// [`RunError::Write`] if the results folder cannot be written; then there is no manifest. Everything
-/// else that can go wrong is a verdict.
+/// [`RunError::Write`] if the results folder cannot be written, [`RunError::InUse`] if another process runs the
+/// cell in it; then there is no manifest. Everything else that can go wrong is a verdict.
 pub fn run_cell(
     plan: &Plan,
     cell: &Cell,
@@ -86,7 +86,7 @@ pub fn run_cell(
 ) -> Result<Manifest, RunError> {
     let clock = Instant::now();
     let folder = cell_folder(campaign, cell);
-    folder::make_room(campaign, &folder)?;
+    let _in_use = folder::make_room(campaign, &folder)?;
     let described = describe(backend);
     let outcome = execute(plan, cell, &folder, backend, player, stop);
     // Ctrl-C in a terminal also reaches the roles, which then end as if by themselves.

@@ -174,6 +174,7 @@ impl Error {
             | Error::BadAgents { .. }
             | Error::BadToken(_)
             | Error::NoOwner { .. }
+            | Error::Run(RunError::InUse(_))
             | Error::Compose(Problem::Usage(_)) => Kind::Usage,
             Error::Merge(problem) if problem.is_usage() => Kind::Usage,
             Error::Compose(Problem::Unsupported { .. }) | Error::NotOwner { .. } => {

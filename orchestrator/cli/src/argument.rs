@@ -64,7 +64,7 @@ impl Argument {
             // It quotes the command line, in colours of its own.
             let said = error.render().to_string();
             if error.use_stderr() && said.contains(endpoint::plain::is_active) {
-                eprint!("{}", endpoint::plain(&said));
+                say!("{}", said.trim_end());
                 std::process::exit(error.exit_code());
             }
             error.exit()

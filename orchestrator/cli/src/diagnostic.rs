@@ -89,7 +89,7 @@ fn draw(
     } else {
         Renderer::plain()
     };
-    eprintln!("{}\n", renderer.render(&[group]));
+    crate::console::drawn(&format!("{}\n", renderer.render(&[group])));
 }
 
 /// A character that is only seen, as long in bytes as this one.

@@ -89,10 +89,10 @@ pub(crate) fn end(outcome: Outcome) -> ExitCode {
         // First each damaged file, then the error that follows from them.
         if let Some(campaign::Error::NotWhole { damage, .. }) = failure.error.downcast_ref() {
             for one in damage {
-                eprintln!("webloop: {}", endpoint::plain(&one.to_string()));
+                say!("webloop: {one}");
             }
         }
-        eprintln!("webloop: {}", endpoint::plain(&sentence(&failure.error)));
+        say!("webloop: {}", sentence(&failure.error));
         failure.kind
     });
     ExitCode::from(exit as u8)

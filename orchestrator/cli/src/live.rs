@@ -60,7 +60,7 @@ pub(crate) fn serve(address: SocketAddr, folder: &Path) -> Result<SocketAddr, Fa
             // Refused, it is as willing as any other thread.
             let _ = rustix::process::nice(NICE);
             if let Err(error) = answer(listener, folder) {
-                eprintln!("webloop: the live report ended: {error}");
+                say!("webloop: the live report ended: {error}");
             }
         })?;
     Ok(bound)

@@ -13,7 +13,9 @@ pub(crate) fn start(argument: &Argument) {
     let builder = tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_ansi(std::io::stderr().is_terminal())
-        .with_writer(std::io::stderr);
+        .with_writer(std::io::stderr)
+        // It would panic where standard error cannot be written.
+        .log_internal_errors(false);
     match argument.log_format {
         LogFormat::Text => builder.with_target(false).without_time().init(),
         LogFormat::Json => builder.json().init(),

@@ -3,6 +3,12 @@
 //! `argument` reads the command line, and each command is a file in `command`; this file connects
 //! them. The crate `campaign` runs campaigns and defines what is in their folders.
 
+// Only `console` prints.
+#![warn(clippy::print_stderr)]
+
+#[macro_use]
+mod console;
+
 mod argument;
 mod command;
 mod diagnostic;

@@ -85,11 +85,10 @@ impl Progress {
 
 impl campaign::Progress for Progress {
     fn say(&self, words: &str) {
-        let words = &*endpoint::plain(words);
         if let Some((all, _)) = &self.bars {
-            let _ = all.println(words);
+            let _ = all.println(endpoint::plain(words));
         } else if self.lines {
-            eprintln!("{words}");
+            say!("{words}");
         }
     }
 
@@ -130,17 +129,17 @@ impl campaign::Progress for Progress {
             words(cell)
         );
         if !reason.is_empty() {
-            line += &format!(": {}", endpoint::plain(reason));
+            line += &format!(": {reason}");
         }
         if let Some((all, bar)) = &self.bars {
             bar.inc(share_ms);
             bar.set_message(standing(done, self.total, left));
             // Bars show what goes well; a line about what does not stays on the screen.
             if verdict != Verdict::Complete {
-                let _ = all.println(line);
+                let _ = all.println(endpoint::plain(&line));
             }
         } else if self.lines {
-            eprintln!("{line}");
+            say!("{line}");
         }
     }
 }

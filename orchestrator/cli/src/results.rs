@@ -10,7 +10,7 @@ pub(crate) fn tell_damage(campaign: &Campaign, is_allowed: impl Fn(&Run) -> bool
     let runs = campaign.runs.iter().filter(|run| !is_allowed(run));
     let mut count = 0;
     for one in runs.flat_map(|run| &run.damage) {
-        eprintln!("webloop: {}", endpoint::plain(&one.to_string()));
+        say!("webloop: {one}");
         count += 1;
     }
     count
@@ -30,8 +30,8 @@ pub(crate) fn tell_missing(
         let id = &run.cell.id;
         let name = name.display();
         match run.verdict() {
-            None => eprintln!("webloop: {name}: {id} has not been run"),
-            Some(verdict) => eprintln!("webloop: {name}: {id} is {verdict}"),
+            None => say!("webloop: {name}: {id} has not been run"),
+            Some(verdict) => say!("webloop: {name}: {id} is {verdict}"),
         }
         count += 1;
     }
@@ -53,7 +53,7 @@ pub(crate) fn are_whole(
         }
     }
     if missing > 0 {
-        eprintln!("webloop: the missing runs were not compared; --allow-missing accepts that");
+        say!("webloop: the missing runs were not compared; --allow-missing accepts that");
     }
     damaged + missing == 0
 }

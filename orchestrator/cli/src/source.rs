@@ -2,7 +2,6 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use ::system::System;
@@ -17,6 +16,16 @@ use crate::exit::Failure;
 
 /// The folder of a clone's profiles; these can be given by name alone.
 const PROFILES: &str = "netem/profiles";
+
+/// Maximum bytes of a file that a person writes: a profile, an experiment, a sweep, a system, timings.
+const SOURCE_BYTES: u64 = 4 << 20;
+/// Maximum bytes of a trace: some million lines.
+const TRACE_BYTES: u64 = 64 << 20;
+
+/// The text of a file that the command line or another file names: a regular file, and not a large one.
+fn given(path: &Path) -> std::io::Result<String> {
+    file::given_text(path, SOURCE_BYTES)
+}
 
 /// The text of a profile, by built-in name or by path, with the traces that it names.
 ///
@@ -35,7 +44,7 @@ pub(crate) fn profile_text(asked: &str) -> Result<ProfileText, String> {
     } else {
         &own
     };
-    let source = fs::read_to_string(path).map_err(|problem| {
+    let source = given(path).map_err(|problem| {
         if looks_like_a_path(asked) {
             format!("the profile file `{asked}` cannot be read: {problem}")
         } else {
@@ -61,7 +70,7 @@ fn named(kind: &str, built_in: &[(&str, &str)], asked: &str) -> Result<String, F
     if let Some((_, text)) = built_in.iter().find(|(name, _)| *name == asked) {
         return Ok((*text).to_owned());
     }
-    fs::read_to_string(asked).map_err(|problem| {
+    given(Path::new(asked)).map_err(|problem| {
         Failure::usage(if looks_like_a_path(asked) {
             anyhow!("the {kind} file `{asked}` cannot be read: {problem}")
         } else {
@@ -86,7 +95,8 @@ fn read_trace(profile: &Path, name: &str) -> Result<String, String> {
             "`{name}` is not the name of a file beside the profile"
         ));
     }
-    fs::read_to_string(profile.with_file_name(name)).map_err(|problem| problem.to_string())
+    file::given_text(&profile.with_file_name(name), TRACE_BYTES)
+        .map_err(|problem| problem.to_string())
 }
 
 /// Reads a profile that can be played; draws findings on standard error.
@@ -161,7 +171,7 @@ pub(crate) fn timings(file: Option<&Path>) -> Result<Timings, Failure> {
     let Some(file) = file else {
         return Ok(Timings::built_in()?);
     };
-    let text = fs::read_to_string(file)
+    let text = given(file)
         .with_context(|| format!("cannot read {}", file.display()))
         .map_err(Failure::usage)?;
     Timings::read(&text)
@@ -253,7 +263,7 @@ pub(crate) fn system_text(asked: &str) -> Result<String, String> {
     if let Some(text) = System::built_in(asked) {
         return Ok(text.to_owned());
     }
-    fs::read_to_string(asked).map_err(|problem| {
+    given(Path::new(asked)).map_err(|problem| {
         if looks_like_a_path(asked) {
             format!("the system file `{asked}` cannot be read: {problem}")
         } else {

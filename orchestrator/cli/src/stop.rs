@@ -39,7 +39,7 @@ pub(crate) fn give_up_soon_after(stop: &Arc<AtomicBool>) -> io::Result<()> {
                 thread::sleep(POLL);
             }
             thread::sleep(GIVE_UP_AFTER);
-            eprintln!("webloop: interrupted; the agents do not answer");
+            say!("webloop: interrupted; the agents do not answer");
             std::process::exit(Exit::Interrupted as i32);
         })
         .map(drop)

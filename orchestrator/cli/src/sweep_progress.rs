@@ -49,7 +49,7 @@ impl SweepProgress {
             bar.set_position(self.done as u64);
             bar.set_message(standing);
         } else if self.lines && is_next {
-            eprintln!("[{standing}]");
+            say!("[{standing}]");
         }
     }
 

@@ -30,7 +30,7 @@ pub(crate) fn serve(argument: &ServeAgent) -> Outcome {
     };
     let ended = agent::serve(&config, |address| say_ready(&address.to_string()))?;
     if ended.orphaned() {
-        eprintln!("webloop: agent {} {ended}", argument.name);
+        say!("webloop: agent {} {ended}", argument.name);
     }
     Ok(Exit::Fine)
 }

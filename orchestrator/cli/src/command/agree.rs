@@ -15,7 +15,7 @@ pub(crate) fn run(argument: &Agree) -> Outcome {
     let read = |folder| Campaign::read(folder).map_err(Failure::usage);
     let (a, b) = (read(&argument.a)?, read(&argument.b)?);
     let agreement = Agreement::of(&a, &b);
-    let mut out = std::io::stdout();
+    let mut out = crate::console::out();
     match argument.format {
         AgreeFormat::Table => write!(
             out,

@@ -37,7 +37,7 @@ pub(crate) fn run(argument: &Calibrate) -> Outcome {
     let text = timings.to_toml();
     std::fs::write(&argument.out, text)
         .with_context(|| format!("cannot write {}", argument.out.display()))?;
-    let mut out = std::io::stdout();
+    let mut out = crate::console::out();
     writeln!(
         out,
         "\nWritten: {}\nUse it: webloop run --backend sim --timing {}",

@@ -21,8 +21,7 @@ pub(crate) fn run(argument: &Collect) -> Outcome {
     let folder = campaign.path();
     let merged = sources.merge_into(folder)?;
     for damage in &merged.damage {
-        let path = damage.path.display().to_string();
-        eprintln!("webloop: {}: {}", endpoint::plain(&path), damage.problem);
+        say!("webloop: {}: {}", damage.path.display(), damage.problem);
     }
 
     let read = analysis::Campaign::read(folder)?;
@@ -30,7 +29,7 @@ pub(crate) fn run(argument: &Collect) -> Outcome {
     campaign.leave(file_name::SUMMARY, results.csv().as_bytes())?;
     campaign.leave(file_name::TABLE, results.table(false).as_bytes())?;
 
-    let mut out = std::io::stdout().lock();
+    let mut out = crate::console::out();
     let Merged {
         copied,
         kept,

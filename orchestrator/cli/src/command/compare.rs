@@ -32,7 +32,7 @@ pub(crate) fn run(argument: &Compare) -> Outcome {
         CompareFormat::Csv => comparison.to_csv(),
         CompareFormat::Json => comparison.to_json(),
     };
-    write!(std::io::stdout(), "{text}")?;
+    write!(crate::console::out(), "{text}")?;
     // A check that compares nothing must not pass.
     if comparison.groups.is_empty() {
         tell_damage(&both.0, |_| false);
@@ -44,7 +44,7 @@ pub(crate) fn run(argument: &Compare) -> Outcome {
     let lost = lost(&both.0, &both.1).into_iter();
     let lost = lost.filter(|run| !*allow_missing && !is_allowed(run));
     let lost = lost.map(|run| {
-        eprintln!(
+        say!(
             "webloop: {}: {} is complete, and {b} does not have it",
             paths.0.display(),
             run.cell.id

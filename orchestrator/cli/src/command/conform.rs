@@ -29,7 +29,7 @@ pub(crate) fn run(argument: &Conform) -> Outcome {
         return test_plant(argument);
     }
     let trials = Trial::all(argument.h);
-    let mut out = std::io::stdout();
+    let mut out = crate::console::out();
     if argument.list {
         for trial in &trials {
             writeln!(out, "{:<12}{}", trial.name, trial.asks)?;
@@ -96,7 +96,7 @@ pub(crate) fn run(argument: &Conform) -> Outcome {
 fn test_plant(argument: &Conform) -> Outcome {
     if argument.list {
         for trial in &PLANT_TRIALS {
-            writeln!(std::io::stdout(), "{:<12}{}", trial.name, trial.asks)?;
+            writeln!(crate::console::out(), "{:<12}{}", trial.name, trial.asks)?;
         }
         return Ok(Exit::Fine);
     }
@@ -118,7 +118,7 @@ fn tell(argument: &Conform, outcomes: &[::conform::Outcome]) -> Result<bool, Fai
             .with_context(|| format!("cannot write {}; give another --junit", file.display()))
             .map_err(Failure::usage)?;
     }
-    write!(std::io::stdout(), "{}", ::conform::table(outcomes))?;
+    write!(crate::console::out(), "{}", ::conform::table(outcomes))?;
     Ok(outcomes.iter().all(|one| one.verdict != Verdict::Failed))
 }
 

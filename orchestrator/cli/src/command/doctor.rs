@@ -11,7 +11,7 @@ pub(crate) fn run() -> Outcome {
     // First of all: a user namespace can only be entered while there is one thread.
     let authority = shaper::become_root();
     let machine = backend::machine();
-    let mut out = std::io::stdout().lock();
+    let mut out = crate::console::out();
     writeln!(
         out,
         "{}, {} on {} processors ({}), {} MiB, clock {}\n",

@@ -59,7 +59,7 @@ fn simulate(argument: &Run, plan: &Plan, is_last: bool) -> Outcome {
     let read = ran.read()?;
     let asked = ran.asked(&read);
     let judgement = run::judged(&read.plan, &asked, &argument.require);
-    let mut out = std::io::stdout();
+    let mut out = crate::console::out();
     let folder = argument.out.as_deref().unwrap_or(Path::new(""));
     write!(out, "In virtual time:\n{}", lines(&judgement))?;
     writeln!(out, "Results: {}", folder.display())?;

@@ -20,7 +20,7 @@ pub(crate) fn run(argument: &Gc) -> Outcome {
         project: argument.project.clone(),
     })
     .map_err(unsupported)?;
-    let mut out = std::io::stdout().lock();
+    let mut out = crate::console::out();
     let verb = if argument.dry_run {
         "would remove"
     } else {

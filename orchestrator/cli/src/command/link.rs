@@ -19,7 +19,7 @@ pub(crate) fn show(show: &LinkShow) -> Outcome {
     } else {
         ::link::describe(&profile)
     };
-    write!(std::io::stdout(), "{text}")?;
+    write!(crate::console::out(), "{text}")?;
     Ok(Exit::Fine)
 }
 
@@ -34,7 +34,7 @@ pub(crate) fn lint(lint: &LinkLint) -> Outcome {
         diagnostic::findings(&text.source, &findings);
         match profile {
             Some(profile) => writeln!(
-                std::io::stdout(),
+                crate::console::out(),
                 "{origin}: {} can be played",
                 profile.name()
             )?,
@@ -50,6 +50,6 @@ pub(crate) fn lint(lint: &LinkLint) -> Outcome {
 
 /// Prints the JSON schema of profile files.
 pub(crate) fn schema() -> Outcome {
-    write!(std::io::stdout(), "{}", ::link::schema())?;
+    write!(crate::console::out(), "{}", ::link::schema())?;
     Ok(Exit::Fine)
 }

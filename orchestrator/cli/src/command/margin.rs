@@ -59,7 +59,7 @@ pub(crate) fn run(argument: &Margin) -> Outcome {
         .iter()
         .map(|name| source::profile(name))
         .collect::<Result<Vec<_>, _>>()?;
-    let mut out = std::io::stdout();
+    let mut out = crate::console::out();
     writeln!(
         out,
         "{}\n\n{}\n{}\n{}",

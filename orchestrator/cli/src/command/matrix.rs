@@ -31,7 +31,7 @@ pub(crate) fn run(argument: &Matrix) -> Outcome {
             Document::Experiment => plan::Document::Experiment,
             Document::Plan => plan::Document::Plan,
         };
-        write!(std::io::stdout(), "{}", plan::schema(document))?;
+        write!(crate::console::out(), "{}", plan::schema(document))?;
         return Ok(Exit::Fine);
     }
     let instead = Instead {
@@ -63,7 +63,7 @@ pub(crate) fn run(argument: &Matrix) -> Outcome {
         MatrixFormat::Github => github(&jobs)?,
         MatrixFormat::Json => json(&plan, &jobs)?,
     };
-    write!(std::io::stdout(), "{text}")?;
+    write!(crate::console::out(), "{text}")?;
     Ok(Exit::Fine)
 }
 

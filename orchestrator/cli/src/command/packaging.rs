@@ -15,7 +15,7 @@ pub(crate) fn completions(shell: clap_complete::Shell) -> Outcome {
         shell,
         &mut Argument::command(),
         "webloop",
-        &mut std::io::stdout(),
+        &mut crate::console::out(),
     );
     Ok(Exit::Fine)
 }

@@ -19,7 +19,7 @@ pub(crate) fn run(argument: &Probe) -> Outcome {
     authority.map_err(Failure::unsupported)?;
     let stop = stop::told_to_end()?;
     let interval_ns = (argument.interval * 1e9).round() as u64;
-    let mut out = io::stdout();
+    let mut out = crate::console::out();
     writeln!(
         out,
         "PING {} through its link, seed {}: {} echoes, one every {} s",

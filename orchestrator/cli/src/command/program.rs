@@ -153,7 +153,7 @@ pub(crate) fn first(argument: &ServeFirst) -> ExitCode {
     match agent::first::run(&argument.run) {
         Ok(code) => ExitCode::from(code),
         Err(problem) => {
-            eprintln!("webloop: cannot wait for the program: {problem}");
+            say!("webloop: cannot wait for the program: {problem}");
             ExitCode::FAILURE
         }
     }

@@ -53,7 +53,7 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
     if argument.out.is_none() && report.damage.is_empty() {
         describe(&report, &files, &argument.folder)?;
     }
-    let mut stdout = std::io::stdout();
+    let mut stdout = crate::console::out();
     let page = out.join("report.html");
     for sentence in Answer::of(&campaign).words() {
         writeln!(stdout, "{sentence}")?;
@@ -68,7 +68,7 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
     }
     let troubles = troubles(&report);
     for trouble in &troubles {
-        eprintln!("webloop: {trouble}");
+        say!("webloop: {trouble}");
     }
     Ok(if troubles.is_empty() && report.expectations.holds() {
         Exit::Fine

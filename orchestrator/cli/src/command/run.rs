@@ -70,7 +70,10 @@ pub(crate) fn execute<'a>(
     agents: Option<&Agents>,
 ) -> Result<Ran<'a>, Failure> {
     let pace = pace(argument)?;
-    // Report what is missing before a folder is made.
+    // Report what is missing or wrong before a folder is made.
+    if argument.timing.is_some() {
+        source::timings(argument.timing.as_deref())?;
+    }
     let containers = match argument.backend {
         Backend::Compose => Some(ComposeRunner::find(!argument.no_build)?),
         Backend::Netns | Backend::Attach | Backend::Sim => None,
@@ -87,7 +90,7 @@ pub(crate) fn execute<'a>(
     }
     if let Some(address) = argument.live {
         let address = live::serve(address, folder.path())?;
-        eprintln!("Live: http://{address}/");
+        say!("Live: http://{address}/");
     }
     let progress = Progress::start(argument.progress, &pending, pace);
     match containers {
@@ -170,7 +173,7 @@ fn open(argument: &Run, plan: &Plan) -> Result<CampaignFolder, Failure> {
 
 /// Prints what will be run, how long it takes, and where the results will be.
 fn announce(plan: &Plan, chosen: &[&Cell], pending: &[&Cell], pace: Pace, folder: &CampaignFolder) {
-    eprintln!(
+    say!(
         "{}: {}, about {}, into {}",
         plan.experiment,
         match chosen.len() - pending.len() {
@@ -189,7 +192,7 @@ fn conclude(argument: &Run, ran: &Ran<'_>) -> Outcome {
     let ids: BTreeSet<&str> = asked.iter().map(|run| run.cell.id.as_str()).collect();
     let results = Results::of(&read, |run| ids.contains(run.cell.id.as_str()))?;
     let table = results.table(false);
-    let mut out = std::io::stdout();
+    let mut out = crate::console::out();
     write!(out, "{table}")?;
     let folder = ran.folder.path().display();
     writeln!(out, "\nResults: {folder}")?;
@@ -278,7 +281,7 @@ pub(crate) fn choose<'a>(
 
 /// Lists the cells and runs nothing.
 fn dry_run(chosen: &[&Cell], pace: Pace) -> Outcome {
-    let mut out = std::io::stdout();
+    let mut out = crate::console::out();
     for cell in chosen {
         writeln!(
             out,

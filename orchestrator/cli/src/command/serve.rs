@@ -191,13 +191,17 @@ fn by_options(
     })
 }
 
+/// Maximum bytes of a role's settings: a profile with its traces is the largest of them.
+const SETTINGS_BYTES: u64 = 192 << 20;
+
 /// Reads a role's settings from a file, or from standard input for `-`.
 pub(crate) fn read<T: DeserializeOwned>(file: &Path) -> Result<T, Failure> {
     let text = if file.as_os_str() == "-" {
         let mut text = String::new();
-        std::io::stdin().read_to_string(&mut text).map(|_| text)
+        let mut input = std::io::stdin().take(SETTINGS_BYTES);
+        input.read_to_string(&mut text).map(|_| text)
     } else {
-        std::fs::read_to_string(file)
+        file::given_text(file, SETTINGS_BYTES)
     };
     let name = file.display();
     let text = text
@@ -256,7 +260,7 @@ fn told_law(system: &System, h: SampleTime) -> Result<Option<Design>, Failure> {
 
 /// Prints a line that begins with `ready`, for whoever waits. It is no error if nobody reads it.
 pub(crate) fn say_ready(what: &str) {
-    let _ = writeln!(std::io::stdout(), "ready {what}");
+    let _ = writeln!(crate::console::out(), "ready {what}");
 }
 
 pub(crate) fn leave(folder: &Path, role: &str, report: &impl Serialize) -> Outcome {

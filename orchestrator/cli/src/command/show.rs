@@ -20,7 +20,7 @@ pub(crate) fn run(show: &Show) -> Outcome {
     let campaign = Campaign::read(&show.folder).map_err(Failure::usage)?;
     let results = || Results::of(&campaign, |_| false);
     let mut exit = Exit::Fine;
-    let mut out = std::io::stdout().lock();
+    let mut out = crate::console::out();
     match show.format {
         ShowFormat::Table => {
             let results = results()?;

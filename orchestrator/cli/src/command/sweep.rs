@@ -22,7 +22,7 @@ const PAGE: &str = "report.html";
 /// Runs a sweep's points, and prints and draws the findings.
 pub(crate) fn run(argument: &Sweep) -> Outcome {
     if argument.schema {
-        write!(std::io::stdout(), "{}", sweep::schema())?;
+        write!(crate::console::out(), "{}", sweep::schema())?;
         return Ok(Exit::Fine);
     }
     let Some(asked) = &argument.sweep else {
@@ -42,12 +42,12 @@ pub(crate) fn run(argument: &Sweep) -> Outcome {
     let mut folder = SweepFolder::open(&sweep, &text, &timings, &instead, &path)?;
     if let Some(torn) = folder.torn() {
         let torn = torn.display();
-        eprintln!("webloop: the last row of {torn} is cut off; its run is repeated");
+        say!("webloop: the last row of {torn} is cut off; its run is repeated");
     }
     if run_pending(argument, &sweep, &timings, &mut folder, &path)? {
         conclude(&sweep, folder, &path)
     } else {
-        eprintln!(
+        say!(
             "webloop: interrupted; {} of {} are kept; to continue, run the same command with --out \
              {}",
             folder.rows().len(),
@@ -71,7 +71,7 @@ fn run_pending(
     let threads = argument.jobs.map_or_else(processors, usize::from);
     let told = argument.progress != How::Quiet;
     if told {
-        eprintln!(
+        say!(
             "{}: {}, into {}",
             sweep.name,
             match folder.rows().len() {
@@ -94,7 +94,7 @@ fn run_pending(
     }
     folder.settle()?;
     if told && !pending.is_empty() {
-        eprintln!("{} took {:.1} s", runs(pending.len()), took.as_secs_f64());
+        say!("{} took {:.1} s", runs(pending.len()), took.as_secs_f64());
     }
     Ok(true)
 }
@@ -102,7 +102,7 @@ fn run_pending(
 /// Prints the findings, and writes them into the folder.
 fn conclude(sweep: &sweep::Sweep, folder: SweepFolder<'_>, path: &Path) -> Outcome {
     let findings = Findings::of(sweep, folder.rows());
-    let mut out = std::io::stdout();
+    let mut out = crate::console::out();
     write!(out, "{}", findings.summary)?;
     findings.leave(&folder)?;
     let page = Page {
@@ -125,7 +125,7 @@ fn conclude(sweep: &sweep::Sweep, folder: SweepFolder<'_>, path: &Path) -> Outco
 
 /// Lists the built-in sweeps.
 fn list() -> Outcome {
-    let mut out = std::io::stdout();
+    let mut out = crate::console::out();
     for (name, _) in SWEEPS {
         let (_, sweep) = source::sweep(name, &Instead::default())?;
         writeln!(
@@ -142,7 +142,7 @@ fn list() -> Outcome {
 
 /// Prints what would be run.
 fn dry_run(sweep: &sweep::Sweep) -> Outcome {
-    let mut out = std::io::stdout();
+    let mut out = crate::console::out();
     writeln!(out, "{}\n", sweep.about)?;
     for dimension in sweep.grid.dimensions() {
         let texts: Vec<&str> = dimension.levels.iter().map(|l| l.text.as_str()).collect();

@@ -11,7 +11,7 @@ use crate::{diagnostic, source};
 
 /// Lists the built-in systems.
 pub(crate) fn list() -> Outcome {
-    let mut out = std::io::stdout();
+    let mut out = crate::console::out();
     for name in System::built_in_names() {
         let system = source::system(name)?;
         writeln!(out, "{name:<18} {}", system.about())?;
@@ -23,13 +23,13 @@ pub(crate) fn list() -> Outcome {
 pub(crate) fn show(show: &SystemShow) -> Outcome {
     source::system(&show.system)?;
     let text = source::system_text(&show.system).map_err(|problem| anyhow!(problem))?;
-    write!(std::io::stdout(), "{text}")?;
+    write!(crate::console::out(), "{text}")?;
     Ok(Exit::Fine)
 }
 
 /// Prints the JSON schema of system files.
 pub(crate) fn schema() -> Outcome {
-    write!(std::io::stdout(), "{}", ::system::schema())?;
+    write!(crate::console::out(), "{}", ::system::schema())?;
     Ok(Exit::Fine)
 }
 
@@ -41,7 +41,11 @@ pub(crate) fn lint(lint: &SystemLint) -> Outcome {
         let text =
             source::system_text(&origin).map_err(|problem| Failure::usage(anyhow!(problem)))?;
         match System::read(&text) {
-            Ok(system) => writeln!(std::io::stdout(), "{origin}: {} can be run", system.name())?,
+            Ok(system) => writeln!(
+                crate::console::out(),
+                "{origin}: {} can be run",
+                system.name()
+            )?,
             Err(fault) => {
                 diagnostic::fault(&text, &origin, &fault);
                 unfit += 1;

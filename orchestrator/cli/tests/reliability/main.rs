@@ -19,7 +19,7 @@ use std::fs;
 use std::process::ExitCode;
 
 use crate::figure::Figures;
-use crate::row::Row;
+use crate::row::{Printed, Row};
 
 /// The folder of the project, in which commands are run.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
@@ -43,16 +43,16 @@ fn main() -> ExitCode {
 
 /// Measures the rows of these numbers, or all, and writes figures and page after each.
 fn measure(rows: &[Row], numbers: &[u32]) -> ExitCode {
-    let mut figures = Figures::read();
+    let (mut figures, mut printed) = (Figures::read(), Printed::default());
     let mut exit = ExitCode::SUCCESS;
     for row in rows {
         if !numbers.is_empty() && !numbers.contains(&row.number) {
             continue;
         }
         println!("row {}: {}", row.number, row.promise);
-        match row.measure() {
+        match row.measure(&mut printed) {
             Ok(words) => {
-                println!("  {words}");
+                words.lines().for_each(|line| println!("  {line}"));
                 figures.put(row.number, words);
             }
             Err(problem) => {

@@ -9,39 +9,41 @@ pub(crate) const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/r
 
 const HEAD: &str = "# Reliability in figures
 
-What webloop promises when things go wrong, what was asked of each promise, and what was measured. The suite writes this page: `just faults` measures every row anew, and `just faults 5 17` these two.
+What webloop promises when things go wrong, what was asked of each promise, and what was measured. The suite writes this page: `just faults` measures every row anew, which takes hours, and `just faults 5 17` these two.
 
-The figures are of a shared virtual machine with two cores, on which the attacker, the loop and the network's player share the processors. Each is what the last run of its commands printed, with the day and the commit; `+` means that the commit was not yet made. Where a row falls short of what was asked, it says so below.
+The figures are of a shared virtual machine with two cores, on which attacker, loop and the network's player share the processors. Each is what its commands printed on that day, at that commit (`+`: and what was changed since). The commands are typed in a clone, as root, with what [CONTRIBUTING.md](../CONTRIBUTING.md) says some tests need.
 ";
 
 /// The page's text.
 pub(crate) fn text(rows: &[Row], figures: &Figures) -> String {
     let mut page = HEAD.to_owned();
-    page += "\n| row | promise | asked | measured |\n|---|---|---|---|\n";
+    page += "\n| row | promise | reached |\n|---|---|---|\n";
     for row in rows {
-        let measured = figures.get(row.number).map_or_else(
-            || "not measured".to_owned(),
-            |figure| format!("{} ({}, {})", figure.measured, figure.day, figure.commit),
-        );
-        let _ = writeln!(
-            page,
-            "| {} | {} | {} | {} |",
-            row.number,
-            cell(&row.promise),
-            cell(&row.asked),
-            cell(&measured)
-        );
+        let reached = match (figures.get(row.number), row.short.is_empty()) {
+            (None, _) => "not measured",
+            (Some(_), true) => "yes",
+            (Some(_), false) => "in part",
+        };
+        let _ = writeln!(page, "| {} | {} | {reached} |", row.number, row.promise);
     }
-    let mut short = rows.iter().filter(|row| !row.short.is_empty()).peekable();
-    if short.peek().is_some() {
-        page += "\n## Where it falls short\n\n";
-        for row in short {
-            let _ = writeln!(page, "- Row {}: {}", row.number, row.short);
+    for row in rows {
+        let _ = write!(page, "\n## {}. {}\n\n", row.number, sentence(&row.promise));
+        let _ = write!(page, "Asked: {}.\n\n", row.asked);
+        if let Some(figure) = figures.get(row.number) {
+            let _ = write!(
+                page,
+                "Measured on {}, at {}:\n\n",
+                figure.day, figure.commit
+            );
+            for line in figure.measured.lines() {
+                let _ = writeln!(page, "- {line}");
+            }
+            page += "\n";
         }
-    }
-    page += "\n## How each was measured\n\nIn a clone, as root, with what CONTRIBUTING.md says some tests need.\n";
-    for row in rows {
-        let _ = write!(page, "\nRow {}, {}:\n\n```sh\n", row.number, row.promise);
+        if !row.short.is_empty() {
+            let _ = write!(page, "What is short: {}\n\n", row.short);
+        }
+        page += "```sh\n";
         for command in &row.commands {
             let _ = writeln!(page, "{command}");
         }
@@ -50,7 +52,9 @@ pub(crate) fn text(rows: &[Row], figures: &Figures) -> String {
     page
 }
 
-/// Text that may stand in a table.
-fn cell(text: &str) -> String {
-    text.replace('|', "\\|").replace('\n', " ")
+/// The same words with a capital.
+fn sentence(words: &str) -> String {
+    let mut characters = words.chars();
+    let first = characters.next().map(|first| first.to_ascii_uppercase());
+    first.into_iter().chain(characters).collect()
 }

@@ -1,5 +1,6 @@
 //! A row: a promise, what was asked of it, and the commands that measure it.
 
+use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 
@@ -32,48 +33,54 @@ pub(crate) fn all() -> Vec<Row> {
     file.row
 }
 
+/// What the commands that were run printed of each row: several rows may share one.
+#[derive(Default)]
+pub(crate) struct Printed(BTreeMap<String, Result<Vec<(u32, String)>, String>>);
+
 impl Row {
-    /// Runs the commands and returns what they print of this row.
-    pub(crate) fn measure(&self) -> Result<String, String> {
+    /// Runs the commands, unless they were, and returns the lines that they print of this row.
+    pub(crate) fn measure(&self, printed: &mut Printed) -> Result<String, String> {
         let mut figures = Vec::new();
         for command in &self.commands {
             println!("  $ {command}");
-            figures.extend(self.run(command)?);
+            let lines = printed.0.entry(command.clone());
+            let lines = lines.or_insert_with(|| run(command)).clone()?;
+            let own = lines.into_iter().filter(|(row, _)| *row == self.number);
+            figures.extend(own.map(|(_, words)| words));
         }
         if figures.is_empty() {
             return Err(format!("no command printed a line `row {}: `", self.number));
         }
-        Ok(figures.join("; "))
+        Ok(figures.join("\n"))
     }
+}
 
-    fn run(&self, command: &str) -> Result<Vec<String>, String> {
-        let mut child = Command::new("sh")
-            .args(["-c", &format!("{command} 2>&1")])
-            .current_dir(ROOT)
-            .stdout(Stdio::piped())
-            .spawn()
-            .map_err(|problem| problem.to_string())?;
-        let marker = format!("row {}: ", self.number);
-        let (mut figures, mut last) = (Vec::new(), String::new());
-        let output = child.stdout.take().map(BufReader::new);
-        for line in output
-            .into_iter()
-            .flat_map(BufRead::lines)
-            .map_while(Result::ok)
-        {
-            // The test runner's own words may stand before it.
-            if let Some((_, words)) = line.split_once(&marker) {
-                figures.push(words.trim().to_owned());
-            }
-            if !line.trim().is_empty() {
-                last = line;
-            }
+/// Runs a command. Returns its lines `row N: words`.
+fn run(command: &str) -> Result<Vec<(u32, String)>, String> {
+    let mut child = Command::new("sh")
+        .args(["-c", &format!("{command} 2>&1")])
+        .current_dir(ROOT)
+        .stdout(Stdio::piped())
+        .spawn()
+        .map_err(|problem| problem.to_string())?;
+    let (mut figures, mut last) = (Vec::new(), String::new());
+    let output = child.stdout.take().map(BufReader::new);
+    let lines = output.into_iter().flat_map(BufRead::lines);
+    for line in lines.map_while(Result::ok) {
+        // The test runner's own words may stand before it.
+        let figure = line.split_once("row ").and_then(|(_, rest)| {
+            let (row, words) = rest.split_once(": ")?;
+            Some((row.parse().ok()?, words.trim().to_owned()))
+        });
+        figures.extend(figure);
+        if !line.trim().is_empty() {
+            last = line;
         }
-        let status = child.wait().map_err(|problem| problem.to_string())?;
-        if status.success() {
-            Ok(figures)
-        } else {
-            Err(format!("`{command}` ended with {status}: {last}"))
-        }
+    }
+    let status = child.wait().map_err(|problem| problem.to_string())?;
+    if status.success() {
+        Ok(figures)
+    } else {
+        Err(format!("`{command}` ended with {status}: {last}"))
     }
 }

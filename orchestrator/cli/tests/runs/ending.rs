@@ -14,6 +14,7 @@ use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 use shaper::now_ns;
 
 use crate::complete::came_to_its_end;
+use crate::decoy::Decoys;
 use crate::process::{gone, namespaces_of, of_run};
 use crate::webloop::{Experiment, code, column, command, files, manifest, said};
 
@@ -119,7 +120,8 @@ pub(crate) fn a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued() -
     let experiment = Experiment::new(folder.path(), &["office"], "3ms", "2s");
     let mut random = ChaCha8Rng::seed_from_u64(9);
     let mut left = Vec::new();
-    let mut longest = Duration::ZERO;
+    let (mut longest, mut oldest_ns, mut torn) = (Duration::ZERO, 0, 0);
+    let mut decoys = Decoys::make();
     for n in 0..count {
         // The run takes at least 5.3 s, and is killed within the first 4 s. By the third power half
         // of the moments fall into the first half second, in which namespaces and processes are
@@ -157,9 +159,26 @@ pub(crate) fn a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued() -
                 "{missing_ns:?}"
             );
         }
+        // Before a plant has ticked for as long as its rows may be under way, there are none to be lost.
+        if moment > Duration::from_millis(1_500) {
+            oldest_ns = oldest_ns.max(missing_ns.unwrap_or(u64::MAX));
+        }
+        let csv = rows.iter().filter(|(name, _)| name.ends_with(".csv"));
+        torn += csv.filter(|(_, text)| !text.ends_with(b"\n")).count();
         left.extend((!rows.is_empty()).then_some(rows));
     }
-    println!("  {count} of {count} left nothing, the slowest after {longest:?}");
+    println!(
+        "row 1: namespaces, kill -9 at {count} random instants: {count} of {count} left no process and no namespace, with its veth, TUN and qdisc, the slowest after {:.2} s",
+        longest.as_secs_f64()
+    );
+    println!(
+        "row 2: {}: 0 touched in {count} killed runs",
+        decoys.check()
+    );
+    println!(
+        "row 6: {count} kill -9: the newest row {:.2} s old at the most; {torn} files ended in a part of a line",
+        oldest_ns as f64 / 1e9
+    );
 
     let output = experiment.complete()?;
     assert_eq!(code(&output), Some(0), "{}", said(&output));

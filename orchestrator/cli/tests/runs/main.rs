@@ -10,6 +10,7 @@ mod alone;
 mod clients;
 mod complete;
 mod continued;
+mod decoy;
 mod disk;
 mod ending;
 mod matrix;

@@ -128,4 +128,13 @@ pub(crate) fn print(rows: &[Row]) {
             list(&row.reasons, " | ")
         );
     }
+    let sabotaged = rows.iter().filter(|row| !row.kind.words.is_empty());
+    let (made, found, kinds) = sabotaged.fold((0, 0, 0), |(made, found, kinds), row| {
+        (
+            made + row.made,
+            found + row.found,
+            kinds + usize::from(row.made > 0),
+        )
+    });
+    println!("row 3: {found} of {made} sabotaged runs found, of {kinds} kinds");
 }
