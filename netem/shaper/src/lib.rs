@@ -45,3 +45,9 @@ pub use probe::{Prober, probe};
 pub use record::Record;
 pub use tc::command::tc_available;
 pub use tc::{TcConfig, TcPlayer};
+
+/// Changes a packet as a fault of a link asks.
+#[cfg(fuzzing)]
+pub fn fuzz(packet: &mut [u8], way: link::Way, twist: link::Twist) -> (usize, link::Twist) {
+    player::twist::apply(packet, way, twist)
+}

@@ -50,3 +50,20 @@ pub use role::{Launch, Role, last_words};
 pub use serve::serve;
 pub use token::{BadToken, Token};
 pub use wire::{Health, Kind, RoleState};
+
+/// Reads bytes as each thing that goes between orchestrator and agent; what is read must be written as the same.
+#[cfg(fuzzing)]
+pub fn fuzz(bytes: &[u8]) {
+    fn again<T: serde::de::DeserializeOwned + serde::Serialize + PartialEq + std::fmt::Debug>(
+        bytes: &[u8],
+    ) {
+        if let Ok(value) = serde_json::from_slice::<T>(bytes) {
+            let text = serde_json::to_vec(&value).expect("it was read");
+            assert_eq!(serde_json::from_slice::<T>(&text).ok(), Some(value));
+        }
+    }
+    again::<wire::Health>(bytes);
+    again::<wire::StartRole>(bytes);
+    again::<wire::Started>(bytes);
+    again::<wire::RoleState>(bytes);
+}

@@ -46,3 +46,17 @@ mod upload;
 
 pub use config::{Config, Ready, ServeError};
 pub use serve::{serve, serve_until};
+
+/// Reads bytes as the head of a request; it must be the same however it arrives.
+#[cfg(fuzzing)]
+pub fn fuzz(bytes: &[u8]) {
+    let Ok(Some(whole)) = head::read(bytes) else {
+        return;
+    };
+    assert!(whole.bytes <= bytes.len());
+    for end in 0..whole.bytes {
+        assert!(!matches!(head::read(&bytes[..end]), Ok(Some(_))), "{end}");
+    }
+    let exact = head::read(&bytes[..whole.bytes]);
+    assert!(matches!(exact, Ok(Some(head)) if head.framing == whole.framing));
+}

@@ -8,6 +8,9 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use manifest::Manifest;
+use plan::Verdict;
+
 const WEBLOOP: &str = env!("CARGO_BIN_EXE_webloop");
 
 const ERRORS: [(&str, &str); 2] = [
@@ -64,14 +67,13 @@ fn count(place: &Path, call: &str) -> usize {
         .count()
 }
 
-/// Whether a cell of the folder says that it is complete.
+/// Whether a cell of the folder says that it is complete. Each manifest that is there must be whole.
 fn is_complete(out: &Path) -> bool {
-    let cells = fs::read_dir(out.join("cells"))
-        .into_iter()
-        .flatten()
-        .flatten();
-    let mut manifests = cells.map(|cell| fs::read_to_string(cell.path().join("manifest.json")));
-    manifests.any(|text| text.is_ok_and(|text| text.contains("\"verdict\": \"complete\"")))
+    let cells = fs::read_dir(out.join("cells"));
+    let cells = cells.into_iter().flatten().flatten();
+    let texts = cells.filter_map(|cell| fs::read_to_string(cell.path().join("manifest.json")).ok());
+    let mut manifests = texts.map(|text| Manifest::from_json(&text).unwrap());
+    manifests.any(|manifest| manifest.verdict == Verdict::Complete)
 }
 
 /// Whether every checksum of the folder holds.
@@ -145,6 +147,9 @@ fn whatever_of_the_disk_fails_is_named_and_no_run_is_complete_without_its_rows()
     assert!(unnamed.is_empty(), "{unnamed:#?}");
     println!(
         "row 9: {injected} times a write, sync, rename or mkdir failed: {failed} runs failed with the cause named, {whole} complete with all they wrote, 0 panics"
+    );
+    println!(
+        "row 7: {injected} calls that failed: no manifest mixed, {whole} of {whole} complete runs verify"
     );
     println!(
         "row 4: {failed} of {failed} runs that failed by the disk ended with another code than 0"

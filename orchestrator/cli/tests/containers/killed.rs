@@ -61,6 +61,10 @@ pub(crate) fn what_a_killed_run_leaves_is_swept_and_nothing_else() -> Result<(),
     );
     assert_eq!(Held::now().new_since(&before, pid), [""; 0]);
     assert!(decoys.stand());
+    println!(
+        "row 1: containers, kill -9 at {count} random instants: `webloop gc` swept what each left"
+    );
+    println!("row 2: containers, networks and volumes of others: 0 touched in {count} killed runs");
     Ok(())
 }
 

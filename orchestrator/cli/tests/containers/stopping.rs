@@ -25,6 +25,9 @@ pub(crate) fn every_service_stops_soon_after_sigterm() -> Result<(), String> {
         stops(&[service]);
     }
     stops(&SERVICES);
+    println!(
+        "row 22: each of 4 times told to end, every service ended within {STOPPED_WITHIN:?}, none was killed; its rows are on disk"
+    );
     Ok(())
 }
 

@@ -28,6 +28,10 @@ pub(crate) fn up_ends_by_itself_with_results_of_their_folders_owner() -> Result<
         for service in SERVICES {
             no_more_than_it_needs(&testbed.container(service), service, owner);
         }
+        println!(
+            "row 21: {} services: all capabilities dropped, read-only root, no-new-privileges, limits of memory and processes, no space of the host, no engine's socket; CapEff 0 in each process but the link sidecars'",
+            SERVICES.len()
+        );
         let up = up.wait_with_output().unwrap();
         if ["  invalid", "  disturbed: "]
             .iter()
@@ -75,6 +79,27 @@ fn no_more_than_it_needs(container: &str, service: &str, owner: u32) {
     assert!(
         options.contains("no-new-privileges:true"),
         "{service}: {options}"
+    );
+
+    // What else section 5 of docker-bench asks for.
+    for limit in ["Memory", "PidsLimit"] {
+        assert!(
+            host[limit].as_i64().is_some_and(|most| most > 0),
+            "{service}: {limit}"
+        );
+    }
+    for space in ["PidMode", "IpcMode", "UTSMode", "UsernsMode"] {
+        assert_ne!(host[space], "host", "{service}: {space}");
+    }
+    assert_ne!(host["NetworkMode"], "host", "{service}");
+    assert_eq!(
+        host["Devices"].as_array().map_or(0, Vec::len),
+        usize::from(powers != 0),
+        "{service}"
+    );
+    assert!(
+        !told["Mounts"].to_string().contains("docker.sock"),
+        "{service}"
     );
 
     let processes = processes(container);
