@@ -12,6 +12,7 @@ mod console;
 mod disk;
 mod escape;
 mod falsified;
+mod flipped;
 mod gate;
 mod report;
 mod resumed;

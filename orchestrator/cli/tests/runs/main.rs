@@ -8,6 +8,7 @@
 mod alarm;
 mod alone;
 mod clients;
+mod clock;
 mod complete;
 mod continued;
 mod decoy;
@@ -30,6 +31,7 @@ fn tests() -> Vec<Trial> {
         unprivileged::an_unprivileged_user_can_run_and_leaves_nothing_when_killed,
         alarm::undisturbed_runs_raise_no_alarm,
         alone::of_two_runs_into_one_folder_one_runs,
+        clock::a_wall_clock_that_steps_moves_nothing,
         matrix::jobs_of_one_plan_merge_by_being_copied,
         clients::every_client_closes_the_loop_over_a_link,
         clients::every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit,

@@ -49,7 +49,7 @@ impl Page {
     }
 
     pub(crate) fn is_written_by_hand(&self) -> bool {
-        !self.name.starts_with("docs/reference/")
+        !self.name.starts_with("docs/reference/") && self.name != "docs/reliability.md"
     }
 
     /// Where its links start from.
