@@ -92,16 +92,8 @@ impl Reader<'_> {
             }
         }
         let name = system.name().to_owned();
-        if name == System::PAPER {
-            return if System::built_in(System::PAPER) == Some(text.as_str()) {
-                Ok(system)
-            } else {
-                Err(self.invalid(
-                    asked,
-                    format!("`{name}` is the name of the paper's system"),
-                    "give yours another `name`",
-                ))
-            };
+        if system.is_paper() {
+            return Ok(system);
         }
         let program = system
             .plant_program()

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use endpoint::{ArrivalRow, Hosts, Inbox, Output, PlantSettings, Reference, Signals};
+use hyper::body::Bytes;
 use journal::Recorder;
 use tokio::sync::watch;
 
@@ -22,6 +23,8 @@ pub(crate) struct Handler {
     pub(crate) law: Option<serde_json::Value>,
     /// The reference that it should follow, if that moves.
     pub(crate) reference: Option<Reference>,
+    /// The description of its routes.
+    pub(crate) description: Bytes,
     pub(crate) inbox: Inbox,
     pub(crate) input: Publisher<INPUT_WORDS>,
     pub(crate) output: Reader<OUTPUT_WORDS>,

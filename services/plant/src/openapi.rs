@@ -1,9 +1,9 @@
 //! The `OpenAPI` description of the routes.
 
-use std::sync::LazyLock;
-
 use endpoint::MessageRow;
 use serde_json::{Value, json};
+
+use crate::session::CLIENT_CHARS;
 
 /// The paths of the API, without the page's files.
 pub(crate) const PATHS: [&str; 10] = [
@@ -19,55 +19,72 @@ pub(crate) const PATHS: [&str; 10] = [
     "/openapi.json",
 ];
 
-/// The pattern of a session's token.
+/// The patterns of a session's token and of a checksum.
 const TOKEN: &str = "^[0-9a-f]{32}$";
+const CHECKSUM: &str = "^[0-9a-f]{8}$";
+
+/// A whole number from 0 to 2^64 - 1, and a finite one, as rows are to have them.
+const COUNT: &str = "[0-9]{1,19}";
+const NUMBER: &str = "-?[0-9]{1,20}(\\.[0-9]{1,20})?(e[+-]?[0-9]{1,2})?";
 
 /// The responses that reject a body.
-const BODY: [(u16, &str); 3] = [
+const BODY: [(u16, &str); 5] = [
     (408, "the body did not come within 5 s"),
     (
         413,
         "a body of more than 64 KiB, or a claim of more than 1 KiB",
     ),
     (415, "another content type"),
+    (500, "a file cannot be written"),
+    (503, "too many bodies are on their way"),
 ];
 
-/// The description as served; written once.
-pub(crate) static DOCUMENT: LazyLock<String> = LazyLock::new(|| document().to_string());
-
-fn document() -> Value {
-    let count = |what: &str| json!({"type": "integer", "format": "int64", "minimum": 0, "description": what});
-    // A number, or two where the plant has two inputs or outputs; in a query with a comma between them.
-    let number = |what: &str| {
+/// The description of a plant with so many inputs and outputs; of any plant, if they are not told.
+pub(crate) fn describe(signals: Option<[usize; 2]>) -> Value {
+    // A number for each input or output, in a query with a comma between them.
+    let number = |of: usize, what: &str| {
         let one = json!({"type": "number", "format": "double"});
         let two = json!({"type": "array", "items": one, "minItems": 2, "maxItems": 2});
-        json!({"oneOf": [one, two], "description": what})
+        let mut schema = match signals.map(|counts| counts[of]) {
+            None => json!({"oneOf": [one, two]}),
+            Some(1) => one,
+            Some(_) => two,
+        };
+        schema["description"] = what.into();
+        schema
     };
+    let (input, output) = (0, 1);
     let t_send = || count("when the command was sent, on the controller's clock, in nanoseconds");
     let seq = || count("number of the controller's deadline; of the arrival, if it gives none");
     let arrive = || count("when the command arrived, on the plant's clock, in nanoseconds");
     let tick = || count("the plant's latest tick");
-    let y = || number("the output after that tick, or both of them");
-    let u = || number("the input, finite, or both of them");
-    let held = || number("the input that the plant holds, or both of them");
+    let y = || number(output, "the output after that tick, or both of them");
+    let u = || number(input, "the input, finite, or both of them");
+    let held = || number(input, "the input that the plant holds, or both of them");
+    // The last field of an answer to a command that has one.
+    let signed = |mut message: Value| {
+        message["properties"]["crc"] = json!({"type": "string", "pattern": CHECKSUM, "description": "CRC-32C of the \
+            answer before `&crc=`, its last field; only of an answer that is a query, to a command with `crc`"});
+        message
+    };
 
-    let state = object(
+    let state = signed(object(
         &json!({"seq": seq(), "tick": tick(), "t_arrive_ns": arrive(), "y": y(), "u": held()}),
-    );
-    let acknowledgement = object(&json!({"seq": seq(), "t_arrive_ns": arrive()}));
+    ));
+    let acknowledgement = signed(object(&json!({"seq": seq(), "t_arrive_ns": arrive()})));
     let now = count("when the state was read, on the plant's clock, in nanoseconds");
     let observation = object(&json!({
         "t_ns": now,
         "tick": tick(),
         "y": y(),
         "u": held(),
-        "u_applied": number("the input of the latest tick, behind watchdog and actuator, or both of them"),
+        "u_applied": number(input, "the input of the latest tick, behind watchdog and actuator, or both of them"),
         "safe": {"type": "boolean", "description": "whether the watchdog acts, since no command has come for too long"},
         "trips": count("how often it has begun to act"),
     }));
 
-    let crc = json!({"type": "string", "pattern": "^[0-9a-f]{8}$", "description": "CRC-32C of the query before \
-                     `&crc=`, its last field; the answer then ends with its own"});
+    let crc = json!({"type": "string", "pattern": CHECKSUM, "description": "CRC-32C of the query before \
+                     `&crc=`, its last field; an answer that is a query then ends with its own"});
     let command = || {
         let mut parameters = vec![
             parameter("query", "u", &u()),
@@ -76,6 +93,9 @@ fn document() -> Value {
             parameter("query", "crc", &crc),
             session_header(false),
         ];
+        // Two numbers stand in one field.
+        parameters[0]["style"] = "form".into();
+        parameters[0]["explode"] = false.into();
         // A simple controller need not know them.
         for optional in &mut parameters[1..4] {
             optional["required"] = false.into();
@@ -162,6 +182,7 @@ fn socket() -> Value {
     session["required"] = false.into();
     let refusals = [
         (409, "another client is in control, or the session is over"),
+        (413, "a body"),
         (426, "not the handshake of RFC 6455"),
     ];
     let done = json!({"description": "a WebSocket: each text message is the query of a command, \
@@ -177,11 +198,11 @@ fn socket() -> Value {
 
 fn session() -> Value {
     let mut client = object(
-        &json!({"client": {"type": "string", "maxLength": 200, "description": "what the page calls itself"},
+        &json!({"client": {"type": "string", "maxLength": CLIENT_CHARS, "pattern": "^[^\\u0000-\\u001f\\u007f-\\u009f]*$", "description": "what the page calls itself, on one line"},
             "rows": {"type": "boolean", "description": "whether its rows will be sent here; true, if not given"}}),
     );
     client["required"] = json!(["client"]);
-    let h = json!({"type": "integer", "format": "int64", "description": "the plant's sample time in nanoseconds"});
+    let h = count("the plant's sample time in nanoseconds");
     let mut grant = object(&json!({
         "session": {"type": "string", "pattern": TOKEN, "description": "the token"},
         "h_ns": h,
@@ -194,7 +215,6 @@ fn session() -> Value {
                                                        first is at 0", "items": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}},
     }));
     grant["required"] = json!(["session", "h_ns", "late"]);
-    let count = |what: &str| json!({"type": "integer", "format": "int64", "description": what});
     let mut status = object(&json!({
         "state": {"type": "string", "enum": ["free", "held", "ended"]},
         "client": {"type": "string"},
@@ -211,19 +231,35 @@ fn session() -> Value {
     json!({
         "get": {
             "summary": "Say who is in control",
-            "responses": responses("200", &json(&status), &[]),
+            "responses": responses("200", &json(&status), &[(413, "a body")]),
         },
         "post": {
             "summary": "Begin a session",
             "requestBody": {"required": true, "content": {"application/json": {"schema": client}}},
-            "responses": responses("200", &json(&grant), &[(409, "another client is in control"), BODY[0], BODY[1], BODY[2]]),
+            "responses": responses("200", &json(&grant), &[&[(409, "another client is in control")], &BODY[..]].concat()),
         },
     })
 }
 
 fn rows() -> Value {
-    let chunk = json!({"type": "integer", "format": "int64", "minimum": 0, "description": "number of the chunk, from 0; one that was taken before is well received and left alone"});
-    let schema = json!({"type": "string", "description": format!("lines of CSV without a header: {}", MessageRow::COLUMNS.join(","))});
+    let chunk = count(
+        "number of the chunk, from 0; one that was taken before is well received and left alone",
+    );
+    // What an outcome has beside r, in open and in closed loop.
+    let missed = format!(",,,{NUMBER},,,,,missed");
+    let lost = format!("{COUNT},,,{NUMBER},(,,|{NUMBER},{NUMBER},){NUMBER},,(timeout|failed)");
+    let answered = format!(
+        "{COUNT},{COUNT},{COUNT},{NUMBER},(,,{NUMBER},|{NUMBER},{NUMBER},{NUMBER},{COUNT}),answered"
+    );
+    let row = format!("{COUNT},{COUNT},({missed}|{lost}|{answered})");
+    let schema = json!({
+        "type": "string",
+        "pattern": format!("^({row}(\\r?\\n{row})*\\n?)?$"),
+        "description": format!(
+            "lines of CSV without a header: {}; what was received was not before it was sent",
+            MessageRow::COLUMNS.join(",")
+        ),
+    });
     told(
         "Take message rows of the page",
         &[parameter("query", "chunk", &chunk), session_header(true)],
@@ -235,7 +271,7 @@ fn end() -> Value {
     told(
         "Take the page's report and end the session",
         &[session_header(true)],
-        &json!({"application/json": {"schema": {"type": "object"}}}),
+        &json!({"application/json": {"schema": {"description": "any JSON; where it is an object, `outcome` and `reason` are passed on"}}}),
     )
 }
 
@@ -247,8 +283,13 @@ fn told(summary: &str, parameters: &[Value], content: &Value) -> Value {
         "summary": summary,
         "parameters": parameters,
         "requestBody": {"required": true, "content": content},
-        "responses": responses("204", &done, &[turn, BODY[0], BODY[1], BODY[2]]),
+        "responses": responses("204", &done, &[&[turn], &BODY[..]].concat()),
     }})
+}
+
+/// A whole number.
+fn count(what: &str) -> Value {
+    json!({"type": "integer", "minimum": 0, "maximum": u64::MAX, "description": what})
 }
 
 fn parameter(place: &str, name: &str, schema: &Value) -> Value {
@@ -270,6 +311,8 @@ fn responses(status: &str, done: &Value, refusals: &[(u16, &str)]) -> Value {
         (403, "from a page of another origin"),
         (405, "not a method of this path"),
         (414, "a query of more than 1024 bytes"),
+        (421, "to a host that the plant is not"),
+        (431, "a head of more than 16 KiB or 100 lines"),
     ];
     let mut responses = json!({status: done});
     for (status, why) in any.iter().chain(refusals) {
@@ -299,7 +342,7 @@ mod tests {
     #[test]
     fn the_file_beside_the_crate_is_the_description() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/openapi.json");
-        let text = format!("{:#}\n", document());
+        let text = format!("{:#}\n", describe(None));
         if std::env::var_os("WEBLOOP_TEST_WRITE").is_some() {
             std::fs::write(path, &text).expect("the checkout can be written");
         }
@@ -309,7 +352,7 @@ mod tests {
 
     #[test]
     fn every_path_is_described_and_every_description_has_a_path() {
-        let document = document();
+        let document = describe(None);
         let described: BTreeSet<&str> = document["paths"]
             .as_object()
             .expect("an object")
@@ -320,14 +363,36 @@ mod tests {
     }
 
     #[test]
+    fn a_plant_describes_its_own_inputs_and_outputs() {
+        let of = |signals, schema: &str, field: &str| {
+            let document = describe(signals);
+            let schema = &document["components"]["schemas"][schema]["properties"][field];
+            schema["type"].as_str().map(str::to_owned)
+        };
+        assert_eq!(of(None, "State", "u"), None);
+        for (field, one_two) in [("u", "number"), ("y", "array")] {
+            let types = |signals| of(Some(signals), "State", field);
+            assert_eq!(types([1, 2]).as_deref(), Some(one_two), "{field}");
+            assert_ne!(types([2, 1]), types([1, 2]), "{field}");
+        }
+        let document = describe(Some([2, 1]));
+        let u = &document["paths"]["/closed"]["get"]["parameters"][0];
+        assert_eq!(
+            (&u["name"], &u["schema"]["type"]),
+            (&"u".into(), &"array".into())
+        );
+    }
+
+    #[test]
     fn the_schemas_have_the_fields_of_the_messages() {
-        let document = document();
+        let document = describe(None);
         let check = |name: &str, message: Value| {
             let fields: BTreeSet<&String> =
                 message.as_object().expect("an object").keys().collect();
             let schema = &document["components"]["schemas"][name]["properties"];
+            let schema = schema.as_object().expect("an object");
             let described: BTreeSet<&String> =
-                schema.as_object().expect("an object").keys().collect();
+                schema.keys().filter(|name| *name != "crc").collect();
             assert_eq!(described, fields, "{name}");
         };
         let state = State {

@@ -21,7 +21,7 @@ use serde::Serialize;
 use crate::{
     answer::{JSON, TEXT, as_json, message, respond},
     handler::Handler,
-    openapi::{self, PATHS},
+    openapi::PATHS,
     origin, page,
     refusal::Refusal,
     session::Sender,
@@ -61,29 +61,31 @@ impl Handler {
         {
             return Ok(Reply::Upload(upload));
         }
-        if has_body && (head.method == Method::GET || path == "/reset" || !PATHS.contains(&path)) {
+        let wrong_method = || Refusal::Method {
+            method: head.method.clone(),
+            allowed: allowed(path),
+        };
+        // HEAD is not permitted either: a GET here moves the plant, and HEAD would do the same.
+        let method = head.method.as_str();
+        if PATHS.contains(&path) && !allowed(path).split(", ").any(|word| word == method) {
+            return Err(wrong_method());
+        }
+        if has_body {
             return Err(Refusal::Body);
         }
-        // HEAD is not permitted either: a GET here moves the plant, and HEAD would do the same.
-        let get = head.method == Method::GET;
         let response = match path {
-            "/closed" if get => self.exchange(Mode::Closed, query, head, now_ns)?,
-            "/open" if get => self.exchange(Mode::Open, query, head, now_ns)?,
-            "/reset" if head.method == Method::POST => self.reset(query, head, now_ns)?,
-            "/state" if get => self.observe(&head.headers, now_ns)?,
-            "/health" if get => self.health(),
-            "/openapi.json" if get => respond(JSON, openapi::DOCUMENT.as_str()),
-            "/session" if get => as_json(&self.control.status(now_ns)),
-            "/socket" if get => return self.socket(query, head, now_ns),
+            "/closed" => self.exchange(Mode::Closed, query, head, now_ns)?,
+            "/open" => self.exchange(Mode::Open, query, head, now_ns)?,
+            "/reset" => self.reset(query, head, now_ns)?,
+            "/state" => self.observe(&head.headers, now_ns)?,
+            "/health" => self.health(),
+            "/openapi.json" => respond(JSON, self.description.clone()),
+            "/session" => as_json(&self.control.status(now_ns)),
+            "/socket" => return self.socket(query, head, now_ns),
             path => match page::file(path, &head.headers) {
-                Some(file) if get => file,
-                file if file.is_some() || PATHS.contains(&path) => {
-                    return Err(Refusal::Method {
-                        method: head.method.clone(),
-                        allowed: allowed(path),
-                    });
-                }
-                _ => {
+                Some(file) if head.method == Method::GET => file,
+                Some(_) => return Err(wrong_method()),
+                None => {
                     return Err(Refusal::Path {
                         path: path.chars().take(40).collect(),
                     });

@@ -21,7 +21,7 @@ use crate::{
     filer::Filer,
     handler::Handler,
     latest::latest,
-    server,
+    openapi, server,
     session::Control,
     ticker::{Running, Ticker, input_words, output_words},
 };
@@ -183,6 +183,9 @@ impl Started {
             hosts: Hosts::new(config.hosts.iter().cloned().chain([own])),
             law: config.law.clone(),
             reference: config.reference.clone(),
+            description: openapi::describe(Some([inputs, at_rest.count()]))
+                .to_string()
+                .into(),
             inbox,
             input,
             output,

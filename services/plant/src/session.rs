@@ -23,8 +23,8 @@ pub(crate) const SILENCE_NS: u64 = 15_000_000_000;
 /// repeats old commands does not keep others out, nor itself when it starts anew.
 const PLAIN_NS: u64 = 2_000_000_000;
 
-/// Greatest length of a client's name.
-const CLIENT_BYTES: usize = 200;
+/// Greatest length of a client's name. However it is written in JSON, it fits into a claim.
+pub(crate) const CLIENT_CHARS: usize = 80;
 
 /// A page's name for itself, fit for a line of text.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
@@ -34,8 +34,9 @@ pub(crate) struct Client(String);
 impl Client {
     /// Accepts a name that is short and has no control characters.
     pub(crate) fn try_new(name: String) -> Result<Self, InvalidClient> {
-        if name.len() > CLIENT_BYTES {
-            return Err(InvalidClient::Long { bytes: name.len() });
+        let chars = name.chars().count();
+        if chars > CLIENT_CHARS {
+            return Err(InvalidClient::Long { chars });
         }
         if name.chars().any(char::is_control) {
             return Err(InvalidClient::Control);
@@ -47,8 +48,8 @@ impl Client {
 /// Why a client's name is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum InvalidClient {
-    #[error("`client` has {bytes} bytes; give at most {CLIENT_BYTES}")]
-    Long { bytes: usize },
+    #[error("`client` has {chars} characters; give at most {CLIENT_CHARS}")]
+    Long { chars: usize },
     #[error("`client` has a control character; give one line of text")]
     Control,
 }

@@ -155,6 +155,14 @@ impl System {
                 "use up to 40 of a-z, 0-9 and -",
             ));
         }
+        // By this name every end knows it, and asks for no text.
+        if name == Self::PAPER && Self::built_in(name) != Some(text) {
+            return Err(source.fault(
+                &file.name,
+                format!("`{name}` is the name of the paper's system"),
+                "give yours another `name`",
+            ));
+        }
         if let (Some(_), Some(reference)) = (&file.r, &file.reference) {
             return Err(source.fault(
                 reference,
@@ -304,7 +312,7 @@ impl System {
         self.plant.linear().map_or(0.0, output)
     }
 
-    /// Whether it is the paper's: no other system may have its name.
+    /// Whether it is the paper's: no other system has its name.
     #[must_use]
     pub fn is_paper(&self) -> bool {
         self.name == Self::PAPER

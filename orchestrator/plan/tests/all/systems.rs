@@ -147,14 +147,6 @@ fn what_cannot_be_run_is_told_where_it_stands() {
         broken.starts_with("it is not a valid system: line 1:8:"),
         "{broken}"
     );
-    let paper = told(
-        "system = [\"mine.toml\"]",
-        "name = \"motor\"\n[plant]\nnum = [1.0]\nden = [1.0, 1.0]\n[controller]\nlaw = \"pid\"\nkp = 1.0\n",
-    );
-    assert!(
-        paper.starts_with("`motor` is the name of the paper's system"),
-        "{paper}"
-    );
     let elapsed = told("system = [\"pendulum\"]\nintegrate = \"elapsed\"", MINE);
     assert!(
         elapsed.starts_with("the law of pendulum always advances by h"),

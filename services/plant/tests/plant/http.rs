@@ -41,6 +41,8 @@ fn a_command_moves_the_plant_and_both_forms_of_answer_say_so() {
         let described: serde_json::Value =
             serde_json::from_str(&get(address, "/openapi.json", "*/*").1).expect("JSON");
         assert_eq!(described["openapi"], "3.1.0");
+        let u = &described["components"]["schemas"]["State"]["properties"]["u"];
+        assert_eq!(u["type"], "number", "this plant has one input");
         for path in described["paths"].as_object().expect("an object").keys() {
             let (head, _) = get(address, path, "*/*");
             assert!(!head.contains(" 404 "), "{path} is described and not there");
@@ -107,6 +109,12 @@ fn bad_requests_are_refused_by_name_and_leave_the_input_alone() {
         (method("POST"), 405, "use GET"),
         (method("HEAD"), 405, ""),
         (method("BREW"), 405, "BREW"),
+        // Also with a body, which another method could have.
+        (
+            "GET /session/end HTTP/1.1\r\nHost: plant\r\nContent-Length: 2\r\n\r\n{}".to_owned(),
+            405,
+            "use POST",
+        ),
         (headers(""), 400, "0 Host"),
         (headers("Host: a\r\nHost: b\r\n"), 400, "2 Host"),
         (

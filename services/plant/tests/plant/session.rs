@@ -148,9 +148,10 @@ fn what_is_wrong_with_a_body_is_named_and_nothing_of_it_is_taken() {
             ("{}", "missing field `client`"),
             ("{\"client\":\"a\",\"h\":1}", "unknown field `h`"),
             ("{\"client\":\"a\\nb\"}", "control character"),
+            ("[\"a\",true]", "no JSON object"),
             (
-                &format!("{{\"client\":\"{}\"}}", "a".repeat(201)),
-                "201 bytes",
+                &format!("{{\"client\":\"{}\"}}", "a".repeat(81)),
+                "81 characters",
             ),
         ];
         for (body, says) in claims {
@@ -220,7 +221,7 @@ fn what_is_wrong_with_a_body_is_named_and_nothing_of_it_is_taken() {
     })
     .expect("a run without errors");
     assert_eq!(report.page_rows.rows, 65_536 / (ROW.len() as u64 + 1));
-    assert_eq!(report.refused, 19);
+    assert_eq!(report.refused, 20);
 }
 
 /// Commands one after the other on one connection, until told to stop; how many.

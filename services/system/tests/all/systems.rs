@@ -103,6 +103,11 @@ fn what_is_no_system_is_told_with_its_place() {
     let cases = [
         ("mine", "Mine!", "1:8: `Mine!` is not a valid system name"),
         (
+            "mine",
+            "motor",
+            "1:8: `motor` is the name of the paper's system",
+        ),
+        (
             "num = [1.0]\n",
             "",
             "2:1: the plant has only one of num and den",
