@@ -11,6 +11,9 @@
 # Dependencies are a layer of their own: it is built again when a Cargo.toml or Cargo.lock
 # changes, and not for a source. Builds with BuildKit and with the classic builder.
 # Left out: tests.
+#
+# Debian's packages have no versions here (hadolint's DL3008): a release of Debian changes them for security
+# alone, and keeps none of the older ones, so that a version would end with the next fix.
 
 # None, so that the other targets need no image of anybody's.
 ARG OWN=webloop
@@ -54,17 +57,20 @@ ENTRYPOINT ["webloop"]
 
 # `tc` with the libraries that it loads, and nothing else of Debian.
 FROM debian:bookworm-slim AS tc
+SHELL ["/bin/bash", "-o", "pipefail", "-c"]
+# hadolint ignore=DL3008
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends iproute2 \
     && mkdir /only \
-    && cp --dereference --parents /sbin/tc \
-        $(ldd /sbin/tc | grep --only-matching '/[^ ]*') /usr/share/doc/iproute2/copyright /only
+    && ldd /sbin/tc | grep --only-matching '/[^ ]*' | xargs cp --dereference --parents --target-directory=/only \
+        /sbin/tc /usr/share/doc/iproute2/copyright
 
 FROM webloop AS webloop-link
 LABEL org.opencontainers.image.title="webloop-link" \
       org.opencontainers.image.description="Shapes one end's way out of a control loop, for webloop"
 COPY --from=tc /only /
 # Interfaces are changed by root alone; docker-compose.yml takes all but two of its powers.
+# hadolint ignore=DL3002
 USER 0:0
 
 FROM webloop AS webloop-native
@@ -73,6 +79,7 @@ FROM debian:bookworm-slim AS webloop-python
 LABEL org.opencontainers.image.title="webloop-python" \
       org.opencontainers.image.description="The paper's Python controller, for webloop" \
       org.opencontainers.image.licenses="MIT"
+# hadolint ignore=DL3008
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends python3 \
     && rm -rf /var/lib/apt/lists/* /var/cache/apt/*
@@ -86,6 +93,7 @@ FROM debian:bookworm-slim AS webloop-chromium
 LABEL org.opencontainers.image.title="webloop-chromium" \
       org.opencontainers.image.description="A controller in Chromium, for webloop" \
       org.opencontainers.image.licenses="MIT"
+# hadolint ignore=DL3008
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends chromium fonts-dejavu-core \
     && rm -rf /var/lib/apt/lists/* /var/cache/apt/*
@@ -98,6 +106,7 @@ FROM debian:bookworm-slim AS webloop-firefox
 LABEL org.opencontainers.image.title="webloop-firefox" \
       org.opencontainers.image.description="A controller in Firefox, for webloop" \
       org.opencontainers.image.licenses="MIT"
+# hadolint ignore=DL3008
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends firefox-esr fonts-dejavu-core \
     && rm -rf /var/lib/apt/lists/* /var/cache/apt/*
