@@ -44,6 +44,7 @@ fn tests() -> Vec<Trial> {
         crossing::a_tcp_transfer_crosses_a_tunnel_intact,
         crossing::a_burst_behind_a_stall_crosses_a_tunnel_whole_and_in_order,
         crossing::a_stranger_s_datagram_is_not_let_in,
+        crossing::malformed_packets_are_counted_and_disturb_nothing,
         crossing::without_the_capability_the_error_names_it,
         crossing::a_second_player_beside_an_end_is_refused,
         crossing::nothing_is_left_of_a_killed_player_beside_an_end,

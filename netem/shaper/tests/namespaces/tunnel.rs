@@ -8,7 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
 use certificate::{
-    Baseline, Certificate, Echo, LinkRow, PlayerReport, Sighting, WayPlayed, certify, merge,
+    Baseline, Certificate, Echo, LinkRow, PlayerReport, Sighting, WayPlayed, WayReport, certify,
+    merge,
 };
 use link::{Epoch, Profile, Way};
 use shaper::{
@@ -26,7 +27,8 @@ type Player = JoinHandle<shaper::Result<(WayPlayed, Vec<LinkRow>)>>;
 pub(crate) struct Tunnel {
     pub(crate) controller: Namespace,
     pub(crate) plant: Namespace,
-    /// Where the plant's player listens.
+    /// Where the players listen.
+    pub(crate) at_controller: SocketAddrV4,
     pub(crate) at_plant: SocketAddrV4,
     profile: Profile,
     epoch_ns: u64,
@@ -78,6 +80,7 @@ impl Tunnel {
         Ok(Self {
             controller,
             plant,
+            at_controller,
             at_plant,
             profile: profile.clone(),
             epoch_ns,
@@ -102,11 +105,18 @@ impl Tunnel {
 
     /// Ends it all. What the players say must add up, and they must have lost nothing.
     pub(crate) fn finish(self) -> (WayPlayed, WayPlayed, Vec<Sighting>) {
+        self.finish_without(0)
+    }
+
+    /// The same, where so many packets were too long for the plant's player.
+    pub(crate) fn finish_without(self, too_long: u64) -> (WayPlayed, WayPlayed, Vec<Sighting>) {
         self.stop.store(true, Ordering::Relaxed);
         let [up, down] = self.players.map(|player| {
             let (played, rows) = player.join().unwrap().expect("it plays to the end");
             let report = played.shaped;
-            assert_eq!(report.dropped + played.carried.dropped, 0, "{played:?}");
+            let carried_not = if played.way == Way::Down { too_long } else { 0 };
+            assert_eq!(report.dropped, 0, "{played:?}");
+            assert_eq!(played.carried.dropped, carried_not, "{played:?}");
             assert_eq!(
                 report.packets,
                 report.delivered + report.lost + report.overflow + report.unplayed,
@@ -120,7 +130,11 @@ impl Tunnel {
         // Nothing is lost between the two, but one may be ended before the other.
         assert!(up.astray(&down) <= 2 && down.astray(&up) <= 2);
         let link = PlayerReport::of_ways(&up, &down).expect("the two ways of a link");
-        assert_eq!((link.up, link.down), (up.shaped, down.shaped));
+        let shaped = WayReport {
+            dropped: too_long,
+            ..up.shaped
+        };
+        assert_eq!((link.up, link.down), (shaped, down.shaped));
         (up, down, self.witness.join().unwrap().unwrap())
     }
 

@@ -4,9 +4,7 @@
 use std::{
     io::{Read, Write},
     net::{SocketAddr, TcpStream},
-    sync::atomic::{AtomicU64, Ordering},
     thread,
-    time::Duration,
 };
 
 use plant::Ready;
@@ -649,67 +647,4 @@ fn it_does_not_matter_in_which_pieces_a_request_arrives() {
         assert_eq!(observe(address).u, 0.0);
     })
     .expect("a run without errors");
-}
-
-/// Each step of a connection that stands still, and how it is closed. By the clock.
-#[test]
-fn a_connection_that_stands_still_is_closed_within_five_seconds() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let json = "Content-Type: application/json\r\n";
-    let table = [
-        ("nothing", String::new(), ""),
-        ("half a line", "GET /state".to_owned(), "HTTP/1.1 408 "),
-        (
-            "half a head",
-            "GET /state HTTP/1.1\r\nHost: plant\r\n".to_owned(),
-            "HTTP/1.1 408 ",
-        ),
-        (
-            "half a body",
-            format!("POST /session HTTP/1.1\r\nHost: plant\r\n{json}Content-Length: 20\r\n\r\n{{"),
-            "HTTP/1.1 408 ",
-        ),
-        (
-            "half a chunk",
-            format!(
-                "POST /session HTTP/1.1\r\nHost: plant\r\n{json}Transfer-Encoding: chunked\r\n\r\n5\r\n{{"
-            ),
-            "HTTP/1.1 408 ",
-        ),
-        ("no second request", GET.to_owned(), "HTTP/1.1 200 "),
-        (
-            "no second command",
-            "GET /closed?u=0 HTTP/1.1\r\nHost: plant\r\n\r\n".to_owned(),
-            "HTTP/1.1 200 ",
-        ),
-    ];
-    let count = table.len();
-    let slowest_ms = AtomicU64::new(0);
-    with_config(config(folder.path()), |Ready { address, .. }| {
-        thread::scope(|scope| {
-            for (name, text, says) in table {
-                let slowest_ms = &slowest_ms;
-                scope.spawn(move || {
-                    let mut stream = TcpStream::connect(address).expect("the plant listens");
-                    stream
-                        .set_read_timeout(Some(PATIENCE))
-                        .expect("a valid timeout");
-                    stream.write_all(text.as_bytes()).expect("the plant reads");
-                    let begun = std::time::Instant::now();
-                    let mut answer = String::new();
-                    let _ = stream.read_to_string(&mut answer);
-                    let took = begun.elapsed();
-                    assert!(answer.starts_with(says), "{name}: {answer}");
-                    let limits = Duration::from_millis(4_800)..Duration::from_millis(6_500);
-                    assert!(limits.contains(&took), "{name}: {took:?}");
-                    slowest_ms.fetch_max(took.as_millis() as u64, Ordering::Relaxed);
-                });
-            }
-        });
-    })
-    .expect("a run without errors");
-    println!(
-        "row 14: {count} of {count} kinds of connections that stand still are closed, the slowest after {} ms",
-        slowest_ms.into_inner()
-    );
 }

@@ -12,4 +12,5 @@ mod page;
 mod safe;
 mod session;
 mod socket;
+mod standstill;
 mod support;
