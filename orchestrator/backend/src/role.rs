@@ -38,6 +38,10 @@ pub struct PlantRole {
     /// The loop's start, monotonic; its own first tick, if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start_ns: Option<u64>,
+    /// Whether it goes on with the rows of an earlier life of the same run, which was killed. The plant itself begins
+    /// anew.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub again: bool,
     /// The reference that a page should follow, if it moves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<Reference>,
@@ -73,6 +77,10 @@ pub struct ControllerRole {
     /// The first deadline, monotonic; soon, if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start_ns: Option<u64>,
+    /// Whether it goes on with the rows of an earlier life of the same run, which was killed. Then the first
+    /// deadline is that of the earlier life too. Only the native and the Python controller can.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub again: bool,
     /// Deadlines end this long after the first.
     pub duration_ns: u64,
     /// The reference, if it moves. A page has the plant's.
@@ -153,6 +161,7 @@ impl PlantRole {
             program: texts.plant_program.cloned(),
             seed: cell.link_seed,
             start_ns: Some(start_ns),
+            again: false,
             reference: cell.moving_reference(),
         }
     }
@@ -177,6 +186,7 @@ impl ControllerRole {
             system: texts.system.map(str::to_owned),
             program: texts.program.cloned(),
             start_ns: Some(start_ns),
+            again: false,
             duration_ns: cell.duration_ns,
             reference: cell.moving_reference(),
         }

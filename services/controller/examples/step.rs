@@ -38,6 +38,7 @@ fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn
         law: None,
         reference: None,
         out: folder.path().to_owned(),
+        again: false,
         fifo: true,
     };
     let motor = preset::paper_plant().sampled(h.ns())?.stepper();
@@ -65,6 +66,7 @@ fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn
         duration_ns: seconds * 1_000_000_000,
         connections: 1,
         out: folder.path().to_owned(),
+        again: false,
         fifo: true,
     };
     // In a thread of its own, since real-time scheduling stays with a thread.

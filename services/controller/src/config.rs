@@ -23,6 +23,9 @@ pub struct Config {
     pub law: Law,
     /// The first deadline on the run's clock; if not given, soon after the warm-up.
     pub start_ns: Option<u64>,
+    /// Whether an earlier controller of the same run, with the same `start_ns`, was killed: this one counts its
+    /// deadlines on, and appends to its file.
+    pub again: bool,
     /// Time from the first deadline to the end of the deadlines.
     pub duration_ns: u64,
     /// Connections opened before the start, at least one; a WebSocket always has one. Over HTTP each

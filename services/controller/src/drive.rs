@@ -59,8 +59,8 @@ fn drive_by(
     stop: impl Future<Output = io::Result<()>>,
 ) -> Result<report::Native, DriveError> {
     // The journal's thread must not inherit real-time scheduling.
-    let (rows, journal) =
-        Journal::create::<MessageRow>(&config.out.join(MessageRow::FILE), MessageRow::COLUMNS)?;
+    let path = config.out.join(MessageRow::FILE);
+    let (rows, journal, _) = Journal::open::<MessageRow>(&path, MessageRow::COLUMNS, config.again)?;
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()?;
@@ -76,9 +76,12 @@ fn drive_by(
         };
         let start_ns = config.start_ns.unwrap_or_else(|| now_ns() + START_AHEAD_NS);
         let stop_ns = start_ns.saturating_add(config.duration_ns);
-        let end =
+        let mut end =
             ControllerEnd::try_new(config.settings, config.law.clone(), y, start_ns, stop_ns)?
                 .following(config.reference.clone());
+        if config.again {
+            end = end.resumed(now_ns());
+        }
         let mut run = Run {
             end,
             transport,

@@ -146,6 +146,20 @@ impl ControllerEnd {
         Self { reference, ..self }
     }
 
+    /// Goes on at `now_ns` with the run of an earlier end, which was lost: with the first deadline after
+    /// `now_ns` on the grid start + k h, and its number k. On the other schedules too, whose deadlines are
+    /// never less than h apart: so no number comes twice, however often a run is gone on with.
+    #[must_use]
+    pub fn resumed(self, now_ns: u64) -> Self {
+        let k = self.settings.h.next_k(self.start_ns, now_ns);
+        let since_start_ns = k.saturating_mul(self.settings.h.ns());
+        Self {
+            next_seq: k,
+            next_due_ns: Some(self.start_ns.saturating_add(since_start_ns)),
+            ..self
+        }
+    }
+
     /// The next step at `now_ns`. One call handles at most one deadline, so poll until the step is to wait.
     ///
     /// On an absolute schedule a deadline is over when the next one is due: a controller that wakes late

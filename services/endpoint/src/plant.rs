@@ -111,6 +111,12 @@ impl Inbox {
         }
     }
 
+    /// Goes on with the numbers of an earlier inbox, which has had so many arrivals.
+    #[must_use]
+    pub fn resumed(self, arrivals: u64) -> Self {
+        Self { arrivals, ..self }
+    }
+
     /// Accepts another controller, whose commands count from 0. The input is held.
     pub fn welcome(&mut self) {
         self.newest = None;
@@ -213,12 +219,6 @@ impl Inbox {
     pub fn inputs(&self) -> usize {
         self.input.u.count()
     }
-
-    /// Number of commands that have arrived.
-    #[must_use]
-    pub fn arrivals(&self) -> u64 {
-        self.arrivals
-    }
 }
 
 /// The model at its deadlines, start + k h.
@@ -258,6 +258,18 @@ impl<M: Model> Process<M> {
             second: None,
             model,
         }
+    }
+
+    /// Goes on with the ticks of an earlier process, which was lost with its state: tick `k` is the next, due
+    /// at start + k h.
+    #[must_use]
+    pub fn resumed(mut self, k: u64) -> Self {
+        self.next_k = k;
+        let since_start_ns = k.saturating_mul(self.h_ns);
+        self.next_due_ns = self.next_due_ns.saturating_add(since_start_ns);
+        // So that a controller does not take what it gets before that tick for older than what it has.
+        self.output.tick = k.saturating_sub(1);
+        self
     }
 
     /// When the next tick is due.

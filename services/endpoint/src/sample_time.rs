@@ -47,6 +47,13 @@ impl SampleTime {
     pub fn seconds(self) -> f64 {
         control::seconds(self.0)
     }
+
+    /// The number k of the first deadline after `now_ns`, of those at `start_ns` + k h.
+    #[must_use]
+    pub fn next_k(self, start_ns: u64, now_ns: u64) -> u64 {
+        let passed_ns = now_ns.checked_sub(start_ns);
+        passed_ns.map_or(0, |passed_ns| passed_ns / self.0 + 1)
+    }
 }
 
 /// Why a sample time was rejected.

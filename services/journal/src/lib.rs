@@ -5,12 +5,13 @@
 //! run that is killed leaves its rows on disk. Losses are never silent: rows that find the ring full are
 //! counted, and [`Journal::finish`] returns an error of the file with its name.
 //!
-//! Files are only appended to, and an existing file is rejected. The meaning of rows is left to their types.
+//! Files are only appended to, and an existing file is rejected, unless it is to be [resumed](Journal::resume):
+//! then its first writer was killed. The meaning of rows is left to their types.
 #![forbid(unsafe_code)]
 
 use std::{
     fs::File,
-    io,
+    io::{self, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
     thread::{self, JoinHandle},
     time::Duration,
@@ -18,13 +19,26 @@ use std::{
 
 use endpoint::report::Written;
 use rtrb::{Consumer, Producer, RingBuffer};
-use serde::Serialize;
+use serde::{Serialize, de::DeserializeOwned};
 
 /// Interval at which rows are written to the file.
 const FLUSH_EVERY: Duration = Duration::from_millis(100);
 
 /// Number of rows in the ring: the file may stall for over a minute at 1 kHz, for six seconds at 10 kHz.
 pub const CAPACITY: usize = 1 << 16;
+
+/// Rows are written at the latest when there are so many of them.
+const WRITE_ROWS: u64 = 1024;
+
+/// Never full before it is written, with [`ROW_BYTES`] for each row. So every write has whole rows, and a
+/// writer that is killed between two leaves no torn one. Only what is filled takes memory.
+const BUFFER_BYTES: usize = WRITE_ROWS as usize * ROW_BYTES;
+
+/// No row of a run is longer.
+const ROW_BYTES: usize = 256;
+
+/// How much of a file's end is looked at for its last row.
+const TAIL_BYTES: u64 = 16 << 10;
 
 /// Why a file of rows is missing or incomplete.
 #[derive(Debug, thiserror::Error)]
@@ -37,6 +51,16 @@ pub enum JournalError {
         /// The file.
         path: PathBuf,
         /// The system's error.
+        source: io::Error,
+    },
+    /// The file is not one to go on with.
+    #[error(
+        "cannot go on with {path}: {source}; give the folder of a run that was killed, or run without `again`"
+    )]
+    Resume {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
         source: io::Error,
     },
     /// The file could not take all rows.
@@ -83,6 +107,47 @@ impl Journal {
         Self::with_capacity(path, columns, CAPACITY)
     }
 
+    /// Goes on with the file of an earlier life of the same run, which was killed, and gives its last row;
+    /// creates the file if there is none.
+    ///
+    /// A last line without its end is no row. It stays, and is ended, so that no row is glued to it.
+    ///
+    /// # Errors
+    /// [`JournalError`] as for [`Journal::create`], or if the file has another header, or no row at its end.
+    pub fn resume<R>(
+        path: &Path,
+        columns: &[&str],
+    ) -> Result<(Recorder<R>, Self, Option<R>), JournalError>
+    where
+        R: Serialize + DeserializeOwned + Send + 'static,
+    {
+        let (file, last) = earlier(path, columns).map_err(|source| JournalError::Resume {
+            path: path.to_owned(),
+            source,
+        })?;
+        let (recorder, journal) = Self::start(Sheet::new(path, file), CAPACITY)?;
+        Ok((recorder, journal, last))
+    }
+
+    /// [`Journal::resume`] if it is `again`, else [`Journal::create`].
+    ///
+    /// # Errors
+    /// Those of either.
+    pub fn open<R>(
+        path: &Path,
+        columns: &[&str],
+        again: bool,
+    ) -> Result<(Recorder<R>, Self, Option<R>), JournalError>
+    where
+        R: Serialize + DeserializeOwned + Send + 'static,
+    {
+        if again {
+            return Self::resume(path, columns);
+        }
+        let (recorder, journal) = Self::create(path, columns)?;
+        Ok((recorder, journal, None))
+    }
+
     fn with_capacity<R>(
         path: &Path,
         columns: &[&str],
@@ -91,28 +156,27 @@ impl Journal {
     where
         R: Serialize + Send + 'static,
     {
-        let create = |source| JournalError::Create {
+        let file = create_folder_of(path).and_then(|()| File::create_new(path));
+        let file = file.map_err(|source| JournalError::Create {
             path: path.to_owned(),
             source,
-        };
-        if let Some(folder) = path.parent() {
-            std::fs::create_dir_all(folder).map_err(create)?;
-        }
-        let file = File::create_new(path).map_err(create)?;
-        let mut sheet = Sheet {
-            path: path.to_owned(),
-            // The header is written here, so that a file without rows has one too.
-            csv: csv::WriterBuilder::new()
-                .has_headers(false)
-                .from_writer(file),
-            rows: 0,
-        };
+        })?;
+        let mut sheet = Sheet::new(path, file);
+        // The header is written here, so that a file without rows has one too.
         sheet.header(columns)?;
+        Self::start(sheet, capacity)
+    }
+
+    fn start<R>(sheet: Sheet, capacity: usize) -> Result<(Recorder<R>, Self), JournalError>
+    where
+        R: Serialize + Send + 'static,
+    {
+        let path = sheet.path.clone();
         let (producer, consumer) = RingBuffer::new(capacity);
         let writer = thread::Builder::new()
             .name("journal".to_owned())
             .spawn(move || sheet.fill(consumer))
-            .map_err(create)?;
+            .map_err(|source| JournalError::Create { path, source })?;
         Ok((
             Recorder {
                 ring: producer,
@@ -138,6 +202,55 @@ impl Journal {
     }
 }
 
+fn create_folder_of(path: &Path) -> io::Result<()> {
+    path.parent().map_or(Ok(()), std::fs::create_dir_all)
+}
+
+/// Opens the file of an earlier life to append to it, with all lines ended; its last row.
+fn earlier<R: DeserializeOwned>(path: &Path, columns: &[&str]) -> io::Result<(File, Option<R>)> {
+    create_folder_of(path)?;
+    let header = columns.join(",") + "\n";
+    let header_bytes = header.len() as u64;
+    let mut options = File::options();
+    let mut file = options.read(true).append(true).create(true).open(path)?;
+    let metadata = file.metadata()?;
+    if !metadata.is_file() {
+        return Err(io::Error::other("it is no regular file"));
+    }
+    let mut start = Vec::new();
+    (&file).take(header_bytes).read_to_end(&mut start)?;
+    if start.is_empty() {
+        file.write_all(header.as_bytes())?;
+        return Ok((file, None));
+    }
+    if start != header.as_bytes() {
+        let why = format!("its header is not {}", header.trim_end());
+        return Err(io::Error::other(why));
+    }
+    let tail_at = metadata.len().saturating_sub(TAIL_BYTES);
+    file.seek(SeekFrom::Start(tail_at.max(header_bytes)))?;
+    let mut tail = String::new();
+    file.read_to_string(&mut tail)?;
+    let (mut lines, torn) = tail.rsplit_once('\n').unwrap_or(("", &tail));
+    if tail_at > header_bytes {
+        // The first may have lost its beginning.
+        lines = lines.split_once('\n').map_or("", |(_, whole)| whole);
+    }
+    let row = |line: &str| {
+        let fields: csv::StringRecord = line.split(',').collect();
+        fields.deserialize(None).ok()
+    };
+    // Lines that are none were torn in lives before.
+    let last = lines.rsplit('\n').find_map(row);
+    if last.is_none() && !lines.is_empty() {
+        return Err(io::Error::other("the lines at its end are no rows"));
+    }
+    if !torn.is_empty() {
+        file.write_all(b"\n")?;
+    }
+    Ok((file, last))
+}
+
 /// A CSV file being written.
 struct Sheet {
     path: PathBuf,
@@ -146,6 +259,17 @@ struct Sheet {
 }
 
 impl Sheet {
+    fn new(path: &Path, file: File) -> Self {
+        Self {
+            path: path.to_owned(),
+            csv: csv::WriterBuilder::new()
+                .has_headers(false)
+                .buffer_capacity(BUFFER_BYTES)
+                .from_writer(file),
+            rows: 0,
+        }
+    }
+
     fn header(&mut self, columns: &[&str]) -> Result<(), JournalError> {
         let result = self.csv.write_record(columns);
         let result = result.and_then(|()| Ok(self.csv.flush()?));
@@ -170,6 +294,9 @@ impl Sheet {
         while let Ok(row) = ring.pop() {
             self.csv.serialize(row)?;
             self.rows += 1;
+            if self.rows.is_multiple_of(WRITE_ROWS) {
+                self.csv.flush()?;
+            }
         }
         Ok(self.csv.flush()?)
     }
@@ -184,9 +311,12 @@ impl Sheet {
 
 #[cfg(test)]
 mod tests {
+    use endpoint::{MessageOutcome, MessageRow};
+    use serde::Deserialize;
+
     use super::*;
 
-    #[derive(Debug, Serialize)]
+    #[derive(Debug, PartialEq, Serialize, Deserialize)]
     struct Row {
         n: u64,
         x: Option<f64>,
@@ -262,6 +392,84 @@ mod tests {
         );
     }
 
+    /// Resumes the file `left`, with a row n = 9; what is in it then, and what was its last row.
+    fn resumed(left: Option<&str>) -> Result<(String, Option<u64>), JournalError> {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("deeper").join("rows.csv");
+        if let Some(left) = left {
+            create_folder_of(&path).expect("a writable folder");
+            std::fs::write(&path, left).expect("a writable folder");
+        }
+        let resumed = Journal::resume(&path, COLUMNS);
+        let text = || std::fs::read_to_string(&path).expect("the file");
+        let (mut recorder, journal, last) = resumed.inspect_err(|_| {
+            assert_eq!(Some(text().as_str()), left, "it is kept");
+        })?;
+        recorder.record(Row { n: 9, x: None });
+        let written = journal.finish(recorder).expect("a writable file");
+        assert_eq!(written.rows, 1, "those of this life");
+        Ok((text(), last.map(|row: Row| row.n)))
+    }
+
+    #[test]
+    fn a_second_life_goes_on_behind_the_last_whole_row() {
+        for (left, last, now) in [
+            (None, None, "n,x\n9,\n"),
+            (Some(""), None, "n,x\n9,\n"),
+            (Some("n,x\n"), None, "n,x\n9,\n"),
+            (Some("n,x\n1,\n2,0.5\n"), Some(2), "n,x\n1,\n2,0.5\n9,\n"),
+            // Torn; whole but for its end, so it may have been longer; torn in an earlier life.
+            (Some("n,x\n1,\n2"), Some(1), "n,x\n1,\n2\n9,\n"),
+            (Some("n,x\n1,\n2,0.5"), Some(1), "n,x\n1,\n2,0.5\n9,\n"),
+            (Some("n,x\n1"), None, "n,x\n1\n9,\n"),
+            (Some("n,x\n1,\n2\n"), Some(1), "n,x\n1,\n2\n9,\n"),
+        ] {
+            let (text, row) = resumed(left).expect("rows to go on with");
+            assert_eq!((text.as_str(), row), (now, last), "{left:?}");
+        }
+        let long: String = (0..10_000).map(|n| format!("{n},0.25\n")).collect();
+        let (text, row) = resumed(Some(&format!("n,x\n{long}"))).expect("rows to go on with");
+        assert_eq!((text, row), (format!("n,x\n{long}9,\n"), Some(9_999)));
+    }
+
+    #[test]
+    fn what_an_earlier_life_cannot_have_left_is_refused_and_kept() {
+        for (left, why) in [
+            ("n,y\n1,\n", "its header is not n,x"),
+            ("n,x", "its header is not n,x"),
+            ("n,x\none,\n", "no rows"),
+        ] {
+            let error = resumed(Some(left)).expect_err(why).to_string();
+            assert!(error.contains("rows.csv") && error.contains(why), "{error}");
+        }
+        let error = Journal::resume::<Row>(Path::new("/dev/null"), COLUMNS).expect_err("no file");
+        assert!(error.to_string().contains("no regular file"), "{error}");
+    }
+
+    #[test]
+    fn the_longest_row_of_a_run_fits_into_its_part_of_the_buffer() {
+        let number = Some(-f64::MIN_POSITIVE);
+        let row = MessageRow {
+            seq: u64::MAX,
+            t_due_ns: u64::MAX,
+            t_send_ns: Some(u64::MAX),
+            t_receive_ns: Some(u64::MAX),
+            t_arrive_ns: Some(u64::MAX),
+            r: -f64::MIN_POSITIVE,
+            y: number,
+            e: number,
+            u: number,
+            tick: Some(u64::MAX),
+            outcome: MessageOutcome::Answered,
+        };
+        let mut csv = csv::WriterBuilder::new()
+            .has_headers(false)
+            .from_writer(Vec::new());
+        csv.serialize(row).expect("a row");
+        let bytes = csv.into_inner().expect("a Vec takes every byte").len();
+        assert!((200..=ROW_BYTES).contains(&bytes), "{bytes}");
+    }
+
     #[test]
     fn a_full_disk_is_an_error_that_names_the_file() {
         // /dev/full refuses every write with ENOSPC, and opens like a file.
@@ -270,14 +478,7 @@ mod tests {
             .write(true)
             .open(path)
             .expect("Linux has /dev/full");
-        let csv = csv::WriterBuilder::new()
-            .has_headers(false)
-            .from_writer(file);
-        let sheet = Sheet {
-            path: path.to_owned(),
-            csv,
-            rows: 0,
-        };
+        let sheet = Sheet::new(path, file);
         let (mut producer, consumer) = RingBuffer::new(4);
         producer.push(Row { n: 1, x: None }).expect("room for one");
         drop(producer);

@@ -381,6 +381,7 @@ fn plant() -> Outcome<()> {
         law: None,
         reference: None,
         out: folder.path().to_owned(),
+        again: false,
         fifo: true,
     };
     let motor = preset::paper_plant().sampled(settings.h.ns())?.stepper();

@@ -31,6 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         law: None,
         reference: None,
         out: folder.path().to_owned(),
+        again: false,
         fifo: true,
     };
     let motor = preset::paper_plant()

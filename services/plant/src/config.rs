@@ -22,6 +22,9 @@ pub struct Config {
     /// The folder of `ticks.csv`, `arrivals.csv` and, with a second input or output, `second.csv`, and of each page's `messages.csv` and
     /// `page.json`; created if necessary.
     pub out: PathBuf,
+    /// Whether an earlier plant of the same run was killed: its ticks and arrivals are counted on, on the same
+    /// grid, and its files appended to. The model and the sessions begin anew.
+    pub again: bool,
     /// Whether to request real-time scheduling.
     pub fifo: bool,
 }
@@ -31,7 +34,7 @@ pub struct Config {
 pub struct Ready {
     /// The address on which it listens.
     pub address: SocketAddr,
-    /// When tick 0 is due, on the run's clock.
+    /// When tick 0 is due, on the run's clock; in the past if it goes on with an earlier plant's.
     pub start_ns: u64,
 }
 
@@ -49,6 +52,19 @@ pub enum ServeError {
     /// Rows are missing.
     #[error(transparent)]
     Rows(#[from] JournalError),
+    /// The ticks to go on with are still to come.
+    #[error(
+        "cannot go on with {path}: its last tick was due at {t_due_ns} ns, and now it is {now_ns} ns; its rows \
+         are from before the machine was started, so give another folder, or run without `again`"
+    )]
+    Ahead {
+        /// The file of the ticks.
+        path: PathBuf,
+        /// When its last tick was due.
+        t_due_ns: u64,
+        /// The time now.
+        now_ns: u64,
+    },
     /// The system refused a thread, a timer or a signal handler.
     #[error("cannot start the plant: {0}")]
     Start(#[from] io::Error),

@@ -74,11 +74,12 @@ enum Order {
 }
 
 impl Filer {
-    /// Starts the thread; its files are in `out`.
-    pub(crate) fn start(out: &Path) -> io::Result<Self> {
+    /// Starts the thread; its files are in `out`, and `again` if those of an earlier life may be there.
+    pub(crate) fn start(out: &Path, again: bool) -> io::Result<Self> {
         let (orders, queue) = mpsc::channel();
         let files = Files {
             out: out.to_owned(),
+            again,
             open: None,
             filed: Filed::default(),
         };
@@ -143,6 +144,7 @@ struct Folder {
 
 struct Files {
     out: PathBuf,
+    again: bool,
     open: Option<Folder>,
     filed: Filed,
 }
@@ -169,7 +171,7 @@ impl Files {
     fn open(&mut self, number: u64) -> Result<(), FilingError> {
         self.close();
         let path = self.out.join(name("messages", number, "csv"));
-        let (rows, journal) = Journal::create(&path, MessageRow::COLUMNS)?;
+        let (rows, journal, _) = Journal::open(&path, MessageRow::COLUMNS, self.again)?;
         self.open = Some(Folder {
             number,
             chunks: Chunks::default(),
@@ -253,7 +255,7 @@ mod tests {
     #[test]
     fn each_session_has_its_files_and_the_rows_are_summed() {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let filer = Filer::start(folder.path()).expect("a thread");
+        let filer = Filer::start(folder.path(), false).expect("a thread");
         let text = |name| fs::read_to_string(folder.path().join(name)).ok();
         wait(filer.open(1)).expect("a new file");
         let rows = |chunk, text| wait(filer.rows(chunk, Bytes::from_static(text)));
@@ -288,7 +290,7 @@ mod tests {
     fn a_file_that_is_there_already_is_named_and_kept() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         fs::write(folder.path().join("messages.csv"), "old").expect("a writable folder");
-        let filer = Filer::start(folder.path()).expect("a thread");
+        let filer = Filer::start(folder.path(), false).expect("a thread");
         let error = wait(filer.open(1)).expect_err("the file is there");
         assert!(error.to_string().contains("messages.csv"), "{error}");
         filer.finish();

@@ -12,7 +12,7 @@ use std::{
 };
 
 use endpoint::{ArrivalRow, Hosts, Inbox, Model, Process, SecondRow, TickRow, report};
-use journal::Journal;
+use journal::{Journal, JournalError};
 use pace::now_ns;
 use tokio::{net::TcpListener, runtime::Runtime, sync::watch, task::LocalSet};
 
@@ -107,7 +107,7 @@ pub fn serve_until(
         start_ns,
         ticks: ticked.ticks,
         missed: ticked.missed,
-        arrivals: handler.inbox.arrivals(),
+        arrivals: arrival_rows.rows + arrival_rows.overflow,
         refused: handler.refusals.values().sum(),
         refusals: handler
             .refusals
@@ -148,21 +148,44 @@ impl Started {
     /// Starts the threads in this order, since those that write files must not inherit real-time scheduling.
     fn new(config: &Config, model: Box<dyn Model + Send>) -> Result<Started, ServeError> {
         let settings = config.settings;
-        let (tick_rows, tick_journal) =
-            Journal::create::<TickRow>(&config.out.join(TickRow::FILE), TickRow::COLUMNS)?;
+        let again = config.again;
+        let ticks = config.out.join(TickRow::FILE);
+        let (tick_rows, tick_journal, last_tick) =
+            Journal::open::<TickRow>(&ticks, TickRow::COLUMNS, again)?;
         let inputs = model.inputs();
         let has_second = model.has_second();
         let (at_rest, can_reset) = (model.at_rest(), model.can_reset());
-        let second =
-            || Journal::create::<SecondRow>(&config.out.join(SecondRow::FILE), SecondRow::COLUMNS);
+        let second = || {
+            let path = config.out.join(SecondRow::FILE);
+            let (rows, journal, _) = Journal::open::<SecondRow>(&path, SecondRow::COLUMNS, again)?;
+            Ok::<_, JournalError>((rows, journal))
+        };
         let (second_rows, second_journal) = has_second.then(second).transpose()?.unzip();
-        let (arrival_rows, arrival_journal) =
-            Journal::create::<ArrivalRow>(&config.out.join(ArrivalRow::FILE), ArrivalRow::COLUMNS)?;
-        let filer = Filer::start(&config.out)?;
-        let inbox = Inbox::new(&settings, inputs);
+        let path = config.out.join(ArrivalRow::FILE);
+        let (arrival_rows, arrival_journal, last_arrival) =
+            Journal::open::<ArrivalRow>(&path, ArrivalRow::COLUMNS, again)?;
+        let filer = Filer::start(&config.out, again)?;
+        let arrivals = last_arrival.map_or(0, |row| row.n.saturating_add(1));
+        let inbox = Inbox::new(&settings, inputs).resumed(arrivals);
         let (input, input_reader) = latest(input_words(inbox.input(), 0));
-        let start_ns = now_ns() + START_AHEAD_NS;
-        let process = Process::new(&settings, model, start_ns);
+        let now_ns = now_ns();
+        let first_ns = now_ns + START_AHEAD_NS;
+        let (start_ns, k) = match last_tick {
+            None => (first_ns, 0),
+            Some(TickRow { t_due_ns, .. }) if t_due_ns > now_ns => {
+                return Err(ServeError::Ahead {
+                    path: ticks,
+                    t_due_ns,
+                    now_ns,
+                });
+            }
+            Some(TickRow { k, t_due_ns, .. }) => {
+                let since_start_ns = k.saturating_mul(settings.h.ns());
+                let start_ns = t_due_ns.saturating_sub(since_start_ns);
+                (start_ns, settings.h.next_k(start_ns, first_ns))
+            }
+        };
+        let process = Process::new(&settings, model, start_ns).resumed(k);
         let (output_publisher, output) = latest(output_words(process.output(), 0));
         let ticker = Ticker {
             process,

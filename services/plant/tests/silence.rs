@@ -35,6 +35,7 @@ fn a_thousand_silences_end_in_the_safe_state_within_the_watchdog_s_time_and_two_
         law: None,
         reference: None,
         out: folder.path().to_owned(),
+        again: false,
         fifo: true,
     };
     let motor = preset::paper_plant().sampled(H_NS).expect("regular");

@@ -99,6 +99,7 @@ fn with_settings<T>(
         law: None,
         reference: None,
         out: out.to_owned(),
+        again: false,
         fifo: true,
     };
     let motor = preset::paper_plant().sampled(config.settings.h.ns());

@@ -99,6 +99,8 @@ class Arguments(unittest.TestCase):
         self.assertIsNone(self._read({**told, "reference": None}).reference)
         self.assertFalse(config.claim)
         self.assertTrue(self._read({**told, "claim": True}).claim)
+        self.assertFalse(config.again)
+        self.assertTrue(self._read({**told, "again": True}).again)
         for change, what in [
             ({"speed": 3}, "`speed` is unknown"),
             ({"plant": "localhost"}, "`localhost` is not an address"),
@@ -107,6 +109,8 @@ class Arguments(unittest.TestCase):
             ({"settings": {**told["settings"], "timeout_ns": "5s"}}, "timeout_ns `5s`"),
             ({"settings": {"mode": "open"}}, "`h` is missing"),
             ({"claim": 1}, "`claim` is `1`"),
+            ({"again": "yes"}, "`again` is `yes`"),
+            ({"again": True, "start_ns": None}, "`again` without `start_ns`"),
             ({"reference": [[1, 0.5]]}, "`reference` must be"),
             ({"reference": [[0, 0.5], [0, 1]]}, "`reference` must be"),
             ({"reference": [[0, None]]}, "`reference` must be"),

@@ -94,6 +94,18 @@ class Vectors(unittest.TestCase):
         self.assertEqual((row.y, row.e, row.u), (0.25, 0.75, 0.5))
         self.assertEqual(end.poll(10).command.u, (4.0, 3.0))
 
+    def test_an_end_that_goes_on_has_the_deadlines_and_numbers_of_one_from_the_start(self):
+        for schedule in ("absolute", "relative", "since-send"):
+            settings = Settings("closed", 10, 1.0, 1, schedule, "h", "apply")
+            for now_ns, seq, due_ns in [(0, 0, 100), (99, 0, 100), (100, 1, 110), (104, 1, 110), (139, 4, 140)]:
+                end = ControllerEnd(settings, paper_pi(), 0.0, 100, 150, [(0, 1.0), (30, 2.0)])
+                end.resume(now_ns)
+                self.assertEqual(wake(end, now_ns), [{"sleep_until_ns": due_ns}])
+                self.assertEqual(end.poll(due_ns).command.seq, seq)
+                self.assertEqual(end.lost(seq, FAILED, due_ns).r, 2.0 if due_ns >= 130 else 1.0)
+            end.resume(150)
+            self.assertIsInstance(end.poll(150), Finished)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -64,10 +64,18 @@ def read_settings(path: str, out: str) -> Config:
         raise ValueError(f"cannot read the settings in {path}: {error}") from None
     if isinstance(told, dict):
         told.setdefault("claim", False)
-    keys = ("plant", "settings", "law", "start_ns", "duration_ns", "reference", "claim")
-    plant, settings, law, start_ns, duration_ns, reference, claim = _members("the settings", told, keys)
-    if not isinstance(claim, bool):
-        raise ValueError(f"`claim` is `{excerpt(str(claim))}`; give true or false")
+        told.setdefault("again", False)
+    keys = ("plant", "settings", "law", "start_ns", "duration_ns", "reference", "claim", "again")
+    plant, settings, law, start_ns, duration_ns, reference, claim, again = _members(
+        "the settings", told, keys
+    )
+    for key, flag in (("claim", claim), ("again", again)):
+        if not isinstance(flag, bool):
+            raise ValueError(f"`{key}` is `{excerpt(str(flag))}`; give true or false")
+    if again and start_ns is None:
+        raise ValueError(
+            "the settings have `again` without `start_ns`; give the first deadline of the life that was killed"
+        )
     values = _members("`settings`", settings, [declared.key for declared in DECLARED])
     read = {declared.field: declared.told(value) for declared, value in zip(DECLARED, values)}
     return Config(
@@ -77,7 +85,8 @@ def read_settings(path: str, out: str) -> Config:
         start_ns=None if start_ns is None else _parse_start(str(start_ns)),
         duration_ns=_parse_start(str(duration_ns)),
         out=out,
-        claim=claim,
+        claim=bool(claim),
+        again=bool(again),
         reference=None if reference is None else _parse_reference(reference),
     )
 

@@ -64,7 +64,7 @@ def drive(config: Config, ended: Inbox) -> Report:
     """
     threading.stack_size(STACK_BYTES)
     # The journal's thread must not inherit real-time scheduling.
-    journal = Journal(os.path.join(config.out, "messages.csv"), COLUMNS)
+    journal = Journal(os.path.join(config.out, "messages.csv"), COLUMNS, config.again)
     scheduling = grant.ask()
     open_files = grant.raise_open_files()
     exchange: Exchange
@@ -80,12 +80,10 @@ def drive(config: Config, ended: Inbox) -> Report:
     if start_ns is None:
         start_ns = monotonic_ns() + START_AHEAD_NS
     stop_ns = start_ns + config.duration_ns
-    run = _Run(
-        ControllerEnd(config.settings, config.law, y, start_ns, stop_ns, config.reference),
-        exchange,
-        journal,
-        ended,
-    )
+    end = ControllerEnd(config.settings, config.law, y, start_ns, stop_ns, config.reference)
+    if config.again:
+        end.resume(monotonic_ns())
+    run = _Run(end, exchange, journal, ended)
     # What was made so far stays: the collector need never look at it again, and
     # what a message makes is gone with it.
     gc.collect()

@@ -103,6 +103,13 @@ class ControllerEnd:
         # By seq, in order of seq.
         self._under_way: Dict[int, MessageRow] = {}
 
+    def resume(self, now_ns: int) -> None:
+        """Goes on with the run of an earlier end, which was lost: with the first deadline after
+        `now_ns` on the grid start + k h, and its number k, whatever the schedule."""
+        h_ns = self.settings.h_ns
+        self._next_seq = max((now_ns - self._start_ns) // h_ns + 1, 0)
+        self._next_due_ns = self._start_ns + self._next_seq * h_ns
+
     def poll(self, now_ns: int) -> Step:
         """The next step at `now_ns`. One call passes at most one deadline.
 

@@ -30,10 +30,12 @@ class Journal:
     inherit: a disk must never go before a deadline.
     """
 
-    def __init__(self, path: str, columns: Sequence[str]) -> None:
-        """Makes the file with its header, and the folder if need be.
+    def __init__(self, path: str, columns: Sequence[str], again: bool = False) -> None:
+        """Makes the file with its header, and the folder if need be. `again` appends to the file
+        that a killed life of the same run left, if it did.
 
-        Raises `JournalError`, also if the file exists.
+        Raises `JournalError`, also if the file exists and this is not `again`, or if it has another
+        header.
         """
         self._path = path
         self._waiting: Deque[str] = deque()
@@ -43,15 +45,32 @@ class Journal:
         self._last = threading.Event()
         try:
             os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
-            self._file = open(path, "xb", buffering=0)
+            self._file = open(path, "a+b" if again else "xb", buffering=0)
         except OSError as error:
             raise JournalError(
                 f"cannot create {path}: {error.strerror}; give an output folder that is"
                 " writable and has no rows of an earlier run"
             ) from None
-        self._write(",".join(columns) + "\n")
+        self._begin(",".join(columns) + "\n")
         self._thread = threading.Thread(target=self._run, name="journal", daemon=True)
         self._thread.start()
+
+    def _begin(self, header: str) -> None:
+        """Writes the header, or ends what is there. Raises `JournalError`."""
+        if self._file.tell() == 0:
+            self._write(header)
+            return
+        self._file.seek(0)
+        if self._file.read(len(header)) != header.encode("ascii"):
+            self._file.close()
+            raise JournalError(
+                f"cannot go on with {self._path}: its header is not {header.rstrip()}; give the folder"
+                " of a run that was killed, or run without `again`"
+            )
+        self._file.seek(-1, os.SEEK_END)
+        if self._file.read(1) != b"\n":
+            # Torn by the kill. It stays, but no row is glued to it.
+            self._write("\n")
 
     def record(self, line: str) -> None:
         """Hands over a row, or counts it as lost if too many wait."""

@@ -159,6 +159,9 @@ class Config(NamedTuple):
     """The folder of messages.csv and controller.json; made if need be."""
     claim: bool = False
     """Whether to claim the plant for a session first, and again after losing it."""
+    again: bool = False
+    """Whether an earlier controller of the same run, with the same `start_ns`, was killed: this one
+    counts its deadlines on, and appends to its file."""
     reference: Optional[Reference] = None
     """When r changes, in ns after the first deadline, and to what; None if it rests."""
 

@@ -20,7 +20,10 @@ use crate::exit::{Exit, Failure, Outcome};
 pub(crate) fn python(argument: &ServeController) -> Outcome {
     // Checked here, so that mistakes give the same error texts as with other clients.
     let (role, system) = controller_role(argument, None)?;
-    let settings = told(&role, &system, role.start_ns)?;
+    let mut settings = told(&role, &system, role.start_ns)?;
+    if role.again {
+        settings["again"] = true.into();
+    }
     let words = [
         "--settings".as_ref(),
         "-".as_ref(),

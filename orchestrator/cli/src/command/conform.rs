@@ -61,6 +61,7 @@ pub(crate) fn run(argument: &Conform) -> Outcome {
             system: None,
             program: Some(Program::new(argument.command.clone())),
             start_ns: Some(start_ns),
+            again: false,
             duration_ns: trial.duration_ns,
             reference: None,
         };

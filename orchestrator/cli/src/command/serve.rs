@@ -35,6 +35,7 @@ pub(crate) fn plant(argument: &ServePlant) -> Outcome {
         law: law.transpose()?,
         reference: role.reference.clone(),
         out: argument.out.clone(),
+        again: role.again,
         fifo: true,
     };
     let ready = |ready: ::plant::Ready| say_ready(&ready.address.to_string());
@@ -94,6 +95,7 @@ pub(crate) fn controller(argument: &ServeController) -> Outcome {
         law: law_at(&system, role.settings.h)?.0,
         reference: role.reference,
         start_ns: role.start_ns,
+        again: role.again,
         duration_ns: role.duration_ns,
         connections: 1,
         out: argument.out.clone(),
@@ -134,6 +136,7 @@ fn plant_role(argument: &ServePlant) -> Result<PlantRole, Failure> {
         program: source::plant_program(&argument.system, &system),
         seed: argument.noise_seed,
         start_ns: None,
+        again: false,
         system: own_text(&system),
         reference: None,
     })
@@ -149,6 +152,11 @@ pub(crate) fn controller_role(
         Some(file) => read(file)?,
         None => by_options(argument, page)?,
     };
+    if role.again && role.start_ns.is_none() {
+        return Err(Failure::usage(anyhow!(
+            "the settings have `again` without `start_ns`; give the first deadline of the life that was killed"
+        )));
+    }
     let system = system(role.system.as_deref())?;
     let page = role.page.map_or(Ok(()), |page| page.check(&role.settings));
     role.settings
@@ -186,6 +194,7 @@ fn by_options(
         system: own_text(&system),
         program: None,
         start_ns: argument.start_ns,
+        again: false,
         duration_ns,
         reference,
     })

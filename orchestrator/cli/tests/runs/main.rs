@@ -5,6 +5,7 @@
 //! reported as skipped.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
+mod again;
 mod alarm;
 mod alone;
 mod clients;
@@ -30,6 +31,7 @@ fn tests() -> Vec<Trial> {
         complete::a_run_leaves_a_folder_that_proves_itself_and_is_not_made_twice,
         unprivileged::an_unprivileged_user_can_run_and_leaves_nothing_when_killed,
         alarm::undisturbed_runs_raise_no_alarm,
+        again::a_role_that_is_killed_goes_on_in_its_second_life,
         alone::of_two_runs_into_one_folder_one_runs,
         clock::a_wall_clock_that_steps_moves_nothing,
         matrix::jobs_of_one_plan_merge_by_being_copied,

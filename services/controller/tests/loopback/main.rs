@@ -58,6 +58,7 @@ fn with_settings<T>(
         law: None,
         reference: None,
         out: out.to_owned(),
+        again: false,
         fifo: true,
     };
     let motor = preset::paper_plant().sampled(config.settings.h.ns());
@@ -104,6 +105,7 @@ fn config(
         duration_ns: duration_ms * MS,
         connections: 2,
         out: out.to_owned(),
+        again: false,
         fifo: true,
     }
 }

@@ -3,9 +3,9 @@
 use control::preset;
 use endpoint::{
     Acknowledgement, Action, Answer, ArrivalOutcome, Command, Connection, ControllerEnd,
-    ControllerSettings, Hold, Integrate, Late, Loss, MessageOutcome, MessageRow, Mode, NoiseLaw,
-    Outstanding, PlantEnd, PlantSettings, Preset, SampleTime, Schedule, Signals, State, Step,
-    TickNoise, Transport,
+    ControllerSettings, Hold, Input, Integrate, Late, Loss, MessageOutcome, MessageRow, Mode,
+    NoiseLaw, Output, Outstanding, PlantEnd, PlantSettings, Preset, Process, Reference, SampleTime,
+    Schedule, Signals, State, Step, TickNoise, Transport,
 };
 use proptest::prelude::*;
 
@@ -431,4 +431,70 @@ fn a_plant_that_is_to_let_go_of_a_command_does_when_none_has_come_for_so_long() 
         none,
     ];
     assert_eq!(inputs, expected);
+}
+
+proptest! {
+    #[test]
+    fn an_end_that_goes_on_has_the_deadlines_and_numbers_of_one_from_the_start(now_ns in 0..4000 * MS) {
+        let settings = ControllerSettings::new(Mode::Closed, h());
+        let reference: Reference = serde_json::from_str("[[0, 1.0], [1500000000, -1.0]]").expect("one that moves");
+        let mut whole = controller(settings, 3000 * MS).following(Some(reference));
+        let mut again = whole.clone().resumed(now_ns);
+        let due = |end: &mut ControllerEnd, now_ns| loop {
+            match end.poll(now_ns) {
+                Step::Send(Command { seq, .. }) => { end.lost(seq, Loss::Failed, now_ns); }
+                Step::Missed(_) => {}
+                other => break other,
+            }
+        };
+        let next = due(&mut again, now_ns);
+        prop_assert_eq!(next, due(&mut whole, now_ns));
+        if let Step::Sleep { until_ns } = next {
+            let row = |end: &mut ControllerEnd| match end.poll(until_ns) {
+                Step::Send(Command { seq, .. }) => end.lost(seq, Loss::Failed, until_ns),
+                other => panic!("{other:?}"),
+            }.map(|row| (row.seq, row.t_due_ns, row.r));
+            prop_assert_eq!(row(&mut again), row(&mut whole));
+        }
+    }
+
+    #[test]
+    fn no_number_comes_twice_in_however_many_lives(
+        settings in settings(),
+        lives in prop::collection::vec(prop::collection::vec(0..8 * MS, 0..20), 1..6),
+    ) {
+        let (mut now_ns, mut last) = (START_NS - 5 * MS, None);
+        for waits in lives {
+            let mut end = controller(settings, 10_000 * MS).resumed(now_ns);
+            for wait_ns in waits {
+                now_ns += wait_ns;
+                let seq = match end.poll(now_ns) {
+                    Step::Send(Command { seq, .. }) => {
+                        end.lost(seq, Loss::Failed, now_ns + wait_ns / 2);
+                        seq
+                    }
+                    Step::Missed(MessageRow { seq, .. }) => seq,
+                    _ => continue,
+                };
+                prop_assert!(last < Some(seq), "{:?}, {}", last, seq);
+                last = Some(seq);
+            }
+        }
+    }
+
+    #[test]
+    fn a_plant_that_goes_on_ticks_on_the_grid_of_the_earlier_one(start_ns in 0..1000 * MS, passed_ns in 0..1000 * MS) {
+        let settings = PlantSettings::new(h());
+        let motor = preset::paper_plant().sampled(h().ns()).expect("a stable model").stepper();
+        let now_ns = start_ns + passed_ns;
+        let k = h().next_k(start_ns, now_ns);
+        let mut again = Process::new(&settings, motor, start_ns).resumed(k);
+        let before = again.output();
+        let row = again.tick(Input::default(), now_ns);
+        prop_assert_eq!((row.k, row.t_due_ns), (k, start_ns + k * h().ns()));
+        prop_assert!(row.t_due_ns > now_ns && row.t_due_ns <= now_ns + h().ns());
+        // It has forgotten all but the number of the tick.
+        prop_assert_eq!(before, Output { tick: k - 1, ..Output::default() });
+        prop_assert_eq!(again.next_due_ns(), row.t_due_ns + h().ns());
+    }
 }

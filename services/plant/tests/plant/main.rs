@@ -3,6 +3,7 @@
 // `--nocapture` prints what docs/reliability.md quotes.
 #![allow(clippy::print_stdout)]
 
+mod again;
 mod errors;
 mod foreign;
 mod framing;

@@ -23,6 +23,7 @@ pub(crate) fn config(out: &Path) -> Config {
         law: None,
         reference: None,
         out: out.to_owned(),
+        again: false,
         fifo: false,
     }
 }
