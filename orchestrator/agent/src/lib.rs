@@ -21,6 +21,7 @@ mod error;
 mod exchange;
 pub mod first;
 mod follower;
+mod freezer;
 mod keeper;
 mod look;
 mod lookout;
@@ -42,6 +43,7 @@ mod wire;
 pub use config::{Config, Ended};
 pub use error::Error;
 pub use follower::Follower;
+pub use freezer::Stop;
 pub use look::{Strain, busy_ns, own_strain, stolen_ns};
 pub use lookout::Seen;
 pub use name::{AgentName, BadName, Name};
@@ -64,6 +66,7 @@ pub fn fuzz(bytes: &[u8]) {
     }
     again::<wire::Health>(bytes);
     again::<wire::StartRole>(bytes);
+    again::<Vec<Stop>>(bytes);
     again::<wire::Started>(bytes);
     again::<wire::RoleState>(bytes);
 }

@@ -11,6 +11,7 @@ use std::time::Duration;
 use pace::now_ns;
 use serde::{Deserialize, Serialize};
 
+use crate::freezer::Stop;
 use crate::look::{self, Strain};
 
 /// Time between two looks.
@@ -37,9 +38,30 @@ pub struct Seen {
     pub stops_ns: Vec<u64>,
     /// Strain so far of it and its descendants, each quarter of a second.
     pub strains: Vec<(u64, Strain)>,
+    /// The stops that it was asked for, as they were.
+    #[serde(default)]
+    pub frozen_ns: Vec<Stop>,
 }
 
 impl Seen {
+    /// The same, with what was seen `later` of another process in the place of this one. How long that one waited
+    /// for processors is kept, and nothing of the earlier one.
+    #[must_use]
+    pub fn then(mut self, later: Seen) -> Seen {
+        if self.looks == 0 {
+            return Seen {
+                frozen_ns: [self.frozen_ns, later.frozen_ns].concat(),
+                ..later
+            };
+        }
+        self.last_ns = self.last_ns.max(later.last_ns);
+        self.looks += later.looks;
+        self.stops_ns.extend(later.stops_ns);
+        self.frozen_ns.extend(later.frozen_ns);
+        self.strains = later.strains;
+        self
+    }
+
     /// Number of looks from `from_ns` to `to_ns`, assuming that looks are spread evenly.
     #[must_use]
     pub fn looks_within(&self, from_ns: u64, to_ns: u64) -> u64 {

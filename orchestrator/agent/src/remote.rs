@@ -14,7 +14,7 @@ use reqwest::Method;
 use crate::exchange::{Exchange, Part};
 use crate::role::{READY_WITHIN, STOP_WITHIN};
 use crate::wire::{StartRole, Started};
-use crate::{AgentName, Error, Health, Name, RoleState, Seen, Token};
+use crate::{AgentName, Error, Health, Name, RoleState, Seen, Stop, Token};
 
 /// Time limit for what the agent does at once: a busy machine needs some ms.
 const PROMPT: Duration = Duration::from_secs(5);
@@ -193,6 +193,27 @@ impl RemoteRun {
         let instance: Name = instance.parse()?;
         let path = ["run", self.id.as_str(), "role", instance.as_str(), "seen"];
         let body = self.exchange().ask(Method::GET, &path, PROMPT)?;
+        self.exchange().read(&body)
+    }
+
+    /// Will let a role stand still at these times, in order.
+    ///
+    /// # Errors
+    /// [`Error`] when the request fails.
+    pub fn freeze(&self, instance: &str, stops: &[Stop]) -> Result<(), Error> {
+        let instance: Name = instance.parse()?;
+        let path = ["run", self.id.as_str(), "role", instance.as_str(), "freeze"];
+        self.exchange().tell(&path, &stops, PROMPT).map(drop)
+    }
+
+    /// Kills a role, so that another may be started as this instance. Returns what it has looked like.
+    ///
+    /// # Errors
+    /// [`Error`] when the request fails.
+    pub fn kill(&self, instance: &str) -> Result<Seen, Error> {
+        let instance: Name = instance.parse()?;
+        let path = ["run", self.id.as_str(), "role", instance.as_str(), "kill"];
+        let body = self.exchange().ask(Method::POST, &path, PROMPT)?;
         self.exchange().read(&body)
     }
 

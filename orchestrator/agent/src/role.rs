@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 
 use rustix::fs::{MemfdFlags, memfd_create};
 
+use crate::freezer::{Freezer, Stop};
 use crate::lookout::{Lookout, Seen};
 use crate::{Error, Token, spawn};
 
@@ -55,6 +56,7 @@ pub struct Role {
     child: Child,
     ready: mpsc::Receiver<String>,
     lookout: Option<Lookout>,
+    freezer: Option<Freezer>,
 }
 
 impl Role {
@@ -98,6 +100,7 @@ impl Role {
             lookout: launch.is_watched.then(|| Lookout::start(child.id())),
             child,
             ready,
+            freezer: None,
         })
     }
 
@@ -161,7 +164,18 @@ impl Role {
     /// it is not watched.
     #[must_use]
     pub fn seen(&self) -> Seen {
-        self.lookout.as_ref().map(Lookout::seen).unwrap_or_default()
+        let seen = self.lookout.as_ref().map(Lookout::seen);
+        let frozen_ns = self.freezer.as_ref().map(Freezer::done);
+        Seen {
+            frozen_ns: frozen_ns.unwrap_or_default(),
+            ..seen.unwrap_or_default()
+        }
+    }
+
+    /// Will let its process and its descendants stand still at these times, which are in order;
+    /// [`Seen::frozen_ns`] says when they did. Replaces what was asked for before.
+    pub fn freeze(&mut self, stops: Vec<Stop>) {
+        self.freezer = Some(Freezer::start(self.child.id(), stops));
     }
 
     /// Sends SIGTERM and waits 5 s. A role that still runs then is killed by being dropped.
@@ -187,13 +201,16 @@ impl Role {
         ))
     }
 
-    /// Sends SIGTERM, if the role still runs.
+    /// Sends SIGTERM, if the role still runs; one that stands still goes on, so that it can end.
     pub fn terminate(&mut self) {
+        if let Some(freezer) = &mut self.freezer {
+            freezer.release();
+        }
         spawn::terminate(&mut self.child);
     }
 
     /// Sends SIGKILL, if the role still runs, and waits until it is gone.
-    pub(crate) fn kill(&mut self) {
+    pub fn kill(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

@@ -25,7 +25,7 @@ use crate::program::OWN;
 use crate::refusal::Refusal;
 use crate::role::STOP_WITHIN;
 use crate::wire::{SIZE_HEADER, StartRole, Started};
-use crate::{Name, Token, shelf};
+use crate::{Name, Stop, Token, shelf};
 
 /// Maximum size of a body.
 const BODY_BYTES: usize = 16 << 20;
@@ -51,6 +51,11 @@ pub(crate) fn router(agent: Arc<Agent>) -> Router {
             only("GET, POST, DELETE", get(state).post(start).delete(stop)),
         )
         .route("/run/{id}/role/{instance}/seen", only("GET", get(seen)))
+        .route(
+            "/run/{id}/role/{instance}/freeze",
+            only("POST", post(freeze)),
+        )
+        .route("/run/{id}/role/{instance}/kill", only("POST", post(kill)))
         // Applies to the routes above; a file, below, takes a query.
         .route_layer(from_fn(refuse_query))
         .route("/run/{id}/file/{name}", only("GET", get(read_file)))
@@ -221,6 +226,22 @@ async fn state(State(agent): Shared, Names([id, instance]): Names<2>) -> Answer 
 
 async fn seen(State(agent): Shared, Names([id, instance]): Names<2>) -> Answer {
     Ok(json(StatusCode::OK, &agent.run(&id)?.seen(&instance)?))
+}
+
+async fn freeze(
+    State(agent): Shared,
+    Names([id, instance]): Names<2>,
+    body: Body,
+) -> Result<StatusCode, Refusal> {
+    let stops = content(body).await?;
+    let stops: Vec<Stop> =
+        serde_json::from_slice(&stops).map_err(|problem| Refusal::Body(problem.to_string()))?;
+    agent.run(&id)?.freeze(&instance, stops)?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+async fn kill(State(agent): Shared, Names([id, instance]): Names<2>) -> Answer {
+    Ok(json(StatusCode::OK, &agent.run(&id)?.kill(&instance)?))
 }
 
 async fn stop(State(agent): Shared, Names([id, instance]): Names<2>) -> Answer {

@@ -16,7 +16,7 @@ use crate::catalogue;
 use crate::refusal::Refusal;
 use crate::role::{Launch, POLL, READY_WITHIN, exit_code, last_words};
 use crate::wire::{Kind, RoleState, StartRole};
-use crate::{Error, Name, Role, Seen};
+use crate::{Error, Name, Role, Seen, Stop};
 
 /// The most roles of a run, which has fewer than ten: each is a process, and its last state is kept.
 const ROLES: usize = 64;
@@ -96,6 +96,21 @@ impl Run {
     /// What a role has looked like from outside.
     pub(crate) fn seen(&self, instance: &Name) -> Result<Seen, Refusal> {
         Ok(lock(&*self.role(instance)?).seen())
+    }
+
+    /// Will let a role stand still at these times.
+    pub(crate) fn freeze(&self, instance: &Name, stops: Vec<Stop>) -> Result<(), Refusal> {
+        lock(&*self.role(instance)?).freeze(stops);
+        Ok(())
+    }
+
+    /// Kills a role and forgets it, so that another may be started in its place. Returns what it has looked like.
+    pub(crate) fn kill(&self, instance: &Name) -> Result<Seen, Refusal> {
+        let shared = self.role(instance)?;
+        let mut role = lock(&shared);
+        role.kill();
+        lock(&self.roles).remove(instance);
+        Ok(role.seen())
     }
 
     /// Ends a role by SIGTERM, and after `within` by SIGKILL. Returns how it ended.

@@ -224,6 +224,7 @@ fn manifest(folder: &Path, cell: &Cell) -> Result<Manifest, Box<dyn Error>> {
         messages: None,
         pulse: None,
         watched: None,
+        end_faults: Vec::new(),
         plant: None,
         controller: None,
         page: None,

@@ -114,7 +114,7 @@ impl Reader<'_> {
         let mut response =
             ResponseTrace::new(facts.h_ns, facts.r, facts.reference.clone()).from_output(facts.y0);
         let closed = facts.mode == Mode::Closed;
-        let mut order = TickOrder::new(facts.h_ns);
+        let mut order = TickOrder::new(facts.h_ns, self.may_lack(file_name::TICKS));
         let take = |row: &TickRow| {
             ticks.push(row);
             if closed {
@@ -156,7 +156,11 @@ impl Reader<'_> {
             |row| order.check(row),
             take,
         );
-        self.judge(file_name::MESSAGES, rows, |rows| order.end().map(|()| rows));
+        let may_lack = self.may_lack(file_name::MESSAGES);
+        self.judge(file_name::MESSAGES, rows, |rows| {
+            let whole = if may_lack { Ok(()) } else { order.end() };
+            whole.map(|()| rows)
+        });
         let messages = messages.finish();
 
         let probes = self.probes();
@@ -174,6 +178,11 @@ impl Reader<'_> {
         }
     }
 
+    /// Whether the file has the rows of an end that was killed as the experiment asked.
+    fn may_lack(&self, name: &str) -> bool {
+        self.vouched.is_some_and(|vouched| vouched.may_lack(name))
+    }
+
     /// The verdict on the second output; `None` if there is none.
     fn second(&mut self, mut trace: SecondTrace) -> Option<LoopVerdict> {
         let is_there = match self.vouched {
@@ -183,7 +192,7 @@ impl Reader<'_> {
         if !is_there {
             return None;
         }
-        let mut order = SecondOrder::default();
+        let mut order = SecondOrder::new(self.may_lack(file_name::SECOND));
         let rows = self.rows(
             file_name::SECOND,
             SecondRow::COLUMNS,

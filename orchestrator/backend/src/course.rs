@@ -3,6 +3,9 @@
 //! It only runs the parts, and records how they looked meanwhile. `evidence` evaluates what echoes and
 //! rows say about the link; the analysis later reads from the rows whether the loop survived.
 
+mod end;
+mod share;
+
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -11,7 +14,7 @@ use std::time::Duration;
 use certificate::Echo;
 use judge::{Pulse, Watched};
 use link::{Epoch, Profile};
-use plan::{Cell, Phase, ProfileText, Program};
+use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase, ProfileText, Program};
 
 use crate::link_check::{LinkCheck, NOTHING_ENTERED};
 use crate::pulse::Pulses;
@@ -19,18 +22,24 @@ use crate::role::{ControllerRole, LinkRole, PlantRole, RoleSettings};
 use crate::site::{Running, Site};
 use crate::{RunError, schedule};
 
+use end::EndPart;
+use share::{PartSeen, Shares};
+
 /// How often to check whether a part has ended or an event is due.
 const POLL: Duration = Duration::from_millis(10);
 
 /// How often to count who used the processors, ns.
 const COUNT_EVERY_NS: usize = 250_000_000;
 
-/// Something that happens at an instant known before the run. A fault that an experiment injects would
-/// be one more variant.
+/// Something that happens at an instant known before the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Event {
     /// Counts who used the processors.
     CountProcessors,
+    /// A fault kills an end.
+    Kill(End),
+    /// What a fault has killed is started again.
+    StartAgain(End),
     /// Gives up on the controller: its duration, time-out and grace are over.
     GiveUp,
 }
@@ -39,14 +48,33 @@ enum Event {
 struct Events(VecDeque<(u64, Event)>);
 
 impl Events {
-    /// The events of a run of `cell` whose controller has its deadlines between `from_ns` and `to_ns`.
-    fn of(cell: &Cell, from_ns: u64, to_ns: u64) -> Events {
+    /// The events of a run of `cell` with these faults, whose controller has its deadlines between `from_ns` and
+    /// `to_ns`.
+    fn of(cell: &Cell, faults: &[EndFault], from_ns: u64, to_ns: u64) -> Events {
         let give_up_ns = to_ns
             .saturating_add(cell.settings.timeout_ns)
             .saturating_add(schedule::ns(cell.client.spec().grace));
         let counts_ns = (from_ns..to_ns).step_by(COUNT_EVERY_NS);
         let counts = counts_ns.map(|t_ns| (t_ns, Event::CountProcessors));
-        Events(counts.chain([(give_up_ns, Event::GiveUp)]).collect())
+        let kills = faults
+            .iter()
+            .filter(|fault| fault.effect == EndEffect::Kill);
+        let kills = kills.flat_map(|fault| {
+            [
+                (from_ns + fault.from_ns, Event::Kill(fault.end)),
+                (from_ns + fault.to_ns, Event::StartAgain(fault.end)),
+            ]
+        });
+        let all = counts.chain(kills).chain([(give_up_ns, Event::GiveUp)]);
+        let mut all: Vec<(u64, Event)> = all.collect();
+        all.sort_by_key(|(t_ns, _)| *t_ns);
+        Events(all.into())
+    }
+
+    /// Time until the next event, at most [`POLL`].
+    fn wait(&self, now_ns: u64) -> Duration {
+        let next_ns = self.0.front().map_or(u64::MAX, |(t_ns, _)| *t_ns);
+        POLL.min(Duration::from_nanos(next_ns.saturating_sub(now_ns)))
     }
 
     /// The next event, if its instant has come.
@@ -69,6 +97,8 @@ pub(crate) struct Seen {
     pub(crate) pulse: Option<Pulse>,
     /// What was observed of each part while the controller ran, with the part's name.
     pub(crate) watched: Vec<(String, Watched)>,
+    /// What a fault did to the ends.
+    pub(crate) end_faults: Vec<EndFaultDone>,
 }
 
 /// What a cell's parts need from the plan beside the cell.
@@ -82,6 +112,8 @@ pub(crate) struct Texts<'a> {
     pub(crate) program: Option<&'a Program>,
     /// The plant, where it is a program of one's own.
     pub(crate) plant_program: Option<&'a Program>,
+    /// What the cell's fault does to the ends.
+    pub(crate) end_faults: &'a [EndFault],
 }
 
 /// Runs a cell at `site`.
@@ -115,7 +147,7 @@ pub(crate) fn run(
     let pulses = Pulses::start();
     let end_ns = start_ns + cell.duration_ns;
     let mut shares = Shares::new(start_ns, end_ns);
-    let mut events = Events::of(cell, start_ns, end_ns);
+    let mut events = Events::of(cell, texts.end_faults, start_ns, end_ns);
     let abandon = AtomicBool::new(false);
     let echoes = thread::scope(|scope| {
         let before = scope.spawn(|| send(schedule::before(epoch), &abandon));
@@ -137,21 +169,24 @@ pub(crate) fn run(
         ])
     })?;
     let pulse = pulses.finish();
-    let watched = shares.watched(&parts)?;
+    let seen = parts.seen()?;
+    let end_faults = parts.done(&seen)?;
+    let watched = seen.map(|seen| seen.watched(&shares, &end_faults));
     parts.stop()?;
     Ok(Seen {
         epoch,
         start_ns,
         echoes,
         pulse: Some(pulse),
-        watched,
+        watched: watched.into(),
+        end_faults,
     })
 }
 
 /// The started parts of a run. Dropping them ends the controller first and the link last.
 struct Parts<'a> {
-    controller: Box<dyn Running + 'a>,
-    plant: Box<dyn Running + 'a>,
+    controller: EndPart<'a>,
+    plant: EndPart<'a>,
     /// `None` on loopback.
     link: Option<Box<dyn Running + 'a>>,
 }
@@ -172,10 +207,11 @@ impl<'a> Parts<'a> {
         };
         let address = site.plant_socket();
         let start_ns = epoch.t_ns(plan::START_AT);
+        let start = |end, role| EndPart::start(site, end, role, texts.end_faults, start_ns);
         let role = PlantRole::of(cell, address, start_ns, texts);
-        let plant = site.start(RoleSettings::Plant(role))?;
+        let plant = start(End::Plant, RoleSettings::Plant(role))?;
         let role = ControllerRole::of(cell, address, start_ns, texts);
-        let controller = site.start(RoleSettings::Controller(role))?;
+        let controller = start(End::Controller, RoleSettings::Controller(role))?;
         Ok(Parts {
             controller,
             plant,
@@ -187,7 +223,7 @@ impl<'a> Parts<'a> {
     /// `events`.
     fn await_controller(
         &mut self,
-        site: &dyn Site,
+        site: &'a dyn Site,
         events: &mut Events,
         shares: &mut Shares,
         stop: &AtomicBool,
@@ -206,6 +242,8 @@ impl<'a> Parts<'a> {
             while let Some(event) = events.next(site.now_ns()) {
                 match event {
                     Event::CountProcessors => shares.count(site.now_ns()),
+                    Event::Kill(end) => self.end(end).kill(site)?,
+                    Event::StartAgain(end) => self.end(end).start_again(site)?,
                     Event::GiveUp => {
                         return Err(RunError::role(
                             "controller",
@@ -214,18 +252,38 @@ impl<'a> Parts<'a> {
                     }
                 }
             }
-            site.sleep(POLL);
+            site.sleep(events.wait(site.now_ns()));
         }
         Ok(())
     }
 
-    /// The parts by their names in a manifest, which calls the link `player`.
-    fn by_name(&self) -> [(&'static str, Option<&(dyn Running + 'a)>); 3] {
-        [
-            ("plant", Some(&*self.plant)),
-            ("controller", Some(&*self.controller)),
-            ("player", self.link.as_deref()),
-        ]
+    /// What was observed of each part.
+    fn seen(&self) -> Result<[PartSeen; 3], RunError> {
+        let link = self.link.as_ref().map(|link| link.seen()).transpose()?;
+        Ok([
+            PartSeen::of_end(&self.plant)?,
+            PartSeen::of_end(&self.controller)?,
+            PartSeen::of_player(link.unwrap_or_default()),
+        ])
+    }
+
+    /// What faults did to the ends, by what was `seen` of the parts.
+    fn done(&self, seen: &[PartSeen]) -> Result<Vec<EndFaultDone>, RunError> {
+        let mut done = Vec::new();
+        for part in [&self.plant, &self.controller] {
+            let own = seen.iter().find(|seen| seen.end == Some(part.end));
+            let own = own.map(|seen| part.done(&seen.seen));
+            done.extend(own.transpose()?.unwrap_or_default());
+        }
+        done.sort_by_key(|one| one.from_ns);
+        Ok(done)
+    }
+
+    fn end(&mut self, end: End) -> &mut EndPart<'a> {
+        match end {
+            End::Controller => &mut self.controller,
+            End::Plant => &mut self.plant,
+        }
     }
 
     /// Ends the parts, from the controller to the link.
@@ -233,77 +291,6 @@ impl<'a> Parts<'a> {
         self.controller.stop()?;
         self.plant.stop()?;
         self.link.map_or(Ok(()), Running::stop)
-    }
-}
-
-/// Who used the processors while the controller ran.
-struct Shares {
-    from_ns: u64,
-    to_ns: u64,
-    /// The first count and the last: when it was made, how long all processors had been busy, and how
-    /// long this process and its descendants had run, in ns.
-    taken: Option<[[u64; 3]; 2]>,
-}
-
-impl Shares {
-    fn new(from_ns: u64, to_ns: u64) -> Shares {
-        Shares {
-            from_ns,
-            to_ns,
-            taken: None,
-        }
-    }
-
-    fn count(&mut self, now_ns: u64) {
-        let taken = [now_ns, agent::busy_ns(), agent::own_strain().ran_ns];
-        let [first, _] = self.taken.unwrap_or([taken; 2]);
-        self.taken = Some([first, taken]);
-    }
-
-    /// What was observed of each part meanwhile. For a controller that descends from this process, and
-    /// may be a browser, this includes how long it waited while others had the processors. Elsewhere,
-    /// those others cannot be told from the other parts of the run.
-    fn watched(&self, parts: &Parts<'_>) -> Result<Vec<(String, Watched)>, RunError> {
-        let mut found = Vec::new();
-        for (name, part) in parts.by_name() {
-            let seen = part.map(Running::seen).transpose()?.unwrap_or_default();
-            let mut stops = seen.stops_within(self.from_ns, self.to_ns).peekable();
-            let mut watched = Watched {
-                looks: seen.looks_within(self.from_ns, self.to_ns),
-                stopped_at_ns: stops.peek().copied().unwrap_or_default(),
-                stopped: stops.count() as u64,
-                ..Watched::default()
-            };
-            if name == "controller"
-                && part.is_some_and(Running::is_beneath)
-                && let Some(strain) = seen.strain_within(self.from_ns, self.to_ns)
-            {
-                watched.ran_ms = strain.ran_ns as f64 * 1e-6;
-                watched.waited_ms = strain.waited_ns as f64 * 1e-6;
-                watched.others = self.others();
-            }
-            found.push((name.to_owned(), watched));
-        }
-        Ok(found)
-    }
-
-    /// Share of the time of all processors, 0 to 1, that went to processes other than this one and its
-    /// descendants; 0 if it was not counted.
-    fn others(&self) -> f64 {
-        let Some(
-            [
-                [first_ns, busy_first, own_first],
-                [last_ns, busy_last, own_last],
-            ],
-        ) = self.taken
-        else {
-            return 0.0;
-        };
-        let processors = thread::available_parallelism().map_or(1, usize::from) as f64;
-        let all_ns = last_ns.saturating_sub(first_ns) as f64 * processors;
-        let own_ns = own_last.saturating_sub(own_first) as f64;
-        let others_ns = busy_last.saturating_sub(busy_first) as f64 - own_ns;
-        (others_ns / all_ns.max(1.0)).max(0.0)
     }
 }
 

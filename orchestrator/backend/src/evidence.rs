@@ -9,7 +9,7 @@ use certificate::{Baseline, Certificate, Echo, Edge, LinkReport, Pause};
 use judge::{Judgement, Messages, Pulse, Records, Watched};
 use link::Epoch;
 use manifest::{ControllerReport, PlantReport};
-use plan::{Cell, Phase};
+use plan::{Cell, EndFaultDone, Phase};
 
 use crate::RunError;
 use crate::course::Seen;
@@ -26,6 +26,7 @@ pub(crate) struct Evidence {
     pub(crate) messages: Option<Messages>,
     pub(crate) pulse: Option<Pulse>,
     pub(crate) watched: Option<BTreeMap<String, Watched>>,
+    pub(crate) end_faults: Vec<EndFaultDone>,
     pub(crate) judgement: Judgement,
     /// Why the run's echoes and files are not to be trusted; empty if they are.
     pub(crate) doubts: Vec<String>,
@@ -46,6 +47,7 @@ pub(crate) fn judge(
         start_ns: seen.start_ns,
         pulse: seen.pulse.clone(),
         watched: watched(&seen.watched),
+        end_faults: seen.end_faults.clone(),
         ..Evidence::default()
     };
     let Some(baseline) = link_check.baseline(&phases[0].1) else {
@@ -83,6 +85,7 @@ pub(crate) fn judge(
         player_real_time: link.is_none_or(LinkReport::is_real_time),
         pulse: seen.pulse.as_ref(),
         watched: &seen.watched,
+        end_faults: &seen.end_faults,
     };
     evidence.judgement = judge::judge(&records, &messages, &terms);
     evidence.messages = Some(messages);
@@ -98,18 +101,21 @@ fn terms(
     edge: Edge,
 ) -> judge::Terms {
     let settings = &cell.settings;
+    let allowance = cell.client.spec().allowance;
+    let h_ms = settings.h.ns() as f64 * 1e-6;
     judge::Terms {
         timeline: link_check.timeline(),
         run_ns: run_ns(seen, cell),
         before_ns: edge.before_ns,
         fall_ns: edge.fall_ns,
         baseline_ms: [baseline.up_ms, baseline.down_ms],
-        allowance: cell.client.spec().allowance,
+        allowance,
         has_rate: link_check.profile.has_rate(),
         opens_always: judge::opens_always(settings),
         shares_one: judge::shares_one(settings),
-        h_ms: settings.h.ns() as f64 * 1e-6,
+        h_ms,
         still: judge::Still::of(seen.pulse.as_ref().map_or(&[], |pulse| &pulse.gaps)),
+        hits: judge::Hits::of(&seen.end_faults, allowance.message_ms / h_ms),
     }
 }
 

@@ -7,7 +7,7 @@ use std::process::Command;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use agent::{Launch, Role, Seen, last_words};
+use agent::{Launch, Role, Seen, Stop, last_words};
 use certificate::Echo;
 use link::{Profile, Way};
 use shaper::{Namespace, ProbePlan, Prober, now_ns};
@@ -151,6 +151,16 @@ impl Running for Role {
 
     fn is_beneath(&self) -> bool {
         true
+    }
+
+    fn freeze(&mut self, stops: Vec<Stop>) -> Result<(), RunError> {
+        Role::freeze(self, stops);
+        Ok(())
+    }
+
+    fn kill(mut self: Box<Self>) -> Result<Seen, RunError> {
+        Role::kill(&mut self);
+        Ok(Role::seen(&self))
     }
 
     fn terminate(&mut self) {

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use agent::{RemoteRun, RoleState, Seen};
+use agent::{RemoteRun, RoleState, Seen, Stop};
 
 use crate::RunError;
 use crate::role::RoleSettings;
@@ -69,6 +69,15 @@ impl Running for RemotePart<'_> {
 
     fn is_beneath(&self) -> bool {
         false
+    }
+
+    fn freeze(&mut self, stops: Vec<Stop>) -> Result<(), RunError> {
+        Ok(self.run.freeze(self.name, &stops)?)
+    }
+
+    fn kill(mut self: Box<Self>) -> Result<Seen, RunError> {
+        self.ended = true;
+        Ok(self.run.kill(self.name)?)
     }
 
     fn terminate(&mut self) {

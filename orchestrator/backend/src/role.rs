@@ -138,6 +138,16 @@ impl RoleSettings {
         }
     }
 
+    /// The settings of the same role that goes on after it was killed.
+    pub(crate) fn again(mut self) -> RoleSettings {
+        match &mut self {
+            RoleSettings::Plant(role) => role.again = true,
+            RoleSettings::Controller(role) => role.again = true,
+            RoleSettings::Link(_) => {}
+        }
+        self
+    }
+
     /// The settings as the role reads them.
     pub(crate) fn to_json(&self) -> serde_json::Value {
         // Plain fields under fixed names: serialising them cannot fail.

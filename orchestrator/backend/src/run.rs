@@ -130,6 +130,7 @@ pub fn run_cell(
         messages: evidence.messages,
         pulse: evidence.pulse,
         watched: evidence.watched,
+        end_faults: evidence.end_faults,
         plant: reports.plant,
         controller: reports.controller,
         page: reports.page,
@@ -153,11 +154,16 @@ fn execute(
     let (text, profile) = write_profile(plan, cell, folder)?;
     let system = plan.system(cell).map_err(RunError::Link)?;
     write_system(&system, folder)?;
+    if let Some(problem) = plan.undoable(cell) {
+        return Err(RunError::Unsupported(problem));
+    }
+    let end_faults = plan.end_faults(cell);
     let texts = Texts {
         profile: &text,
         system: system.own_text(),
         program: plan.program(cell),
         plant_program: plan.plant_program(cell),
+        end_faults: &end_faults,
     };
     if cell.client.is_own() && matches!(backend, Backend::Sim(_)) {
         return Err(RunError::Unsupported(format!(
@@ -196,7 +202,7 @@ fn execute(
         }
         Backend::Sim(timings) => {
             let timing = timings.of(cell);
-            simulated::run(cell, &system, texts.plant_program, &profile, timing, folder)?
+            simulated::run(cell, &system, &profile, texts, timing, folder)?
         }
     };
     if cell.client.is_own() {

@@ -4,6 +4,7 @@
 //! machine's programs take.
 
 use std::fs::File;
+use std::ops::Range;
 use std::path::Path;
 
 use certificate::{Echo, LinkReport};
@@ -12,12 +13,12 @@ use endpoint::report::Written;
 use endpoint::{ArrivalRow, MessageRow, Model, SecondRow, Surrounded, Thread, TickRow, Timer};
 use link::{PacketRow, Profile, Way};
 use manifest::{ModelController, ModelPlant};
-use plan::{Cell, Phase, Program, file_name};
+use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase, file_name};
 use serde::Serialize;
 use sim::{EPOCH, Outcome, Pool, Record, Series, Setup, Start, Timing};
 use system::{System, Unfit};
 
-use crate::course::Seen;
+use crate::course::{Seen, Texts};
 use crate::own_plant::start_simulated;
 use crate::{RunError, folder, schedule};
 
@@ -28,8 +29,8 @@ const AFTER_NS: u64 = 1_200_000_000;
 pub(crate) fn run(
     cell: &Cell,
     system: &System,
-    program: Option<&Program>,
     profile: &Profile,
+    texts: Texts<'_>,
     timing: &Timing,
     folder: &Path,
 ) -> Result<Seen, RunError> {
@@ -38,20 +39,31 @@ pub(crate) fn run(
     let (law, _) = system.law_at(h).map_err(unfit)?;
     let around = system.surroundings();
     let (seed, start_ns) = (cell.link_seed, Some(EPOCH.t_ns(plan::START_AT)));
-    let Some(program) = program else {
+    if let Some(fault) = texts
+        .end_faults
+        .iter()
+        .find(|one| one.effect == EndEffect::Kill)
+    {
+        return Err(RunError::Unsupported(format!(
+            "the fault kills the {}, and virtual time has no processes: use --backend netns or compose",
+            fault.end
+        )));
+    }
+    let faults = texts.end_faults;
+    let Some(program) = texts.plant_program else {
         let plant = system.at(h).map_err(unfit)?.plant;
         let plant = plant.stepper_from(system.x0());
         return match around {
-            None => run_with(plant, law, cell, profile, timing, folder),
+            None => run_with(plant, law, cell, profile, faults, timing, folder),
             Some(around) => {
                 let plant = Surrounded::new(plant, around, seed, start_ns);
-                run_with(plant, law, cell, profile, timing, folder)
+                run_with(plant, law, cell, profile, faults, timing, folder)
             }
         };
     };
     let own = start_simulated(program, system.inputs(), h, seed).map_err(RunError::Program)?;
     let plant = Surrounded::new(own.clone(), around.unwrap_or_default(), seed, start_ns);
-    let seen = run_with(plant, law, cell, profile, timing, folder)?;
+    let seen = run_with(plant, law, cell, profile, faults, timing, folder)?;
     match own.problem() {
         Some(problem) => Err(RunError::Program(problem)),
         None => Ok(seen),
@@ -64,6 +76,7 @@ fn run_with<M: Model + Clone>(
     law: Law,
     cell: &Cell,
     profile: &Profile,
+    faults: &[EndFault],
     timing: &Timing,
     folder: &Path,
 ) -> Result<Seen, RunError> {
@@ -84,8 +97,10 @@ fn run_with<M: Model + Clone>(
         interval_ns: series.interval_ns,
         count: series.count,
     });
+    let stops = End::BOTH.map(|end| frozen(faults, end, start_ns));
     let setup = Setup {
         profile,
+        frozen: [&stops[0], &stops[1]],
         seed: cell.link_seed,
         settings: cell.settings,
         timer_floor_ns: timer_floor_ns(cell, timing),
@@ -125,7 +140,34 @@ fn run_with<M: Model + Clone>(
         }),
         pulse: None,
         watched: Vec::new(),
+        end_faults: faults
+            .iter()
+            .map(|fault| as_asked(fault, start_ns))
+            .collect(),
     })
+}
+
+/// When an end stands still, in virtual time.
+fn frozen(faults: &[EndFault], end: End, start_ns: u64) -> Vec<Range<u64>> {
+    let own = faults.iter().filter(|fault| fault.end == end);
+    let stops = own.flat_map(EndFault::stops);
+    stops
+        .map(|stop| start_ns + stop.start..start_ns + stop.end)
+        .collect()
+}
+
+/// A fault as it was done: in virtual time just as it was asked for.
+fn as_asked(fault: &EndFault, start_ns: u64) -> EndFaultDone {
+    let [from_ns, to_ns] = [fault.from_ns, fault.to_ns].map(|ns| start_ns + ns);
+    EndFaultDone {
+        end: fault.end,
+        effect: fault.effect,
+        asked_from_ns: from_ns,
+        asked_to_ns: to_ns,
+        from_ns,
+        to_ns,
+        stood_ns: fault.stops().iter().map(|stop| stop.end - stop.start).sum(),
+    }
 }
 
 /// Shortest wait of the client's timer, ns: the floor that its page is given, and the browser's own

@@ -7,7 +7,7 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use agent::Seen;
+use agent::{Seen, Stop};
 use certificate::Echo;
 use shaper::ProbePlan;
 
@@ -74,6 +74,18 @@ pub(crate) trait Running {
     /// Whether it descends from this process.
     fn is_beneath(&self) -> bool;
 
+    /// Will let it stand still at these times, which are in order, monotonic; [`Seen::frozen_ns`] says when it did.
+    ///
+    /// # Errors
+    /// If the agent that started it cannot be told.
+    fn freeze(&mut self, stops: Vec<Stop>) -> Result<(), RunError>;
+
+    /// Kills it, and returns what was observed of it.
+    ///
+    /// # Errors
+    /// If the agent that started it cannot be told.
+    fn kill(self: Box<Self>) -> Result<Seen, RunError>;
+
     /// Asks it to end, without waiting.
     fn terminate(&mut self);
 
@@ -104,6 +116,17 @@ impl<R: Running> Running for Vec<R> {
 
     fn is_beneath(&self) -> bool {
         self.iter().all(R::is_beneath)
+    }
+
+    fn freeze(&mut self, stops: Vec<Stop>) -> Result<(), RunError> {
+        self.iter_mut()
+            .try_for_each(|part| part.freeze(stops.clone()))
+    }
+
+    fn kill(self: Box<Self>) -> Result<Seen, RunError> {
+        let seen = self.into_iter().map(|part| Box::new(part).kill());
+        seen.reduce(Result::and)
+            .unwrap_or_else(|| Ok(Seen::default()))
     }
 
     fn terminate(&mut self) {

@@ -41,6 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             shares_one: false,
             h_ms: H_NS as f64 * 1e-6,
             still: Still::default(),
+            hits: judge::Hits::default(),
         };
         let clock = Instant::now();
         let held = judge::message::hold(&messages, &arrivals, &terms);

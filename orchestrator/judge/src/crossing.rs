@@ -47,8 +47,8 @@ pub(crate) struct Crossing {
     pub(crate) leaves_ns: Option<u64>,
     /// Whether its client may have had to open a connection for it.
     pub(crate) opens: bool,
-    /// Whether a fault of the link may have broken its connection: then it may be sent again at any time,
-    /// or never, and how late it is says nothing.
+    /// Whether a fault of the link may have broken its connection, or one of an end held it up: then it may be sent
+    /// again at any time, or never, and how late it is says nothing.
     pub(crate) is_unsure: bool,
 }
 

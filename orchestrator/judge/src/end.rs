@@ -8,6 +8,7 @@
 use endpoint::{MessageRow, TickNoise, TickRow};
 use plan::Disturbance;
 
+use crate::hit::Hits;
 use crate::limit::{BEHIND_MS, Stillness};
 use crate::machine::describe;
 
@@ -24,11 +25,13 @@ struct Due {
 
 /// Judges whether the plant's ticks were held up between `from_ns` and `to_ns`. `real_time` says
 /// whether its thread had real-time scheduling; without it, longer delays are the machine's own work.
-/// `noise` is the time that the ticks were asked to wait beyond their deadlines.
+/// `noise` is the time that the ticks were asked to wait beyond their deadlines, and `hits` are the faults that
+/// were asked for.
 #[must_use]
 pub fn plant(
     ticks: &[TickRow],
     noise: Option<TickNoise>,
+    hits: &Hits,
     h_ns: u64,
     real_time: bool,
     from_ns: u64,
@@ -41,7 +44,10 @@ pub fn plant(
         asked_ns = asked_ns.max(row.t_due_ns.saturating_add(extra_ns));
         (from_ns..to_ns).contains(&row.t_due_ns).then(|| Due {
             t_ns: row.t_due_ns,
-            behind_ns: row.t_tick_ns.saturating_sub(asked_ns),
+            behind_ns: row
+                .t_tick_ns
+                .saturating_sub(asked_ns)
+                .saturating_sub(hits.kept_ns(asked_ns, row.t_tick_ns)),
         })
     });
     judge("plant", "ticks", dues, h_ns, real_time, from_ns)
@@ -49,8 +55,8 @@ pub fn plant(
 
 /// Judges whether the controller's deadlines were held up, on an absolute schedule. `outstanding` is
 /// how many requests it may have under way. `is_swamped` says whether, at an instant, the link stalls
-/// or releases what waited in it: a controller that gets hundreds of answers at once has a reason to be
-/// late.
+/// or releases what waited in it, or a fault that was asked for hit an end: a controller that gets hundreds of
+/// answers at once has a reason to be late.
 #[must_use]
 pub fn controller(
     messages: &[MessageRow],
@@ -193,8 +199,17 @@ mod tests {
 
     #[test]
     fn a_plant_that_is_punctual_or_a_little_late_now_and_then_is_not_held_up() {
-        let held_up =
-            |late_ms: &dyn Fn(u64) -> f64| plant(&ticks(late_ms), None, 3 * MS, true, 0, u64::MAX);
+        let held_up = |late_ms: &dyn Fn(u64) -> f64| {
+            plant(
+                &ticks(late_ms),
+                None,
+                &Hits::default(),
+                3 * MS,
+                true,
+                0,
+                u64::MAX,
+            )
+        };
         assert_eq!(held_up(&|_| 0.1), None);
         assert_eq!(held_up(&|k| if k % 200 == 0 { 4.0 } else { 0.0 }), None);
     }
@@ -204,6 +219,7 @@ mod tests {
         let once = plant(
             &ticks(|k| if k == 500 { 40.0 } else { 0.0 }),
             None,
+            &Hits::default(),
             3 * MS,
             true,
             500 * MS,
@@ -214,6 +230,7 @@ mod tests {
         let often = plant(
             &ticks(|k| if k % 20 == 0 { 6.0 } else { 0.0 }),
             None,
+            &Hits::default(),
             3 * MS,
             true,
             0,

@@ -4,11 +4,12 @@ use certificate::Pause;
 use endpoint::{
     Connection, ControllerSettings, MessageRow, Schedule, TickNoise, TickRow, Transport,
 };
-use plan::{Disturbance, Verdict};
+use plan::{Disturbance, EndFaultDone, Verdict};
 use serde::{Deserialize, Serialize};
 
 use crate::end;
 use crate::fault::Fault;
+use crate::hit;
 use crate::machine::{self, Pulse, Watched};
 use crate::message::Messages;
 use crate::terms::{Swamped, Terms};
@@ -40,6 +41,8 @@ pub struct Records<'a> {
     pub pulse: Option<&'a Pulse>,
     /// What was observed of each part from outside, with the part's name.
     pub watched: &'a [(String, Watched)],
+    /// What faults that the experiment asked for did to the ends.
+    pub end_faults: &'a [EndFaultDone],
 }
 
 /// The result of judging a run's records.
@@ -75,6 +78,7 @@ pub fn judge(records: &Records<'_>, messages: &Messages, terms: &Terms) -> Judge
     disturbances.extend(end::plant(
         records.ticks,
         records.tick_noise,
+        &terms.hits,
         h_ns,
         records.plant_real_time,
         from_ns,
@@ -90,9 +94,10 @@ pub fn judge(records: &Records<'_>, messages: &Messages, terms: &Terms) -> Judge
             records.controller_real_time,
             from_ns,
             to_ns,
-            |t_ns| swamped.contains(t_ns),
+            |t_ns| swamped.contains(t_ns) || terms.hits.excuses_deadline(t_ns),
         ));
     }
+    disturbances.extend(hit::off(records.end_faults, from_ns));
     for (what, watched) in records.watched {
         let said = disturbances.iter().any(|known| known.what == *what);
         disturbances.extend(

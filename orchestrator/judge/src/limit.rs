@@ -66,6 +66,21 @@ pub const DRAIN_MS: f64 = 100.0;
 /// Share of a stall that is added to [`DRAIN_MS`].
 pub const DRAIN_SHARE: f64 = 0.1;
 
+/// A plant that stood still then steps the ticks that were due meanwhile, one after another, for this share of the
+/// time that it stood: at 10 kHz a step takes a tenth of h.
+pub const CAUGHT_UP_SHARE: f64 = 0.1;
+
+/// A fault of an end may begin this late, and last this much longer or shorter, ms. Threads without real-time
+/// scheduling send the signals: on a quiet machine they are late by less than 1 ms, in containers too.
+pub const HIT_LATE_MS: f64 = 20.0;
+
+/// Share of its time by which it may last longer or shorter in addition. An end that is starved stands still a
+/// hundred times a second.
+pub const HIT_SHARE: f64 = 0.1;
+
+/// Rows of this long before an end was killed may be missing, ms: they are written several times a second.
+pub const UNWRITTEN_MS: f64 = 1_000.0;
+
 /// How often to look for a stall, ns.
 pub const STALL_LOOK_NS: u64 = 50_000_000;
 

@@ -66,7 +66,7 @@ pub fn hold(messages: &[MessageRow], arrivals: &[ArrivalRow], terms: &Terms) -> 
             let near_ns = own_ns.saturating_sub(1_000)..=own_ns.saturating_add(1_000);
             let mut near =
                 all_arrivals.range((row.seq, *near_ns.start())..=(row.seq, *near_ns.end()));
-            near.next().is_none()
+            near.next().is_none() && !terms.hits.loses_row(own_ns)
         })
     };
     let unborne = sent.iter().filter(is_unborne).count() as u64;
@@ -114,7 +114,8 @@ pub fn hold(messages: &[MessageRow], arrivals: &[ArrivalRow], terms: &Terms) -> 
 struct Opening {
     /// Whether it may have been opened for the message.
     opens: bool,
-    /// Whether a fault of the link may have broken it, before the message or under it.
+    /// Whether a fault of the link may have broken it, before the message or under it, or one of an end have held
+    /// the message up.
     is_unsure: bool,
 }
 
@@ -143,7 +144,7 @@ fn openings(sent: &[&MessageRow], terms: &Terms) -> Vec<Opening> {
                 free.push(freed_ns);
             }
         }
-        let broken_ns = link.broken_ns(send_ns);
+        let broken_ns = link.broken_ns(send_ns).max(terms.hits.broken_ns(send_ns));
         if let Some(broken_ns) = broken_ns {
             // Open since before the break, so it may be gone, and its client not know it.
             free.retain(|since_ns| *since_ns > broken_ns && *since_ns < u64::MAX);
@@ -164,7 +165,9 @@ fn openings(sent: &[&MessageRow], terms: &Terms) -> Vec<Opening> {
         let broke_before = broken_ns.is_some_and(|t_ns| send_ns - t_ns.min(send_ns) < IDLE_NS);
         Opening {
             opens: !terms.shares_one && (!is_free || terms.opens_always),
-            is_unsure: breaks_under_way || (!is_free && broke_before),
+            is_unsure: breaks_under_way
+                || (!is_free && broke_before)
+                || terms.hits.meets(send_ns, until_ns),
         }
     };
     sent.iter().map(is_opened).collect()

@@ -10,7 +10,27 @@ use crate::terms::ms;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Times(Vec<Range<u64>>);
 
+impl FromIterator<Range<u64>> for Times {
+    /// Joins times in any order.
+    fn from_iter<I: IntoIterator<Item = Range<u64>>>(times: I) -> Times {
+        let mut times: Vec<Range<u64>> = times.into_iter().collect();
+        times.sort_unstable_by_key(|time| time.start);
+        let mut apart = Times::default();
+        for time in times {
+            apart.join(time);
+        }
+        apart
+    }
+}
+
 impl Times {
+    /// How much of the time between two instants lies in one of these, ns.
+    pub(crate) fn within_ns(&self, from_ns: u64, to_ns: u64) -> u64 {
+        let met = self.after(from_ns).take_while(|time| time.start < to_ns);
+        met.map(|time| time.end.min(to_ns).saturating_sub(time.start.max(from_ns)))
+            .sum()
+    }
+
     /// Adds a time that starts no earlier than those before; it joins one that it touches.
     pub(crate) fn join(&mut self, time: Range<u64>) {
         match self.0.last_mut() {
@@ -37,19 +57,11 @@ impl Still {
         let times = gaps
             .iter()
             .map(|gap| gap.t_ns.saturating_sub(gap.ns)..gap.t_ns);
-        let mut times: Vec<Range<u64>> = times.collect();
-        times.sort_unstable_by_key(|time| time.start);
-        let mut apart = Times::default();
-        for time in times {
-            apart.join(time);
-        }
-        Still(apart)
+        Still(times.collect())
     }
 
     /// How long a processor stood still between two instants, ms.
     pub(crate) fn between_ms(&self, from_ns: u64, to_ns: u64) -> f64 {
-        let met = self.0.after(from_ns).take_while(|time| time.start < to_ns);
-        met.map(|time| ms(time.end.min(to_ns).saturating_sub(time.start.max(from_ns))))
-            .sum()
+        ms(self.0.within_ns(from_ns, to_ns))
     }
 }

@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use link::{Timeline, Way};
 
+use crate::hit::Hits;
 use crate::limit::{
     Allowance, DRAIN_MS, DRAIN_SHARE, FLOOR_AT_MOST, FLOOR_PER_COST, STALL_LOOK_NS, STALL_MS,
 };
@@ -57,6 +58,8 @@ pub struct Terms {
     pub h_ms: f64,
     /// When a processor stood still.
     pub still: Still,
+    /// When faults that the experiment asked for hit the ends.
+    pub hits: Hits,
 }
 
 /// When a packet that enters within a window leaves, and the probability that it is lost.
@@ -255,6 +258,7 @@ mod tests {
             shares_one: false,
             h_ms: 10.0,
             still: Still::default(),
+            hits: Hits::default(),
         };
         for client in Client::ALL {
             let terms = terms(client);

@@ -136,6 +136,7 @@ fn judged_on(
         shares_one: false,
         h_ms: (rows.0[1].t_due_ns - rows.0[0].t_due_ns) as f64 * 1e-6,
         still,
+        hits: judge::Hits::default(),
     };
     let messages = hold(&rows.0, &rows.1, &terms);
     let faults = messages.faults(&terms);

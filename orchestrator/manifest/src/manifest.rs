@@ -7,7 +7,7 @@ use endpoint::report::Page;
 use judge::message::Messages;
 use judge::{Pulse, Watched};
 use link::Epoch;
-use plan::{Cell, Disturbance, Verdict, is_file_name};
+use plan::{Cell, Disturbance, EndFaultDone, Verdict, is_file_name};
 use schemars::{JsonSchema, schema_for};
 use serde::ser::Error;
 use serde::{Deserialize, Serialize, Serializer};
@@ -76,6 +76,9 @@ pub struct Manifest {
     /// What was seen of the run's processes from outside while the controller ran, by their parts.
     #[serde(default, serialize_with = "by_name")]
     pub watched: Option<BTreeMap<String, Watched>>,
+    /// What the experiment's fault did to the ends, in order; empty if nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub end_faults: Vec<EndFaultDone>,
     /// The plant's own report.
     #[serde(serialize_with = "by_name")]
     pub plant: Option<PlantReport>,

@@ -1,18 +1,20 @@
-//! Faults that an experiment lays over the links of its runs: `[[fault]]` as written.
+//! Faults that an experiment lays over its runs: `[[fault]]` as written.
 //!
-//! A fault becomes part of the link's profile, so that players, prediction and virtual time know it as everything
-//! else of the link; `link` reads its words and says when it is in force. Here its times count from the loop's
-//! start.
+//! What it does to the link becomes part of the link's profile, so that players, prediction and virtual time know
+//! it as everything else of the link; `link` reads its words and says when it is in force. What it does to the
+//! ends is in `end_fault`. Here times count from the loop's start.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use endpoint::duration_ns;
+use link::Profile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
 use crate::cell::{Cell, START_AT};
+use crate::end_fault::End;
 use crate::experiment::Word;
 use crate::{InvalidFile, Plan, ProfileText, Reader};
 
@@ -83,6 +85,18 @@ pub struct FaultEvent {
     /// The controller's ports change, as behind a NAT that forgot them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rebind: Option<bool>,
+    /// This end's process stands still, with all its descendants.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub freeze: Option<End>,
+    /// This end's process stands still for `share` of each 10 ms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub starve: Option<End>,
+    /// With `starve`: how much is taken away, such as "70%".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share: Option<String>,
+    /// This end's process is killed at the beginning, and started again at the end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kill: Option<End>,
 }
 
 /// When something of a fault holds, in ns after the loop's start.
@@ -92,7 +106,7 @@ pub struct FaultSpell {
     pub from_ns: u64,
     /// When it ends.
     pub to_ns: u64,
-    /// What it does, by its word in a profile: `down`, `delay`.
+    /// What it does: by its word in a profile, such as `down`, or to an end, such as `plant frozen`.
     pub word: &'static str,
 }
 
@@ -108,6 +122,34 @@ impl FaultEvent {
         let table = toml::to_string(&event).map_err(|problem| problem.to_string())?;
         Ok(format!("\n[[fault]]\n{table}"))
     }
+
+    /// Whether it does something to the link.
+    pub(crate) fn is_of_link(&self) -> bool {
+        let words = [
+            &self.delay,
+            &self.loss,
+            &self.duplicate,
+            &self.reorder,
+            &self.corrupt,
+        ];
+        let switches = [self.down, self.reset, self.rebind];
+        words.iter().any(|word| word.is_some()) || switches.iter().any(Option::is_some)
+    }
+}
+
+/// A link without anything but these faults, whose times count from the loop's start.
+pub(crate) fn profile_of(events: &[FaultEvent]) -> Result<Profile, String> {
+    let mut text = ProfileText {
+        source: EMPTY.to_owned(),
+        ..ProfileText::default()
+    };
+    for event in events {
+        text.source += &event.in_profile()?;
+    }
+    text.profile("empty").map_err(|findings| {
+        let first = findings.first();
+        first.map_or_else(String::new, |first| first.message.clone())
+    })
 }
 
 impl Fault {
@@ -127,23 +169,24 @@ impl Fault {
         }
         for (number, event) in self.event.iter().enumerate() {
             let place = |problem: String| format!("its event {}: {problem}", number + 1);
-            let mut text = ProfileText {
-                source: EMPTY.to_owned(),
-                ..ProfileText::default()
+            let event = match event.of_end().map_err(place)? {
+                Some(_) => event.times_only(),
+                None => event.clone(),
             };
-            text.source += &event.in_profile().map_err(place)?;
-            text.profile(&self.name).map_err(|findings| {
-                let first = findings.first();
-                place(first.map_or_else(String::new, |first| first.message.clone()))
-            })?;
+            profile_of(&[event]).map_err(place)?;
         }
         Ok(())
+    }
+
+    /// Its events that do something to the link.
+    fn of_link(&self) -> impl Iterator<Item = &FaultEvent> {
+        self.event.iter().filter(|event| event.is_of_link())
     }
 
     /// The profile with the fault.
     fn over(&self, profile: &ProfileText) -> Result<ProfileText, String> {
         let mut text = profile.clone();
-        for event in &self.event {
+        for event in self.of_link() {
             text.source += &event.in_profile()?;
         }
         Ok(text)
@@ -172,7 +215,7 @@ impl Plan {
     }
 
     /// When a cell's fault is in force, in order, in ns after the loop's start, with those that the
-    /// profile has itself; empty without one.
+    /// profile has itself and those of the ends; empty without one.
     #[must_use]
     pub fn fault_spells(&self, cell: &Cell) -> Vec<FaultSpell> {
         let text = cell.fault.as_ref().and_then(|_| self.profile(cell));
@@ -189,6 +232,11 @@ impl Plan {
                 word: spell.word,
             })
             .collect();
+        spells.extend(self.end_faults(cell).iter().map(|fault| FaultSpell {
+            from_ns: fault.from_ns,
+            to_ns: fault.to_ns,
+            word: fault.words(),
+        }));
         spells.sort_by_key(|spell| (spell.from_ns, spell.to_ns));
         // One of both directions is told once.
         spells.dedup();
@@ -217,6 +265,8 @@ impl Plan {
                 return Err(format!("cell {}: there is no fault `{name}`", cell.index));
             }
             self.check_link_of(cell)?;
+            self.check_end_faults(cell)
+                .map_err(|problem| format!("cell {}: {problem}", cell.index))?;
         }
         Ok(())
     }
@@ -226,7 +276,7 @@ impl Plan {
         let Some(fault) = self.fault(cell) else {
             return Ok(());
         };
-        if self.is_loopback(&cell.topology) {
+        if fault.of_link().next().is_some() && self.is_loopback(&cell.topology) {
             return Err(format!(
                 "cell {}: the fault `{}` needs a link, and on {} there is none",
                 cell.index, fault.name, cell.topology

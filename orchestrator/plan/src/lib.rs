@@ -6,7 +6,7 @@
 //! - [`Plan`] and [`Cell`] are the result. [`Client`] closes a cell's loop; its entry has everything
 //!   that is known about it. `own` has the programs of one's own. `setup` describes a cell's settings
 //!   in words.
-//! - [`Fault`] is what an experiment lays over a run's link.
+//! - [`Fault`] is what an experiment lays over a run's link and does to its ends, [`EndFault`] the latter.
 //! - `clause` is the language of what runs are expected to show, [`Expectation`] and [`Known`] what a plan says
 //!   of it.
 //! - [`Selection`] chooses cells. A [`Job`] is a share of them: those of a topology, or a [`Shard`].
@@ -25,6 +25,7 @@ mod clause;
 mod client;
 mod difference;
 mod echo;
+mod end_fault;
 mod expect;
 mod experiment;
 mod fault;
@@ -54,6 +55,7 @@ pub use cell::{Cell, START_AT};
 pub use clause::{Clause, Figure, InvalidClause, Limit, Unit};
 pub use client::{Client, ClientSpec, UnknownClient};
 pub use echo::{Phase, ProbeRow};
+pub use end_fault::{End, EndEffect, EndFault, EndFaultDone, STARVED_NS};
 pub use expect::Expectation;
 pub use fault::{Fault, FaultEvent, FaultSpell};
 pub use instead::Instead;
@@ -85,6 +87,10 @@ pub const EXPERIMENTS: &[(&str, &str)] = &[
     ("readings", include_str!("../../experiments/readings.toml")),
     ("systems", include_str!("../../experiments/systems.toml")),
     ("faults", include_str!("../../experiments/faults.toml")),
+    (
+        "end-faults",
+        include_str!("../../experiments/end-faults.toml"),
+    ),
     (
         "calibrate",
         include_str!("../../experiments/calibrate.toml"),

@@ -121,6 +121,7 @@ fn manifest(cell: &Cell, verdict: Verdict, outcome: &Outcome) -> Manifest {
         messages: None,
         pulse: None,
         watched: None,
+        end_faults: Vec::new(),
         certificate: None,
         plant: None,
         controller: None,

@@ -49,6 +49,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             law: preset::paper_pi().into(),
             pool: Pool::Shared,
             message_bytes: [166, 288],
+            frozen: [&[], &[]],
             echoes: &[],
             timing: &Timing::IDEAL,
             epoch: Epoch::at_ns(0),

@@ -6,6 +6,7 @@
 //! has what the ends do, `link` what the link does.
 
 mod echoing;
+mod frozen;
 mod passage;
 mod resending;
 
@@ -29,6 +30,7 @@ use crate::stream::Stream;
 use crate::timing::Timing;
 use crate::wire::{Out, Wire};
 
+use frozen::Frozen;
 use passage::{Event, Packet};
 
 /// In a browser with a timer floor, timers wait in whole steps of this, as event loops on poll did.
@@ -75,6 +77,7 @@ struct Course<'a, R, M> {
     wheel: Wheel,
     message_bytes: [u32; 2],
     echoes: &'a [Series],
+    frozen: [Frozen<'a>; 2],
     /// The link's seed, which also draws when echoes are sent.
     seed: u64,
     connections: Connections,
@@ -138,6 +141,7 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
             wheel: Wheel::new(setup.timing.hz, setup.seed),
             message_bytes: setup.message_bytes,
             echoes: setup.echoes,
+            frozen: setup.frozen.map(Frozen),
             seed: setup.seed,
             connections: Connections::new(
                 match stream {
@@ -181,11 +185,13 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
                 has_ended = true;
                 self.begin_series(true);
             }
-            let tick_ns = self.plant.next_tick_ns();
+            let [controller, plant] = self.frozen;
+            let tick_ns = plant.over_ns(self.plant.next_tick_ns());
             let packet_ns = self.queue.next_ns();
-            let term_ns = self.terms.front().map_or(u64::MAX, |term| term.end_ns);
+            let term_ns = self.terms.front();
+            let term_ns = term_ns.map_or(u64::MAX, |term| controller.over_ns(term.end_ns));
             let waking_ns = match self.waiting {
-                Waiting::Until(t_ns) => t_ns,
+                Waiting::Until(t_ns) => controller.over_ns(t_ns),
                 Waiting::Answer | Waiting::Nothing => u64::MAX,
             };
             let first_ns = packet_ns.min(term_ns).min(waking_ns);
@@ -204,7 +210,7 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
                     self.happens(t_ns, event);
                 }
             } else if term_ns <= first_ns {
-                self.runs_out();
+                self.runs_out(term_ns);
             } else {
                 self.wakes(waking_ns);
             }

@@ -1,5 +1,7 @@
 //! Settings and result of a simulated run.
 
+use std::ops::Range;
+
 use control::{Law, Stepper};
 use endpoint::{ControllerSettings, Counts, Hold, InvalidSettings, Reference, TickNoise};
 use link::{Epoch, LinkTime, Profile};
@@ -35,6 +37,8 @@ pub struct Setup<'a, M = Stepper> {
     pub pool: Pool,
     /// Length of a message's IP packets, up and down; matters only with a rate limit.
     pub message_bytes: [u32; 2],
+    /// When the controller stands still, and when the plant does, each in order.
+    pub frozen: [&'a [Range<u64>]; 2],
     /// Echoes beside the messages.
     pub echoes: &'a [Series],
     /// How long programs and their kernels take.

@@ -103,6 +103,7 @@ impl Bench {
                 Pool::Shared
             },
             message_bytes: client.message_bytes(settings.transport),
+            frozen: [&[], &[]],
             echoes: &echoes,
             timing,
             epoch: EPOCH,

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use agent::Stop;
 use certificate::Echo;
 use link::Epoch;
 use plan::{Instead, Plan, ProfileText};
@@ -37,6 +38,9 @@ struct MadeUp {
     empty_ns: u64,
     plant: Ends,
     controller: Ends,
+    faults: Vec<EndFault>,
+    /// Whether parts stand still when they are asked to.
+    obeys: bool,
     log: Mutex<Vec<String>>,
 }
 
@@ -50,6 +54,8 @@ impl MadeUp {
             empty_ns: S / 10,
             plant: Ends::WhenStopped,
             controller: Ends::At(END_NS + S / 10),
+            faults: Vec::new(),
+            obeys: true,
             log: Mutex::default(),
         }
     }
@@ -72,6 +78,7 @@ impl MadeUp {
             system: None,
             program: None,
             plant_program: None,
+            end_faults: &self.faults,
         };
         run(self, &plan.cells[0], &profile, texts, &self.stop)
     }
@@ -106,7 +113,9 @@ impl Site for MadeUp {
 
     fn start<'a>(&'a self, settings: RoleSettings) -> Result<Box<dyn Running + 'a>, RunError> {
         let role = settings.role();
-        self.note(format!("{role} starts"));
+        let is_again = matches!(&settings, RoleSettings::Plant(role) if role.again);
+        let again = if is_again { " again" } else { "" };
+        self.note(format!("{role} starts{again}"));
         let ends = match settings {
             RoleSettings::Plant(_) => self.plant,
             RoleSettings::Controller(_) => self.controller,
@@ -116,6 +125,7 @@ impl Site for MadeUp {
             site: self,
             role,
             ends,
+            stops: Vec::new(),
         }))
     }
 
@@ -135,6 +145,7 @@ struct MadeUpPart<'a> {
     site: &'a MadeUp,
     role: &'static str,
     ends: Ends,
+    stops: Vec<Stop>,
 }
 
 impl Running for MadeUpPart<'_> {
@@ -148,7 +159,23 @@ impl Running for MadeUpPart<'_> {
     }
 
     fn seen(&self) -> Result<agent::Seen, RunError> {
-        Ok(agent::Seen::default())
+        Ok(agent::Seen {
+            frozen_ns: self.stops.clone(),
+            ..agent::Seen::default()
+        })
+    }
+
+    fn freeze(&mut self, stops: Vec<Stop>) -> Result<(), RunError> {
+        self.site.note(format!("{} is to stand still", self.role));
+        if self.site.obeys {
+            self.stops = stops;
+        }
+        Ok(())
+    }
+
+    fn kill(self: Box<Self>) -> Result<agent::Seen, RunError> {
+        self.site.note(format!("{} is killed", self.role));
+        self.seen()
     }
 
     fn is_beneath(&self) -> bool {
@@ -272,4 +299,58 @@ fn a_run_that_is_interrupted_tells_its_controller_to_end() {
     let told = "controller is told to end".to_owned();
     assert!(site.log().contains(&told), "{:?}", site.log());
     assert!(site.now_ns() < START_NS + S + S / 10);
+}
+
+fn hits_plant(effect: EndEffect, from_ns: u64, to_ns: u64) -> EndFault {
+    EndFault {
+        end: End::Plant,
+        effect,
+        from_ns,
+        to_ns,
+    }
+}
+
+#[test]
+fn a_fault_kills_an_end_and_starts_it_again_and_the_run_goes_on() {
+    let site = MadeUp {
+        faults: vec![
+            hits_plant(EndEffect::Freeze, S / 4, S / 3),
+            hits_plant(EndEffect::Kill, S / 2, S),
+        ],
+        ..MadeUp::new()
+    };
+    let seen = site.run().expect("it goes well");
+    let log = site.log();
+    let of_plant = log.iter().filter(|line| line.starts_with("plant"));
+    let of_plant: Vec<&str> = of_plant.map(String::as_str).collect();
+    assert_eq!(
+        of_plant,
+        [
+            "plant starts",
+            "plant is to stand still",
+            "plant is killed",
+            "plant is gone",
+            "plant starts again",
+            "plant is stopped",
+            "plant is gone",
+        ]
+    );
+    let done = seen.end_faults.iter();
+    let done: Vec<[u64; 2]> = done
+        .map(|one| [one.from_ns, one.to_ns].map(|t_ns| t_ns - START_NS))
+        .collect();
+    assert_eq!(done, [[S / 4, S / 3], [S / 2, S]]);
+}
+
+#[test]
+fn a_fault_that_was_not_done_fails_the_run() {
+    let site = MadeUp {
+        faults: vec![hits_plant(EndEffect::Freeze, S / 4, S / 2)],
+        obeys: false,
+        ..MadeUp::new()
+    };
+    assert_eq!(
+        failure(&site),
+        "the plant was to be hit by a fault at 0.25 s, which was not done"
+    );
 }

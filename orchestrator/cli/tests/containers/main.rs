@@ -16,6 +16,9 @@ mod stopped;
 mod stopping;
 mod testbed;
 mod up;
+// What a fault of an end does, shared with the tests of runs in namespaces.
+#[path = "../runs/hit.rs"]
+mod hit;
 // The program and its folders, shared with the tests of runs in namespaces.
 #[allow(dead_code)]
 #[path = "../runs/webloop.rs"]
@@ -36,6 +39,7 @@ fn tests() -> Vec<Trial> {
         own::a_plant_of_ones_own_runs_in_a_container_on_a_link_and_on_loopback,
         own::one_that_does_not_end_fails_by_name_and_the_next_is_complete,
         stopped::a_client_that_is_stopped_in_its_container_is_told_by_that_name,
+        hit::a_fault_of_an_end_is_done_in_containers_too,
         stopping::every_service_stops_soon_after_sigterm,
         killed::a_run_that_is_told_to_end_takes_its_containers_with_it,
         killed::what_a_killed_run_leaves_is_swept_and_nothing_else,

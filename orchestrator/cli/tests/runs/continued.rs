@@ -11,7 +11,7 @@ use plan::Verdict;
 
 use crate::ending::kill;
 use crate::webloop::{
-    Experiment, Stolen, TRIES, code, command, files, manifest, said, too_busy, was_busy,
+    Experiment, Stolen, TRIES, cells_of, code, command, files, manifest, said, too_busy, was_busy,
 };
 
 /// The variable that names the browser; one that does not exist, and one that ends as soon as it is
@@ -97,6 +97,11 @@ fn break_off_and_go_on() -> Result<(), Busy> {
 
 /// Checks that a cell that was run is complete, unless the machine held it up.
 fn is_complete(cell: &Path, stolen: &Stolen) -> Result<(), Busy> {
+    if !cell.join(Manifest::FILE).exists() {
+        // It had ended, and was moved aside for another try.
+        println!("  too busy: a try of it was disturbed");
+        return Err(Busy);
+    }
     let manifest = manifest(cell);
     if was_busy(&manifest) || manifest.verdict != Verdict::Complete && stolen.is_much() {
         println!("  too busy: {:?}", manifest.reasons);
@@ -145,11 +150,10 @@ fn results(folder: &Path) -> Vec<PathBuf> {
     entries.flatten().map(|entry| entry.path()).collect()
 }
 
-/// The cells that have ended, whatever the verdict.
+/// The cells that have ended, whatever the verdict; a try that a busy machine disturbed is none.
 fn ended(out: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(out.join("cells")).into_iter().flatten();
-    let cells = entries.flatten().map(|entry| entry.path());
-    cells
-        .filter(|cell| cell.join(Manifest::FILE).exists())
-        .collect()
+    match out.join("cells").exists() {
+        true => cells_of(out),
+        false => Vec::new(),
+    }
 }

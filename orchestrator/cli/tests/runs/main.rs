@@ -15,10 +15,12 @@ mod continued;
 mod decoy;
 mod disk;
 mod ending;
+mod hit;
 mod matrix;
 mod own;
 mod own_plant;
 mod process;
+mod stray;
 mod unprivileged;
 mod webloop;
 
@@ -49,6 +51,8 @@ fn tests() -> Vec<Trial> {
         ending::an_interrupted_run_ends_soon_with_its_rows,
         ending::a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued,
         continued::a_campaign_goes_on_where_it_was_broken_off_and_only_what_failed_is_made_again,
+        hit::a_fault_of_an_end_is_done_as_asked,
+        stray::a_fault_that_was_asked_for_hides_no_other,
         disk::a_full_disk_is_told_and_the_run_is_made_once_there_is_space,
     ]
 }

@@ -11,7 +11,7 @@ use plan::Verdict;
 use serde::de::DeserializeOwned;
 
 use crate::process::{gone, namespaces_of, of_run};
-use crate::webloop::{code, command, manifest, run_undisturbed, said};
+use crate::webloop::{cells_of, code, command, manifest, run_together, run_undisturbed, said};
 
 /// The checkout, whose examples are run.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
@@ -65,17 +65,17 @@ fn rows<R: DeserializeOwned>(file: &Path) -> Vec<R> {
 
 /// The outputs of each cell of a campaign, by topology and system.
 fn outputs(out: &Path) -> BTreeMap<(String, String), Vec<f64>> {
-    let cells = fs::read_dir(out.join("cells")).unwrap().flatten();
-    cells
+    cells_of(out)
+        .iter()
         .map(|cell| {
-            let manifest = manifest(&cell.path());
+            let manifest = manifest(cell);
             assert_eq!(
                 manifest.verdict,
                 Verdict::Complete,
                 "{:?}",
                 manifest.reasons
             );
-            let ticks: Vec<TickRow> = rows(&cell.path().join("ticks.csv"));
+            let ticks: Vec<TickRow> = rows(&cell.join("ticks.csv"));
             let outputs = ticks.iter().map(|row| row.y);
             let cell = manifest.cell;
             ((cell.topology, cell.system), outputs.collect())
@@ -158,17 +158,19 @@ pub(crate) fn two_inputs_and_outputs_are_held_over_a_link_and_in_virtual_time() 
     ] {
         fs::write(&file, text).unwrap();
         let out = folder.path().join(backend);
-        run_undisturbed(&file, &out, backend)?;
-        for cell in fs::read_dir(out.join("cells")).unwrap().flatten() {
-            let of_cell = manifest(&cell.path()).cell;
-            let (system, client) = (of_cell.system, of_cell.client);
+        // They mostly wait.
+        run_together(&file, &out, backend, 3)?;
+        for cell in cells_of(&out) {
+            let made = manifest(&cell);
+            assert_eq!(made.verdict, Verdict::Complete, "{:?}", made.reasons);
+            let (system, client) = (made.cell.system, made.cell.client);
             let rests_at = if system == "cart" {
                 [0.5, 0.0]
             } else {
                 [1.0, 0.5]
             };
-            let ticks: Vec<TickRow> = rows(&cell.path().join("ticks.csv"));
-            let rows: Vec<SecondRow> = rows(&cell.path().join("second.csv"));
+            let ticks: Vec<TickRow> = rows(&cell.join("ticks.csv"));
+            let rows: Vec<SecondRow> = rows(&cell.join("second.csv"));
             assert_eq!(rows.len(), ticks.len(), "{system}: a row for each tick");
             let last = rows.last().unwrap();
             assert_eq!(last.u2.is_some(), system == "tanks");
@@ -202,27 +204,28 @@ pub(crate) fn a_plant_that_breaks_its_contract_fails_by_name_and_leaves_nothing(
         fs::write(&file, text).unwrap();
         file.display().to_string()
     };
-    let mut systems: Vec<String> = BAD
+    let systems: Vec<String> = BAD
         .iter()
         .map(|(name, text, _)| system((name, text)))
         .collect();
-    // Last, so that all others have had their chance to harm it.
-    systems.push(system(("good", "pass")));
     let file = experiment(folder.path(), &["arima"], &systems, "2s");
-    let out = folder.path().join("out");
-    let manifests = run_undisturbed(&file, &out, "netns")?;
+    let out = folder.path().join("bad");
+    // What they do wrong is told whether or not others take the processors.
+    let manifests = run_together(&file, &out, "netns", 3)?;
     gone(&out, &namespaces_of(&of_run(&out)), GONE_WITHIN);
     assert_eq!(manifests.len(), systems.len());
     for manifest in manifests {
         let (name, reasons) = (manifest.cell.system, manifest.reasons.join("; "));
         println!("  {name}: {reasons}");
-        match BAD.iter().find(|(bad, ..)| *bad == name) {
-            None => assert_eq!(manifest.verdict, Verdict::Complete, "{reasons}"),
-            Some((.., words)) => {
-                assert_eq!(manifest.verdict, Verdict::Failed, "{name}: {reasons}");
-                assert!(reasons.contains(words), "{name}: {reasons}");
-            }
-        }
+        let (.., words) = BAD.iter().find(|(bad, ..)| *bad == name).unwrap();
+        assert_eq!(manifest.verdict, Verdict::Failed, "{name}: {reasons}");
+        assert!(reasons.contains(words), "{name}: {reasons}");
+    }
+    // Last, when all the others have had their chance to harm it.
+    let file = experiment(folder.path(), &["arima"], &[system(("good", "pass"))], "2s");
+    for manifest in run_undisturbed(&file, &folder.path().join("good"), "netns")? {
+        let reasons = manifest.reasons.join("; ");
+        assert_eq!(manifest.verdict, Verdict::Complete, "{reasons}");
     }
     Ok(())
 }

@@ -203,13 +203,7 @@ pub(crate) fn run_together(
         }
         let output = run.output().unwrap();
         assert!(matches!(code(&output), Some(0 | 1)), "{}", said(&output));
-        let cells = fs::read_dir(out.join("cells")).unwrap().flatten();
-        // An earlier try's folder has its number after a point.
-        let cells = cells.filter(|cell| !cell.file_name().to_string_lossy().contains('.'));
-        let manifests: Vec<_> = cells
-            .filter(|cell| cell.path().join(Manifest::FILE).exists())
-            .map(|cell| manifest(&cell.path()))
-            .collect();
+        let manifests: Vec<_> = cells_of(out).iter().map(|cell| manifest(cell)).collect();
         let mut busy = manifests
             .iter()
             .filter(|manifest| was_busy(manifest))
@@ -220,6 +214,17 @@ pub(crate) fn run_together(
         busy.for_each(|manifest| println!("  too busy: {:?}", manifest.reasons));
     }
     Err(too_busy("this run"))
+}
+
+/// The folders of a campaign's cells that have ended, without those of tries that were made again.
+pub(crate) fn cells_of(out: &Path) -> Vec<PathBuf> {
+    let cells = fs::read_dir(out.join("cells")).unwrap().flatten();
+    // An earlier try's folder has its number after a point.
+    cells
+        .filter(|cell| !cell.file_name().to_string_lossy().contains('.'))
+        .map(|cell| cell.path())
+        .filter(|cell| cell.join(Manifest::FILE).exists())
+        .collect()
 }
 
 /// A cell's manifest.

@@ -49,21 +49,20 @@ pub(super) fn figure(campaign: &Campaign) -> Option<Figure> {
 }
 
 fn of_fault(name: &str, loops: &[&Loop<'_>], places: &[&str], tones: &Tones) -> Panel {
-    let back = |one: &Loop<'_>| -> Vec<Option<f64>> {
+    let back_s = |one: &Loop<'_>| -> Vec<Option<f64>> {
         let runs = one.group.runs.iter();
-        runs.map(|run| run.recovery.and_then(|of| of.back_ms))
-            .collect()
+        runs.map(|run| Some(run.recovery?.back_ms? / 1e3)).collect()
     };
-    let all: Vec<Option<f64>> = loops.iter().flat_map(|one| back(one)).collect();
-    let slowest_ms = all.iter().flatten().copied().fold(1.0, f64::max);
-    let mut panel = panel("", name, "", "back after/ms");
+    let all: Vec<Option<f64>> = loops.iter().flat_map(|one| back_s(one)).collect();
+    let slowest_s = all.iter().flatten().copied().fold(0.001, f64::max);
+    let mut panel = panel("", name, "", "back after/s");
     panel.x.names = places.iter().map(|place| (*place).to_owned()).collect();
     panel.x.range = Some((-0.5, places.len() as f64 - 0.5));
-    panel.y.range = Some((0.0, slowest_ms * f64::midpoint(NEVER, 1.3)));
+    panel.y.range = Some((0.0, slowest_s * f64::midpoint(NEVER, 1.3)));
     if all.contains(&None) {
         panel.guides.push(Guide {
             name: "not back".to_owned(),
-            at: GuideAt::Y(slowest_ms * f64::midpoint(1.0, NEVER)),
+            at: GuideAt::Y(slowest_s * f64::midpoint(1.0, NEVER)),
         });
     }
     let clients = grouped(loops.iter(), |one| (one.client, &one.setup));
@@ -76,9 +75,9 @@ fn of_fault(name: &str, loops: &[&Loop<'_>], places: &[&str], tones: &Tones) -> 
             let at = places.iter().position(|place| *place == one.topology);
             let x = at.unwrap_or_default() as f64 + beside;
             points.extend(
-                back(one)
+                back_s(one)
                     .iter()
-                    .map(|ms| (x, ms.unwrap_or(slowest_ms * NEVER))),
+                    .map(|s| (x, s.unwrap_or(slowest_s * NEVER))),
             );
         }
         panel.series.push(Series::new(

@@ -124,6 +124,7 @@ pub(crate) fn folder() -> tempfile::TempDir {
             messages: None,
             pulse: None,
             watched: None,
+            end_faults: Vec::new(),
             certificate: None,
             plant: None,
             controller: None,

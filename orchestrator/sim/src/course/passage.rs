@@ -127,6 +127,19 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
     }
 
     pub(super) fn happens(&mut self, now_ns: u64, event: Event) {
+        let [controller, plant] = self.frozen;
+        let over_ns = match event {
+            Event::Arrived(_, Packet::SynAck | Packet::Answer) | Event::ClientFree => {
+                controller.over_ns(now_ns)
+            }
+            Event::Arrived(_, Packet::Request) | Event::PlantFree => plant.over_ns(now_ns),
+            // The rest is done by kernels.
+            _ => now_ns,
+        };
+        if over_ns > now_ns {
+            self.queue.push(over_ns, event);
+            return;
+        }
         match event {
             Event::Arrived(id, Packet::Syn) => self.transmit(id, Packet::SynAck, 1, now_ns),
             Event::Arrived(id, Packet::SynAck) => {
@@ -278,16 +291,16 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
     }
 
     /// The oldest message has timed out.
-    pub(super) fn runs_out(&mut self) {
+    pub(super) fn runs_out(&mut self, now_ns: u64) {
         let Some(term) = self.terms.pop_front() else {
             return;
         };
-        if let Some(row) = self.controller.lost(term.seq, Loss::Timeout, term.end_ns) {
-            self.last_end_ns = term.end_ns;
+        if let Some(row) = self.controller.lost(term.seq, Loss::Timeout, now_ns) {
+            self.last_end_ns = now_ns;
             self.record.message(&row);
             self.connections.give_up(term.seq, term.carrier);
             if self.waiting == Waiting::Answer {
-                self.wait(term.end_ns);
+                self.wait(now_ns);
             }
         }
     }

@@ -1,10 +1,10 @@
 //! Faults of the link as a run meets them.
 
-use endpoint::MessageRow;
+use endpoint::{MessageRow, TickRow};
 use link::Profile;
-use sim::{Timing, Unfit, run};
+use sim::{Setup, Timing, Unfit, run};
 
-use crate::{MS, Rows, closed, profile, setup, simulate};
+use crate::{MS, Rows, closed, constant, profile, setup, simulate};
 
 fn faulty(fault: &str) -> Profile {
     profile(&format!(
@@ -86,4 +86,67 @@ fn what_breaks_connections_is_refused_by_name() {
             Err(Unfit::Fault(fault))
         );
     }
+}
+
+/// What a frozen end would have done, it does when it goes on: no deadline is sent for, no tick is left out, and
+/// before and long after it the run is the one without the fault.
+#[test]
+fn an_end_that_stands_still_does_it_later() {
+    let link = constant(4 * MS);
+    let stop = std::slice::from_ref(&(1_500 * MS..1_803 * MS));
+    let [undisturbed, controller, plant] =
+        [[&[][..], &[]], [stop, &[]], [&[], stop]].map(|frozen| {
+            let setup = Setup {
+                frozen,
+                ..setup(&link, closed("10ms"), &Timing::IDEAL, 2_000 * MS)
+            };
+            simulate(&setup).0
+        });
+    assert_eq!(undisturbed.ticks.len(), plant.ticks.len());
+    let inside = |t_ns: u64| stop[0].contains(&t_ns);
+    for rows in [&controller, &plant] {
+        let before = |row: &&MessageRow| row.t_receive_ns.is_some_and(|t_ns| t_ns < stop[0].start);
+        let count = rows.messages.iter().filter(before).count();
+        assert!(count > 30);
+        let pairs = rows.messages.iter().zip(&undisturbed.messages);
+        assert!(pairs.take(count).all(|(own, other)| own == other));
+    }
+    // The controller: each deadline within it is missed but the last, which is sent for when it goes on.
+    let within: Vec<&MessageRow> = controller
+        .messages
+        .iter()
+        .filter(|row| inside(row.t_due_ns))
+        .collect();
+    assert_eq!(within.len(), 31);
+    let sent: Vec<u64> = within.iter().filter_map(|row| row.t_send_ns).collect();
+    assert_eq!(sent, [stop[0].end]);
+    assert!(
+        controller
+            .messages
+            .iter()
+            .all(|row| !row.t_receive_ns.is_some_and(inside))
+    );
+    // The plant: each tick within it is stepped at its end, with what was commanded before.
+    let ticks: Vec<&TickRow> = plant
+        .ticks
+        .iter()
+        .filter(|row| inside(row.t_due_ns))
+        .collect();
+    assert_eq!(ticks.len(), 30);
+    assert!(
+        ticks
+            .iter()
+            .all(|row| row.t_tick_ns == stop[0].end && row.u.to_bits() == ticks[0].u.to_bits())
+    );
+    assert!(
+        plant
+            .messages
+            .iter()
+            .all(|row| !row.t_arrive_ns.is_some_and(inside))
+    );
+    let late = plant
+        .messages
+        .iter()
+        .filter(|row| row.t_arrive_ns == Some(stop[0].end));
+    assert!(late.count() > 0);
 }

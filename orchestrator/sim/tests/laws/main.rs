@@ -103,6 +103,7 @@ fn setup<'a>(
         law: preset::paper_pi().into(),
         pool: Pool::Shared,
         message_bytes: [166, 288],
+        frozen: [&[], &[]],
         echoes: &[],
         timing,
         epoch: Epoch::at_ns(1_000 * MS),

@@ -202,6 +202,7 @@ fn manifest(
         messages: None,
         pulse: None,
         watched: None,
+        end_faults: Vec::new(),
         certificate: None,
         plant: None,
         controller: None,

@@ -1,0 +1,157 @@
+//! Faults of the ends, in real runs: done as asked, and told by the manifest.
+
+use std::fs;
+use std::path::Path;
+
+use plan::{End, EndEffect, Verdict};
+
+use crate::webloop::{column, run_undisturbed};
+
+const MS: u64 = 1_000_000;
+
+/// Faults of each kind over a link that loses nothing.
+const HITS: &str = r#"
+name = "hits"
+
+[[cells]]
+topology = ["couva"]
+system = ["motor-load"]
+fault = ["still-controller", "still-plant", "starved", "gone-controller", "gone-plant"]
+client = ["native"]
+mode = "closed"
+h = ["10ms"]
+hold = "200ms"
+lease = "address"
+duration = "2500ms"
+
+[[fault]]
+name = "still-controller"
+event = [{ at = "500ms", for = "250ms", freeze = "controller" }]
+[[fault]]
+name = "still-plant"
+event = [{ at = "500ms", for = "250ms", period = "700ms", times = 2, freeze = "plant" }]
+[[fault]]
+name = "starved"
+event = [
+  { at = "300ms", for = "400ms", starve = "controller", share = "70%" },
+  { at = "900ms", for = "400ms", starve = "plant", share = "70%" },
+]
+[[fault]]
+name = "gone-controller"
+event = [{ at = "500ms", for = "250ms", kill = "controller" }]
+[[fault]]
+name = "gone-plant"
+event = [{ at = "500ms", for = "250ms", kill = "plant" }]
+"#;
+
+/// The other client that goes on where it was killed.
+const PYTHON: &str = r#"
+[[cells]]
+topology = ["couva"]
+fault = ["gone-controller", "gone-plant"]
+client = ["python"]
+mode = "closed"
+h = ["10ms"]
+duration = "2500ms"
+"#;
+
+/// Runs an experiment's cells on a back-end and checks what became of each.
+fn hit_each(backend: &str, experiment: &str) -> Result<(), String> {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("hits.toml");
+    fs::write(&file, experiment).unwrap();
+    let out = folder.path().join("out");
+    let mut latest_ms: f64 = 0.0;
+    for manifest in run_undisturbed(&file, &out, backend)? {
+        let cell = &manifest.cell;
+        assert_eq!(
+            manifest.verdict,
+            Verdict::Complete,
+            "{}: {:?}",
+            cell.id,
+            manifest.reasons
+        );
+        assert!(!manifest.end_faults.is_empty(), "{}", cell.id);
+        for done in &manifest.end_faults {
+            latest_ms = latest_ms.max((done.from_ns - done.asked_from_ns) as f64 * 1e-6);
+            if done.effect == EndEffect::Kill {
+                look_at_gap(
+                    &out.join(cell.folder()),
+                    cell.settings.h.ns(),
+                    done.end,
+                    [done.from_ns, done.to_ns],
+                );
+            }
+        }
+    }
+    println!(
+        "  {backend}: each fault of an end was done as asked, {latest_ms:.1} ms late at the most"
+    );
+    Ok(())
+}
+
+/// The rows of an end that was killed: none while it was gone, and before and after it on one grid, each once.
+fn look_at_gap(cell: &Path, h_ns: u64, end: End, [from_ns, to_ns]: [u64; 2]) {
+    let (file, number) = match end {
+        End::Controller => ("messages.csv", "seq"),
+        End::Plant => ("ticks.csv", "k"),
+    };
+    let text = fs::read(cell.join(file)).unwrap();
+    let numbers = |name: &str| -> Vec<u64> {
+        let column = column(&text, name);
+        column.iter().map(|text| text.parse().unwrap()).collect()
+    };
+    let mut rows: Vec<(u64, u64)> = numbers(number)
+        .into_iter()
+        .zip(numbers("t_due_ns"))
+        .collect();
+    rows.sort_unstable();
+    let (before, after): (Vec<_>, Vec<_>) = rows.iter().partition(|(_, t_ns)| *t_ns < from_ns);
+    assert!(
+        before.len() > 30 && after.len() > 100,
+        "{}: {} and {} rows",
+        cell.display(),
+        before.len(),
+        after.len()
+    );
+    assert!(
+        after
+            .iter()
+            .all(|(_, t_ns)| *t_ns + h_ns >= to_ns.min(from_ns + 250 * MS))
+    );
+    // A journal is flushed each 0.1 s, and what it had not written is lost with its process.
+    let last_ns = before.last().unwrap().1;
+    assert!(
+        from_ns - last_ns < 300 * MS,
+        "{} ms",
+        (from_ns - last_ns) / MS
+    );
+    let (first, first_ns) = rows[0];
+    assert!(
+        rows.iter()
+            .all(|(n, t_ns)| *t_ns == first_ns + (n - first) * h_ns),
+        "{}",
+        cell.display()
+    );
+    assert!(
+        rows.windows(2).all(|pair| pair[0].0 < pair[1].0),
+        "{}",
+        cell.display()
+    );
+}
+
+#[allow(dead_code)] // The two test programs that share this file need one each.
+pub(crate) fn a_fault_of_an_end_is_done_as_asked() -> Result<(), String> {
+    hit_each("netns", &format!("{HITS}{PYTHON}"))
+}
+
+#[allow(dead_code)]
+pub(crate) fn a_fault_of_an_end_is_done_in_containers_too() -> Result<(), String> {
+    // One of each sort, since containers take their time to come and go.
+    let all = HITS
+        .lines()
+        .find(|line| line.starts_with("fault ="))
+        .unwrap();
+    let some = HITS.replace(all, "fault = [\"still-controller\", \"gone-plant\"]");
+    hit_each("compose", &some)
+}
