@@ -73,12 +73,12 @@ impl Hits {
 
     /// Whether a hit explains that a deadline of the controller is late or missed.
     pub(crate) fn excuses_deadline(&self, t_ns: u64) -> bool {
-        self.controller.within_ns(t_ns, t_ns + 1) > 0
+        self.controller.contains(t_ns)
     }
 
     /// Whether the plant may have lost its row of this instant, because it was killed.
     pub(crate) fn loses_row(&self, t_ns: u64) -> bool {
-        self.unwritten.within_ns(t_ns, t_ns + 1) > 0
+        self.unwritten.contains(t_ns)
     }
 
     /// How long a hit kept the plant from a tick between these instants, ns.

@@ -24,6 +24,12 @@ impl FromIterator<Range<u64>> for Times {
 }
 
 impl Times {
+    /// Whether an instant lies in one of these.
+    pub(crate) fn contains(&self, t_ns: u64) -> bool {
+        let mut times = self.after(t_ns);
+        times.next().is_some_and(|time| time.contains(&t_ns))
+    }
+
     /// How much of the time between two instants lies in one of these, ns.
     pub(crate) fn within_ns(&self, from_ns: u64, to_ns: u64) -> u64 {
         let met = self.after(from_ns).take_while(|time| time.start < to_ns);
