@@ -1,6 +1,6 @@
 //! The state with which requests are handled; [`crate::route`] decides what each gets.
 
-use std::collections::BTreeMap;
+use std::{cell::OnceCell, collections::BTreeMap};
 
 use endpoint::{ArrivalRow, Hosts, Inbox, Output, PlantSettings, Reference, Signals};
 use hyper::body::Bytes;
@@ -23,8 +23,10 @@ pub(crate) struct Handler {
     pub(crate) law: Option<serde_json::Value>,
     /// The reference that it should follow, if that moves.
     pub(crate) reference: Option<Reference>,
-    /// The description of its routes.
-    pub(crate) description: Bytes,
+    /// How many inputs and outputs it has.
+    pub(crate) signals: [usize; 2],
+    /// The description of its routes, once somebody has asked for it.
+    pub(crate) description: OnceCell<Bytes>,
     pub(crate) inbox: Inbox,
     pub(crate) input: Publisher<INPUT_WORDS>,
     pub(crate) output: Reader<OUTPUT_WORDS>,

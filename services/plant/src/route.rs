@@ -21,7 +21,7 @@ use serde::Serialize;
 use crate::{
     answer::{JSON, TEXT, as_json, message, respond},
     handler::Handler,
-    openapi::PATHS,
+    openapi::{self, PATHS},
     origin, page,
     refusal::Refusal,
     session::Sender,
@@ -79,7 +79,10 @@ impl Handler {
             "/reset" => self.reset(query, head, now_ns)?,
             "/state" => self.observe(&head.headers, now_ns)?,
             "/health" => self.health(),
-            "/openapi.json" => respond(JSON, self.description.clone()),
+            "/openapi.json" => {
+                let describe = || openapi::describe(Some(self.signals)).to_string().into();
+                respond(JSON, self.description.get_or_init(describe).clone())
+            }
             "/session" => as_json(&self.control.status(now_ns)),
             "/socket" => return self.socket(query, head, now_ns),
             path => match page::file(path, &head.headers) {

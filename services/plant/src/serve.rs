@@ -1,7 +1,7 @@
 //! The entry point: starts the two threads, waits for the end, reports.
 
 use std::{
-    cell::RefCell,
+    cell::{OnceCell, RefCell},
     collections::BTreeMap,
     future::{Future, poll_fn},
     io,
@@ -21,7 +21,7 @@ use crate::{
     filer::Filer,
     handler::Handler,
     latest::latest,
-    openapi, server,
+    server,
     session::Control,
     ticker::{Running, Ticker, input_words, output_words},
 };
@@ -206,9 +206,8 @@ impl Started {
             hosts: Hosts::new(config.hosts.iter().cloned().chain([own])),
             law: config.law.clone(),
             reference: config.reference.clone(),
-            description: openapi::describe(Some([inputs, at_rest.count()]))
-                .to_string()
-                .into(),
+            signals: [inputs, at_rest.count()],
+            description: OnceCell::new(),
             inbox,
             input,
             output,
