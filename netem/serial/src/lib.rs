@@ -1,14 +1,20 @@
 //! Runs tests one after another, in their own main: tests that depend on wall-clock time must not run
 //! in parallel, and tests that the machine does not support are reported as skipped.
 //!
+//! A test that fails while the machine's host takes much of its time is made again, twice at most: it passes
+//! once, or fails. [`tries`] is for tests that see themselves that the machine spoilt a run.
+//!
 //! Arguments and output are those of the usual harness, from `libtest-mimic`. Each test runs in the
 //! calling thread, which is the only one of the process unless a test starts another.
 #![allow(clippy::print_stdout)]
 
-use std::panic::{UnwindSafe, catch_unwind, resume_unwind};
+mod busy;
+
+use std::panic::{RefUnwindSafe, catch_unwind, resume_unwind};
 use std::process::ExitCode;
 use std::time::Instant;
 
+pub use busy::{Stolen, Tries, tries};
 pub use libtest_mimic::Trial;
 use libtest_mimic::{Arguments, Completion};
 
@@ -39,13 +45,13 @@ macro_rules! tests {
 }
 
 /// A test; it fails if it panics.
-pub fn test<T: Outcome>(
+pub fn test<T: Outcome + 'static>(
     name: &'static str,
-    test: impl FnOnce() -> T + Send + UnwindSafe + 'static,
+    test: impl Fn() -> T + Send + RefUnwindSafe + 'static,
 ) -> Trial {
     Trial::ignorable_test(name, move || {
         let begun = Instant::now();
-        let outcome = catch_unwind(test);
+        let outcome = outcome(name, &test);
         print!("({:.1} s) ", begun.elapsed().as_secs_f64());
         match outcome.map(Outcome::lack) {
             Ok(None) => Ok(Completion::Completed),
@@ -57,6 +63,20 @@ pub fn test<T: Outcome>(
             }
         }
     })
+}
+
+/// What a test comes to: at its first try, unless it fails while the host takes much of the machine's time.
+fn outcome<T>(name: &str, test: &(impl Fn() -> T + RefUnwindSafe)) -> std::thread::Result<T> {
+    const TRIES: usize = 3;
+    for _ in 1..TRIES {
+        let stolen = Stolen::since_now();
+        let outcome = catch_unwind(test);
+        if outcome.is_ok() || !stolen.is_much() {
+            return outcome;
+        }
+        println!("  once more: {name}");
+    }
+    catch_unwind(test)
 }
 
 /// Runs the tests that the command line selects. `lack` returns why this machine can run none of

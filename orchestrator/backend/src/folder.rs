@@ -23,6 +23,14 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), RunError> {
     file::write_durably(path, content).map_err(|problem| RunError::write(path, problem))
 }
 
+/// Writes a file of a running cell. A reader finds nothing or the whole file; [`inventory`] brings it onto the disk.
+///
+/// # Errors
+/// [`RunError::Write`] with the file's name.
+pub(crate) fn write(path: &Path, content: &[u8]) -> Result<(), RunError> {
+    file::write(path, content).map_err(|problem| RunError::write(path, problem))
+}
+
 /// Moves a cell's folder aside, if there is one, to the first free `ID.unfinished-N` beside it, or to
 /// `ID.disturbed-N` if its run was disturbed. Its content is never overwritten.
 ///
@@ -93,17 +101,20 @@ fn is_one(one: &File, other: &File) -> bool {
     id(one).is_some() && id(one) == id(other)
 }
 
-/// Length and checksum of every file in `folder`, by name; `except` is left out.
+/// Length and checksum of every file in `folder`, by name; `except` is left out. Each is on the disk then, so that
+/// a manifest with these facts never vouches for what a power cut may take.
 ///
 /// # Errors
-/// If a file cannot be read.
+/// If a file cannot be read, or not be brought onto the disk.
 pub(crate) fn inventory(folder: &Path, except: &str) -> io::Result<BTreeMap<String, FileFact>> {
     let mut files = BTreeMap::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();
         if name != except && entry.file_type()?.is_file() {
-            files.insert(name, FileFact::of(file::open(&entry.path())?)?);
+            let file = file::open(&entry.path())?;
+            file.sync_all()?;
+            files.insert(name, FileFact::of(file)?);
         }
     }
     Ok(files)

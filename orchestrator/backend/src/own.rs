@@ -41,7 +41,7 @@ pub(crate) fn settle(cell: &Cell, start_ns: u64, folder: &Path) -> Result<(), Ru
         text(&messages(cell, start_ns, &arrivals))
             .map_err(|problem| RunError::write(&path, problem))?
     };
-    folder::write_whole(&path, &text)
+    folder::write(&path, &text)
 }
 
 /// How the messages break the contract, as the end of a sentence about the controller.

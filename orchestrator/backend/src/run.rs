@@ -9,7 +9,7 @@ use std::time::Instant;
 use agent::last_words;
 use agent::program::OWN;
 use link::Profile;
-use plan::{Cell, Plan, ProfileText, Verdict, file_name};
+use plan::{Cell, EndFault, Plan, ProfileText, Verdict, file_name};
 use shaper::Authority;
 use system::System;
 
@@ -154,10 +154,10 @@ fn execute(
     let (text, profile) = write_profile(plan, cell, folder)?;
     let system = plan.system(cell).map_err(RunError::Link)?;
     write_system(&system, folder)?;
-    if let Some(problem) = plan.undoable(cell) {
+    let end_faults = plan.end_faults(cell);
+    if let Some(problem) = EndFault::undoable(&end_faults, &cell.client) {
         return Err(RunError::Unsupported(problem));
     }
-    let end_faults = plan.end_faults(cell);
     let texts = Texts {
         profile: &text,
         system: system.own_text(),
@@ -267,9 +267,9 @@ fn write_profile<'a>(
     let text = plan
         .profile(cell)
         .ok_or_else(|| RunError::Link(format!("the plan has no profile `{}`", cell.topology)))?;
-    folder::write_whole(&folder.join(file_name::PROFILE), text.source.as_bytes())?;
+    folder::write(&folder.join(file_name::PROFILE), text.source.as_bytes())?;
     for (name, trace) in &text.traces {
-        folder::write_whole(&folder.join(name), trace.as_bytes())?;
+        folder::write(&folder.join(name), trace.as_bytes())?;
     }
     let profile = text.profile(&cell.topology).map_err(|findings| {
         let first = findings
@@ -286,7 +286,7 @@ fn write_profile<'a>(
 /// Writes the system's text beside the rows, unless it is the paper's.
 fn write_system(system: &System, folder: &Path) -> Result<(), RunError> {
     match system.own_text() {
-        Some(text) => folder::write_whole(&folder.join(file_name::SYSTEM), text.as_bytes()),
+        Some(text) => folder::write(&folder.join(file_name::SYSTEM), text.as_bytes()),
         None => Ok(()),
     }
 }

@@ -150,10 +150,7 @@ fn run_with<M: Model + Clone>(
 /// When an end stands still, in virtual time.
 fn frozen(faults: &[EndFault], end: End, start_ns: u64) -> Vec<Range<u64>> {
     let own = faults.iter().filter(|fault| fault.end == end);
-    let stops = own.flat_map(EndFault::stops);
-    stops
-        .map(|stop| start_ns + stop.start..start_ns + stop.end)
-        .collect()
+    own.flat_map(|fault| fault.stops(start_ns)).collect()
 }
 
 /// A fault as it was done: in virtual time just as it was asked for.
@@ -166,7 +163,11 @@ fn as_asked(fault: &EndFault, start_ns: u64) -> EndFaultDone {
         asked_to_ns: to_ns,
         from_ns,
         to_ns,
-        stood_ns: fault.stops().iter().map(|stop| stop.end - stop.start).sum(),
+        stood_ns: fault
+            .stops(start_ns)
+            .iter()
+            .map(|stop| stop.end - stop.start)
+            .sum(),
     }
 }
 
@@ -209,7 +210,7 @@ fn write_report(folder: &Path, name: &str, report: &impl Serialize) -> Result<()
     // Plain data of words and numbers: serialising it cannot fail.
     let report = serde_json::to_value(report).unwrap_or_default();
     let text = serde_json::to_string_pretty(&report).unwrap_or_default() + "\n";
-    folder::write_whole(&folder.join(name), text.as_bytes())
+    folder::write(&folder.join(name), text.as_bytes())
 }
 
 /// The files of rows, and the echoes of each series.

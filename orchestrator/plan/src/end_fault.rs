@@ -71,20 +71,44 @@ pub struct EndFault {
 }
 
 impl EndFault {
-    /// The times at which the end stands still, in order, ns after the loop's start; none if it is killed.
+    /// The times at which the end stands still, in order, ns, in a loop that starts at `start_ns`; none if it is
+    /// killed.
     #[must_use]
-    pub fn stops(&self) -> Vec<Range<u64>> {
+    pub fn stops(&self, start_ns: u64) -> Vec<Range<u64>> {
         let (every_ns, share) = match self.effect {
             EndEffect::Freeze => (u64::MAX, 1.0),
             EndEffect::Starve(share) => (STARVED_NS, share),
             EndEffect::Kill => return Vec::new(),
         };
         let stop_ns = (share * every_ns as f64) as u64;
-        let begins =
-            (self.from_ns..self.to_ns).step_by(usize::try_from(every_ns).unwrap_or(usize::MAX));
+        let [from_ns, to_ns] = [self.from_ns, self.to_ns].map(|ns| start_ns + ns);
+        let begins = (from_ns..to_ns).step_by(usize::try_from(every_ns).unwrap_or(usize::MAX));
         begins
-            .map(|from_ns| from_ns..from_ns.saturating_add(stop_ns).min(self.to_ns))
+            .map(|from_ns| from_ns..from_ns.saturating_add(stop_ns).min(to_ns))
             .collect()
+    }
+
+    /// Why these faults of the ends cannot be done to a client and its plant; `None` if they can.
+    #[must_use]
+    pub fn undoable(faults: &[EndFault], client: &Client) -> Option<String> {
+        let is_killed = |end| {
+            faults
+                .iter()
+                .any(|fault| fault.end == end && fault.effect == EndEffect::Kill)
+        };
+        let knows_again = matches!(client, Client::Native | Client::Python);
+        let is_page = client.spec().engine.is_some();
+        if is_killed(End::Controller) && !knows_again {
+            return Some(format!(
+                "the fault kills the controller, and only native and python go on where they were killed, not {client}"
+            ));
+        }
+        if is_killed(End::Plant) && is_page {
+            return Some(format!(
+                "the fault kills the plant, and with it the session of the page in {client}, which begins no other"
+            ));
+        }
+        None
     }
 
     /// What happens, in two words.
@@ -255,31 +279,6 @@ impl Plan {
         }
         Ok(())
     }
-
-    /// Why a cell's fault cannot be done to its ends; `None` if it can.
-    #[must_use]
-    pub fn undoable(&self, cell: &Cell) -> Option<String> {
-        let all = self.end_faults(cell);
-        let is_killed = |end| {
-            all.iter()
-                .any(|fault| fault.end == end && fault.effect == EndEffect::Kill)
-        };
-        let knows_again = matches!(cell.client, Client::Native | Client::Python);
-        let is_page = cell.client.spec().engine.is_some();
-        if is_killed(End::Controller) && !knows_again {
-            return Some(format!(
-                "the fault kills the controller, and only native and python go on where they were killed, not {}",
-                cell.client
-            ));
-        }
-        if is_killed(End::Plant) && is_page {
-            return Some(format!(
-                "the fault kills the plant, and with it the session of the page in {}, which begins no other",
-                cell.client
-            ));
-        }
-        None
-    }
 }
 
 #[cfg(test)]
@@ -323,11 +322,11 @@ mod tests {
         let fault = EndFault {
             end: End::Plant,
             effect: EndEffect::Starve(0.7),
-            from_ns: 1_000_000_000,
-            to_ns: 1_025_000_000,
+            from_ns: 900_000_000,
+            to_ns: 925_000_000,
         };
         let ms = |range: &Range<u64>| [range.start / 1_000_000, range.end / 1_000_000];
-        let stops: Vec<[u64; 2]> = fault.stops().iter().map(ms).collect();
+        let stops: Vec<[u64; 2]> = fault.stops(100_000_000).iter().map(ms).collect();
         assert_eq!(stops, [[1000, 1007], [1010, 1017], [1020, 1025]]);
     }
 }

@@ -1,14 +1,13 @@
 //! The loop over loopback: the controller in Python as this crate starts it, and
 //! the plant of this project. Few tests, one after another, with bounds that a
 //! busy machine keeps.
-#![allow(clippy::print_stdout, reason = "it says what is skipped")]
 
 use std::{
     io::{BufRead, BufReader},
     net::SocketAddr,
     path::Path,
-    process::{Child, Command, ExitStatus, Stdio},
-    sync::{Mutex, mpsc},
+    process::{Child, Command, ExitCode, ExitStatus, Stdio},
+    sync::mpsc,
     thread,
     time::{Duration, Instant},
 };
@@ -28,40 +27,32 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// line each: `python::run` does not come back.
 const ARGUMENTS: &str = "WEBLOOP_TEST_ARGUMENTS";
 
-/// Wall-clock tests would spoil each other's timing.
-static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
-
-/// No test, but what [`controller`] starts.
-#[test]
-fn becomes_the_controller_where_it_is_told_to() {
-    let Ok(arguments) = std::env::var(ARGUMENTS) else {
-        return;
-    };
-    let Err(error) = python::run(arguments.lines(), "");
-    eprintln!("{error}");
-    std::process::exit(match error {
-        python::Error::Unsupported { .. } => 3,
-        _ => 1,
-    });
+fn main() -> ExitCode {
+    if let Ok(arguments) = std::env::var(ARGUMENTS) {
+        let Err(error) = python::run(arguments.lines(), "");
+        eprintln!("{error}");
+        return ExitCode::from(match error {
+            python::Error::Unsupported { .. } => 3,
+            _ => 1,
+        });
+    }
+    let tests = serial::tests![
+        it_claims_a_plant_whose_lease_is_a_token_and_gives_it_back,
+        the_loop_settles_on_both_schedules_blocking_and_not,
+        a_controller_that_is_told_to_end_keeps_its_rows,
+        what_is_wrong_is_said_with_its_exit_code,
+    ];
+    serial::run(tests, || {
+        python::version().err().map(|error| error.to_string())
+    })
 }
 
 fn controller(arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::current_exe().expect("this test"));
     command
-        .args([
-            "--exact",
-            "becomes_the_controller_where_it_is_told_to",
-            "--nocapture",
-        ])
         .env(ARGUMENTS, arguments.join("\n"))
         .stdin(Stdio::null());
     command
-}
-
-fn skipped() -> bool {
-    python::version()
-        .inspect_err(|error| println!("SKIPPED: {error}"))
-        .is_err()
 }
 
 /// Waits for a child, and ends it if it takes too long.
@@ -169,12 +160,7 @@ impl Left {
     }
 }
 
-#[test]
 fn it_claims_a_plant_whose_lease_is_a_token_and_gives_it_back() {
-    if skipped() {
-        return;
-    }
-    let _alone = ONE_AT_A_TIME.lock();
     for transport in ["http", "websocket"] {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let settings = PlantSettings {
@@ -203,12 +189,7 @@ fn it_claims_a_plant_whose_lease_is_a_token_and_gives_it_back() {
     }
 }
 
-#[test]
 fn the_loop_settles_on_both_schedules_blocking_and_not() {
-    if skipped() {
-        return;
-    }
-    let _alone = ONE_AT_A_TIME.lock();
     for (schedule, outstanding) in [
         ("absolute", "unlimited"),
         ("absolute", "1"),
@@ -262,12 +243,7 @@ fn the_loop_settles_on_both_schedules_blocking_and_not() {
     }
 }
 
-#[test]
 fn a_controller_that_is_told_to_end_keeps_its_rows() {
-    if skipped() {
-        return;
-    }
-    let _alone = ONE_AT_A_TIME.lock();
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (status, _) = with_plant(folder.path(), |address| {
         let out = folder.path().display().to_string();
@@ -309,11 +285,7 @@ fn a_controller_that_is_told_to_end_keeps_its_rows() {
     assert!(left.counts.answered > 0);
 }
 
-#[test]
 fn what_is_wrong_is_said_with_its_exit_code() {
-    if skipped() {
-        return;
-    }
     let usage = controller(&["--h", "3"]).output().expect("a child");
     assert_eq!(usage.status.code(), Some(2));
     let said = String::from_utf8_lossy(&usage.stderr);

@@ -51,9 +51,9 @@ impl<'a> EndPart<'a> {
     /// Tells it the stops that are still to come.
     fn tell_stops(&mut self, site: &dyn Site) -> Result<(), RunError> {
         let now_ns = site.now_ns();
-        let stops = self.faults.iter().flat_map(EndFault::stops);
-        let stops = stops.map(|stop| [stop.start, stop.end].map(|ns| self.start_ns + ns));
-        let stops: Vec<Stop> = stops.filter(|[from_ns, _]| *from_ns > now_ns).collect();
+        let stops = self.faults.iter().flat_map(|one| one.stops(self.start_ns));
+        let stops = stops.filter(|stop| stop.start > now_ns);
+        let stops: Vec<Stop> = stops.map(|stop| [stop.start, stop.end]).collect();
         match &mut self.running {
             Some(running) if !stops.is_empty() => running.freeze(stops),
             _ => Ok(()),

@@ -14,6 +14,7 @@ mod escape;
 mod falsified;
 mod flipped;
 mod gate;
+mod power;
 mod report;
 mod resumed;
 mod simulated;

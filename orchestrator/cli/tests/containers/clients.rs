@@ -8,7 +8,7 @@ use plan::Verdict;
 
 use crate::docker::docker;
 use crate::testbed::Testbed;
-use crate::webloop::{TRIES, code, manifest, said, too_busy, was_busy};
+use crate::webloop::{code, manifest, said, too_busy, was_busy};
 
 pub(crate) fn each_client_runs_in_a_container_through_a_shaped_link() -> Result<(), String> {
     let mut lacking = Vec::new();
@@ -48,7 +48,7 @@ pub(crate) fn each_client_runs_in_a_container_through_a_shaped_link() -> Result<
 
 /// Brings it up until its run is valid. Returns the manifest of its one cell.
 fn up(client: &'static str, topology: &str) -> Result<Manifest, String> {
-    for _ in 0..TRIES {
+    for _ in serial::tries() {
         let mut testbed = Testbed::new(topology, "3s");
         testbed.set("CLIENT", client);
         let output: Output = testbed.up().output().unwrap();

@@ -8,7 +8,7 @@ use rustix::process::{Pid, Signal, kill_process};
 
 use crate::docker::{docker, inspect};
 use crate::testbed::Testbed;
-use crate::webloop::{TRIES, manifest};
+use crate::webloop::{manifest, too_busy};
 
 /// Length of the one stop in the middle of the run: too long to be explained by a slow machine.
 const STOPPED_FOR: Duration = Duration::from_millis(300);
@@ -17,7 +17,7 @@ pub(crate) fn a_client_that_is_stopped_in_its_container_is_told_by_that_name() -
 {
     docker(&["image", "inspect", "webloop-python"])
         .map_err(|lack| format!("{lack}; build it: CLIENT=python docker compose build"))?;
-    for _ in 0..TRIES {
+    for _ in serial::tries() {
         let told = run_and_stop_it();
         println!("  {told}");
         if !told.contains("too busy") {
@@ -25,7 +25,7 @@ pub(crate) fn a_client_that_is_stopped_in_its_container_is_told_by_that_name() -
             return Ok(());
         }
     }
-    panic!("{TRIES} times the machine was too busy for a run");
+    Err(too_busy("a run"))
 }
 
 /// What a run reports if its client is stopped in the middle: of itself, and of its first try.

@@ -8,7 +8,7 @@ use serde_json::json;
 
 use crate::docker::{inspect, processes};
 use crate::testbed::{SERVICES, Testbed};
-use crate::webloop::{TRIES, code, command, said, too_busy};
+use crate::webloop::{code, command, said, too_busy};
 
 /// A user who owns nothing else.
 const SOMEBODY: u32 = 1234;
@@ -20,7 +20,7 @@ const NOBODY: u32 = 1000;
 const SHAPING: u64 = 1 << 12 | 1 << 13;
 
 pub(crate) fn up_ends_by_itself_with_results_of_their_folders_owner() -> Result<(), String> {
-    for _ in 0..TRIES {
+    for _ in serial::tries() {
         let testbed = Testbed::new("diego-vpn", "2s");
         let owner = testbed.give_results_to(SOMEBODY);
         let mut up = testbed.up().spawn().unwrap();

@@ -11,7 +11,7 @@ use endpoint::MessageRow;
 use plan::{Client, Verdict};
 
 use crate::ending::{await_rows, kill};
-use crate::webloop::{Experiment, TRIES, code, column, command, manifest, said};
+use crate::webloop::{Experiment, code, column, command, manifest, said};
 
 /// Deadlines of a run of 3 s with h = 10 ms.
 const DUE: u64 = 300;
@@ -22,22 +22,22 @@ const DUE: u64 = 300;
 const SENT_AT_LEAST: u64 = DUE / 3;
 
 pub(crate) fn every_client_closes_the_loop_over_a_link() -> Result<(), String> {
-    for _ in 0..TRIES {
+    for _ in serial::tries() {
         let folder = tempfile::tempdir().unwrap();
         let experiment = of_all_clients(folder.path());
         let (cells, lack) = complete(&experiment)?;
-        let mut disturbed = false;
+        let mut has_settled = true;
         for (cell, manifest) in cells {
-            disturbed |= !it_was_closed(&manifest, &cell);
+            has_settled &= it_was_closed(&manifest, &cell);
             if manifest.cell.client.is_browser() {
                 the_page_is_honest(&manifest);
             }
         }
-        if !disturbed {
+        if has_settled {
             return lack;
         }
     }
-    panic!("{TRIES} times not every client's loop settled");
+    panic!("each time there was a client whose loop did not settle");
 }
 
 /// The pendulum falls under the paper's law. What each client sent has to be what its own law gives

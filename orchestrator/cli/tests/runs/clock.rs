@@ -11,9 +11,7 @@ use std::time::Duration;
 use plan::Verdict;
 
 use crate::ending::await_rows;
-use crate::webloop::{
-    Experiment, TRIES, code, column, command, manifest, said, too_busy, was_busy,
-};
+use crate::webloop::{Experiment, code, column, command, manifest, said, too_busy, was_busy};
 
 const LIBRARY: &str = "/usr/lib/x86_64-linux-gnu/faketime/libfaketimeMT.so.1";
 
@@ -34,7 +32,7 @@ pub(crate) fn a_wall_clock_that_steps_moves_nothing() -> Result<(), String> {
 }
 
 fn stepped(step: &str) -> Result<(), String> {
-    for _ in 0..TRIES {
+    for _ in serial::tries() {
         let folder = tempfile::tempdir().unwrap();
         let offset = folder.path().join("offset");
         fs::write(&offset, "+0").unwrap();

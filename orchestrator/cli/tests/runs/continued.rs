@@ -11,7 +11,7 @@ use plan::Verdict;
 
 use crate::ending::kill;
 use crate::webloop::{
-    Experiment, Stolen, TRIES, cells_of, code, command, files, manifest, said, too_busy, was_busy,
+    Experiment, cells_of, code, command, files, manifest, said, too_busy, was_busy,
 };
 
 /// The variable that names the browser; one that does not exist, and one that ends as soon as it is
@@ -22,7 +22,7 @@ const BAD_BROWSER: &str = "/bin/false";
 
 pub(crate) fn a_campaign_goes_on_where_it_was_broken_off_and_only_what_failed_is_made_again()
 -> Result<(), String> {
-    let is_made = || (0..TRIES).any(|_| break_off_and_go_on().is_ok());
+    let is_made = || serial::tries().any(|_| break_off_and_go_on().is_ok());
     is_made()
         .then_some(())
         .ok_or_else(|| too_busy("one of the cells"))
@@ -32,7 +32,7 @@ pub(crate) fn a_campaign_goes_on_where_it_was_broken_off_and_only_what_failed_is
 struct Busy;
 
 fn break_off_and_go_on() -> Result<(), Busy> {
-    let stolen = Stolen::since_now();
+    let stolen = serial::Stolen::since_now();
     let folder = tempfile::tempdir().unwrap();
     let mut experiment = of_two_clients(folder.path());
     let refused = run(folder.path(), &["--resume"], BAD_BROWSER);
@@ -96,7 +96,7 @@ fn break_off_and_go_on() -> Result<(), Busy> {
 }
 
 /// Checks that a cell that was run is complete, unless the machine held it up.
-fn is_complete(cell: &Path, stolen: &Stolen) -> Result<(), Busy> {
+fn is_complete(cell: &Path, stolen: &serial::Stolen) -> Result<(), Busy> {
     if !cell.join(Manifest::FILE).exists() {
         // It had ended, and was moved aside for another try.
         println!("  too busy: a try of it was disturbed");

@@ -9,11 +9,11 @@ use rustix::process::{Pid, Signal, kill_process};
 
 use crate::ending::await_rows;
 use crate::process;
-use crate::webloop::{Experiment, TRIES, command, manifest, too_busy, was_busy};
+use crate::webloop::{Experiment, command, manifest, too_busy, was_busy};
 
 /// A run whose plant stands still as asked, and whose controller is stopped by somebody else.
 pub(crate) fn a_fault_that_was_asked_for_hides_no_other() -> Result<(), String> {
-    for _ in 0..TRIES {
+    for _ in serial::tries() {
         let folder = tempfile::tempdir().unwrap();
         let experiment = Experiment::new(folder.path(), &["couva"], "10ms", "4s");
         let mut text = fs::read_to_string(&experiment.file).unwrap();

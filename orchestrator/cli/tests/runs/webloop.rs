@@ -4,8 +4,6 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use std::thread;
-use std::time::Instant;
 
 use backend::Manifest;
 use plan::{Plan, Verdict};
@@ -15,10 +13,6 @@ const OFFICE: &str = "name = \"office\"\nabout = \"5 ms and a little loss each w
 [both.delay]\nbase = \"5ms\"\n
 [both.loss.random]\nshare = \"2%\"\n";
 
-/// A busy machine can be too late for a link, or hold up a client in the middle of its loop, so a
-/// measurement is tried up to this often.
-pub(crate) const TRIES: usize = 5;
-
 /// Whether a run is not complete because of the machine, or of something else on it. If not even
 /// the empty link could be measured in time, the run failed.
 pub(crate) fn was_busy(manifest: &Manifest) -> bool {
@@ -27,38 +21,6 @@ pub(crate) fn was_busy(manifest: &Manifest) -> bool {
         Verdict::Invalid | Verdict::Disturbed => true,
         Verdict::Failed => reasons().contains("too busy"),
         _ => false,
-    }
-}
-
-/// The processor time that this machine's host has taken from it since an instant.
-pub(crate) struct Stolen {
-    since: Instant,
-    before_ns: u64,
-}
-
-impl Stolen {
-    /// If more than this share is taken, a run may fail in any of its parts.
-    const MUCH: f64 = 0.1;
-
-    pub(crate) fn since_now() -> Stolen {
-        Stolen {
-            since: Instant::now(),
-            before_ns: agent::stolen_ns(),
-        }
-    }
-
-    pub(crate) fn is_much(&self) -> bool {
-        let stolen_ns = agent::stolen_ns() - self.before_ns;
-        let processors = thread::available_parallelism().map_or(1, usize::from);
-        let share =
-            stolen_ns as f64 * 1e-9 / self.since.elapsed().as_secs_f64() / processors as f64;
-        if share > Stolen::MUCH {
-            println!(
-                "  too busy: the host took {:.0} % of the time",
-                100.0 * share
-            );
-        }
-        share > Stolen::MUCH
     }
 }
 
@@ -138,13 +100,13 @@ impl Experiment {
         command
     }
 
-    /// Runs it until it is complete, at most [`TRIES`] times.
+    /// Runs it until it is complete, for as long as [`serial::tries`] lasts.
     ///
     /// A machine that is busy with something else can be too late for the link, which makes a run
     /// `invalid`, or hold up a part of it, which makes it `disturbed`. webloop must then report
     /// that, and asking again must give a new run. A machine that is busy each time is an error.
     pub(crate) fn complete(&self) -> Result<Output, String> {
-        for _ in 0..TRIES {
+        for _ in serial::tries() {
             let output = self.run(command()).output().unwrap();
             let manifests: Vec<_> = self.cells().iter().map(|cell| manifest(cell)).collect();
             let busy = manifests
@@ -190,7 +152,7 @@ pub(crate) fn run_together(
     backend: &str,
     jobs: usize,
 ) -> Result<Vec<Manifest>, String> {
-    for _ in 0..TRIES {
+    for _ in serial::tries() {
         let mut run = command();
         run.arg("run")
             .arg(file)

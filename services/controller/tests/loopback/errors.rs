@@ -18,7 +18,7 @@ use endpoint::{
     Command, ControllerSettings, Late, MessageOutcome, MessageRow, Mode, Preset, State, checksum,
 };
 
-use crate::{MS, ONE_AT_A_TIME, answering, config, h, rows};
+use crate::{MS, answering, config, h, rows};
 
 /// A thousand, where it is measured; fewer in a build for tests.
 const EACH: u64 = if cfg!(debug_assertions) { 200 } else { 1000 };
@@ -135,7 +135,6 @@ fn reply(error: Error, shared: &Shared, query: &str) -> Option<String> {
 
 /// Runs a controller until a thousand answers were bad, and some more good; what it counted must be that many.
 fn inject(error: Error, name: &str) {
-    let _alone = ONE_AT_A_TIME.lock();
     let folder = tempfile::tempdir().expect("a temporary folder");
     let shared = Arc::new(Shared::default());
     let address = answering::plant({
@@ -186,8 +185,7 @@ fn inject(error: Error, name: &str) {
     println!("row 17: {name} to the controller, {EACH}: {used} used, {EACH} counted `{word}`");
 }
 
-#[test]
-fn no_bad_answer_is_used_and_each_is_counted() {
+pub(crate) fn no_bad_answer_is_used_and_each_is_counted() {
     for (error, name) in [
         (Error::Corruption, "corruption"),
         (Error::Repetition, "repetition"),

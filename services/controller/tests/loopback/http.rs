@@ -11,11 +11,9 @@ use std::{
 use controller::{Config, DriveError, drive_until};
 use endpoint::{Connection, ControllerSettings, MessageOutcome, MessageRow, Mode, Preset, TickRow};
 
-use crate::{MS, ONE_AT_A_TIME, check, config, drive, h, rows, with_plant};
+use crate::{MS, check, config, drive, h, rows, with_plant};
 
-#[test]
-fn the_paper_s_loop_settles_at_its_reference_at_333_hz_and_1_khz() {
-    let _alone = ONE_AT_A_TIME.lock();
+pub(crate) fn the_paper_s_loop_settles_at_its_reference_at_333_hz_and_1_khz() {
     for ms in [3, 1] {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let settings = Preset::PaperPython.settings(Mode::Closed, h(ms));
@@ -42,9 +40,7 @@ fn the_paper_s_loop_settles_at_its_reference_at_333_hz_and_1_khz() {
     }
 }
 
-#[test]
-fn a_new_connection_for_each_message_is_a_new_connection_for_each_message() {
-    let _alone = ONE_AT_A_TIME.lock();
+pub(crate) fn a_new_connection_for_each_message_is_a_new_connection_for_each_message() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let paper = Preset::PaperPython.settings(Mode::Open, h(10));
     let settings = ControllerSettings {
@@ -64,9 +60,7 @@ fn a_new_connection_for_each_message_is_a_new_connection_for_each_message() {
     assert!(plant.connections < report.counts.sent, "{plant:?}");
 }
 
-#[test]
-fn a_plant_that_goes_away_costs_its_messages_and_not_the_run() {
-    let _alone = ONE_AT_A_TIME.lock();
+pub(crate) fn a_plant_that_goes_away_costs_its_messages_and_not_the_run() {
     // It answers the warm-up and five commands, then hangs up for good.
     let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
     let address = listener.local_addr().expect("bound");
@@ -115,9 +109,7 @@ fn a_plant_that_goes_away_costs_its_messages_and_not_the_run() {
     );
 }
 
-#[test]
-fn a_silent_plant_is_timeouts_and_a_full_client_misses() {
-    let _alone = ONE_AT_A_TIME.lock();
+pub(crate) fn a_silent_plant_is_timeouts_and_a_full_client_misses() {
     // It answers /state and is silent on commands: 20 deadlines of 10 ms, two
     // outstanding, a timeout of 50 ms.
     let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
@@ -164,8 +156,7 @@ fn a_silent_plant_is_timeouts_and_a_full_client_misses() {
     );
 }
 
-#[test]
-fn what_cannot_be_reached_or_is_no_address_is_named() {
+pub(crate) fn what_cannot_be_reached_or_is_no_address_is_named() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let settings = Preset::Blocking.settings(Mode::Open, h(10));
     let address: SocketAddr = "127.0.0.1:1".parse().expect("an address");
@@ -190,9 +181,7 @@ fn what_cannot_be_reached_or_is_no_address_is_named() {
     assert!(!folder.path().join("messages.csv").exists());
 }
 
-#[test]
-fn a_controller_that_is_told_to_end_keeps_its_rows() {
-    let _alone = ONE_AT_A_TIME.lock();
+pub(crate) fn a_controller_that_is_told_to_end_keeps_its_rows() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let settings = Preset::PaperPython.settings(Mode::Closed, h(10));
     let (report, _) = with_plant(folder.path(), h(10), |address| {

@@ -1,7 +1,8 @@
 //! The loop over loopback: the controller, real sockets, real time. Few tests,
 //! one after another, with bounds that a busy machine keeps.
 //!
-//! What all have in common is here; [`http`] and [`websocket`] have the tests.
+//! This test has a main function of its own: one that a busy machine spoils is made again. What all have in
+//! common is here.
 
 // `--nocapture` prints what docs/safe-plant.md quotes.
 #![allow(clippy::print_stdout)]
@@ -14,13 +15,7 @@ mod session;
 mod stall;
 mod websocket;
 
-use std::{
-    net::SocketAddr,
-    path::Path,
-    sync::{Mutex, mpsc},
-    thread,
-    time::Duration,
-};
+use std::{net::SocketAddr, path::Path, process::ExitCode, sync::mpsc, thread, time::Duration};
 
 use control::preset;
 use controller::{Config, DriveError, drive_until};
@@ -29,8 +24,30 @@ use tokio::sync::oneshot;
 
 const MS: u64 = 1_000_000;
 
-/// Wall-clock tests would spoil each other's timing.
-static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+fn main() -> ExitCode {
+    let tests = serial::tests![
+        errors::no_bad_answer_is_used_and_each_is_counted,
+        http::the_paper_s_loop_settles_at_its_reference_at_333_hz_and_1_khz,
+        http::a_new_connection_for_each_message_is_a_new_connection_for_each_message,
+        http::a_plant_that_goes_away_costs_its_messages_and_not_the_run,
+        http::a_silent_plant_is_timeouts_and_a_full_client_misses,
+        http::what_cannot_be_reached_or_is_no_address_is_named,
+        http::a_controller_that_is_told_to_end_keeps_its_rows,
+        session::a_controller_claims_the_plant_and_gives_it_back,
+        session::a_controller_that_is_not_told_to_claim_is_refused_every_message,
+        stall::a_stall_is_in_what_messages_took_and_what_was_not_sent_is_counted,
+        websocket::answers_belong_to_their_commands_in_any_order,
+        websocket::an_answer_that_is_none_fails_all_under_way_and_the_next_command_connects_again,
+        websocket::the_plant_s_reason_to_close_is_said,
+        websocket::a_silent_socket_is_timeouts_and_stays_open,
+        websocket::a_plant_that_comes_back_is_found_again,
+        websocket::a_refusal_is_said,
+        websocket::commands_wait_for_one_attempt_to_connect_and_each_by_its_own_timeout,
+        websocket::a_websocket_with_a_connection_for_each_message_is_refused,
+        websocket::the_loop_settles_at_its_reference_over_a_websocket,
+    ];
+    serial::run(tests, || None)
+}
 
 fn h(ms: u64) -> SampleTime {
     SampleTime::try_new(ms * MS).expect("a valid sample time")

@@ -6,7 +6,7 @@ use endpoint::{
     Transport,
 };
 
-use crate::{ONE_AT_A_TIME, check, config, drive, h, rows, with_settings};
+use crate::{check, config, drive, h, rows, with_settings};
 
 fn safe() -> PlantSettings {
     PlantSettings {
@@ -17,9 +17,7 @@ fn safe() -> PlantSettings {
     }
 }
 
-#[test]
-fn a_controller_claims_the_plant_and_gives_it_back() {
-    let _alone = ONE_AT_A_TIME.lock();
+pub(crate) fn a_controller_claims_the_plant_and_gives_it_back() {
     for transport in [Transport::Http, Transport::WebSocket] {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let settings = ControllerSettings {
@@ -52,9 +50,7 @@ fn a_controller_claims_the_plant_and_gives_it_back() {
     }
 }
 
-#[test]
-fn a_controller_that_is_not_told_to_claim_is_refused_every_message() {
-    let _alone = ONE_AT_A_TIME.lock();
+pub(crate) fn a_controller_that_is_not_told_to_claim_is_refused_every_message() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let settings = Preset::PaperPython.settings(Mode::Closed, h(5));
     let out = folder.path();

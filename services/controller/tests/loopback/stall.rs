@@ -10,7 +10,7 @@ use std::{thread, time::Duration};
 use endpoint::{Command, ControllerSettings, MessageRow, Mode, Outstanding, State};
 use pace::now_ns;
 
-use crate::{MS, ONE_AT_A_TIME, answering, check, config, drive, h, rows};
+use crate::{MS, answering, check, config, drive, h, rows};
 
 /// A stall begins each second, and lasts three tenths of it.
 const EVERY_NS: u64 = 1000 * MS;
@@ -56,9 +56,7 @@ fn percentile(sorted: &[u64], share: f64) -> f64 {
     sorted[at.min(sorted.len() - 1)] as f64 * 1e-6
 }
 
-#[test]
-fn a_stall_is_in_what_messages_took_and_what_was_not_sent_is_counted() {
-    let _alone = ONE_AT_A_TIME.lock();
+pub(crate) fn a_stall_is_in_what_messages_took_and_what_was_not_sent_is_counted() {
     let (mut took_ns, mut exact_ns) = (Vec::new(), Vec::new());
     // A machine that is late itself misses some.
     let sent = messages(Outstanding::Unlimited);

@@ -12,7 +12,7 @@ use tokio_tungstenite::tungstenite::{
 };
 
 use crate::{
-    MS, ONE_AT_A_TIME, check, config, drive, h, rows,
+    MS, check, config, drive, h, rows,
     scripted::{Meet, Script, Socket, Then, with_script},
     with_plant,
 };
@@ -31,7 +31,6 @@ fn played<F>(
 where
     F: AsyncFn(usize, &mut Socket) -> Then + Send + 'static,
 {
-    let _alone = ONE_AT_A_TIME.lock();
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (report, asked) = with_script(script, |address| {
         drive(&config(folder.path(), address, settings, duration_ms)).expect("a run to its end")
@@ -63,8 +62,7 @@ where
     }
 }
 
-#[test]
-fn answers_belong_to_their_commands_in_any_order() {
+pub(crate) fn answers_belong_to_their_commands_in_any_order() {
     let (told, farewell) = mpsc::channel();
     let script = at_first(async move |socket: &mut Socket| {
         for _ in 0..10 {
@@ -99,8 +97,7 @@ fn answers_belong_to_their_commands_in_any_order() {
     }
 }
 
-#[test]
-fn an_answer_that_is_none_fails_all_under_way_and_the_next_command_connects_again() {
+pub(crate) fn an_answer_that_is_none_fails_all_under_way_and_the_next_command_connects_again() {
     for garbage in [Message::text("hello"), Message::binary(vec![1, 2, 3])] {
         let expected = match &garbage {
             Message::Text(_) => "field `hello` is unknown",
@@ -126,8 +123,7 @@ fn an_answer_that_is_none_fails_all_under_way_and_the_next_command_connects_agai
     }
 }
 
-#[test]
-fn the_plant_s_reason_to_close_is_said() {
+pub(crate) fn the_plant_s_reason_to_close_is_said() {
     let script = at_first(async |socket: &mut Socket| {
         for _ in 0..3 {
             socket.command().await;
@@ -149,8 +145,7 @@ fn the_plant_s_reason_to_close_is_said() {
     assert_eq!(asked, 2);
 }
 
-#[test]
-fn a_silent_socket_is_timeouts_and_stays_open() {
+pub(crate) fn a_silent_socket_is_timeouts_and_stays_open() {
     let settings = ControllerSettings {
         outstanding: "2".parse().expect("a valid word"),
         timeout_ns: 50 * MS,
@@ -167,8 +162,7 @@ fn a_silent_socket_is_timeouts_and_stays_open() {
     assert_eq!(asked, 1);
 }
 
-#[test]
-fn a_plant_that_comes_back_is_found_again() {
+pub(crate) fn a_plant_that_comes_back_is_found_again() {
     let script = at_first(async |socket: &mut Socket| {
         for _ in 0..3 {
             if let Some(command) = socket.command().await {
@@ -187,8 +181,7 @@ fn a_plant_that_comes_back_is_found_again() {
     assert_ne!(last.outcome, MessageOutcome::Failed);
 }
 
-#[test]
-fn a_refusal_is_said() {
+pub(crate) fn a_refusal_is_said() {
     let script = Script {
         meet: |_| {
             Meet::Refuse(
@@ -206,8 +199,7 @@ fn a_refusal_is_said() {
     );
 }
 
-#[test]
-fn commands_wait_for_one_attempt_to_connect_and_each_by_its_own_timeout() {
+pub(crate) fn commands_wait_for_one_attempt_to_connect_and_each_by_its_own_timeout() {
     let settings = ControllerSettings {
         timeout_ns: 100 * MS,
         ..settings()
@@ -230,8 +222,7 @@ fn commands_wait_for_one_attempt_to_connect_and_each_by_its_own_timeout() {
     assert_eq!(asked, 6);
 }
 
-#[test]
-fn a_websocket_with_a_connection_for_each_message_is_refused() {
+pub(crate) fn a_websocket_with_a_connection_for_each_message_is_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let settings = ControllerSettings {
         connection: Connection::New,
@@ -244,9 +235,7 @@ fn a_websocket_with_a_connection_for_each_message_is_refused() {
     assert!(!folder.path().join("messages.csv").exists());
 }
 
-#[test]
-fn the_loop_settles_at_its_reference_over_a_websocket() {
-    let _alone = ONE_AT_A_TIME.lock();
+pub(crate) fn the_loop_settles_at_its_reference_over_a_websocket() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let settings = Preset::Socket.settings(Mode::Closed, h(10));
     let (report, plant) = with_plant(folder.path(), h(10), |address| {
