@@ -24,13 +24,16 @@ pub(super) fn figure(campaign: &Campaign) -> Option<Figure> {
     let places: Vec<&str> = places.iter().map(|(topology, _)| *topology).collect();
     let faults = grouped(loops.iter(), |one| (one.fault, one.system, one.h_ns));
     let tones = Tones::of(campaign);
+    // All panels have one scale, so that faults can be compared.
+    let all_s = loops.iter().flat_map(|one| back_s(one)).flatten();
+    let slowest_s = all_s.fold(0.001, f64::max);
     let (mut origin, mut sentences, mut panels) = (Origin::default(), Vec::new(), Vec::new());
     for ((name, ..), loops) in &faults {
         for one in loops {
             origin.all(&one.group);
         }
         let name = name.unwrap_or_default();
-        let panel = of_fault(name, loops, &places, &tones);
+        let panel = of_fault(name, loops, &places, slowest_s, &tones);
         sentences.extend(loops.iter().map(|one| sentence(name, one)));
         panels.push(panel);
     }
@@ -42,24 +45,30 @@ pub(super) fn figure(campaign: &Campaign) -> Option<Figure> {
         "H",
         "Back after a fault",
         columns,
-        "How long after the fault's end the error came into 2 % of the reference's range and stayed there; a dot for          each run. Above the line are the runs that did not come back before they ended.",
+        "How long after the fault's end the error came into 2 % of the reference's range and stayed there; a dot for each run. Above the line are the runs that did not come back before they ended.",
         None,
     );
     Some(figure.drawn(panels, &sentences, &origin, campaign))
 }
 
-fn of_fault(name: &str, loops: &[&Loop<'_>], places: &[&str], tones: &Tones) -> Panel {
-    let back_s = |one: &Loop<'_>| -> Vec<Option<f64>> {
-        let runs = one.group.runs.iter();
-        runs.map(|run| Some(run.recovery?.back_ms? / 1e3)).collect()
-    };
-    let all: Vec<Option<f64>> = loops.iter().flat_map(|one| back_s(one)).collect();
-    let slowest_s = all.iter().flatten().copied().fold(0.001, f64::max);
+/// How soon each run of a loop was back, s; `None` if it was not.
+fn back_s(one: &Loop<'_>) -> Vec<Option<f64>> {
+    let runs = one.group.runs.iter();
+    runs.map(|run| Some(run.recovery?.back_ms? / 1e3)).collect()
+}
+
+fn of_fault(
+    name: &str,
+    loops: &[&Loop<'_>],
+    places: &[&str],
+    slowest_s: f64,
+    tones: &Tones,
+) -> Panel {
     let mut panel = panel("", name, "", "back after/s");
     panel.x.names = places.iter().map(|place| (*place).to_owned()).collect();
     panel.x.range = Some((-0.5, places.len() as f64 - 0.5));
     panel.y.range = Some((0.0, slowest_s * f64::midpoint(NEVER, 1.3)));
-    if all.contains(&None) {
+    if loops.iter().any(|one| back_s(one).contains(&None)) {
         panel.guides.push(Guide {
             name: "not back".to_owned(),
             at: GuideAt::Y(slowest_s * f64::midpoint(1.0, NEVER)),

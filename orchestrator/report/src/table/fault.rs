@@ -59,7 +59,9 @@ pub fn table(campaign: &Campaign) -> Option<Table> {
         ]
     };
     let mut notes = vec![
-        "Medians over the complete runs. Worst e: the greatest error from the fault's beginning until the loop was          back. Safe: from the last command to the first tick in the plant's safe state. Back: from the fault's end          until the error stays within 2 % of the reference's range."
+        "Medians over the complete runs. Worst e: the greatest error from the fault's beginning until the loop \
+         was back. Safe: from the last command to the first tick in the plant's safe state. Back: from the \
+         fault's end until the error stays within 2 % of the reference's range."
             .to_owned(),
     ];
     for (name, fault) in &campaign.plan.faults {

@@ -81,34 +81,57 @@ pub(crate) fn sentences() -> Vec<(&'static str, String)> {
             .lines()
             .map(|line| ("README.md", line.to_owned())),
     );
-    let faults = by_fault();
+    let faults = [
+        by_fault(
+            "faults",
+            &["outage", "loss-burst", "reset", "delay-step", "flapping"],
+        ),
+        by_fault(
+            "end-faults",
+            &[
+                "frozen-controller",
+                "frozen-plant",
+                "starved-controller",
+                "starved-plant",
+                "killed-controller",
+                "killed-plant",
+            ],
+        ),
+    ];
     sentences.extend(
         faults
-            .lines()
+            .iter()
+            .flat_map(|table| table.lines())
             .map(|line| ("docs/faults.md", line.to_owned())),
     );
     sentences
 }
 
-/// Median time to be back after each fault, by client, over the links of results/faults.
-fn by_fault() -> String {
+/// Median time to be back after each of these faults, by client, over the links of a folder of results/; all of its
+/// runs are complete.
+fn by_fault(folder: &str, faults: &[&str]) -> String {
     const CLIENTS: [&str; 4] = ["native", "python", "chromium", "firefox"];
-    let rows = rows("faults");
+    let rows = rows(folder);
     assert!(
         rows.iter()
             .all(|row| row.verdict == Some(Verdict::Complete))
     );
-    let mut table = format!("{:10}", "back/ms");
+    let width = faults.iter().map(|fault| fault.len()).max().unwrap_or(0);
+    let mut table = format!("{:width$}", "back/ms");
     for client in CLIENTS {
         table += &format!("  {client:>8}");
     }
-    for fault in ["outage", "loss-burst", "reset", "delay-step", "flapping"] {
-        table += &format!("\n{fault:10}");
+    for fault in faults {
+        table += &format!("\n{fault:width$}");
         for client in CLIENTS {
             let of_it = rows.iter().filter(|row| {
-                row.fault.as_deref() == Some(fault) && row.client.to_string() == client
+                row.fault.as_deref() == Some(*fault) && row.client.to_string() == client
             });
-            table += &format!("  {:8.0}", median(of_it.map(|row| row.fault_back_ms)));
+            let back: Vec<Option<f64>> = of_it.map(|row| row.fault_back_ms).collect();
+            table += &match back.as_slice() {
+                [] => format!("  {:>8}", "-"),
+                back => format!("  {:8.0}", median(back.iter().copied())),
+            };
         }
     }
     table
