@@ -77,7 +77,7 @@ impl Stolen {
     /// Whether it is so much that a run may fail in any of its parts; if so, that is printed.
     #[must_use]
     pub fn is_much(&self) -> bool {
-        const MUCH: f64 = 0.05;
+        const MUCH: f64 = 0.1;
         let share = self.share();
         if share > MUCH {
             println!(
