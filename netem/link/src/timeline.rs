@@ -1,4 +1,4 @@
-//! A run's link in time: the empty link until the epoch, from then on the profile's link.
+//! A run's link in time: the empty link until it opens, from then on the profile's link.
 //!
 //! The player and the prediction both use it, so that they cannot differ.
 
@@ -10,12 +10,14 @@ pub struct Timeline {
     empty: Link,
     link: Link,
     epoch: Epoch,
+    /// The link time from which on the link is in force.
+    opens: LinkTime,
     /// The packets that entered each way, if they are known and matter.
     loads: PerWay<Option<Load>>,
 }
 
 impl Timeline {
-    /// The link of `profile` and `seed`, which begins at `epoch`.
+    /// The link of `profile` and `seed`, which begins at `epoch` and is in force from then on.
     #[must_use]
     pub fn new(profile: &Profile, seed: u64, epoch: Epoch) -> Self {
         // Between two ends on one machine there is never a link.
@@ -29,19 +31,27 @@ impl Timeline {
             empty: Link::new(&before, 0),
             link: Link::new(profile, seed),
             epoch,
+            opens: LinkTime::ZERO,
             loads: PerWay::default(),
         }
+    }
+
+    /// The same link, in force only from link time `opens` on: what it does then, it does as if it had been
+    /// there from its beginning, but no packet has met it.
+    #[must_use]
+    pub fn opening(self, opens: LinkTime) -> Self {
+        Self { opens, ..self }
     }
 
     /// The same timeline with the packets that entered one way: each packet's monotonic instant and
     /// IP length, in order. Without a rate limit on that way they have no effect.
     #[must_use]
     pub fn with_load(mut self, way: Way, packets: impl IntoIterator<Item = (u64, u32)>) -> Self {
-        let epoch = self.epoch;
-        // The link's queue is empty when link time begins.
-        let packets = packets
+        let packets: Vec<_> = packets
             .into_iter()
-            .filter_map(|(t_ns, bytes)| Some((epoch.link_time(t_ns)?, bytes)));
+            // The link's queue is empty when it opens.
+            .filter_map(|(t_ns, bytes)| Some((self.link_time(t_ns)?, bytes)))
+            .collect();
         self.loads[way] = self.link.path(way).load(packets);
         self
     }
@@ -51,7 +61,7 @@ impl Timeline {
     #[must_use]
     pub fn bytes_entered(&self, way: Way, t_ns: u64, within_ns: u64, at_least: u32) -> Option<u32> {
         let load = self.loads[way].as_ref()?;
-        load.bytes(self.epoch.link_time(t_ns)?, within_ns, at_least)
+        load.bytes(self.link_time(t_ns)?, within_ns, at_least)
     }
 
     /// What a packet of `bytes` (IP length) that enters at `t_ns` meets.
@@ -100,10 +110,49 @@ impl Timeline {
     /// The path in force at `t_ns`, that instant in the path's own time, and the origin of that time;
     /// for the empty link, the machine's.
     fn path(&mut self, way: Way, t_ns: u64) -> (&mut Path, LinkTime, Epoch) {
-        let (link, t, origin) = match self.epoch.link_time(t_ns) {
+        let (link, t, origin) = match self.link_time(t_ns) {
             Some(t) => (&mut self.link, t, self.epoch),
             None => (&mut self.empty, LinkTime::from_ns(t_ns), Epoch::default()),
         };
         (link.path_mut(way), t, origin)
+    }
+
+    /// The link time of a monotonic instant; `None` before the link opens.
+    fn link_time(&self, t_ns: u64) -> Option<LinkTime> {
+        self.epoch
+            .link_time(t_ns)
+            .filter(|time| *time >= self.opens)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    const EPOCH: Epoch = Epoch::at_ns(5_000_000_000);
+    const OPENS: LinkTime = LinkTime::from_ns(1_180_000_000);
+
+    fn couva() -> Profile {
+        Profile::parse(Profile::builtin("couva").unwrap(), "couva").unwrap()
+    }
+
+    #[test]
+    fn a_link_that_opens_late_is_empty_before_and_then_as_if_it_had_always_been_there() {
+        let always = || Timeline::new(&couva(), 3, EPOCH);
+        let mut empty = Timeline::new(&Profile::empty(), 0, EPOCH);
+        let (mut asked, mut late) = (always(), always().opening(OPENS));
+        for t_ns in (EPOCH.t_ns(LinkTime::ZERO)..EPOCH.t_ns(LinkTime::from_ns(4_000_000_000)))
+            .step_by(700_001)
+        {
+            for way in Way::BOTH {
+                let due = if t_ns < EPOCH.t_ns(OPENS) {
+                    empty.state_at(way, t_ns)
+                } else {
+                    asked.state_at(way, t_ns)
+                };
+                assert_eq!(late.state_at(way, t_ns), due, "{way:?} {t_ns}");
+            }
+        }
     }
 }

@@ -15,7 +15,7 @@ use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use certificate::{LinkRow, Pause, PlayerReport, Scheduling, WayReport};
-use link::{Epoch, PacketRow, PerWay, Profile, Timeline, Way};
+use link::{Epoch, LinkTime, PacketRow, PerWay, Profile, Timeline, Way};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
 
@@ -50,8 +50,10 @@ pub struct PlayerConfig<P> {
     pub profile: Profile,
     /// The seed of the link.
     pub seed: u64,
-    /// The monotonic instant of link time 0. Before it, the empty link is played.
+    /// The monotonic instant of link time 0.
     pub epoch: Epoch,
+    /// The link time from which on the link is played. Before it, the empty link is.
+    pub opens: LinkTime,
     /// The port where the controller's packets come in and the plant's go out.
     pub controller: P,
     /// The port where the plant's packets come in and the controller's go out.
@@ -74,7 +76,7 @@ pub fn play<P: Port>(
     stop: &AtomicBool,
     mut on_second: impl FnMut([LinkRow; 2]),
 ) -> Result<PlayerReport> {
-    let timeline = Timeline::new(&config.profile, config.seed, config.epoch);
+    let timeline = Timeline::new(&config.profile, config.seed, config.epoch).opening(config.opens);
     let (mut controller, mut plant) = (config.controller, config.plant);
     let mut player = Player::new(
         Relay::new(timeline),

@@ -188,7 +188,7 @@ impl Site for Attach {
     fn lead_ns(&self, start_time: Duration) -> u64 {
         // Twice the allowance of processes on this machine: containers have no real-time scheduling.
         let allowance_ns = schedule::allowance_ns(self.start_time).saturating_mul(2);
-        schedule::LEAD_NS + schedule::ns(start_time) + allowance_ns
+        schedule::lead_for_ns(start_time) + allowance_ns
     }
 
     fn start<'a>(&'a self, settings: RoleSettings) -> Result<Box<dyn Running + 'a>, RunError> {

@@ -35,6 +35,11 @@ pub enum RunError {
     /// The link could not be made or probed.
     #[error("{0}")]
     Link(String),
+    /// The parts were not ready when the link opened, or its empty state had not been measured.
+    #[error(
+        "this machine was too busy to start the parts and to measure the empty link before the run"
+    )]
+    Late,
     /// An agent did not do its part; says which one.
     #[error("{0}")]
     Agent(String),

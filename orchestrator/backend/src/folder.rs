@@ -101,6 +101,22 @@ fn is_one(one: &File, other: &File) -> bool {
     id(one).is_some() && id(one) == id(other)
 }
 
+/// Removes everything from a cell's folder that this process has made room for.
+///
+/// # Errors
+/// If something in there cannot be removed.
+pub(crate) fn clear(folder: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        if entry.file_type()?.is_dir() {
+            fs::remove_dir_all(entry.path())?;
+        } else {
+            fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
+}
+
 /// Length and checksum of every file in `folder`, by name; `except` is left out. Each is on the disk then, so that
 /// a manifest with these facts never vouches for what a power cut may take.
 ///

@@ -54,5 +54,5 @@ pub use player::Player;
 pub use probe::{Probed, probe};
 pub use role::{ControllerRole, LinkRole, PlantRole, settings_schema};
 pub use run::{Attempt, Backend, cell_folder, manifest, run_cell};
-pub use schedule::{AFTER_EPOCH_NS, lead_ns, overhead_ns, stagger_ns};
+pub use schedule::{AFTER_OPENING_NS, lead_ns, overhead_ns, stagger_ns};
 pub use timings::{InvalidTimings, Program, Rates, Timings};

@@ -5,7 +5,7 @@
 use std::net::Ipv4Addr;
 
 use certificate::{Baseline, Certificate, Echo, Edge, Prediction, certify_within, predict};
-use link::{Epoch, PacketRow, Profile, Timeline, Way};
+use link::{Epoch, LinkTime, PacketRow, Profile, Timeline, Way};
 use plan::{Phase, ProbeRow};
 use shaper::ProbePlan;
 
@@ -26,6 +26,8 @@ pub(crate) struct LinkCheck<'a> {
     pub(crate) profile: &'a Profile,
     pub(crate) seed: u64,
     pub(crate) epoch: Epoch,
+    /// The link time from which on the link is in force.
+    pub(crate) opens: LinkTime,
     /// The packets that entered each way, if the link has a rate limit and they are known.
     pub(crate) entered: &'a [Option<Vec<PacketRow>>; 2],
 }
@@ -33,33 +35,30 @@ pub(crate) struct LinkCheck<'a> {
 impl LinkCheck<'_> {
     /// The request to the prober for a series.
     pub(crate) fn plan(&self, series: Series) -> ProbePlan {
-        ProbePlan {
+        let mut plan = ProbePlan {
             target: self.target,
             start_ns: series.start_ns,
             interval_ns: series.interval_ns,
             count: series.count,
             seed: Some(self.seed),
-            grace_ns: self.longest_ns(series).saturating_add(GRACE_NS),
+            lost: Vec::new(),
+            back_ns: 0,
+            grace_ns: GRACE_NS,
             id: series.phase as u16,
-        }
-    }
-
-    /// Longest round trip of the link for the last echoes of a series, ns: it is useless to wait longer
-    /// for a lost one.
-    fn longest_ns(&self, series: Series) -> u64 {
-        /// A stall that began before the last echo may hold it up; there is no need to look back
-        /// further.
-        const LOOK_BACK: u32 = 1_000;
+        };
         let mut timeline = self.timeline();
-        let first = series.count.saturating_sub(LOOK_BACK);
-        (first..series.count)
-            .map(|seq| {
-                let sent_ns = series.start_ns + u64::from(seq) * series.interval_ns;
-                let up_ns = timeline.state_at(Way::Up, sent_ns).delay_ns;
-                up_ns + timeline.state_at(Way::Down, sent_ns + up_ns).delay_ns
-            })
-            .max()
-            .unwrap_or(0)
+        for seq in 0..series.count {
+            let sent_ns = plan.due_ns(series.start_ns, seq);
+            let up = timeline.state_at(Way::Up, sent_ns);
+            let down = timeline.state_at(Way::Down, sent_ns + up.delay_ns);
+            let back_ns = sent_ns + up.delay_ns + down.delay_ns;
+            plan.back_ns = plan.back_ns.max(back_ns - series.start_ns);
+            // Behind a rate limit nobody knows which packets a full queue drops.
+            if (up.lost || down.lost) && !self.profile.has_rate() {
+                plan.lost.push(seq);
+            }
+        }
+        plan
     }
 
     /// Cost of crossing the player itself; `None` if no echo came back.
@@ -121,7 +120,7 @@ impl LinkCheck<'_> {
 
     /// The link that was asked for.
     pub(crate) fn timeline(&self) -> Timeline {
-        let timeline = Timeline::new(self.profile, self.seed, self.epoch);
+        let timeline = Timeline::new(self.profile, self.seed, self.epoch).opening(self.opens);
         let ways = [Way::Up, Way::Down].into_iter().zip(self.entered);
         ways.fold(timeline, |timeline, (way, entered)| match entered {
             Some(packets) => {

@@ -25,7 +25,7 @@ pub(crate) struct Netns {
     program: PathBuf,
     /// How long the binary takes to start on this machine.
     start_time: Duration,
-    /// Earliest epoch of the link, ns on the monotonic clock.
+    /// When the link opens at the earliest, ns on the monotonic clock.
     not_before_ns: u64,
 }
 
@@ -52,7 +52,7 @@ impl Netns {
         })
     }
 
-    /// Sets the earliest epoch of the link, ns on the monotonic clock.
+    /// Sets when the link opens at the earliest, ns on the monotonic clock.
     pub(crate) fn wait_until(&mut self, not_before_ns: u64) {
         self.not_before_ns = not_before_ns;
     }
@@ -113,8 +113,7 @@ fn start_time(program: &Path) -> Duration {
 
 impl Site for Netns {
     fn lead_ns(&self, start_time: Duration) -> u64 {
-        let own_ns =
-            schedule::LEAD_NS + schedule::allowance_ns(self.start_time) + schedule::ns(start_time);
+        let own_ns = schedule::lead_for_ns(start_time) + schedule::allowance_ns(self.start_time);
         own_ns.max(self.not_before_ns.saturating_sub(now_ns()))
     }
 

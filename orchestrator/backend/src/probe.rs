@@ -5,12 +5,12 @@ use std::sync::mpsc::{self, Sender};
 use std::thread;
 
 use certificate::{Baseline, Certificate, Echo, Edge};
-use link::{Epoch, Profile, Way};
+use link::{Epoch, LinkTime, Profile, Way};
 use plan::Phase;
 use shaper::{PacketPort, PlayerConfig, Prober, TcConfig, TcPlayer, now_ns, play};
 
 use crate::link_check::{LinkCheck, NOTHING_ENTERED};
-use crate::schedule::{self, Series};
+use crate::schedule::{self, Series, Spacing};
 use crate::{Lab, Player, RunError};
 
 /// What the echoes have shown.
@@ -41,7 +41,7 @@ pub fn probe(
 ) -> Result<Probed, RunError> {
     player.check(profile)?;
     let lab = Lab::new(profile)?;
-    let epoch_ns = now_ns() + schedule::LEAD_NS;
+    let epoch_ns = now_ns() + schedule::PROBE_LEAD_NS;
     let epoch = Epoch::at_ns(epoch_ns);
     let piece = Piece {
         profile,
@@ -53,6 +53,7 @@ pub fn probe(
         profile,
         seed,
         epoch,
+        opens: LinkTime::ZERO,
         entered: &NOTHING_ENTERED,
     };
     let series = Series {
@@ -139,7 +140,11 @@ fn echoes(
     on_answer: impl FnMut(&Echo) + Send,
 ) -> Result<[Vec<Echo>; 2], RunError> {
     let mut prober = Prober::open(lab.controller(), lab.plant())?;
-    let empty = prober.run(&link_check.plan(schedule::empty(now_ns())), stop, |_| {})?;
+    let empty = prober.run(
+        &link_check.plan(Spacing::Close.empty(now_ns())),
+        stop,
+        |_| {},
+    )?;
     Ok([
         empty,
         prober.run(&link_check.plan(series), stop, on_answer)?,
@@ -170,6 +175,7 @@ impl Piece<'_> {
                 profile,
                 seed,
                 epoch,
+                opens: LinkTime::ZERO,
                 controller: PacketPort::open(controller)?,
                 plant: PacketPort::open(plant)?,
                 packets: None,
@@ -185,6 +191,7 @@ impl Piece<'_> {
             profile,
             seed,
             epoch,
+            opens: LinkTime::ZERO,
             way,
             device: device.to_owned(),
         })?;

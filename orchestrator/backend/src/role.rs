@@ -7,7 +7,7 @@
 use std::net::SocketAddr;
 
 use endpoint::{ControllerSettings, Lease, PageSettings, PlantSettings, Reference};
-use link::{Epoch, Way};
+use link::{Epoch, LinkTime, Way};
 use plan::{Cell, Client, ProfileText, Program};
 use schemars::{JsonSchema, schema_for};
 use serde::{Deserialize, Serialize};
@@ -96,10 +96,13 @@ pub struct LinkRole {
     pub profile: ProfileText,
     /// The link's seed.
     pub seed: u64,
-    /// Link time 0, monotonic; now, if not given. The link is empty before it.
+    /// Link time 0, monotonic; now, if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[serde(rename = "epoch_ns")]
     pub epoch: Option<Epoch>,
+    /// The link time from which on the link is in force, in ns; it is empty before.
+    #[serde(default)]
+    pub opens_ns: u64,
     /// The one way that it plays, beside the end whose packets go that way; both, if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub way: Option<Way>,
@@ -204,12 +207,18 @@ impl ControllerRole {
 }
 
 impl LinkRole {
-    /// The settings of a cell's link, both ways, from `epoch` on.
-    pub(crate) fn of(cell: &Cell, profile: &ProfileText, epoch: Epoch) -> LinkRole {
+    /// The settings of a cell's link, both ways, whose time begins at `epoch`.
+    pub(crate) fn of(
+        cell: &Cell,
+        profile: &ProfileText,
+        epoch: Epoch,
+        opens: LinkTime,
+    ) -> LinkRole {
         LinkRole {
             profile: profile.clone(),
             seed: cell.link_seed,
             epoch: Some(epoch),
+            opens_ns: opens.ns(),
             way: None,
             player: Player::Auto,
             device: None,

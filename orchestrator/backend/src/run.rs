@@ -19,7 +19,10 @@ use crate::evidence::{self, Evidence};
 use crate::link_check::LinkCheck;
 use crate::netns::Netns;
 use crate::report::Reports;
-use crate::{Agents, Manifest, Player, RunError, Timings, folder, own, record, simulated};
+use crate::schedule::Spacing;
+use crate::{
+    Agents, Manifest, Player, RunError, Timings, folder, own, record, schedule, simulated,
+};
 
 /// The folder of a cell inside a campaign's folder.
 #[must_use]
@@ -49,7 +52,7 @@ pub enum Backend {
     Netns {
         /// The result of [`shaper::become_root`].
         authority: shaper::Result<Authority>,
-        /// Earliest epoch of the link, ns on the monotonic clock: other cells that run at the same time
+        /// When the link opens at the earliest, ns on the monotonic clock: other cells that run at the same time
         /// are not ready before it.
         not_before_ns: u64,
     },
@@ -88,7 +91,19 @@ pub fn run_cell(
     let folder = cell_folder(campaign, cell);
     let _in_use = folder::make_room(campaign, &folder)?;
     let described = describe(backend);
-    let outcome = execute(plan, cell, &folder, backend, player, stop);
+    let mut patience = 1;
+    let outcome = loop {
+        match execute(plan, cell, &folder, backend, player, patience, stop) {
+            Err(RunError::Late) if patience < schedule::MOST_PATIENCE => {
+                tracing::info!(
+                    "the link opened before all parts were ready; once more, with more time"
+                );
+                folder::clear(&folder).map_err(|problem| RunError::write(&folder, problem))?;
+                patience *= 3;
+            }
+            outcome => break outcome,
+        }
+    };
     // Ctrl-C in a terminal also reaches the roles, which then end as if by themselves.
     let outcome = if stop.load(Ordering::Relaxed) {
         Err(RunError::Interrupted)
@@ -142,13 +157,14 @@ pub fn run_cell(
     Ok(manifest)
 }
 
-/// Runs a cell in its folder, and judges what was observed.
+/// Runs a cell in its folder, and judges what was observed; `patience` is that of [`course::run`].
 fn execute(
     plan: &Plan,
     cell: &Cell,
     folder: &Path,
     backend: &Backend,
     player: Player,
+    patience: u64,
     stop: &AtomicBool,
 ) -> Result<Evidence, RunError> {
     let (text, profile) = write_profile(plan, cell, folder)?;
@@ -191,11 +207,11 @@ fn execute(
             authority.as_ref()?;
             let mut site = Netns::new(&profile, player, folder)?;
             site.wait_until(*not_before_ns);
-            course::run(&site, cell, &profile, texts, stop)?
+            course::run(&site, cell, &profile, texts, patience, stop)?
         }
         Backend::Attach(agents) => {
             let site = Attach::new(agents, cell, &profile, player, folder)?;
-            let seen = course::run(&site, cell, &profile, texts, stop);
+            let seen = course::run(&site, cell, &profile, texts, patience, stop);
             // The rows copied so far are kept, however the run ended.
             let kept = site.finish(&folder.join(OWN));
             seen.and_then(|seen| kept.map(|()| seen))?
@@ -213,6 +229,11 @@ fn execute(
         profile: &profile,
         seed: cell.link_seed,
         epoch: seen.epoch,
+        opens: match backend {
+            Backend::Sim(_) => Spacing::Wide,
+            Backend::Netns { .. } | Backend::Attach(_) => Spacing::of(&profile),
+        }
+        .opens(),
         entered: &record::entered(folder)?,
     };
     evidence::write_rows(&link_check, &seen.echoes, &folder.join(file_name::PROBES))?;

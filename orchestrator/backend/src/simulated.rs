@@ -13,6 +13,7 @@ use endpoint::report::Written;
 use endpoint::{ArrivalRow, MessageRow, Model, SecondRow, Surrounded, Thread, TickRow, Timer};
 use link::{PacketRow, Profile, Way};
 use manifest::{ModelController, ModelPlant};
+use plan::series::Spacing;
 use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase, file_name};
 use serde::Serialize;
 use sim::{EPOCH, Outcome, Pool, Record, Series, Setup, Start, Timing};
@@ -22,7 +23,7 @@ use crate::course::{Seen, Texts};
 use crate::own_plant::start_simulated;
 use crate::{RunError, folder, schedule};
 
-/// How long the plant goes on after the last message, as in a real run.
+/// How long the plant goes on after the last message: as long as there are echoes.
 const AFTER_NS: u64 = 1_200_000_000;
 
 /// Simulates a cell, and writes its rows and reports to `folder`.
@@ -84,10 +85,10 @@ fn run_with<M: Model + Clone>(
     let start_ns = EPOCH.t_ns(plan::START_AT);
     // The start of the last series is not known yet.
     let planned = [
-        schedule::empty(0),
-        schedule::before(EPOCH),
+        Spacing::Wide.empty(0),
+        Spacing::Wide.before(EPOCH),
         schedule::during(start_ns, cell.duration_ns),
-        schedule::after(0),
+        Spacing::Wide.after(0),
     ];
     let echoes = planned.map(|series| Series {
         start: match series.phase {

@@ -19,7 +19,7 @@ pub(crate) const PLANT_PORT: u16 = 8080;
 
 /// Where a run happens.
 pub(crate) trait Site: Sync {
-    /// Time from now to the link's epoch, ns: enough to start the parts, of which the client takes
+    /// Time from now until the link opens, ns: usually enough to start the parts, of which the client takes
     /// `start_time` on this machine, and to measure the empty link.
     fn lead_ns(&self, start_time: Duration) -> u64;
 

@@ -18,7 +18,7 @@ use plan::Cell;
 const POLL: Duration = Duration::from_millis(50);
 
 /// How long a batch waits beyond its longest expected start, ns: starting many at once is slower.
-const SPARE_NS: u64 = 300_000_000;
+const SPARE_NS: u64 = 1_000_000_000;
 
 /// The cells that have not begun, and the state of the current batch.
 pub struct Queue<'a> {
@@ -179,7 +179,7 @@ pub(crate) fn batches<'a>(cells: &[&'a Cell], jobs: Option<u16>) -> Vec<Vec<&'a 
 pub(crate) fn batch_time(batch: &[&Cell]) -> Duration {
     let ready_ns = turns(batch).front().map_or(0, |turn| turn.not_before_ns);
     let longest_ns = batch.iter().map(|cell| cell.duration_ns).max().unwrap_or(0);
-    Duration::from_nanos(ready_ns + longest_ns + backend::AFTER_EPOCH_NS)
+    Duration::from_nanos(ready_ns + longest_ns + backend::AFTER_OPENING_NS)
 }
 
 /// When to start each cell of a batch, one after another, and when all of them are up.

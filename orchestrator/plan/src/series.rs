@@ -1,7 +1,11 @@
-//! When echoes are sent through the link of a run; the same in every back-end.
+//! When echoes are sent through the link of a run, and when the link opens for them.
+//!
+//! The loop meets the link from [`START_AT`] on in every back-end. Before and after it there are as many echoes
+//! everywhere, but real time, in which somebody waits, has them closer together than virtual time.
 
-use link::{Epoch, LinkTime};
+use link::{Epoch, LinkTime, Profile};
 
+use crate::cell::START_AT;
 use crate::echo::Phase;
 
 const MS: u64 = 1_000_000;
@@ -19,25 +23,80 @@ pub struct Series {
     pub count: u32,
 }
 
-/// Echoes that measure the cost of the empty link, as a median of sixty.
-#[must_use]
-pub fn empty(now_ns: u64) -> Series {
-    Series {
-        phase: Phase::Empty,
-        start_ns: now_ns,
-        interval_ns: 5 * MS,
-        count: 60,
-    }
+/// How close to each other the echoes are while no loop uses the link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spacing {
+    /// As in virtual time, and where the link has a rate limit, on which close echoes would queue.
+    Wide,
+    /// Whatever disturbs them, a tenth of the time of [`Spacing::Wide`] is there for it to do so.
+    Close,
 }
 
-/// Echoes that check whether the link is the one asked for, for one second before the loop uses it.
-#[must_use]
-pub fn before(epoch: Epoch) -> Series {
-    Series {
-        phase: Phase::Before,
-        start_ns: epoch.t_ns(LinkTime::from_ns(100 * MS)),
-        interval_ns: 20 * MS,
-        count: 50,
+impl Spacing {
+    /// The spacing in real time.
+    #[must_use]
+    pub fn of(profile: &Profile) -> Spacing {
+        if profile.has_rate() {
+            Spacing::Wide
+        } else {
+            Spacing::Close
+        }
+    }
+
+    /// The link time from which on the link is in force: as long before the loop as the echoes need.
+    #[must_use]
+    pub const fn opens(self) -> LinkTime {
+        match self {
+            Spacing::Wide => LinkTime::ZERO,
+            Spacing::Close => LinkTime::from_ns(START_AT.ns() - 120 * MS),
+        }
+    }
+
+    /// Echoes that measure the cost of the empty link, as a median of sixty.
+    #[must_use]
+    pub fn empty(self, now_ns: u64) -> Series {
+        Series {
+            phase: Phase::Empty,
+            start_ns: now_ns,
+            interval_ns: match self {
+                Spacing::Wide => 5 * MS,
+                Spacing::Close => 2 * MS,
+            },
+            count: 60,
+        }
+    }
+
+    /// Echoes that check whether the link is the one asked for before the loop uses it.
+    #[must_use]
+    pub fn before(self, epoch: Epoch) -> Series {
+        let after_opening_ns = match self {
+            Spacing::Wide => 100 * MS,
+            Spacing::Close => 5 * MS,
+        };
+        Series {
+            phase: Phase::Before,
+            start_ns: epoch.t_ns(self.opens().after(after_opening_ns)),
+            interval_ns: self.interval_ns(),
+            count: 50,
+        }
+    }
+
+    /// Echoes that check the same after the loop has ended.
+    #[must_use]
+    pub fn after(self, now_ns: u64) -> Series {
+        Series {
+            phase: Phase::After,
+            start_ns: now_ns,
+            interval_ns: self.interval_ns(),
+            count: 50,
+        }
+    }
+
+    fn interval_ns(self) -> u64 {
+        match self {
+            Spacing::Wide => 20 * MS,
+            Spacing::Close => 2 * MS,
+        }
     }
 }
 
@@ -51,16 +110,5 @@ pub fn during(start_ns: u64, duration_ns: u64) -> Series {
         start_ns,
         interval_ns,
         count,
-    }
-}
-
-/// Echoes that check the same for one second after the loop has ended.
-#[must_use]
-pub fn after(now_ns: u64) -> Series {
-    Series {
-        phase: Phase::After,
-        start_ns: now_ns,
-        interval_ns: 20 * MS,
-        count: 50,
     }
 }

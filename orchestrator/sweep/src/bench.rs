@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use endpoint::{ControllerSettings, Hold, Mode, Preset};
 use link::Profile;
-use plan::{Client, series};
+use plan::Client;
+use plan::series::{self, Spacing};
 use sim::{EPOCH, Pool, Series, Setup, Start, Timing};
 
 use crate::machine::Machine;
@@ -139,11 +140,14 @@ fn echoes(profile: &Profile, duration_ns: u64) -> Vec<Series> {
     if !profile.has_rate() {
         return Vec::new();
     }
-    [series::before(EPOCH), series::during(START_NS, duration_ns)]
-        .map(|series| Series {
-            start: Start::At(series.start_ns),
-            interval_ns: series.interval_ns,
-            count: series.count,
-        })
-        .into()
+    [
+        Spacing::Wide.before(EPOCH),
+        series::during(START_NS, duration_ns),
+    ]
+    .map(|series| Series {
+        start: Start::At(series.start_ns),
+        interval_ns: series.interval_ns,
+        count: series.count,
+    })
+    .into()
 }

@@ -17,7 +17,7 @@
 use std::sync::atomic::AtomicBool;
 
 use certificate::{LinkRow, WayPlayed};
-use link::{Epoch, PacketRow, PerWay, Profile, Timeline, Way};
+use link::{Epoch, LinkTime, PacketRow, PerWay, Profile, Timeline, Way};
 
 use crate::error::Result;
 use crate::player::Player;
@@ -34,8 +34,10 @@ pub struct WayConfig {
     pub profile: Profile,
     /// Its seed, the same beside both ends.
     pub seed: u64,
-    /// The monotonic instant of link time 0, the same beside both ends. Before it, the empty link is played.
+    /// The monotonic instant of link time 0, the same beside both ends.
     pub epoch: Epoch,
+    /// The link time from which on the link is played, the same beside both ends. Before it, the empty link is.
+    pub opens: LinkTime,
     /// The end's interface.
     pub end: TunPort,
     /// The socket to the other end's player.
@@ -57,7 +59,7 @@ pub fn play_way(
     let (mut end, mut tunnel) = (config.end, config.tunnel);
     let shaped = end.way();
     let carried = shaped.back();
-    let timeline = Timeline::new(&config.profile, config.seed, config.epoch);
+    let timeline = Timeline::new(&config.profile, config.seed, config.epoch).opening(config.opens);
     let relay = Relay::new(timeline).carrying(carried);
     let ports: PerWay<&mut dyn Port> = match shaped {
         Way::Up => PerWay {

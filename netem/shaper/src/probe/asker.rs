@@ -67,18 +67,16 @@ impl Asker {
         const CAPACITY: u32 = 1 << 16;
         let start_ns = plan.start_ns.max(now_ns());
         let due_ns = |seq: u32| plan.due_ns(start_ns, seq);
-        let end_ns = due_ns(plan.count.saturating_sub(1)).saturating_add(plan.grace_ns);
+        let back_ns = start_ns.saturating_add(plan.back_ns);
+        let end_ns = back_ns.saturating_add(plan.grace_ns);
         let target = SocketAddrV4::new(plan.target, 0);
         let mut echoes = Vec::with_capacity(plan.count.min(CAPACITY) as usize);
+        // Those that come although they should be lost are not counted.
+        let awaited = (plan.count as usize).saturating_sub(plan.lost.len());
         let mut answered = 0;
         while !stop.load(Ordering::Relaxed) {
-            let now = now_ns();
             let sent = echoes.len() as u32;
-            let all_sent = sent == plan.count;
-            if all_sent && (answered == plan.count || now >= end_ns) {
-                break;
-            }
-            if !all_sent && now >= due_ns(sent) {
+            if sent < plan.count && now_ns() >= due_ns(sent) {
                 echoes.push(self.send(plan.id, sent, &target)?);
             }
             if let Some(witness) = &mut witness {
@@ -96,17 +94,22 @@ impl Asker {
                     && echo.t_back_ns.is_none()
                 {
                     echo.t_back_ns = Some(stamp_ns);
-                    answered += 1;
+                    answered += usize::from(plan.lost.binary_search(&id.seq).is_err());
                     on_answer(echo);
                 }
             })?;
             let sent = echoes.len() as u32;
-            let wake_ns = if sent < plan.count {
-                due_ns(sent)
-            } else {
-                end_ns
+            let wake_ns = match (sent < plan.count, answered >= awaited) {
+                (true, _) => due_ns(sent),
+                (false, true) if plan.lost.is_empty() => break,
+                (false, true) => back_ns,
+                (false, false) => end_ns,
             };
-            let sleep_ns = wake_ns.saturating_sub(now_ns()).min(LONGEST_SLEEP_NS);
+            let now = now_ns();
+            if sent == plan.count && now >= wake_ns {
+                break;
+            }
+            let sleep_ns = wake_ns.saturating_sub(now).min(LONGEST_SLEEP_NS);
             self.wait(witness.as_deref(), sleep_ns)?;
         }
         Ok(echoes)

@@ -11,6 +11,10 @@ const SHORTEST_IP_HEADER: usize = 20;
 /// Bytes of a message, including its header.
 const MESSAGE_BYTES: usize = certificate::PACKET_BYTES as usize - SHORTEST_IP_HEADER;
 
+/// What the payload is filled with. Some kernels answer a request of zeros alone with a checksum of 0, which is
+/// wrong: its first echo would be lost.
+const FILLER: u8 = b'w';
+
 /// Identifies an echo and its probe. The payload carries the full number; the header has room for
 /// only 16 bits of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +27,8 @@ pub(crate) struct EchoId {
 
 /// The request with this id.
 pub(crate) fn request(id: EchoId) -> [u8; MESSAGE_BYTES] {
-    let mut message = [0; MESSAGE_BYTES];
+    let mut message = [FILLER; MESSAGE_BYTES];
+    message[..HEADER].fill(0);
     message[0] = REQUEST;
     message[4..6].copy_from_slice(&id.probe.to_be_bytes());
     message[6..8].copy_from_slice(&(id.seq as u16).to_be_bytes());

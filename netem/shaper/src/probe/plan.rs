@@ -5,7 +5,7 @@ use std::net::Ipv4Addr;
 use serde::{Deserialize, Serialize};
 
 /// The echoes to send and their instants.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProbePlan {
     /// The address to probe: [`PLANT_ADDRESS`](crate::PLANT_ADDRESS), or 127.0.0.1 without a link.
@@ -19,8 +19,12 @@ pub struct ProbePlan {
     /// With a seed each echo is sent at an instant of its interval drawn from the seed, so that no periodic
     /// disturbance can always fall between echoes. Without a seed it is sent at the beginning.
     pub seed: Option<u64>,
-    /// How long to wait for answers after the last echo. It must exceed the link's longest round
-    /// trip, or late answers count as lost.
+    /// The echoes that the link is to lose, in order: nobody waits for them beyond `back_ns`.
+    pub lost: Vec<u32>,
+    /// Time from `start_ns` until the last echo is back on the link that it should meet; one that this link would
+    /// lose counts too, since it may come.
+    pub back_ns: u64,
+    /// How long to wait beyond that while answers are missing.
     pub grace_ns: u64,
     /// Distinguishes probes: a probe needs another id if one runs at the same time, or ran before and
     /// may still have answers under way.

@@ -6,7 +6,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use certificate::{Baseline, Certificate, Echo, LinkRow, PlayerReport, certify};
-use link::{Epoch, Profile};
+use link::{Epoch, LinkTime, Profile};
 use shaper::{
     CONTROLLER_INTERFACE, Namespace, PLANT_ADDRESS, PLANT_INTERFACE, PacketPort, PlayerConfig,
     ProbePlan, join, now_ns, play, probe,
@@ -63,7 +63,9 @@ pub(crate) fn series(
         interval_ns,
         count,
         seed: None,
-        grace_ns: 5 * SECOND,
+        lost: Vec::new(),
+        back_ns: u64::from(count) * interval_ns + 5 * SECOND,
+        grace_ns: 0,
         id,
     }
 }
@@ -94,6 +96,7 @@ impl Cell {
             profile: profile.clone(),
             seed,
             epoch: Epoch::at_ns(epoch_ns),
+            opens: LinkTime::ZERO,
             controller: at_controller,
             plant: at_plant,
         };

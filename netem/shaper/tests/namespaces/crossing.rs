@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use link::{Epoch, Way};
+use link::{Epoch, LinkTime, Way};
 use rustix::net::{self, AddressFamily, SendFlags, SocketType, ipproto};
 use rustix::thread::{CapabilitySet, capabilities, set_capabilities};
 use shaper::{
@@ -339,6 +339,7 @@ pub(crate) fn hold() -> ExitCode {
         profile: constant("5ms"),
         seed: SEED,
         epoch: Epoch::at_ns(0),
+        opens: LinkTime::ZERO,
         end: TunPort::open(Way::Up).unwrap(),
         tunnel: UdpPort::open(
             "0.0.0.0:7077".parse().unwrap(),

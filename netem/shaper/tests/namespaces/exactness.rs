@@ -110,7 +110,9 @@ pub(crate) fn loopback_needs_no_player() {
             interval_ns: 2 * MS,
             count: 200,
             seed: None,
-            grace_ns: SECOND,
+            lost: Vec::new(),
+            back_ns: 200 * 2 * MS + SECOND,
+            grace_ns: 0,
             id: 3,
         };
         let echoes = probe(&plan, &machine, &machine).unwrap();

@@ -8,7 +8,7 @@ use std::sync::mpsc::channel;
 use std::thread::{self, JoinHandle};
 
 use certificate::{Baseline, Echo, TcReport, TcRow, Verdict, certify_within};
-use link::{Epoch, Profile, Timeline, Way};
+use link::{Epoch, LinkTime, Profile, Timeline, Way};
 use shaper::{
     CONTROLLER_INTERFACE, Error, Namespace, PLANT_INTERFACE, TcConfig, TcPlayer, bridge, join,
     now_ns, probe, tc_available,
@@ -93,6 +93,7 @@ pub(crate) fn config(profile: &Profile, way: Way, epoch_ns: u64) -> TcConfig {
         profile: profile.clone(),
         seed: SEED,
         epoch: Epoch::at_ns(epoch_ns),
+        opens: LinkTime::ZERO,
         way,
         device: device.to_owned(),
     }

@@ -11,7 +11,7 @@ use certificate::{
     Baseline, Certificate, Echo, LinkRow, PlayerReport, Sighting, WayPlayed, WayReport, certify,
     merge,
 };
-use link::{Epoch, Profile, Way};
+use link::{Epoch, LinkTime, Profile, Way};
 use shaper::{
     Asker, Error, Namespace, TUNNEL_PORT, TunPort, UdpPort, WayConfig, Witness, connect, now_ns,
     play_way,
@@ -51,6 +51,7 @@ impl Tunnel {
                     profile: profile.clone(),
                     seed: SEED,
                     epoch: Epoch::at_ns(epoch_ns),
+                    opens: LinkTime::ZERO,
                     end: TunPort::open(way)?,
                     tunnel: UdpPort::open(local, peer)?,
 

@@ -17,7 +17,7 @@ use super::*;
 const S: u64 = 1_000_000_000;
 const LEAD_NS: u64 = S;
 /// Link time 0 of the run, its first deadline, and the end of its deadlines.
-const EPOCH: Epoch = Epoch::at_ns(2 * LEAD_NS);
+const EPOCH: Epoch = Epoch::at_ns(2 * LEAD_NS - Spacing::Close.opens().ns());
 const START_NS: u64 = EPOCH.t_ns(plan::START_AT);
 const END_NS: u64 = START_NS + 2 * S;
 
@@ -80,7 +80,7 @@ impl MadeUp {
             plant_program: None,
             end_faults: &self.faults,
         };
-        run(self, &plan.cells[0], &profile, texts, &self.stop)
+        run(self, &plan.cells[0], &profile, texts, 1, &self.stop)
     }
 
     fn note(&self, what: String) {
@@ -283,10 +283,7 @@ fn a_machine_that_is_late_for_the_empty_link_has_no_run() {
         ..MadeUp::new()
     };
     let said = failure(&site);
-    assert!(
-        said.contains("too busy to measure the empty link"),
-        "{said}"
-    );
+    assert!(said.contains("too busy to start the parts"), "{said}");
 }
 
 #[test]

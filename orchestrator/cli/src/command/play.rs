@@ -11,7 +11,7 @@ use ::link::{PacketRow, Profile, Way};
 use anyhow::{Context, anyhow};
 use backend::{LinkRole, Player};
 use certificate::{Beside, OneWay};
-use link::Epoch;
+use link::{Epoch, LinkTime};
 use serde::Serialize;
 use shaper::{
     PacketPort, PlayerConfig, Record, TUNNEL_PORT, TcConfig, TcPlayer, TunPort, UdpPort, WayConfig,
@@ -28,6 +28,7 @@ struct Piece {
     profile: Profile,
     seed: u64,
     epoch: Epoch,
+    opens: LinkTime,
     player: Player,
     device: Option<String>,
 }
@@ -60,6 +61,7 @@ pub(crate) fn link(argument: &ServeLink) -> Outcome {
         profile: source::played(&role.profile, "profile")?,
         seed: role.seed,
         epoch: role.epoch.unwrap_or_else(|| Epoch::at_ns(now_ns())),
+        opens: LinkTime::from_ns(role.opens_ns),
         player: role.player,
         device: role.device,
     };
@@ -82,6 +84,7 @@ fn role(argument: &ServeLink) -> Result<LinkRole, Failure> {
         profile: source::named_profile(asked)?,
         seed: argument.seed,
         epoch: argument.epoch_ns.map(Epoch::at_ns),
+        opens_ns: 0,
         way: argument.way.map(Way::from),
         player: argument.player.into(),
         device: argument.device.clone(),
@@ -96,6 +99,7 @@ fn between(argument: &ServeLink, piece: Piece, stop: &AtomicBool) -> Outcome {
         profile: piece.profile,
         seed: piece.seed,
         epoch: piece.epoch,
+        opens: piece.opens,
         controller: PacketPort::open(&argument.controller)?,
         plant: PacketPort::open(&argument.plant)?,
         packets,
@@ -157,6 +161,7 @@ fn by_tc(
         profile: piece.profile,
         seed: piece.seed,
         epoch: piece.epoch,
+        opens: piece.opens,
         way,
         device,
     };
@@ -188,6 +193,7 @@ fn by_user(
         profile: piece.profile,
         seed: piece.seed,
         epoch: piece.epoch,
+        opens: piece.opens,
         end: TunPort::open(way)?,
         tunnel: UdpPort::open(socket(local), socket(peer))?,
         packets,
