@@ -47,11 +47,10 @@ impl Timeline {
     /// IP length, in order. Without a rate limit on that way they have no effect.
     #[must_use]
     pub fn with_load(mut self, way: Way, packets: impl IntoIterator<Item = (u64, u32)>) -> Self {
-        let packets: Vec<_> = packets
+        // The link's queue is empty when it opens.
+        let packets = packets
             .into_iter()
-            // The link's queue is empty when it opens.
-            .filter_map(|(t_ns, bytes)| Some((self.link_time(t_ns)?, bytes)))
-            .collect();
+            .filter_map(|(t_ns, bytes)| Some((self.link_time(t_ns)?, bytes)));
         self.loads[way] = self.link.path(way).load(packets);
         self
     }

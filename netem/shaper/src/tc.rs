@@ -74,7 +74,6 @@ pub struct TcPlayer {
     staircase: Staircase,
     way: Way,
     epoch: Epoch,
-    opens: LinkTime,
     started_ns: u64,
     scheduling: Scheduling,
     tc: String,
@@ -114,7 +113,6 @@ impl TcPlayer {
             staircase: Staircase::new(&config.profile, config.seed, config.way),
             way: config.way,
             epoch: config.epoch,
-            opens: config.opens,
             started_ns: now_ns(),
             scheduling,
             tc,
@@ -133,9 +131,11 @@ impl TcPlayer {
             player.set(Verb::Add, change.setting)?;
         }
         player.first = player.ask_and_wait()?.text;
-        // Looked up in advance, since it takes a millisecond to follow a second of a restless link.
-        while let Some(change) = player.staircase.next_before(config.opens) {
-            player.next = Some(change);
+        // The link opens with the setting that is in force then. Looked up in advance, since it takes a millisecond
+        // to follow a second of a restless link.
+        while let Some(change) = player.staircase.next_before(config.opens.after(1)) {
+            let at = config.opens;
+            player.next = Some(Change { at, ..change });
         }
         Ok(player)
     }
@@ -199,19 +199,18 @@ impl TcPlayer {
 
     /// Makes the change that is due now. A change overtaken by the next one is skipped.
     fn change_if_due(&mut self) -> Result<()> {
-        let (epoch, opens) = (self.epoch, self.opens);
-        // The link opens with the change that is in force then.
-        let due_ns = |change: &Change| epoch.t_ns(change.at.max(opens));
-        let Some(mut due) = self.next.take_if(|change| due_ns(change) <= now_ns()) else {
+        let epoch = self.epoch;
+        let is_due = |change: &mut Change| epoch.t_ns(change.at) <= now_ns();
+        let Some(mut due) = self.next.take_if(is_due) else {
             return Ok(());
         };
         let now = epoch.link_time(now_ns()).unwrap_or_default();
         while let Some(newer) = self.staircase.next_before(now) {
             due = newer;
-            self.skipped += u64::from(newer.at > opens);
+            self.skipped += 1;
         }
         self.set(Verb::Change, due.setting)?;
-        let late_ns = now_ns().saturating_sub(due_ns(&due));
+        let late_ns = now_ns().saturating_sub(epoch.t_ns(due.at));
         self.tally.changed(late_ns);
         Ok(())
     }
@@ -281,9 +280,9 @@ impl TcPlayer {
         {
             self.next = self.staircase.next_before(end);
         }
-        let change_ns = self.next.map_or(u64::MAX, |change| {
-            self.epoch.t_ns(change.at.max(self.opens))
-        });
+        let change_ns = self
+            .next
+            .map_or(u64::MAX, |change| self.epoch.t_ns(change.at));
         self.sleep(change_ns.min(row_due_ns))
     }
 

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use certificate::Echo;
 use judge::{Pulse, Watched};
-use link::{Epoch, Profile};
+use link::{Epoch, LinkTime, Profile};
 use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase, ProfileText, Program};
 
 use crate::link_check::{LinkCheck, NOTHING_ENTERED};
@@ -90,6 +90,8 @@ impl Events {
 pub(crate) struct Seen {
     /// Link time 0, monotonic.
     pub(crate) epoch: Epoch,
+    /// The link time from which on the link was in force.
+    pub(crate) opens: LinkTime,
     /// When the controller's first message was due, monotonic.
     pub(crate) start_ns: u64,
     /// The echoes; those on the empty link come first.
@@ -120,139 +122,85 @@ pub(crate) struct Texts<'a> {
 /// Runs a cell at `site`. Its link opens after `patience` times what the parts usually need.
 ///
 /// The calling thread starts the parts; those that are its child processes die with it.
-pub(crate) fn run<'a>(
-    site: &'a dyn Site,
-    cell: &'a Cell,
-    profile: &'a Profile,
-    texts: Texts<'a>,
+pub(crate) fn run(
+    site: &dyn Site,
+    cell: &Cell,
+    profile: &Profile,
+    texts: Texts<'_>,
     patience: u64,
     stop: &AtomicBool,
 ) -> Result<Seen, RunError> {
     let lead_ns = site.lead_ns(cell.client.spec().start_time);
-    Begun::try_begin(
-        site,
-        cell,
+    let spacing = Spacing::of(profile);
+    let opens = spacing.opens();
+    let opens_ns = site
+        .now_ns()
+        .saturating_add(lead_ns.saturating_mul(patience));
+    let epoch = Epoch::at_ns(opens_ns.saturating_sub(opens.ns()));
+    let link = if profile.is_loopback() {
+        None
+    } else {
+        let role = LinkRole::of(cell, texts.profile, epoch, opens);
+        Some(site.start(RoleSettings::Link(role))?)
+    };
+    let link_check = LinkCheck {
+        target: site.plant_address(),
         profile,
-        texts,
-        lead_ns.saturating_mul(patience),
-        stop,
-    )?
-    .finish(stop)
-}
-
-/// A run whose parts are ready and whose empty link has been measured; its link opens next.
-struct Begun<'a> {
-    site: &'a dyn Site,
-    cell: &'a Cell,
-    end_faults: &'a [EndFault],
-    spacing: Spacing,
-    link_check: LinkCheck<'a>,
-    parts: Parts<'a>,
-    empty: Vec<Echo>,
-}
-
-impl<'a> Begun<'a> {
-    /// Starts the parts for a link that opens `lead_ns` from now.
-    fn try_begin(
-        site: &'a dyn Site,
-        cell: &'a Cell,
-        profile: &'a Profile,
-        texts: Texts<'a>,
-        lead_ns: u64,
-        stop: &AtomicBool,
-    ) -> Result<Begun<'a>, RunError> {
-        let spacing = Spacing::of(profile);
-        let opens = spacing.opens();
-        let opens_ns = site.now_ns() + lead_ns;
-        let epoch = Epoch::at_ns(opens_ns.saturating_sub(opens.ns()));
-        let link = if profile.is_loopback() {
-            None
-        } else {
-            let role = LinkRole::of(cell, texts.profile, epoch, opens);
-            Some(site.start(RoleSettings::Link(role))?)
-        };
-        let link_check = LinkCheck {
-            target: site.plant_address(),
-            profile,
-            seed: cell.link_seed,
-            epoch,
-            opens,
-            entered: &NOTHING_ENTERED,
-        };
-        let (parts, empty) = thread::scope(|scope| {
-            let plan = link_check.plan(spacing.empty(site.now_ns()));
-            let empty = scope.spawn(move || site.echoes(&plan, stop));
-            let parts = Parts::start(site, cell, texts, epoch, link);
-            let empty = joined(empty);
-            Ok::<_, RunError>((parts?, empty?))
-        })?;
-        if site.now_ns() >= opens_ns {
-            return Err(RunError::Late);
+        seed: cell.link_seed,
+        epoch,
+        opens,
+        entered: &NOTHING_ENTERED,
+    };
+    let (mut parts, empty) = thread::scope(|scope| {
+        let plan = link_check.plan(Spacing::Close.empty(site.now_ns()));
+        let empty = scope.spawn(move || site.echoes(&plan, stop));
+        let parts = Parts::start(site, cell, texts, epoch, link);
+        let empty = joined(empty);
+        Ok::<_, RunError>((parts?, empty?))
+    })?;
+    if site.now_ns() >= opens_ns {
+        return Err(RunError::Late);
+    }
+    let start_ns = epoch.t_ns(plan::START_AT);
+    let send = |series, stop: &AtomicBool| site.echoes(&link_check.plan(series), stop);
+    let pulses = Pulses::start();
+    let end_ns = start_ns + cell.duration_ns;
+    let mut shares = Shares::new(start_ns, end_ns);
+    let mut events = Events::of(cell, texts.end_faults, start_ns, end_ns);
+    let abandon = AtomicBool::new(false);
+    let echoes = thread::scope(|scope| {
+        let before = scope.spawn(|| send(spacing.before(epoch), &abandon));
+        let during = scope.spawn(|| send(schedule::during(start_ns, cell.duration_ns), &abandon));
+        let ended = parts.await_controller(site, &mut events, &mut shares, stop);
+        let after = ended.and_then(|()| send(spacing.after(site.now_ns()), stop));
+        // Ctrl-C in a terminal also ends the controller, as if it had ended by itself.
+        if after.is_err() || stop.load(Ordering::Relaxed) {
+            abandon.store(true, Ordering::Relaxed);
         }
-        Ok(Begun {
-            site,
-            cell,
-            end_faults: texts.end_faults,
-            spacing,
-            link_check,
-            parts,
-            empty,
-        })
-    }
-
-    /// The run itself, until its parts have ended.
-    fn finish(self, stop: &AtomicBool) -> Result<Seen, RunError> {
-        let Begun {
-            site,
-            cell,
-            end_faults,
-            spacing,
-            link_check,
-            mut parts,
-            empty,
-        } = self;
-        let epoch = link_check.epoch;
-        let start_ns = epoch.t_ns(plan::START_AT);
-        let send = |series, stop: &AtomicBool| site.echoes(&link_check.plan(series), stop);
-        let pulses = Pulses::start();
-        let end_ns = start_ns + cell.duration_ns;
-        let mut shares = Shares::new(start_ns, end_ns);
-        let mut events = Events::of(cell, end_faults, start_ns, end_ns);
-        let abandon = AtomicBool::new(false);
-        let echoes = thread::scope(|scope| {
-            let before = scope.spawn(|| send(spacing.before(epoch), &abandon));
-            let during =
-                scope.spawn(|| send(schedule::during(start_ns, cell.duration_ns), &abandon));
-            let ended = parts.await_controller(site, &mut events, &mut shares, stop);
-            let after = ended.and_then(|()| send(spacing.after(site.now_ns()), stop));
-            // Ctrl-C in a terminal also ends the controller, as if it had ended by itself.
-            if after.is_err() || stop.load(Ordering::Relaxed) {
-                abandon.store(true, Ordering::Relaxed);
-            }
-            let (before, during) = (joined(before), joined(during));
-            // Return the cause first: the echoes were abandoned because of it.
-            let after = after?;
-            Ok::<_, RunError>([
-                (Phase::Empty, empty),
-                (Phase::Before, before?),
-                (Phase::During, during?),
-                (Phase::After, after),
-            ])
-        })?;
-        let pulse = pulses.finish();
-        let seen = parts.seen()?;
-        let end_faults = parts.done(&seen)?;
-        let watched = seen.map(|seen| seen.watched(&shares, &end_faults));
-        parts.stop()?;
-        Ok(Seen {
-            epoch,
-            start_ns,
-            echoes,
-            pulse: Some(pulse),
-            watched: watched.into(),
-            end_faults,
-        })
-    }
+        let (before, during) = (joined(before), joined(during));
+        // Return the cause first: the echoes were abandoned because of it.
+        let after = after?;
+        Ok::<_, RunError>([
+            (Phase::Empty, empty),
+            (Phase::Before, before?),
+            (Phase::During, during?),
+            (Phase::After, after),
+        ])
+    })?;
+    let pulse = pulses.finish();
+    let seen = parts.seen()?;
+    let end_faults = parts.done(&seen)?;
+    let watched = seen.map(|seen| seen.watched(&shares, &end_faults));
+    parts.stop()?;
+    Ok(Seen {
+        epoch,
+        opens,
+        start_ns,
+        echoes,
+        pulse: Some(pulse),
+        watched: watched.into(),
+        end_faults,
+    })
 }
 
 /// The started parts of a run. Dropping them ends the controller first and the link last.

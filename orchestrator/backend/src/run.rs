@@ -19,7 +19,6 @@ use crate::evidence::{self, Evidence};
 use crate::link_check::LinkCheck;
 use crate::netns::Netns;
 use crate::report::Reports;
-use crate::schedule::Spacing;
 use crate::{
     Agents, Manifest, Player, RunError, Timings, folder, own, record, schedule, simulated,
 };
@@ -229,11 +228,7 @@ fn execute(
         profile: &profile,
         seed: cell.link_seed,
         epoch: seen.epoch,
-        opens: match backend {
-            Backend::Sim(_) => Spacing::Wide,
-            Backend::Netns { .. } | Backend::Attach(_) => Spacing::of(&profile),
-        }
-        .opens(),
+        opens: seen.opens,
         entered: &record::entered(folder)?,
     };
     evidence::write_rows(&link_check, &seen.echoes, &folder.join(file_name::PROBES))?;

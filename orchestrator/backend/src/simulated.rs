@@ -133,6 +133,7 @@ fn run_with<M: Model + Clone>(
     let mut phases = planned.iter().map(|series| series.phase);
     Ok(Seen {
         epoch: EPOCH,
+        opens: Spacing::Wide.opens(),
         start_ns,
         echoes: echoes.map(|mut echoes| {
             // They ended in a different order than they were sent.

@@ -26,9 +26,9 @@ pub struct Series {
 /// How close to each other the echoes are while no loop uses the link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spacing {
-    /// As in virtual time, and where the link has a rate limit, on which close echoes would queue.
+    /// In virtual time, and where the link has a rate limit: close echoes would queue there.
     Wide,
-    /// Whatever disturbs them, a tenth of the time of [`Spacing::Wide`] is there for it to do so.
+    /// In real time, in which somebody waits.
     Close,
 }
 
