@@ -13,8 +13,11 @@ use crate::docker::{Decoys, Held};
 use crate::webloop::{Experiment, code, column, command, files, manifest, said, was_busy};
 
 /// Runs are killed within this time, so that none ends by itself, even on a quick machine: a run of
-/// 5 s takes at least 14 s, four until all containers are healthy and ten of rows and echoes.
-const RUN_S: f64 = 12.0;
+/// 8 s takes at least 10 s, one until all containers are healthy and nine of rows and echoes.
+const RUN_S: f64 = 9.0;
+
+/// The duration of such a run.
+const LOOP: &str = "8s";
 
 /// A request of a killed Compose may take effect in the engine this much later.
 const LATE: Duration = Duration::from_secs(1);
@@ -29,7 +32,7 @@ pub(crate) fn what_a_killed_run_leaves_is_swept_and_nothing_else() -> Result<(),
     let count: u64 = std::env::var(COUNT).map_or(4, |text| text.parse().expect(COUNT));
     let decoys = Decoys::new();
     let folder = tempfile::tempdir().unwrap();
-    let experiment = Experiment::new(folder.path(), &["diego-vpn"], "3ms", "5s");
+    let experiment = Experiment::new(folder.path(), &["diego-vpn"], "3ms", LOOP);
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let before = Held::now();
     let moments: Vec<Duration> = (0..count)
@@ -71,7 +74,7 @@ pub(crate) fn what_a_killed_run_leaves_is_swept_and_nothing_else() -> Result<(),
 /// Begins a run of its own, kills it after this time, and sweeps what it left.
 fn kill_at(moment: Duration, before: &Held) {
     let folder = tempfile::tempdir().unwrap();
-    let experiment = Experiment::new(folder.path(), &["diego-vpn"], "3ms", "5s");
+    let experiment = Experiment::new(folder.path(), &["diego-vpn"], "3ms", LOOP);
     let mut run = in_containers(&experiment).spawn().unwrap();
     let pid = run.id();
     std::thread::sleep(moment);

@@ -117,13 +117,13 @@ pub(crate) fn a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued() -
     const COUNT: &str = "WEBLOOP_TEST_KILLS";
     let count: u64 = std::env::var(COUNT).map_or(6, |text| text.parse().expect(COUNT));
     let folder = tempfile::tempdir().unwrap();
-    let experiment = Experiment::new(folder.path(), &["office"], "3ms", "2s");
+    let experiment = Experiment::new(folder.path(), &["office"], "3ms", "4s");
     let mut random = ChaCha8Rng::seed_from_u64(9);
     let mut left = Vec::new();
     let (mut longest, mut oldest_ns, mut torn) = (Duration::ZERO, 0, 0);
     let mut decoys = Decoys::make();
     for n in 0..count {
-        // The run takes at least 5.3 s, and is killed within the first 4 s. By the third power half
+        // The run takes at least 4.4 s, and is killed within the first 4 s. By the third power half
         // of the moments fall into the first half second, in which namespaces and processes are
         // made. All runs use one folder: each continues what was killed before.
         let within = random.next_u64() as f64 / u64::MAX as f64;

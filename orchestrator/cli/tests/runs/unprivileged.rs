@@ -18,12 +18,12 @@ const NOBODY: u32 = 65_534;
 
 pub(crate) fn an_unprivileged_user_can_run_and_leaves_nothing_when_killed() -> Result<(), String> {
     let folder = tempfile::tempdir().unwrap();
-    let experiment = Experiment::new(folder.path(), &["office"], "3ms", "1.5s");
+    let experiment = Experiment::new(folder.path(), &["office"], "3ms", "3s");
     let program = handed_over(folder.path(), &experiment);
     let command = || as_nobody(&program);
     doctor(command()).map_err(|lack| format!("not without root on this machine:\n{lack}"))?;
 
-    // Kill it in the middle of a run, 2 s after its start: the loop begins 2.3 s after it.
+    // Kill it in the middle of a run, 2 s after its start: the loop begins 0.5 s after it.
     let mut run = experiment.run(command()).spawn().unwrap();
     std::thread::sleep(Duration::from_secs(2));
     let killed = kill(&mut run, &experiment.out);
