@@ -56,7 +56,8 @@ fn percentile(sorted: &[u64], share: f64) -> f64 {
     sorted[at.min(sorted.len() - 1)] as f64 * 1e-6
 }
 
-pub(crate) fn a_stall_is_in_what_messages_took_and_what_was_not_sent_is_counted() {
+/// What messages took that are sent whenever they are due, or why that is not what the stalls make it.
+fn unlimited() -> Result<String, String> {
     let (mut took_ns, mut exact_ns) = (Vec::new(), Vec::new());
     // A machine that is late itself misses some.
     let sent = messages(Outstanding::Unlimited);
@@ -65,27 +66,47 @@ pub(crate) fn a_stall_is_in_what_messages_took_and_what_was_not_sent_is_counted(
         took_ns.push(received_ns - row.t_due_ns);
         exact_ns.push(wait_ns(row.t_due_ns));
     }
-    assert!(took_ns.len() > sent.len() / 2, "{}", took_ns.len());
+    if took_ns.len() <= sent.len() / 2 {
+        return Err(format!("{} of {} were sent", took_ns.len(), sent.len()));
+    }
     took_ns.sort_unstable();
     exact_ns.sort_unstable();
     let mut figures = Vec::new();
     for (name, share) in [("p80", 0.8), ("p90", 0.9), ("p99", 0.99), ("p99.9", 0.999)] {
         let (took_ms, exact_ms) = (percentile(&took_ns, share), percentile(&exact_ns, share));
-        let off = (took_ms / exact_ms - 1.0) * 100.0;
+        if (took_ms / exact_ms - 1.0).abs() >= 0.1 {
+            return Err(format!("{name}: {took_ms} ms, not {exact_ms} ms"));
+        }
         figures.push(format!("{name} {took_ms:.1} of {exact_ms:.1} ms"));
-        assert!(off.abs() < 10.0, "{name}: {took_ms} ms, not {exact_ms} ms");
     }
+    Ok(figures.join(", "))
+}
 
+/// How many messages were missed with one under way, or why the stalls make it another number.
+fn one_under_way() -> Result<String, String> {
     let waiting = messages(Outstanding::ONE);
     let is_in_stall = |row: &&MessageRow| wait_ns(row.t_due_ns) > 0;
     let missed = waiting.iter().filter(|row| row.t_send_ns.is_none()).count();
     let due = waiting.iter().filter(is_in_stall).count();
     // One is sent as each stall begins.
     let exact = due - (DURATION_MS * MS / EVERY_NS) as usize;
-    let off = missed.abs_diff(exact) as f64 / exact as f64;
-    assert!(off < 0.1, "{missed} missed, {exact} should have been");
-    println!(
-        "row 23: {}; with one under way {missed} missed, exactly {exact}; planned = sent + missed in both",
-        figures.join(", ")
-    );
+    let told = format!("{missed} missed, exactly {exact}");
+    if missed.abs_diff(exact) as f64 / exact as f64 >= 0.1 {
+        return Err(told);
+    }
+    Ok(told)
+}
+
+pub(crate) fn a_stall_is_in_what_messages_took_and_what_was_not_sent_is_counted() {
+    // A machine that pauses adds a stall of its own.
+    let once = |run: fn() -> Result<String, String>| {
+        serial::tries().find_map(|_| {
+            run()
+                .inspect_err(|error| println!("  too busy: {error}"))
+                .ok()
+        })
+    };
+    let took = once(unlimited).expect("a run in which messages took what the stalls make it");
+    let missed = once(one_under_way).expect("a run in which the stalls were missed, and no more");
+    println!("row 23: {took}; with one under way {missed}; planned = sent + missed in both");
 }
