@@ -133,6 +133,14 @@ fn is_of_others(path: &Path, identity: &str) -> Result<bool, OpenError> {
 /// A folder named after what it holds, the time and the seed: `results/smoke-20261121-041503-s1`.
 #[must_use]
 pub fn fresh(what: &str, seed: u64) -> PathBuf {
+    let mut path = begun_now(what).into_os_string();
+    path.push(format!("-s{seed}"));
+    path.into()
+}
+
+/// A folder named after what it holds and the time: `results/bench-20261121-041503`.
+#[must_use]
+pub fn begun_now(what: &str) -> PathBuf {
     let now = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S");
-    Path::new(RESULTS).join(format!("{what}-{now}-s{seed}"))
+    Path::new(RESULTS).join(format!("{what}-{now}"))
 }

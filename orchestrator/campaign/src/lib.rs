@@ -47,7 +47,7 @@ pub use containers::{ComposeRunner, Inside};
 pub use earlier::Own;
 pub use error::{Error, Kind};
 pub use findings::Findings;
-pub use folder::fresh;
+pub use folder::{begun_now, fresh};
 pub use jobs::{Program, Running, run};
 pub use merge::{MergeError, Merged, Sources};
 pub use open_error::{FullError, OpenError, RESULTS};

@@ -5,6 +5,7 @@
 // The comments on arguments are their help, printed as they stand.
 #![allow(clippy::doc_markdown)]
 
+mod bench;
 mod campaign;
 mod conform;
 mod field;
@@ -19,6 +20,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand, ValueEnum};
 
+pub(crate) use bench::{Bench, ServeEnd};
 pub(crate) use campaign::{
     Agree, AgreeFormat, Backend, Calibrate, Choice, Collect, Compare, CompareFormat, Document,
     Gate, Gc, Margin, Matrix, MatrixFormat, Player, Progress, Run, RunCell, Show, ShowFormat, word,
@@ -123,6 +125,8 @@ pub(crate) enum Command {
     Probe(Probe),
     /// Test whether a controller or a plant of your own keeps its contract
     Conform(Conform),
+    /// Measure webloop beside its limits and its peers on this machine
+    Bench(Bench),
     /// Say what this machine can do, what is missing, and what to do about it
     Doctor,
     /// Remove the containers and networks that killed runs left, and nothing else

@@ -13,7 +13,7 @@ use endpoint::{ControllerSettings, Hold, Late, Lease, Mode, NoiseLaw, PageSettin
 use jiff::SignedDuration;
 
 use super::field::Fields;
-use super::{Player, Way};
+use super::{Player, ServeEnd, Way};
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum ServeCommand {
@@ -40,6 +40,9 @@ pub(crate) enum ServeCommand {
     Hear(ServeHalf),
     /// An agent: starts the other roles for an orchestrator on another machine or container
     Agent(ServeAgent),
+    /// An end that a peer is measured with, for `webloop bench`
+    #[command(hide = true)]
+    End(ServeEnd),
     /// Exit with 0 if an agent answers: for containers' health checks
     Health(ServeHealth),
 }

@@ -8,6 +8,7 @@
 mod again;
 mod alarm;
 mod alone;
+mod bench;
 mod clients;
 mod clock;
 mod complete;
@@ -53,6 +54,7 @@ fn tests() -> Vec<Trial> {
         continued::a_campaign_goes_on_where_it_was_broken_off_and_only_what_failed_is_made_again,
         hit::a_fault_of_an_end_is_done_as_asked,
         stray::a_fault_that_was_asked_for_hides_no_other,
+        bench::a_table_has_each_contender_or_says_why_not,
         disk::a_full_disk_is_told_and_the_run_is_made_once_there_is_space,
     ]
 }

@@ -1,0 +1,89 @@
+//! Load generators as clients of a bare server: what a step takes with them.
+
+use std::process::Command;
+
+use crate::Context;
+use crate::contender::{Lack, Measured};
+use crate::role::{is_installed, output};
+use crate::step::{PATH, server};
+
+/// A Lua script for wrk: its own report has no decimals below 10 µs.
+const WRK: &str = include_str!("../lua/quantiles.lua");
+
+/// `wrk` with one thread and one connection.
+pub(crate) fn wrk(context: &Context<'_>) -> Result<Measured, Lack> {
+    needs("wrk", "the package wrk")?;
+    let server = server(context, "hyper")?;
+    let script = context.folder.join("quantiles.lua");
+    std::fs::write(&script, WRK)?;
+    let mut command = Command::new("wrk");
+    command.args(["-t1", "-c1", "-d"]).arg(format!(
+        "{}s",
+        // It only takes whole seconds.
+        context.measure_ms.div_ceil(1000)
+    ));
+    command
+        .arg("-s")
+        .arg(&script)
+        .arg(format!("http://{}{PATH}", server.address));
+    let said = output(&mut command)?;
+    let figure = |name: &'static str| {
+        let line = said.lines().find_map(|line| line.strip_prefix(name))?;
+        Some((name, line.trim().parse().ok()?))
+    };
+    let names = ["p50_us", "p99_us", "p99.9_us"];
+    let figures = names.iter().map(|name| figure(name));
+    figures
+        .collect::<Option<Measured>>()
+        .ok_or_else(|| Lack("wrk printed no figures".to_owned()))
+}
+
+/// `oha` with one connection.
+pub(crate) fn oha(context: &Context<'_>) -> Result<Measured, Lack> {
+    needs("oha", "the crate oha")?;
+    let server = server(context, "hyper")?;
+    let mut command = Command::new("oha");
+    command
+        .args(["--no-tui", "--output-format", "json", "-c", "1", "-z"])
+        .arg(format!("{}ms", context.measure_ms))
+        .arg(format!("http://{}{PATH}", server.address));
+    let said: serde_json::Value = serde_json::from_str(&output(&mut command)?)
+        .map_err(|error| Lack(format!("oha's figures: {error}")))?;
+    let names = [("p50_us", "p50"), ("p99_us", "p99"), ("p99.9_us", "p99.9")];
+    let figures = names.iter().map(|(name, key)| {
+        let seconds = said["latencyPercentiles"][key].as_f64()?;
+        Some((*name, seconds * 1e6))
+    });
+    figures
+        .collect::<Option<Measured>>()
+        .ok_or_else(|| Lack("oha printed no figures".to_owned()))
+}
+
+/// `curl` with one process for all requests, on a kept connection.
+pub(crate) fn curl(context: &Context<'_>) -> Result<Measured, Lack> {
+    /// How many it makes a ms: it cannot be told for how long.
+    const A_MS: u64 = 15;
+    needs("curl", "the package curl")?;
+    let server = server(context, "hyper")?;
+    let count = context.measure_ms * A_MS;
+    let mut command = Command::new("curl");
+    command
+        .args(["--silent", "--noproxy", "*", "--output", "/dev/null"])
+        .args(["--write-out", "%{time_total}\n"])
+        .arg(format!("http://{}{PATH}&n=[1-{count}]", server.address));
+    let said = output(&mut command)?;
+    let took = said.lines().filter_map(|line| line.parse::<f64>().ok());
+    let took_ns = took.map(|seconds| (seconds * 1e9) as u64).collect();
+    crate::contender::quantiles(
+        took_ns,
+        &[("p50_us", 0.5), ("p99_us", 0.99), ("p99.9_us", 0.999)],
+    )
+}
+
+fn needs(name: &str, package: &str) -> Result<(), Lack> {
+    if is_installed(name) {
+        Ok(())
+    } else {
+        Err(Lack::program(name, package))
+    }
+}

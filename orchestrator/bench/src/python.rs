@@ -1,0 +1,69 @@
+//! Peers in Python: each a script that prints its figures, a name and a value a line.
+
+use std::net::SocketAddr;
+use std::process::Command;
+
+use crate::contender::{Lack, Measured};
+use crate::role::{is_installed, output};
+use crate::{Context, step};
+
+const HTTP_CLIENT: &str = include_str!("../python/http_client.py");
+const PAPER: &str = include_str!("../python/paper.py");
+const SLEEP: &str = include_str!("../python/sleep.py");
+const SIMULATION: &str = include_str!("../python/simulation.py");
+
+/// Names of figures as scripts print them.
+const NAMES: [&str; 7] = [
+    "p50_us",
+    "p99_us",
+    "p99.9_us",
+    "sd_us",
+    "x_real",
+    "read_mb_s",
+    "write_mb_s",
+];
+
+/// `http.client` on a kept connection, with a server of another kind.
+pub(crate) fn step_http_client(
+    context: &Context<'_>,
+    server: SocketAddr,
+) -> Result<Measured, Lack> {
+    let [host, port] = [server.ip().to_string(), server.port().to_string()];
+    script(
+        HTTP_CLIENT,
+        &[&host, &port, step::PATH, &context.measure_ms.to_string()],
+    )
+}
+
+/// `ThreadingHTTPServer` and `urllib`, a connection a message, as in the paper.
+pub(crate) fn step_paper(context: &Context<'_>) -> Result<Measured, Lack> {
+    script(PAPER, &[step::PATH, &context.measure_ms.to_string()])
+}
+
+/// `time.sleep` until the next deadline, every ms.
+pub(crate) fn sleep(context: &Context<'_>) -> Result<Measured, Lack> {
+    script(SLEEP, &[&context.measure_ms.to_string()])
+}
+
+/// The loop in plain Python, or with python-control.
+pub(crate) fn simulation(way: &str) -> Result<Measured, Lack> {
+    script(SIMULATION, &[way])
+}
+
+fn script(text: &str, arguments: &[&str]) -> Result<Measured, Lack> {
+    const PYTHON: &str = "python3";
+    if !is_installed(PYTHON) {
+        return Err(Lack::program(PYTHON, "Python"));
+    }
+    let mut command = Command::new(PYTHON);
+    let said = output(command.args(["-c", text]).args(arguments))?;
+    let figure = |line: &str| {
+        let (name, value) = line.split_once(' ')?;
+        let name = NAMES.iter().find(|known| **known == name)?;
+        Some((*name, value.parse().ok()?))
+    };
+    match said.lines().map(figure).collect::<Option<Measured>>() {
+        Some(figures) if !figures.is_empty() => Ok(figures),
+        _ => Err(Lack("it printed no figures".to_owned())),
+    }
+}

@@ -1,0 +1,96 @@
+//! Webloop's roles and peers' servers as processes, which end with the value.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader};
+use std::net::SocketAddr;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+use shaper::Namespace;
+
+use crate::Lack;
+
+/// A process that serves until this value is dropped.
+#[derive(Debug)]
+pub(crate) struct Role {
+    child: Child,
+    /// Where it listens.
+    pub(crate) address: SocketAddr,
+}
+
+impl Role {
+    /// Starts `command` and waits for its line `ready ADDRESS:PORT`.
+    pub(crate) fn start(command: &mut Command) -> Result<Role, Lack> {
+        command.stdin(Stdio::null()).stdout(Stdio::piped());
+        backend::spawn::bind(command, None::<&File>)?;
+        let mut child = command.spawn()?;
+        let mut line = String::new();
+        if let Some(out) = child.stdout.take() {
+            BufReader::new(out).read_line(&mut line)?;
+        }
+        let word = line.trim().rsplit([' ', '/']).next().unwrap_or_default();
+        match word.parse() {
+            Ok(address) => Ok(Role { child, address }),
+            Err(_) => {
+                let _ = child.kill();
+                let _ = child.wait();
+                Err(Lack("its server did not start".to_owned()))
+            }
+        }
+    }
+
+    /// A plant of this binary with this sample time.
+    pub(crate) fn plant(webloop: &Path, h: &str, folder: &Path) -> Result<Role, Lack> {
+        let mut command = Command::new(webloop);
+        command
+            .args(["serve", "plant", "--listen", "127.0.0.1:0", "--h", h])
+            .arg("--out")
+            .arg(folder);
+        Role::start(&mut command)
+    }
+
+    /// Asks it to end, and waits until it has.
+    pub(crate) fn end(mut self) -> io::Result<()> {
+        backend::spawn::terminate(&mut self.child);
+        self.child.wait()?;
+        Ok(())
+    }
+}
+
+impl Drop for Role {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Whether there is such a program in PATH.
+pub(crate) fn is_installed(name: &str) -> bool {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&path).any(|folder| folder.join(name).is_file())
+}
+
+/// Runs a program to its end, and gives what it printed.
+pub(crate) fn output(command: &mut Command) -> Result<String, Lack> {
+    output_in(command, None)
+}
+
+/// The same in a namespace.
+pub(crate) fn output_in(
+    command: &mut Command,
+    namespace: Option<&Namespace>,
+) -> Result<String, Lack> {
+    command.stdin(Stdio::null());
+    backend::spawn::bind(command, namespace)?;
+    let output = command.output()?;
+    if output.status.success() {
+        return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
+    }
+    let said = String::from_utf8_lossy(&output.stderr);
+    let last = said.lines().rfind(|line| !line.trim().is_empty());
+    let name = command.get_program().to_string_lossy();
+    Err(Lack(match last {
+        Some(line) => format!("{name}: {}", endpoint::plain(line.trim())),
+        None => format!("{name} ended with {}", output.status),
+    }))
+}
