@@ -3,11 +3,11 @@
 //! A goal is what webloop strives for on a machine of two cores; docs/performance.md has what was reached.
 
 use crate::contender::Contender;
-use crate::{cell, crossing, step, stream, tick, virtual_time};
+use crate::{cell, crossing, rows, step, stream, tick, virtual_time};
 
 endpoint::choice!(
     /// A table of contenders.
-    Group, "table", "step, tick, delay, stream, virtual or cell", {
+    Group, "table", "step, tick, delay, stream, virtual, rows or cell", {
         /// A message and its answer, back to back.
         Step = "step",
         /// Ticks every millisecond.
@@ -18,6 +18,8 @@ endpoint::choice!(
         Stream = "stream",
         /// Seconds of a loop a second.
         Virtual = "virtual",
+        /// Rows read and written.
+        Rows = "rows",
         /// What a cell takes beyond its loop.
         Cell = "cell",
     }
@@ -128,6 +130,21 @@ const VIRTUAL: [Goal; 2] = [
     goal("webloop, couva", "x_real", None, Bound::AtLeast(10_000.0)),
 ];
 
+const ROWS: [Goal; 2] = [
+    goal(
+        "webloop",
+        "read_mb_s",
+        Some(rows::BASE),
+        Bound::AtLeast(1.4),
+    ),
+    goal(
+        "webloop",
+        "write_mb_s",
+        Some(rows::BASE),
+        Bound::AtLeast(1.0),
+    ),
+];
+
 const CELL: [Goal; 4] = [
     goal("namespaces, arima", "beyond_ms", None, Bound::AtMost(500.0)),
     goal(
@@ -150,6 +167,7 @@ impl Group {
             Group::Delay => "a link of 5 ms: how far from 5 ms the way up is",
             Group::Stream => "one TCP stream across a link of no delay",
             Group::Virtual => "a loop at 1 kHz in virtual time, one processor: seconds a second",
+            Group::Rows => "rows of a run, on one processor: read with its metrics, and written",
             Group::Cell => "what a cell takes beyond its loop",
         }
     }
@@ -163,6 +181,7 @@ impl Group {
             Group::Delay => &crossing::CONTENDERS,
             Group::Stream => &stream::CONTENDERS,
             Group::Virtual => &virtual_time::CONTENDERS,
+            Group::Rows => &rows::CONTENDERS,
             Group::Cell => &cell::CONTENDERS,
         }
     }
@@ -176,6 +195,7 @@ impl Group {
             Group::Delay => crossing::BASE,
             Group::Stream => stream::BASE,
             Group::Virtual => virtual_time::BASE,
+            Group::Rows => rows::BASE,
             Group::Cell => cell::BASE,
         }
     }
@@ -189,6 +209,7 @@ impl Group {
             Group::Delay => &DELAY,
             Group::Stream => &STREAM,
             Group::Virtual => &VIRTUAL,
+            Group::Rows => &ROWS,
             Group::Cell => &CELL,
         }
     }

@@ -5,14 +5,16 @@
 //! machine for longer than a repetition is in both of its numbers. A peer that this machine does not have
 //! is named and skipped.
 //!
-//! - `group` has the groups with their goals; `step`, `tick`, `crossing`, `stream`, `virtual_time` and `cell`
+//! - `group` has the groups with their goals; `step`, `tick`, `crossing`, `stream`, `virtual_time`, `rows` and `cell`
 //!   have their contenders.
-//! - `end` has what peers need at the other end; `python`, `load` and `rattan` the peers that are programs.
+//! - `end` has what peers need at the other end; `python`, `load` and `rattan` the peers that are programs;
+//!   `role` starts processes, `campaign` runs cells.
 //! - [`Outcome`] and `table` are what is printed, and what is left in a folder.
 //!
 //! It decides nothing: whether a goal is met is printed, and is no test. Programs are measured as they
 //! are run: webloop's own roles as processes of this binary.
 
+mod campaign;
 mod cell;
 mod contender;
 mod crossing;
@@ -24,6 +26,7 @@ mod processor;
 mod python;
 mod rattan;
 mod role;
+mod rows;
 mod step;
 mod stream;
 mod table;

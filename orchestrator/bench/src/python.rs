@@ -1,6 +1,7 @@
 //! Peers in Python: each a script that prints its figures, a name and a value a line.
 
 use std::net::SocketAddr;
+use std::path::Path;
 use std::process::Command;
 
 use crate::contender::{Lack, Measured};
@@ -10,6 +11,7 @@ use crate::{Context, step};
 const HTTP_CLIENT: &str = include_str!("../python/http_client.py");
 const PAPER: &str = include_str!("../python/paper.py");
 const SLEEP: &str = include_str!("../python/sleep.py");
+const ROWS: &str = include_str!("../python/rows.py");
 const SIMULATION: &str = include_str!("../python/simulation.py");
 
 /// Names of figures as scripts print them.
@@ -48,6 +50,11 @@ pub(crate) fn sleep(context: &Context<'_>) -> Result<Measured, Lack> {
 /// The loop in plain Python, or with python-control.
 pub(crate) fn simulation(way: &str) -> Result<Measured, Lack> {
     script(SIMULATION, &[way])
+}
+
+/// A run's rows, with polars or with the module csv.
+pub(crate) fn rows(way: &str, folder: &Path) -> Result<Measured, Lack> {
+    script(ROWS, &[way, &folder.to_string_lossy()])
 }
 
 fn script(text: &str, arguments: &[&str]) -> Result<Measured, Lack> {

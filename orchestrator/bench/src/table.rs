@@ -75,6 +75,8 @@ fn heading(figure: &str) -> String {
         "x_real" => "x real".to_owned(),
         "mbit_s" => "Mbit/s".to_owned(),
         "cpu_pct" => "CPU/%".to_owned(),
+        "read_mb_s" => "read MB/s".to_owned(),
+        "write_mb_s" => "write MB/s".to_owned(),
         other => match other.rsplit_once('_') {
             Some((name, unit)) => format!("{name}/{}", unit.replace("us", "µs")),
             None => other.to_owned(),

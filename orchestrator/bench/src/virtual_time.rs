@@ -1,21 +1,25 @@
 //! Virtual time: how many seconds of a loop at 1 kHz a second on one processor has.
 //!
-//! A run of webloop is whole: the cell's process, every row written, its manifest. What it takes to begin and
-//! to end is taken off, by the difference of a long run and a short one.
+//! Both ends, the link and the loop's metrics, as in a sweep; and a cell, which in addition has every row of it
+//! written, on a disk. What a cell takes to begin and to end is taken off, by the difference of a long run and a
+//! short one.
 
-use std::fs;
-use std::process::Command;
 use std::time::Instant;
 
-use crate::Context;
+use analysis::response::ResponseTrace;
+use control::preset;
+use endpoint::{Hold, Mode, Preset, SampleTime, TickRow};
+use link::{Epoch, Profile};
+use sim::{Pool, Record, Setup, Timing};
+
 use crate::contender::{Contender, Kind, Lack, Measured};
-use crate::python;
-use crate::role::output;
+use crate::crossing::constant;
+use crate::{Context, campaign, python};
 
 /// The base of the table.
 pub(crate) const BASE: &str = "plain Python";
 
-pub(crate) const CONTENDERS: [Contender; 4] = [
+pub(crate) const CONTENDERS: [Contender; 6] = [
     Contender {
         name: BASE,
         kind: Kind::Peer,
@@ -29,17 +33,76 @@ pub(crate) const CONTENDERS: [Contender; 4] = [
     Contender {
         name: "webloop, arima",
         kind: Kind::Webloop,
-        measure: |context| context.processors.on_one(|| webloop(context, "arima")),
+        measure: |context| context.processors.on_one(|| webloop("arima")),
     },
     Contender {
         name: "webloop, couva",
         kind: Kind::Webloop,
-        measure: |context| context.processors.on_one(|| webloop(context, "couva")),
+        measure: |context| context.processors.on_one(|| webloop("couva")),
+    },
+    Contender {
+        name: "webloop, cell, arima",
+        kind: Kind::Webloop,
+        measure: |context| context.processors.on_one(|| cell(context, "arima")),
+    },
+    Contender {
+        name: "webloop, cell, couva",
+        kind: Kind::Webloop,
+        measure: |context| context.processors.on_one(|| cell(context, "couva")),
     },
 ];
 
-fn webloop(context: &Context<'_>, topology: &str) -> Result<Measured, Lack> {
-    const LONG_S: u32 = 420;
+/// What the loop did, and no row.
+struct Metrics(ResponseTrace);
+
+impl Record for Metrics {
+    fn tick(&mut self, row: &TickRow) {
+        self.0.push(row);
+    }
+}
+
+fn webloop(topology: &str) -> Result<Measured, Lack> {
+    const LOOP_S: u64 = 600;
+    const H_NS: u64 = 1_000_000;
+    let unfit = |what: &str| Lack(format!("{topology}: no {what}"));
+    let h = SampleTime::try_new(H_NS).map_err(|_| unfit("sample time"))?;
+    let source = Profile::builtin(topology).ok_or_else(|| unfit("profile"))?;
+    let profile = constant(source)?;
+    let plant = preset::paper_plant().sampled(h.ns());
+    let setup = Setup {
+        profile: &profile,
+        frozen: [&[], &[]],
+        seed: 1,
+        settings: Preset::PaperPython.settings(Mode::Closed, h),
+        timer_floor_ns: 0,
+        plant: plant.map_err(|_| unfit("plant"))?.stepper(),
+        hold: Hold::Last,
+        max_age_ns: None,
+        tick_noise: None,
+        reference: None,
+        law: preset::paper_pi().into(),
+        pool: Pool::Shared,
+        message_bytes: [166, 288],
+        echoes: &[],
+        timing: &Timing::IDEAL,
+        epoch: Epoch::at_ns(0),
+        plant_start_ns: 0,
+        start_ns: 0,
+        duration_ns: LOOP_S * 1_000_000_000,
+        after_ns: 0,
+    };
+    let begun = Instant::now();
+    let mut metrics = Metrics(ResponseTrace::new(h.ns(), 1.0, None));
+    sim::run(&setup, &mut metrics).map_err(|problem| Lack(problem.to_string()))?;
+    if metrics.0.finish().is_none() {
+        return Err(unfit("response"));
+    }
+    let x_real = LOOP_S as f64 / begun.elapsed().as_secs_f64();
+    Ok(vec![("x_real", x_real)])
+}
+
+fn cell(context: &Context<'_>, topology: &str) -> Result<Measured, Lack> {
+    const LONG_S: u32 = 120;
     const SHORT_S: u32 = 20;
     let [long_s, short_s] = [LONG_S, SHORT_S].map(|loop_s| wall_s(context, topology, loop_s));
     let x_real = f64::from(LONG_S - SHORT_S) / (long_s? - short_s?);
@@ -48,20 +111,7 @@ fn webloop(context: &Context<'_>, topology: &str) -> Result<Measured, Lack> {
 
 /// How long a cell in virtual time takes, with its rows.
 fn wall_s(context: &Context<'_>, topology: &str, loop_s: u32) -> Result<f64, Lack> {
-    let file = context.folder.join(format!("{loop_s}.toml"));
-    fs::write(
-        &file,
-        format!(
-            "name = \"bench\"\n[[cells]]\ntopology = [\"{topology}\"]\nclient = [\"native\"]\n\
-             mode = \"closed\"\nh = [\"1ms\"]\nduration = \"{loop_s}s\"\n"
-        ),
-    )?;
-    let out = context.folder.join(format!("{loop_s}"));
-    let mut command = Command::new(context.webloop);
-    command.args(["run", "--backend", "sim", "--progress", "quiet"]);
     let begun = Instant::now();
-    output(command.arg(&file).arg("--out").arg(&out))?;
-    let took_s = begun.elapsed().as_secs_f64();
-    fs::remove_dir_all(&out)?;
-    Ok(took_s)
+    campaign::run(context, "sim", topology, &format!("{loop_s}s"), 1)?;
+    Ok(begun.elapsed().as_secs_f64())
 }
