@@ -5,6 +5,7 @@
 //! What the player did is in its [report](PlayerReport), and in a [row](LinkRow) once a second;
 //! others judge it.
 
+mod guard;
 pub(crate) mod relay;
 pub(crate) mod tally;
 pub(crate) mod tunnel;
@@ -21,6 +22,7 @@ use rustix::io::Errno;
 
 use crate::clock::{SECOND_NS, now_ns, timespec};
 use crate::error::{Doing, Result};
+use crate::player::guard::Guard;
 use crate::player::relay::Relay;
 use crate::player::tally::Tally;
 use crate::player::watch::Watch;
@@ -31,11 +33,6 @@ use crate::scheduling::prefer_this_thread;
 /// Above the ends, at 45: a network does not get slower because the ends are busy, as they are when a stall
 /// ends and releases thousands of packets. Below a plant's tick, at 50, which is short and rare.
 const PRIORITY: u8 = 48;
-
-/// A sleeping thread wakes some tens of microseconds late. The player wakes this long before a
-/// departure and polls the clock. It does so only with real-time priority: an ordinary thread would
-/// take that time from the loop it carries.
-const GUARD_NS: u64 = 80_000;
 
 /// The longest sleep, so that a request to stop is seen soon.
 const LONGEST_SLEEP_NS: u64 = 50_000_000;
@@ -141,10 +138,7 @@ impl<'p> Player<'p> {
         on_second: &mut dyn FnMut(PerWay<LinkRow>),
     ) -> Result<Played> {
         let scheduling = prefer_this_thread(PRIORITY);
-        let guard_ns = match scheduling {
-            Scheduling::Fifo => GUARD_NS,
-            Scheduling::Other => 0,
-        };
+        let mut guard = Guard::of(scheduling);
         let started_ns = now_ns();
         let mut row_due_ns = started_ns + SECOND_NS;
         self.watch = Watch::new(started_ns);
@@ -158,7 +152,7 @@ impl<'p> Player<'p> {
                 row_due_ns += SECOND_NS;
             }
             self.watch.beat(now);
-            self.wait(now, guard_ns)?;
+            self.wait(now, &mut guard)?;
         }
         let ended_ns = now_ns();
         on_second(self.rows(ended_ns)?);
@@ -240,25 +234,25 @@ impl<'p> Player<'p> {
     }
 
     /// Sleeps until a packet comes or the next departure is near; returns at once if it is near.
-    fn wait(&mut self, now: u64, guard_ns: u64) -> Result<()> {
-        let wake_ns = self
-            .relay
-            .next_ns()
-            .map_or(u64::MAX, |next| next.saturating_sub(guard_ns));
+    fn wait(&mut self, now: u64, guard: &mut Guard) -> Result<()> {
+        let next_ns = self.relay.next_ns();
+        let wake_ns = next_ns.map_or(u64::MAX, |next| guard.wake_ns(next));
         if wake_ns <= now {
             std::hint::spin_loop();
             return Ok(());
         }
         let mut ports = [&self.ports.up, &self.ports.down]
             .map(|port| PollFd::from_borrowed_fd(port.as_fd(), PollFlags::IN));
-        let sleep_ns = (wake_ns - now).min(LONGEST_SLEEP_NS);
-        let timeout = timespec(sleep_ns);
-        self.watch.rest_until(now + sleep_ns);
-        match poll(&mut ports, Some(&timeout)) {
+        let rested_ns = wake_ns.min(now + LONGEST_SLEEP_NS);
+        self.watch.rest_until(rested_ns);
+        match poll(&mut ports, Some(&timespec(rested_ns - now))) {
+            // No packet ended the sleep.
+            Ok(0) if rested_ns == wake_ns => guard.learn(now_ns().saturating_sub(wake_ns)),
             // After a signal the caller checks `stop`.
-            Ok(_) | Err(Errno::INTR) => Ok(()),
-            Err(error) => Err(io::Error::from(error)).doing("wait for packets"),
+            Ok(_) | Err(Errno::INTR) => {}
+            Err(error) => return Err(io::Error::from(error)).doing("wait for packets"),
         }
+        Ok(())
     }
 }
 

@@ -98,7 +98,7 @@ fn beat(cpu: usize, stop: &AtomicBool) -> Pulse {
     }
     let granted = pace::ask(Some(PRIORITY));
     // It never spins, so it takes no time from the parts it watches.
-    let pacer = Pacer::new(&Scheduling::ordinary());
+    let mut pacer = Pacer::new(&Scheduling::ordinary());
     let mut pulse = Pulse {
         processors: 1,
         real_time: granted.policy == Policy::Fifo,

@@ -89,7 +89,7 @@ fn drive_by(
             rows,
             first_failure: None,
         };
-        let interrupted = stopped || run.deadlines(stop).await?;
+        let interrupted = stopped || run.deadlines(&scheduling, stop).await?;
         run.transport.close().await;
         Ok(report::Native {
             start_ns,
@@ -149,9 +149,10 @@ impl<T: Transport> Run<T> {
     /// Runs through all deadlines and waits for all messages; returns whether `stop` came first.
     async fn deadlines(
         &mut self,
+        scheduling: &report::Scheduling,
         mut stop: Pin<&mut impl Future<Output = io::Result<()>>>,
     ) -> io::Result<bool> {
-        let alarm = Alarm::new()?;
+        let mut alarm = Alarm::new(scheduling)?;
         loop {
             match self.end.poll(now_ns()) {
                 Step::Send(command) => {

@@ -1,5 +1,5 @@
 //! Deadlines for a task. The runtime's own timers round to a millisecond, so this is a `timerfd` on
-//! the run's clock.
+//! the run's clock, and for the last moment the task yields in turn to the others of its runtime.
 #![allow(
     unsafe_code,
     reason = "registering a descriptor with the runtime; see `Alarm::new`"
@@ -12,26 +12,41 @@ use rustix::time::{
 };
 use tokio::io::{Interest, unix::AsyncFd};
 
-use crate::timespec;
+use endpoint::report::Scheduling;
+
+use crate::{guard::Guard, now_ns, timespec};
 
 /// An alarm that rings once for each setting.
 #[derive(Debug)]
 pub struct Alarm {
     timer: AsyncFd<OwnedFd>,
+    guard: Guard,
+    /// When to ring.
+    due_ns: u64,
+    /// When the timer wakes the runtime for it.
+    wake_ns: u64,
 }
 
+/// The setting of an alarm that never rings.
+const NEVER_NS: u64 = u64::MAX;
+
 impl Alarm {
-    /// An alarm that is not set. Needs the runtime's context.
+    /// An alarm that is not set, for a runtime of one thread with this scheduling. Needs the runtime's context.
     ///
     /// # Errors
     /// The system's error if it has no timer or no file descriptor left.
-    pub fn new() -> io::Result<Self> {
+    pub fn new(scheduling: &Scheduling) -> io::Result<Self> {
         let flags = TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC;
         let timer = timerfd_create(TimerfdClockId::Monotonic, flags)?;
         // SAFETY: the descriptor is open, an `OwnedFd` keeps it open and never changes it, and the
         // `AsyncFd` owns it from here on until it is dropped.
         let timer = unsafe { AsyncFd::register_with_interest(timer, Interest::READABLE) }?;
-        Ok(Self { timer })
+        Ok(Self {
+            timer,
+            guard: Guard::of(scheduling),
+            due_ns: NEVER_NS,
+            wake_ns: NEVER_NS,
+        })
     }
 
     /// Sets the alarm to `t_ns` of the run's clock, in place of an earlier setting; it rings at once
@@ -39,21 +54,42 @@ impl Alarm {
     ///
     /// # Errors
     /// None for a valid timer; otherwise the system's.
-    pub fn set(&self, t_ns: u64) -> io::Result<()> {
-        let once = Itimerspec {
-            it_interval: timespec(0),
-            // A time of 0 would unset the timer.
-            it_value: timespec(t_ns.max(1)),
-        };
-        timerfd_settime(&self.timer, TimerfdTimerFlags::ABSTIME, &once)?;
+    pub fn set(&mut self, t_ns: u64) -> io::Result<()> {
+        if t_ns == self.due_ns {
+            return Ok(());
+        }
+        let now = now_ns();
+        self.due_ns = t_ns;
+        self.wake_ns = self.guard.wake_ns(now, t_ns);
+        if now < self.wake_ns {
+            let once = Itimerspec {
+                it_interval: timespec(0),
+                it_value: timespec(self.wake_ns),
+            };
+            timerfd_settime(&self.timer, TimerfdTimerFlags::ABSTIME, &once)?;
+        }
         Ok(())
     }
 
-    /// Waits until the alarm rings. Dropping this future early loses nothing.
+    /// Waits until the alarm rings. Dropping this future early loses nothing. A real-time thread is awake for
+    /// the last moment before, and the runtime goes on serving its other tasks and sockets.
     ///
     /// # Errors
     /// None for a valid timer; otherwise the system's.
-    pub async fn rung(&self) -> io::Result<()> {
+    pub async fn rung(&mut self) -> io::Result<()> {
+        if now_ns() < self.wake_ns {
+            self.woken().await?;
+            self.guard.learn(now_ns().saturating_sub(self.wake_ns));
+        }
+        while now_ns() < self.due_ns {
+            tokio::task::yield_now().await;
+        }
+        (self.due_ns, self.wake_ns) = (NEVER_NS, NEVER_NS);
+        Ok(())
+    }
+
+    /// Waits for the timer.
+    async fn woken(&self) -> io::Result<()> {
         loop {
             let mut ready = self.timer.readable().await?;
             let mut times = [0; 8];
@@ -68,23 +104,90 @@ impl Alarm {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::now_ns;
+    use endpoint::report::Policy;
+    use std::{future::Future, time::Duration};
+
+    /// Runs a task in a runtime of one thread.
+    fn run(task: impl Future<Output = ()>) {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build();
+        runtime.expect("a runtime").block_on(task);
+    }
+
+    fn schedulings() -> [Scheduling; 2] {
+        let fifo = Scheduling {
+            policy: Policy::Fifo,
+            ..Scheduling::ordinary()
+        };
+        [Scheduling::ordinary(), fifo]
+    }
 
     #[test]
     fn it_rings_at_its_last_setting_and_never_before() {
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .enable_all()
-            .build()
-            .expect("a runtime");
-        runtime.block_on(async {
-            let alarm = Alarm::new().expect("a timer");
-            let due_ns = now_ns() + 5_000_000;
-            alarm.set(now_ns() + 1_000_000).expect("a valid timer");
-            alarm.set(due_ns).expect("a valid timer");
-            alarm.rung().await.expect("a valid timer");
-            assert!(now_ns() >= due_ns);
-            alarm.set(0).expect("a valid timer");
-            alarm.rung().await.expect("a past time rings at once");
+        for scheduling in schedulings() {
+            run(async {
+                let mut alarm = Alarm::new(&scheduling).expect("a timer");
+                let due_ns = now_ns() + 5_000_000;
+                for t_ns in [now_ns() + 1_000_000, due_ns, due_ns] {
+                    alarm.set(t_ns).expect("a valid timer");
+                }
+                alarm.rung().await.expect("a valid timer");
+                assert!(now_ns() >= due_ns);
+                alarm.set(0).expect("a valid timer");
+                alarm.rung().await.expect("a past time rings at once");
+            });
+        }
+    }
+
+    #[test]
+    fn one_that_rang_is_silent_until_it_is_set_again() {
+        for scheduling in schedulings() {
+            run(async {
+                let mut alarm = Alarm::new(&scheduling).expect("a timer");
+                alarm.set(now_ns() + 300_000).expect("a valid timer");
+                alarm.rung().await.expect("a valid timer");
+                let silence = tokio::time::timeout(Duration::from_millis(5), alarm.rung());
+                assert!(silence.await.is_err(), "it rings once");
+                let due_ns = now_ns() + 300_000;
+                alarm.set(due_ns).expect("a valid timer");
+                // Given up and asked again, within the guard too.
+                while now_ns() < due_ns {
+                    let now = tokio::time::timeout(Duration::ZERO, alarm.rung()).await;
+                    assert_eq!(now.is_ok(), now_ns() >= due_ns && now.is_ok());
+                }
+                alarm.set(due_ns).expect("a valid timer");
+                alarm.rung().await.expect("a valid timer");
+            });
+        }
+    }
+
+    /// While it waits within its guard, other tasks of the runtime go on.
+    #[test]
+    fn the_runtime_serves_others_to_the_last_moment() {
+        let [_, fifo] = schedulings();
+        run(async {
+            let mut alarm = Alarm::new(&fifo).expect("a timer");
+            let turns = std::rc::Rc::new(std::cell::Cell::new(0_u64));
+            let local = tokio::task::LocalSet::new();
+            let counted = std::rc::Rc::clone(&turns);
+            local.spawn_local(async move {
+                loop {
+                    counted.set(counted.get() + 1);
+                    tokio::task::yield_now().await;
+                }
+            });
+            local
+                .run_until(async {
+                    let due_ns = now_ns() + 90_000;
+                    alarm.set(due_ns).expect("a valid timer");
+                    // Within the guard from now on.
+                    while now_ns() < alarm.wake_ns {}
+                    let before = turns.get();
+                    alarm.rung().await.expect("a valid timer");
+                    assert!(turns.get() > before || now_ns() > due_ns + 50_000);
+                })
+                .await;
         });
     }
 }

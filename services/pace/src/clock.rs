@@ -5,7 +5,9 @@ use rustix::{
     time::{ClockId, Timespec, clock_gettime},
 };
 
-use endpoint::report::{Policy, Scheduling};
+use endpoint::report::Scheduling;
+
+use crate::guard::Guard;
 
 const NS_PER_S: u64 = 1_000_000_000;
 
@@ -28,36 +30,32 @@ pub fn timespec(t_ns: u64) -> Timespec {
 }
 
 /// Waits for deadlines.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Pacer {
-    guard_ns: u64,
+    guard: Guard,
 }
 
 impl Pacer {
-    /// How long before a deadline a real-time thread wakes and spins. It covers waking a halted core,
-    /// measured as 20 to 60 us on a virtual machine, and costs 7 % of a core at 1 kHz.
-    const GUARD_NS: u64 = 70_000;
-
-    /// A pacer for a thread with this scheduling. An ordinary thread only sleeps: spinning would use
-    /// up its processor share just when it needs it, and was measured to be worse than sleeping.
+    /// A pacer for a thread with this scheduling: a real-time thread wakes a learnt time before a deadline, and
+    /// spins. An ordinary thread only sleeps: spinning would use up its processor share just when it needs it,
+    /// and was measured to be worse than sleeping.
     #[must_use]
     pub fn new(scheduling: &Scheduling) -> Self {
-        let guard_ns = match scheduling.policy {
-            Policy::Fifo => Self::GUARD_NS,
-            Policy::Other => 0,
-        };
-        Self { guard_ns }
+        let guard = Guard::of(scheduling);
+        Self { guard }
     }
 
     /// Returns at `due_ns`, or as soon after it as the kernel permits; at once if that has passed.
-    pub fn sleep_until(&self, due_ns: u64) {
-        let wake_ns = due_ns.saturating_sub(self.guard_ns);
-        if now_ns() < wake_ns {
+    pub fn sleep_until(&mut self, due_ns: u64) {
+        let now = now_ns();
+        let wake_ns = self.guard.wake_ns(now, due_ns);
+        if now < wake_ns {
             // The sleep returns early if a signal interrupts it, so the loop sleeps again.
             let wake = timespec(wake_ns);
             while clock_nanosleep_absolute(ClockId::Monotonic, &wake).is_err() && now_ns() < wake_ns
             {
             }
+            self.guard.learn(now_ns().saturating_sub(wake_ns));
         }
         while now_ns() < due_ns {
             std::hint::spin_loop();
@@ -68,6 +66,7 @@ impl Pacer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use endpoint::report::Policy;
 
     #[test]
     fn a_wait_never_ends_before_its_deadline_and_a_past_one_does_not_wait() {
@@ -77,7 +76,7 @@ mod tests {
             ..Scheduling::ordinary()
         };
         for scheduling in [other, fifo] {
-            let pacer = Pacer::new(&scheduling);
+            let mut pacer = Pacer::new(&scheduling);
             let due_ns = now_ns() + 3_000_000;
             pacer.sleep_until(due_ns);
             assert!(now_ns() >= due_ns);

@@ -2,7 +2,8 @@
 //!
 //! * [`now_ns`]: the run's clock. It is `CLOCK_MONOTONIC`, which all processes and namespaces of one
 //!   kernel share, so times of plant and controller can be compared.
-//! * [`Pacer`] and [`Alarm`]: wait for a deadline on it, in a thread and in a task.
+//! * [`Pacer`] and [`Alarm`]: wait for a deadline on it, in a thread and in a task. How long before it a
+//!   real-time thread wakes is learnt from how late its wakes are.
 //! * [`ask`]: requests the best scheduling that a thread can get, and returns what it got, for the manifest.
 //! * [`raise_open_files`]: room for the sockets of many messages.
 //! * [`told_to_end`]: the signals that end a process in an orderly way.
@@ -11,6 +12,7 @@
 
 mod alarm;
 mod clock;
+mod guard;
 mod limit;
 mod scheduling;
 mod stop;

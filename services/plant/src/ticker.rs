@@ -156,7 +156,7 @@ impl Ticker {
 
     fn run(mut self, stop: &AtomicBool) -> Ticked {
         let scheduling = pace::ask(self.fifo.then_some(FIFO_PRIORITY));
-        let pacer = Pacer::new(&scheduling);
+        let mut pacer = Pacer::new(&scheduling);
         let (mut held, mut resets) = input(self.input.read());
         let (mut ticks, mut missed) = (0, 0);
         loop {

@@ -58,7 +58,7 @@ impl Beat {
     fn play(
         self,
         target: &Target,
-        pacer: &Pacer,
+        pacer: &mut Pacer,
         mut down: impl FnMut(u64) -> bool,
         mut up: impl FnMut(),
     ) -> String {
@@ -104,10 +104,10 @@ pub(crate) fn stop(target: &Target, who: Who, beat: Beat) -> Result<String, Stri
         let sent = family.iter().map(|member| kill_process(*member, signal));
         sent.filter(Result::is_ok).count() > 0
     };
-    let pacer = Pacer::new(&pace::ask(Some(PRIORITY)));
+    let mut pacer = Pacer::new(&pace::ask(Some(PRIORITY)));
     let done = beat.play(
         target,
-        &pacer,
+        &mut pacer,
         |_| signal(Signal::STOP),
         || {
             signal(Signal::CONT);
@@ -138,7 +138,7 @@ pub(crate) fn hog(target: &Target, beat: Beat) -> Result<String, String> {
                         }
                         true
                     };
-                    Ok(beat.play(target, &Pacer::new(&scheduling), busy, || {}))
+                    Ok(beat.play(target, &mut Pacer::new(&scheduling), busy, || {}))
                 })
             })
             .collect();
