@@ -36,8 +36,8 @@ const OLDEST_STAMP_NS: u64 = 2 * SECOND_NS;
 
 /// Converts the kernel's receive stamps, which are wall-clock time, to the monotonic clock.
 ///
-/// The difference between the clocks is sampled at each reading, so slewing does no harm, and a step
-/// of the wall clock affects only packets that are in the socket at that time. Each stamp is
+/// The difference between the clocks is sampled at each reading, one for packets that were taken together, so
+/// slewing does no harm, and a step of the wall clock affects only packets that are in the socket at that time. Each stamp is
 /// therefore converted with the difference now and with the one before. The younger of the plausible
 /// times is used, since the other one contains the step; if neither is plausible, the packet counts
 /// as received now. No time is ever in the future or older than two seconds.
@@ -55,9 +55,40 @@ impl StampClock {
 
     /// The monotonic time of the wall-clock `stamp_ns`, which has just been read.
     pub(crate) fn monotonic_ns(&mut self, stamp_ns: u64) -> u64 {
-        let before = self.wall_minus_monotonic_ns;
+        self.read().monotonic_ns(Some(stamp_ns))
+    }
+
+    /// Reads the clocks, for stamps that have just been read.
+    pub(crate) fn read(&mut self) -> Reading {
+        let distance_before_ns = self.wall_minus_monotonic_ns;
         self.wall_minus_monotonic_ns = wall_minus_monotonic_ns();
-        settle(stamp_ns, self.wall_minus_monotonic_ns, before, now_ns())
+        Reading {
+            distance_ns: self.wall_minus_monotonic_ns,
+            distance_before_ns,
+            now_ns: now_ns(),
+        }
+    }
+}
+
+/// A reading of both clocks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reading {
+    distance_ns: u64,
+    distance_before_ns: u64,
+    now_ns: u64,
+}
+
+impl Reading {
+    /// The monotonic time of a wall-clock stamp from before this reading; of one that is missing, now.
+    pub(crate) fn monotonic_ns(self, stamp_ns: Option<u64>) -> u64 {
+        stamp_ns.map_or(self.now_ns, |stamp_ns| {
+            settle(
+                stamp_ns,
+                self.distance_ns,
+                self.distance_before_ns,
+                self.now_ns,
+            )
+        })
     }
 }
 

@@ -37,7 +37,7 @@ pub use player::tunnel::{WayConfig, play_way};
 pub use player::{PlayerConfig, play};
 pub use port::tun::TunPort;
 pub use port::udp::{TUNNEL_PORT, UdpPort};
-pub use port::{Arrival, FRAME_MAX, PacketPort, Port, PortCounters};
+pub use port::{Arrival, FRAME_MAX, Inbox, PacketPort, Port, PortCounters};
 pub use probe::asker::Asker;
 pub use probe::plan::ProbePlan;
 pub use probe::witness::Witness;

@@ -26,7 +26,7 @@ use crate::player::guard::Guard;
 use crate::player::relay::Relay;
 use crate::player::tally::Tally;
 use crate::player::watch::Watch;
-use crate::port::Port;
+use crate::port::{Inbox, Port};
 use crate::record::Record;
 use crate::scheduling::prefer_this_thread;
 
@@ -37,8 +37,8 @@ const PRIORITY: u8 = 48;
 /// The longest sleep, so that a request to stop is seen soon.
 const LONGEST_SLEEP_NS: u64 = 50_000_000;
 
-/// Packets taken from one port before the other port and the departures have their turn.
-const BATCH: usize = 64;
+/// Batches of packets taken from one port before the other port and the departures have their turn.
+const TURNS: usize = 4;
 
 /// What to play.
 #[derive(Debug)]
@@ -100,6 +100,7 @@ pub fn play<P: Port>(
 pub(crate) struct Player<'p> {
     relay: Relay,
     ports: PerWay<&'p mut dyn Port>,
+    inbox: Inbox,
     tallies: PerWay<Tally>,
     watch: Watch,
     packets: Option<Record<PacketRow>>,
@@ -124,6 +125,7 @@ impl<'p> Player<'p> {
         Self {
             relay,
             ports,
+            inbox: Inbox::default(),
             tallies: PerWay::of(Tally::new),
             watch: Watch::new(now_ns()),
             entered: room(packets.is_some()),
@@ -173,19 +175,22 @@ impl<'p> Player<'p> {
 
     fn take_arrivals(&mut self) -> Result<()> {
         for way in Way::BOTH {
-            for _ in 0..BATCH {
-                let mut frame = self.relay.frame();
-                match self.ports[way].receive(&mut frame).doing(receiving(way))? {
-                    Some(arrival) => {
-                        self.watch.on_arrival(arrival.stamp_ns);
-                        let entry = self.relay.enter(way, &arrival, frame);
-                        self.tallies[way].entered(arrival.ip_bytes, entry);
-                        self.note(way, arrival.ip_bytes);
-                    }
-                    None => {
-                        self.relay.recycle(frame);
-                        break;
-                    }
+            for _ in 0..TURNS {
+                self.ports[way]
+                    .receive(&mut self.inbox)
+                    .doing(receiving(way))?;
+                for index in 0..self.inbox.len() {
+                    let Some((arrival, frame)) = self.inbox.take(index, || self.relay.frame())
+                    else {
+                        continue;
+                    };
+                    self.watch.on_arrival(arrival.stamp_ns);
+                    let entry = self.relay.enter(way, &arrival, frame);
+                    self.tallies[way].entered(arrival.ip_bytes, entry);
+                    self.note(way, arrival.ip_bytes);
+                }
+                if !self.inbox.is_full() {
+                    break;
                 }
             }
         }
@@ -193,13 +198,14 @@ impl<'p> Player<'p> {
     }
 
     fn send_departures(&mut self) {
-        while let Some(departure) = self.relay.pop_due(now_ns()) {
+        let mut now = now_ns();
+        while let Some(departure) = self.relay.pop_due(now) {
             let way = departure.way;
             let sent = self.ports[way.back()].send(departure.frame());
             if let Err(error) = &sent {
                 tracing::debug!(%error, ?way, "a packet could not be sent");
             }
-            let now = now_ns();
+            now = now_ns();
             self.watch.beat(now);
             let late_ns = now.saturating_sub(departure.at_ns);
             self.tallies[way].left(late_ns, sent.is_ok());

@@ -12,10 +12,10 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use rustix::io::Errno;
 use rustix::net::{AddressFamily, SendFlags, SocketFlags, SocketType, sockopt};
 
-use crate::clock::{StampClock, now_ns};
+use crate::clock::StampClock;
 use crate::error::{Doing, Error, Result};
 use crate::network::netlink::Netlink;
-use crate::sys;
+use crate::sys::{self, Received};
 
 /// Room for the longest possible frame: 1500 bytes of packet and 14 of Ethernet header, rounded up to
 /// keep buffers on their own cache lines.
@@ -32,6 +32,18 @@ pub struct Arrival {
     pub stamp_ns: u64,
 }
 
+impl Arrival {
+    /// A packet without anything before it.
+    fn packet(bytes: usize, stamp_ns: u64) -> Self {
+        Self {
+            frame_bytes: bytes,
+            // At most FRAME_MAX.
+            ip_bytes: bytes as u32,
+            stamp_ns,
+        }
+    }
+}
+
 /// Frames that a port has not passed on since it was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PortCounters {
@@ -41,13 +53,89 @@ pub struct PortCounters {
     pub dropped: u64,
 }
 
+/// Frames taken from a port with one system call.
+const BATCH: usize = 16;
+
+/// Room for one frame.
+pub(crate) type Frame = Box<[u8; FRAME_MAX]>;
+
+/// Filled, not only zeroed, so that its page is mapped when a packet needs it.
+pub(crate) fn new_frame() -> Frame {
+    Box::new([0x77; FRAME_MAX])
+}
+
+/// What a port has received at once.
+#[derive(Debug)]
+pub struct Inbox {
+    frames: [Frame; BATCH],
+    received: [Option<Received>; BATCH],
+    arrivals: [Option<Arrival>; BATCH],
+    /// How many messages the last call took.
+    count: usize,
+}
+
+impl Default for Inbox {
+    fn default() -> Self {
+        Self {
+            frames: std::array::from_fn(|_| new_frame()),
+            received: [None; BATCH],
+            arrivals: [None; BATCH],
+            count: 0,
+        }
+    }
+}
+
+impl Inbox {
+    /// Takes messages from a socket; `arrival` says which are packets of the link. Returns how many there were.
+    fn fill(
+        &mut self,
+        socket: &OwnedFd,
+        stamps: &mut StampClock,
+        mut arrival: impl FnMut(&[u8], Received, u64) -> Option<Arrival>,
+    ) -> io::Result<usize> {
+        let frames = self.frames.each_mut().map(|frame| frame.as_mut_slice());
+        self.count = sys::receive_batch(socket, frames, &mut self.received)?;
+        if self.count > 0 {
+            let reading = stamps.read();
+            for index in 0..self.count {
+                self.arrivals[index] = self.received[index].and_then(|received| {
+                    let bytes = received.len.min(FRAME_MAX);
+                    let stamp_ns = reading.monotonic_ns(received.stamp_ns);
+                    arrival(&self.frames[index][..bytes], received, stamp_ns)
+                });
+            }
+        }
+        Ok(self.count)
+    }
+
+    /// Whether the port may have more than it has just received.
+    pub(crate) fn is_full(&self) -> bool {
+        self.count == BATCH
+    }
+
+    /// The packets, each with its frame, in place of which it leaves one of `spare`.
+    pub(crate) fn take(
+        &mut self,
+        index: usize,
+        spare: impl FnOnce() -> Frame,
+    ) -> Option<(Arrival, Frame)> {
+        let arrival = self.arrivals.get_mut(index)?.take()?;
+        Some((arrival, std::mem::replace(&mut self.frames[index], spare())))
+    }
+
+    /// How many places to look at.
+    pub(crate) fn len(&self) -> usize {
+        self.count
+    }
+}
+
 /// One side of the player, which receives and sends whole frames.
 pub trait Port: AsFd {
-    /// Takes the next packet without waiting; `None` if there is none.
+    /// Takes the next packets without waiting, if there are any.
     ///
     /// # Errors
     /// Those of the kernel, for instance if the interface is gone.
-    fn receive(&mut self, frame: &mut [u8; FRAME_MAX]) -> io::Result<Option<Arrival>>;
+    fn receive(&mut self, inbox: &mut Inbox) -> io::Result<()>;
 
     /// Sends one frame.
     ///
@@ -143,28 +231,29 @@ pub(crate) fn is_ipv4(packet: &[u8]) -> bool {
 }
 
 impl Port for PacketPort {
-    fn receive(&mut self, frame: &mut [u8; FRAME_MAX]) -> io::Result<Option<Arrival>> {
-        while let Some(received) = sys::receive(&self.socket, frame)? {
-            if frame[ETHERNET_HEADER - 2..ETHERNET_HEADER] != ETHERTYPE_IPV4
-                || received.len < ETHERNET_HEADER
-            {
-                self.counters.foreign += 1;
-                continue;
-            }
-            if received.len > frame.len() {
-                self.counters.dropped += 1;
-                continue;
-            }
-            return Ok(Some(Arrival {
-                frame_bytes: received.len,
-                // At most FRAME_MAX.
-                ip_bytes: (received.len - ETHERNET_HEADER) as u32,
-                stamp_ns: received
-                    .stamp_ns
-                    .map_or_else(now_ns, |stamp| self.stamps.monotonic_ns(stamp)),
-            }));
-        }
-        Ok(None)
+    fn receive(&mut self, inbox: &mut Inbox) -> io::Result<()> {
+        let counters = &mut self.counters;
+        inbox.fill(
+            &self.socket,
+            &mut self.stamps,
+            |frame, received, stamp_ns| {
+                if frame.get(ETHERNET_HEADER - 2..ETHERNET_HEADER) != Some(&ETHERTYPE_IPV4) {
+                    counters.foreign += 1;
+                    return None;
+                }
+                if received.len > frame.len() {
+                    counters.dropped += 1;
+                    return None;
+                }
+                Some(Arrival {
+                    frame_bytes: frame.len(),
+                    // At most FRAME_MAX.
+                    ip_bytes: (frame.len() - ETHERNET_HEADER) as u32,
+                    stamp_ns,
+                })
+            },
+        )?;
+        Ok(())
     }
 
     fn send(&mut self, frame: &[u8]) -> io::Result<()> {

@@ -187,60 +187,85 @@ pub(crate) struct Received {
 }
 
 /// More than enough room for the one control message that is requested.
+#[derive(Clone, Copy)]
 #[repr(align(8))]
-struct Control([u8; 128]);
+struct Control([u8; 64]);
 
-/// Takes the next message from a socket without waiting, with its kernel receive stamp. `None` if
-/// there is nothing to read.
+/// Takes the next message from a socket without waiting, with its kernel receive stamp. `None` if there is
+/// nothing to read.
 pub(crate) fn receive(fd: impl AsFd, buffer: &mut [u8]) -> io::Result<Option<Received>> {
-    let mut control = Control([0; 128]);
-    let mut part = libc::iovec {
-        iov_base: buffer.as_mut_ptr().cast::<c_void>(),
-        iov_len: buffer.len(),
-    };
-    // SAFETY: all zeros is a valid `sockaddr_in`: it is integers throughout.
-    let mut sender: libc::sockaddr_in = unsafe { mem::zeroed() };
-    // SAFETY: all zeros is a valid `msghdr`: null pointers with zero lengths.
-    let mut header: libc::msghdr = unsafe { mem::zeroed() };
-    // An address of another family is longer: the kernel truncates it and reports its family.
-    header.msg_name = (&raw mut sender).cast::<c_void>();
-    header.msg_namelen = socklen::<libc::sockaddr_in>();
-    header.msg_iov = &raw mut part;
-    header.msg_iovlen = 1;
-    header.msg_control = control.0.as_mut_ptr().cast::<c_void>();
-    header.msg_controllen = control.0.len() as _;
-    // SAFETY: the kernel writes at most `iov_len` bytes to `buffer`, `msg_controllen` to
-    // `control` and `msg_namelen` to `sender`; all outlive the call and nothing else refers
-    // to them during it.
-    let len = unsafe {
-        libc::recvmsg(
+    let mut received = [None];
+    receive_batch(fd, [buffer], &mut received)?;
+    Ok(received[0])
+}
+
+/// The same for several messages at once, each into a buffer of its own. Returns how many there were: fewer than
+/// there are buffers if the socket is then empty.
+pub(crate) fn receive_batch<const BATCH: usize>(
+    fd: impl AsFd,
+    buffers: [&mut [u8]; BATCH],
+    received: &mut [Option<Received>; BATCH],
+) -> io::Result<usize> {
+    let mut controls = [Control([0; 64]); BATCH];
+    // SAFETY: all zeros is a valid `sockaddr_in`, `iovec` and `mmsghdr`: integers, and null pointers with
+    // zero lengths.
+    let (mut senders, mut parts, mut headers): (
+        [libc::sockaddr_in; BATCH],
+        [libc::iovec; BATCH],
+        [libc::mmsghdr; BATCH],
+    ) = unsafe { (mem::zeroed(), mem::zeroed(), mem::zeroed()) };
+    for (index, buffer) in buffers.into_iter().enumerate() {
+        parts[index] = libc::iovec {
+            iov_base: buffer.as_mut_ptr().cast::<c_void>(),
+            iov_len: buffer.len(),
+        };
+        let header = &mut headers[index].msg_hdr;
+        // An address of another family is longer: the kernel truncates it and reports its family.
+        header.msg_name = (&raw mut senders[index]).cast::<c_void>();
+        header.msg_namelen = socklen::<libc::sockaddr_in>();
+        header.msg_iov = &raw mut parts[index];
+        header.msg_iovlen = 1;
+        header.msg_control = controls[index].0.as_mut_ptr().cast::<c_void>();
+        header.msg_controllen = controls[index].0.len() as _;
+    }
+    // SAFETY: the kernel writes at most `BATCH` of `headers`, and for each at most `iov_len` bytes to its
+    // buffer, `msg_controllen` to its control and `msg_namelen` to its sender; all outlive the call and
+    // nothing else refers to them during it.
+    let count = unsafe {
+        libc::recvmmsg(
             fd.as_fd().as_raw_fd(),
-            &raw mut header,
-            libc::MSG_DONTWAIT | libc::MSG_TRUNC,
+            headers.as_mut_ptr(),
+            BATCH as libc::c_uint,
+            (libc::MSG_DONTWAIT | libc::MSG_TRUNC) as _,
+            std::ptr::null_mut(),
         )
     };
-    let Ok(len) = usize::try_from(len) else {
+    let Ok(count) = usize::try_from(count) else {
         let error = io::Error::last_os_error();
         return match error.kind() {
-            io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted => Ok(None),
+            io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted => Ok(0),
             _ => Err(error),
         };
     };
-    Ok(Some(Received {
-        len,
-        stamp_ns: stamp(&header),
-        sender: (i32::from(sender.sin_family) == libc::AF_INET).then(|| {
-            SocketAddrV4::new(
-                Ipv4Addr::from(u32::from_be(sender.sin_addr.s_addr)),
-                u16::from_be(sender.sin_port),
-            )
-        }),
-    }))
+    for (index, header) in headers.iter().take(count).enumerate() {
+        let sender = senders[index];
+        received[index] = Some(Received {
+            len: header.msg_len as usize,
+            stamp_ns: stamp(&header.msg_hdr),
+            sender: (i32::from(sender.sin_family) == libc::AF_INET).then(|| {
+                SocketAddrV4::new(
+                    Ipv4Addr::from(u32::from_be(sender.sin_addr.s_addr)),
+                    u16::from_be(sender.sin_port),
+                )
+            }),
+        });
+    }
+    Ok(count)
 }
 
-/// The receive stamp among the control messages of a header filled by `recvmsg`.
+/// The receive stamp among the control messages of a header filled by `recvmmsg`.
 fn stamp(header: &libc::msghdr) -> Option<u64> {
-    // SAFETY: `header` was filled by `recvmsg`, so `msg_control` is a well-formed chain of
+    // SAFETY: `header` was filled by `recvmmsg`, so `msg_control` is a well-formed chain of
     // `msg_controllen` bytes in an aligned buffer that is still alive. The macros stay
     // inside it, and the datum is read unaligned, as C does with `memcpy`, only after its
     // type and length have been checked.

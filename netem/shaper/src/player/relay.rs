@@ -2,20 +2,16 @@
 //!
 //! Pure: time is passed as an argument. Packets with equal departures leave in order of entry.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::VecDeque;
 
 use link::{Cause, Fate, PerWay, Timeline, Twist, Way};
 
 use crate::player::twist;
-use crate::port::{Arrival, FRAME_MAX};
+use crate::port::{Arrival, Frame, new_frame};
 
-/// Number of packets for which the pool has room from the beginning: two ways at 1 kHz, with an
-/// answer to each message, through a stall of two seconds. During longer stalls it grows.
-const POOL: usize = 8192;
-
-/// Room for one frame.
-pub(crate) type Frame = Box<[u8; FRAME_MAX]>;
+/// Number of frames that wait for packets from the beginning: two ways at 1 kHz, with an answer to each message,
+/// over a link of 50 ms. Where more packets are under way, as in a stall, there are soon more.
+const POOL: usize = 256;
 
 /// A packet that is due to leave.
 #[derive(Debug)]
@@ -41,30 +37,14 @@ impl Departure {
     }
 }
 
-impl PartialEq for Departure {
-    fn eq(&self, other: &Self) -> bool {
-        self.key() == other.key()
-    }
-}
-impl Eq for Departure {}
-impl PartialOrd for Departure {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-impl Ord for Departure {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.key().cmp(&other.key())
-    }
-}
-
 /// The packets under way on a link.
 #[derive(Debug)]
 pub(crate) struct Relay {
     timeline: Timeline,
     /// A way that another player shapes: its packets are due when they enter.
     carried: Option<Way>,
-    waiting: BinaryHeap<Reverse<Departure>>,
+    /// Of each way, in the order in which they leave. Nearly always that is the order of entry.
+    waiting: PerWay<VecDeque<Departure>>,
     free: Vec<Frame>,
     sequence: u64,
     /// The latest entry of each way: link time never runs backwards.
@@ -78,7 +58,7 @@ impl Relay {
         Self {
             timeline,
             carried: None,
-            waiting: BinaryHeap::with_capacity(POOL),
+            waiting: PerWay::of(|_| VecDeque::with_capacity(POOL)),
             free,
             sequence: 0,
             entered_ns: PerWay::default(),
@@ -134,14 +114,22 @@ impl Relay {
     }
 
     fn push(&mut self, at_ns: u64, way: Way, frame: Frame, frame_bytes: usize) {
-        self.waiting.push(Reverse(Departure {
+        let departure = Departure {
             at_ns,
             sequence: self.sequence,
             way,
             frame,
             frame_bytes,
-        }));
+        };
         self.sequence += 1;
+        let waiting = &mut self.waiting[way];
+        if waiting.back().is_some_and(|last| at_ns < last.at_ns) {
+            // Packets that a fault holds back are overtaken.
+            let place = waiting.partition_point(|earlier| earlier.at_ns <= at_ns);
+            waiting.insert(place, departure);
+        } else {
+            waiting.push_back(departure);
+        }
     }
 
     /// Lets a packet leave as a fault changes it, and with it its duplicate. Returns what was done.
@@ -181,17 +169,21 @@ impl Relay {
         self.carried == Some(way)
     }
 
+    /// The packet that leaves next.
+    fn next(&self) -> Option<&Departure> {
+        let fronts = Way::BOTH.map(|way| self.waiting[way].front());
+        fronts.into_iter().flatten().min_by_key(|next| next.key())
+    }
+
     /// When the next packet is due.
     pub(crate) fn next_ns(&self) -> Option<u64> {
-        self.waiting.peek().map(|Reverse(next)| next.at_ns)
+        self.next().map(|next| next.at_ns)
     }
 
     /// The next packet, if it is due by `now_ns`. Return it with [`finish`](Self::finish).
     pub(crate) fn pop_due(&mut self, now_ns: u64) -> Option<Departure> {
-        if self.next_ns()? > now_ns {
-            return None;
-        }
-        self.waiting.pop().map(|Reverse(due)| due)
+        let way = self.next().filter(|next| next.at_ns <= now_ns)?.way;
+        self.waiting[way].pop_front()
     }
 
     /// Takes back a packet that has left.
@@ -201,16 +193,8 @@ impl Relay {
 
     /// How many packets of this way are still under way.
     pub(crate) fn under_way(&self, way: Way) -> u64 {
-        self.waiting
-            .iter()
-            .filter(|Reverse(departure)| departure.way == way)
-            .count() as u64
+        self.waiting[way].len() as u64
     }
-}
-
-/// Filled, not only zeroed, so that its page is mapped when a packet needs it.
-fn new_frame() -> Frame {
-    Box::new([0x77; FRAME_MAX])
 }
 
 #[cfg(test)]
@@ -240,7 +224,7 @@ mod tests {
             let couva = profile("couva");
             let mut relay = Relay::new(Timeline::new(&couva, seed, Epoch::at_ns(EPOCH_NS)));
             let mut stated = Timeline::new(&couva, seed, Epoch::at_ns(EPOCH_NS));
-            let (mut t_ns, mut dropped, mut due) = (EPOCH_NS, 0, Vec::new());
+            let (mut t_ns, mut dropped, mut most, mut due) = (EPOCH_NS, 0, 0, Vec::new());
             for (number, (gap_ns, up)) in gaps.iter().enumerate() {
                 t_ns += gap_ns;
                 let way = if *up { Way::Up } else { Way::Down };
@@ -258,6 +242,7 @@ mod tests {
                         dropped += 1;
                     }
                 }
+                most = most.max(relay.under_way(Way::Up) + relay.under_way(Way::Down));
             }
             due.sort_unstable();
             prop_assert_eq!(relay.under_way(Way::Up) + relay.under_way(Way::Down), due.len() as u64);
@@ -271,8 +256,8 @@ mod tests {
             }
             prop_assert_eq!(due.len() + dropped, gaps.len());
             prop_assert_eq!(relay.next_ns(), None);
-            // Every frame is back in the pool, which has not grown.
-            prop_assert_eq!(relay.free.len(), POOL);
+            // Every frame is back in the pool, which has grown only to what was under way at once.
+            prop_assert!((POOL..=POOL.max(most as usize + 1)).contains(&relay.free.len()));
         }
     }
 

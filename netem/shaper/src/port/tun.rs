@@ -16,12 +16,12 @@ use std::os::unix::fs::OpenOptionsExt;
 use link::Way;
 use rustix::io::Errno;
 
-use crate::clock::{StampClock, now_ns};
+use crate::clock::StampClock;
 use crate::error::{Doing, Error, Result};
 use crate::network::netlink::Netlink;
 use crate::network::veth::{CONTROLLER_ADDRESS, END_INTERFACE, PLANT_ADDRESS, PREFIX_LEN};
 use crate::port::udp::UDP_HEADERS;
-use crate::port::{Arrival, FRAME_MAX, Port, PortCounters, is_ipv4, packet_socket};
+use crate::port::{Arrival, Inbox, Port, PortCounters, is_ipv4, packet_socket};
 use crate::sys;
 
 /// The kernel's file for TUN devices.
@@ -146,28 +146,23 @@ fn open_control(path: &str) -> Result<File> {
 }
 
 impl Port for TunPort {
-    fn receive(&mut self, frame: &mut [u8; FRAME_MAX]) -> io::Result<Option<Arrival>> {
-        while let Some(received) = sys::receive(&self.tap, frame)? {
+    fn receive(&mut self, inbox: &mut Inbox) -> io::Result<()> {
+        let counters = &mut self.counters;
+        let count = inbox.fill(&self.tap, &mut self.stamps, |packet, received, stamp_ns| {
+            if !is_ipv4(packet) {
+                counters.foreign += 1;
+                return None;
+            }
+            if received.len > packet.len() {
+                counters.dropped += 1;
+                return None;
+            }
+            Some(Arrival::packet(packet.len(), stamp_ns))
+        })?;
+        for _ in 0..count {
             self.discard()?;
-            let bytes = received.len.min(frame.len());
-            if !is_ipv4(&frame[..bytes]) {
-                self.counters.foreign += 1;
-                continue;
-            }
-            if received.len > frame.len() {
-                self.counters.dropped += 1;
-                continue;
-            }
-            return Ok(Some(Arrival {
-                frame_bytes: bytes,
-                // At most FRAME_MAX.
-                ip_bytes: bytes as u32,
-                stamp_ns: received
-                    .stamp_ns
-                    .map_or_else(now_ns, |stamp| self.stamps.monotonic_ns(stamp)),
-            }));
         }
-        Ok(None)
+        Ok(())
     }
 
     /// The kernel accepts a packet as a whole, and at once.

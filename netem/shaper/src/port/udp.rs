@@ -10,9 +10,9 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use rustix::io::Errno;
 use rustix::net::{AddressFamily, SendFlags, SocketFlags, SocketType};
 
-use crate::clock::{StampClock, now_ns};
+use crate::clock::StampClock;
 use crate::error::{Doing, Result};
-use crate::port::{Arrival, FRAME_MAX, Port, PortCounters, is_ipv4, widen};
+use crate::port::{Arrival, Inbox, Port, PortCounters, is_ipv4, widen};
 use crate::sys;
 
 /// Bytes that a datagram adds to a packet: an IPv4 header without options, and a UDP header.
@@ -63,27 +63,24 @@ impl UdpPort {
 }
 
 impl Port for UdpPort {
-    fn receive(&mut self, frame: &mut [u8; FRAME_MAX]) -> io::Result<Option<Arrival>> {
-        while let Some(received) = sys::receive(&self.socket, frame)? {
-            let bytes = received.len.min(frame.len());
-            if received.sender != Some(self.peer) || !is_ipv4(&frame[..bytes]) {
-                self.counters.foreign += 1;
-                continue;
-            }
-            if received.len > frame.len() {
-                self.oversized += 1;
-                continue;
-            }
-            return Ok(Some(Arrival {
-                frame_bytes: bytes,
-                // At most FRAME_MAX.
-                ip_bytes: bytes as u32,
-                stamp_ns: received
-                    .stamp_ns
-                    .map_or_else(now_ns, |stamp| self.stamps.monotonic_ns(stamp)),
-            }));
-        }
-        Ok(None)
+    fn receive(&mut self, inbox: &mut Inbox) -> io::Result<()> {
+        let (counters, oversized, peer) = (&mut self.counters, &mut self.oversized, self.peer);
+        inbox.fill(
+            &self.socket,
+            &mut self.stamps,
+            |packet, received, stamp_ns| {
+                if received.sender != Some(peer) || !is_ipv4(packet) {
+                    counters.foreign += 1;
+                    return None;
+                }
+                if received.len > packet.len() {
+                    *oversized += 1;
+                    return None;
+                }
+                Some(Arrival::packet(packet.len(), stamp_ns))
+            },
+        )?;
+        Ok(())
     }
 
     /// Does not wait: a datagram for which the kernel has no room is lost, and counted.
@@ -112,6 +109,8 @@ impl AsFd for UdpPort {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::now_ns;
+    use crate::port::{FRAME_MAX, Frame, new_frame};
     use rustix::event::{PollFd, PollFlags, Timespec, poll};
     use std::net::{Ipv4Addr, UdpSocket};
 
@@ -122,15 +121,23 @@ mod tests {
         )
     }
 
-    /// The next packet; waits at most two seconds.
-    fn next(port: &mut UdpPort, frame: &mut [u8; FRAME_MAX]) -> Option<Arrival> {
+    /// The next packets; waits at most two seconds.
+    fn next(port: &mut UdpPort) -> Vec<(Arrival, Frame)> {
         let patience = Timespec {
             tv_sec: 2,
             tv_nsec: 0,
         };
         let mut ports = [PollFd::from_borrowed_fd(port.as_fd(), PollFlags::IN)];
         poll(&mut ports, Some(&patience)).expect("poll works");
-        port.receive(frame).expect("the socket works")
+        received(port)
+    }
+
+    /// What has come.
+    fn received(port: &mut UdpPort) -> Vec<(Arrival, Frame)> {
+        let mut inbox = Inbox::default();
+        port.receive(&mut inbox).expect("the socket works");
+        let packets = (0..inbox.len()).filter_map(|index| inbox.take(index, new_frame));
+        packets.collect()
     }
 
     #[test]
@@ -155,8 +162,10 @@ mod tests {
         send(&peer, &packet(0x45, FRAME_MAX + 1));
         let before_ns = now_ns();
         send(&peer, &packet(0x45, 90));
-        let mut frame = [0; FRAME_MAX];
-        let arrival = next(&mut port, &mut frame).expect("the peer's packet");
+        let packets = next(&mut port);
+        let [(arrival, frame)] = packets.as_slice() else {
+            panic!("only the peer's packet: {packets:?}");
+        };
         assert_eq!((arrival.frame_bytes, arrival.ip_bytes), (90, 90));
         assert_eq!(&frame[..90], packet(0x45, 90));
         // The stamp is converted from another clock, to some microseconds.
@@ -165,7 +174,7 @@ mod tests {
         assert_eq!((counters.foreign, counters.dropped), (3, 1));
         // The way back, from the port that the peer knows.
         port.send(&packet(0x45, 84)).expect("loopback");
-        let (bytes, from) = peer.recv_from(&mut frame).expect("loopback");
+        let (bytes, from) = peer.recv_from(&mut [0; FRAME_MAX]).expect("loopback");
         assert_eq!((bytes, from), (84, local.into()));
     }
 
@@ -177,10 +186,9 @@ mod tests {
         let (local, peer) = (address(&one), address(&other));
         drop((one, other));
         let mut port = UdpPort::open(local, peer).expect("a free port");
-        let mut frame = [0; FRAME_MAX];
         for _ in 0..3 {
             port.send(&[0x45; 84]).expect("the kernel takes it");
-            assert_eq!(port.receive(&mut frame).expect("nothing to say"), None);
+            assert!(received(&mut port).is_empty());
         }
     }
 
@@ -193,14 +201,13 @@ mod tests {
         for _ in 0..100 {
             peer.send_to(&[0x45; 1400], local).expect("loopback");
         }
-        let mut frame = [0; FRAME_MAX];
         let mut came = 0;
-        while port
-            .receive(&mut frame)
-            .expect("the socket works")
-            .is_some()
-        {
-            came += 1;
+        loop {
+            let packets = received(&mut port);
+            if packets.is_empty() {
+                break;
+            }
+            came += packets.len() as u64;
         }
         assert!(came < 100, "the buffer holds a few");
         let counters = port.counters().expect("the socket works");
