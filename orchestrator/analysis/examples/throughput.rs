@@ -214,6 +214,7 @@ fn manifest(folder: &Path, cell: &Cell) -> Result<Manifest, Box<dyn Error>> {
             cores: 1,
             memory_mib: 0,
             clock_source: String::new(),
+            awake: false,
         },
         authority: String::new(),
         started: String::new(),

@@ -7,7 +7,7 @@ use endpoint::report::Policy;
 use link::Profile;
 use plan::Client;
 
-use crate::Lab;
+use crate::{Lab, awake};
 
 /// How much a run needs an ability.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,6 +61,12 @@ pub fn abilities(authority: &shaper::Result<shaper::Authority>) -> Vec<Ability> 
             need: Need::Better,
             found: try_fifo(),
             remedy: "run as root on the host, or grant rtprio; without it ticks and the link are late when the machine is busy",
+        },
+        Ability {
+            what: "processors kept awake",
+            need: Need::Better,
+            found: awake::trial(),
+            remedy: "needed by --awake only: run as root on the host; in a container, --device /dev/cpu_dma_latency",
         },
         Ability {
             what: "two processors or more",

@@ -11,11 +11,12 @@
 //! - `link_check`, `evidence`: the link's echoes and certificate; [`probe()`] does only this.
 //! - `pulse` shows when the machine stood still; `record` reads the rows by which a run is judged.
 //! - `folder`, `report`, [`machine()`]: what a manifest says about files, roles and machine.
-//! - [`ability`]: what this machine can do.
+//! - [`ability`]: what this machine can do. [`Awake`] keeps its processors from halting.
 
 pub mod ability;
 mod agents;
 mod attach;
+mod awake;
 mod course;
 mod error;
 mod evidence;
@@ -42,6 +43,7 @@ mod timings;
 
 pub use agents::Agents;
 pub use attach::dismiss;
+pub use awake::Awake;
 
 pub use agent::spawn;
 pub use error::RunError;

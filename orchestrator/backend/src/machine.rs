@@ -28,5 +28,6 @@ pub fn machine() -> Machine {
             "/sys/devices/system/clocksource/clocksource0/current_clocksource",
         )
         .map_or_else(|_| unknown(), |text| text.trim().to_owned()),
+        awake: false,
     }
 }

@@ -9,6 +9,7 @@ use std::time::Instant;
 use agent::last_words;
 use agent::program::OWN;
 use link::Profile;
+use manifest::Machine;
 use plan::{Cell, EndFault, Plan, ProfileText, Verdict, file_name};
 use shaper::Authority;
 use system::System;
@@ -20,7 +21,7 @@ use crate::link_check::LinkCheck;
 use crate::netns::Netns;
 use crate::report::Reports;
 use crate::{
-    Agents, Manifest, Player, RunError, Timings, folder, own, record, schedule, simulated,
+    Agents, Awake, Manifest, Player, RunError, Timings, folder, own, record, schedule, simulated,
 };
 
 /// The folder of a cell inside a campaign's folder.
@@ -54,6 +55,8 @@ pub enum Backend {
         /// When the link opens at the earliest, ns on the monotonic clock: other cells that run at the same time
         /// are not ready before it.
         not_before_ns: u64,
+        /// Keeps this machine's processors from halting, if that is asked for.
+        awake: Option<Awake>,
     },
     /// By agents that are already running, as in containers.
     Attach(Agents),
@@ -134,7 +137,10 @@ pub fn run_cell(
         engine: described.engine,
         player: reports.played_by().to_owned(),
         webloop: env!("CARGO_PKG_VERSION").to_owned(),
-        machine: crate::machine(),
+        machine: Machine {
+            awake: matches!(backend, Backend::Netns { awake: Some(_), .. }),
+            ..crate::machine()
+        },
         authority: described.authority,
         started: attempt.started,
         wall_s: (clock.elapsed().as_secs_f64() * 1e3).round() / 1e3,
@@ -202,6 +208,7 @@ fn execute(
         Backend::Netns {
             authority,
             not_before_ns,
+            ..
         } => {
             authority.as_ref()?;
             let mut site = Netns::new(&profile, player, folder)?;

@@ -164,4 +164,7 @@ pub struct Machine {
     pub memory_mib: u64,
     /// Where the kernel takes its time from, such as `tsc`.
     pub clock_source: String,
+    /// Whether its processors were kept from halting meanwhile, as `--awake` asks.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub awake: bool,
 }

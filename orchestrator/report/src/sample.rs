@@ -112,6 +112,7 @@ fn manifest(cell: &Cell, verdict: Verdict, outcome: &Outcome) -> Manifest {
             cores: 2,
             memory_mib: 4096,
             clock_source: "tsc".to_owned(),
+            awake: false,
         },
         authority: "privileged".to_owned(),
         started: "2026-01-01T00:00:00.123Z".to_owned(),

@@ -54,6 +54,10 @@ pub(crate) struct Run {
     /// What plays the link
     #[arg(long, value_enum, default_value_t = Player::Auto, value_name = "WHO")]
     pub(crate) player: Player,
+    /// Keep this machine's processors from halting during the runs, for the least lateness: needs root, uses
+    /// energy, and may cost pauses on a rented machine; `doctor` measures whether it pays
+    #[arg(long)]
+    pub(crate) awake: bool,
     /// With --backend sim, use the timings in this file from `calibrate` instead of the built-in ones
     #[arg(long, value_name = "FILE")]
     pub(crate) timing: Option<PathBuf>,
@@ -218,6 +222,10 @@ pub(crate) struct RunCell {
     /// What plays the link
     #[arg(long, value_enum, default_value_t = Player::Auto, value_name = "WHO")]
     pub(crate) player: Player,
+    /// Keep this machine's processors from halting during the runs, for the least lateness: needs root, uses
+    /// energy, and may cost pauses on a rented machine; `doctor` measures whether it pays
+    #[arg(long)]
+    pub(crate) awake: bool,
     /// With --backend sim, use the timings in this file from `calibrate` instead of the built-in ones
     #[arg(long, value_name = "FILE")]
     pub(crate) timing: Option<PathBuf>,

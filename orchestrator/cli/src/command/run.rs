@@ -70,6 +70,8 @@ pub(crate) fn execute<'a>(
     agents: Option<&Agents>,
 ) -> Result<Ran<'a>, Failure> {
     let pace = pace(argument)?;
+    // Between the cells too, until all are done.
+    let _awake = run_cell::awake(argument.awake, argument.backend)?;
     // Report what is missing or wrong before a folder is made.
     if argument.timing.is_some() {
         source::timings(argument.timing.as_deref())?;

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use agent::Token;
 use anyhow::{Context, anyhow};
-use backend::Agents;
+use backend::{Agents, Awake};
 use campaign::{CampaignFolder, CellRun, Ended, Own, Turn, attach, run_cell};
 use plan::{Cell, Plan, Verdict, file_name};
 
@@ -23,6 +23,7 @@ pub(crate) fn run(argument: &RunCell) -> Outcome {
         Backend::Netns => backend::Backend::Netns {
             authority: shaper::become_root(),
             not_before_ns: argument.not_before_ns,
+            awake: awake(argument.awake, argument.backend)?,
         },
         Backend::Attach => backend::Backend::Attach(attach::agents()?),
         Backend::Sim => {
@@ -102,6 +103,21 @@ fn run_one(plan: &Plan, cell: &Cell, how: &CellRun<'_>, stop: &AtomicBool) -> Ou
     }
 }
 
+/// Keeps the processors from halting, if that is asked for.
+pub(crate) fn awake(is_asked: bool, backend: Backend) -> Result<Option<Awake>, Failure> {
+    match backend {
+        _ if !is_asked => Ok(None),
+        Backend::Netns => Awake::keep().map(Some).map_err(|problem| {
+            Failure::unsupported(anyhow!(
+                "cannot keep the processors awake ({problem}): --awake needs root on the machine itself"
+            ))
+        }),
+        Backend::Compose | Backend::Attach | Backend::Sim => Err(Failure::usage(anyhow!(
+            "--awake is for --backend netns: it keeps the processors of this machine awake"
+        ))),
+    }
+}
+
 /// What earlier runs have to match, for a run with these options.
 pub(crate) fn own(backend: Backend, agents: Option<&Agents>, player: Player) -> Own {
     let is_asked = player != Player::Auto && backend != Backend::Sim;
@@ -137,6 +153,9 @@ pub(crate) fn command<'a>(
             .args(["--tries", &tries.to_string()])
             .args(["--together", &turn.together.to_string()])
             .args(["--not-before-ns", &turn.not_before_ns.to_string()]);
+        if run.awake {
+            command.arg("--awake");
+        }
         if let Some(timing) = &run.timing {
             command.arg("--timing").arg(timing);
         }

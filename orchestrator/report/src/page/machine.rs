@@ -33,6 +33,10 @@ fn place(manifest: &Manifest) -> Vec<(&'static str, String)> {
         ("kernel", machine.kernel.clone()),
         ("architecture", machine.architecture.clone()),
         ("clock source", machine.clock_source.clone()),
+        (
+            "kept awake",
+            if machine.awake { "yes" } else { "" }.to_owned(),
+        ),
         ("back-end", manifest.backend.clone()),
         ("namespaces by", manifest.authority.clone()),
         ("engine", manifest.engine.clone().unwrap_or_default()),

@@ -115,6 +115,7 @@ pub(crate) fn folder() -> tempfile::TempDir {
                 cores: 2,
                 memory_mib: 2048,
                 clock_source: "tsc".to_owned(),
+                awake: false,
             },
             authority: "privileged".to_owned(),
             started: format!("2026-01-01T00:00:0{second}Z"),

@@ -193,6 +193,7 @@ fn manifest(
             cores: 2,
             memory_mib: 4096,
             clock_source: "tsc".to_owned(),
+            awake: false,
         },
         authority: "privileged".to_owned(),
         started: "2026-01-01T00:00:00Z".to_owned(),
