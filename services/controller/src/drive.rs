@@ -1,15 +1,21 @@
 //! The entry point: warms up, runs the deadlines, waits for messages under way, reports.
 
-use std::{future::Future, io, pin::Pin, pin::pin, time::Duration};
+use std::{
+    future::{Future, poll_fn},
+    io,
+    pin::Pin,
+    pin::pin,
+    task::{Context, Poll, Waker},
+    time::Duration,
+};
 
-use endpoint::{Answer, ControllerEnd, Loss, MessageRow, Signals, Step, report};
+use endpoint::{ControllerEnd, Loss, MessageRow, Signals, Step, report};
 use journal::{Journal, Recorder};
 use pace::{Alarm, now_ns};
-use tokio::task::{JoinError, JoinSet};
 
 use crate::{
-    config::{Config, DriveError},
-    transport::{Address, ExchangeError, Http, Transport, WebSocket},
+    config::{Client, Config, DriveError},
+    transport::{self, Address, Ended, ExchangeError, Http, Pool, Reqwest, Transport, WebSocket},
 };
 
 /// Just below the plant's ticker, like the plant's own HTTP thread.
@@ -45,16 +51,28 @@ pub fn drive_until(
     let settings = &config.settings;
     settings.check()?;
     let address = Address::parse(&config.plant)?;
-    match settings.transport {
-        endpoint::Transport::Http => drive_by(Http::try_new(&address, config)?, config, stop),
+    match config.client {
+        Client::Own => drive_with(Pool::new(&address, config), &address, config, stop),
+        Client::Reqwest => drive_with(Reqwest::try_new(&address, config)?, &address, config, stop),
+    }
+}
+
+fn drive_with(
+    client: impl transport::Client,
+    address: &Address,
+    config: &Config,
+    stop: impl Future<Output = io::Result<()>>,
+) -> Result<report::Native, DriveError> {
+    match config.settings.transport {
+        endpoint::Transport::Http => drive_by(Http::new(client, config), config, stop),
         endpoint::Transport::WebSocket => {
-            drive_by(WebSocket::try_new(&address, config)?, config, stop)
+            drive_by(WebSocket::try_new(client, address, config)?, config, stop)
         }
     }
 }
 
 fn drive_by(
-    transport: impl Transport,
+    mut transport: impl Transport,
     config: &Config,
     stop: impl Future<Output = io::Result<()>>,
 ) -> Result<report::Native, DriveError> {
@@ -71,7 +89,7 @@ fn drive_by(
         let mut stop = pin!(stop);
         // If stopped before the plant was read, y is 0, the output at rest.
         let (y, stopped) = tokio::select! {
-            y = warm_up(config, &transport) => (y?, false),
+            y = warm_up(config, &mut transport) => (y?, false),
             result = &mut stop => (0.0.into(), result.map(|()| true)?),
         };
         let start_ns = config.start_ns.unwrap_or_else(|| now_ns() + START_AHEAD_NS);
@@ -85,7 +103,6 @@ fn drive_by(
         let mut run = Run {
             end,
             transport,
-            under_way: JoinSet::new(),
             rows,
             first_failure: None,
         };
@@ -107,11 +124,11 @@ fn drive_by(
 }
 
 /// Waits for the plant, opens the connections, and returns the plant's output.
-async fn warm_up(config: &Config, transport: &impl Transport) -> Result<Signals, DriveError> {
+async fn warm_up(config: &Config, transport: &mut impl Transport) -> Result<Signals, DriveError> {
     let mut why = String::from("no attempt ended");
     let answers = async {
         loop {
-            match transport.clone().observe().await {
+            match transport.observe().await {
                 Ok(observation) => return observation.y,
                 Err(error) => why = error.to_string(),
             }
@@ -126,21 +143,14 @@ async fn warm_up(config: &Config, transport: &impl Transport) -> Result<Signals,
             why,
         });
     };
-    let opening: JoinSet<_> = (0..config.connections)
-        .map(|_| transport.clone().open())
-        .collect();
-    opening.join_all().await;
+    transport.open(config.connections).await;
     Ok(y)
 }
-
-/// The end of a message: its number, its time, and its result.
-type Ended = (u64, u64, Result<Answer, ExchangeError>);
 
 /// A run of deadlines.
 struct Run<T> {
     end: ControllerEnd,
     transport: T,
-    under_way: JoinSet<Ended>,
     rows: Recorder<MessageRow>,
     first_failure: Option<String>,
 }
@@ -156,11 +166,7 @@ impl<T: Transport> Run<T> {
         loop {
             match self.end.poll(now_ns()) {
                 Step::Send(command) => {
-                    let exchange = self.transport.clone().exchange(command);
-                    self.under_way.spawn(async move {
-                        let result = exchange.await;
-                        (command.seq, now_ns(), result)
-                    });
+                    self.transport.send(command);
                     continue;
                 }
                 Step::Missed(row) => {
@@ -169,7 +175,7 @@ impl<T: Transport> Run<T> {
                 }
                 Step::Sleep { until_ns } => alarm.set(until_ns)?,
                 Step::AwaitAnswer => {}
-                Step::Finished if self.under_way.is_empty() => return Ok(false),
+                Step::Finished if self.end.oldest_under_way().is_none() => return Ok(false),
                 Step::Finished => {}
             }
             // The deadline goes first. After it has rung, messages that have come by then are
@@ -178,11 +184,12 @@ impl<T: Transport> Run<T> {
                 biased;
                 rung = alarm.rung() => {
                     rung?;
-                    while let Some(ended) = self.under_way.try_join_next() {
+                    let mut context = Context::from_waker(Waker::noop());
+                    while let Poll::Ready(ended) = self.transport.poll_ended(&mut context) {
                         self.ended(ended);
                     }
                 }
-                Some(ended) = self.under_way.join_next() => self.ended(ended),
+                ended = poll_fn(|context| self.transport.poll_ended(context)) => self.ended(ended),
                 stopped = &mut stop => {
                     stopped?;
                     self.give_up();
@@ -193,11 +200,8 @@ impl<T: Transport> Run<T> {
     }
 
     /// Records the end of a message.
-    fn ended(&mut self, ended: Result<Ended, JoinError>) {
-        let (seq, t_ns, result) = match ended {
-            Ok(ended) => ended,
-            Err(error) => std::panic::resume_unwind(error.into_panic()),
-        };
+    fn ended(&mut self, ended: Ended) {
+        let Ended { seq, t_ns, result } = ended;
         let row = match result {
             Ok(answer) => self.end.answered(&answer, t_ns),
             Err(ExchangeError::Timeout) => self.end.lost(seq, Loss::Timeout, t_ns),
@@ -215,7 +219,6 @@ impl<T: Transport> Run<T> {
 
     /// Ends every message under way as failed.
     fn give_up(&mut self) {
-        self.under_way.abort_all();
         let now_ns = now_ns();
         while let Some(seq) = self.end.oldest_under_way() {
             if let Some(row) = self.end.lost(seq, Loss::Failed, now_ns) {

@@ -1,4 +1,4 @@
-//! Sends a command and receives its answer.
+//! Sends commands and receives their answers.
 //!
 //! [`Transport`] is the interface: the loop does not know what carries its messages. [`Http`] sends
 //! each as a request, [`WebSocket`] uses one socket for all. Both use the plant's [`Address`], and a [`session`]
@@ -8,10 +8,13 @@ mod http;
 mod session;
 mod websocket;
 
-pub(crate) use http::Http;
+pub(crate) use http::{Client, Http, Pool, Reqwest};
 pub(crate) use websocket::WebSocket;
 
-use std::{future::Future, net::SocketAddr};
+use std::{
+    net::SocketAddr,
+    task::{Context, Poll},
+};
 
 use endpoint::{Answer, Command, Observation};
 use reqwest::Url;
@@ -32,24 +35,32 @@ pub(crate) enum ExchangeError {
     Failed(String),
 }
 
-/// A way to send messages to the plant. Cheap to clone: each message takes its own.
-pub(crate) trait Transport: Clone + Send + 'static {
+/// The end of a message: its number, its time, and its result.
+#[derive(Debug)]
+pub(crate) struct Ended {
+    pub(crate) seq: u64,
+    pub(crate) t_ns: u64,
+    pub(crate) result: Result<Answer, ExchangeError>,
+}
+
+/// A way to send messages to the plant. Everything happens while one of its functions runs or its future is
+/// polled: there are no tasks to wake for a message.
+pub(crate) trait Transport {
     /// Reads the plant's state.
-    fn observe(self) -> impl Future<Output = Result<Observation, ExchangeError>> + Send + 'static;
+    async fn observe(&mut self) -> Result<Observation, ExchangeError>;
 
-    /// Opens a connection in advance, for one more message under way. If that fails now, a message
-    /// opens it later.
-    fn open(self) -> impl Future<Output = ()> + Send + 'static;
+    /// Opens so many connections in advance, each for one more message under way. If that fails now, a message
+    /// opens its own later.
+    async fn open(&mut self, connections: u16);
 
-    /// Sends a command and waits for its answer. Commands are sent in the order in which these
-    /// futures are first polled; dropping one gives up its message.
-    fn exchange(
-        self,
-        command: Command,
-    ) -> impl Future<Output = Result<Answer, ExchangeError>> + Send + 'static;
+    /// Sends a command: at once, if there is a connection for it and room in its socket.
+    fn send(&mut self, command: Command);
 
-    /// Disconnects from the plant; to be called when no message is under way any more.
-    fn close(self) -> impl Future<Output = ()> + Send + 'static;
+    /// The next message that has ended. To be polled again and again, also while no message is under way.
+    fn poll_ended(&mut self, context: &mut Context<'_>) -> Poll<Ended>;
+
+    /// Disconnects from the plant, and gives up what is under way.
+    async fn close(self);
 }
 
 /// The plant's address.
@@ -88,6 +99,15 @@ impl Address {
             base,
             socket,
         })
+    }
+
+    /// Its host and port as a request names them.
+    fn host(&self) -> String {
+        let host = self.base.host_str().unwrap_or_default();
+        match self.base.port() {
+            Some(port) => format!("{host}:{port}"),
+            None => host.to_owned(),
+        }
     }
 
     /// The URL of one of the plant's paths.

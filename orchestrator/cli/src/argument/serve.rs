@@ -125,6 +125,9 @@ pub(crate) struct ServeController {
     /// End each command with its checksum, and take only answers with theirs; the native controller only
     #[arg(long)]
     pub(crate) check: bool,
+    /// Send requests with reqwest, to compare; the native controller only
+    #[arg(long, hide = true, env = "WEBLOOP_REQWEST")]
+    pub(crate) reqwest: bool,
     /// The system whose law to use: a built-in one, or the path of a system file; a page uses the plant's
     #[arg(long, default_value = "motor")]
     pub(crate) system: String,

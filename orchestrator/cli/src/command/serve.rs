@@ -89,6 +89,11 @@ pub(crate) fn controller(argument: &ServeController) -> Outcome {
     let (role, system) = controller_role(argument, None)?;
     let config = ::controller::Config {
         plant: format!("http://{}", role.plant),
+        client: if argument.reqwest {
+            ::controller::Client::Reqwest
+        } else {
+            ::controller::Client::Own
+        },
         settings: role.settings,
         claim: role.claim,
         check: role.check,

@@ -1,141 +1,188 @@
-//! Messages over HTTP: one GET each, with reqwest.
+//! Messages over HTTP: one GET each.
+//!
+//! [`Client`] is what sends a request: the connections of this crate's own, a [`Pool`], or [`Reqwest`], to compare
+//! with. What a request says and what its answer means is the same for both.
 
-use std::{error::Error, time::Duration};
+mod answer;
+mod pool;
+mod reqwest;
 
-use endpoint::{Answer, Command, Connection, Mode, Observation, checksum};
-use reqwest::{Client, Url, redirect, retry};
+pub(crate) use self::{pool::Pool, reqwest::Reqwest};
+
+use std::{
+    collections::VecDeque,
+    task::{Context, Poll, Waker},
+};
+
+use ::reqwest::StatusCode;
+use endpoint::{Answer, Command, Mode, Observation, checksum};
+use futures_util::{
+    StreamExt,
+    future::{BoxFuture, join_all},
+    stream::FuturesUnordered,
+};
+use pace::now_ns;
 
 use super::{
-    Address, ExchangeError, Transport, excerpt,
+    Ended, ExchangeError, Transport, excerpt,
     session::{self, Session},
 };
-use crate::{Config, DriveError};
+use crate::Config;
 
-/// How long a kept connection may idle. It is below the plant's limit of 5 s; otherwise a request
-/// could be sent just as the plant closes the connection.
-const POOL_IDLE: Duration = Duration::from_secs(4);
+/// A request to the plant.
+#[derive(Debug)]
+pub(crate) struct Request<'a> {
+    /// Its path, and its query if it has one.
+    pub(super) target: String,
+    /// The session to which it belongs.
+    pub(super) token: Option<&'a str>,
+    /// JSON to post; without it, the request is a GET.
+    pub(super) body: Option<&'static str>,
+}
 
-/// One GET per message.
+/// Sends requests over connections that it keeps. Cheap to clone.
+pub(crate) trait Client: Clone + Send + Sync + 'static {
+    /// Sends a request, and waits for the status and the text of its answer, for the time of a message.
+    fn ask(
+        &self,
+        request: Request<'_>,
+    ) -> impl Future<Output = Result<(StatusCode, String), ExchangeError>> + Send;
+}
+
+/// What all requests have in common. Cheap to clone.
 #[derive(Clone, Debug)]
-pub(crate) struct Http {
-    client: Client,
+struct Asker<C> {
+    client: C,
     mode: Mode,
-    command: Url,
-    state: Url,
     /// The session in which it commands, if it has to have one.
-    pub(super) session: Option<Session>,
+    session: Option<Session<C>>,
     check: bool,
 }
 
-impl Http {
-    pub(crate) fn try_new(address: &Address, config: &Config) -> Result<Self, DriveError> {
+/// One GET per message.
+pub(crate) struct Http<C> {
+    asker: Asker<C>,
+    under_way: FuturesUnordered<BoxFuture<'static, Ended>>,
+    /// What ended while a command was sent.
+    ended: VecDeque<Ended>,
+}
+
+impl<C: Client> Http<C> {
+    pub(crate) fn new(client: C, config: &Config) -> Self {
         let settings = &config.settings;
-        let timeout = Duration::from_nanos(settings.timeout_ns);
-        let mut builder = Client::builder()
-            .no_proxy()
-            .http1_only()
-            .retry(retry::never())
-            .redirect(redirect::Policy::none())
-            .referer(false)
-            .tcp_nodelay(true)
-            .connect_timeout(timeout)
-            .timeout(timeout)
-            .pool_idle_timeout(POOL_IDLE);
-        if settings.connection == Connection::New {
-            builder = builder.pool_max_idle_per_host(0);
-        }
-        if let Some(name) = address.base.domain() {
-            builder = builder.resolve(name, address.socket);
-        }
-        let client = builder.build().map_err(|error| address.refused(&error))?;
-        let command = address.at(match settings.mode {
-            Mode::Closed => "/closed",
-            Mode::Open => "/open",
-        })?;
         let session = config
             .claim
-            .then(|| Session::try_new(address, &client, timeout))
-            .transpose()?;
-        Ok(Self {
-            client,
-            session,
-            check: config.check,
-            mode: settings.mode,
-            command,
-            state: address.at("/state")?,
-        })
+            .then(|| Session::new(client.clone(), settings.timeout_ns));
+        Self {
+            asker: Asker {
+                client,
+                mode: settings.mode,
+                session,
+                check: config.check,
+            },
+            under_way: FuturesUnordered::new(),
+            ended: VecDeque::new(),
+        }
     }
 
-    async fn get(&self, url: Url) -> Result<String, ExchangeError> {
-        let mut request = self.client.get(url);
+    /// The session in which it commands, if it has to have one.
+    pub(super) fn session(&self) -> Option<&Session<C>> {
+        self.asker.session.as_ref()
+    }
+}
+
+impl<C: Client> Asker<C> {
+    async fn get(&self, target: String) -> Result<String, ExchangeError> {
         let token = match &self.session {
             None => None,
             Some(session) => Some((session, session.token().await?)),
         };
-        if let Some((_, token)) = &token {
-            request = request.header(session::HEADER, token);
-        }
-        let response = request.send().await.map_err(failed)?;
-        let status = response.status();
-        // Read to its end, or the connection cannot be used again.
-        let text = response.text().await.map_err(failed)?;
+        let request = Request {
+            target,
+            token: token.as_ref().map(|(_, token)| &**token),
+            body: None,
+        };
+        let (status, text) = self.client.ask(request).await?;
         if status.is_success() {
-            Ok(text)
-        } else {
-            if let Some((session, token)) = token
-                && session::is_lost(status)
-            {
-                session.forget(&token).await;
-            }
-            let text = excerpt(&text);
-            Err(ExchangeError::Failed(format!("{status}: {text}")))
+            return Ok(text);
         }
+        if let Some((session, token)) = token
+            && session::is_lost(status)
+        {
+            session.forget(&token).await;
+        }
+        Err(refused(status, &text))
     }
-}
 
-impl Transport for Http {
-    async fn observe(self) -> Result<Observation, ExchangeError> {
-        let text = self.get(self.state.clone()).await?;
+    async fn observe(&self) -> Result<Observation, ExchangeError> {
+        let text = self.get("/state".to_owned()).await?;
         text.parse()
             .map_err(|error| ExchangeError::Failed(format!("{error}")))
     }
 
-    async fn open(self) {
-        // The only way for a client to open a connection is to use it.
-        let _ = self.observe().await;
-    }
-
-    async fn exchange(self, command: Command) -> Result<Answer, ExchangeError> {
-        let mut url = self.command.clone();
-        url.set_query(Some(&if self.check {
-            checksum::signed(&command.to_string())
+    async fn exchange(&self, command: &Command) -> Result<Answer, ExchangeError> {
+        let path = match self.mode {
+            Mode::Closed => "/closed",
+            Mode::Open => "/open",
+        };
+        let target = if self.check {
+            format!("{path}?{}", checksum::signed(&command.to_string()))
         } else {
-            command.to_string()
-        }));
-        let text = self.get(url).await?;
+            format!("{path}?{command}")
+        };
+        let text = self.get(target).await?;
         checksum::checked(&text, self.check)
-            .and_then(|(text, _)| Answer::parse(self.mode, text, &command))
+            .and_then(|(text, _)| Answer::parse(self.mode, text, command))
             .map_err(|error| ExchangeError::Failed(error.to_string()))
     }
+}
 
-    async fn close(self) {
-        if let Some(session) = &self.session {
+impl<C: Client> Transport for Http<C> {
+    async fn observe(&mut self) -> Result<Observation, ExchangeError> {
+        self.asker.observe().await
+    }
+
+    async fn open(&mut self, connections: u16) {
+        // The only way for a client to open a connection is to use it.
+        join_all((0..connections).map(|_| self.asker.observe())).await;
+    }
+
+    fn send(&mut self, command: Command) {
+        let asker = self.asker.clone();
+        self.under_way.push(Box::pin(async move {
+            let result = asker.exchange(&command).await;
+            Ended {
+                seq: command.seq,
+                t_ns: now_ns(),
+                result,
+            }
+        }));
+        // Polled at once, and so sent; whoever polls for ends is woken for the rest.
+        let mut context = Context::from_waker(Waker::noop());
+        while let Poll::Ready(Some(ended)) = self.under_way.poll_next_unpin(&mut context) {
+            self.ended.push_back(ended);
+        }
+    }
+
+    fn poll_ended(&mut self, context: &mut Context<'_>) -> Poll<Ended> {
+        if let Some(ended) = self.ended.pop_front() {
+            return Poll::Ready(ended);
+        }
+        match self.under_way.poll_next_unpin(context) {
+            Poll::Ready(Some(ended)) => Poll::Ready(ended),
+            Poll::Ready(None) | Poll::Pending => Poll::Pending,
+        }
+    }
+
+    async fn close(mut self) {
+        self.under_way.clear();
+        if let Some(session) = &self.asker.session {
             session.end().await;
         }
     }
 }
 
-pub(super) fn failed(error: reqwest::Error) -> ExchangeError {
-    if error.is_timeout() {
-        return ExchangeError::Timeout;
-    }
-    // The outermost error only says that a request failed; its sources say why.
-    let error = error.without_url();
-    let mut why = error.to_string();
-    let mut source = error.source();
-    while let Some(inner) = source {
-        why = format!("{why}: {inner}");
-        source = inner.source();
-    }
-    ExchangeError::Failed(why)
+/// What a plant says to a request that it does not take.
+pub(super) fn refused(status: StatusCode, text: &str) -> ExchangeError {
+    ExchangeError::Failed(format!("{status}: {}", excerpt(text)))
 }

@@ -5,11 +5,13 @@
 
 use std::{sync::Arc, time::Duration};
 
-use reqwest::{Client, StatusCode, Url, header};
+use reqwest::StatusCode;
 use tokio::{sync::Mutex, time::timeout};
 
-use super::{Address, ExchangeError, excerpt};
-use crate::DriveError;
+use super::{
+    ExchangeError, excerpt,
+    http::{Client, Request, refused},
+};
 
 /// The header that carries the token.
 pub(super) const HEADER: &str = "webloop-session";
@@ -19,27 +21,19 @@ const CLAIM: &str = r#"{"client":"webloop native","rows":false}"#;
 
 /// A session, claimed when it is needed. Cheap to clone.
 #[derive(Clone, Debug)]
-pub(super) struct Session {
-    client: Client,
-    claim: Url,
-    end: Url,
+pub(super) struct Session<C> {
+    client: C,
     timeout: Duration,
     token: Arc<Mutex<Option<String>>>,
 }
 
-impl Session {
-    pub(super) fn try_new(
-        address: &Address,
-        client: &Client,
-        timeout: Duration,
-    ) -> Result<Self, DriveError> {
-        Ok(Self {
-            client: client.clone(),
-            claim: address.at("/session")?,
-            end: address.at("/session/end")?,
-            timeout,
+impl<C: Client> Session<C> {
+    pub(super) fn new(client: C, timeout_ns: u64) -> Self {
+        Self {
+            client,
+            timeout: Duration::from_nanos(timeout_ns),
             token: Arc::default(),
-        })
+        }
     }
 
     /// The token; of a session that is claimed now, if there is none.
@@ -68,12 +62,12 @@ impl Session {
     /// Gives the plant back. If that fails, its session ends by silence.
     pub(super) async fn end(&self) {
         if let Some(token) = self.token.lock().await.take() {
-            let _ = self.post(&self.end, "{}".to_owned(), Some(&token)).await;
+            let _ = self.post("/session/end", "{}", Some(&token)).await;
         }
     }
 
     async fn claim(&self) -> Result<String, ExchangeError> {
-        let text = self.post(&self.claim, CLAIM.to_owned(), None).await?;
+        let text = self.post("/session", CLAIM, None).await?;
         serde_json::from_str::<serde_json::Value>(&text)
             .ok()
             .and_then(|grant| Some(grant.get("session")?.as_str()?.to_owned()))
@@ -85,23 +79,20 @@ impl Session {
 
     async fn post(
         &self,
-        url: &Url,
-        body: String,
+        path: &str,
+        body: &'static str,
         token: Option<&str>,
     ) -> Result<String, ExchangeError> {
-        let mut request = self.client.post(url.clone()).body(body);
-        request = request.header(header::CONTENT_TYPE, "application/json");
-        if let Some(token) = token {
-            request = request.header(HEADER, token);
-        }
-        let response = request.send().await.map_err(super::http::failed)?;
-        let status = response.status();
-        let text = response.text().await.map_err(super::http::failed)?;
+        let request = Request {
+            target: path.to_owned(),
+            token,
+            body: Some(body),
+        };
+        let (status, text) = self.client.ask(request).await?;
         if status.is_success() {
             return Ok(text);
         }
-        let text = excerpt(&text);
-        Err(ExchangeError::Failed(format!("{status}: {text}")))
+        Err(refused(status, &text))
     }
 }
 

@@ -1,56 +1,62 @@
 //! Messages over a WebSocket: each a text, all in one socket.
 //!
-//! [`WebSocket`] passes commands to the current [`Socket`], which runs in a task of its own and ends
-//! with its connection; the next command then opens another. [`socket`] has what a socket does,
-//! [`under_way`] assigns answers to commands. Answers may come in any order.
+//! [`WebSocket`] opens a [`socket`] when there is none for a command, and leaves it when it breaks: all messages that
+//! wait then fail with the reason, and the next command opens another. [`under_way`] has the messages, which end by
+//! their own time-outs. Answers may come in any order.
 
 mod socket;
 mod under_way;
 
 use std::{
-    sync::{Arc, Mutex, PoisonError},
+    collections::VecDeque,
+    future::poll_fn,
+    task::{Context, Poll, Waker, ready},
     time::Duration,
 };
 
-use endpoint::{Answer, Command, Mode, Observation, Outstanding};
-use tokio::{
-    sync::{
-        mpsc::{self, error::SendError},
-        oneshot,
-    },
-    task::JoinHandle,
-    time::timeout,
-};
+use endpoint::{Command, Mode, Observation};
+use futures_util::future::BoxFuture;
+use pace::now_ns;
+use tokio::time::timeout;
 
 use self::{
-    socket::{Order, Socket},
-    under_way::Waiting,
+    socket::{Opener, Socket},
+    under_way::UnderWay,
 };
-use super::{Address, ExchangeError, Http, Transport};
+use super::{
+    Address, Ended, ExchangeError, Transport,
+    http::{Client, Http},
+};
 use crate::{Config, DriveError};
 
 /// How long to wait for the plant to close the socket. No rows depend on it.
 const LEAVE: Duration = Duration::from_millis(100);
 
 /// One socket for all messages.
-#[derive(Clone, Debug)]
-pub(crate) struct WebSocket {
-    /// Reads the plant's state as in HTTP.
-    http: Http,
-    socket: Socket,
+pub(crate) struct WebSocket<C> {
+    /// Reads the plant's state as in HTTP, and has the session.
+    http: Http<C>,
+    opener: Opener<C>,
+    line: Line,
+    under_way: UnderWay,
+    /// Messages that have ended and are not told yet.
+    ended: VecDeque<Ended>,
     timeout: Duration,
-    line: Arc<Mutex<Option<Line>>>,
 }
 
-/// The channel to the current socket's task.
-#[derive(Debug)]
-struct Line {
-    orders: mpsc::Sender<Order>,
-    task: JoinHandle<()>,
+/// The current socket.
+enum Line {
+    None,
+    Opening(BoxFuture<'static, Result<Socket, String>>),
+    Open(Socket),
 }
 
-impl WebSocket {
-    pub(crate) fn try_new(address: &Address, config: &Config) -> Result<Self, DriveError> {
+impl<C: Client> WebSocket<C> {
+    pub(crate) fn try_new(
+        client: C,
+        address: &Address,
+        config: &Config,
+    ) -> Result<Self, DriveError> {
         let settings = &config.settings;
         let timeout = Duration::from_nanos(settings.timeout_ns);
         let mut url = address.at(match settings.mode {
@@ -59,10 +65,10 @@ impl WebSocket {
         })?;
         url.set_scheme("ws")
             .map_err(|()| address.refused(&"it has no WebSocket"))?;
-        let http = Http::try_new(address, config)?;
+        let http = Http::new(client, config);
         Ok(Self {
-            socket: Socket {
-                session: http.session.clone(),
+            opener: Opener {
+                session: http.session().cloned(),
                 check: config.check,
                 url: url.to_string(),
                 address: address.socket,
@@ -70,80 +76,113 @@ impl WebSocket {
                 timeout,
             },
             http,
+            line: Line::None,
+            under_way: UnderWay::new(timeout),
+            ended: VecDeque::new(),
             timeout,
-            line: Arc::default(),
         })
     }
 
-    /// The channel to the current socket, or to a new one if there is none. A new one accepts orders
-    /// at once, and executes them when it is open.
-    fn orders(&self) -> mpsc::Sender<Order> {
-        // A controller has only one thread, so this never blocks.
-        let mut line = self.line.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(Line { orders, .. }) = &*line
-            && !orders.is_closed()
-        {
-            return orders.clone();
+    /// Does what can be done with the socket now.
+    fn advance(&mut self, context: &mut Context<'_>) {
+        let why = loop {
+            match &mut self.line {
+                Line::None if self.under_way.has_unsent() => self.line = self.opening(),
+                Line::None => return,
+                Line::Opening(opening) => match opening.as_mut().poll(context) {
+                    Poll::Pending => return,
+                    Poll::Ready(Ok(socket)) => self.line = Line::Open(socket),
+                    Poll::Ready(Err(why)) => break why,
+                },
+                // Reads first: when the plant closes the connection, sending a command fails too, but
+                // without the reason.
+                Line::Open(socket) => match socket.poll_answer(context) {
+                    Poll::Ready(Ok(answer)) => {
+                        if self.under_way.answered(answer.seq()) {
+                            self.ended.push_back(Ended {
+                                seq: answer.seq(),
+                                t_ns: now_ns(),
+                                result: Ok(answer),
+                            });
+                        }
+                    }
+                    Poll::Ready(Err(why)) => break why,
+                    Poll::Pending => match socket.poll_send(context, &mut self.under_way) {
+                        Ok(()) => return,
+                        Err(why) => break why,
+                    },
+                },
+            }
+        };
+        // From here on commands open another socket.
+        if let Line::Open(socket) = std::mem::replace(&mut self.line, Line::None) {
+            tokio::spawn(timeout(self.timeout, socket.leave()));
         }
-        // No more messages than this can be under way.
-        let (orders, given) = mpsc::channel(usize::from(Outstanding::CAP));
-        let task = tokio::spawn(self.socket.clone().serve(given));
-        *line = Some(Line {
-            orders: orders.clone(),
-            task,
-        });
-        orders
+        let t_ns = now_ns();
+        for seq in self.under_way.give_up() {
+            let result = Err(ExchangeError::Failed(why.clone()));
+            self.ended.push_back(Ended { seq, t_ns, result });
+        }
     }
 
-    /// Gives an order to the current socket, or to the next one if that has just ended.
-    async fn order(&self, mut order: Order) {
-        while let Err(SendError(back)) = self.orders().send(order).await {
-            order = back;
-        }
+    fn opening(&self) -> Line {
+        let opener = self.opener.clone();
+        Line::Opening(Box::pin(async move { opener.open().await }))
     }
 }
 
-impl Transport for WebSocket {
-    async fn observe(self) -> Result<Observation, ExchangeError> {
+impl<C: Client> Transport for WebSocket<C> {
+    async fn observe(&mut self) -> Result<Observation, ExchangeError> {
         self.http.observe().await
     }
 
-    async fn open(self) {
-        let (done, is_done) = oneshot::channel();
-        let opened = async {
-            self.order(Order::Open(done)).await;
-            is_done.await
-        };
-        let _ = timeout(self.timeout, opened).await;
+    async fn open(&mut self, _: u16) {
+        self.line = self.opening();
+        let limit = self.timeout;
+        let opened = poll_fn(|context| {
+            self.advance(context);
+            match self.line {
+                Line::Opening(_) => Poll::Pending,
+                _ => Poll::Ready(()),
+            }
+        });
+        // It goes on with a command.
+        let _ = timeout(limit, opened).await;
     }
 
-    async fn exchange(self, command: Command) -> Result<Answer, ExchangeError> {
-        let (answer, answered) = oneshot::channel();
-        let waiting = Waiting {
-            seq: command.seq,
-            answer,
-        };
-        let ended = async {
-            self.order(Order::Send(command, waiting)).await;
-            answered.await
-        };
-        match timeout(self.timeout, ended).await {
-            Ok(Ok(result)) => result,
-            // The task gives every waiting message a reason when it ends, unless it is stopped.
-            Ok(Err(_)) => Err(ExchangeError::Failed("the socket was given up".into())),
-            Err(_) => Err(ExchangeError::Timeout),
+    fn send(&mut self, command: Command) {
+        self.under_way.add(command);
+        // As much as can be done at once; whoever polls for ends is woken for the rest.
+        let mut context = Context::from_waker(Waker::noop());
+        match &mut self.line {
+            Line::Open(socket) if socket.is_free() => {
+                // A failure will be found again, after what the plant said has been read.
+                let _ = socket.poll_send(&mut context, &mut self.under_way);
+            }
+            _ => self.advance(&mut context),
+        }
+    }
+
+    fn poll_ended(&mut self, context: &mut Context<'_>) -> Poll<Ended> {
+        loop {
+            if let Some(ended) = self.ended.pop_front() {
+                return Poll::Ready(ended);
+            }
+            self.advance(context);
+            if self.ended.is_empty() {
+                let seq = ready!(self.under_way.poll_timeout(context));
+                return Poll::Ready(Ended {
+                    seq,
+                    t_ns: now_ns(),
+                    result: Err(ExchangeError::Timeout),
+                });
+            }
         }
     }
 
     async fn close(self) {
-        let line = self
-            .line
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .take();
-        if let Some(Line { orders, task }) = line {
-            drop(orders);
-            let _ = timeout(LEAVE, task).await;
+        if let Line::Open(socket) = self.line {
+            let _ = timeout(LEAVE, socket.leave()).await;
         }
         self.http.close().await;
     }

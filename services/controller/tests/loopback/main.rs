@@ -113,6 +113,7 @@ fn config(
 ) -> Config {
     Config {
         plant: format!("http://{address}"),
+        client: controller::Client::Own,
         settings,
         claim: false,
         check: false,

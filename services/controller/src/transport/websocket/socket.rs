@@ -1,22 +1,15 @@
-//! One socket from its opening to its end: what it sends, what it receives, and the errors for
-//! waiting messages when it is over.
+//! One socket: how it is opened, what it sends and receives, and how it is left.
 
 use std::{
     net::SocketAddr,
-    sync::{Mutex, MutexGuard, PoisonError},
+    pin::Pin,
+    task::{Context, Poll, ready},
     time::Duration,
 };
 
 use endpoint::{Answer, Command, InvalidMessage, Mode, checksum, query};
-use futures_util::{
-    SinkExt, StreamExt,
-    stream::{SplitSink, SplitStream},
-};
-use tokio::{
-    net::TcpStream,
-    sync::{mpsc, oneshot},
-    time::timeout,
-};
+use futures_util::{Sink, SinkExt, Stream, StreamExt};
+use tokio::{net::TcpStream, time::timeout};
 use tokio_tungstenite::{
     WebSocketStream, client_async_with_config,
     tungstenite::{
@@ -25,9 +18,10 @@ use tokio_tungstenite::{
     },
 };
 
-use super::under_way::{UnderWay, Waiting};
+use super::under_way::UnderWay;
 use crate::transport::{
-    ExchangeError, excerpt,
+    excerpt,
+    http::Client,
     session::{self, Session},
 };
 
@@ -39,73 +33,44 @@ const READ_BYTES: usize = 4096;
 /// messages would be answered there.
 const ROUND_TRIPS: u32 = 2;
 
-/// The half that sends messages.
-type Outgoing = SplitSink<WebSocketStream<TcpStream>, Message>;
-
-/// The half that receives messages.
-type Incoming = SplitStream<WebSocketStream<TcpStream>>;
-
-/// An order to a socket.
-#[derive(Debug)]
-pub(super) enum Order {
-    /// Opens the socket, and reports when it is open.
-    Open(oneshot::Sender<()>),
-    /// Sends a command, with the receiver that waits for its answer.
-    Send(Command, Waiting),
-}
-
 /// The data needed to open a socket.
 #[derive(Clone, Debug)]
-pub(super) struct Socket {
+pub(super) struct Opener<C> {
     pub(super) url: String,
     pub(super) address: SocketAddr,
     pub(super) mode: Mode,
     /// The session in which it commands, if it has to have one.
-    pub(super) session: Option<Session>,
+    pub(super) session: Option<Session<C>>,
     /// Whether commands have a checksum, and answers need one.
     pub(super) check: bool,
     /// How long to wait for an answer.
     pub(super) timeout: Duration,
 }
 
-impl Socket {
-    /// Opens the socket and executes orders until the connection ends, or until there can be no more
-    /// orders. Messages that wait then get the reason.
-    pub(super) async fn serve(self, mut orders: mpsc::Receiver<Order>) {
-        let under_way = Mutex::new(UnderWay::default());
-        let mut socket = self.connect().await;
-        let why = match &mut socket {
-            Err(why) => why.clone(),
-            Ok((sink, stream)) => tokio::select! {
-                // Reads first: when the plant closes the connection, sending a command fails too, but
-                // without the reason.
-                biased;
-                why = read(self.mode, self.check, stream, &under_way) => why,
-                why = write(self.check, sink, &mut orders, &under_way) => why,
-            },
-        };
-        // From here on commands open another socket.
-        orders.close();
-        lock(&under_way).failed(&why);
-        while let Ok(order) = orders.try_recv() {
-            if let Order::Send(_, waiting) = order {
-                let error = ExchangeError::Failed(why.clone());
-                let _ = waiting.answer.send(Err(error));
-            }
-        }
-        if let Ok((sink, stream)) = socket {
-            let _ = timeout(self.timeout, leave(sink, stream)).await;
-        }
-    }
+/// An open socket.
+#[derive(Debug)]
+pub(super) struct Socket {
+    stream: WebSocketStream<TcpStream>,
+    mode: Mode,
+    check: bool,
+    /// Whether something waits until the other end reads.
+    is_full: bool,
+}
 
-    /// Connects, or returns why it cannot. An attempt without any answer is repeated: messages that
+impl<C: Client> Opener<C> {
+    /// Opens a socket, or returns why it cannot. An attempt without any answer is repeated: messages that
     /// wait for it end by their own timeouts.
-    async fn connect(&self) -> Result<(Outgoing, Incoming), String> {
+    pub(super) async fn open(&self) -> Result<Socket, String> {
         loop {
             if let Ok(result) = timeout(ROUND_TRIPS * self.timeout, self.attempt()).await {
-                return result
-                    .map(StreamExt::split)
-                    .map_err(|error| format!("cannot open {}: {error}", self.url));
+                let stream =
+                    result.map_err(|error| format!("cannot open {}: {error}", self.url))?;
+                return Ok(Socket {
+                    stream,
+                    mode: self.mode,
+                    check: self.check,
+                    is_full: false,
+                });
             }
         }
     }
@@ -121,6 +86,7 @@ impl Socket {
         stream.set_nodelay(true).map_err(broken)?;
         let config = WebSocketConfig::default()
             .read_buffer_size(READ_BYTES)
+            .write_buffer_size(0)
             .max_message_size(Some(query::MAX_BYTES))
             .max_frame_size(Some(query::MAX_BYTES));
         match client_async_with_config(&*url, stream, Some(config)).await {
@@ -141,75 +107,86 @@ impl Socket {
     }
 }
 
-/// Sends commands until there can be no more, or one cannot be sent; returns the reason.
-async fn write(
-    check: bool,
-    sink: &mut Outgoing,
-    orders: &mut mpsc::Receiver<Order>,
-    under_way: &Mutex<UnderWay>,
-) -> String {
-    while let Some(order) = orders.recv().await {
-        let (command, waiting) = match order {
-            Order::Send(command, waiting) => (command, waiting),
-            Order::Open(done) => {
-                let _ = done.send(());
-                continue;
+impl Socket {
+    /// Whether the next command goes out at once.
+    pub(super) fn is_free(&self) -> bool {
+        !self.is_full
+    }
+
+    /// Sends commands until there is none that waits, or no room; the reason if it is broken.
+    pub(super) fn poll_send(
+        &mut self,
+        context: &mut Context<'_>,
+        under_way: &mut UnderWay,
+    ) -> Result<(), String> {
+        let broken = |error: Error| format!("the socket broke: {error}");
+        loop {
+            if self.is_full {
+                match Pin::new(&mut self.stream).poll_flush(context) {
+                    Poll::Pending => return Ok(()),
+                    Poll::Ready(flushed) => flushed.map_err(broken)?,
+                }
+                self.is_full = false;
             }
+            let Some(command) = under_way.take_unsent() else {
+                return Ok(());
+            };
+            // Each is sent by itself, like a request.
+            let message = Message::text(self.text(&command));
+            Pin::new(&mut self.stream)
+                .start_send(message)
+                .map_err(broken)?;
+            self.is_full = true;
+        }
+    }
+
+    fn text(&self, command: &Command) -> String {
+        let text = command.to_string();
+        if self.check {
+            checksum::signed(&text)
+        } else {
+            text
+        }
+    }
+
+    /// The next answer; the reason if the plant closes the connection or an answer is invalid.
+    pub(super) fn poll_answer(
+        &mut self,
+        context: &mut Context<'_>,
+    ) -> Poll<Result<Answer, String>> {
+        loop {
+            let message = ready!(Pin::new(&mut self.stream).poll_next(context));
+            let why = match message {
+                Some(Ok(Message::Text(text))) => match answer(self.mode, self.check, &text) {
+                    Ok(answer) => return Poll::Ready(Ok(answer)),
+                    // Without a number it cannot be assigned to a message, so all of them fail.
+                    Err(error) => format!("the plant's answer cannot be read: {error}"),
+                },
+                Some(Ok(Message::Binary(_))) => "the plant's answer is bytes, not text".to_owned(),
+                Some(Ok(Message::Close(None))) => "the plant closed the socket".to_owned(),
+                Some(Ok(Message::Close(Some(CloseFrame { code, reason })))) => {
+                    let code = u16::from(code);
+                    format!("the plant closed the socket: {code} {}", excerpt(&reason))
+                }
+                Some(Ok(Message::Ping(_) | Message::Pong(_) | Message::Frame(_))) => continue,
+                Some(Err(error)) => format!("the socket broke: {error}"),
+                None => "the plant hung up".to_owned(),
+            };
+            return Poll::Ready(Err(why));
+        }
+    }
+
+    /// Closes the socket by the protocol: each side sends a close frame, then the plant closes the
+    /// connection. If the plant began, this is the answer.
+    pub(super) async fn leave(mut self) {
+        let farewell = CloseFrame {
+            code: CloseCode::Normal,
+            reason: "".into(),
         };
-        // After a stall, commands that nobody waits for any more are not sent, as a request over HTTP
-        // ends with its timeout.
-        if waiting.answer.is_closed() {
-            continue;
+        let sent = self.stream.send(Message::Close(Some(farewell))).await;
+        if sent.is_ok() {
+            while let Some(Ok(_)) = self.stream.next().await {}
         }
-        lock(under_way).add(waiting);
-        // Each is sent by itself, like a request.
-        let mut text = command.to_string();
-        if check {
-            text = checksum::signed(&text);
-        }
-        if let Err(error) = sink.send(Message::text(text)).await {
-            return format!("the socket broke: {error}");
-        }
-    }
-    "the controller has ended".to_owned()
-}
-
-/// Receives answers until the plant closes the connection or an answer is invalid; returns the reason.
-async fn read(
-    mode: Mode,
-    check: bool,
-    stream: &mut Incoming,
-    under_way: &Mutex<UnderWay>,
-) -> String {
-    while let Some(message) = stream.next().await {
-        match message {
-            Ok(Message::Text(text)) => match answer(mode, check, &text) {
-                Ok(answer) => lock(under_way).answered(answer),
-                // Without a number it cannot be assigned to a message, so all of them fail.
-                Err(error) => return format!("the plant's answer cannot be read: {error}"),
-            },
-            Ok(Message::Binary(_)) => return "the plant's answer is bytes, not text".to_owned(),
-            Ok(Message::Close(None)) => return "the plant closed the socket".to_owned(),
-            Ok(Message::Close(Some(CloseFrame { code, reason }))) => {
-                let code = u16::from(code);
-                return format!("the plant closed the socket: {code} {}", excerpt(&reason));
-            }
-            Ok(Message::Ping(_) | Message::Pong(_) | Message::Frame(_)) => {}
-            Err(error) => return format!("the socket broke: {error}"),
-        }
-    }
-    "the plant hung up".to_owned()
-}
-
-/// Closes the socket by the protocol: each side sends a close frame, then the plant closes the
-/// connection. If the plant began, this is the answer.
-async fn leave(mut sink: Outgoing, mut stream: Incoming) {
-    let farewell = CloseFrame {
-        code: CloseCode::Normal,
-        reason: "".into(),
-    };
-    if sink.send(Message::Close(Some(farewell))).await.is_ok() {
-        while let Some(Ok(_)) = stream.next().await {}
     }
 }
 
@@ -219,9 +196,4 @@ fn answer(mode: Mode, check: bool, text: &str) -> Result<Answer, InvalidMessage>
         Mode::Closed => Answer::State(text.parse()?),
         Mode::Open => Answer::Acknowledgement(text.parse()?),
     })
-}
-
-/// Both halves of a socket are in one task, so this never blocks.
-fn lock(under_way: &Mutex<UnderWay>) -> MutexGuard<'_, UnderWay> {
-    under_way.lock().unwrap_or_else(PoisonError::into_inner)
 }

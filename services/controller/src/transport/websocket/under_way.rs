@@ -1,112 +1,161 @@
-//! Assigns a socket's answers to the messages that wait for them.
+//! The messages of a socket: those that wait for it, and those that wait for their answers.
 
-use std::collections::VecDeque;
+use std::{
+    collections::VecDeque,
+    pin::Pin,
+    task::{Context, Poll, ready},
+    time::Duration,
+};
 
-use endpoint::Answer;
-use tokio::sync::oneshot;
+use endpoint::Command;
+use tokio::time::{Instant, Sleep, sleep_until};
 
-use crate::transport::ExchangeError;
-
-/// A message that waits for its answer.
+/// A message that has not ended.
 #[derive(Debug)]
-pub(super) struct Waiting {
-    /// The number of its command.
-    pub(super) seq: u64,
-    /// Where the answer goes. It is closed if its receiver has given up.
-    pub(super) answer: oneshot::Sender<Result<Answer, ExchangeError>>,
+struct Waiting {
+    command: Command,
+    until: Instant,
 }
 
-/// The messages under way in a socket.
-#[derive(Debug, Default)]
+/// All messages that have not ended.
+#[derive(Debug)]
 pub(super) struct UnderWay {
-    /// In the order of their commands, so mostly answered from the front.
+    timeout: Duration,
+    /// In the order of their commands, so mostly answered from the front, and by the same timeout.
     waiting: VecDeque<Waiting>,
+    /// How many at the end are not sent.
+    unsent: usize,
+    /// For the first of them, or for one before it.
+    alarm: Option<Pin<Box<Sleep>>>,
 }
 
 impl UnderWay {
-    /// Adds a message. Drops earlier ones whose receivers have given up; since all have the same
-    /// timeout, these are in front.
-    pub(super) fn add(&mut self, waiting: Waiting) {
-        while self
-            .waiting
-            .front()
-            .is_some_and(|oldest| oldest.answer.is_closed())
-        {
-            self.waiting.pop_front();
-        }
-        self.waiting.push_back(waiting);
-    }
-
-    /// Passes an answer to the message that waits for it, if there is one.
-    pub(super) fn answered(&mut self, answer: Answer) {
-        let seq = answer.seq();
-        let place = self.waiting.iter().position(|waiting| waiting.seq == seq);
-        if let Some(waiting) = place.and_then(|place| self.waiting.remove(place)) {
-            // The message may have been given up at this moment.
-            let _ = waiting.answer.send(Ok(answer));
+    pub(super) fn new(timeout: Duration) -> Self {
+        Self {
+            timeout,
+            waiting: VecDeque::new(),
+            unsent: 0,
+            alarm: None,
         }
     }
 
-    /// Lets all messages fail.
-    pub(super) fn failed(&mut self, why: &str) {
-        for waiting in self.waiting.drain(..) {
-            let error = ExchangeError::Failed(why.to_owned());
-            let _ = waiting.answer.send(Err(error));
+    /// Adds a message, from now on for its timeout.
+    pub(super) fn add(&mut self, command: Command) {
+        self.waiting.push_back(Waiting {
+            command,
+            until: Instant::now() + self.timeout,
+        });
+        self.unsent += 1;
+    }
+
+    pub(super) fn has_unsent(&self) -> bool {
+        self.unsent > 0
+    }
+
+    /// The next command to send, which then is sent. After a stall, commands that nobody waits for any more are not
+    /// among them, as a request over HTTP ends with its timeout.
+    pub(super) fn take_unsent(&mut self) -> Option<Command> {
+        let place = self.waiting.len() - self.unsent;
+        let waiting = self.waiting.get(place)?;
+        self.unsent -= 1;
+        Some(waiting.command)
+    }
+
+    /// Takes notice of an answer; whether a message waited for it.
+    pub(super) fn answered(&mut self, seq: u64) -> bool {
+        let sent = self.waiting.len() - self.unsent;
+        let mut places = self.waiting.iter().take(sent);
+        let place = places.position(|waiting| waiting.command.seq == seq);
+        place.is_some_and(|place| self.waiting.remove(place).is_some())
+    }
+
+    /// Ends all messages; their numbers.
+    pub(super) fn give_up(&mut self) -> impl Iterator<Item = u64> {
+        self.unsent = 0;
+        self.waiting.drain(..).map(|waiting| waiting.command.seq)
+    }
+
+    /// The number of the next message that ends by its timeout; that message has ended then.
+    pub(super) fn poll_timeout(&mut self, context: &mut Context<'_>) -> Poll<u64> {
+        loop {
+            let Some(first) = self.waiting.front() else {
+                return Poll::Pending;
+            };
+            let until = first.until;
+            let alarm = self
+                .alarm
+                .get_or_insert_with(|| Box::pin(sleep_until(until)));
+            ready!(alarm.as_mut().poll(context));
+            // It may have been set for a message that has ended otherwise.
+            if Instant::now() < until {
+                alarm.as_mut().reset(until);
+                continue;
+            }
+            let ended = self.waiting.pop_front();
+            self.unsent = self.unsent.min(self.waiting.len());
+            match ended {
+                Some(ended) => return Poll::Ready(ended.command.seq),
+                None => return Poll::Pending,
+            }
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use endpoint::Acknowledgement;
-
     use super::*;
 
-    type Answered = oneshot::Receiver<Result<Answer, ExchangeError>>;
-
-    fn answer(seq: u64) -> Answer {
-        Answer::Acknowledgement(Acknowledgement {
-            seq,
-            t_arrive_ns: 1,
-        })
-    }
-
-    fn with(numbers: std::ops::Range<u64>) -> (UnderWay, Vec<Answered>) {
-        let mut under_way = UnderWay::default();
-        let answered = numbers
-            .map(|seq| {
-                let (answer, answered) = oneshot::channel();
-                under_way.add(Waiting { seq, answer });
-                answered
-            })
-            .collect();
-        (under_way, answered)
+    fn with(numbers: std::ops::Range<u64>) -> UnderWay {
+        let mut under_way = UnderWay::new(Duration::from_secs(5));
+        for seq in numbers {
+            under_way.add(Command {
+                seq,
+                t_send_ns: 0,
+                u: 0.0.into(),
+            });
+        }
+        under_way
     }
 
     #[test]
     fn answers_find_their_commands_in_any_order_and_once() {
-        let (mut under_way, mut answered) = with(0..4);
-        for seq in [2, 0, 7, 2, 3] {
-            under_way.answered(answer(seq));
+        let mut under_way = with(0..5);
+        for seq in 0..4 {
+            assert_eq!(
+                under_way.take_unsent().map(|command| command.seq),
+                Some(seq)
+            );
         }
-        under_way.failed("hung up");
-        for seq in [0, 2, 3] {
-            let result = answered[seq as usize].try_recv().expect("an end");
-            assert_eq!(result.expect("an answer"), answer(seq));
-        }
-        let error = answered[1].try_recv().expect("an end").expect_err("lost");
-        assert_eq!(error.to_string(), "hung up");
+        let found = [2, 0, 7, 2, 3, 4].map(|seq| under_way.answered(seq));
+        // The last is not sent yet.
+        assert_eq!(found, [true, true, false, false, true, false]);
+        assert_eq!(under_way.give_up().collect::<Vec<_>>(), [1, 4]);
+        assert!(!under_way.has_unsent());
+        assert_eq!(under_way.take_unsent(), None);
     }
 
     #[test]
-    fn what_was_given_up_is_forgotten() {
-        let (mut under_way, mut answered) = with(0..1000);
-        answered.drain(..999);
-        let (last, _is_last) = oneshot::channel();
-        under_way.add(Waiting {
-            seq: 1000,
-            answer: last,
+    fn messages_end_by_their_own_timeouts_and_are_not_sent_afterwards() {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_time()
+            .build()
+            .expect("a runtime");
+        runtime.block_on(async {
+            let mut under_way = UnderWay::new(Duration::from_millis(20));
+            for seq in 0..3 {
+                under_way.add(Command {
+                    seq,
+                    t_send_ns: 0,
+                    u: 0.0.into(),
+                });
+            }
+            assert_eq!(under_way.take_unsent().map(|command| command.seq), Some(0));
+            assert!(under_way.answered(0));
+            let start = Instant::now();
+            let timeout = std::future::poll_fn(|context| under_way.poll_timeout(context)).await;
+            assert_eq!(timeout, 1);
+            assert!(start.elapsed() >= Duration::from_millis(19));
+            assert_eq!(under_way.take_unsent().map(|command| command.seq), Some(2));
         });
-        assert_eq!(under_way.waiting.len(), 2);
     }
 }

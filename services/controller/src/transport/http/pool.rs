@@ -1,0 +1,337 @@
+//! The connections of a controller: one for each message under way, kept for others.
+//!
+//! A message takes the idle connection that was used last. If none is idle, one is opened for it, and the message
+//! takes the first that becomes free: that one, or another before. One that the plant has closed while it was idle
+//! is passed over, and a request of which nothing could be sent goes by another. All else that goes wrong is the
+//! message's end: it may have moved the plant. Requests are written and answers are read here, without a buffer
+//! for what waits.
+
+use std::{
+    collections::VecDeque,
+    fmt::Write,
+    future::poll_fn,
+    io,
+    mem::MaybeUninit,
+    net::SocketAddr,
+    pin::Pin,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    task::{Poll, ready},
+    time::Duration,
+};
+
+use endpoint::Connection;
+use reqwest::StatusCode;
+use tokio::{
+    io::{AsyncRead, AsyncWriteExt, ReadBuf},
+    net::TcpStream,
+    sync::oneshot,
+    time::{Instant, timeout},
+};
+
+use super::{
+    Client, Request,
+    answer::{self, Malformed},
+};
+use crate::{
+    Config,
+    transport::{Address, ExchangeError, session},
+};
+
+/// How long a kept connection may idle. It is below the plant's limit of 5 s; otherwise a request
+/// could be sent just as the plant closes the connection.
+pub(super) const IDLE: Duration = Duration::from_secs(4);
+
+/// How many connections that have been idle for that long are closed when one becomes idle: closing takes time.
+const CLOSED_AT_ONCE: usize = 2;
+
+/// How much is read at a time: more than an answer has.
+const ROOM: usize = 2048;
+
+/// This crate's own client. Cheap to clone.
+#[derive(Clone, Debug)]
+pub(crate) struct Pool(Arc<Shared>);
+
+#[derive(Debug)]
+struct Shared {
+    address: SocketAddr,
+    /// Of the header `Host`.
+    host: String,
+    /// For a whole message, and for opening a connection.
+    timeout: Duration,
+    keeps: bool,
+    lines: Mutex<Lines>,
+}
+
+#[derive(Debug, Default)]
+struct Lines {
+    /// In the order in which they became idle.
+    idle: VecDeque<(TcpStream, Instant)>,
+    /// Messages without a connection, in their order. Those that have given up are closed.
+    waiting: VecDeque<Waiting>,
+    /// How many messages have waited.
+    count: u64,
+}
+
+#[derive(Debug)]
+struct Waiting {
+    number: u64,
+    line: oneshot::Sender<Result<TcpStream, ExchangeError>>,
+}
+
+impl Pool {
+    pub(crate) fn new(address: &Address, config: &Config) -> Self {
+        let settings = &config.settings;
+        Self(Arc::new(Shared {
+            address: address.socket,
+            host: address.host(),
+            timeout: Duration::from_nanos(settings.timeout_ns),
+            keeps: settings.connection == Connection::Keep,
+            lines: Mutex::default(),
+        }))
+    }
+}
+
+impl Client for Pool {
+    async fn ask(&self, request: Request<'_>) -> Result<(StatusCode, String), ExchangeError> {
+        let exchanged = self.0.exchange(&request);
+        timeout(self.0.timeout, exchanged)
+            .await
+            .unwrap_or(Err(ExchangeError::Timeout))
+    }
+}
+
+impl Shared {
+    async fn exchange(
+        self: &Arc<Self>,
+        request: &Request<'_>,
+    ) -> Result<(StatusCode, String), ExchangeError> {
+        let mut line = loop {
+            let (mut line, is_kept) = self.take().await?;
+            match self.write(&mut line, request).await {
+                Ok(()) => break line,
+                Err((_, 0)) if is_kept => {}
+                Err((error, _)) => return Err(broken(&error)),
+            }
+        };
+        let (answer, keeps) = read(&mut line).await?;
+        if keeps && self.keeps {
+            self.lines().free(line);
+        }
+        Ok(answer)
+    }
+
+    /// A connection for a message, and whether it was used before.
+    async fn take(self: &Arc<Self>) -> Result<(TcpStream, bool), ExchangeError> {
+        if !self.keeps {
+            return Ok((open(self.address).await?, false));
+        }
+        let waiting = {
+            let mut lines = self.lines();
+            if let Some(line) = lines.take() {
+                return Ok((line, true));
+            }
+            let (number, waiting) = lines.wait();
+            let own = Arc::clone(self);
+            // It is opened to its end, also if the message takes another meanwhile.
+            tokio::spawn(async move {
+                let opened = timeout(own.timeout, open(own.address)).await;
+                let opened = opened.unwrap_or(Err(ExchangeError::Timeout));
+                own.lines().on_opened(number, opened);
+            });
+            waiting
+        };
+        match waiting.await {
+            Ok(line) => Ok((line?, false)),
+            Err(_) => Err(ExchangeError::Failed("the controller has ended".into())),
+        }
+    }
+
+    /// Sends a request; if that fails, also how much was sent.
+    async fn write(
+        &self,
+        line: &mut TcpStream,
+        request: &Request<'_>,
+    ) -> Result<(), (io::Error, usize)> {
+        let text = self.text(request);
+        let sent = match line.try_write(text.as_bytes()) {
+            Ok(sent) => sent,
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => 0,
+            Err(error) => return Err((error, 0)),
+        };
+        if sent == text.len() {
+            return Ok(());
+        }
+        let rest = line.write_all(&text.as_bytes()[sent..]).await;
+        rest.map_err(|error| (error, text.len()))
+    }
+
+    /// A request as it is sent.
+    fn text(&self, request: &Request<'_>) -> String {
+        let mut text = String::with_capacity(256);
+        let method = if request.body.is_some() {
+            "POST"
+        } else {
+            "GET"
+        };
+        for part in [method, " ", &request.target, " HTTP/1.1\r\n"] {
+            text.push_str(part);
+        }
+        if let Some(token) = request.token {
+            for part in [session::HEADER, ": ", token, "\r\n"] {
+                text.push_str(part);
+            }
+        }
+        for part in ["accept: */*\r\nhost: ", &self.host, "\r\n"] {
+            text.push_str(part);
+        }
+        let body = request.body.unwrap_or_default();
+        if !body.is_empty() {
+            let _ = write!(
+                text,
+                "content-type: application/json\r\ncontent-length: {}\r\n",
+                body.len()
+            );
+        }
+        text.push_str("\r\n");
+        text.push_str(body);
+        text
+    }
+
+    /// All is in one thread, so this never blocks.
+    fn lines(&self) -> MutexGuard<'_, Lines> {
+        self.lines.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Lines {
+    /// The connection that was used last, of those that are idle and can be used.
+    fn take(&mut self) -> Option<TcpStream> {
+        while let Some((line, since)) = self.idle.pop_back() {
+            if since.elapsed() > IDLE {
+                // Those before it have idled for longer.
+                self.idle.push_back((line, since));
+                self.close_old();
+                return None;
+            }
+            // Not even a system call, unless something has come: that it is closed, or what nobody asked for.
+            let came = line.try_read(&mut [0]);
+            if came.is_err_and(|error| error.kind() == io::ErrorKind::WouldBlock) {
+                return Some(line);
+            }
+        }
+        None
+    }
+
+    /// The place of a message without a connection.
+    fn wait(&mut self) -> (u64, oneshot::Receiver<Result<TcpStream, ExchangeError>>) {
+        while self
+            .waiting
+            .front()
+            .is_some_and(|first| first.line.is_closed())
+        {
+            self.waiting.pop_front();
+        }
+        let (line, waiting) = oneshot::channel();
+        let number = self.count;
+        self.count += 1;
+        self.waiting.push_back(Waiting { number, line });
+        (number, waiting)
+    }
+
+    /// The connection was opened that was to be for this message, or it was not.
+    fn on_opened(&mut self, number: u64, opened: Result<TcpStream, ExchangeError>) {
+        let place = self
+            .waiting
+            .binary_search_by_key(&number, |waiting| waiting.number);
+        let own = place.ok().and_then(|place| self.waiting.remove(place));
+        let back = match own {
+            Some(own) => own.line.send(opened).err(),
+            None => Some(opened),
+        };
+        if let Some(Ok(line)) = back {
+            self.free(line);
+        }
+    }
+
+    /// A connection can take another message.
+    fn free(&mut self, mut line: TcpStream) {
+        while let Some(first) = self.waiting.pop_front() {
+            match first.line.send(Ok(line)) {
+                Ok(()) => return,
+                // It has given up.
+                Err(Ok(back)) => line = back,
+                Err(Err(_)) => return,
+            }
+        }
+        self.close_old();
+        self.idle.push_back((line, Instant::now()));
+    }
+
+    fn close_old(&mut self) {
+        for _ in 0..CLOSED_AT_ONCE {
+            if self
+                .idle
+                .front()
+                .is_some_and(|(_, since)| since.elapsed() > IDLE)
+            {
+                self.idle.pop_front();
+            }
+        }
+    }
+}
+
+async fn open(address: SocketAddr) -> Result<TcpStream, ExchangeError> {
+    let failed = |error: io::Error| {
+        let why =
+            format!("error sending request: client error (Connect): tcp connect error: {error}");
+        ExchangeError::Failed(why)
+    };
+    let stream = TcpStream::connect(address).await.map_err(failed)?;
+    stream.set_nodelay(true).map_err(failed)?;
+    Ok(stream)
+}
+
+/// Waits for the answer on a connection; also whether that can take another request.
+async fn read(line: &mut TcpStream) -> Result<((StatusCode, String), bool), ExchangeError> {
+    // What came before the last part of an answer.
+    let mut held = Vec::new();
+    let read = poll_fn(|context| {
+        loop {
+            let mut room = [MaybeUninit::uninit(); ROOM];
+            let mut room = ReadBuf::uninit(&mut room);
+            let came = ready!(Pin::new(&mut *line).poll_read(context, &mut room));
+            came.map_err(|error| broken(&error))?;
+            let has_ended = room.filled().is_empty();
+            let bytes = if held.is_empty() {
+                room.filled()
+            } else {
+                held.extend_from_slice(room.filled());
+                &held
+            };
+            let answer = answer::read(bytes, has_ended).map_err(malformed)?;
+            if let Some(answer) = answer {
+                let text = String::from_utf8_lossy(&answer.body).into_owned();
+                return Poll::Ready(Ok(((answer.status, text), answer.keeps)));
+            }
+            if held.is_empty() {
+                held = room.filled().to_vec();
+            }
+        }
+    });
+    read.await
+}
+
+fn broken(error: &io::Error) -> ExchangeError {
+    ExchangeError::Failed(format!(
+        "error sending request: client error (SendRequest): connection error: {error}"
+    ))
+}
+
+fn malformed(problem: Malformed) -> ExchangeError {
+    ExchangeError::Failed(match problem {
+        Malformed::Chunk | Malformed::BodyEnded => {
+            format!("error decoding response body: {problem}")
+        }
+        _ => format!("error sending request: client error (SendRequest): {problem}"),
+    })
+}
