@@ -7,25 +7,32 @@
 
 use std::{
     cell::{Cell, RefCell},
+    future::poll_fn,
     io::{self, ErrorKind},
+    mem::MaybeUninit,
+    net::IpAddr,
+    pin::Pin,
     rc::Rc,
-    time::{Duration, SystemTime},
+    task::{Context, Poll, ready},
+    time::Duration,
 };
 
-use hyper::{Method, Response, StatusCode, Version, body::Bytes, header};
+use hyper::{Response, StatusCode, body::Bytes, header};
 use pace::now_ns;
 use rustix::net::sockopt::set_socket_recv_buffer_size;
 use tokio::{
-    io::AsyncWriteExt,
+    io::{AsyncRead, AsyncWriteExt, ReadBuf},
     net::TcpStream,
     task,
-    time::{Instant, timeout, timeout_at},
+    time::{Instant, timeout},
 };
 
 use crate::{
+    alarm::Alarm,
+    answer::date,
     body::Body,
     handler::Handler,
-    head::{self, Framing, Head},
+    head::{self, Framing, Malformed},
     place::Place,
     refusal::Refusal,
     route::Reply,
@@ -49,8 +56,8 @@ const LINGER_BYTES: usize = 256 * 1024;
 /// How much of it is discarded at a time.
 const DISCARD_BYTES: usize = 32 * 1024;
 
-/// How much room is made at a time for what arrives.
-const ROOM: usize = 1024;
+/// How much is taken at a time of what arrives.
+const ROOM: usize = 4096;
 
 /// The most bytes of bodies that are being read, over all connections.
 const BODIES_BYTES: usize = 8 * 1024 * 1024;
@@ -76,23 +83,28 @@ impl Shared {
 /// A connection with what has arrived on it and is not taken yet.
 struct Connection {
     stream: TcpStream,
+    /// The other end.
+    peer: IpAddr,
     bytes: Vec<u8>,
+    alarm: Alarm,
 }
 
-/// Serves a connection to its end.
-pub(crate) async fn serve(stream: TcpStream, shared: &Rc<Shared>, place: &Place) {
+/// Serves a connection from `peer` to its end.
+pub(crate) async fn serve(stream: TcpStream, peer: IpAddr, shared: &Rc<Shared>, place: &Place) {
     // Answers are one small segment each: waiting for more data would add the other end's delayed
     // acknowledgement, 40 ms. If this call fails, the connection is already broken, and serving it
     // will show that.
     let _ = stream.set_nodelay(true);
     let mut connection = Connection {
         stream,
+        peer,
         bytes: Vec::new(),
+        alarm: Alarm::default(),
     };
     // If a connection ends badly, only its client is affected, and the client's rows show it.
     match connection.converse(shared, place).await {
         Ok(Some(opening)) => {
-            let Connection { stream, bytes } = connection;
+            let Connection { stream, bytes, .. } = connection;
             return Box::pin(socket::serve(stream, bytes, opening, shared, place)).await;
         }
         Ok(None) => {}
@@ -111,53 +123,56 @@ impl Connection {
         shared: &Rc<Shared>,
         place: &Place,
     ) -> io::Result<Option<socket::Opening>> {
-        // For the lease.
-        let peer = self.stream.peer_addr()?.ip();
         loop {
-            let (mut head, mut turn) = match self.head(shared, place).await? {
-                Asked::Request(head, turn) => (head, turn),
-                Asked::Nothing => return Ok(None),
-                Asked::Wrong(refusal) => {
+            let (asked, mut turn) = match self.head(shared, place).await? {
+                Next::Request(asked, turn) => (asked, turn),
+                Next::Nothing => return Ok(None),
+                Next::Wrong(refusal) => {
                     shared.handler.borrow_mut().refuse(refusal.kind());
-                    let refused = written(&refusal.response(true), Version::HTTP_11, false, false);
+                    let refused = written(&refusal.response(true), true, false, false);
                     let mut turn = shared.turns.wait(place).await;
                     self.part(&refused, &mut turn, shared, place).await;
                     return Ok(None);
                 }
             };
-            let now_ns = now_ns();
-            head.parts.extensions.insert(peer);
-            let has_body = head.framing.length != head::Length::Bytes(0);
-            let reply = shared
-                .handler
-                .borrow_mut()
-                .answer(&head.parts, has_body, now_ns);
-            let is_head = head.parts.method == Method::HEAD;
-            let is_command = matches!(head.parts.uri.path(), "/closed" | "/open");
-            let version = head.parts.version;
-            drop(head.parts);
+            let Asked {
+                reply,
+                framing,
+                is_new,
+                is_head,
+                ..
+            } = asked;
             let (response, is_unread) = match reply {
-                Reply::Done(response) => (response, has_body),
+                Reply::Short(short) => {
+                    if let Some(now_ns) = asked.commanded_ns {
+                        place.on_command(now_ns);
+                    }
+                    let text = short.written(is_new, framing.keeps);
+                    if !framing.keeps {
+                        self.part(&text, &mut turn, shared, place).await;
+                        return Ok(None);
+                    }
+                    self.send(&text, &mut turn).await?;
+                    place.on_answer();
+                    continue;
+                }
+                Reply::Done(response) => (response, asked.has_body),
                 Reply::Upload(upload) => {
                     turn.end().await;
-                    let done = Box::pin(self.upload(upload, head.framing, shared)).await?;
+                    let done = Box::pin(self.upload(upload, framing, shared)).await?;
                     turn = shared.turns.wait(place).await;
                     done
                 }
                 Reply::Socket(response, opening) => {
-                    let text = written(&response, version, true, false);
+                    let text = written(&response, is_new, true, false);
                     self.send(&text, &mut turn).await?;
                     place.on_answer();
                     return Ok(Some(opening));
                 }
             };
-            if is_command && response.status() == StatusCode::OK {
-                place.on_command(now_ns);
-            }
             let closes = response.headers().get(header::CONNECTION);
-            let keeps =
-                head.framing.keeps && !is_unread && closes.is_none_or(|word| word != "close");
-            let text = written(&response, version, keeps, is_head);
+            let keeps = framing.keeps && !is_unread && closes.is_none_or(|word| word != "close");
+            let text = written(&response, is_new, keeps, is_head);
             drop(response);
             if !keeps {
                 self.part(&text, &mut turn, shared, place).await;
@@ -168,8 +183,8 @@ impl Connection {
         }
     }
 
-    /// The next request's head, in its turn.
-    async fn head<'a>(&mut self, shared: &'a Shared, place: &Place) -> io::Result<Asked<'a>> {
+    /// The next request, in its turn, when its head is whole.
+    async fn head<'a>(&mut self, shared: &'a Shared, place: &Place) -> io::Result<Next<'a>> {
         let mut until = Instant::now() + WITHIN;
         let idle_until = until + WITHIN;
         let mut is_begun = false;
@@ -180,32 +195,51 @@ impl Connection {
                     until = Instant::now() + WITHIN;
                 }
                 let mut turn = shared.turns.wait(place).await;
-                match head::read(&self.bytes) {
-                    Ok(Some(head)) => {
-                        self.bytes.drain(..head.bytes);
-                        return Ok(Asked::Request(head, turn));
-                    }
+                match self.take(&shared.handler) {
+                    Ok(Some(asked)) => return Ok(Next::Request(asked, turn)),
                     Ok(None) => turn.end().await,
-                    Err(malformed) => return Ok(Asked::Wrong(malformed.into())),
+                    Err(malformed) => return Ok(Next::Wrong(malformed.into())),
                 }
             }
-            match timeout_at(until, self.more()).await {
-                Ok(Ok(true)) => {}
-                Ok(Ok(false)) => return Ok(Asked::Nothing),
-                Ok(Err(error)) => return Err(error),
-                Err(_) if !is_begun && until < idle_until && is_beside_control(place) => {
+            match self.more_before(until).await {
+                Some(Ok(true)) => {}
+                Some(Ok(false)) => return Ok(Next::Nothing),
+                Some(Err(error)) => return Err(error),
+                None if !is_begun && until < idle_until && is_beside_control(place) => {
                     until = idle_until;
                 }
-                Err(_) if is_begun => {
+                None if is_begun => {
                     let refusal = Refusal::Slow {
                         part: "head",
                         seconds: WITHIN.as_secs(),
                     };
-                    return Ok(Asked::Wrong(refusal));
+                    return Ok(Next::Wrong(refusal));
                 }
-                Err(_) => return Ok(Asked::Nothing),
+                None => return Ok(Next::Nothing),
             }
         }
+    }
+
+    /// Takes the next head, if it is whole, and what its request gets.
+    fn take(&mut self, handler: &RefCell<Handler>) -> Result<Option<Asked>, Malformed> {
+        let mut room = head::ROOM;
+        let Some(head) = head::read(&self.bytes, &mut room)? else {
+            return Ok(None);
+        };
+        let now_ns = now_ns();
+        let has_body = head.framing.length != head::Length::Bytes(0);
+        let mut handler = handler.borrow_mut();
+        let asked = Asked {
+            reply: handler.answer(&head, self.peer, has_body, now_ns),
+            commanded_ns: matches!(head.target.path, "/closed" | "/open").then_some(now_ns),
+            framing: head.framing,
+            has_body,
+            is_new: head.is_new,
+            is_head: head.method == "HEAD",
+        };
+        let bytes = head.bytes;
+        self.bytes.drain(..bytes);
+        Ok(Some(asked))
     }
 
     /// Reads the body of an upload and executes it; also whether some of the body is unread.
@@ -260,19 +294,22 @@ impl Connection {
 
     /// Waits until more has arrived; whether there will be more.
     async fn more(&mut self) -> io::Result<bool> {
+        self.rest();
+        poll_fn(|context| poll_more(&mut self.stream, &mut self.bytes, context)).await
+    }
+
+    /// The same, but not beyond `until`.
+    async fn more_before(&mut self, until: Instant) -> Option<io::Result<bool>> {
+        self.rest();
+        let more =
+            |context: &mut Context<'_>| poll_more(&mut self.stream, &mut self.bytes, context);
+        self.alarm.before(until, more).await
+    }
+
+    /// It may be long until there is more.
+    fn rest(&mut self) {
         if self.bytes.is_empty() {
-            // It may be long until there is more.
             self.bytes = Vec::new();
-        }
-        loop {
-            // Room is made only for what is there.
-            self.stream.readable().await?;
-            self.bytes.reserve(ROOM / 2);
-            match self.stream.try_read_buf(&mut self.bytes) {
-                Ok(read) => return Ok(read > 0),
-                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
-                Err(error) => return Err(error),
-            }
         }
     }
 
@@ -302,12 +339,36 @@ fn is_beside_control(place: &Place) -> bool {
     place.peer_commanded_ns() > 0 && Duration::from_nanos(since_ns) < WITHIN
 }
 
-/// What a connection asks.
-enum Asked<'a> {
-    Request(Head, Turn<'a>),
+/// Takes what has arrived; whether there will be more. Room is made only for what is there.
+fn poll_more(
+    stream: &mut TcpStream,
+    bytes: &mut Vec<u8>,
+    context: &mut Context<'_>,
+) -> Poll<io::Result<bool>> {
+    let mut room = [MaybeUninit::uninit(); ROOM];
+    let mut room = ReadBuf::uninit(&mut room);
+    ready!(Pin::new(stream).poll_read(context, &mut room))?;
+    bytes.extend_from_slice(room.filled());
+    Poll::Ready(Ok(!room.filled().is_empty()))
+}
+
+/// What comes next on a connection.
+enum Next<'a> {
+    Request(Asked, Turn<'a>),
     /// The other end is gone, or it has been silent for too long.
     Nothing,
     Wrong(Refusal),
+}
+
+/// A request with what it gets.
+struct Asked {
+    reply: Reply,
+    /// When it arrived, if it is a command.
+    commanded_ns: Option<u64>,
+    framing: Framing,
+    has_body: bool,
+    is_new: bool,
+    is_head: bool,
 }
 
 /// The bytes of one body, counted among those of all.
@@ -367,10 +428,9 @@ async fn within(sent: impl Future<Output = io::Result<()>>) -> io::Result<()> {
 }
 
 /// An answer as it is sent.
-fn written(response: &Response<Bytes>, version: Version, keeps: bool, is_head: bool) -> Vec<u8> {
+fn written(response: &Response<Bytes>, is_new: bool, keeps: bool, is_head: bool) -> Vec<u8> {
     let (status, body) = (response.status(), response.body());
     let mut text = Vec::with_capacity(256 + body.len());
-    let is_new = version == Version::HTTP_11;
     let minor = u8::from(is_new);
     let reason = status.canonical_reason().unwrap_or_default();
     let mut line = |name: &str, value: &[u8]| {
@@ -401,21 +461,4 @@ fn written(response: &Response<Bytes>, version: Version, keeps: bool, is_head: b
         text.extend_from_slice(body);
     }
     text
-}
-
-/// The time of day, written once a second.
-fn date() -> Rc<str> {
-    thread_local! {
-        static DATE: RefCell<(u64, Rc<str>)> = RefCell::new((u64::MAX, "".into()));
-    }
-    let now = SystemTime::now();
-    let s = now
-        .duration_since(SystemTime::UNIX_EPOCH)
-        .map_or(0, |since| since.as_secs());
-    DATE.with_borrow_mut(|(of_s, text)| {
-        if *of_s != s {
-            (*of_s, *text) = (s, httpdate::fmt_http_date(now).into());
-        }
-        Rc::clone(text)
-    })
 }

@@ -4,11 +4,8 @@
 //! that do not end with CR LF, a body with two lengths, lengths that are not digits, codings that are not
 //! `chunked` once. `httparse` reads names and values; `route` judges what is asked.
 
-use hyper::{
-    Method, Request, Uri, Version,
-    header::{self, HeaderMap, HeaderName, HeaderValue},
-    http::request::Parts,
-};
+use httparse::Header;
+use hyper::{Uri, http::uri::PathAndQuery};
 
 /// Greatest size of a head.
 pub(crate) const HEAD_BYTES: usize = 16 * 1024;
@@ -16,13 +13,35 @@ pub(crate) const HEAD_BYTES: usize = 16 * 1024;
 /// Greatest number of header lines.
 const LINES: usize = 100;
 
-/// A head, with what it says of its connection.
-pub(crate) struct Head {
-    pub(crate) parts: Box<Parts>,
+/// Room for the lines of a head.
+pub(crate) const ROOM: [Header<'static>; LINES] = [httparse::EMPTY_HEADER; LINES];
+
+/// A head, with what it says of its connection. It borrows the bytes that it was read from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Head<'a> {
+    pub(crate) method: &'a str,
+    pub(crate) target: Target<'a>,
+    /// Whether it is of HTTP/1.1, and not of HTTP/1.0.
+    pub(crate) is_new: bool,
+    pub(crate) lines: Lines<'a>,
     /// The bytes that it took.
     pub(crate) bytes: usize,
     pub(crate) framing: Framing,
 }
+
+/// What is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Target<'a> {
+    pub(crate) path: &'a str,
+    /// Empty if there is none.
+    pub(crate) query: &'a str,
+    /// Whether it names a host too, as for a proxy.
+    pub(crate) has_authority: bool,
+}
+
+/// Header lines.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lines<'a>(pub(crate) &'a [Header<'a>]);
 
 /// Where the request ends, and what is to follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,16 +70,18 @@ pub(crate) enum Malformed {
     Syntax(&'static str),
 }
 
-/// Reads the head at the beginning of `bytes`; `None` if it is not whole yet.
-pub(crate) fn read(bytes: &[u8]) -> Result<Option<Head>, Malformed> {
+/// Reads the head at the beginning of `bytes`; `None` if it is not whole yet. Its lines are put into `room`.
+pub(crate) fn read<'a>(
+    bytes: &'a [u8],
+    room: &'a mut [Header<'a>; LINES],
+) -> Result<Option<Head<'a>>, Malformed> {
     // A client may send an empty line after a body (RFC 9112, 2.2).
     let before = if bytes.starts_with(b"\r\n") { 2 } else { 0 };
     let text = &bytes[before..];
     if text.first().is_some_and(|byte| b"\r\n".contains(byte)) && text != b"\r" {
         return Err(Malformed::Syntax("it begins with empty lines"));
     }
-    let mut lines = [httparse::EMPTY_HEADER; LINES];
-    let mut request = httparse::Request::new(&mut lines);
+    let mut request = httparse::Request::new(room);
     let bytes = match request.parse(text) {
         Ok(httparse::Status::Complete(bytes)) => bytes,
         Ok(httparse::Status::Partial) => {
@@ -75,74 +96,111 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Option<Head>, Malformed> {
         return Err(Malformed::Long);
     }
     has_whole_lines(&text[..bytes])?;
-    Ok(Some(take(&request, before + bytes)?))
-}
-
-fn take(request: &httparse::Request<'_, '_>, bytes: usize) -> Result<Head, Malformed> {
-    let wrong = |what| move || Malformed::Syntax(what);
-    let (mut parts, ()) = Request::new(()).into_parts();
-    let method = request.method.unwrap_or_default().as_bytes();
-    parts.method = Method::from_bytes(method)
-        .ok()
-        .ok_or_else(wrong("the method is not a word"))?;
-    let target = request.path.unwrap_or_default();
-    parts.uri = Some(target)
-        .filter(|target| {
-            target
-                .bytes()
-                .all(|byte| byte.is_ascii_graphic() && byte != b'#')
-        })
-        .and_then(|target| Uri::try_from(target).ok())
-        .ok_or_else(wrong("the request target is not a path"))?;
-    parts.version = match request.version {
-        Some(1) => Version::HTTP_11,
-        _ => Version::HTTP_10,
-    };
-    let headers = &mut parts.headers;
-    for line in request.headers.iter() {
-        let name = HeaderName::from_bytes(line.name.as_bytes());
-        let value = HeaderValue::from_bytes(line.value);
-        let (Ok(name), Ok(value)) = (name, value) else {
-            return Err(Malformed::Syntax("a header line is not `name: value`"));
-        };
-        headers.append(name, value);
-    }
-    let length = length(&parts.headers, parts.version)?;
-    let is_new = parts.version == Version::HTTP_11;
-    let keeps = !says(&parts.headers, &header::CONNECTION, "close")
-        && (is_new || says(&parts.headers, &header::CONNECTION, "keep-alive"));
-    let waits = is_new && says(&parts.headers, &header::EXPECT, "100-continue");
-    Ok(Head {
-        parts: Box::new(parts),
-        bytes,
+    let httparse::Request {
+        method,
+        path,
+        version,
+        headers,
+    } = request;
+    let target = Target::read(path.unwrap_or_default())
+        .ok_or(Malformed::Syntax("the request target is not a path"))?;
+    let (is_new, lines) = (version == Some(1), Lines(headers));
+    let length = length(lines, is_new)?;
+    let keeps =
+        !lines.says("connection", "close") && (is_new || lines.says("connection", "keep-alive"));
+    let waits = is_new && lines.says("expect", "100-continue");
+    Ok(Some(Head {
+        method: method.unwrap_or_default(),
+        target,
+        is_new,
+        lines,
+        bytes: before + bytes,
         framing: Framing {
             length,
             keeps,
             waits,
         },
+    }))
+}
+
+impl<'a> Target<'a> {
+    /// Takes a target apart, if it is one.
+    fn read(text: &'a str) -> Option<Self> {
+        let is_shown = |byte: u8| byte.is_ascii_graphic() && byte != b'#';
+        if !text.bytes().all(is_shown) {
+            return None;
+        }
+        if !text.starts_with('/') {
+            // `CONNECT host:port` and `GET http://host/path` are for proxies; besides there is only `*`.
+            let uri = Uri::try_from(text).ok()?;
+            return Some(Self {
+                path: text,
+                query: "",
+                has_authority: uri.authority().is_some(),
+            });
+        }
+        let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"/?&=.,+-_%".contains(&byte);
+        if !text.bytes().all(is_plain) {
+            PathAndQuery::try_from(text).ok()?;
+        }
+        let (path, query) = text.split_once('?').unwrap_or((text, ""));
+        Some(Self {
+            path,
+            query,
+            has_authority: false,
+        })
+    }
+}
+
+impl<'a> Lines<'a> {
+    /// The values of all lines with this name.
+    pub(crate) fn all(self, name: &'static str) -> impl Iterator<Item = &'a [u8]> {
+        let lines = self.0.iter();
+        lines
+            .filter(move |line| line.name.eq_ignore_ascii_case(name))
+            .map(|line| line.value)
+    }
+
+    /// The value of the first line with this name.
+    pub(crate) fn first(self, name: &'static str) -> Option<&'a [u8]> {
+        self.all(name).next()
+    }
+
+    /// Whether a header that is a list of words has this one.
+    pub(crate) fn says(self, name: &'static str, word: &str) -> bool {
+        self.all(name)
+            .filter_map(text)
+            .flat_map(|value| value.split(','))
+            .any(|given| given.trim().eq_ignore_ascii_case(word))
+    }
+}
+
+/// A value, if it is plain text.
+pub(crate) fn text(value: &[u8]) -> Option<&str> {
+    std::str::from_utf8(value).ok().filter(|text| {
+        text.bytes()
+            .all(|byte| byte == b'\t' || (b' '..=b'~').contains(&byte))
     })
 }
 
 /// The length of the body. Each doubt is an error: a proxy in front may see it another way.
-fn length(headers: &HeaderMap, version: Version) -> Result<Length, Malformed> {
+fn length(lines: Lines<'_>, is_new: bool) -> Result<Length, Malformed> {
     let refuse = |what| Err(Malformed::Syntax(what));
-    let mut codings = headers.get_all(header::TRANSFER_ENCODING).iter();
-    let mut lengths = headers.get_all(header::CONTENT_LENGTH).iter();
+    let mut codings = lines.all("transfer-encoding");
+    let mut lengths = lines.all("content-length");
     match (codings.next(), lengths.next()) {
         (None, None) => Ok(Length::Bytes(0)),
         (Some(_), Some(_)) => refuse("it has both Content-Length and Transfer-Encoding"),
         (Some(coding), None) => {
-            let is_chunked = coding.as_bytes().eq_ignore_ascii_case(b"chunked");
-            if version == Version::HTTP_11 && is_chunked && codings.next().is_none() {
+            let is_chunked = coding.eq_ignore_ascii_case(b"chunked");
+            if is_new && is_chunked && codings.next().is_none() {
                 Ok(Length::Chunked)
             } else {
                 refuse("its Transfer-Encoding is not `chunked`, once")
             }
         }
         (None, Some(length)) => {
-            let digits = length
-                .to_str()
-                .ok()
+            let digits = text(length)
                 .filter(|text| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit()));
             match digits.and_then(|digits| digits.parse().ok()) {
                 Some(bytes) if lengths.next().is_none() => Ok(Length::Bytes(bytes)),
@@ -150,15 +208,6 @@ fn length(headers: &HeaderMap, version: Version) -> Result<Length, Malformed> {
             }
         }
     }
-}
-
-/// Whether a header that is a list of words has this one.
-fn says(headers: &HeaderMap, name: &HeaderName, word: &str) -> bool {
-    let values = headers.get_all(name).iter();
-    values
-        .filter_map(|value| value.to_str().ok())
-        .flat_map(|value| value.split(','))
-        .any(|given| given.trim().eq_ignore_ascii_case(word))
 }
 
 /// Whether CR and LF are only found together; the last byte may wait for its other half.
@@ -185,16 +234,23 @@ fn words(error: httparse::Error) -> &'static str {
 
 #[cfg(test)]
 mod tests {
+    use hyper::header::{HeaderName, HeaderValue};
+    use proptest::prelude::*;
+
     use super::*;
 
     #[test]
     fn a_head_is_the_same_however_it_arrives() {
         let text = b"\r\nPOST /session HTTP/1.1\r\nHost: a\r\nContent-Length: 3\r\n\r\nu=1";
         for end in 0..text.len() - 3 {
-            assert!(matches!(read(&text[..end]), Ok(None)), "{end}");
+            assert!(
+                matches!(read(&text[..end], &mut ROOM.clone()), Ok(None)),
+                "{end}"
+            );
         }
         for end in text.len() - 3..=text.len() {
-            let head = read(&text[..end]).expect("HTTP").expect("whole");
+            let mut room = ROOM;
+            let head = read(&text[..end], &mut room).expect("HTTP").expect("whole");
             assert_eq!(head.bytes, text.len() - 3);
             let framing = Framing {
                 length: Length::Bytes(3),
@@ -203,5 +259,58 @@ mod tests {
             };
             assert_eq!(head.framing, framing);
         }
+    }
+
+    /// What a general library makes of a target.
+    fn taken_apart(text: &str) -> Option<(String, String, bool)> {
+        if !text
+            .bytes()
+            .all(|byte| byte.is_ascii_graphic() && byte != b'#')
+        {
+            return None;
+        }
+        let uri = Uri::try_from(text).ok()?;
+        let query = uri.query().unwrap_or_default().to_owned();
+        Some((uri.path().to_owned(), query, uri.authority().is_some()))
+    }
+
+    proptest! {
+        #[test]
+        fn a_target_is_what_a_general_library_takes_it_for(
+            text in r"(/|//|)([a-z0-9/?&=.,+_%:@~;!$*'()\[\]|{}<>\\^`-]|\x22){0,12}",
+        ) {
+            let own = Target::read(&text);
+            match taken_apart(&text) {
+                None => prop_assert_eq!(own, None),
+                Some((path, query, has_authority)) => {
+                    let own = own.expect("a target");
+                    prop_assert_eq!(own.has_authority, has_authority);
+                    if !has_authority {
+                        prop_assert_eq!((own.path, own.query), (&*path, &*query));
+                    }
+                }
+            }
+        }
+
+        /// So that lines need not be checked again.
+        #[test]
+        fn every_line_that_is_read_is_one_for_a_general_library(
+            line in prop::collection::vec(any::<u8>(), 0..12), name in "[!-~]{0,6}",
+        ) {
+            let text = [b"GET / HTTP/1.1\r\n", name.as_bytes(), b":", &line, b"\r\n\r\n"].concat();
+            let mut room = ROOM;
+            if let Ok(Some(head)) = read(&text, &mut room) {
+                for line in head.lines.0 {
+                    prop_assert!(HeaderName::from_bytes(line.name.as_bytes()).is_ok());
+                    let value = HeaderValue::from_bytes(line.value);
+                    let value = value.expect("a value");
+                    prop_assert_eq!(text_of(&value), super::text(line.value));
+                }
+            }
+        }
+    }
+
+    fn text_of(value: &HeaderValue) -> Option<&str> {
+        value.to_str().ok()
     }
 }

@@ -4,7 +4,7 @@
 //! plant, where a GET moves it. Browsers say which page sent a request. A request without this
 //! information does not come from a browser and is permitted.
 
-use hyper::header::{self, HeaderMap, HeaderValue};
+use crate::head::Lines;
 
 /// Why a request is foreign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -17,14 +17,10 @@ pub(crate) struct Foreign {
 }
 
 /// Rejects requests from a page of another origin.
-pub(crate) fn check(headers: &HeaderMap) -> Result<(), Foreign> {
-    let host = headers.get(header::HOST).map(HeaderValue::as_bytes);
+pub(crate) fn check(lines: Lines<'_>) -> Result<(), Foreign> {
+    let host = lines.first("host");
     let all = |name: &'static str, own: &dyn Fn(&[u8]) -> bool| {
-        let own = headers
-            .get_all(name)
-            .iter()
-            .all(|value| own(value.as_bytes()));
-        if own {
+        if lines.all(name).all(own) {
             Ok(())
         } else {
             Err(Foreign { header: name })
@@ -53,11 +49,14 @@ mod tests {
     use super::*;
 
     fn judge(lines: &[(&'static str, &'static str)]) -> Option<&'static str> {
-        let mut headers = HeaderMap::new();
-        for (name, value) in lines {
-            headers.append(*name, HeaderValue::from_static(value));
-        }
-        check(&headers).err().map(|foreign| foreign.header)
+        let lines: Vec<_> = lines
+            .iter()
+            .map(|(name, value)| httparse::Header {
+                name,
+                value: value.as_bytes(),
+            })
+            .collect();
+        check(Lines(&lines)).err().map(|foreign| foreign.header)
     }
 
     #[test]

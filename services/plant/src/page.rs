@@ -7,10 +7,13 @@ use browser::page::FILES;
 use hyper::{
     Response,
     body::Bytes,
-    header::{self, HeaderMap, HeaderName, HeaderValue},
+    header::{self, HeaderName, HeaderValue},
 };
 
-use crate::answer::respond;
+use crate::{
+    answer::respond,
+    head::{self, Lines},
+};
 
 /// Headers of every file.
 const HEADERS: [(HeaderName, &str); 5] = [
@@ -31,7 +34,7 @@ const HEADERS: [(HeaderName, &str); 5] = [
 ];
 
 /// The file at `path`, if there is one.
-pub(crate) fn file(path: &str, headers: &HeaderMap) -> Option<Response<Bytes>> {
+pub(crate) fn file(path: &str, lines: Lines<'_>) -> Option<Response<Bytes>> {
     let file = FILES.iter().find(|file| file.path == path)?;
     let mut response = respond(file.kind, file.bytes);
     for (name, value) in HEADERS {
@@ -40,20 +43,17 @@ pub(crate) fn file(path: &str, headers: &HeaderMap) -> Option<Response<Bytes>> {
     }
     response
         .headers_mut()
-        .insert(header::CONTENT_SECURITY_POLICY, policy(headers));
+        .insert(header::CONTENT_SECURITY_POLICY, policy(lines));
     Some(response)
 }
 
 /// What the page may load and connect to. Not every browser applies `'self'` to `ws:` too, so the
 /// plant is named.
-fn policy(headers: &HeaderMap) -> HeaderValue {
-    let host = headers
-        .get(header::HOST)
-        .and_then(|host| host.to_str().ok())
-        .filter(|host| {
-            host.bytes()
-                .all(|b| b.is_ascii_alphanumeric() || b".:-[]".contains(&b))
-        });
+fn policy(lines: Lines<'_>) -> HeaderValue {
+    let host = lines.first("host").and_then(head::text).filter(|host| {
+        host.bytes()
+            .all(|b| b.is_ascii_alphanumeric() || b".:-[]".contains(&b))
+    });
     let socket = host.map(|host| format!(" ws://{host}")).unwrap_or_default();
     let policy = format!(
         "default-src 'none'; script-src 'self'; worker-src 'self'; style-src 'self'; \
@@ -82,10 +82,12 @@ mod tests {
 
     #[test]
     fn the_policy_names_the_plant_and_repeats_no_nonsense() {
-        let policy = |host| {
-            let mut headers = HeaderMap::new();
-            headers.insert(header::HOST, HeaderValue::from_static(host));
-            let policy = policy(&headers);
+        let policy = |host: &'static str| {
+            let line = httparse::Header {
+                name: "Host",
+                value: host.as_bytes(),
+            };
+            let policy = policy(Lines(&[line]));
             policy.to_str().expect("ASCII").to_owned()
         };
         assert!(policy("10.77.0.2:8000").contains("connect-src 'self' ws://10.77.0.2:8000;"));

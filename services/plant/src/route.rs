@@ -4,23 +4,19 @@
 //! (`upload`) or a WebSocket (`socket`). It needs no network, and a request that it rejects leaves
 //! the input unchanged.
 
-use std::{fmt, net::IpAddr};
+use std::net::IpAddr;
 
 use endpoint::{
     Answer, ArrivalOutcome, Hosts, InvalidMessage, Mode, Output, Request, checksum,
     query::MAX_BYTES,
 };
-use hyper::{
-    Method, Response, StatusCode, Version,
-    body::Bytes,
-    header::{self, HeaderMap},
-    http::request::Parts,
-};
+use hyper::{Method, Response, StatusCode, body::Bytes};
 use serde::Serialize;
 
 use crate::{
-    answer::{JSON, TEXT, as_json, message, respond},
+    answer::{JSON, Short, TEXT, as_json, respond},
     handler::Handler,
+    head::{Head, Lines, text},
     openapi::{self, PATHS},
     origin, page,
     refusal::Refusal,
@@ -35,6 +31,8 @@ const SESSION: &str = "webloop-session";
 
 /// How a request continues after its head.
 pub(crate) enum Reply {
+    /// With this message only.
+    Short(Short),
     /// With this response only.
     Done(Response<Bytes>),
     /// With a body to read.
@@ -44,49 +42,71 @@ pub(crate) enum Reply {
 }
 
 impl Handler {
-    /// The continuation of a request whose head arrived at `now_ns`.
-    pub(crate) fn answer(&mut self, head: &Parts, has_body: bool, now_ns: u64) -> Reply {
-        self.try_answer(head, has_body, now_ns)
+    /// The continuation of a request whose head arrived from `address` at `now_ns`.
+    pub(crate) fn answer(
+        &mut self,
+        head: &Head<'_>,
+        address: IpAddr,
+        has_body: bool,
+        now_ns: u64,
+    ) -> Reply {
+        self.try_answer(head, address, has_body, now_ns)
             .unwrap_or_else(|refusal| {
                 self.refuse(refusal.kind());
                 Reply::Done(refusal.response(has_body))
             })
     }
 
-    fn try_answer(&mut self, head: &Parts, has_body: bool, now_ns: u64) -> Result<Reply, Refusal> {
+    fn try_answer(
+        &mut self,
+        head: &Head<'_>,
+        address: IpAddr,
+        has_body: bool,
+        now_ns: u64,
+    ) -> Result<Reply, Refusal> {
         let query = check(head, &self.hosts)?;
-        let path = head.uri.path();
-        if head.method == Method::POST
-            && let Some(upload) = self.upload(path, query, &head.headers, now_ns)?
+        let (method, path, lines) = (head.method, head.target.path, head.lines);
+        if method == "POST"
+            && let Some(upload) = self.upload(path, query, lines, now_ns)?
         {
             return Ok(Reply::Upload(upload));
         }
         let wrong_method = || Refusal::Method {
-            method: head.method.clone(),
+            method: Method::from_bytes(method.as_bytes()).unwrap_or_default(),
             allowed: allowed(path),
         };
         // HEAD is not permitted either: a GET here moves the plant, and HEAD would do the same.
-        let method = head.method.as_str();
         if PATHS.contains(&path) && !allowed(path).split(", ").any(|word| word == method) {
             return Err(wrong_method());
         }
         if has_body {
             return Err(Refusal::Body);
         }
+        let sender = || Sender {
+            pass: pass(lines),
+            address: address.to_canonical(),
+        };
         let response = match path {
-            "/closed" => self.exchange(Mode::Closed, query, head, now_ns)?,
-            "/open" => self.exchange(Mode::Open, query, head, now_ns)?,
-            "/reset" => self.reset(query, head, now_ns)?,
-            "/state" => self.observe(&head.headers, now_ns)?,
+            "/closed" | "/open" => {
+                let mode = if path == "/open" {
+                    Mode::Open
+                } else {
+                    Mode::Closed
+                };
+                let told = self.command(mode, query, &sender(), now_ns)?;
+                return Ok(Reply::Short(Short::new(&told, told.text(), lines)));
+            }
+            "/reset" => self.reset(query, &sender(), now_ns)?,
+            "/state" => return Ok(Reply::Short(self.observe(lines, now_ns)?)),
             "/health" => self.health(),
             "/openapi.json" => {
                 let describe = || openapi::describe(Some(self.signals)).to_string().into();
                 respond(JSON, self.description.get_or_init(describe).clone())
             }
             "/session" => as_json(&self.control.status(now_ns)),
-            "/socket" => return self.socket(query, head, now_ns),
-            path => match page::file(path, &head.headers) {
-                Some(file) if head.method == Method::GET => file,
+            "/socket" => return self.socket(query, lines, address, now_ns),
+            path => match page::file(path, lines) {
+                Some(file) if method == "GET" => file,
                 Some(_) => return Err(wrong_method()),
                 None => {
                     return Err(Refusal::Path {
@@ -143,11 +163,11 @@ impl Handler {
     fn reset(
         &mut self,
         query: &str,
-        head: &Parts,
+        sender: &Sender,
         now_ns: u64,
     ) -> Result<Response<Bytes>, Refusal> {
         none(query)?;
-        self.control.reset(&sender(head), now_ns)?;
+        self.control.reset(sender, now_ns)?;
         if !self.can_reset {
             return Err(Refusal::Reset);
         }
@@ -180,37 +200,30 @@ impl Handler {
         response
     }
 
-    fn exchange(
-        &mut self,
-        mode: Mode,
-        query: &str,
-        head: &Parts,
-        now_ns: u64,
-    ) -> Result<Response<Bytes>, Refusal> {
-        let told = self.command(mode, query, &sender(head), now_ns)?;
-        Ok(message(&told, &head.headers))
-    }
-
-    fn observe(&mut self, headers: &HeaderMap, now_ns: u64) -> Result<Response<Bytes>, Refusal> {
+    fn observe(&mut self, lines: Lines<'_>, now_ns: u64) -> Result<Short, Refusal> {
         // A page that waits for its start keeps its session by this. Clients without a session may read too.
-        let _ = self.control.hear(&pass(headers), now_ns);
+        let _ = self.control.hear(&pass(lines), now_ns);
         let output = finite(self.output())?;
-        Ok(message(
-            &output.observed(self.inbox.input(), now_ns),
-            headers,
-        ))
+        let observation = output.observed(self.inbox.input(), now_ns);
+        Ok(Short::new(&observation, observation.to_string(), lines))
     }
 
-    fn socket(&mut self, query: &str, head: &Parts, now_ns: u64) -> Result<Reply, Refusal> {
+    fn socket(
+        &mut self,
+        query: &str,
+        lines: Lines<'_>,
+        address: IpAddr,
+        now_ns: u64,
+    ) -> Result<Reply, Refusal> {
         let (mode, pass) = socket::query(query)?;
-        let response = socket::handshake(head)?;
+        let response = socket::handshake(lines)?;
         let session = self.control.open(&pass, now_ns)?;
         let over = self.over.subscribe();
         let opening = socket::Opening {
             mode,
             sender: Sender {
                 pass,
-                address: address(head),
+                address: address.to_canonical(),
             },
             session,
             over,
@@ -223,7 +236,7 @@ impl Handler {
         &mut self,
         path: &str,
         query: &str,
-        headers: &HeaderMap,
+        lines: Lines<'_>,
         now_ns: u64,
     ) -> Result<Option<Upload>, Refusal> {
         let upload = match path {
@@ -233,13 +246,13 @@ impl Handler {
             }
             "/session/rows" => {
                 let chunk = chunk(query)?;
-                let pass = pass(headers);
+                let pass = pass(lines);
                 self.control.hear(&pass, now_ns)?;
                 Upload::Rows { chunk, pass }
             }
             "/session/end" => {
                 none(query)?;
-                let pass = pass(headers);
+                let pass = pass(lines);
                 if !self.control.has_ended(&pass) {
                     self.control.hear(&pass, now_ns)?;
                 }
@@ -248,7 +261,7 @@ impl Handler {
             _ => return Ok(None),
         };
         let expected = upload.kind();
-        if !is_kind(headers, expected) {
+        if !is_kind(lines, expected) {
             return Err(Refusal::Kind { expected });
         }
         Ok(Some(upload))
@@ -256,23 +269,21 @@ impl Handler {
 }
 
 /// Rejects all but plain requests to one host, its own, that do not come from a foreign page; returns the query.
-fn check<'a>(head: &'a Parts, hosts: &Hosts) -> Result<&'a str, Refusal> {
-    // `CONNECT host:port` and `GET http://host/path` are for proxies.
-    if head.uri.authority().is_some() {
+fn check<'a>(head: &Head<'a>, hosts: &Hosts) -> Result<&'a str, Refusal> {
+    if head.target.has_authority {
         return Err(Refusal::Target);
     }
-    let given = head.headers.get_all(header::HOST);
-    let count = given.iter().count();
+    let count = head.lines.all("host").count();
     // HTTP/1.0 is older than this header (RFC 9112, 3.2).
-    if count > 1 || (count == 0 && head.version != Version::HTTP_10) {
+    if count > 1 || (count == 0 && head.is_new) {
         return Err(Refusal::Host(count));
     }
-    for host in given {
-        hosts.check(host.as_bytes())?;
+    for host in head.lines.all("host") {
+        hosts.check(host)?;
     }
-    origin::check(&head.headers)?;
-    let query = head.uri.query().unwrap_or_default();
-    let bytes = head.uri.path().len().max(query.len());
+    origin::check(head.lines)?;
+    let query = head.target.query;
+    let bytes = head.target.path.len().max(query.len());
     if bytes > MAX_BYTES {
         return Err(InvalidMessage::TooLong { bytes }.into());
     }
@@ -314,14 +325,15 @@ pub(crate) struct Told {
     is_signed: bool,
 }
 
-impl fmt::Display for Told {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Told {
+    /// The answer as a query.
+    pub(crate) fn text(&self) -> String {
         let answer = self.answer.to_string();
-        f.write_str(&if self.is_signed {
+        if self.is_signed {
             checksum::signed(&answer)
         } else {
             answer
-        })
+        }
     }
 }
 
@@ -334,33 +346,20 @@ fn finite(output: Output) -> Result<Output, Refusal> {
     }
 }
 
-fn sender(head: &Parts) -> Sender {
-    Sender {
-        pass: pass(&head.headers),
-        address: address(head),
-    }
-}
-
-/// The other end of the connection, which `server` tells.
-fn address(head: &Parts) -> IpAddr {
-    let told = head.extensions.get::<IpAddr>();
-    told.map_or(IpAddr::from([0, 0, 0, 0]), IpAddr::to_canonical)
-}
-
-fn pass(headers: &HeaderMap) -> Pass {
-    let mut values = headers.get_all(SESSION).iter();
+fn pass(lines: Lines<'_>) -> Pass {
+    let mut values = lines.all(SESSION);
     match (values.next(), values.next()) {
         (None, _) => Pass::Nothing,
-        (Some(value), None) => value.as_bytes().into(),
+        (Some(value), None) => value.into(),
         (Some(_), Some(_)) => Pass::Unreadable,
     }
 }
 
 /// Whether the body has this type, regardless of parameters.
-fn is_kind(headers: &HeaderMap, expected: &str) -> bool {
-    headers
-        .get(header::CONTENT_TYPE)
-        .and_then(|value| value.to_str().ok())
+fn is_kind(lines: Lines<'_>, expected: &str) -> bool {
+    lines
+        .first("content-type")
+        .and_then(text)
         .and_then(|value| value.split(';').next())
         .is_some_and(|kind| kind.trim().eq_ignore_ascii_case(expected))
 }

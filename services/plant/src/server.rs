@@ -74,7 +74,7 @@ pub(crate) async fn accept(
                 };
                 let (place, shared) = (Rc::clone(&seat.place), Rc::clone(&shared));
                 let task = task::spawn_local(async move {
-                    connection::serve(stream, &shared, &seat.place).await;
+                    connection::serve(stream, peer.ip(), &shared, &seat.place).await;
                 });
                 place.belongs_to(task.abort_handle());
             }

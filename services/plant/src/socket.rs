@@ -12,14 +12,13 @@ use futures_util::{SinkExt, StreamExt};
 use hyper::{
     Response, StatusCode,
     body::Bytes,
-    header::{self, HeaderMap, HeaderName, HeaderValue},
-    http::request::Parts,
+    header::{self, HeaderValue},
 };
 use pace::now_ns;
 use tokio::{
     net::TcpStream,
     sync::watch,
-    time::{Instant, timeout, timeout_at},
+    time::{Instant, timeout},
 };
 use tokio_tungstenite::{
     WebSocketStream,
@@ -32,8 +31,10 @@ use tokio_tungstenite::{
 };
 
 use crate::{
+    alarm::Alarm,
     connection::{self, LINGER, Shared},
     handler::Handler,
+    head::Lines,
     place::Place,
     refusal::Refusal,
     session::Sender,
@@ -93,8 +94,7 @@ pub(crate) fn query(query: &str) -> Result<(Mode, Pass), Refusal> {
 }
 
 /// The response that opens a socket, if the request asks for one.
-pub(crate) fn handshake(head: &Parts) -> Result<Response<Bytes>, Refusal> {
-    let headers = &head.headers;
+pub(crate) fn handshake(lines: Lines<'_>) -> Result<Response<Bytes>, Refusal> {
     let expect = |field, given| {
         if given {
             Ok(())
@@ -102,13 +102,12 @@ pub(crate) fn handshake(head: &Parts) -> Result<Response<Bytes>, Refusal> {
             Err(Refusal::Handshake { field })
         }
     };
-    expect("Connection", has(headers, &header::CONNECTION, "upgrade"))?;
-    expect("Upgrade", has(headers, &header::UPGRADE, "websocket"))?;
-    let version = headers.get(header::SEC_WEBSOCKET_VERSION);
-    expect("Sec-WebSocket-Version", version.is_some_and(|v| v == "13"))?;
-    let key = headers
-        .get(header::SEC_WEBSOCKET_KEY)
-        .map(HeaderValue::as_bytes)
+    expect("Connection", lines.says("connection", "upgrade"))?;
+    expect("Upgrade", lines.says("upgrade", "websocket"))?;
+    let version = lines.first("sec-websocket-version");
+    expect("Sec-WebSocket-Version", version == Some(b"13"))?;
+    let key = lines
+        .first("sec-websocket-key")
         .filter(|key| is_key(key))
         .ok_or(Refusal::Handshake {
             field: "Sec-WebSocket-Key",
@@ -121,16 +120,6 @@ pub(crate) fn handshake(head: &Parts) -> Result<Response<Bytes>, Refusal> {
     answer.insert(header::UPGRADE, HeaderValue::from_static("websocket"));
     answer.insert(header::SEC_WEBSOCKET_ACCEPT, accept);
     Ok(response)
-}
-
-/// Whether a header contains `word`.
-fn has(headers: &HeaderMap, name: &HeaderName, word: &str) -> bool {
-    headers
-        .get_all(name)
-        .iter()
-        .filter_map(|value| value.to_str().ok())
-        .flat_map(|value| value.split(','))
-        .any(|given| given.trim().eq_ignore_ascii_case(word))
 }
 
 /// Whether this is the base64 encoding of 16 bytes.
@@ -184,6 +173,7 @@ async fn converse(
     };
     let mut on_end_of = std::pin::pin!(on_end_of);
     let (mut heard, mut is_asked) = (Instant::now(), false);
+    let mut alarm = Alarm::default();
     loop {
         let until = heard
             + if is_asked {
@@ -193,43 +183,43 @@ async fn converse(
             };
         let message = tokio::select! {
             biased;
-            message = timeout_at(until, socket.next()) => message,
+            message = alarm.before(until, |context| socket.poll_next_unpin(context)) => message,
             () = &mut on_end_of => {
                 return Some(Closing::new(CloseCode::Policy, "the session is over"));
             }
         };
-        if message.is_ok() {
+        if message.is_some() {
             (heard, is_asked) = (Instant::now(), false);
         }
         let mut turn = shared.turns.wait(place).await;
         let now_ns = now_ns();
         let text = match message {
-            Ok(Some(Ok(Message::Text(text)))) => text,
-            Ok(Some(Ok(Message::Binary(_)))) => {
+            Some(Some(Ok(Message::Text(text)))) => text,
+            Some(Some(Ok(Message::Binary(_)))) => {
                 let reason = "a binary message; a command is text";
                 let code = CloseCode::Unsupported;
                 return Some(Closing::refused(handler, "websocket", code, reason));
             }
             // The crate answers pings and close frames.
-            Ok(Some(Ok(_))) => {
+            Some(Some(Ok(_))) => {
                 turn.end().await;
                 continue;
             }
-            Ok(Some(Err(error))) => return broken(handler, &error),
-            Ok(None) => return None,
-            Err(_) if !is_asked => {
+            Some(Some(Err(error))) => return broken(handler, &error),
+            Some(None) => return None,
+            None if !is_asked => {
                 is_asked = true;
                 send(socket, Message::Ping(Bytes::new()), &mut turn).await?;
                 continue;
             }
-            Err(_) => {
+            None => {
                 let reason = format!("no pong within {} s", PONG_WITHIN.as_secs());
                 return Some(Closing::new(CloseCode::Away, reason));
             }
         };
         let answer = handler.borrow_mut().command(mode, &text, &sender, now_ns);
         let answer = match answer {
-            Ok(answer) => Message::text(answer.to_string()),
+            Ok(told) => Message::text(told.text()),
             Err(refusal) => {
                 let code = refusal.close_code();
                 let kind = refusal.kind();
