@@ -10,6 +10,7 @@ use std::{
 };
 
 use endpoint::{ControllerEnd, Loss, MessageRow, Signals, Step, report};
+use futures_util::{StreamExt, stream::FuturesUnordered};
 use journal::{Journal, Recorder};
 use pace::{Alarm, now_ns};
 
@@ -86,7 +87,9 @@ fn drive_by(
     let open_files = pace::raise_open_files();
 
     runtime.block_on(async {
-        let mut stop = pin!(stop);
+        // Polled when it is woken itself, and not with every message.
+        let mut stop = FuturesUnordered::from_iter([stop]);
+        let mut stop = pin!(async move { stop.next().await.unwrap_or(Ok(())) });
         // If stopped before the plant was read, y is 0, the output at rest.
         let (y, stopped) = tokio::select! {
             y = warm_up(config, &mut transport) => (y?, false),

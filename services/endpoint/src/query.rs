@@ -125,7 +125,7 @@ pub(crate) fn fields_of<'a, const N: usize>(
     }
     let expected = || names.join(", ");
     let mut values: [Option<Cow<'a, str>>; N] = [const { None }; N];
-    for (key, value) in form_urlencoded::parse(text.as_bytes()) {
+    for (key, value) in pairs(text) {
         let Some(index) = names.iter().position(|name| *name == key) else {
             return Err(InvalidMessage::Unknown {
                 field: excerpt(&key),
@@ -146,6 +146,19 @@ pub(crate) fn fields_of<'a, const N: usize>(
         });
     }
     Ok(values)
+}
+
+/// The keys and values of a form.
+fn pairs(text: &str) -> impl Iterator<Item = (Cow<'_, str>, Cow<'_, str>)> {
+    // Nothing of what webloop writes is encoded.
+    let is_plain = !text.bytes().any(|byte| byte == b'%' || byte == b'+');
+    let (plain, encoded) = if is_plain { (text, "") } else { ("", text) };
+    let plain = plain.split('&').filter(|pair| !pair.is_empty());
+    let plain = plain.map(|pair| {
+        let (key, value) = pair.split_once('=').unwrap_or((pair, ""));
+        (key.into(), value.into())
+    });
+    plain.chain(form_urlencoded::parse(encoded.as_bytes()))
 }
 
 /// A count or a time in nanoseconds: digits only, so neither `+7` nor ` 7`.
@@ -209,4 +222,20 @@ pub(crate) fn excerpt(text: &str) -> String {
         start.push_str("...");
     }
     start
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn a_form_is_what_a_general_library_takes_it_for(text in "([a-z0-9&=.,;%+ é-]|%2[0-9a-f]){0,24}") {
+            let own: Vec<_> = pairs(&text).collect();
+            let others: Vec<_> = form_urlencoded::parse(text.as_bytes()).collect();
+            prop_assert_eq!(own, others);
+        }
+    }
 }

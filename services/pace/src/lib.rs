@@ -4,6 +4,7 @@
 //!   kernel share, so times of plant and controller can be compared.
 //! * [`Pacer`] and [`Alarm`]: wait for a deadline on it, in a thread and in a task. How long before it a
 //!   real-time thread wakes is learnt from how late its wakes are.
+//! * [`Patience`]: how long a connection waits for one thing after another.
 //! * [`ask`]: requests the best scheduling that a thread can get, and returns what it got, for the manifest.
 //! * [`raise_open_files`]: room for the sockets of many messages.
 //! * [`told_to_end`]: the signals that end a process in an orderly way.
@@ -14,11 +15,13 @@ mod alarm;
 mod clock;
 mod guard;
 mod limit;
+mod patience;
 mod scheduling;
 mod stop;
 
 pub use alarm::Alarm;
 pub use clock::{Pacer, now_ns, timespec};
 pub use limit::raise_open_files;
+pub use patience::Patience;
 pub use scheduling::ask;
 pub use stop::told_to_end;

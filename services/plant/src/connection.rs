@@ -18,7 +18,7 @@ use std::{
 };
 
 use hyper::{Response, StatusCode, body::Bytes, header};
-use pace::now_ns;
+use pace::{Patience, now_ns};
 use rustix::net::sockopt::set_socket_recv_buffer_size;
 use tokio::{
     io::{AsyncRead, AsyncWriteExt, ReadBuf},
@@ -28,7 +28,6 @@ use tokio::{
 };
 
 use crate::{
-    alarm::Alarm,
     answer::date,
     body::Body,
     handler::Handler,
@@ -86,7 +85,7 @@ struct Connection {
     /// The other end.
     peer: IpAddr,
     bytes: Vec<u8>,
-    alarm: Alarm,
+    patience: Patience,
 }
 
 /// Serves a connection from `peer` to its end.
@@ -99,7 +98,7 @@ pub(crate) async fn serve(stream: TcpStream, peer: IpAddr, shared: &Rc<Shared>, 
         stream,
         peer,
         bytes: Vec::new(),
-        alarm: Alarm::default(),
+        patience: Patience::default(),
     };
     // If a connection ends badly, only its client is affected, and the client's rows show it.
     match connection.converse(shared, place).await {
@@ -222,7 +221,7 @@ impl Connection {
 
     /// Takes the next head, if it is whole, and what its request gets.
     fn take(&mut self, handler: &RefCell<Handler>) -> Result<Option<Asked>, Malformed> {
-        let mut room = head::ROOM;
+        let mut room = head::room();
         let Some(head) = head::read(&self.bytes, &mut room)? else {
             return Ok(None);
         };
@@ -303,7 +302,7 @@ impl Connection {
         self.rest();
         let more =
             |context: &mut Context<'_>| poll_more(&mut self.stream, &mut self.bytes, context);
-        self.alarm.before(until, more).await
+        self.patience.before(until, more).await
     }
 
     /// It may be long until there is more.

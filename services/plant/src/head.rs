@@ -4,6 +4,8 @@
 //! that do not end with CR LF, a body with two lengths, lengths that are not digits, codings that are not
 //! `chunked` once. `httparse` reads names and values; `route` judges what is asked.
 
+use std::mem::MaybeUninit;
+
 use httparse::Header;
 use hyper::{Uri, http::uri::PathAndQuery};
 
@@ -14,7 +16,12 @@ pub(crate) const HEAD_BYTES: usize = 16 * 1024;
 const LINES: usize = 100;
 
 /// Room for the lines of a head.
-pub(crate) const ROOM: [Header<'static>; LINES] = [httparse::EMPTY_HEADER; LINES];
+pub(crate) type Room<'a> = [MaybeUninit<Header<'a>>; LINES];
+
+/// Room that nothing has been put into.
+pub(crate) fn room<'a>() -> Room<'a> {
+    [const { MaybeUninit::uninit() }; LINES]
+}
 
 /// A head, with what it says of its connection. It borrows the bytes that it was read from.
 #[derive(Clone, Copy, Debug)]
@@ -73,7 +80,7 @@ pub(crate) enum Malformed {
 /// Reads the head at the beginning of `bytes`; `None` if it is not whole yet. Its lines are put into `room`.
 pub(crate) fn read<'a>(
     bytes: &'a [u8],
-    room: &'a mut [Header<'a>; LINES],
+    room: &'a mut Room<'a>,
 ) -> Result<Option<Head<'a>>, Malformed> {
     // A client may send an empty line after a body (RFC 9112, 2.2).
     let before = if bytes.starts_with(b"\r\n") { 2 } else { 0 };
@@ -81,8 +88,8 @@ pub(crate) fn read<'a>(
     if text.first().is_some_and(|byte| b"\r\n".contains(byte)) && text != b"\r" {
         return Err(Malformed::Syntax("it begins with empty lines"));
     }
-    let mut request = httparse::Request::new(room);
-    let bytes = match request.parse(text) {
+    let mut request = httparse::Request::new(&mut []);
+    let bytes = match request.parse_with_uninit_headers(text, room) {
         Ok(httparse::Status::Complete(bytes)) => bytes,
         Ok(httparse::Status::Partial) => {
             has_whole_lines(text)?;
@@ -212,12 +219,13 @@ fn length(lines: Lines<'_>, is_new: bool) -> Result<Length, Malformed> {
 
 /// Whether CR and LF are only found together; the last byte may wait for its other half.
 fn has_whole_lines(text: &[u8]) -> Result<(), Malformed> {
-    let mut before = 0;
-    for &byte in text {
-        if (byte == b'\n') != (before == b'\r') {
-            return Err(Malformed::Syntax("a line does not end with CR LF"));
-        }
-        before = byte;
+    // Without a way out, so that it is done for many bytes at once.
+    let mut is_torn = text.first() == Some(&b'\n');
+    for (before, byte) in text.iter().zip(text.iter().skip(1)) {
+        is_torn |= (*before == b'\r') != (*byte == b'\n');
+    }
+    if is_torn {
+        return Err(Malformed::Syntax("a line does not end with CR LF"));
     }
     Ok(())
 }
@@ -243,13 +251,10 @@ mod tests {
     fn a_head_is_the_same_however_it_arrives() {
         let text = b"\r\nPOST /session HTTP/1.1\r\nHost: a\r\nContent-Length: 3\r\n\r\nu=1";
         for end in 0..text.len() - 3 {
-            assert!(
-                matches!(read(&text[..end], &mut ROOM.clone()), Ok(None)),
-                "{end}"
-            );
+            assert!(matches!(read(&text[..end], &mut room()), Ok(None)), "{end}");
         }
         for end in text.len() - 3..=text.len() {
-            let mut room = ROOM;
+            let mut room = room();
             let head = read(&text[..end], &mut room).expect("HTTP").expect("whole");
             assert_eq!(head.bytes, text.len() - 3);
             let framing = Framing {
@@ -298,7 +303,7 @@ mod tests {
             line in prop::collection::vec(any::<u8>(), 0..12), name in "[!-~]{0,6}",
         ) {
             let text = [b"GET / HTTP/1.1\r\n", name.as_bytes(), b":", &line, b"\r\n\r\n"].concat();
-            let mut room = ROOM;
+            let mut room = room();
             if let Ok(Some(head)) = read(&text, &mut room) {
                 for line in head.lines.0 {
                     prop_assert!(HeaderName::from_bytes(line.name.as_bytes()).is_ok());

@@ -6,7 +6,7 @@
 //!   request by request when it is its `turn`, with a `head` and perhaps a `body`.
 //! * `route`: what each request gets, as an [`answer`] or a `refusal`; `origin` keeps foreign pages
 //!   out; `openapi` describes the API.
-//! * `socket`: commands over a WebSocket. `alarm` limits how long both wait.
+//! * `socket`: commands over a WebSocket.
 //! * `page`: the files of the page that closes the loop in a browser.
 //! * `session`: who is in control, proved by a `token`.
 //! * `upload`: requests of a page that have a body; `filer`: the thread that stores their data,
@@ -18,7 +18,6 @@
 //! only where its own controllers can reach it.
 #![forbid(unsafe_code)]
 
-mod alarm;
 pub mod answer;
 mod body;
 mod chunk;
@@ -51,19 +50,19 @@ pub use serve::{serve, serve_until};
 /// Reads bytes as the head of a request; it must be the same however it arrives.
 #[cfg(fuzzing)]
 pub fn fuzz(bytes: &[u8]) {
-    let mut room = head::ROOM;
+    let mut room = head::room();
     let Ok(Some(whole)) = head::read(bytes, &mut room) else {
         return;
     };
     assert!(whole.bytes <= bytes.len());
     for end in 0..whole.bytes {
-        let mut room = head::ROOM;
+        let mut room = head::room();
         assert!(
             !matches!(head::read(&bytes[..end], &mut room), Ok(Some(_))),
             "{end}"
         );
     }
-    let mut room = head::ROOM;
+    let mut room = head::room();
     let exact = head::read(&bytes[..whole.bytes], &mut room);
     assert!(matches!(exact, Ok(Some(head)) if head.framing == whole.framing));
 }

@@ -12,6 +12,7 @@ use std::{
 };
 
 use endpoint::{ArrivalRow, Hosts, Inbox, Model, Process, SecondRow, TickRow, report};
+use futures_util::{StreamExt, stream::FuturesUnordered};
 use journal::{Journal, JournalError};
 use pace::now_ns;
 use tokio::{net::TcpListener, runtime::Runtime, sync::watch, task::LocalSet};
@@ -83,7 +84,11 @@ pub fn serve_until(
         }
     };
     let ready = || ready(Ready { address, start_ns });
-    let ended = tasks.block_on(&runtime, end(stop, ready, served));
+    // Polled when it is woken itself, and not with every connection.
+    let mut end = FuturesUnordered::from_iter([end(stop, ready, served)]);
+    let ended = tasks.block_on(&runtime, end.next());
+    let ended = ended.expect("it has one end");
+    drop(end);
     // The connections hold the handler, so they end here.
     drop(tasks);
     let ticked = Running::stop(ticker).ok_or(ServeError::Ticker)?;

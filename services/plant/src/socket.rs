@@ -14,7 +14,7 @@ use hyper::{
     body::Bytes,
     header::{self, HeaderValue},
 };
-use pace::now_ns;
+use pace::{Patience, now_ns};
 use tokio::{
     net::TcpStream,
     sync::watch,
@@ -31,7 +31,6 @@ use tokio_tungstenite::{
 };
 
 use crate::{
-    alarm::Alarm,
     connection::{self, LINGER, Shared},
     handler::Handler,
     head::Lines,
@@ -173,7 +172,7 @@ async fn converse(
     };
     let mut on_end_of = std::pin::pin!(on_end_of);
     let (mut heard, mut is_asked) = (Instant::now(), false);
-    let mut alarm = Alarm::default();
+    let mut patience = Patience::default();
     loop {
         let until = heard
             + if is_asked {
@@ -183,7 +182,7 @@ async fn converse(
             };
         let message = tokio::select! {
             biased;
-            message = alarm.before(until, |context| socket.poll_next_unpin(context)) => message,
+            message = patience.before(until, |context| socket.poll_next_unpin(context)) => message,
             () = &mut on_end_of => {
                 return Some(Closing::new(CloseCode::Policy, "the session is over"));
             }

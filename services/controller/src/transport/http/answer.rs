@@ -2,9 +2,9 @@
 //!
 //! Where it ends is read strictly (RFC 9112, 6.3), and it is not believed beyond a limit.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, mem::MaybeUninit};
 
-use httparse::{EMPTY_HEADER, Header, Status};
+use httparse::{Header, ParserConfig, Status};
 use reqwest::StatusCode;
 
 /// Greatest number of header lines.
@@ -78,9 +78,14 @@ pub(super) fn read(bytes: &[u8], has_ended: bool) -> Result<Option<Answer<'_>>, 
 
 fn whole(mut bytes: &[u8], has_ended: bool) -> Result<Option<Answer<'_>>, Malformed> {
     loop {
-        let mut lines = [EMPTY_HEADER; LINES];
-        let mut response = httparse::Response::new(&mut lines);
-        let Status::Complete(head) = response.parse(bytes)? else {
+        let mut lines = [const { MaybeUninit::uninit() }; LINES];
+        let mut response = httparse::Response::new(&mut []);
+        let parsed = ParserConfig::default().parse_response_with_uninit_headers(
+            &mut response,
+            bytes,
+            &mut lines,
+        );
+        let Status::Complete(head) = parsed? else {
             return if has_ended {
                 Err(Malformed::Ended)
             } else {

@@ -9,23 +9,23 @@
 use std::{
     collections::VecDeque,
     fmt::Write,
-    future::poll_fn,
     io,
     mem::MaybeUninit,
     net::SocketAddr,
     pin::Pin,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
-    task::{Poll, ready},
+    task::{Context, Poll, ready},
     time::Duration,
 };
 
 use endpoint::Connection;
+use pace::Patience;
 use reqwest::StatusCode;
 use tokio::{
     io::{AsyncRead, AsyncWriteExt, ReadBuf},
     net::TcpStream,
     sync::oneshot,
-    time::{Instant, timeout},
+    time::{Instant, timeout_at},
 };
 
 use super::{
@@ -62,10 +62,26 @@ struct Shared {
     lines: Mutex<Lines>,
 }
 
+/// A connection.
+#[derive(Debug)]
+struct Line {
+    stream: TcpStream,
+    patience: Patience,
+}
+
+/// Why a request was not sent.
+enum Unsent {
+    /// Nothing of it was.
+    Nothing(io::Error),
+    /// Some of it may have been.
+    Some(io::Error),
+    Late,
+}
+
 #[derive(Debug, Default)]
 struct Lines {
     /// In the order in which they became idle.
-    idle: VecDeque<(TcpStream, Instant)>,
+    idle: VecDeque<(Line, Instant)>,
     /// Messages without a connection, in their order. Those that have given up are closed.
     waiting: VecDeque<Waiting>,
     /// How many messages have waited.
@@ -75,7 +91,7 @@ struct Lines {
 #[derive(Debug)]
 struct Waiting {
     number: u64,
-    line: oneshot::Sender<Result<TcpStream, ExchangeError>>,
+    line: oneshot::Sender<Result<Line, ExchangeError>>,
 }
 
 impl Pool {
@@ -93,10 +109,8 @@ impl Pool {
 
 impl Client for Pool {
     async fn ask(&self, request: Request<'_>) -> Result<(StatusCode, String), ExchangeError> {
-        let exchanged = self.0.exchange(&request);
-        timeout(self.0.timeout, exchanged)
-            .await
-            .unwrap_or(Err(ExchangeError::Timeout))
+        let until = Instant::now() + self.0.timeout;
+        self.0.exchange(&request, until).await
     }
 }
 
@@ -104,16 +118,18 @@ impl Shared {
     async fn exchange(
         self: &Arc<Self>,
         request: &Request<'_>,
+        until: Instant,
     ) -> Result<(StatusCode, String), ExchangeError> {
         let mut line = loop {
-            let (mut line, is_kept) = self.take().await?;
-            match self.write(&mut line, request).await {
+            let (mut line, is_kept) = self.take(until).await?;
+            match self.write(&mut line, request, until).await {
                 Ok(()) => break line,
-                Err((_, 0)) if is_kept => {}
-                Err((error, _)) => return Err(broken(&error)),
+                Err(Unsent::Nothing(_)) if is_kept => {}
+                Err(Unsent::Nothing(error) | Unsent::Some(error)) => return Err(broken(&error)),
+                Err(Unsent::Late) => return Err(ExchangeError::Timeout),
             }
         };
-        let (answer, keeps) = read(&mut line).await?;
+        let (answer, keeps) = line.read(until).await?;
         if keeps && self.keeps {
             self.lines().free(line);
         }
@@ -121,9 +137,11 @@ impl Shared {
     }
 
     /// A connection for a message, and whether it was used before.
-    async fn take(self: &Arc<Self>) -> Result<(TcpStream, bool), ExchangeError> {
+    async fn take(self: &Arc<Self>, until: Instant) -> Result<(Line, bool), ExchangeError> {
+        let late = |_| Err(ExchangeError::Timeout);
         if !self.keeps {
-            return Ok((open(self.address).await?, false));
+            let opened = timeout_at(until, open(self.address)).await;
+            return Ok((opened.unwrap_or_else(late)?, false));
         }
         let waiting = {
             let mut lines = self.lines();
@@ -134,35 +152,39 @@ impl Shared {
             let own = Arc::clone(self);
             // It is opened to its end, also if the message takes another meanwhile.
             tokio::spawn(async move {
-                let opened = timeout(own.timeout, open(own.address)).await;
-                let opened = opened.unwrap_or(Err(ExchangeError::Timeout));
-                own.lines().on_opened(number, opened);
+                let opened = timeout_at(until, open(own.address)).await;
+                own.lines().on_opened(number, opened.unwrap_or_else(late));
             });
             waiting
         };
-        match waiting.await {
-            Ok(line) => Ok((line?, false)),
-            Err(_) => Err(ExchangeError::Failed("the controller has ended".into())),
+        match timeout_at(until, waiting).await {
+            Ok(Ok(line)) => Ok((line?, false)),
+            Ok(Err(_)) => Err(ExchangeError::Failed("the controller has ended".into())),
+            Err(_) => Err(ExchangeError::Timeout),
         }
     }
 
-    /// Sends a request; if that fails, also how much was sent.
+    /// Sends a request.
     async fn write(
         &self,
-        line: &mut TcpStream,
+        line: &mut Line,
         request: &Request<'_>,
-    ) -> Result<(), (io::Error, usize)> {
+        until: Instant,
+    ) -> Result<(), Unsent> {
         let text = self.text(request);
-        let sent = match line.try_write(text.as_bytes()) {
+        let sent = match line.stream.try_write(text.as_bytes()) {
             Ok(sent) => sent,
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => 0,
-            Err(error) => return Err((error, 0)),
+            Err(error) => return Err(Unsent::Nothing(error)),
         };
         if sent == text.len() {
             return Ok(());
         }
-        let rest = line.write_all(&text.as_bytes()[sent..]).await;
-        rest.map_err(|error| (error, text.len()))
+        let rest = line.stream.write_all(&text.as_bytes()[sent..]);
+        match timeout_at(until, rest).await {
+            Ok(sent) => sent.map_err(Unsent::Some),
+            Err(_) => Err(Unsent::Late),
+        }
     }
 
     /// A request as it is sent.
@@ -205,7 +227,7 @@ impl Shared {
 
 impl Lines {
     /// The connection that was used last, of those that are idle and can be used.
-    fn take(&mut self) -> Option<TcpStream> {
+    fn take(&mut self) -> Option<Line> {
         while let Some((line, since)) = self.idle.pop_back() {
             if since.elapsed() > IDLE {
                 // Those before it have idled for longer.
@@ -214,7 +236,7 @@ impl Lines {
                 return None;
             }
             // Not even a system call, unless something has come: that it is closed, or what nobody asked for.
-            let came = line.try_read(&mut [0]);
+            let came = line.stream.try_read(&mut [0]);
             if came.is_err_and(|error| error.kind() == io::ErrorKind::WouldBlock) {
                 return Some(line);
             }
@@ -223,7 +245,7 @@ impl Lines {
     }
 
     /// The place of a message without a connection.
-    fn wait(&mut self) -> (u64, oneshot::Receiver<Result<TcpStream, ExchangeError>>) {
+    fn wait(&mut self) -> (u64, oneshot::Receiver<Result<Line, ExchangeError>>) {
         while self
             .waiting
             .front()
@@ -239,7 +261,7 @@ impl Lines {
     }
 
     /// The connection was opened that was to be for this message, or it was not.
-    fn on_opened(&mut self, number: u64, opened: Result<TcpStream, ExchangeError>) {
+    fn on_opened(&mut self, number: u64, opened: Result<Line, ExchangeError>) {
         let place = self
             .waiting
             .binary_search_by_key(&number, |waiting| waiting.number);
@@ -254,7 +276,7 @@ impl Lines {
     }
 
     /// A connection can take another message.
-    fn free(&mut self, mut line: TcpStream) {
+    fn free(&mut self, mut line: Line) {
         while let Some(first) = self.waiting.pop_front() {
             match first.line.send(Ok(line)) {
                 Ok(()) => return,
@@ -280,7 +302,7 @@ impl Lines {
     }
 }
 
-async fn open(address: SocketAddr) -> Result<TcpStream, ExchangeError> {
+async fn open(address: SocketAddr) -> Result<Line, ExchangeError> {
     let failed = |error: io::Error| {
         let why =
             format!("error sending request: client error (Connect): tcp connect error: {error}");
@@ -288,37 +310,55 @@ async fn open(address: SocketAddr) -> Result<TcpStream, ExchangeError> {
     };
     let stream = TcpStream::connect(address).await.map_err(failed)?;
     stream.set_nodelay(true).map_err(failed)?;
-    Ok(stream)
+    Ok(Line {
+        stream,
+        patience: Patience::default(),
+    })
 }
 
-/// Waits for the answer on a connection; also whether that can take another request.
-async fn read(line: &mut TcpStream) -> Result<((StatusCode, String), bool), ExchangeError> {
-    // What came before the last part of an answer.
-    let mut held = Vec::new();
-    let read = poll_fn(|context| {
-        loop {
-            let mut room = [MaybeUninit::uninit(); ROOM];
-            let mut room = ReadBuf::uninit(&mut room);
-            let came = ready!(Pin::new(&mut *line).poll_read(context, &mut room));
-            came.map_err(|error| broken(&error))?;
-            let has_ended = room.filled().is_empty();
-            let bytes = if held.is_empty() {
-                room.filled()
-            } else {
-                held.extend_from_slice(room.filled());
-                &held
+impl Line {
+    /// Waits for the answer; also whether another request may follow.
+    async fn read(
+        &mut self,
+        until: Instant,
+    ) -> Result<((StatusCode, String), bool), ExchangeError> {
+        let Self { stream, patience } = self;
+        // What came before the last part of an answer.
+        let mut held = Vec::new();
+        let came = patience.before(until, |context| poll_answer(stream, &mut held, context));
+        came.await.unwrap_or(Err(ExchangeError::Timeout))
+    }
+}
+
+/// The answer of a plant, and whether another request may follow.
+fn poll_answer(
+    stream: &mut TcpStream,
+    held: &mut Vec<u8>,
+    context: &mut Context<'_>,
+) -> Poll<Result<((StatusCode, String), bool), ExchangeError>> {
+    loop {
+        let mut room = [MaybeUninit::uninit(); ROOM];
+        let mut room = ReadBuf::uninit(&mut room);
+        let came = ready!(Pin::new(&mut *stream).poll_read(context, &mut room));
+        came.map_err(|error| broken(&error))?;
+        let has_ended = room.filled().is_empty();
+        let bytes = if held.is_empty() {
+            room.filled()
+        } else {
+            held.extend_from_slice(room.filled());
+            &*held
+        };
+        if let Some(answer) = answer::read(bytes, has_ended).map_err(malformed)? {
+            let text = match std::str::from_utf8(&answer.body) {
+                Ok(text) => text.to_owned(),
+                Err(_) => String::from_utf8_lossy(&answer.body).into_owned(),
             };
-            let answer = answer::read(bytes, has_ended).map_err(malformed)?;
-            if let Some(answer) = answer {
-                let text = String::from_utf8_lossy(&answer.body).into_owned();
-                return Poll::Ready(Ok(((answer.status, text), answer.keeps)));
-            }
-            if held.is_empty() {
-                held = room.filled().to_vec();
-            }
+            return Poll::Ready(Ok(((answer.status, text), answer.keeps)));
         }
-    });
-    read.await
+        if held.is_empty() {
+            *held = room.filled().to_vec();
+        }
+    }
 }
 
 fn broken(error: &io::Error) -> ExchangeError {

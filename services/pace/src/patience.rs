@@ -11,13 +11,13 @@ use std::{
 
 use tokio::time::{Instant, Sleep, sleep_until};
 
-/// An alarm for limits that come one after another.
+/// How long a connection waits, for one thing after another.
 #[derive(Debug, Default)]
-pub(crate) struct Alarm(Option<Pin<Box<Sleep>>>);
+pub struct Patience(Option<Pin<Box<Sleep>>>);
 
-impl Alarm {
+impl Patience {
     /// What `poll` waits for; `None` if it has not come before `until`. Nothing is lost if this is dropped early.
-    pub(crate) fn before<T>(
+    pub fn before<T>(
         &mut self,
         until: Instant,
         mut poll: impl FnMut(&mut Context<'_>) -> Poll<T>,
@@ -58,7 +58,7 @@ mod tests {
             .build()
             .expect("a runtime");
         runtime.block_on(async {
-            let mut alarm = Alarm::default();
+            let mut patience = Patience::default();
             let start = Instant::now();
             for (ms, comes) in [
                 (500, true),
@@ -68,7 +68,7 @@ mod tests {
                 (90, true),
             ] {
                 let until = start + Duration::from_millis(ms);
-                let came = alarm.before(until, |_| {
+                let came = patience.before(until, |_| {
                     if comes {
                         Poll::Ready(ms)
                     } else {
