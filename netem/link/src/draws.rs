@@ -14,8 +14,9 @@ const BATCH: u64 = 32;
 #[derive(Debug, Clone)]
 pub(crate) struct Draws {
     rng: ChaCha8Rng,
-    first: Option<u64>,
-    batch: [u8; BATCH as usize * 8],
+    /// The number of the batch that is there; `u64::MAX`, which no draw's is, before the first.
+    number: u64,
+    batch: [f64; BATCH as usize],
 }
 
 impl Draws {
@@ -28,26 +29,33 @@ impl Draws {
         rng.set_stream(u64::from_le_bytes(*name));
         Self {
             rng,
-            first: None,
-            batch: [0; BATCH as usize * 8],
+            number: u64::MAX,
+            batch: [0.0; BATCH as usize],
         }
     }
 
     /// Draw number `index`.
+    #[inline]
     pub(crate) fn at(&mut self, index: u64) -> f64 {
-        let first = index - index % BATCH;
-        if self.first != Some(first) {
-            // A draw is two 32-bit words of the stream.
-            self.rng.set_word_pos(u128::from(first) * 2);
-            self.rng.fill_bytes(&mut self.batch);
-            self.first = Some(first);
+        let number = index / BATCH;
+        if self.number != number {
+            self.fill(number);
         }
-        let start = (index - first) as usize * 8;
-        let mut bytes = [0; 8];
-        bytes.copy_from_slice(&self.batch[start..start + 8]);
-        // 52 bits and a half: exact in an f64, never 0 and never 1, so that no quantile function is
-        // evaluated at its infinite ends.
-        ((u64::from_le_bytes(bytes) >> 12) as f64 + 0.5) / (1_u64 << 52) as f64
+        self.batch[(index % BATCH) as usize]
+    }
+
+    fn fill(&mut self, number: u64) {
+        let mut bits = [0; BATCH as usize * 8];
+        // A draw is two 32-bit words of the stream.
+        self.rng
+            .set_word_pos(u128::from(number) * u128::from(BATCH) * 2);
+        self.rng.fill_bytes(&mut bits);
+        for (draw, bits) in self.batch.iter_mut().zip(bits.as_chunks().0) {
+            // 52 bits and a half: exact in an f64, never 0 and never 1, so that no quantile function is
+            // evaluated at its infinite ends.
+            *draw = ((u64::from_le_bytes(*bits) >> 12) as f64 + 0.5) / (1_u64 << 52) as f64;
+        }
+        self.number = number;
     }
 }
 

@@ -15,6 +15,35 @@ pub(crate) struct LossProcess {
     loss: Loss,
     bad: Option<Spells>,
     draws: Draws,
+    /// The slot of the newest query, since the next is mostly about it or the one after it.
+    slot: Slot,
+}
+
+/// A slot: its number, and when it begins.
+#[derive(Debug, Clone, Copy, Default)]
+struct Slot {
+    number: u64,
+    start_ns: u64,
+}
+
+impl Slot {
+    /// The slot of `slot_ns` that contains `t_ns`; this is another of the same length.
+    #[inline]
+    fn at(self, t_ns: u64, slot_ns: u64) -> Self {
+        let start_ns = self.start_ns;
+        // Divisions cost more than all the rest.
+        match t_ns.checked_sub(start_ns) {
+            Some(within_ns) if within_ns < slot_ns => self,
+            Some(within_ns) if within_ns - slot_ns < slot_ns => Self {
+                number: self.number + 1,
+                start_ns: start_ns + slot_ns,
+            },
+            _ => Self {
+                number: t_ns / slot_ns,
+                start_ns: t_ns - t_ns % slot_ns,
+            },
+        }
+    }
 }
 
 impl LossProcess {
@@ -33,14 +62,19 @@ impl LossProcess {
             loss: loss.clone(),
             bad,
             draws,
+            slot: Slot::default(),
         }
     }
 
     /// Whether a packet that enters at `t_ns` is lost; `trace` is that of the wire.
+    #[inline]
     pub(crate) fn lost(&mut self, t_ns: u64, trace: Option<&Trace>) -> bool {
-        let (share, slot_ns) = match &self.loss {
+        let share = match &self.loss {
             Loss::Never => return false,
-            Loss::Random { share, hold_ns } => (*share, *hold_ns),
+            Loss::Random { share, hold_ns } => {
+                self.slot = self.slot.at(t_ns, *hold_ns);
+                *share
+            }
             Loss::GilbertElliott {
                 in_good,
                 in_bad,
@@ -48,17 +82,18 @@ impl LossProcess {
                 ..
             } => {
                 // The state at its beginning holds for the whole slot.
-                let slot_start_ns = t_ns - t_ns % hold_ns;
-                let bad = self.bad.as_mut().and_then(|bad| bad.end_at(slot_start_ns));
-                (if bad.is_some() { *in_bad } else { *in_good }, *hold_ns)
+                self.slot = self.slot.at(t_ns, *hold_ns);
+                let start_ns = self.slot.start_ns;
+                let bad = self.bad.as_mut().and_then(|bad| bad.end_at(start_ns));
+                if bad.is_some() { *in_bad } else { *in_good }
             }
             Loss::Trace { hold_ns } => {
-                let share = trace.map_or(0.0, |trace| trace.step_at(t_ns).1.loss);
-                (share, *hold_ns)
+                self.slot = self.slot.at(t_ns, *hold_ns);
+                trace.map_or(0.0, |trace| trace.step_at(t_ns).1.loss)
             }
         };
         // Draws lie in (0, 1): a share of 0 never loses a packet and a share of 1 always does.
-        self.draws.at(t_ns / slot_ns) < share
+        self.draws.at(self.slot.number) < share
     }
 
     pub(crate) fn forget_before(&mut self, t_ns: u64) {

@@ -19,6 +19,9 @@ use crate::wire::Wire;
 /// How far a query may lie behind the newest one and still be answered exactly.
 const KEEP_NS: u64 = 10_000_000_000;
 
+/// How often what lies farther back is forgotten.
+const FORGET_EVERY_NS: u64 = 1_000_000_000;
+
 /// What happens to a packet, in the caller's time: [`LinkTime`] or monotonic ns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fate<At> {
@@ -86,6 +89,8 @@ pub struct Path {
     wire: Wire,
     faults: Faults,
     newest_ns: u64,
+    /// When something is forgotten next.
+    forgets_ns: u64,
 }
 
 impl Path {
@@ -111,6 +116,7 @@ impl Path {
             faults: Faults::new(&law.faults, way, seed),
             law: law.clone(),
             newest_ns: 0,
+            forgets_ns: 0,
         }
     }
 
@@ -118,6 +124,7 @@ impl Path {
     ///
     /// Without a rate limit this is exactly [`Path::state_at`] at `t`; with one, at the instant when
     /// the packet has been sent.
+    #[inline]
     pub fn transmit(&mut self, t: LinkTime, bytes: u32) -> Fate<LinkTime> {
         let t_ns = self.kept(t.ns());
         let sent_ns = match &mut self.queue {
@@ -211,19 +218,27 @@ impl Path {
     }
 
     /// Forgets what lies too far back, and limits `t_ns` to the range that is kept.
+    #[inline]
     fn kept(&mut self, t_ns: u64) -> u64 {
-        if t_ns > self.newest_ns {
-            self.newest_ns = t_ns;
-            let oldest_ns = t_ns.saturating_sub(KEEP_NS);
-            self.loss.forget_before(oldest_ns);
-            if let Some(gate) = &mut self.gate {
-                gate.forget_before(oldest_ns);
-            }
+        self.newest_ns = self.newest_ns.max(t_ns);
+        let oldest_ns = self.newest_ns.saturating_sub(KEEP_NS);
+        if self.newest_ns >= self.forgets_ns {
+            self.forgets_ns = self.newest_ns.saturating_add(FORGET_EVERY_NS);
+            self.forget_before(oldest_ns);
         }
-        t_ns.max(self.newest_ns.saturating_sub(KEEP_NS))
+        t_ns.max(oldest_ns)
+    }
+
+    #[cold]
+    fn forget_before(&mut self, oldest_ns: u64) {
+        self.loss.forget_before(oldest_ns);
+        if let Some(gate) = &mut self.gate {
+            gate.forget_before(oldest_ns);
+        }
     }
 
     /// The delay from the entry of the gate to the end of the wire.
+    #[inline]
     fn delay_ns(&mut self, t_ns: u64) -> u64 {
         let opens_ns = self.gate.as_mut().and_then(|gate| gate.end_at(t_ns));
         let on_wire_ns = opens_ns.unwrap_or(t_ns);
@@ -234,16 +249,18 @@ impl Path {
         }
     }
 
+    #[inline]
     fn lost(&mut self, t_ns: u64) -> bool {
         let trace = match &self.law.delay {
             Delay::Trace(trace) => Some(trace),
             _ => None,
         };
-        self.loss.lost(t_ns, trace) || self.faults.lost(t_ns)
+        self.loss.lost(t_ns, trace) || !self.faults.is_empty() && self.faults.lost(t_ns)
     }
 }
 
 /// The rate limit in force at an instant.
+#[inline]
 fn rate_at(law: &PathLaw, t_ns: u64) -> Option<u64> {
     match (&law.rate, &law.delay) {
         (None, _) => None,

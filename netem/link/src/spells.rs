@@ -31,6 +31,16 @@ pub(crate) struct Spells {
     /// Everything up to this time (since the process began) has been generated.
     known_ns: u64,
     kept: VecDeque<Spell>,
+    /// The spell or gap of the newest query, since the next is mostly about the same.
+    newest: Around,
+}
+
+/// A piece of time since the process began in which the answer is the same.
+#[derive(Debug, Clone, Copy)]
+struct Around {
+    from_ns: u64,
+    to_ns: u64,
+    is_spell: bool,
 }
 
 impl Spells {
@@ -44,18 +54,47 @@ impl Spells {
             warm_ns: (WARM_PERIODS * period_ns) as u64,
             known_ns: 0,
             kept: VecDeque::new(),
+            newest: Around {
+                from_ns: 0,
+                to_ns: 0,
+                is_spell: false,
+            },
         }
     }
 
     /// The end of the spell that contains link time `t_ns`, if there is one.
+    #[inline]
     pub(crate) fn end_at(&mut self, t_ns: u64) -> Option<u64> {
         let t_ns = t_ns.saturating_add(self.warm_ns);
+        if !(self.newest.from_ns..self.newest.to_ns).contains(&t_ns) {
+            self.newest = self.around(t_ns);
+        }
+        self.newest
+            .is_spell
+            .then(|| self.newest.to_ns - self.warm_ns)
+    }
+
+    /// The spell or the gap at this time since the process began. What is known of a gap before the first
+    /// spell that is kept begins at that time.
+    #[cold]
+    fn around(&mut self, t_ns: u64) -> Around {
         while self.known_ns <= t_ns && self.known_ns < u64::MAX {
             self.generate();
         }
         let next = self.kept.partition_point(|spell| spell.end_ns <= t_ns);
-        let spell = self.kept.get(next).filter(|spell| spell.start_ns <= t_ns)?;
-        Some(spell.end_ns - self.warm_ns)
+        let before = next.checked_sub(1).and_then(|last| self.kept.get(last));
+        match self.kept.get(next) {
+            Some(spell) if spell.start_ns <= t_ns => Around {
+                from_ns: spell.start_ns,
+                to_ns: spell.end_ns,
+                is_spell: true,
+            },
+            spell => Around {
+                from_ns: before.map_or(t_ns, |spell| spell.end_ns),
+                to_ns: spell.map_or(self.known_ns, |spell| spell.start_ns),
+                is_spell: false,
+            },
+        }
     }
 
     /// The first spell that ends after link time `t_ns`, in link time; a start before link time 0 becomes 0.

@@ -108,6 +108,7 @@ impl Timeline {
 
     /// The path in force at `t_ns`, that instant in the path's own time, and the origin of that time;
     /// for the empty link, the machine's.
+    #[inline]
     fn path(&mut self, way: Way, t_ns: u64) -> (&mut Path, LinkTime, Epoch) {
         let (link, t, origin) = match self.link_time(t_ns) {
             Some(t) => (&mut self.link, t, self.epoch),
@@ -117,6 +118,7 @@ impl Timeline {
     }
 
     /// The link time of a monotonic instant; `None` before the link opens.
+    #[inline]
     fn link_time(&self, t_ns: u64) -> Option<LinkTime> {
         self.epoch
             .link_time(t_ns)

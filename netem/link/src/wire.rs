@@ -38,8 +38,8 @@ pub(crate) struct Wire {
     /// Faults that add to the delay.
     faults: Vec<Seeded>,
     reach_ns: u64,
-    /// The piece of the newest query, since the next is mostly about the same.
-    known: Option<Known>,
+    /// The piece of the newest query, since the next is mostly about the same; empty before the first.
+    known: Known,
 }
 
 impl Wire {
@@ -51,24 +51,27 @@ impl Wire {
             draws,
             faults,
             reach_ns: delay.reach_ns().saturating_add(added_ns),
-            known: None,
+            known: Known {
+                start_ns: 0,
+                end_ns: 0,
+                level_ns: 0,
+                held_until_ns: 0,
+            },
         }
     }
 
     /// How long a packet that enters the wire at `t_ns` stays on it.
+    #[inline]
     pub(crate) fn delay_ns(&mut self, t_ns: u64) -> u64 {
-        let known = match self.known {
-            Some(known) if (known.start_ns..known.end_ns).contains(&t_ns) => known,
-            _ => {
-                let known = self.learn(t_ns);
-                self.known = Some(known);
-                known
-            }
-        };
+        if !(self.known.start_ns..self.known.end_ns).contains(&t_ns) {
+            self.known = self.learn(t_ns);
+        }
+        let known = self.known;
         t_ns.saturating_add(known.level_ns).max(known.held_until_ns) - t_ns
     }
 
     /// The piece at `t_ns`, and until when earlier pieces hold its packets back.
+    #[inline(never)]
     fn learn(&mut self, t_ns: u64) -> Known {
         let piece = self.piece_at(t_ns);
         let mut held_until_ns = 0;

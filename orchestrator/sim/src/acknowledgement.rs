@@ -41,6 +41,7 @@ impl Acknowledger {
     }
 
     /// Notes that an answer arrived (`tcp_event_data_recv`).
+    #[inline]
     pub(crate) fn receives(&mut self, now_ns: u64) {
         let pause_ns = self.received_ns.map(|before_ns| now_ns - before_ns);
         self.patience_ns = match pause_ns {
@@ -54,19 +55,23 @@ impl Acknowledger {
 
     /// Notes that a message is sent, with a smoothed round trip of `rtt_ns`. Returns when the answer
     /// before it was acknowledged (`tcp_send_delayed_ack`, `tcp_event_data_sent`).
+    #[inline]
     pub(crate) fn sends(&mut self, now_ns: u64, rtt_ns: u64, wheel: Wheel) -> Acknowledged {
         let Some(answered_ns) = self.received_ns else {
             return Acknowledged::Never;
         };
-        let by_timer_ns = wheel.rings_ns(answered_ns, self.patience_ns.min(rtt_ns.max(LEAST_NS)));
-        let acknowledged = match self.is_interactive {
-            false => Acknowledged::After(0),
-            true if by_timer_ns > now_ns => Acknowledged::WithMessage { answered_ns },
-            true => {
-                // The acknowledgement waited in vain.
-                self.is_interactive = false;
-                self.patience_ns = LEAST_NS;
-                Acknowledged::After(by_timer_ns - answered_ns)
+        let wait_ns = self.patience_ns.min(rtt_ns.max(LEAST_NS));
+        let acknowledged = if !self.is_interactive {
+            Acknowledged::After(0)
+        } else {
+            match wheel.rung_ns(answered_ns, wait_ns, now_ns) {
+                None => Acknowledged::WithMessage { answered_ns },
+                Some(by_timer_ns) => {
+                    // The acknowledgement waited in vain.
+                    self.is_interactive = false;
+                    self.patience_ns = LEAST_NS;
+                    Acknowledged::After(by_timer_ns - answered_ns)
+                }
             }
         };
         self.is_interactive |= now_ns - answered_ns < self.patience_ns;

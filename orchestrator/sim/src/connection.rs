@@ -64,7 +64,7 @@ pub(crate) struct Connections {
     closed: Vec<Id>,
     /// Idle connections; the one used last is at the end.
     idle: Vec<Id>,
-    /// Messages that have no connection yet.
+    /// Messages that have no connection yet, in the order of their numbers.
     waiting: VecDeque<Command>,
     /// Number of connections opened.
     pub(crate) opened: u64,
@@ -84,6 +84,7 @@ impl Connections {
     }
 
     /// Takes an idle connection for a message, if there is one.
+    #[inline]
     pub(crate) fn take(&mut self, now_ns: u64) -> Option<Id> {
         let id = self.idle.pop()?;
         if now_ns - self.all[id as usize].since_ns <= IDLE_MAX_NS {
@@ -160,16 +161,24 @@ impl Connections {
         connection.plant = RoundTrip::first(rtt_ns);
         let own = connection.opened_for;
         // Its own message may have taken another connection meanwhile, or been given up.
-        match self.waiting.iter().position(|command| command.seq == own) {
-            Some(place) => self.waiting.remove(place),
-            None => self.on_free(id, now_ns),
+        match self.waiting.binary_search_by_key(&own, |one| one.seq) {
+            Ok(place) => self.waiting.remove(place),
+            Err(_) => self.on_free(id, now_ns),
         }
     }
 
     /// A message is sent on the connection.
-    pub(crate) fn sends(&mut self, id: Id, command: Command, now_ns: u64, wheel: Wheel) {
+    #[inline]
+    pub(crate) fn sends(&mut self, id: Id, command: &Command, now_ns: u64, wheel: Wheel) {
         let connection = &mut self.all[id as usize];
-        connection.command = command;
+        // Number by number: copied at once, they would wait until each has been written.
+        connection.command.seq = command.seq;
+        connection.command.t_send_ns = command.t_send_ns;
+        connection.command.u.first = command.u.first;
+        match command.u.second {
+            None => connection.command.u.second = None,
+            Some(second) => connection.command.u.second = Some(second),
+        }
         connection.since_ns = now_ns;
         connection.turn = connection.turn.wrapping_add(1);
         connection.is_unheard = true;
@@ -182,6 +191,7 @@ impl Connections {
     /// The connection's message, sent or resent at `now_ns`, gets through. Updates the plant's
     /// estimate of the round trip, which ended when the client acknowledged the last answer, with
     /// this message or before it.
+    #[inline]
     pub(crate) fn gets_through(&mut self, id: Id, now_ns: u64, wheel: Wheel) {
         let connection = &mut self.all[id as usize];
         let waited_ns = match connection.acknowledged {
@@ -190,11 +200,10 @@ impl Connections {
             Acknowledged::WithMessage { answered_ns } => {
                 // If the acknowledgement was lost with the message, the plant may have resent its
                 // answer meanwhile, and the client acknowledged that at once.
-                let probed_ns = wheel.rings_ns(answered_ns, connection.plant.probe_ns());
-                if probed_ns < now_ns {
-                    0
-                } else {
-                    now_ns - answered_ns
+                let probe_ns = connection.plant.probe_ns();
+                match wheel.rung_ns(answered_ns, probe_ns, now_ns) {
+                    Some(probed_ns) if probed_ns < now_ns => 0,
+                    _ => now_ns - answered_ns,
                 }
             }
         };
@@ -204,6 +213,7 @@ impl Connections {
     }
 
     /// The message was answered. Returns the waiting message that the connection must carry at once, if any.
+    #[inline]
     pub(crate) fn on_answer(&mut self, id: Id, now_ns: u64, wheel: Wheel) -> Option<Command> {
         let connection = &mut self.all[id as usize];
         let client = &mut connection.client;
@@ -223,6 +233,7 @@ impl Connections {
         self.on_free(id, now_ns)
     }
 
+    #[inline]
     fn on_free(&mut self, id: Id, now_ns: u64) -> Option<Command> {
         let next = match self.pool {
             Pool::Shared => self.waiting.pop_front(),
@@ -250,16 +261,19 @@ impl Connections {
     }
 
     /// Whether the client acknowledges an answer on this connection at once, with a packet of its own.
+    #[inline]
     pub(crate) fn acknowledges_at_once(&self, id: Id) -> bool {
         !self.all[id as usize].acknowledger.is_interactive()
     }
 
     /// Stores the plant's answer to the command under way.
+    #[inline]
     pub(crate) fn answers(&mut self, id: Id, answer: Answer) {
         self.all[id as usize].answer = Some(answer);
     }
 
     /// An answer has reached the client's kernel.
+    #[inline]
     pub(crate) fn hears(&mut self, id: Id) {
         self.all[id as usize].is_unheard = false;
     }
@@ -281,6 +295,7 @@ impl Connections {
     }
 
     /// The connection with this number.
+    #[inline]
     pub(crate) fn get(&self, id: Id) -> &Connection {
         &self.all[id as usize]
     }

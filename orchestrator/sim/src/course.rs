@@ -13,8 +13,8 @@ mod resending;
 use std::collections::VecDeque;
 
 use endpoint::{
-    Command, Connection, ControllerEnd, Counts, Mode, Model, Outstanding, PlantEnd, PlantSettings,
-    Step, Transport,
+    Command, Connection, ControllerEnd, Counts, Mode, Model, Next, Outstanding, PlantEnd,
+    PlantSettings, Transport,
 };
 use link::Way;
 use rand_chacha::ChaCha8Rng;
@@ -22,7 +22,7 @@ use rand_core::SeedableRng;
 
 use crate::connection::{Connections, Id};
 use crate::echo::Series;
-use crate::queue::Queue;
+use crate::queue::{First, Queue};
 use crate::record::Record;
 use crate::retransmission::Wheel;
 use crate::setup::{Outcome, Setup, Unfit};
@@ -83,7 +83,7 @@ struct Course<'a, R, M> {
     connections: Connections,
     /// With one connection for all messages, the entries of `connections` are places on it.
     stream: Option<Stream>,
-    queue: Queue<Event>,
+    queue: Queue<(Id, Packet), Event>,
     terms: VecDeque<Term>,
     random: ChaCha8Rng,
     waiting: Waiting,
@@ -206,9 +206,7 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
                     self.record.second(&row);
                 }
             } else if packet_ns <= first_ns {
-                if let Some((t_ns, event)) = self.queue.pop() {
-                    self.happens(t_ns, event);
-                }
+                self.takes_first();
             } else if term_ns <= first_ns {
                 self.runs_out(term_ns);
             } else {
@@ -226,12 +224,30 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
         self.outcome.end_ns = self.last_end_ns;
     }
 
+    /// Takes the first packet or event of the queue.
+    #[inline]
+    fn takes_first(&mut self) {
+        match self.queue.first() {
+            First::Packet(way) => {
+                if let Some((t_ns, (id, packet))) = self.queue.pop_packet(way) {
+                    self.arrives(way, id, packet, t_ns);
+                }
+            }
+            First::Other => {
+                if let Some((t_ns, event)) = self.queue.pop() {
+                    self.happens(t_ns, event);
+                }
+            }
+        }
+    }
+
     /// When a packet that enters the link comes out; `None` if it is lost.
     fn cross(&mut self, way: Way, now_ns: u64, bytes: u32) -> Option<u64> {
         self.pass(way, now_ns, bytes).map(|out| out.t_ns)
     }
 
     /// How a packet that enters the link comes out; `None` if it is lost.
+    #[inline]
     fn pass(&mut self, way: Way, now_ns: u64, bytes: u32) -> Option<Out> {
         if let Some(t_ns) = self.wire.enters_ns(way, now_ns) {
             self.record.packet(way, t_ns, bytes);
@@ -257,12 +273,15 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
     /// The controller does all that is due at `now_ns`, then waits for its next event.
     fn wait(&mut self, now_ns: u64) {
         self.waiting = loop {
-            match self.controller.poll(now_ns) {
-                Step::Send(command) => self.sends(command, now_ns),
-                Step::Missed(row) => self.record.message(&row),
-                Step::Sleep { until_ns } => break Waiting::Until(self.rings_ns(until_ns, now_ns)),
-                Step::AwaitAnswer => break Waiting::Answer,
-                Step::Finished => break Waiting::Nothing,
+            match self.controller.next(now_ns) {
+                Next::Send(deadline) => {
+                    let command = self.controller.send(deadline, now_ns);
+                    self.sends(&command, now_ns);
+                }
+                Next::Missed(deadline) => self.record.message(&self.controller.row(deadline)),
+                Next::Sleep { until_ns } => break Waiting::Until(self.rings_ns(until_ns, now_ns)),
+                Next::AwaitAnswer => break Waiting::Answer,
+                Next::Finished => break Waiting::Nothing,
             }
         };
     }
@@ -280,7 +299,8 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
     }
 
     /// A message is sent, or waits for a connection.
-    fn sends(&mut self, command: Command, now_ns: u64) {
+    #[inline]
+    fn sends(&mut self, command: &Command, now_ns: u64) {
         self.client_free_ns = now_ns + u64::from(self.timing.send_ns);
         let carrier = match self.stream {
             None => self.connections.take(now_ns),
@@ -294,14 +314,15 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
         match carrier {
             Some(id) => self.requests(id, command, now_ns),
             None => {
-                let id = self.connections.open(command, now_ns);
+                let id = self.connections.open(*command, now_ns);
                 self.transmit(id, Packet::Syn, 1, now_ns);
             }
         }
     }
 
     /// A message is sent on a connection that it had to wait for.
-    fn carries(&mut self, id: Id, command: Command, now_ns: u64) {
+    #[cold]
+    fn carries(&mut self, id: Id, command: &Command, now_ns: u64) {
         if let Ok(place) = self
             .terms
             .binary_search_by_key(&command.seq, |term| term.seq)
@@ -311,7 +332,8 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
         self.requests(id, command, now_ns);
     }
 
-    fn requests(&mut self, id: Id, command: Command, now_ns: u64) {
+    #[inline]
+    fn requests(&mut self, id: Id, command: &Command, now_ns: u64) {
         self.connections.sends(id, command, now_ns, self.wheel);
         self.transmit(id, Packet::Request, 1, now_ns);
     }

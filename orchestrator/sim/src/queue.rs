@@ -1,47 +1,139 @@
 //! Future events in order of time; simultaneous events in order of insertion.
 //!
-//! Times are integers, so the order is the same on every machine.
+//! Times are integers, so the order is the same on every machine. Packets that leave a link one way mostly
+//! leave it in the order in which they entered, so each way has a lane of its own, to whose end nearly all are
+//! put. All other events have a third lane.
 
 use std::collections::VecDeque;
 
-/// Events in order of (time, sequence).
-///
-/// A sorted ring, not a heap: packets leave a link mostly in the order in which they entered, so
-/// nearly all are inserted at the end or close to it.
+use link::{PerWay, Way};
+
+/// Packets `P` and other events `E` in order of (time, sequence): three sorted rings, not a heap.
 #[derive(Debug)]
-pub(crate) struct Queue<E> {
-    entries: VecDeque<(u64, E)>,
+pub(crate) struct Queue<P, E> {
+    packets: PerWay<Lane<P>>,
+    others: Lane<E>,
+    /// How many were put in.
+    number: u64,
 }
 
-impl<E> Queue<E> {
+/// What is first in a queue.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum First {
+    Packet(Way),
+    Other,
+}
+
+impl<P, E> Queue<P, E> {
     pub(crate) fn new() -> Self {
         Self {
-            entries: VecDeque::with_capacity(64),
+            packets: PerWay::of(|_| Lane::new()),
+            others: Lane::new(),
+            number: 0,
         }
     }
 
-    /// Inserts an event at `t_ns`.
+    /// Inserts a packet that comes out of the link this way at `t_ns`.
+    #[inline]
+    pub(crate) fn push_packet(&mut self, way: Way, t_ns: u64, packet: P) {
+        let key = self.key(t_ns);
+        self.packets[way].push(key, packet);
+    }
+
+    /// Inserts another event at `t_ns`.
+    #[inline]
     pub(crate) fn push(&mut self, t_ns: u64, event: E) {
-        if self
-            .entries
-            .back()
-            .is_none_or(|(last_ns, _)| *last_ns <= t_ns)
-        {
-            self.entries.push_back((t_ns, event));
+        let key = self.key(t_ns);
+        self.others.push(key, event);
+    }
+
+    /// When the first is due; `u64::MAX` if there is none.
+    #[inline]
+    pub(crate) fn next_ns(&self) -> u64 {
+        let PerWay { up, down } = &self.packets;
+        t_ns(up.first.min(down.first).min(self.others.first))
+    }
+
+    /// What the first is; `Other` if there is none.
+    #[inline]
+    pub(crate) fn first(&self) -> First {
+        let PerWay { up, down } = &self.packets;
+        let (up, down, other) = (up.first, down.first, self.others.first);
+        if up < down && up < other {
+            First::Packet(Way::Up)
+        } else if down < other {
+            First::Packet(Way::Down)
         } else {
-            let place = self.entries.partition_point(|(own_ns, _)| *own_ns <= t_ns);
-            self.entries.insert(place, (t_ns, event));
+            First::Other
         }
     }
 
-    /// When the first event is due; `u64::MAX` if there is none.
-    pub(crate) fn next_ns(&self) -> u64 {
-        self.entries.front().map_or(u64::MAX, |(t_ns, _)| *t_ns)
+    /// Removes the first packet that comes out this way.
+    #[inline]
+    pub(crate) fn pop_packet(&mut self, way: Way) -> Option<(u64, P)> {
+        self.packets[way].pop()
     }
 
-    /// Removes the first event.
+    /// Removes the first other event.
+    #[inline]
     pub(crate) fn pop(&mut self) -> Option<(u64, E)> {
-        self.entries.pop_front()
+        self.others.pop()
+    }
+
+    #[inline]
+    fn key(&mut self, t_ns: u64) -> Key {
+        self.number += 1;
+        u128::from(t_ns) << 64 | u128::from(self.number)
+    }
+}
+
+/// A time, and a number that counts up: in one number, so that two are compared at once.
+type Key = u128;
+
+/// That of a lane without entries.
+const NEVER: Key = Key::MAX;
+
+#[inline]
+fn t_ns(key: Key) -> u64 {
+    (key >> 64) as u64
+}
+
+/// Entries in order of their keys.
+#[derive(Debug)]
+struct Lane<T> {
+    entries: VecDeque<(Key, T)>,
+    /// The first key.
+    first: Key,
+}
+
+impl<T> Lane<T> {
+    fn new() -> Self {
+        Self {
+            entries: VecDeque::with_capacity(64),
+            first: NEVER,
+        }
+    }
+
+    #[inline]
+    fn push(&mut self, key: Key, entry: T) {
+        self.first = self.first.min(key);
+        match self.entries.back() {
+            Some((last, _)) if *last > key => self.insert(key, entry),
+            _ => self.entries.push_back((key, entry)),
+        }
+    }
+
+    #[cold]
+    fn insert(&mut self, key: Key, entry: T) {
+        let place = self.entries.partition_point(|(own, _)| *own < key);
+        self.entries.insert(place, (key, entry));
+    }
+
+    #[inline]
+    fn pop(&mut self) -> Option<(u64, T)> {
+        let (key, entry) = self.entries.pop_front()?;
+        self.first = self.entries.front().map_or(NEVER, |(key, _)| *key);
+        Some((t_ns(key), entry))
     }
 }
 
@@ -52,12 +144,28 @@ mod tests {
     #[test]
     fn events_come_in_order_of_time_and_equal_times_as_they_were_put_in() {
         let mut queue = Queue::new();
-        for (t_ns, event) in [(5, "c"), (1, "a"), (5, "d"), (3, "b"), (5, "e")] {
-            queue.push(t_ns, event);
+        let (up, down, other) = (Some(Way::Up), Some(Way::Down), None);
+        for (t_ns, way, event) in [
+            (5, down, "c"),
+            (1, up, "a"),
+            (5, up, "d"),
+            (3, other, "b"),
+            (5, down, "e"),
+            (5, other, "f"),
+            (4, down, "B"),
+        ] {
+            match way {
+                Some(way) => queue.push_packet(way, t_ns, event),
+                None => queue.push(t_ns, event),
+            }
         }
         assert_eq!(queue.next_ns(), 1);
-        let order: Vec<_> = std::iter::from_fn(|| queue.pop()).map(|(_, e)| e).collect();
-        assert_eq!(order.concat(), "abcde");
+        let pop = || match queue.first() {
+            First::Packet(way) => queue.pop_packet(way),
+            First::Other => queue.pop(),
+        };
+        let order: Vec<_> = std::iter::from_fn(pop).map(|(_, e)| e).collect();
+        assert_eq!(order.concat(), "abBcdef");
         assert_eq!(queue.next_ns(), u64::MAX);
     }
 }

@@ -56,6 +56,16 @@ impl Wheel {
         let rings = ((expires >> shift) + 1) << shift;
         rings * self.jiffy_ns - self.ahead_ns
     }
+
+    /// When a timer ended that was set at `set_ns` for `pause_ns`; `None` if it has not at `now_ns`.
+    #[inline]
+    pub(crate) fn rung_ns(self, set_ns: u64, pause_ns: u64, now_ns: u64) -> Option<u64> {
+        // No timer is early, so for most there is no need to look at the wheel, which costs two divisions.
+        if set_ns + pause_ns >= now_ns {
+            return None;
+        }
+        Some(self.rings_ns(set_ns, pause_ns)).filter(|rings_ns| *rings_ns <= now_ns)
+    }
 }
 
 /// One end's estimate of its round trip, in ns: RFC 6298 as Linux implements it
@@ -83,6 +93,7 @@ impl RoundTrip {
     }
 
     /// Updates the estimate with a round trip. Its packet must not have been sent twice (Karn's algorithm).
+    #[inline]
     pub(crate) fn seen(&mut self, rtt_ns: u64) {
         let quarter_ns = self.deviation_ns / 4;
         let off_ns = rtt_ns.abs_diff(self.smoothed_ns);
@@ -229,7 +240,11 @@ mod tests {
             now_ns in 0_u64..1_000_000_000_000,
             pause_ns in 1_u64..120_000_000_000,
         ) {
-            let late_ns = Wheel::new(hz, seed).rings_ns(now_ns, pause_ns) - now_ns - pause_ns;
+            let wheel = Wheel::new(hz, seed);
+            let rings_ns = wheel.rings_ns(now_ns, pause_ns);
+            prop_assert_eq!(wheel.rung_ns(now_ns, pause_ns, rings_ns), Some(rings_ns));
+            prop_assert_eq!(wheel.rung_ns(now_ns, pause_ns, rings_ns - 1), None);
+            let late_ns = rings_ns - now_ns - pause_ns;
             let jiffy_ns = 1_000_000_000 / u64::from(hz);
             prop_assert!(late_ns <= pause_ns.div_ceil(jiffy_ns) * jiffy_ns / 7 + 2 * jiffy_ns, "{late_ns}");
         }

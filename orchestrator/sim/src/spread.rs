@@ -70,6 +70,7 @@ impl Spread {
     }
 
     /// Draws a time, in ns.
+    #[inline]
     pub(crate) fn draw(&self, random: &mut ChaCha8Rng) -> u64 {
         if self.constant {
             return u64::from(self.quantiles_ns[0]);

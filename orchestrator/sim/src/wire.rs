@@ -44,12 +44,14 @@ impl Wire {
     }
 
     /// Whether there is a rate limit, so that packets wait for others.
+    #[inline]
     pub(crate) fn has_rate(&self) -> bool {
         self.has_rate
     }
 
     /// When a packet sent at `t_ns` enters the link. `None` without a rate limit or before link time
     /// 0: only then is the entry of every packet known.
+    #[inline]
     pub(crate) fn enters_ns(&mut self, way: Way, t_ns: u64) -> Option<u64> {
         if !self.has_rate || self.epoch.link_time(t_ns).is_none() {
             return None;
@@ -61,6 +63,7 @@ impl Wire {
 
     /// How a packet of `bytes` (IP packet length) that enters at `t_ns` comes out; `None` if it is
     /// lost, or damaged so that its receiver discards it. Must be called in order of entry.
+    #[inline]
     pub(crate) fn cross(&mut self, way: Way, t_ns: u64, bytes: u32) -> Option<Out> {
         let Some(timeline) = &mut self.timeline else {
             return Some(Out {
@@ -79,6 +82,7 @@ impl Wire {
 
     /// When a packet that comes out at `out_ns` is read, if it alone would take `takes_ns` more: not
     /// before packets that came out earlier.
+    #[inline]
     pub(crate) fn read_ns(&mut self, way: Way, out_ns: u64, takes_ns: u64) -> u64 {
         let latest = &mut self.latest[way];
         let read_ns = out_ns + takes_ns;

@@ -85,16 +85,24 @@ impl Law {
         if let Self::Pid(pid) = self {
             return pid.update(r - y.first, dt_s).into();
         }
-        self.update_other(r, y, dt_s)
+        let (first, second) = self.update_other(r, y, dt_s);
+        Signals {
+            first,
+            second: (self.signals().1 > 1).then_some(second),
+        }
     }
 
-    fn update_other(&mut self, r: f64, y: Signals, dt_s: f64) -> Signals {
-        match self {
+    /// Both commands, or one and 0. As plain numbers they come back in registers; were they written to memory,
+    /// the paper's law would have to write its command there too, and whoever copies it would wait for that.
+    #[inline(never)]
+    fn update_other(&mut self, r: f64, y: Signals, dt_s: f64) -> (f64, f64) {
+        let u: Signals = match self {
             Self::Pid(pid) => pid.update(r - y.first, dt_s).into(),
             Self::Transfer(law) => law.update(r, y.first).into(),
             Self::Smith(law) => law.update(r, y.first, dt_s).into(),
             Self::StateFeedback(law) => law.update(r, y),
-        }
+        };
+        (u.first, u.second.unwrap_or_default())
     }
 
     /// Number of outputs that it expects, and of inputs that it gives.

@@ -36,6 +36,31 @@ pub enum Step {
     Finished,
 }
 
+/// A deadline, with its number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Deadline {
+    seq: u64,
+    due_ns: u64,
+}
+
+/// The next [`Step`], without what is sent or recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    /// [`ControllerEnd::send`] for this deadline, then ask again.
+    Send(Deadline),
+    /// Record the [`ControllerEnd::row`] of this deadline, then ask again.
+    Missed(Deadline),
+    /// As [`Step::Sleep`].
+    Sleep {
+        /// The next deadline.
+        until_ns: u64,
+    },
+    /// As [`Step::AwaitAnswer`].
+    AwaitAnswer,
+    /// As [`Step::Finished`].
+    Finished,
+}
+
 /// How a message without a valid answer ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loss {
@@ -167,18 +192,32 @@ impl ControllerEnd {
     /// past. The other schedules have no such grid, and a late message only delays the next.
     #[inline]
     pub fn poll(&mut self, now_ns: u64) -> Step {
+        match self.next(now_ns) {
+            Next::Send(deadline) => Step::Send(self.send(deadline, now_ns)),
+            Next::Missed(deadline) => Step::Missed(self.row(deadline)),
+            Next::Sleep { until_ns } => Step::Sleep { until_ns },
+            Next::AwaitAnswer => Step::AwaitAnswer,
+            Next::Finished => Step::Finished,
+        }
+    }
+
+    /// The next step as [`ControllerEnd::poll`] gives it, but for what is sent or recorded:
+    /// [`ControllerEnd::send`] and [`ControllerEnd::row`] give that, of the same deadline. In virtual time it
+    /// pays not to move a command in and out of a [`Step`].
+    #[inline]
+    pub fn next(&mut self, now_ns: u64) -> Next {
         let Some(due_ns) = self.next_due_ns else {
-            return Step::AwaitAnswer;
+            return Next::AwaitAnswer;
         };
         if due_ns >= self.stop_ns {
-            return Step::Finished;
+            return Next::Finished;
         }
         if now_ns < due_ns {
-            return Step::Sleep { until_ns: due_ns };
+            return Next::Sleep { until_ns: due_ns };
         }
         let full = self.under_way.len() >= self.settings.outstanding.limit();
         if full && self.settings.schedule == Schedule::SinceSend {
-            return Step::AwaitAnswer;
+            return Next::AwaitAnswer;
         }
         let seq = self.next_seq;
         self.next_seq += 1;
@@ -203,10 +242,10 @@ impl ControllerEnd {
         };
         if over || full {
             self.counts.missed += 1;
-            return Step::Missed(self.row(seq, due_ns));
+            return Next::Missed(Deadline { seq, due_ns });
         }
         self.counts.sent += 1;
-        Step::Send(self.send(seq, due_ns, now_ns))
+        Next::Send(Deadline { seq, due_ns })
     }
 
     /// Reports the answer to a message. Returns `None` if that message is not under way (any more).
@@ -260,11 +299,11 @@ impl ControllerEnd {
 
     /// The command for a deadline, from the newest known output.
     #[inline]
-    fn send(&mut self, seq: u64, due_ns: u64, now_ns: u64) -> Command {
+    pub fn send(&mut self, deadline: Deadline, now_ns: u64) -> Command {
         let ControllerSettings {
             mode, integrate, ..
         } = self.settings;
-        let mut row = self.row(seq, due_ns);
+        let mut row = self.row(deadline);
         let r = row.r;
         let u = match mode {
             // The plant does not apply it, so the reference will do.
@@ -285,7 +324,7 @@ impl ControllerEnd {
         self.last_send_ns = Some(now_ns);
         self.under_way.push_back(row);
         Command {
-            seq,
+            seq: deadline.seq,
             t_send_ns: now_ns,
             u,
         }
@@ -315,16 +354,17 @@ impl ControllerEnd {
         moving.map_or(self.settings.r, |moving| moving.at(since_start_ns))
     }
 
-    /// The row of a deadline before its outcome is known.
+    /// The row of a deadline before its outcome is known: as if nothing were sent.
     #[inline]
-    fn row(&self, seq: u64, t_due_ns: u64) -> MessageRow {
+    #[must_use]
+    pub fn row(&self, Deadline { seq, due_ns }: Deadline) -> MessageRow {
         MessageRow {
             seq,
-            t_due_ns,
+            t_due_ns: due_ns,
             t_send_ns: None,
             t_receive_ns: None,
             t_arrive_ns: None,
-            r: self.r(t_due_ns),
+            r: self.r(due_ns),
             y: None,
             e: None,
             u: None,

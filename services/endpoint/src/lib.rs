@@ -42,7 +42,7 @@ pub mod span;
 pub mod surroundings;
 
 pub use control::Signals;
-pub use controller::{ControllerEnd, Counts, InvalidSettings, Loss, Step};
+pub use controller::{ControllerEnd, Counts, Deadline, InvalidSettings, Loss, Next, Step};
 pub use duration::{DURATION_MAX_NS, DURATION_REMEDY, duration_ns, duration_text};
 pub use field::{Field, InvalidSetting};
 pub use hold::{Action, Hold};

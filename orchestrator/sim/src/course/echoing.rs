@@ -19,7 +19,8 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
                     series: number,
                     seq: 0,
                 };
-                self.queue.push(self.sent_ns(ping), Event::EchoDue(ping));
+                let sent_ns = self.sent_ns(ping);
+                self.queue.push(sent_ns, Event::EchoDue(ping));
             }
         }
     }
@@ -31,10 +32,13 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
             ..ping
         };
         if next.seq < self.series(ping).count {
-            self.queue.push(self.sent_ns(next), Event::EchoDue(next));
+            let next_ns = self.sent_ns(next);
+            self.queue.push(next_ns, Event::EchoDue(next));
         }
         match self.cross(Way::Up, self.sent_ns(ping), ECHO_BYTES) {
-            Some(reach_ns) => self.queue.push(reach_ns, Event::EchoReached(ping)),
+            Some(reach_ns) => {
+                self.queue.push(reach_ns, Event::EchoReached(ping));
+            }
             None => self.ends_echo(ping, None, None),
         }
     }

@@ -10,7 +10,11 @@ pub(super) struct Frozen<'a>(pub(super) &'a [Range<u64>]);
 
 impl Frozen<'_> {
     /// When an end does what is due at `t_ns`.
+    #[inline]
     pub(super) fn over_ns(self, t_ns: u64) -> u64 {
+        if self.0.is_empty() {
+            return t_ns;
+        }
         let next = self.0.partition_point(|stop| stop.end <= t_ns);
         match self.0.get(next) {
             Some(stop) if stop.start <= t_ns => stop.end,

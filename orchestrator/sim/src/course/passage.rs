@@ -34,11 +34,9 @@ pub(super) struct Ping {
     pub(super) seq: u32,
 }
 
-/// An event in the queue.
+/// An event in the queue that is not a packet's coming out of the link.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Event {
-    /// A packet has reached the program or the kernel that it is for.
-    Arrived(Id, Packet),
     /// A lost packet is sent again, for the `tries`-th time.
     Again(Id, Packet, u16),
     /// The timer of a packet that was not lost ends: its `tries`-th sending, in this turn of its connection.
@@ -58,6 +56,7 @@ pub(super) enum Event {
 impl<R: Record, M: Model + Clone> Course<'_, R, M> {
     /// Sends a packet for the `tries`-th time. If it is lost, it is sent again when its sender's timer ends.
     /// A timer that ends although nothing was lost has an effect only where packets queue.
+    #[inline]
     pub(super) fn transmit(&mut self, id: Id, packet: Packet, tries: u16, now_ns: u64) {
         let (way, bytes) = self.shape(packet);
         let crossed = self.pass(way, now_ns, bytes);
@@ -98,9 +97,15 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
             };
             // However long a machine takes over packets, it takes them in the order of their arrival.
             let read_ns = self.wire.read_ns(way, out_ns, takes_ns);
-            self.queue.push(read_ns, Event::Arrived(id, packet));
+            self.queue.push_packet(way, read_ns, (id, packet));
             return;
         }
+        self.is_lost(id, packet, tries, now_ns);
+    }
+
+    /// A packet is lost: it is sent again when its sender's timer ends.
+    #[cold]
+    fn is_lost(&mut self, id: Id, packet: Packet, tries: u16, now_ns: u64) {
         self.outcome.resent += 1;
         let again_ns = match &self.stream {
             Some(stream) if matches!(packet, Packet::Request | Packet::Answer) => {
@@ -111,11 +116,12 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
                 self.rings_again_ns(id, packet, tries, now_ns)
             }
         };
-        self.queue
-            .push(again_ns, Event::Again(id, packet, tries.saturating_add(1)));
+        let again = Event::Again(id, packet, tries.saturating_add(1));
+        self.queue.push(again_ns, again);
     }
 
     /// A packet's direction and length.
+    #[inline]
     pub(super) fn shape(&self, packet: Packet) -> (Way, u32) {
         let [up_bytes, down_bytes] = self.message_bytes;
         match packet {
@@ -126,29 +132,29 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
         }
     }
 
-    pub(super) fn happens(&mut self, now_ns: u64, event: Event) {
+    /// A packet has reached the program or the kernel that it is for, which may stand still.
+    #[inline]
+    pub(super) fn arrives(&mut self, way: Way, id: Id, packet: Packet, now_ns: u64) {
         let [controller, plant] = self.frozen;
-        let over_ns = match event {
-            Event::Arrived(_, Packet::SynAck | Packet::Answer) | Event::ClientFree => {
-                controller.over_ns(now_ns)
-            }
-            Event::Arrived(_, Packet::Request) | Event::PlantFree => plant.over_ns(now_ns),
-            // The rest is done by kernels.
-            _ => now_ns,
+        let over_ns = match packet {
+            Packet::SynAck | Packet::Answer => controller.over_ns(now_ns),
+            Packet::Request => plant.over_ns(now_ns),
+            // The plant's kernel answers it.
+            Packet::Syn => now_ns,
         };
         if over_ns > now_ns {
-            self.queue.push(over_ns, event);
+            self.queue.push_packet(way, over_ns, (id, packet));
             return;
         }
-        match event {
-            Event::Arrived(id, Packet::Syn) => self.transmit(id, Packet::SynAck, 1, now_ns),
-            Event::Arrived(id, Packet::SynAck) => {
+        match packet {
+            Packet::Syn => self.transmit(id, Packet::SynAck, 1, now_ns),
+            Packet::SynAck => {
                 self.acknowledges(now_ns);
                 if let Some(command) = self.connections.on_open(id, now_ns) {
-                    self.carries(id, command, now_ns);
+                    self.carries(id, &command, now_ns);
                 }
             }
-            Event::Arrived(id, Packet::Request) => match &mut self.stream {
+            Packet::Request => match &mut self.stream {
                 None => self.reaches_plant(id, now_ns),
                 Some(stream) => {
                     stream.arrives(Way::Up, id);
@@ -157,7 +163,7 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
                     }
                 }
             },
-            Event::Arrived(id, Packet::Answer) => match &mut self.stream {
+            Packet::Answer => match &mut self.stream {
                 None => {
                     self.connections.hears(id);
                     self.reaches_client(id, now_ns);
@@ -169,6 +175,23 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
                     }
                 }
             },
+        }
+    }
+
+    /// What becomes of an event now: it is put off if the end that it is for stands still.
+    pub(super) fn happens(&mut self, now_ns: u64, event: Event) {
+        let [controller, plant] = self.frozen;
+        let over_ns = match event {
+            Event::ClientFree => controller.over_ns(now_ns),
+            Event::PlantFree => plant.over_ns(now_ns),
+            // The rest is done by kernels.
+            _ => now_ns,
+        };
+        if over_ns > now_ns {
+            self.queue.push(over_ns, event);
+            return;
+        }
+        match event {
             Event::Again(id, packet, tries) => {
                 if matches!(packet, Packet::Syn | Packet::SynAck) {
                     self.connections.begins_again(id, now_ns);
@@ -188,21 +211,20 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
                     self.serves(id, now_ns);
                 }
                 if !self.at_plant.is_empty() {
-                    self.queue.push(self.plant_free_ns, Event::PlantFree);
+                    self.plant_busy();
                 }
             }
             Event::ClientFree => {
                 if now_ns < self.client_free_ns {
                     // The client has sent something in between.
-                    self.queue.push(self.client_free_ns, Event::ClientFree);
+                    self.client_busy(self.client_free_ns);
                     return;
                 }
                 if let Some(id) = self.at_client.pop_front() {
                     self.attends(id, now_ns);
                 }
                 if !self.at_client.is_empty() {
-                    let free_ns = self.client_free_ns.max(now_ns);
-                    self.queue.push(free_ns, Event::ClientFree);
+                    self.client_busy(self.client_free_ns.max(now_ns));
                 }
             }
         }
@@ -212,6 +234,17 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
     /// it may delay other packets.
     fn acknowledges(&mut self, now_ns: u64) {
         let _ = self.cross(Way::Up, now_ns, ACKNOWLEDGEMENT_BYTES);
+    }
+
+    /// The plant's thread takes its next request when it is free.
+    fn plant_busy(&mut self) {
+        let free_ns = self.plant_free_ns;
+        self.queue.push(free_ns, Event::PlantFree);
+    }
+
+    /// The client's thread takes its next answer when it is free.
+    fn client_busy(&mut self, free_ns: u64) {
+        self.queue.push(free_ns, Event::ClientFree);
     }
 
     fn reads(&mut self, way: Way) -> Option<Id> {
@@ -224,7 +257,7 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
             self.serves(id, now_ns);
         } else {
             if self.at_plant.is_empty() {
-                self.queue.push(self.plant_free_ns, Event::PlantFree);
+                self.plant_busy();
             }
             self.at_plant.push_back(id);
         }
@@ -236,7 +269,7 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
             self.attends(id, now_ns);
         } else {
             if self.at_client.is_empty() {
-                self.queue.push(self.client_free_ns, Event::ClientFree);
+                self.client_busy(self.client_free_ns);
             }
             self.at_client.push_back(id);
         }
@@ -254,8 +287,8 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
     /// The plant takes a command and answers.
     fn serves(&mut self, id: Id, now_ns: u64) {
         self.plant_free_ns = now_ns + u64::from(self.timing.serve_ns);
-        let command = self.connections.get(id).command;
-        let (row, answer) = self.plant.command(self.mode, &command, now_ns);
+        let command = &self.connections.get(id).command;
+        let (row, answer) = self.plant.command(self.mode, command, now_ns);
         self.outcome.arrivals += 1;
         self.record.arrival(&row);
         if self.connections.get(id).abandoned {
@@ -269,8 +302,8 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
     /// The client takes an answer.
     fn takes(&mut self, id: Id, now_ns: u64) {
         self.client_free_ns = now_ns + u64::from(self.timing.take_ns);
-        let answer = self.connections.get(id).answer;
-        if let Some(row) = answer.and_then(|answer| self.controller.answered(&answer, now_ns)) {
+        let answer = self.connections.get(id).answer.as_ref();
+        if let Some(row) = answer.and_then(|answer| self.controller.answered(answer, now_ns)) {
             self.last_end_ns = now_ns;
             self.record.message(&row);
         }
@@ -283,7 +316,7 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
             self.acknowledges(now_ns);
         }
         if let Some(command) = self.connections.on_answer(id, now_ns, self.wheel) {
-            self.carries(id, command, now_ns);
+            self.carries(id, &command, now_ns);
         }
         if self.waiting == Waiting::Answer {
             self.wait(now_ns);
