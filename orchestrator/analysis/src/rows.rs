@@ -257,6 +257,17 @@ impl<'a> Rows<'a> {
         );
         if !is_old || is(old) {
             loop {
+                // Nearly all lines are whole in the buffer, and are parsed where they are.
+                let buffer = source.fill_buf().map_err(fail)?;
+                let end = memchr::memchr(b'\n', buffer).filter(|end| !is_old && *end < LINE_MAX);
+                if let Some(end) = end
+                    && let Some(row) = R::plain(&buffer[..end])
+                {
+                    source.consume(end + 1);
+                    each(&row).map_err(|problem| refuse(rows + 2, problem))?;
+                    rows += 1;
+                    continue;
+                }
                 line.clear();
                 if next(&mut source, &mut line, rows + 2)? == 0 {
                     return Ok(Content { rows, torn });

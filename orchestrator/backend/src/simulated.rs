@@ -4,11 +4,13 @@
 //! machine's programs take.
 
 use std::fs::File;
+use std::io::{self, Write};
 use std::ops::Range;
 use std::path::Path;
 
 use certificate::{Echo, LinkReport};
 use control::Law;
+use endpoint::line::Line;
 use endpoint::report::Written;
 use endpoint::{ArrivalRow, MessageRow, Model, SecondRow, Surrounded, Thread, TickRow, Timer};
 use link::{PacketRow, Profile, Way};
@@ -217,82 +219,119 @@ fn write_report(folder: &Path, name: &str, report: &impl Serialize) -> Result<()
 
 /// The files of rows, and the echoes of each series.
 struct Files {
-    ticks: csv::Writer<File>,
+    ticks: Sheet,
     /// Only if there is a second input or output.
-    second: Option<csv::Writer<File>>,
-    arrivals: csv::Writer<File>,
-    messages: csv::Writer<File>,
+    second: Option<Sheet>,
+    arrivals: Sheet,
+    messages: Sheet,
     /// Only if there is a rate limit.
     packets: Option<csv::Writer<File>>,
     echoes: [Vec<Echo>; 4],
-    /// Number of rows of ticks, second inputs and outputs, arrivals and messages.
-    rows: [u64; 4],
+    /// The first problem, since the simulation itself cannot fail.
     problem: Option<csv::Error>,
+}
+
+/// A file of rows being written.
+struct Sheet {
+    file: File,
+    /// Rows that are not in the file yet.
+    text: Vec<u8>,
+    rows: u64,
+    problem: Option<io::Error>,
+}
+
+/// Rows are written to the file when there are so many bytes of them.
+const SHEET_BYTES: usize = 1 << 16;
+
+impl Sheet {
+    /// Creates a file with its header, which it has even if no rows follow.
+    fn create(path: &Path, columns: &[&str]) -> Result<Sheet, RunError> {
+        let file = File::create_new(path).map_err(|problem| RunError::write(path, problem))?;
+        let mut text = columns.join(",").into_bytes();
+        text.push(b'\n');
+        Ok(Sheet {
+            file,
+            text,
+            rows: 0,
+            problem: None,
+        })
+    }
+
+    fn write(&mut self, row: &impl Line) {
+        self.rows += 1;
+        row.write(&mut self.text);
+        if self.text.len() >= SHEET_BYTES {
+            self.flush();
+        }
+    }
+
+    /// Keeps the first problem, since the simulation itself cannot fail.
+    fn flush(&mut self) {
+        if let Err(problem) = self.file.write_all(&self.text) {
+            self.problem.get_or_insert(problem);
+        }
+        self.text.clear();
+    }
+
+    /// Completes the file; returns how many rows it has.
+    fn finish(mut self) -> io::Result<u64> {
+        self.flush();
+        self.problem.map_or(Ok(self.rows), Err)
+    }
 }
 
 impl Files {
     fn create(folder: &Path, has_rate: bool, has_second: bool) -> Result<Files, RunError> {
         let packets = || create(&folder.join(file_name::PACKETS), PacketRow::COLUMNS);
-        let second = || create(&folder.join(file_name::SECOND), SecondRow::COLUMNS);
+        let second = || Sheet::create(&folder.join(file_name::SECOND), SecondRow::COLUMNS);
         Ok(Files {
-            ticks: create(&folder.join(file_name::TICKS), TickRow::COLUMNS)?,
+            ticks: Sheet::create(&folder.join(file_name::TICKS), TickRow::COLUMNS)?,
             second: has_second.then(second).transpose()?,
-            arrivals: create(&folder.join(file_name::ARRIVALS), ArrivalRow::COLUMNS)?,
-            messages: create(&folder.join(file_name::MESSAGES), MessageRow::COLUMNS)?,
+            arrivals: Sheet::create(&folder.join(file_name::ARRIVALS), ArrivalRow::COLUMNS)?,
+            messages: Sheet::create(&folder.join(file_name::MESSAGES), MessageRow::COLUMNS)?,
             packets: has_rate.then(packets).transpose()?,
             echoes: Default::default(),
-            rows: [0; 4],
             problem: None,
         })
     }
 
-    /// Keeps the first problem, since the simulation itself cannot fail.
-    fn note(&mut self, written: Result<(), csv::Error>) {
-        if let Err(problem) = written {
-            self.problem.get_or_insert(problem);
-        }
-    }
-
     /// Flushes the files. Returns how many rows are in each, and the echoes of each series.
     fn finish(mut self, folder: &Path) -> Result<([u64; 4], [Vec<Echo>; 4]), RunError> {
+        let fail = |problem| RunError::write(folder, problem);
         if let Some(problem) = self.problem {
-            return Err(RunError::write(folder, std::io::Error::other(problem)));
+            return Err(fail(io::Error::other(problem)));
         }
-        [&mut self.ticks, &mut self.arrivals, &mut self.messages]
-            .into_iter()
-            .chain(&mut self.packets)
-            .chain(&mut self.second)
-            .try_for_each(csv::Writer::flush)
-            .map_err(|problem| RunError::write(folder, problem))?;
-        Ok((self.rows, self.echoes))
+        if let Some(packets) = &mut self.packets {
+            packets.flush().map_err(fail)?;
+        }
+        let second = self.second.map_or(Ok(0), Sheet::finish);
+        let rows = [
+            self.ticks.finish().map_err(fail)?,
+            second.map_err(fail)?,
+            self.arrivals.finish().map_err(fail)?,
+            self.messages.finish().map_err(fail)?,
+        ];
+        Ok((rows, self.echoes))
     }
 }
 
 impl Record for Files {
     fn tick(&mut self, row: &TickRow) {
-        self.rows[0] += 1;
-        let written = self.ticks.serialize(row);
-        self.note(written);
+        self.ticks.write(row);
     }
 
     fn second(&mut self, row: &SecondRow) {
         if let Some(second) = &mut self.second {
-            self.rows[1] += 1;
-            let written = second.serialize(row);
-            self.note(written);
+            second.write(row);
         }
     }
 
     fn arrival(&mut self, row: &ArrivalRow) {
-        self.rows[2] += 1;
-        let written = self.arrivals.serialize(row);
-        self.note(written);
+        self.arrivals.write(row);
     }
 
     fn message(&mut self, row: &MessageRow) {
-        self.rows[3] += 1;
-        let written = self.messages.serialize(row);
-        self.note(written);
+        self.messages.write(row);
     }
 
     fn echo(&mut self, series: usize, echo: &sim::Echo) {
@@ -306,8 +345,9 @@ impl Record for Files {
 
     fn packet(&mut self, way: Way, t_ns: u64, bytes: u32) {
         if let Some(packets) = &mut self.packets {
-            let written = packets.serialize(PacketRow { t_ns, way, bytes });
-            self.note(written);
+            if let Err(problem) = packets.serialize(PacketRow { t_ns, way, bytes }) {
+                self.problem.get_or_insert(problem);
+            }
         }
     }
 }

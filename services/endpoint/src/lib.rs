@@ -5,7 +5,8 @@
 //! * [`ControllerEnd`] and [`PlantEnd`]: what each end does, as state machines that get the time as
 //!   an argument ([`controller`], [`plant`]). A plant steps a [`Model`], which may have
 //!   [`Surroundings`].
-//! * [`TickRow`], [`SecondRow`], [`ArrivalRow`], [`MessageRow`]: what each end records ([`mod@row`]).
+//! * [`TickRow`], [`SecondRow`], [`ArrivalRow`], [`MessageRow`]: what each end records ([`mod@row`]), as
+//!   [lines](mod@line) of a file.
 //! * [`ControllerSettings`], [`PlantSettings`]: how an experiment configures them ([`setting`]),
 //!   [`PageSettings`] for a page as controller ([`page`]), [`Preset`] for named settings
 //!   ([`preset`]), [`Field`] for settings by name ([`mod@field`]).
@@ -25,6 +26,7 @@ pub mod duration;
 pub mod field;
 pub mod hold;
 pub mod host;
+pub mod line;
 pub mod message;
 pub mod model;
 pub mod noise;

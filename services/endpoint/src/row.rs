@@ -3,7 +3,7 @@
 //! The plant writes `ticks.csv` and `arrivals.csv`, and `second.csv` if it has a second input or output; the
 //! controller writes `messages.csv`. Inputs and outputs in the others are the first. All times are
 //! nanoseconds on the run's monotonic clock; an empty field means that there was nothing to record.
-//! Writing and reading the files is the task of others.
+//! A row writes itself as a [line](crate::line); writing and reading files is the task of others.
 
 use crate::setting::choice;
 
@@ -20,6 +20,20 @@ macro_rules! row {
         impl $name {
             /// The columns of its file, in order.
             pub const COLUMNS: &'static [&'static str] = &[$(stringify!($field)),+];
+        }
+
+        impl $crate::line::Line for $name {
+            #[inline]
+            fn write(&self, text: &mut Vec<u8>) {
+                $(
+                    $crate::line::Value::write(&self.$field, text);
+                    text.push(b',');
+                )+
+                // In place of the last comma.
+                if let Some(end) = text.last_mut() {
+                    *end = b'\n';
+                }
+            }
         }
     };
 }

@@ -65,6 +65,13 @@ macro_rules! choice {
                 f.pad(match self { $(Self::$variant => $word,)+ })
             }
         }
+
+        impl $crate::line::Value for $name {
+            #[inline]
+            fn write(&self, text: &mut Vec<u8>) {
+                text.extend_from_slice(match self { $(Self::$variant => $word.as_bytes(),)+ });
+            }
+        }
     };
 }
 
