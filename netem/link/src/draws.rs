@@ -16,7 +16,7 @@ pub(crate) struct Draws {
     rng: ChaCha8Rng,
     /// The number of the batch that is there; `u64::MAX`, which no draw's is, before the first.
     number: u64,
-    batch: [f64; BATCH as usize],
+    batch: [u64; BATCH as usize],
 }
 
 impl Draws {
@@ -30,7 +30,7 @@ impl Draws {
         Self {
             rng,
             number: u64::MAX,
-            batch: [0.0; BATCH as usize],
+            batch: [0; BATCH as usize],
         }
     }
 
@@ -41,7 +41,9 @@ impl Draws {
         if self.number != number {
             self.fill(number);
         }
-        self.batch[(index % BATCH) as usize]
+        // 52 bits and a half: exact in an f64, never 0 and never 1, so that no quantile function is
+        // evaluated at its infinite ends.
+        ((self.batch[(index % BATCH) as usize] >> 12) as f64 + 0.5) / (1_u64 << 52) as f64
     }
 
     fn fill(&mut self, number: u64) {
@@ -51,9 +53,7 @@ impl Draws {
             .set_word_pos(u128::from(number) * u128::from(BATCH) * 2);
         self.rng.fill_bytes(&mut bits);
         for (draw, bits) in self.batch.iter_mut().zip(bits.as_chunks().0) {
-            // 52 bits and a half: exact in an f64, never 0 and never 1, so that no quantile function is
-            // evaluated at its infinite ends.
-            *draw = ((u64::from_le_bytes(*bits) >> 12) as f64 + 0.5) / (1_u64 << 52) as f64;
+            *draw = u64::from_le_bytes(*bits);
         }
         self.number = number;
     }

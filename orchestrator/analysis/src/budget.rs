@@ -11,7 +11,7 @@ mod rows;
 use std::collections::BTreeMap;
 
 use endpoint::{ArrivalRow, MessageRow, TickRow};
-use link::Timeline;
+use link::{Profile, Timeline};
 use plan::{Plan, file_name};
 
 use crate::campaign::Run;
@@ -182,6 +182,14 @@ impl Budget {
     /// # Errors
     /// [`ReadError`] if rows cannot be read.
     pub fn of(run: &Run, plan: &Plan) -> Result<Budget, ReadError> {
+        Self::through(run, timeline(run, plan))
+    }
+
+    /// The same with the run's link, by [`timeline`] or [`timeline_of`].
+    ///
+    /// # Errors
+    /// [`ReadError`] if rows cannot be read.
+    pub fn through(run: &Run, link: Option<Timeline>) -> Result<Budget, ReadError> {
         let path = |name: &str| run.folder.join(name);
         let mut messages: Vec<MessageRow> = Vec::new();
         read(&path(file_name::MESSAGES), MessageRow::COLUMNS, |row| {
@@ -201,7 +209,7 @@ impl Budget {
             ticks.push(row);
         })?;
         let bytes = run.cell.client.message_bytes(run.cell.settings.transport);
-        let link = timeline(run, plan).map(|link| (link, bytes));
+        let link = link.map(|link| (link, bytes));
         let start_ns = run
             .manifest
             .as_ref()
@@ -238,10 +246,22 @@ impl Budget {
 /// The link of a run as it met it; `None` if the run or its profile is not known well enough to say.
 #[must_use]
 pub fn timeline(run: &Run, plan: &Plan) -> Option<Timeline> {
+    timeline_of(run, &profile(run, plan)?)
+}
+
+/// The same by the run's profile, which is that of all runs of its topology with its fault: to read one takes as
+/// long as all of a run's rows.
+#[must_use]
+pub fn timeline_of(run: &Run, profile: &Profile) -> Option<Timeline> {
     let manifest = run.manifest.as_ref()?;
-    let profile = plan.profile(&run.cell)?;
-    let profile = profile.profile(&run.cell.topology).ok()?;
-    Some(Timeline::new(&profile, run.cell.link_seed, manifest.epoch))
+    Some(Timeline::new(profile, run.cell.link_seed, manifest.epoch))
+}
+
+/// The profile of a run's link; `None` if it is not known well enough to say.
+#[must_use]
+pub fn profile(run: &Run, plan: &Plan) -> Option<Profile> {
+    let text = plan.profile(&run.cell)?;
+    text.profile(&run.cell.topology).ok()
 }
 
 /// Time from one stamp to another, ns.

@@ -104,7 +104,9 @@ impl Campaign {
         let backend = known.next().map(|first| first.backend.as_str());
         let cells: Vec<_> = plan.cells.iter().zip(&manifests).collect();
         let runs = parallel::each(&cells, |(cell, manifest)| {
-            Run::of(folder, &plan, cell, manifest, backend, links.facts(cell))
+            let is_loopback = links.is_loopback(cell);
+            let facts = links.facts(cell);
+            Run::of(folder, &plan, cell, manifest, backend, is_loopback, facts)
         });
         Ok(Campaign {
             folder: folder.to_owned(),
@@ -141,7 +143,9 @@ impl Run {
     #[must_use]
     pub fn read(campaign: &Path, plan: &Plan, cell: &Cell) -> Run {
         let manifest = manifest(campaign, cell);
-        Run::of(campaign, plan, cell, &manifest, None, LinkFacts::default())
+        let is_loopback = plan.is_loopback(&cell.topology);
+        let facts = LinkFacts::default();
+        Run::of(campaign, plan, cell, &manifest, None, is_loopback, facts)
     }
 
     /// As [`read`](Run::read), with a manifest that has already been read. `backend` is the back-end
@@ -152,6 +156,7 @@ impl Run {
         cell: &Cell,
         manifest: &Result<Option<Manifest>, Damage>,
         backend: Option<&str>,
+        is_loopback: bool,
         link: LinkFacts,
     ) -> Run {
         let folder = campaign.join(cell.folder());
@@ -161,7 +166,7 @@ impl Run {
         };
         let mut metrics = None;
         if let Some(manifest) = &manifest {
-            let mut faults = whole::faults(manifest, plan, cell);
+            let mut faults = whole::faults(manifest, plan, cell, is_loopback);
             if let Some(other) = backend.filter(|other| *other != manifest.backend) {
                 faults.push(format!(
                     "it was run by {}, and the folder's first run by {other}; a campaign has one \
@@ -211,6 +216,11 @@ impl Links {
             Some(((*name).clone(), (profile, facts)))
         });
         Links(links.into_iter().flatten().collect())
+    }
+
+    fn is_loopback(&self, cell: &Cell) -> bool {
+        let link = self.0.get(&cell.topology);
+        link.is_some_and(|(profile, _)| profile.is_loopback())
     }
 
     fn facts(&self, cell: &Cell) -> LinkFacts {

@@ -15,6 +15,7 @@
 //!   over repeated cells; `condition`: the columns that say which cell a row is of; `links`: the table below
 //!   them; [`expect`]: whether runs show what is expected of
 //!   them; [`share`]: the share of all runs that some stand for;
+//! - [`mod@parallel`]: work on every core;
 //! - [`statistics`]: moments, quantiles and a line, each in one pass; [`pairs`]: tests on paired
 //!   differences; [`layout`]: columns for people.
 //!
@@ -36,7 +37,7 @@ pub mod message;
 pub mod metrics;
 mod order;
 pub mod pairs;
-mod parallel;
+pub mod parallel;
 pub mod plain;
 pub mod probe;
 pub mod recovery;

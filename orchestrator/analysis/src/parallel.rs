@@ -1,4 +1,4 @@
-//! Processes items in parallel and returns the results in order.
+//! Processes items in parallel and returns the results in order, so that they are the same on any machine.
 
 use std::num::NonZero;
 use std::panic::resume_unwind;
@@ -7,7 +7,7 @@ use std::thread;
 
 /// Applies `work` to each item, on every core that this process may use. Returns the results in the
 /// order of the items.
-pub(crate) fn each<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+pub fn each<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let cores = thread::available_parallelism().map_or(1, NonZero::get);
     // Items take different times: a thread that is done takes the next one.
     let next = AtomicUsize::new(0);

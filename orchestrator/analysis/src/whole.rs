@@ -89,7 +89,13 @@ fn problem(path: &Path, asked: &FileFact) -> Option<String> {
 }
 
 /// What is wrong with a manifest for the plan's cell, one sentence per fault; empty if nothing is.
-pub(crate) fn faults(manifest: &Manifest, plan: &Plan, cell: &Cell) -> Vec<String> {
+/// `is_loopback` says whether its topology has no link.
+pub(crate) fn faults(
+    manifest: &Manifest,
+    plan: &Plan,
+    cell: &Cell,
+    is_loopback: bool,
+) -> Vec<String> {
     let mut faults = Vec::new();
     if !manifest.cell.is_same(cell) {
         faults.push("it describes another cell than the plan's of this name".to_owned());
@@ -114,7 +120,6 @@ pub(crate) fn faults(manifest: &Manifest, plan: &Plan, cell: &Cell) -> Vec<Strin
         faults.push("its list of files is empty, so nothing can be checked".to_owned());
         return faults;
     }
-    let is_loopback = plan.is_loopback(&cell.topology);
     let is_own_system = plan.systems.contains_key(&cell.system);
     faults.extend(
         lacking(manifest, is_loopback, is_own_system)

@@ -3,9 +3,11 @@
 //!
 //! The system makes no difference to a delay, so runs of several systems are pooled.
 
-use analysis::budget::{Budget, Part};
+use std::collections::BTreeMap;
+
+use analysis::budget::{self, Budget, Part};
 use analysis::hold::{self, Hold};
-use analysis::{Campaign, LoopVerdict, ReadError, Run, grouped};
+use analysis::{Campaign, LoopVerdict, ReadError, Run, grouped, parallel};
 use chart::Tone;
 use endpoint::Mode;
 use plan::Client;
@@ -53,12 +55,13 @@ pub fn all(campaign: &Campaign) -> Result<Vec<Delays<'_>>, ReadError> {
         )
     });
     let tones = Tones::of(campaign);
-    let mut all = Vec::new();
-    for ((topology, client, label), runs) in groups {
-        if let Some(delays) = Delays::of(campaign, topology, label, tones.tone(client), runs)? {
-            all.push(delays);
-        }
-    }
+    let groups: Vec<_> = groups.into_iter().collect();
+    let all = parallel::each(&groups, |((topology, client, label), runs)| {
+        let tone = tones.tone(*client);
+        Delays::of(campaign, topology, label.clone(), tone, runs.clone())
+    });
+    let all: Result<Vec<_>, _> = all.into_iter().filter_map(Result::transpose).collect();
+    let mut all = all?;
     let topologies = grouped(&all, |of| of.topology);
     let order: Vec<&str> = topologies
         .into_iter()
@@ -93,8 +96,13 @@ impl<'a> Delays<'a> {
             worst: (worst, Budget::default()),
         };
         let mut medians: Vec<[i64; 8]> = Vec::new();
+        let mut profiles = BTreeMap::new();
         for run in &runs {
-            let budget = Budget::of(run, &campaign.plan)?;
+            let profile = profiles
+                .entry(&run.cell.fault)
+                .or_insert_with(|| budget::profile(run, &campaign.plan));
+            let link = profile.as_ref().and_then(|of| budget::timeline_of(run, of));
+            let budget = Budget::through(run, link)?;
             for trip in &budget.trips {
                 delays.round_trip_ms.extend(trip.round_trip_ns().map(ms));
                 delays.up_ms.push(ms(trip.up.ns()));

@@ -4,6 +4,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use analysis::parallel;
+
 use crate::figure::Figure;
 use crate::report::Report;
 use crate::table::Table;
@@ -24,7 +26,11 @@ impl Report<'_> {
             files.push(text("claims.csv", claim::to_csv(&self.claims)));
         }
         files.extend(self.tables.iter().flat_map(Table::files));
-        files.extend(self.figures.iter().flat_map(Figure::files));
+        files.extend(
+            parallel::each(&self.figures, Figure::files)
+                .into_iter()
+                .flatten(),
+        );
         files
     }
 }
