@@ -155,7 +155,7 @@ impl Connection {
                     place.on_answer();
                     continue;
                 }
-                Reply::Done(response) => (response, asked.has_body),
+                Reply::Done(response) => (*response, asked.has_body),
                 Reply::Upload(upload) => {
                     turn.end().await;
                     let done = Box::pin(self.upload(upload, framing, shared)).await?;
@@ -166,7 +166,7 @@ impl Connection {
                     let text = written(&response, is_new, true, false);
                     self.send(&text, &mut turn).await?;
                     place.on_answer();
-                    return Ok(Some(opening));
+                    return Ok(Some(*opening));
                 }
             };
             let closes = response.headers().get(header::CONNECTION);

@@ -34,11 +34,11 @@ pub(crate) enum Reply {
     /// With this message only.
     Short(Short),
     /// With this response only.
-    Done(Response<Bytes>),
+    Done(Box<Response<Bytes>>),
     /// With a body to read.
     Upload(Upload),
     /// With this response, then messages.
-    Socket(Response<Bytes>, socket::Opening),
+    Socket(Box<Response<Bytes>>, Box<socket::Opening>),
 }
 
 impl Handler {
@@ -53,7 +53,7 @@ impl Handler {
         self.try_answer(head, address, has_body, now_ns)
             .unwrap_or_else(|refusal| {
                 self.refuse(refusal.kind());
-                Reply::Done(refusal.response(has_body))
+                Reply::Done(Box::new(refusal.response(has_body)))
             })
     }
 
@@ -115,7 +115,7 @@ impl Handler {
                 }
             },
         };
-        Ok(Reply::Done(response))
+        Ok(Reply::Done(Box::new(response)))
     }
 
     /// Executes a command; `text` is its query.
@@ -228,7 +228,7 @@ impl Handler {
             session,
             over,
         };
-        Ok(Reply::Socket(response, opening))
+        Ok(Reply::Socket(Box::new(response), Box::new(opening)))
     }
 
     /// The upload of a POST, if its path has one, checked before its body is read.

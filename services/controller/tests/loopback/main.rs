@@ -8,6 +8,7 @@
 #![allow(clippy::print_stdout)]
 
 mod answering;
+mod clients;
 mod errors;
 mod http;
 mod scripted;
@@ -26,6 +27,7 @@ const MS: u64 = 1_000_000;
 
 fn main() -> ExitCode {
     let tests = serial::tests![
+        clients::both_clients_make_the_same_of_what_a_plant_says,
         errors::no_bad_answer_is_used_and_each_is_counted,
         http::the_paper_s_loop_settles_at_its_reference_at_333_hz_and_1_khz,
         http::a_new_connection_for_each_message_is_a_new_connection_for_each_message,

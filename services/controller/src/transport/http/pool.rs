@@ -368,10 +368,11 @@ fn broken(error: &io::Error) -> ExchangeError {
 }
 
 fn malformed(problem: Malformed) -> ExchangeError {
-    ExchangeError::Failed(match problem {
+    let place = match problem {
         Malformed::Chunk | Malformed::BodyEnded => {
-            format!("error decoding response body: {problem}")
+            "error decoding response body: request or response body error"
         }
-        _ => format!("error sending request: client error (SendRequest): {problem}"),
-    })
+        _ => "error sending request: client error (SendRequest)",
+    };
+    ExchangeError::Failed(format!("{place}: {problem}"))
 }
