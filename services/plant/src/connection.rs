@@ -189,15 +189,15 @@ impl Connection {
         let mut is_begun = false;
         loop {
             if !self.bytes.is_empty() {
-                if !is_begun {
-                    is_begun = true;
-                    until = Instant::now() + WITHIN;
-                }
                 let mut turn = shared.turns.wait(place).await;
                 match self.take(&shared.handler) {
                     Ok(Some(asked)) => return Ok(Next::Request(asked, turn)),
                     Ok(None) => turn.end().await,
                     Err(malformed) => return Ok(Next::Wrong(malformed.into())),
+                }
+                if !is_begun {
+                    is_begun = true;
+                    until = Instant::now() + WITHIN;
                 }
             }
             match self.more_before(until).await {

@@ -208,7 +208,8 @@ async fn converse(
             Some(None) => return None,
             None if !is_asked => {
                 is_asked = true;
-                send(socket, Message::Ping(Bytes::new()), &mut turn).await?;
+                let ping = Message::Ping(Bytes::new());
+                send(socket, ping, &mut turn, &mut patience).await?;
                 continue;
             }
             None => {
@@ -227,19 +228,25 @@ async fn converse(
         };
         place.on_command(now_ns);
         place.on_answer();
-        send(socket, answer, &mut turn).await?;
+        send(socket, answer, &mut turn, &mut patience).await?;
     }
 }
 
 /// Sends a message: into the socket at once, and what does not fit after the turn. `None` if the other end does
 /// not read, or is gone.
-async fn send(socket: &mut Socket, message: Message, turn: &mut Turn<'_>) -> Option<()> {
-    let sent = async {
-        socket.feed(message).await?;
-        turn.end().await;
-        socket.flush().await
-    };
-    timeout(connection::WITHIN, sent).await.ok()?.ok()
+async fn send(
+    socket: &mut Socket,
+    message: Message,
+    turn: &mut Turn<'_>,
+    patience: &mut Patience,
+) -> Option<()> {
+    let until = Instant::now() + connection::WITHIN;
+    let is_free = patience.before(until, |context| socket.poll_ready_unpin(context));
+    is_free.await?.ok()?;
+    socket.start_send_unpin(message).ok()?;
+    turn.end().await;
+    let is_sent = patience.before(until, |context| socket.poll_flush_unpin(context));
+    is_sent.await?.ok()
 }
 
 /// How to close the socket of an end whose messages cannot be read.

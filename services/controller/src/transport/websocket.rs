@@ -48,7 +48,7 @@ pub(crate) struct WebSocket<C> {
 enum Line {
     None,
     Opening(BoxFuture<'static, Result<Socket, String>>),
-    Open(Socket),
+    Open(Box<Socket>),
 }
 
 impl<C: Client> WebSocket<C> {
@@ -91,7 +91,7 @@ impl<C: Client> WebSocket<C> {
                 Line::None => return,
                 Line::Opening(opening) => match opening.as_mut().poll(context) {
                     Poll::Pending => return,
-                    Poll::Ready(Ok(socket)) => self.line = Line::Open(socket),
+                    Poll::Ready(Ok(socket)) => self.line = Line::Open(Box::new(socket)),
                     Poll::Ready(Err(why)) => break why,
                 },
                 // Reads first: when the plant closes the connection, sending a command fails too, but

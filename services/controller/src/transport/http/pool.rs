@@ -69,6 +69,9 @@ struct Line {
     patience: Patience,
 }
 
+/// The status and the text of an answer, and whether another request may follow.
+type Heard = ((StatusCode, String), bool);
+
 /// Why a request was not sent.
 enum Unsent {
     /// Nothing of it was.
@@ -318,10 +321,7 @@ async fn open(address: SocketAddr) -> Result<Line, ExchangeError> {
 
 impl Line {
     /// Waits for the answer; also whether another request may follow.
-    async fn read(
-        &mut self,
-        until: Instant,
-    ) -> Result<((StatusCode, String), bool), ExchangeError> {
+    async fn read(&mut self, until: Instant) -> Result<Heard, ExchangeError> {
         let Self { stream, patience } = self;
         // What came before the last part of an answer.
         let mut held = Vec::new();
@@ -335,7 +335,7 @@ fn poll_answer(
     stream: &mut TcpStream,
     held: &mut Vec<u8>,
     context: &mut Context<'_>,
-) -> Poll<Result<((StatusCode, String), bool), ExchangeError>> {
+) -> Poll<Result<Heard, ExchangeError>> {
     loop {
         let mut room = [MaybeUninit::uninit(); ROOM];
         let mut room = ReadBuf::uninit(&mut room);
