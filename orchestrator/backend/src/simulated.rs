@@ -344,10 +344,10 @@ impl Record for Files {
     }
 
     fn packet(&mut self, way: Way, t_ns: u64, bytes: u32) {
-        if let Some(packets) = &mut self.packets {
-            if let Err(problem) = packets.serialize(PacketRow { t_ns, way, bytes }) {
-                self.problem.get_or_insert(problem);
-            }
+        if let Some(packets) = &mut self.packets
+            && let Err(problem) = packets.serialize(PacketRow { t_ns, way, bytes })
+        {
+            self.problem.get_or_insert(problem);
         }
     }
 }

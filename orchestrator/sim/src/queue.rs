@@ -15,6 +15,8 @@ pub(crate) struct Queue<P, E> {
     others: Lane<E>,
     /// How many were put in.
     number: u64,
+    /// The first key of all, and what it is of: asked for far more often than it changes.
+    first: (Key, First),
 }
 
 /// What is first in a queue.
@@ -30,60 +32,74 @@ impl<P, E> Queue<P, E> {
             packets: PerWay::of(|_| Lane::new()),
             others: Lane::new(),
             number: 0,
+            first: (NEVER, First::Other),
         }
     }
 
     /// Inserts a packet that comes out of the link this way at `t_ns`.
     #[inline]
     pub(crate) fn push_packet(&mut self, way: Way, t_ns: u64, packet: P) {
-        let key = self.key(t_ns);
+        let key = self.key(t_ns, First::Packet(way));
         self.packets[way].push(key, packet);
     }
 
     /// Inserts another event at `t_ns`.
     #[inline]
     pub(crate) fn push(&mut self, t_ns: u64, event: E) {
-        let key = self.key(t_ns);
+        let key = self.key(t_ns, First::Other);
         self.others.push(key, event);
     }
 
     /// When the first is due; `u64::MAX` if there is none.
     #[inline]
     pub(crate) fn next_ns(&self) -> u64 {
-        let PerWay { up, down } = &self.packets;
-        t_ns(up.first.min(down.first).min(self.others.first))
+        t_ns(self.first.0)
     }
 
     /// What the first is; `Other` if there is none.
     #[inline]
     pub(crate) fn first(&self) -> First {
-        let PerWay { up, down } = &self.packets;
-        let (up, down, other) = (up.first, down.first, self.others.first);
-        if up < down && up < other {
-            First::Packet(Way::Up)
-        } else if down < other {
-            First::Packet(Way::Down)
-        } else {
-            First::Other
-        }
+        self.first.1
     }
 
     /// Removes the first packet that comes out this way.
     #[inline]
     pub(crate) fn pop_packet(&mut self, way: Way) -> Option<(u64, P)> {
-        self.packets[way].pop()
+        let popped = self.packets[way].pop();
+        self.finds_first();
+        popped
     }
 
     /// Removes the first other event.
     #[inline]
     pub(crate) fn pop(&mut self) -> Option<(u64, E)> {
-        self.others.pop()
+        let popped = self.others.pop();
+        self.finds_first();
+        popped
+    }
+
+    /// The key of what is put in now.
+    #[inline]
+    fn key(&mut self, t_ns: u64, of: First) -> Key {
+        self.number += 1;
+        let key = u128::from(t_ns) << 64 | u128::from(self.number);
+        if key < self.first.0 {
+            self.first = (key, of);
+        }
+        key
     }
 
     #[inline]
-    fn key(&mut self, t_ns: u64) -> Key {
-        self.number += 1;
-        u128::from(t_ns) << 64 | u128::from(self.number)
+    fn finds_first(&mut self) {
+        let PerWay { up, down } = &self.packets;
+        let (up, down, other) = (up.first, down.first, self.others.first);
+        self.first = if up < down && up < other {
+            (up, First::Packet(Way::Up))
+        } else if down < other {
+            (down, First::Packet(Way::Down))
+        } else {
+            (other, First::Other)
+        };
     }
 }
 
