@@ -18,6 +18,7 @@ use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase, ProfileText, Pro
 
 use crate::link_check::{LinkCheck, NOTHING_ENTERED};
 use crate::pulse::Pulses;
+use crate::record::Rows;
 use crate::role::{ControllerRole, LinkRole, PlantRole, RoleSettings};
 use crate::schedule::Spacing;
 use crate::site::{Running, Site};
@@ -96,6 +97,8 @@ pub(crate) struct Seen {
     pub(crate) start_ns: u64,
     /// The echoes; those on the empty link come first.
     pub(crate) echoes: [(Phase, Vec<Echo>); 4],
+    /// The rows, if they need not be read from their files.
+    pub(crate) rows: Option<Rows>,
     /// The pulse of the processors meanwhile; `None` in virtual time.
     pub(crate) pulse: Option<Pulse>,
     /// What was observed of each part while the controller ran, with the part's name.
@@ -197,6 +200,7 @@ pub(crate) fn run(
         opens,
         start_ns,
         echoes,
+        rows: None,
         pulse: Some(pulse),
         watched: watched.into(),
         end_faults,

@@ -66,7 +66,14 @@ pub(crate) fn judge(
     }
     evidence.is_other = certificate.is_another();
     evidence.certificate = Some(certificate);
-    let rows = Rows::read(folder)?;
+    let read;
+    let rows = match &seen.rows {
+        Some(rows) => rows,
+        None => {
+            read = Rows::read(folder)?;
+            &read
+        }
+    };
     let terms = terms(link_check, cell, seen, baseline, edge);
     let messages = judge::message::hold(&rows.messages, &rows.arrivals, &terms);
     let pauses: Vec<Pause> = link.into_iter().flat_map(LinkReport::pauses).collect();

@@ -23,7 +23,7 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), RunError> {
     file::write_durably(path, content).map_err(|problem| RunError::write(path, problem))
 }
 
-/// Writes a file of a running cell. A reader finds nothing or the whole file; [`inventory`] brings it onto the disk.
+/// Writes a file of a running cell. A reader finds nothing or the whole file; [`sync`] brings it onto the disk.
 ///
 /// # Errors
 /// [`RunError::Write`] with the file's name.
@@ -117,23 +117,29 @@ pub(crate) fn clear(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Length and checksum of every file in `folder`, by name; `except` is left out. Each is on the disk then, so that
-/// a manifest with these facts never vouches for what a power cut may take.
+/// Length and checksum of every file in `folder`, by name; `except` is left out.
 ///
 /// # Errors
-/// If a file cannot be read, or not be brought onto the disk.
+/// If a file cannot be read.
 pub(crate) fn inventory(folder: &Path, except: &str) -> io::Result<BTreeMap<String, FileFact>> {
     let mut files = BTreeMap::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();
         if name != except && entry.file_type()?.is_file() {
-            let file = file::open(&entry.path())?;
-            file.sync_all()?;
-            files.insert(name, FileFact::of(file)?);
+            files.insert(name, FileFact::of(file::open(&entry.path())?)?);
         }
     }
     Ok(files)
+}
+
+/// Brings the files that a manifest vouches for onto the disk, so that no power cut takes one of them from it.
+///
+/// # Errors
+/// If one cannot be written.
+pub(crate) fn sync(folder: &Path, manifest: &Manifest) -> io::Result<()> {
+    let mut names = manifest.files.keys();
+    names.try_for_each(|name| file::open(&folder.join(name))?.sync_all())
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Runs a cell and judges whether its link held. It does not evaluate what the loop did.
 //!
-//! - [`run_cell`]: runs a cell of a plan on a [`Backend`] with a [`Player`], and writes its
-//!   [`Manifest`].
+//! - [`run_cell`]: runs a cell of a plan on a [`Backend`] with a [`Player`]; [`Made`] is what comes
+//!   of it, and writes its [`Manifest`].
 //! - `course`: starts the parts and waits for them, in the same way everywhere; `schedule` has the
 //!   times.
 //! - `role`: the settings that plant, controller and link receive.
@@ -24,6 +24,7 @@ mod folder;
 mod lab;
 mod link_check;
 mod machine;
+mod made;
 mod netns;
 mod own;
 mod own_plant;
@@ -50,6 +51,7 @@ pub use error::RunError;
 pub use folder::{move_aside, write_whole};
 pub use lab::Lab;
 pub use machine::machine;
+pub use made::Made;
 pub use manifest::Manifest;
 pub use own_plant::start_plant;
 pub use player::Player;
@@ -57,4 +59,5 @@ pub use probe::{Probed, probe};
 pub use role::{ControllerRole, LinkRole, PlantRole, settings_schema};
 pub use run::{Attempt, Backend, cell_folder, manifest, run_cell};
 pub use schedule::{AFTER_OPENING_NS, lead_ns, overhead_ns, stagger_ns};
+pub use simulated::Virtual;
 pub use timings::{InvalidTimings, Program, Rates, Timings};

@@ -13,6 +13,7 @@ use serde::de::DeserializeOwned;
 use crate::RunError;
 
 /// A run's rows.
+#[derive(Debug, Default)]
 pub(crate) struct Rows {
     pub(crate) ticks: Vec<TickRow>,
     pub(crate) arrivals: Vec<ArrivalRow>,

@@ -18,10 +18,11 @@ use crate::attach::Attach;
 use crate::course::{self, Texts};
 use crate::evidence::{self, Evidence};
 use crate::link_check::LinkCheck;
+use crate::made::Made;
 use crate::netns::Netns;
 use crate::report::Reports;
 use crate::{
-    Agents, Awake, Manifest, Player, RunError, Timings, folder, own, record, schedule, simulated,
+    Agents, Awake, Manifest, Player, RunError, Virtual, folder, own, record, schedule, simulated,
 };
 
 /// The folder of a cell inside a campaign's folder.
@@ -60,8 +61,8 @@ pub enum Backend {
     },
     /// By agents that are already running, as in containers.
     Attach(Agents),
-    /// In virtual time, with the times that a machine's programs take.
-    Sim(Box<Timings>),
+    /// In virtual time.
+    Sim(Box<Virtual>),
 }
 
 /// An attempt to run a cell.
@@ -73,7 +74,7 @@ pub struct Attempt {
     pub earlier: Vec<String>,
 }
 
-/// Runs a cell and writes its manifest, whatever the verdict.
+/// Runs a cell, whatever the verdict. Its manifest is not yet in its folder: see [`Made`].
 ///
 /// What an earlier attempt left in the folder is moved aside, never overwritten.
 ///
@@ -88,10 +89,10 @@ pub fn run_cell(
     player: Player,
     attempt: Attempt,
     stop: &AtomicBool,
-) -> Result<Manifest, RunError> {
+) -> Result<Made, RunError> {
     let clock = Instant::now();
     let folder = cell_folder(campaign, cell);
-    let _in_use = folder::make_room(campaign, &folder)?;
+    let in_use = folder::make_room(campaign, &folder)?;
     let described = describe(backend);
     let mut patience = 1;
     let outcome = loop {
@@ -158,8 +159,11 @@ pub fn run_cell(
         files: folder::inventory(&folder, Manifest::FILE)
             .map_err(|problem| RunError::write(&folder, problem))?,
     };
-    folder::write_whole(&folder.join(Manifest::FILE), manifest.to_json().as_bytes())?;
-    Ok(manifest)
+    Ok(Made {
+        manifest,
+        folder,
+        _in_use: in_use,
+    })
 }
 
 /// Runs a cell in its folder, and judges what was observed; `patience` is that of [`course::run`].
@@ -172,7 +176,11 @@ fn execute(
     patience: u64,
     stop: &AtomicBool,
 ) -> Result<Evidence, RunError> {
-    let (text, profile) = write_profile(plan, cell, folder)?;
+    let text = write_profile(plan, cell, folder)?;
+    let profile = match backend {
+        Backend::Sim(virtual_time) => virtual_time.profile(&text, &cell.topology),
+        Backend::Netns { .. } | Backend::Attach(_) => read_profile(&text, &cell.topology),
+    }?;
     let system = plan.system(cell).map_err(RunError::Link)?;
     write_system(&system, folder)?;
     let end_faults = plan.end_faults(cell);
@@ -222,8 +230,8 @@ fn execute(
             let kept = site.finish(&folder.join(OWN));
             seen.and_then(|seen| kept.map(|()| seen))?
         }
-        Backend::Sim(timings) => {
-            let timing = timings.of(cell);
+        Backend::Sim(virtual_time) => {
+            let timing = virtual_time.timing(cell);
             simulated::run(cell, &system, &profile, texts, timing, folder)?
         }
     };
@@ -286,7 +294,7 @@ fn write_profile<'a>(
     plan: &'a Plan,
     cell: &Cell,
     folder: &Path,
-) -> Result<(Cow<'a, ProfileText>, Profile), RunError> {
+) -> Result<Cow<'a, ProfileText>, RunError> {
     let text = plan
         .profile(cell)
         .ok_or_else(|| RunError::Link(format!("the plan has no profile `{}`", cell.topology)))?;
@@ -294,16 +302,19 @@ fn write_profile<'a>(
     for (name, trace) in &text.traces {
         folder::write(&folder.join(name), trace.as_bytes())?;
     }
-    let profile = text.profile(&cell.topology).map_err(|findings| {
+    Ok(text)
+}
+
+/// The link that a plan's text describes.
+pub(crate) fn read_profile(text: &ProfileText, topology: &str) -> Result<Profile, RunError> {
+    text.profile(topology).map_err(|findings| {
         let first = findings
             .first()
             .map_or(String::new(), |finding| finding.message.clone());
         RunError::Link(format!(
-            "the plan's profile `{}` cannot be played: {first}",
-            cell.topology
+            "the plan's profile `{topology}` cannot be played: {first}"
         ))
-    })?;
-    Ok((text, profile))
+    })
 }
 
 /// Writes the system's text beside the rows, unless it is the paper's.

@@ -7,6 +7,7 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::ops::Range;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use certificate::{Echo, LinkReport};
 use control::Law;
@@ -16,14 +17,51 @@ use endpoint::{ArrivalRow, MessageRow, Model, SecondRow, Surrounded, Thread, Tic
 use link::{PacketRow, Profile, Way};
 use manifest::{ModelController, ModelPlant};
 use plan::series::Spacing;
-use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase, file_name};
+use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase, ProfileText, file_name};
 use serde::Serialize;
 use sim::{EPOCH, Outcome, Pool, Record, Series, Setup, Start, Timing};
 use system::{System, Unfit};
 
 use crate::course::{Seen, Texts};
 use crate::own_plant::start_simulated;
-use crate::{RunError, folder, schedule};
+use crate::record::Rows;
+use crate::run::read_profile;
+use crate::{RunError, Timings, folder, schedule};
+
+/// What cells in virtual time share.
+#[derive(Debug)]
+pub struct Virtual {
+    timings: Timings,
+    /// The profiles that have been read: to read one takes as long as to simulate some hundred messages over it.
+    profiles: Mutex<Vec<(ProfileText, Profile)>>,
+}
+
+impl Virtual {
+    /// Virtual time in which programs take these times.
+    #[must_use]
+    pub fn new(timings: Timings) -> Virtual {
+        Virtual {
+            timings,
+            profiles: Mutex::default(),
+        }
+    }
+
+    /// How long the cell's programs take.
+    pub(crate) fn timing(&self, cell: &Cell) -> &Timing {
+        self.timings.of(cell)
+    }
+
+    /// The link that a plan's text describes.
+    pub(crate) fn profile(&self, text: &ProfileText, topology: &str) -> Result<Profile, RunError> {
+        let read = || self.profiles.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, profile)) = read().iter().find(|(known, _)| known == text) {
+            return Ok(profile.clone());
+        }
+        let profile = read_profile(text, topology)?;
+        read().push((text.clone(), profile.clone()));
+        Ok(profile)
+    }
+}
 
 /// How long the plant goes on after the last message: as long as there are echoes.
 const AFTER_NS: u64 = 1_200_000_000;
@@ -130,8 +168,8 @@ fn run_with<M: Model + Clone>(
     let mut files = Files::create(folder, profile.has_rate(), setup.plant.has_second())?;
     let outcome = sim::run(&setup, &mut files)
         .map_err(|problem| RunError::Unsupported(problem.to_string()))?;
-    let (rows, echoes) = files.finish(folder)?;
-    write_reports(folder, rows, outcome, timing)?;
+    let (written, rows, echoes) = files.finish(folder)?;
+    write_reports(folder, written, outcome, timing)?;
     let mut phases = planned.iter().map(|series| series.phase);
     Ok(Seen {
         epoch: EPOCH,
@@ -142,6 +180,7 @@ fn run_with<M: Model + Clone>(
             echoes.sort_unstable_by_key(|echo| echo.seq);
             (phases.next().unwrap_or(Phase::After), echoes)
         }),
+        rows: Some(rows),
         pulse: None,
         watched: Vec::new(),
         end_faults: faults
@@ -217,7 +256,7 @@ fn write_report(folder: &Path, name: &str, report: &impl Serialize) -> Result<()
     folder::write(&folder.join(name), text.as_bytes())
 }
 
-/// The files of rows, and the echoes of each series.
+/// The files of rows, the rows by which the run is judged, and the echoes of each series.
 struct Files {
     ticks: Sheet,
     /// Only if there is a second input or output.
@@ -226,6 +265,7 @@ struct Files {
     messages: Sheet,
     /// Only if there is a rate limit.
     packets: Option<csv::Writer<File>>,
+    rows: Rows,
     echoes: [Vec<Echo>; 4],
     /// The first problem, since the simulation itself cannot fail.
     problem: Option<csv::Error>,
@@ -290,13 +330,15 @@ impl Files {
             arrivals: Sheet::create(&folder.join(file_name::ARRIVALS), ArrivalRow::COLUMNS)?,
             messages: Sheet::create(&folder.join(file_name::MESSAGES), MessageRow::COLUMNS)?,
             packets: has_rate.then(packets).transpose()?,
+            rows: Rows::default(),
             echoes: Default::default(),
             problem: None,
         })
     }
 
-    /// Flushes the files. Returns how many rows are in each, and the echoes of each series.
-    fn finish(mut self, folder: &Path) -> Result<([u64; 4], [Vec<Echo>; 4]), RunError> {
+    /// Flushes the files. Returns how many rows are in each (ticks, second inputs and outputs, arrivals and messages),
+    /// the rows, and the echoes of each series.
+    fn finish(mut self, folder: &Path) -> Result<([u64; 4], Rows, [Vec<Echo>; 4]), RunError> {
         let fail = |problem| RunError::write(folder, problem);
         if let Some(problem) = self.problem {
             return Err(fail(io::Error::other(problem)));
@@ -305,18 +347,19 @@ impl Files {
             packets.flush().map_err(fail)?;
         }
         let second = self.second.map_or(Ok(0), Sheet::finish);
-        let rows = [
+        let written = [
             self.ticks.finish().map_err(fail)?,
             second.map_err(fail)?,
             self.arrivals.finish().map_err(fail)?,
             self.messages.finish().map_err(fail)?,
         ];
-        Ok((rows, self.echoes))
+        Ok((written, self.rows, self.echoes))
     }
 }
 
 impl Record for Files {
     fn tick(&mut self, row: &TickRow) {
+        self.rows.ticks.push(*row);
         self.ticks.write(row);
     }
 
@@ -327,10 +370,12 @@ impl Record for Files {
     }
 
     fn arrival(&mut self, row: &ArrivalRow) {
+        self.rows.arrivals.push(*row);
         self.arrivals.write(row);
     }
 
     fn message(&mut self, row: &MessageRow) {
+        self.rows.messages.push(*row);
         self.messages.write(row);
     }
 

@@ -1,37 +1,22 @@
 //! Runs the cells of a queue, as many at a time as the queue allows, each by a program of its own.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::atomic::AtomicBool;
 
-use plan::Verdict;
+use plan::{Cell, Verdict};
 
 use crate::error::Error;
 use crate::progress::{Begun, Progress};
 use crate::queue::{Queue, Turn};
 
-/// How often to check on a cell's program and the stop flag.
-const POLL: Duration = Duration::from_millis(20);
-
 /// A program that runs a cell and writes its manifest.
 pub trait Program: Sync {
-    /// Starts the program for a cell. It runs the cell up to `tries` times, while the cell is
-    /// disturbed.
+    /// Runs a cell up to `tries` times, while the cell is disturbed; ends it once `stop` is set.
+    /// Returns the program's last words.
     ///
     /// # Errors
-    /// When it cannot be started.
-    fn start(&self, turn: &Turn<'_>, tries: u8) -> Result<Box<dyn Running>, Error>;
-}
-
-/// A running program.
-pub trait Running {
-    /// The program's last words once it has ended; `None` while it runs.
-    ///
-    /// # Errors
-    /// When its state cannot be determined.
-    fn ended(&mut self) -> Result<Option<String>, Error>;
-    /// Tells it to end. May be called more than once.
-    fn terminate(&mut self);
+    /// When it cannot be started or waited for.
+    fn run(&self, turn: &Turn<'_>, tries: u8, stop: &AtomicBool) -> Result<String, Error>;
 }
 
 /// Runs the cells into the campaign's folder until all have ended or `stop` is set. A cell that
@@ -70,7 +55,7 @@ pub fn run(
     })
 }
 
-/// Runs one cell; tells its program to end once `stop` is set.
+/// Runs one cell.
 fn run_one(
     turn: &Turn<'_>,
     campaign: &Path,
@@ -79,24 +64,24 @@ fn run_one(
     stop: &AtomicBool,
     progress: &dyn Progress,
 ) -> Result<(), Error> {
-    let cell = turn.cell;
     // A repeated cell would start up while others beside it are measured.
     let tries = if turn.together == 1 { tries } else { 1 };
-    let begun = Begun::new(progress, cell);
-    let mut running = program.start(turn, tries)?;
-    let said = loop {
-        if let Some(said) = running.ended()? {
-            break said;
-        }
-        if stop.load(Ordering::Relaxed) {
-            running.terminate();
-        }
-        std::thread::sleep(POLL);
-    };
+    let begun = Begun::new(progress, turn.cell);
+    let said = program.run(turn, tries, stop)?;
     drop(begun);
+    tell(turn.cell, campaign, said, progress)
+}
+
+/// Tells of a cell that has ended by its manifest. Without one, the last words of whoever ran it are the only reason
+/// known.
+pub(crate) fn tell(
+    cell: &Cell,
+    campaign: &Path,
+    said: String,
+    progress: &dyn Progress,
+) -> Result<(), Error> {
     let (verdict, reason) = match backend::manifest(campaign, cell).map_err(Error::Manifest)? {
         Some(manifest) => (manifest.verdict, manifest.reasons.join("; ")),
-        // Without a manifest, the program's last words are the only reason known.
         None => (Verdict::Failed, said),
     };
     progress.on_ended(cell, verdict, &reason);

@@ -6,7 +6,8 @@
 //!   already there are of this run's kind.
 //! - [`Queue`]: when each cell starts; [`run`]: runs the cells of a queue, each by a [`Program`],
 //!   which is a process ([`Processes`]) except in tests. [`run_cell`]: what such a process does for
-//!   its cell; it runs it again while it is disturbed.
+//!   its cell; it runs it again while it is disturbed. [`simulate`]: the same in virtual time, on
+//!   threads.
 //! - [`ComposeRunner`]: runs cells in containers; [`attach`]: finds the agents in there.
 //! - [`Pace`]: how long all of it will take; [`threads`]: runs a sweep's points.
 //! - [`Sources`]: merges folders of one plan; [`Results`]: a folder's table; [`series`]: its rows
@@ -41,6 +42,7 @@ pub mod series;
 mod sweep_folder;
 pub mod threads;
 mod tries;
+mod workers;
 
 pub use campaign_folder::CampaignFolder;
 pub use containers::{ComposeRunner, Inside};
@@ -48,7 +50,7 @@ pub use earlier::Own;
 pub use error::{Error, Kind};
 pub use findings::Findings;
 pub use folder::{begun_now, fresh};
-pub use jobs::{Program, Running, run};
+pub use jobs::{Program, run};
 pub use merge::{MergeError, Merged, Sources};
 pub use open_error::{FullError, OpenError, RESULTS};
 pub use pace::{Pace, expected, shares, time_ns};
@@ -59,3 +61,4 @@ pub use results::{Results, check_whole};
 pub use resume::pending;
 pub use sweep_folder::SweepFolder;
 pub use tries::{CellRun, Ended, run_cell};
+pub use workers::simulate;

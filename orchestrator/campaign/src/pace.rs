@@ -9,8 +9,8 @@ use crate::queue::{batch_time, batches};
 
 /// Time for a message in virtual time, with its rows written and read.
 const VIRTUAL_MESSAGE: Duration = Duration::from_micros(4);
-/// Time for a cell beyond its messages: its process, its echoes, its checksums.
-const VIRTUAL_CELL: Duration = Duration::from_millis(40);
+/// Time for a cell beyond its messages: its link, its echoes, its checksums.
+const VIRTUAL_CELL: Duration = Duration::from_millis(8);
 
 /// How fast cells run: how many at a time, and in real or virtual time.
 #[derive(Debug, Clone, Copy)]

@@ -1,10 +1,11 @@
-//! Runs one cell until it is not disturbed: the work of a cell's own process.
+//! Runs one cell until it is not disturbed: the work of a cell's own process, or of a worker in virtual time.
 
+use std::borrow::Borrow;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use analysis::Run;
-use backend::{Attempt, Backend, Player, RunError};
+use backend::{Attempt, Backend, Made, Player, RunError};
 use manifest::Manifest;
 use plan::{Cell, Plan, Verdict};
 
@@ -49,6 +50,26 @@ pub fn run_cell(
     how: &CellRun<'_>,
     stop: &AtomicBool,
 ) -> Result<Ended, Error> {
+    let Some(made) = make(plan, cell, how, stop)? else {
+        return Ok(Ended::Before);
+    };
+    let manifest = made.keep()?;
+    Ok(match stop.load(Ordering::Relaxed) {
+        true => Ended::Interrupted,
+        false => Ended::Now(Box::new(manifest)),
+    })
+}
+
+/// Runs a cell of a plan up to its manifest; `None` if it is complete already.
+///
+/// # Errors
+/// As for [`run_cell`].
+pub(crate) fn make(
+    plan: &Plan,
+    cell: &Cell,
+    how: &CellRun<'_>,
+    stop: &AtomicBool,
+) -> Result<Option<Made>, Error> {
     let before = Run::read(how.campaign, plan, cell);
     if let Some(manifest) = &before.manifest {
         how.own.check(plan, manifest, &before.folder)?;
@@ -58,7 +79,7 @@ pub fn run_cell(
             let damage = before.damage.iter().map(ToString::to_string);
             return Err(Error::DamagedCell(damage.collect::<Vec<_>>().join("; ")));
         }
-        Some(Verdict::Complete) => return Ok(Ended::Before),
+        Some(Verdict::Complete) => return Ok(None),
         _ => {}
     }
     // The plan says how many may run together, the manifest how many did.
@@ -81,27 +102,31 @@ pub fn run_cell(
             stop,
         )
     };
-    Ok(until_undisturbed(how.tries, stop, attempt)?)
+    Ok(Some(until_undisturbed(
+        how.tries,
+        stop,
+        attempt,
+        Made::keep,
+    )?))
 }
 
 /// Makes attempts until one is not disturbed, `tries` have been made, or `stop` is set. Each
-/// attempt gets the reasons of the earlier ones.
-fn until_undisturbed(
+/// attempt gets the reasons of the earlier ones, which `keep` has kept.
+fn until_undisturbed<M: Borrow<Manifest>>(
     tries: u8,
     stop: &AtomicBool,
-    mut attempt: impl FnMut(Vec<String>) -> Result<Manifest, RunError>,
-) -> Result<Ended, RunError> {
+    mut attempt: impl FnMut(Vec<String>) -> Result<M, RunError>,
+    keep: impl Fn(M) -> Result<Manifest, RunError>,
+) -> Result<M, RunError> {
     let mut earlier: Vec<String> = Vec::new();
     loop {
-        let manifest = attempt(earlier.clone())?;
-        if stop.load(Ordering::Relaxed) {
-            return Ok(Ended::Interrupted);
+        let made = attempt(earlier.clone())?;
+        let is_last = earlier.len() + 1 >= usize::from(tries);
+        let is_disturbed = made.borrow().verdict == Verdict::Disturbed;
+        if stop.load(Ordering::Relaxed) || !is_disturbed || is_last {
+            return Ok(made);
         }
-        let made = earlier.len() + 1;
-        if manifest.verdict != Verdict::Disturbed || made >= usize::from(tries) {
-            return Ok(Ended::Now(Box::new(manifest)));
-        }
-        earlier.push(manifest.reasons.join("; "));
+        earlier.push(keep(made)?.reasons.join("; "));
     }
 }
 

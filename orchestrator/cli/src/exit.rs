@@ -92,10 +92,15 @@ pub(crate) fn end(outcome: Outcome) -> ExitCode {
                 say!("webloop: {one}");
             }
         }
-        say!("webloop: {}", sentence(&failure.error));
+        say!("{}", words(&failure));
         failure.kind
     });
     ExitCode::from(exit as u8)
+}
+
+/// What is printed of an error.
+pub(crate) fn words(failure: &Failure) -> String {
+    format!("webloop: {}", sentence(&failure.error))
 }
 
 /// An error and its causes in one line. Many errors quote their cause; it is not repeated.

@@ -78,6 +78,70 @@ pub fn write_durably(path: &Path, content: &[u8]) -> io::Result<()> {
     put(path, content, true)
 }
 
+/// A file that is written and has not its name yet. Without one it is removed when dropped.
+#[derive(Debug)]
+pub struct Draft {
+    path: PathBuf,
+    partial: PathBuf,
+    file: File,
+    is_named: bool,
+}
+
+impl Draft {
+    /// Writes what `path` will be.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn write(path: &Path, content: &[u8]) -> io::Result<Draft> {
+        let partial = path.with_extension("partial");
+        // Remove what a killed run or somebody else left there: `create_new` would fail, and
+        // follows no link.
+        match fs::remove_file(&partial) {
+            Err(problem) if problem.kind() != ErrorKind::NotFound => return Err(problem),
+            _ => {}
+        }
+        let file = OpenOptions::new()
+            .write(true)
+            .create_new(true)
+            .open(&partial)?;
+        let mut draft = Draft {
+            path: path.to_owned(),
+            partial,
+            file,
+            is_named: false,
+        };
+        draft.file.write_all(content)?;
+        Ok(draft)
+    }
+
+    /// Gives it its name. A reader finds either an old file of this name or this one.
+    ///
+    /// # Errors
+    /// When it cannot be renamed.
+    pub fn name(mut self) -> io::Result<()> {
+        fs::rename(&self.partial, &self.path)?;
+        self.is_named = true;
+        Ok(())
+    }
+}
+
+impl Drop for Draft {
+    fn drop(&mut self) {
+        if !self.is_named {
+            let _ = fs::remove_file(&self.partial);
+        }
+    }
+}
+
+/// Brings all that was written before onto the disk, of the file system that `folder` is on: one call, however many
+/// files. A kernel before 5.8 does not tell of a write that failed meanwhile.
+///
+/// # Errors
+/// When something cannot be written.
+pub fn sync_all(folder: &File) -> io::Result<()> {
+    Ok(rustix::fs::syncfs(folder)?)
+}
+
 /// Creates the folder `below`, a relative path, in `folder`, and the folders in between.
 ///
 /// # Errors
@@ -155,32 +219,16 @@ fn bounded(file: &File, most_bytes: u64) -> io::Result<String> {
 }
 
 fn put(path: &Path, content: &[u8], durably: bool) -> io::Result<()> {
-    let partial = path.with_extension("partial");
-    let write = || -> io::Result<()> {
-        // Remove what a killed run or somebody else left there: `create_new` would fail, and
-        // follows no link.
-        match fs::remove_file(&partial) {
-            Err(problem) if problem.kind() != ErrorKind::NotFound => return Err(problem),
-            _ => {}
-        }
-        let mut file = OpenOptions::new()
-            .write(true)
-            .create_new(true)
-            .open(&partial)?;
-        file.write_all(content)?;
-        if durably {
-            file.sync_all()?;
-        }
-        fs::rename(&partial, path)?;
-        // The rename itself is safe only once its folder is synced.
-        match path.parent() {
-            Some(folder) if durably => File::open(folder)?.sync_all(),
-            _ => Ok(()),
-        }
-    };
-    write().inspect_err(|_| {
-        let _ = fs::remove_file(&partial);
-    })
+    let draft = Draft::write(path, content)?;
+    if durably {
+        draft.file.sync_all()?;
+    }
+    draft.name()?;
+    // The name itself is safe only once its folder is synced.
+    match path.parent() {
+        Some(folder) if durably => File::open(folder)?.sync_all(),
+        _ => Ok(()),
+    }
 }
 
 fn kind(found: FileType) -> &'static str {

@@ -1,5 +1,6 @@
 use std::fs;
 use std::sync::Mutex;
+use std::sync::atomic::Ordering;
 
 use manifest::Manifest;
 use plan::{Cell, Plan};
@@ -29,44 +30,29 @@ struct Made<'a> {
 }
 
 impl Program for Made<'_> {
-    fn start(&self, turn: &Turn<'_>, tries: u8) -> Result<Box<dyn Running>, Error> {
+    fn run(&self, turn: &Turn<'_>, tries: u8, stop: &AtomicBool) -> Result<String, Error> {
         let cell = turn.cell;
         self.started
             .lock()
             .expect("no panic")
             .push((cell.index, tries));
-        let does = self.does[cell.index];
-        if let Does::Ends(verdict) = does {
-            let folder = self.campaign.join(cell.folder());
-            let manifest = manifest(cell, verdict, &["why"]);
-            fs::create_dir_all(&folder)?;
-            fs::write(folder.join(Manifest::FILE), manifest.to_json())?;
-        }
-        match does {
+        match self.does[cell.index] {
+            Does::Ends(verdict) => {
+                let folder = self.campaign.join(cell.folder());
+                let manifest = manifest(cell, verdict, &["why"]);
+                fs::create_dir_all(&folder)?;
+                fs::write(folder.join(Manifest::FILE), manifest.to_json())?;
+                Ok(String::new())
+            }
+            Does::Says(words) => Ok(words.to_owned()),
+            Does::Hangs => {
+                while !stop.load(Ordering::Relaxed) {
+                    std::thread::yield_now();
+                }
+                Ok("interrupted".to_owned())
+            }
             Does::Fails => Err(Error::Io(std::io::Error::other("no more processes"))),
-            _ => Ok(Box::new(Step { does, told: 0 })),
         }
-    }
-}
-
-struct Step {
-    does: Does,
-    /// How often it was told to end.
-    told: u8,
-}
-
-impl Running for Step {
-    fn ended(&mut self) -> Result<Option<String>, Error> {
-        Ok(match self.does {
-            Does::Says(words) => Some(words.to_owned()),
-            // It ends only after the third request.
-            Does::Hangs => (self.told > 2).then(|| "interrupted".to_owned()),
-            Does::Ends(_) | Does::Fails => Some(String::new()),
-        })
-    }
-
-    fn terminate(&mut self) {
-        self.told += 1;
     }
 }
 

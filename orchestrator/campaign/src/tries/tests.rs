@@ -9,25 +9,23 @@ fn one_cell() -> Plan {
 
 /// Makes attempts that end with these verdicts in turn, each for a reason of its own. Returns the
 /// outcome, and the earlier reasons that each attempt was given.
-fn make(verdicts: &[Verdict], tries: u8) -> (Result<Ended, RunError>, Vec<Vec<String>>) {
+fn make(verdicts: &[Verdict], tries: u8) -> (Result<Manifest, RunError>, Vec<Vec<String>>) {
     let plan = one_cell();
     let mut told = Vec::new();
     let mut verdicts = verdicts.iter().enumerate();
-    let ended = until_undisturbed(tries, &AtomicBool::new(false), |earlier| {
+    let attempt = |earlier| {
         told.push(earlier);
         let (n, verdict) = verdicts.next().expect("no more attempts");
         let reasons = [format!("reason {n}"), "and more".to_owned()];
         let reasons = reasons.each_ref().map(String::as_str);
         Ok(manifest(&plan.cells[0], *verdict, &reasons))
-    });
+    };
+    let ended = until_undisturbed(tries, &AtomicBool::new(false), attempt, Ok);
     (ended, told)
 }
 
-fn verdict(ended: Result<Ended, RunError>) -> Verdict {
-    match ended {
-        Ok(Ended::Now(manifest)) => manifest.verdict,
-        other => panic!("{other:?}"),
-    }
+fn verdict(ended: Result<Manifest, RunError>) -> Verdict {
+    ended.expect("a manifest").verdict
 }
 
 #[test]
@@ -66,11 +64,12 @@ fn whoever_is_told_to_stop_meanwhile_asks_nothing_again() {
     let plan = one_cell();
     let stop = AtomicBool::new(false);
     let mut made = 0;
-    let ended = until_undisturbed(9, &stop, |_| {
+    let attempt = |_| {
         made += 1;
         stop.store(true, Ordering::Relaxed);
         Ok(manifest(&plan.cells[0], Verdict::Disturbed, &[]))
-    });
-    assert!(matches!(ended, Ok(Ended::Interrupted)), "{ended:?}");
+    };
+    let ended = until_undisturbed(9, &stop, attempt, |_| panic!("none is kept for another"));
+    assert_eq!(verdict(ended), Verdict::Disturbed);
     assert_eq!(made, 1);
 }

@@ -1,6 +1,6 @@
 //! `webloop run`: every cell of an experiment, and the table at the end.
 //!
-//! The crate `campaign` runs the cells; `run_cell` is the program of a cell.
+//! The crate `campaign` runs the cells; `run_cell` is the program of a cell in real time.
 
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -10,9 +10,10 @@ use std::sync::atomic::Ordering;
 use analysis::Campaign;
 use analysis::expect::{Judgement, judge};
 use anyhow::{Context, anyhow};
-use backend::Agents;
+use backend::{Agents, Virtual};
 use campaign::{
-    CampaignFolder, ComposeRunner, Inside, Pace, Processes, Queue, Results, expected, time_ns,
+    CampaignFolder, CellRun, ComposeRunner, Inside, Pace, Processes, Queue, Results, expected,
+    time_ns,
 };
 use plan::{Cell, Clause, Day, Instead, Plan, Verdict, file_name};
 
@@ -73,9 +74,7 @@ pub(crate) fn execute<'a>(
     // Between the cells too, until all are done.
     let _awake = run_cell::awake(argument.awake, argument.backend)?;
     // Report what is missing or wrong before a folder is made.
-    if argument.timing.is_some() {
-        source::timings(argument.timing.as_deref())?;
-    }
+    let timings = source::timings(argument.timing.as_deref())?;
     let containers = match argument.backend {
         Backend::Compose => Some(ComposeRunner::find(!argument.no_build)?),
         Backend::Netns | Backend::Attach | Backend::Sim => None,
@@ -106,11 +105,21 @@ pub(crate) fn execute<'a>(
             };
             containers.run(&pending, &inside, &stop, &progress)?;
         }
-        None => {
-            let queue = match argument.backend {
-                Backend::Sim => Queue::unmeasured(&pending, pace.jobs.unwrap_or(1)),
-                _ => Queue::new(&pending, pace.jobs, shaper::now_ns),
+        None if argument.backend == Backend::Sim => {
+            let queue = Queue::unmeasured(&pending, pace.jobs.unwrap_or(1));
+            let how = CellRun {
+                campaign: folder.path(),
+                backend: &backend::Backend::Sim(Box::new(Virtual::new(timings))),
+                player: argument.player.into(),
+                own,
+                tries: argument.tries,
+                together: 1,
             };
+            let words = |problem: campaign::Error| crate::exit::words(&problem.into());
+            campaign::simulate(&queue, plan, &how, &stop, &progress, words)?;
+        }
+        None => {
+            let queue = Queue::new(&pending, pace.jobs, shaper::now_ns);
             let program = Processes(run_cell::command(argument, agents, &folder)?);
             let tries = argument.tries;
             campaign::run(&queue, folder.path(), &program, tries, &stop, &progress)?;

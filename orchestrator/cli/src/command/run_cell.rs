@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use agent::Token;
 use anyhow::{Context, anyhow};
-use backend::{Agents, Awake};
+use backend::{Agents, Awake, Virtual};
 use campaign::{CampaignFolder, CellRun, Ended, Own, Turn, attach, run_cell};
 use plan::{Cell, Plan, Verdict, file_name};
 
@@ -27,7 +27,8 @@ pub(crate) fn run(argument: &RunCell) -> Outcome {
         },
         Backend::Attach => backend::Backend::Attach(attach::agents()?),
         Backend::Sim => {
-            backend::Backend::Sim(Box::new(source::timings(argument.timing.as_deref())?))
+            let timings = source::timings(argument.timing.as_deref())?;
+            backend::Backend::Sim(Box::new(Virtual::new(timings)))
         }
         Backend::Compose => {
             return Err(Failure::usage(anyhow!(
@@ -128,7 +129,7 @@ pub(crate) fn own(backend: Backend, agents: Option<&Agents>, player: Player) -> 
     }
 }
 
-/// The command `run-cell` for a cell of a campaign; `run` starts it for each cell.
+/// The command `run-cell` for a cell of a campaign; `run` starts it for each cell in real time.
 ///
 /// # Errors
 /// When this program cannot find its own file.
@@ -155,9 +156,6 @@ pub(crate) fn command<'a>(
             .args(["--not-before-ns", &turn.not_before_ns.to_string()]);
         if run.awake {
             command.arg("--awake");
-        }
-        if let Some(timing) = &run.timing {
-            command.arg("--timing").arg(timing);
         }
         command.envs(agents.map(|agents| (Token::VARIABLE, agents.token.reveal())));
         command

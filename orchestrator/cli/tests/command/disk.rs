@@ -155,3 +155,39 @@ fn whatever_of_the_disk_fails_is_named_and_no_run_is_complete_without_its_rows()
         "row 4: {failed} of {failed} runs that failed by the disk ended with another code than 0"
     );
 }
+
+/// Cells of a campaign in virtual time ask the disk together.
+#[test]
+fn a_disk_that_fails_a_campaign_s_cells_together_is_named_and_none_of_them_is_complete() {
+    if Command::new("strace").arg("-V").output().is_err() {
+        println!("SKIPPED: there is no strace to make a disk fail");
+        return;
+    }
+    let place = tempfile::tempdir().unwrap();
+    let experiment = place.path().join("disk.toml");
+    let text = "name = \"disk\"\n[[cells]]\ntopology = [\"diego-vpn\"]\nclient = [\"native\"]\nmode = \"closed\"\n\
+                h = [\"10ms\"]\nduration = \"2s\"\nrepeats = 3\n";
+    fs::write(&experiment, text).unwrap();
+    let out = place.path().join("out");
+    let run = |more: &[&str]| {
+        Command::new("strace")
+            .args(["-f", "-qq", "-o", "/dev/null", "-e", "trace=syncfs"])
+            .args(more)
+            .args([WEBLOOP, "run", "--backend", "sim", "--no-report"])
+            .arg(&experiment)
+            .arg("--out")
+            .arg(&out)
+            .output()
+            .unwrap()
+    };
+    let failed = run(&["-e", "inject=syncfs:error=EIO"]);
+    let said = String::from_utf8_lossy(&failed.stderr);
+    assert!(said.contains("Input/output error"), "{said}");
+    assert!(!said.contains("panicked"), "{said}");
+    assert_eq!(failed.status.code(), Some(1), "{said}");
+    assert!(!is_complete(&out));
+    let again = run(&[]);
+    let said = String::from_utf8_lossy(&again.stderr);
+    assert_eq!(again.status.code(), Some(0), "{said}");
+    assert!(verifies(place.path(), &out));
+}

@@ -20,6 +20,8 @@ struct Disk(BTreeMap<PathBuf, bool>);
 enum Call<'a> {
     Write(&'a Path),
     Sync(&'a Path),
+    /// Of all that was written before.
+    SyncAll,
     Rename(&'a Path, &'a Path),
 }
 
@@ -35,6 +37,7 @@ impl Call<'_> {
         match name {
             "write" | "writev" | "pwrite64" => file().map(Call::Write),
             "fsync" | "fdatasync" => file().map(Call::Sync),
+            "syncfs" => Some(Call::SyncAll),
             "rename" | "renameat" | "renameat2" => {
                 let mut names = rest.split('"').skip(1).step_by(2);
                 Some(Call::Rename(
@@ -60,6 +63,7 @@ fn check(record: &str) -> [usize; 2] {
             Call::Sync(path) => {
                 disk.0.insert(path.to_owned(), true);
             }
+            Call::SyncAll => disk.0.values_mut().for_each(|synced| *synced = true),
             Call::Rename(from, to) => {
                 let synced = disk.0.remove(from);
                 if to.ends_with(Manifest::FILE) {
@@ -92,7 +96,7 @@ fn wherever_the_power_fails_a_manifest_vouches_for_what_is_on_the_disk() {
     fs::write(&experiment, text).unwrap();
     let ran = Command::new("strace")
         .args(["-f", "-qq", "-y", "-s", "0", "-e"])
-        .arg("trace=write,writev,pwrite64,fsync,fdatasync,rename,renameat,renameat2")
+        .arg("trace=write,writev,pwrite64,fsync,fdatasync,syncfs,rename,renameat,renameat2")
         .arg("-o")
         .arg(&log)
         .args([

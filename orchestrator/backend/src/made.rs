@@ -1,0 +1,74 @@
+//! A cell that has been run, until its manifest is in its folder.
+//!
+//! A manifest vouches for the other files, so these are on the disk before it has its name: after a power cut it is
+//! whole and true, or not there. Bringing files onto a disk one by one takes longer than simulating what is in them,
+//! so cells of one campaign can do it together.
+
+use std::borrow::Borrow;
+use std::fs::File;
+use std::io;
+use std::path::PathBuf;
+
+use file::Draft;
+
+use crate::{Manifest, RunError, folder};
+
+/// A cell that has been run, with its folder, which is in use by it.
+#[derive(Debug)]
+#[must_use = "without its manifest, the cell has not been run"]
+pub struct Made {
+    pub(crate) manifest: Manifest,
+    pub(crate) folder: PathBuf,
+    /// Until it is closed, nobody else runs the cell.
+    pub(crate) _in_use: File,
+}
+
+impl Borrow<Manifest> for Made {
+    fn borrow(&self) -> &Manifest {
+        &self.manifest
+    }
+}
+
+impl Made {
+    /// Writes the manifest, once the cell's other files are on the disk.
+    ///
+    /// # Errors
+    /// [`RunError::Write`] if one of them cannot be written; then there is no manifest.
+    pub fn keep(self) -> Result<Manifest, RunError> {
+        folder::sync(&self.folder, &self.manifest)
+            .map_err(|problem| RunError::write(&self.folder, problem))?;
+        let path = self.folder.join(Manifest::FILE);
+        folder::write_whole(&path, self.manifest.to_json().as_bytes())?;
+        Ok(self.manifest)
+    }
+
+    /// Writes the manifests of cells in one campaign's folder, which is open as `campaign` since before the first of
+    /// them was run. The disk is asked once.
+    ///
+    /// # Errors
+    /// As for [`keep`](Made::keep), for each cell.
+    pub fn keep_together(made: Vec<Made>, campaign: &File) -> Vec<Result<Manifest, RunError>> {
+        if made.is_empty() {
+            return Vec::new();
+        }
+        let drafts: Vec<_> = made.iter().map(Made::draft).collect();
+        let problem = file::sync_all(campaign).err();
+        let named = |(made, draft): (Made, Result<Draft, RunError>)| {
+            let fail = |problem| RunError::write(&made.folder, problem);
+            let draft = draft?;
+            if let Some(problem) = &problem {
+                return Err(fail(io::Error::new(problem.kind(), problem.to_string())));
+            }
+            draft.name().map_err(fail)?;
+            Ok(made.manifest)
+        };
+        made.into_iter().zip(drafts).map(named).collect()
+    }
+
+    /// The manifest before it has its name.
+    fn draft(&self) -> Result<Draft, RunError> {
+        let path = self.folder.join(Manifest::FILE);
+        Draft::write(&path, self.manifest.to_json().as_bytes())
+            .map_err(|problem| RunError::write(&path, problem))
+    }
+}

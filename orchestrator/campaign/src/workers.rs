@@ -1,0 +1,132 @@
+//! Runs the cells of a queue in virtual time, on threads of this process.
+//!
+//! Nothing is measured there, so cells need no process of their own. The threads only simulate; meanwhile this one
+//! gives the finished cells their manifests, as many at a time as are waiting, since a disk takes about as long to
+//! bring one of them to safety as to bring many.
+
+use std::any::Any;
+use std::fs::File;
+use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::sync_channel;
+use std::thread;
+
+use backend::Made;
+use plan::{Cell, Plan};
+
+use crate::error::Error;
+use crate::jobs::tell;
+use crate::open_error::FullError;
+use crate::progress::{Begun, Progress};
+use crate::queue::Queue;
+use crate::tries::{self, CellRun};
+
+/// Cells that may wait for their manifests: each has its folder open.
+const WAITING: usize = 64;
+
+/// Runs the cells of a plan into the campaign's folder until all have ended or `stop` is set. A cell that panics has
+/// failed, and the others go on. `words` says what an error means.
+///
+/// # Errors
+/// When the campaign's folder cannot be brought onto the disk, or a manifest cannot be read.
+pub fn simulate(
+    queue: &Queue<'_>,
+    plan: &Plan,
+    how: &CellRun<'_>,
+    stop: &AtomicBool,
+    progress: &dyn Progress,
+    words: fn(Error) -> String,
+) -> Result<(), Error> {
+    let make = |cell: &Cell| tries::make(plan, cell, how, stop);
+    run(queue, how.campaign, make, stop, progress, words)
+}
+
+/// Runs the cells of a queue by `make`; `None` if there is nothing to do.
+fn run(
+    queue: &Queue<'_>,
+    campaign: &Path,
+    make: impl Fn(&Cell) -> Result<Option<Made>, Error> + Sync,
+    stop: &AtomicBool,
+    progress: &dyn Progress,
+    words: fn(Error) -> String,
+) -> Result<(), Error> {
+    let disk = File::open(campaign)?;
+    let (give, made) = sync_channel(WAITING);
+    thread::scope(|scope| {
+        for _ in 0..queue.workers() {
+            let (give, make) = (give.clone(), &make);
+            scope.spawn(move || {
+                while let Some(turn) = queue.next(stop) {
+                    let begun = Begun::new(progress, turn.cell);
+                    let made = catch_unwind(AssertUnwindSafe(|| make(turn.cell)));
+                    let made = match made {
+                        Ok(made) => made.map_err(words),
+                        Err(panic) => Err(last_words(&*panic)),
+                    };
+                    drop(begun);
+                    queue.end();
+                    // Nobody receives any more if this process cannot go on.
+                    if give.send((turn.cell, made)).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(give);
+        // Moved in here, so that an error drops the receiver and thereby ends the threads.
+        let made = made;
+        while let Ok(first) = made.recv() {
+            let all = std::iter::once(first).chain(made.try_iter());
+            keep(all.collect(), campaign, &disk, progress, words)?;
+        }
+        // The names of the last ones.
+        file::sync_all(&disk).map_err(|source| full(campaign, source))
+    })
+}
+
+/// Gives cells their manifests, and tells of them.
+fn keep(
+    cells: Vec<(&Cell, Result<Option<Made>, String>)>,
+    campaign: &Path,
+    disk: &File,
+    progress: &dyn Progress,
+    words: fn(Error) -> String,
+) -> Result<(), Error> {
+    let (mut kept, mut made) = (Vec::new(), Vec::new());
+    for (cell, outcome) in cells {
+        match outcome {
+            Ok(Some(one)) => {
+                kept.push(cell);
+                made.push(one);
+            }
+            Ok(None) => tell(cell, campaign, String::new(), progress)?,
+            Err(words) => tell(cell, campaign, words, progress)?,
+        }
+    }
+    for (cell, manifest) in kept.into_iter().zip(Made::keep_together(made, disk)) {
+        match manifest {
+            Ok(manifest) => {
+                progress.on_ended(cell, manifest.verdict, &manifest.reasons.join("; "));
+            }
+            Err(problem) => tell(cell, campaign, words(problem.into()), progress)?,
+        }
+    }
+    Ok(())
+}
+
+fn full(campaign: &Path, source: io::Error) -> Error {
+    let path = campaign.to_owned();
+    FullError { path, source }.into()
+}
+
+/// What a thread said as it panicked.
+fn last_words(panic: &(dyn Any + Send)) -> String {
+    let words = panic.downcast_ref::<&str>().copied();
+    let words = words.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+    format!("its thread panicked: {}", words.unwrap_or("no words"))
+}
+
+#[cfg(test)]
+mod tests;
