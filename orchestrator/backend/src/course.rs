@@ -15,12 +15,13 @@ use certificate::Echo;
 use judge::{Pulse, Watched};
 use link::{Epoch, LinkTime, Profile};
 use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase, ProfileText, Program};
+use shaper::ProbePlan;
 
 use crate::link_check::{LinkCheck, NOTHING_ENTERED};
 use crate::pulse::Pulses;
 use crate::record::Rows;
 use crate::role::{ControllerRole, LinkRole, PlantRole, RoleSettings};
-use crate::schedule::Spacing;
+use crate::schedule::{Series, Spacing};
 use crate::site::{Running, Site};
 use crate::{RunError, schedule};
 
@@ -86,6 +87,34 @@ impl Events {
     }
 }
 
+/// A series of echoes that was sent.
+#[derive(Debug)]
+pub(crate) struct Sent {
+    pub(crate) phase: Phase,
+    pub(crate) echoes: Vec<Echo>,
+    /// Until when each was waited for at least, monotonic.
+    pub(crate) until_ns: Vec<u64>,
+}
+
+impl Sent {
+    /// Sends the echoes of a plan.
+    fn send(
+        site: &dyn Site,
+        phase: Phase,
+        plan: &ProbePlan,
+        stop: &AtomicBool,
+    ) -> Result<Sent, RunError> {
+        let until_ns = plan.until_ns.iter();
+        Ok(Sent {
+            phase,
+            echoes: site.echoes(plan, stop)?,
+            until_ns: until_ns
+                .map(|ns| plan.start_ns.saturating_add(*ns))
+                .collect(),
+        })
+    }
+}
+
 /// What was observed during a run.
 #[derive(Debug)]
 pub(crate) struct Seen {
@@ -96,7 +125,7 @@ pub(crate) struct Seen {
     /// When the controller's first message was due, monotonic.
     pub(crate) start_ns: u64,
     /// The echoes; those on the empty link come first.
-    pub(crate) echoes: [(Phase, Vec<Echo>); 4],
+    pub(crate) echoes: [Sent; 4],
     /// The rows, if they need not be read from their files.
     pub(crate) rows: Option<Rows>,
     /// The pulse of the processors meanwhile; `None` in virtual time.
@@ -133,6 +162,11 @@ pub(crate) fn run(
     patience: u64,
     stop: &AtomicBool,
 ) -> Result<Seen, RunError> {
+    let begun_ns = site.now_ns();
+    let passed = |step: &str| {
+        let ns = site.now_ns().saturating_sub(begun_ns);
+        tracing::debug!(ms = ns / 1_000_000, "{step}");
+    };
     let lead_ns = site.lead_ns(cell.client.spec().start_time);
     let spacing = Spacing::of(profile);
     let opens = spacing.opens();
@@ -156,16 +190,20 @@ pub(crate) fn run(
     };
     let (mut parts, empty) = thread::scope(|scope| {
         let plan = link_check.plan(Spacing::Close.empty(site.now_ns()));
-        let empty = scope.spawn(move || site.echoes(&plan, stop));
+        let empty = scope.spawn(move || Sent::send(site, Phase::Empty, &plan, stop));
         let parts = Parts::start(site, cell, texts, epoch, link);
+        passed("the parts are ready");
         let empty = joined(empty);
         Ok::<_, RunError>((parts?, empty?))
     })?;
+    passed("the empty link is measured");
     if site.now_ns() >= opens_ns {
         return Err(RunError::Late);
     }
     let start_ns = epoch.t_ns(plan::START_AT);
-    let send = |series, stop: &AtomicBool| site.echoes(&link_check.plan(series), stop);
+    let send = |series: Series, stop: &AtomicBool| {
+        Sent::send(site, series.phase, &link_check.plan(series), stop)
+    };
     let pulses = Pulses::start();
     let end_ns = start_ns + cell.duration_ns;
     let mut shares = Shares::new(start_ns, end_ns);
@@ -175,6 +213,7 @@ pub(crate) fn run(
         let before = scope.spawn(|| send(spacing.before(epoch), &abandon));
         let during = scope.spawn(|| send(schedule::during(start_ns, cell.duration_ns), &abandon));
         let ended = parts.await_controller(site, &mut events, &mut shares, stop);
+        passed("the controller has ended");
         let after = ended.and_then(|()| send(spacing.after(site.now_ns()), stop));
         // Ctrl-C in a terminal also ends the controller, as if it had ended by itself.
         if after.is_err() || stop.load(Ordering::Relaxed) {
@@ -183,18 +222,15 @@ pub(crate) fn run(
         let (before, during) = (joined(before), joined(during));
         // Return the cause first: the echoes were abandoned because of it.
         let after = after?;
-        Ok::<_, RunError>([
-            (Phase::Empty, empty),
-            (Phase::Before, before?),
-            (Phase::During, during?),
-            (Phase::After, after),
-        ])
+        Ok::<_, RunError>([empty, before?, during?, after])
     })?;
+    passed("the echoes are back");
     let pulse = pulses.finish();
     let seen = parts.seen()?;
     let end_faults = parts.done(&seen)?;
     let watched = seen.map(|seen| seen.watched(&shares, &end_faults));
     parts.stop()?;
+    passed("the parts have ended");
     Ok(Seen {
         epoch,
         opens,

@@ -9,10 +9,10 @@ use certificate::{Baseline, Certificate, Echo, Edge, LinkReport, Pause};
 use judge::{Judgement, Messages, Pulse, Records, Watched};
 use link::Epoch;
 use manifest::{ControllerReport, PlantReport};
-use plan::{Cell, EndFaultDone, Phase};
+use plan::{Cell, EndFaultDone};
 
 use crate::RunError;
-use crate::course::Seen;
+use crate::course::{Seen, Sent};
 use crate::link_check::LinkCheck;
 use crate::record::Rows;
 use crate::report::{Reports, is_real_time};
@@ -50,7 +50,7 @@ pub(crate) fn judge(
         end_faults: seen.end_faults.clone(),
         ..Evidence::default()
     };
-    let Some(baseline) = link_check.baseline(&phases[0].1) else {
+    let Some(baseline) = link_check.baseline(&phases[0].echoes) else {
         evidence
             .doubts
             .push("no echo came through the empty link".into());
@@ -59,7 +59,7 @@ pub(crate) fn judge(
     let reports = Reports::read(folder);
     let link = reports.link.as_ref();
     let edge = link.map_or(Edge::USER, LinkReport::edge);
-    let echoes = link_check.heard(in_order(&phases[1..]));
+    let echoes = in_order(phases[1..].iter().map(|sent| link_check.heard(sent)));
     let certificate = link_check.certificate(&echoes, baseline, edge);
     if let certificate::Verdict::Broken(reasons) = &certificate.verdict {
         evidence.doubts.extend(reasons.iter().cloned());
@@ -143,11 +143,8 @@ fn watched(parts: &[(String, Watched)]) -> Option<BTreeMap<String, Watched>> {
 }
 
 /// The echoes of several series as one, in order of sending.
-fn in_order(phases: &[(Phase, Vec<Echo>)]) -> Vec<Echo> {
-    let mut echoes: Vec<_> = phases
-        .iter()
-        .flat_map(|(_, echoes)| echoes.iter().copied())
-        .collect();
+fn in_order(series: impl Iterator<Item = Vec<Echo>>) -> Vec<Echo> {
+    let mut echoes: Vec<Echo> = series.flatten().collect();
     echoes.sort_by_key(|echo| echo.t_send_ns);
     echoes
 }
@@ -155,13 +152,13 @@ fn in_order(phases: &[(Phase, Vec<Echo>)]) -> Vec<Echo> {
 /// Writes every echo, with its prediction, to the file `path`.
 pub(crate) fn write_rows(
     link_check: &LinkCheck,
-    phases: &[(Phase, Vec<Echo>)],
+    series: &[Sent],
     path: &Path,
 ) -> Result<(), RunError> {
     let fail = |problem: csv::Error| RunError::write(path, std::io::Error::other(problem));
     let mut csv = csv::Writer::from_path(path).map_err(fail)?;
-    for (phase, echoes) in phases {
-        for row in link_check.rows(*phase, echoes) {
+    for sent in series {
+        for row in link_check.rows(sent.phase, &sent.echoes) {
             csv.serialize(row).map_err(fail)?;
         }
     }

@@ -4,16 +4,29 @@
 
 use std::net::Ipv4Addr;
 
-use certificate::{Baseline, Certificate, Echo, Edge, Prediction, certify_within, predict};
+use certificate::{
+    Baseline, Certificate, Echo, Edge, Prediction, certify_within, predict, predict_within,
+};
 use link::{Epoch, LinkTime, PacketRow, Profile, Timeline, Way};
 use plan::{Phase, ProbeRow};
 use shaper::ProbePlan;
 
+use crate::course::Sent;
 use crate::schedule::Series;
 
 /// How much later than predicted an echo may come back, ns: a machine that is busier than this could
 /// not be judged anyway.
 const GRACE_NS: u64 = 500_000_000;
+
+/// How much later than planned an echo may be sent. If its fate changes within this time, nobody knows it beforehand.
+const LATE_NS: u64 = 5_000_000;
+
+/// How much later than predicted an echo may come that may as well be lost, ns: if it is lost, as it often is, the run
+/// does not wait for it any longer.
+const DOUBT_NS: u64 = 2_000_000;
+
+/// How long it was listened after an echo was due whose absence counts, ns.
+const LISTENED_NS: u64 = 20_000_000;
 
 /// For a link that has not been played yet: nothing is known about what entered it.
 pub(crate) const NOTHING_ENTERED: [Option<Vec<PacketRow>>; 2] = [None, None];
@@ -39,25 +52,35 @@ impl LinkCheck<'_> {
             target: self.target,
             start_ns: series.start_ns,
             interval_ns: series.interval_ns,
-            count: series.count,
             seed: Some(self.seed),
-            lost: Vec::new(),
-            back_ns: 0,
-            grace_ns: GRACE_NS,
+            until_ns: Vec::new(),
             id: series.phase as u16,
         };
-        let mut timeline = self.timeline();
-        for seq in 0..series.count {
-            let sent_ns = plan.due_ns(series.start_ns, seq);
-            let up = timeline.state_at(Way::Up, sent_ns);
-            let down = timeline.state_at(Way::Down, sent_ns + up.delay_ns);
-            let back_ns = sent_ns + up.delay_ns + down.delay_ns;
-            plan.back_ns = plan.back_ns.max(back_ns - series.start_ns);
+        let sent_ns = |seq| plan.due_ns(series.start_ns, seq);
+        let echoes: Vec<Echo> = (0..series.count)
+            .map(|seq| Echo {
+                seq,
+                t_send_ns: sent_ns(seq),
+                t_reach_ns: None,
+                t_back_ns: None,
+            })
+            .collect();
+        let late = Edge {
+            after_ns: LATE_NS,
+            ..Edge::USER
+        };
+        let until_ns = |(echo, Prediction { up, down }): (&Echo, Prediction)| {
+            let due_ns = up.delay_ns.saturating_add(down.delay_ns);
+            let may_be_lost = [&up, &down].iter().any(|way| way.lost || way.either_fate);
             // Behind a rate limit nobody knows which packets a full queue drops.
-            if (up.lost || down.lost) && !self.profile.has_rate() {
-                plan.lost.push(seq);
-            }
-        }
+            let is_doubtful = may_be_lost && !self.profile.has_rate();
+            let more_ns = if is_doubtful { DOUBT_NS } else { GRACE_NS };
+            (echo.t_send_ns - series.start_ns)
+                .saturating_add(due_ns)
+                .saturating_add(more_ns)
+        };
+        let predictions = predict_within(&echoes, &mut self.timeline(), late);
+        plan.until_ns = echoes.iter().zip(predictions).map(until_ns).collect();
         plan
     }
 
@@ -79,19 +102,29 @@ impl LinkCheck<'_> {
         certify_within(echoes, self.timeline(), baseline, edge)
     }
 
-    /// The echoes in order of sending, without those whose answer was due after listening had ended. If
-    /// a queue grows over the run, nobody knows in advance how long to listen.
-    pub(crate) fn heard(&self, echoes: Vec<Echo>) -> Vec<Echo> {
-        if !self.profile.has_rate() {
-            return echoes;
-        }
-        let predictions = predict(&echoes, &mut self.timeline());
-        let is_heard = |(echo, due): &(Echo, Prediction)| {
-            let due_ns = due.up.delay_ns.saturating_add(due.down.delay_ns);
-            echo.t_back_ns.is_some() || due_ns <= GRACE_NS
+    /// The echoes of a series without those whose absence says nothing: nobody is known to have listened for long
+    /// enough after they were due. Such an echo met the link just before or after a change, or waits in a queue that
+    /// grows.
+    pub(crate) fn heard(&self, sent: &Sent) -> Vec<Echo> {
+        let times = |echo: &Echo| [Some(echo.t_send_ns), echo.t_reach_ns, echo.t_back_ns];
+        let last_ns = sent.echoes.iter().flat_map(times).flatten().max();
+        let is_heard = |(echo, due): &(&Echo, Prediction)| {
+            let [up, down] = [&due.up, &due.down];
+            let due_ns = up.delay_ns.saturating_add(down.delay_ns);
+            if echo.t_back_ns.is_some() || self.profile.has_rate() {
+                return echo.t_back_ns.is_some() || due_ns <= GRACE_NS;
+            }
+            let may_be_lost = [up, down].iter().any(|way| way.lost || way.either_fate);
+            let back_ns = match echo.t_reach_ns {
+                Some(reach_ns) => reach_ns.saturating_add(down.delay_ns),
+                None => echo.t_send_ns.saturating_add(due_ns),
+            };
+            let until_ns = sent.until_ns.get(echo.seq as usize).copied().max(last_ns);
+            may_be_lost || until_ns >= Some(back_ns.saturating_add(LISTENED_NS))
         };
-        let each = echoes.into_iter().zip(predictions);
-        each.filter(is_heard).map(|(echo, _)| echo).collect()
+        let predictions = predict(&sent.echoes, &mut self.timeline());
+        let each = sent.echoes.iter().zip(predictions);
+        each.filter(is_heard).map(|(echo, _)| *echo).collect()
     }
 
     /// The rows of a series, each with its prediction.
@@ -131,3 +164,6 @@ impl LinkCheck<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -20,9 +20,10 @@ use crate::evidence::{self, Evidence};
 use crate::link_check::LinkCheck;
 use crate::made::Made;
 use crate::netns::Netns;
+use crate::patience::patiently;
 use crate::report::Reports;
 use crate::{
-    Agents, Awake, Manifest, Player, RunError, Virtual, folder, own, record, schedule, simulated,
+    Agents, Awake, Manifest, Player, RunError, Virtual, folder, own, record, simulated,
 };
 
 /// The folder of a cell inside a campaign's folder.
@@ -94,19 +95,10 @@ pub fn run_cell(
     let folder = cell_folder(campaign, cell);
     let in_use = folder::make_room(campaign, &folder)?;
     let described = describe(backend);
-    let mut patience = 1;
-    let outcome = loop {
-        match execute(plan, cell, &folder, backend, player, patience, stop) {
-            Err(RunError::Late) if patience < schedule::MOST_PATIENCE => {
-                tracing::info!(
-                    "the link opened before all parts were ready; once more, with more time"
-                );
-                folder::clear(&folder).map_err(|problem| RunError::write(&folder, problem))?;
-                patience *= 3;
-            }
-            outcome => break outcome,
-        }
-    };
+    let once = |patience| execute(plan, cell, &folder, backend, player, patience, stop);
+    let outcome = patiently(once, || {
+        folder::clear(&folder).map_err(|problem| RunError::write(&folder, problem))
+    });
     // Ctrl-C in a terminal also reaches the roles, which then end as if by themselves.
     let outcome = if stop.load(Ordering::Relaxed) {
         Err(RunError::Interrupted)
@@ -124,6 +116,7 @@ pub fn run_cell(
         None => Ok(evidence),
     });
     let (verdict, reasons, evidence) = judge(outcome, &reports, &folder);
+    tracing::debug!(ms = clock.elapsed().as_millis(), "judged");
     let manifest = Manifest {
         version: Manifest::VERSION,
         verdict,

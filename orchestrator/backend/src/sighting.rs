@@ -34,7 +34,7 @@ pub(crate) fn ask(
         "ask",
         serde_json::to_value(plan).unwrap_or_default(),
     )?;
-    let last_ns = plan.start_ns + u64::from(plan.count) * plan.interval_ns;
+    let last_ns = plan.start_ns + u64::from(plan.count()) * plan.interval_ns;
     loop {
         if stop.load(Ordering::Relaxed) {
             run.stop(&instance)?;

@@ -7,7 +7,6 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::ops::Range;
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 
 use certificate::{Echo, LinkReport};
 use control::Law;
@@ -17,51 +16,15 @@ use endpoint::{ArrivalRow, MessageRow, Model, SecondRow, Surrounded, Thread, Tic
 use link::{PacketRow, Profile, Way};
 use manifest::{ModelController, ModelPlant};
 use plan::series::Spacing;
-use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase, ProfileText, file_name};
+use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase, file_name};
 use serde::Serialize;
 use sim::{EPOCH, Outcome, Pool, Record, Series, Setup, Start, Timing};
 use system::{System, Unfit};
 
-use crate::course::{Seen, Texts};
+use crate::course::{Seen, Sent, Texts};
 use crate::own_plant::start_simulated;
 use crate::record::Rows;
-use crate::run::read_profile;
-use crate::{RunError, Timings, folder, schedule};
-
-/// What cells in virtual time share.
-#[derive(Debug)]
-pub struct Virtual {
-    timings: Timings,
-    /// The profiles that have been read: to read one takes as long as to simulate some hundred messages over it.
-    profiles: Mutex<Vec<(ProfileText, Profile)>>,
-}
-
-impl Virtual {
-    /// Virtual time in which programs take these times.
-    #[must_use]
-    pub fn new(timings: Timings) -> Virtual {
-        Virtual {
-            timings,
-            profiles: Mutex::default(),
-        }
-    }
-
-    /// How long the cell's programs take.
-    pub(crate) fn timing(&self, cell: &Cell) -> &Timing {
-        self.timings.of(cell)
-    }
-
-    /// The link that a plan's text describes.
-    pub(crate) fn profile(&self, text: &ProfileText, topology: &str) -> Result<Profile, RunError> {
-        let read = || self.profiles.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, profile)) = read().iter().find(|(known, _)| known == text) {
-            return Ok(profile.clone());
-        }
-        let profile = read_profile(text, topology)?;
-        read().push((text.clone(), profile.clone()));
-        Ok(profile)
-    }
-}
+use crate::{RunError, folder, schedule};
 
 /// How long the plant goes on after the last message: as long as there are echoes.
 const AFTER_NS: u64 = 1_200_000_000;
@@ -168,19 +131,23 @@ fn run_with<M: Model + Clone>(
     let mut files = Files::create(folder, profile.has_rate(), setup.plant.has_second())?;
     let outcome = sim::run(&setup, &mut files)
         .map_err(|problem| RunError::Unsupported(problem.to_string()))?;
-    let (written, rows, echoes) = files.finish(folder)?;
+    let written = files.finish(folder)?;
     write_reports(folder, written, outcome, timing)?;
     let mut phases = planned.iter().map(|series| series.phase);
     Ok(Seen {
         epoch: EPOCH,
         opens: Spacing::Wide.opens(),
         start_ns,
-        echoes: echoes.map(|mut echoes| {
+        echoes: files.echoes.map(|mut echoes| {
             // They ended in a different order than they were sent.
             echoes.sort_unstable_by_key(|echo| echo.seq);
-            (phases.next().unwrap_or(Phase::After), echoes)
+            Sent {
+                phase: phases.next().unwrap_or(Phase::After),
+                until_ns: vec![u64::MAX; echoes.len()],
+                echoes,
+            }
         }),
-        rows: Some(rows),
+        rows: Some(files.rows),
         pulse: None,
         watched: Vec::new(),
         end_faults: faults
@@ -314,9 +281,9 @@ impl Sheet {
     }
 
     /// Completes the file; returns how many rows it has.
-    fn finish(mut self) -> io::Result<u64> {
+    fn finish(&mut self) -> io::Result<u64> {
         self.flush();
-        self.problem.map_or(Ok(self.rows), Err)
+        self.problem.take().map_or(Ok(self.rows), Err)
     }
 }
 
@@ -336,24 +303,23 @@ impl Files {
         })
     }
 
-    /// Flushes the files. Returns how many rows are in each (ticks, second inputs and outputs, arrivals and messages),
-    /// the rows, and the echoes of each series.
-    fn finish(mut self, folder: &Path) -> Result<([u64; 4], Rows, [Vec<Echo>; 4]), RunError> {
+    /// Completes the files; returns how many rows are in each: ticks, second inputs and outputs, arrivals and
+    /// messages.
+    fn finish(&mut self, folder: &Path) -> Result<[u64; 4], RunError> {
         let fail = |problem| RunError::write(folder, problem);
-        if let Some(problem) = self.problem {
+        if let Some(problem) = self.problem.take() {
             return Err(fail(io::Error::other(problem)));
         }
         if let Some(packets) = &mut self.packets {
             packets.flush().map_err(fail)?;
         }
-        let second = self.second.map_or(Ok(0), Sheet::finish);
-        let written = [
+        let second = self.second.as_mut().map_or(Ok(0), Sheet::finish);
+        Ok([
             self.ticks.finish().map_err(fail)?,
             second.map_err(fail)?,
             self.arrivals.finish().map_err(fail)?,
             self.messages.finish().map_err(fail)?,
-        ];
-        Ok((written, self.rows, self.echoes))
+        ])
     }
 }
 

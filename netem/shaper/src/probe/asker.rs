@@ -67,16 +67,12 @@ impl Asker {
         const CAPACITY: u32 = 1 << 16;
         let start_ns = plan.start_ns.max(now_ns());
         let due_ns = |seq: u32| plan.due_ns(start_ns, seq);
-        let back_ns = start_ns.saturating_add(plan.back_ns);
-        let end_ns = back_ns.saturating_add(plan.grace_ns);
         let target = SocketAddrV4::new(plan.target, 0);
-        let mut echoes = Vec::with_capacity(plan.count.min(CAPACITY) as usize);
-        // Those that come although they should be lost are not counted.
-        let awaited = (plan.count as usize).saturating_sub(plan.lost.len());
-        let mut answered = 0;
+        let count = plan.count();
+        let mut echoes: Vec<Echo> = Vec::with_capacity(count.min(CAPACITY) as usize);
         while !stop.load(Ordering::Relaxed) {
             let sent = echoes.len() as u32;
-            if sent < plan.count && now_ns() >= due_ns(sent) {
+            if sent < count && now_ns() >= due_ns(sent) {
                 echoes.push(self.send(plan.id, sent, &target)?);
             }
             if let Some(witness) = &mut witness {
@@ -94,21 +90,19 @@ impl Asker {
                     && echo.t_back_ns.is_none()
                 {
                     echo.t_back_ns = Some(stamp_ns);
-                    answered += usize::from(plan.lost.binary_search(&id.seq).is_err());
                     on_answer(echo);
                 }
             })?;
             let sent = echoes.len() as u32;
-            let wake_ns = match (sent < plan.count, answered >= awaited) {
-                (true, _) => due_ns(sent),
-                (false, true) if plan.lost.is_empty() => break,
-                (false, true) => back_ns,
-                (false, false) => end_ns,
+            let is_missing = |seq: u32| echoes[seq as usize].t_back_ns.is_none();
+            let wake_ns = match sent < count {
+                true => due_ns(sent),
+                false => match plan.end_ns(start_ns, is_missing) {
+                    Some(end_ns) if end_ns > now_ns() => end_ns,
+                    _ => break,
+                },
             };
             let now = now_ns();
-            if sent == plan.count && now >= wake_ns {
-                break;
-            }
             let sleep_ns = wake_ns.saturating_sub(now).min(LONGEST_SLEEP_NS);
             self.wait(witness.as_deref(), sleep_ns)?;
         }

@@ -61,11 +61,8 @@ pub(crate) fn series(
         target: PLANT_ADDRESS,
         start_ns: epoch_ns.checked_add_signed(start_ns).expect("after boot"),
         interval_ns,
-        count,
         seed: None,
-        lost: Vec::new(),
-        back_ns: u64::from(count) * interval_ns + 5 * SECOND,
-        grace_ns: 0,
+        until_ns: vec![u64::from(count) * interval_ns + 5 * SECOND; count as usize],
         id,
     }
 }

@@ -108,11 +108,8 @@ pub(crate) fn loopback_needs_no_player() {
             target: Ipv4Addr::LOCALHOST,
             start_ns: epoch_ns,
             interval_ns: 2 * MS,
-            count: 200,
             seed: None,
-            lost: Vec::new(),
-            back_ns: 200 * 2 * MS + SECOND,
-            grace_ns: 0,
+            until_ns: vec![200 * 2 * MS + SECOND; 200],
             id: 3,
         };
         let echoes = probe(&plan, &machine, &machine).unwrap();

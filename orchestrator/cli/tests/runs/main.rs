@@ -48,6 +48,7 @@ fn tests() -> Vec<Trial> {
         own_plant::a_motor_of_one_s_own_equals_the_built_in_one,
         own_plant::a_pendulum_of_one_s_own_is_held_over_a_link,
         own_plant::two_inputs_and_outputs_are_held_over_a_link_and_in_virtual_time,
+        own_plant::a_plant_that_starts_slowly_is_waited_for,
         own_plant::a_plant_that_breaks_its_contract_fails_by_name_and_leaves_nothing,
         ending::an_interrupted_run_ends_soon_with_its_rows,
         ending::a_killed_run_leaves_rows_and_nothing_else_and_can_be_continued,

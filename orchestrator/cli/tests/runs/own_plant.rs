@@ -187,6 +187,58 @@ pub(crate) fn two_inputs_and_outputs_are_held_over_a_link_and_in_virtual_time() 
     Ok(())
 }
 
+/// Longer than the parts of a run may take before its link opens, and less than with the most patience.
+const SLOW_S: f64 = 1.0;
+
+/// What is not ready when its link opens has no run, and is begun again with more patience.
+pub(crate) fn a_plant_that_starts_slowly_is_waited_for() -> Result<(), String> {
+    if python::version().is_err() {
+        return Err("no python here".to_owned());
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let program = format!("import time\ntime.sleep({SLOW_S}){GOOD}    print(y, flush=True)\n");
+    fs::write(folder.path().join("late.py"), program).unwrap();
+    let system = folder.path().join("late.toml");
+    let text = "name = \"late\"\n[plant]\nrun = [\"python3\", \"./late.py\"]\n\
+                [controller]\nlaw = \"pid\"\nkp = 1.0\nki = 2.0\n";
+    fs::write(&system, text).unwrap();
+    let systems = [system.display().to_string()];
+    let file = experiment(folder.path(), &["arima"], &systems, "2s");
+    let (plan, out) = (folder.path().join("plan.json"), folder.path().join("out"));
+    let matrix = command()
+        .arg("matrix")
+        .arg(&file)
+        .arg("--plan")
+        .arg(&plan)
+        .output()
+        .unwrap();
+    assert_eq!(code(&matrix), Some(0), "{}", said(&matrix));
+    let mut run = command();
+    run.args(["run-cell", "--index", "0", "--plan"]).arg(&plan);
+    let output = run
+        .arg("--out")
+        .arg(&out)
+        .env("RUST_LOG", "info")
+        .output()
+        .unwrap();
+    let log = said(&output);
+    assert!(log.contains("once more, with more time"), "{log}");
+    for cell in cells_of(&out) {
+        let manifest = manifest(&cell);
+        // A busy machine may need more than the most patience; what an attempt has left is gone in any case.
+        let reasons = manifest.reasons.join("; ");
+        let is_too_late = reasons.contains("too busy to start the parts");
+        println!("  {}: {reasons}", manifest.verdict);
+        assert!(
+            manifest.verdict != Verdict::Failed || is_too_late,
+            "{reasons}"
+        );
+        assert!(manifest.earlier.is_empty(), "{:?}", manifest.earlier);
+    }
+    assert_eq!(fs::read_dir(out.join("cells")).unwrap().count(), 1);
+    Ok(())
+}
+
 pub(crate) fn a_plant_that_breaks_its_contract_fails_by_name_and_leaves_nothing()
 -> Result<(), String> {
     if python::version().is_err() {
