@@ -82,8 +82,8 @@ mod tests {
     use crate::queue::Queue;
     use crate::sample::{now_ns, plan};
 
-    /// The last words of a shell script, which is told to end at once if `stop`.
-    fn said(script: &'static str, stop: bool) -> String {
+    /// The last words of a shell script, which is told to end once `stop` is set.
+    fn said(script: &str, stop: &AtomicBool) -> String {
         let plan = plan(&[("\"native\"", "\"10ms\"", 1)]);
         let cells: Vec<&Cell> = plan.cells.iter().collect();
         let turn = Queue::new(&cells, None, now_ns)
@@ -94,11 +94,12 @@ mod tests {
             command.args(["-c", script, "sh", &tries.to_string()]);
             command
         });
-        program.run(&turn, 3, &stop.into()).unwrap()
+        program.run(&turn, 3, stop).unwrap()
     }
 
     #[test]
     fn a_process_says_its_last_words_and_else_how_it_ended() {
+        let said = |script, stop: bool| said(script, &stop.into());
         assert_eq!(said("echo tries $1 >&2; echo not this", false), "tries 3");
         assert!(said("exit 7", false).contains('7'));
         assert!(said("exec sleep 60", true).contains("signal"));
@@ -109,8 +110,22 @@ mod tests {
 
     #[test]
     fn a_process_that_does_not_end_when_it_is_told_is_told_again() {
-        let script = "n=0; trap 'n=$((n + 1)); [ $n -lt 3 ] || { echo told $n >&2; exit; }' TERM; \
-                      echo ready; while :; do sleep 0.01; done";
-        assert_eq!(said(script, true), "told 3");
+        let folder = tempfile::tempdir().unwrap();
+        let ready = folder.path().join("ready");
+        let script = format!(
+            "n=0; trap 'n=$((n + 1)); [ $n -lt 3 ] || {{ echo told $n >&2; exit; }}' TERM; : > {}; \
+             while :; do sleep 0.01; done",
+            ready.display()
+        );
+        let stop = AtomicBool::new(false);
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                while !ready.exists() {
+                    thread::sleep(SOON);
+                }
+                stop.store(true, Ordering::Relaxed);
+            });
+            assert_eq!(said(&script, &stop), "told 3");
+        });
     }
 }
