@@ -22,9 +22,7 @@ use crate::made::Made;
 use crate::netns::Netns;
 use crate::patience::patiently;
 use crate::report::Reports;
-use crate::{
-    Agents, Awake, Manifest, Player, RunError, Virtual, folder, own, record, simulated,
-};
+use crate::{Agents, Awake, Manifest, Player, RunError, Virtual, folder, own, record, simulated};
 
 /// The folder of a cell inside a campaign's folder.
 #[must_use]

@@ -71,11 +71,10 @@ pub(crate) fn echoes(target: Ipv4Addr, every_ms: u64, count: u32) -> ProbePlan {
         target,
         start_ns: 0,
         interval_ns: every_ms * MS,
-        count,
         seed: None,
-        lost: Vec::new(),
-        back_ns: every_ms * MS * u64::from(count),
-        grace_ns: 1000 * MS,
+        until_ns: (1..=u64::from(count))
+            .map(|sent| sent * every_ms * MS + 1000 * MS)
+            .collect(),
         id: 1,
     }
 }

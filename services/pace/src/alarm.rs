@@ -77,9 +77,13 @@ impl Alarm {
     /// # Errors
     /// None for a valid timer; otherwise the system's.
     pub async fn rung(&mut self) -> io::Result<()> {
-        if now_ns() < self.wake_ns {
+        while now_ns() < self.wake_ns {
             self.woken().await?;
-            self.guard.learn(now_ns().saturating_sub(self.wake_ns));
+            // A ring of an earlier setting that nobody waited for is no wake of this one.
+            let now = now_ns();
+            if now >= self.wake_ns {
+                self.guard.learn(now - self.wake_ns);
+            }
         }
         while now_ns() < self.due_ns {
             tokio::task::yield_now().await;
@@ -162,6 +166,31 @@ mod tests {
         }
     }
 
+    /// A ring that nobody waited for wakes nobody later: a real-time thread that is awake for nothing takes the
+    /// processor from whatever would answer it.
+    #[test]
+    fn a_ring_that_nobody_waited_for_is_forgotten() {
+        let [_, fifo] = schedulings();
+        run(async {
+            let mut alarm = Alarm::new(&fifo).expect("a timer");
+            let due_ns = now_ns() + 300_000;
+            alarm.set(due_ns).expect("a valid timer");
+            while now_ns() < due_ns {}
+            alarm.rung().await.expect("a valid timer");
+            let before_ns = processor_ns();
+            let silence = tokio::time::timeout(Duration::from_millis(50), alarm.rung());
+            assert!(silence.await.is_err(), "it rings once");
+            let took_ns = processor_ns() - before_ns;
+            assert!(took_ns < 25_000_000, "{took_ns} ns awake");
+        });
+    }
+
+    /// What this thread has taken of a processor.
+    fn processor_ns() -> u64 {
+        let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+        time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
+    }
+
     /// While it waits within its guard, other tasks of the runtime go on.
     #[test]
     fn the_runtime_serves_others_to_the_last_moment() {
@@ -179,7 +208,7 @@ mod tests {
             });
             local
                 .run_until(async {
-                    let due_ns = now_ns() + 90_000;
+                    let due_ns = now_ns() + 400_000;
                     alarm.set(due_ns).expect("a valid timer");
                     // Within the guard from now on.
                     while now_ns() < alarm.wake_ns {}
