@@ -114,11 +114,12 @@ impl LinkCheck<'_> {
             if echo.t_back_ns.is_some() || self.profile.has_rate() {
                 return echo.t_back_ns.is_some() || due_ns <= GRACE_NS;
             }
-            let may_be_lost = [up, down].iter().any(|way| way.lost || way.either_fate);
-            let back_ns = match echo.t_reach_ns {
-                Some(reach_ns) => reach_ns.saturating_add(down.delay_ns),
-                None => echo.t_send_ns.saturating_add(due_ns),
+            // One that reached the plant has crossed the way up, whatever was likely.
+            let (missing, back_ns) = match echo.t_reach_ns {
+                Some(reach_ns) => (down, reach_ns.saturating_add(down.delay_ns)),
+                None => (up, echo.t_send_ns.saturating_add(due_ns)),
             };
+            let may_be_lost = missing.lost || missing.either_fate;
             let until_ns = sent.until_ns.get(echo.seq as usize).copied().max(last_ns);
             may_be_lost || until_ns >= Some(back_ns.saturating_add(LISTENED_NS))
         };
