@@ -55,9 +55,14 @@ fn no_paragraph_is_long() {
 
 #[test]
 fn each_line_of_a_table_of_runs_is_in_results() {
-    let tables: String = ["settling", "smoke", "clients", "quick"]
-        .map(|folder| fs::read_to_string(format!("{ROOT}/results/{folder}/table.txt")).unwrap())
-        .concat();
+    let folders = ["settling", "smoke", "clients", "quick"];
+    let tables = folders.map(|folder| format!("{folder}/table.txt"));
+    let tables: String = tables
+        .iter()
+        .map(String::as_str)
+        .chain(["bench/bench.txt"])
+        .map(|file| fs::read_to_string(format!("{ROOT}/results/{file}")).unwrap())
+        .collect();
     let mut lines = 0;
     for page in Page::all() {
         for line in page.blocks("text").flat_map(|block| block.text.lines()) {
