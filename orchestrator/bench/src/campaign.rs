@@ -1,16 +1,17 @@
 //! Campaigns of equal cells, run by this binary as a user runs them.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
-use manifest::Manifest;
+use analysis::{Campaign, Run};
 
 use crate::Context;
 use crate::contender::Lack;
 use crate::role::output;
 
-/// Runs so many cells of the paper's loop at 1 kHz, with the native client. Gives the folder of its results.
+/// Runs so many cells of the paper's loop at 1 kHz, with the native client, and makes no report. Gives
+/// the folder of its results.
 pub(crate) fn run(
     context: &Context<'_>,
     backend: &str,
@@ -31,20 +32,27 @@ pub(crate) fn run(
         ),
     )?;
     let mut command = Command::new(context.webloop);
-    command.args(["run", "--backend", backend, "--progress", "quiet"]);
+    command.args([
+        "run",
+        "--backend",
+        backend,
+        "--progress",
+        "quiet",
+        "--no-report",
+    ]);
     output(command.arg(&file).arg("--out").arg(&out))?;
     Ok(out)
 }
 
-/// The folders of its cells, with their manifests.
-pub(crate) fn cells(out: &Path) -> Result<Vec<(PathBuf, Manifest)>, Lack> {
-    let mut cells = Vec::new();
-    for entry in fs::read_dir(out.join(plan::file_name::CELLS))? {
-        let folder = entry?.path();
-        let text = fs::read_to_string(folder.join(Manifest::FILE))?;
-        let manifest = Manifest::from_json(&text);
-        let manifest = manifest.map_err(|error| Lack(format!("its manifest: {error}")))?;
-        cells.push((folder, manifest));
-    }
-    Ok(cells)
+/// Runs one cell, and reads what it left.
+pub(crate) fn run_one(
+    context: &Context<'_>,
+    backend: &str,
+    topology: &str,
+    duration: &str,
+) -> Result<Run, Lack> {
+    let out = run(context, backend, topology, duration, 1)?;
+    let campaign = Campaign::read(&out).map_err(|error| Lack(error.to_string()))?;
+    let run = campaign.runs.into_iter().next();
+    run.ok_or_else(|| Lack("its run left no cell".to_owned()))
 }

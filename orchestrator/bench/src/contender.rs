@@ -2,11 +2,13 @@
 
 use std::io;
 
+use analysis::ReadError;
+
 use crate::Context;
 
 /// What a contender is to the comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// What the machine allows: the same thing with as little as possible around it.
     Limit,
     /// Another program.
@@ -18,7 +20,7 @@ pub enum Kind {
 impl Kind {
     /// The word for it in tables and files.
     #[must_use]
-    pub fn word(self) -> &'static str {
+    pub(crate) fn word(self) -> &'static str {
         match self {
             Kind::Limit => "limit",
             Kind::Peer => "peer",
@@ -27,30 +29,55 @@ impl Kind {
     }
 }
 
+/// How a contender is measured once.
+pub(crate) type Measure = fn(&Context<'_>) -> Result<Measured, Lack>;
+
 /// One line of a table.
 #[derive(Clone, Copy, Debug)]
-pub struct Contender {
+pub(crate) struct Contender {
     /// Its name.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// What it is to the comparison.
-    pub kind: Kind,
+    pub(crate) kind: Kind,
     /// Measures it once.
-    pub measure: fn(&Context<'_>) -> Result<Measured, Lack>,
+    pub(crate) measure: Measure,
+}
+
+impl Contender {
+    pub(crate) const fn limit(name: &'static str, measure: Measure) -> Contender {
+        let kind = Kind::Limit;
+        Contender {
+            name,
+            kind,
+            measure,
+        }
+    }
+
+    pub(crate) const fn peer(name: &'static str, measure: Measure) -> Contender {
+        let kind = Kind::Peer;
+        Contender {
+            name,
+            kind,
+            measure,
+        }
+    }
+
+    pub(crate) const fn webloop(name: &'static str, measure: Measure) -> Contender {
+        let kind = Kind::Webloop;
+        Contender {
+            name,
+            kind,
+            measure,
+        }
+    }
 }
 
 /// A contender's figures of one repetition: the name, which ends with the unit, and the value.
-pub type Measured = Vec<(&'static str, f64)>;
+pub(crate) type Measured = Vec<(&'static str, f64)>;
 
 /// Why a contender could not be measured.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Lack(pub String);
-
-impl Lack {
-    /// A program that is not installed.
-    pub(crate) fn program(name: &str, package: &str) -> Lack {
-        Lack(format!("no `{name}` in PATH; {package} has it"))
-    }
-}
+pub(crate) struct Lack(pub(crate) String);
 
 impl From<shaper::Error> for Lack {
     fn from(error: shaper::Error) -> Self {
@@ -58,9 +85,9 @@ impl From<shaper::Error> for Lack {
     }
 }
 
-impl From<csv::Error> for Lack {
-    fn from(error: csv::Error) -> Self {
-        Lack(format!("its rows: {error}"))
+impl From<ReadError> for Lack {
+    fn from(error: ReadError) -> Self {
+        Lack(error.to_string())
     }
 }
 
@@ -70,19 +97,17 @@ impl From<io::Error> for Lack {
     }
 }
 
-/// The p50 and the p99 of durations in ns, as figures in µs with these names.
-pub(crate) fn quantiles(
-    mut took_ns: Vec<u64>,
-    shares: &[(&'static str, f64)],
-) -> Result<Measured, Lack> {
+/// The quantiles that are told of whatever has a distribution: the name of each figure, and its share.
+pub(crate) const QUANTILES: [(&str, f64); 3] =
+    [("p50_us", 0.5), ("p99_us", 0.99), ("p99.9_us", 0.999)];
+
+/// The [`QUANTILES`] of durations in ns.
+pub(crate) fn quantiles(mut took_ns: Vec<u64>) -> Result<Measured, Lack> {
     took_ns.sort_unstable();
-    let at = |share: f64| took_ns.get(((took_ns.len() - 1) as f64 * share) as usize);
-    if took_ns.is_empty() {
+    let Some(last) = took_ns.len().checked_sub(1) else {
         return Err(Lack("nothing came back".to_owned()));
-    }
-    let figures = shares.iter().filter_map(|(name, share)| {
-        let ns = at(*share)?;
-        Some((*name, *ns as f64 * 1e-3))
-    });
-    Ok(figures.collect())
+    };
+    let at = |share: f64| took_ns[(last as f64 * share) as usize];
+    let figures = QUANTILES.map(|(name, share)| (name, at(share) as f64 * 1e-3));
+    Ok(figures.to_vec())
 }

@@ -13,62 +13,38 @@ use link::Profile;
 use rustix::time::{ClockId, clock_gettime};
 use shaper::{Namespace, connect, probe};
 
-use crate::contender::{Contender, Kind, Lack, Measured, quantiles};
+use crate::contender::{Contender, Lack, Measured, quantiles};
+use crate::group::{Bound, Table, goal};
 use crate::{Context, end, rattan};
 
 const DELAY_NS: u64 = 5_000_000;
-
-const ERRORS: [(&str, f64); 3] = [("p50_us", 0.5), ("p99_us", 0.99), ("p99.9_us", 0.999)];
 
 /// Times between two echoes.
 const EVERY_MS: u64 = 1;
 const SLOW_MS: u64 = 10;
 
-/// The base of the table.
-pub(crate) const BASE: &str = "veth alone, no delay";
-
-pub(crate) const CONTENDERS: [Contender; 8] = [
-    Contender {
-        name: BASE,
-        kind: Kind::Limit,
-        measure: |context| veth(context, EVERY_MS),
-    },
-    Contender {
-        name: "webloop",
-        kind: Kind::Webloop,
-        measure: |context| played(context, Player::User, EVERY_MS),
-    },
-    Contender {
-        name: "kernel netem",
-        kind: Kind::Peer,
-        measure: |context| netem(context, EVERY_MS),
-    },
-    Contender {
-        name: "Rattan",
-        kind: Kind::Peer,
-        measure: |context| through_rattan(context, EVERY_MS),
-    },
-    Contender {
-        name: "veth alone, 100 Hz",
-        kind: Kind::Limit,
-        measure: |context| veth(context, SLOW_MS),
-    },
-    Contender {
-        name: "webloop, 100 Hz",
-        kind: Kind::Webloop,
-        measure: |context| played(context, Player::User, SLOW_MS),
-    },
-    Contender {
-        name: "kernel netem, 100 Hz",
-        kind: Kind::Peer,
-        measure: |context| netem(context, SLOW_MS),
-    },
-    Contender {
-        name: "Rattan, 100 Hz",
-        kind: Kind::Peer,
-        measure: |context| through_rattan(context, SLOW_MS),
-    },
-];
+pub(crate) const TABLE: Table = Table {
+    about: "a link of 5 ms: how far from 5 ms the way up is",
+    base: "veth alone, no delay",
+    is_on_one_processor: false,
+    contenders: &[
+        Contender::limit("veth alone, no delay", |context| veth(context, EVERY_MS)),
+        Contender::webloop("webloop", |context| played(context, Player::User, EVERY_MS)),
+        Contender::peer("kernel netem", |context| netem(context, EVERY_MS)),
+        Contender::peer("Rattan", |context| through_rattan(context, EVERY_MS)),
+        Contender::limit("veth alone, 100 Hz", |context| veth(context, SLOW_MS)),
+        Contender::webloop("webloop, 100 Hz", |context| {
+            played(context, Player::User, SLOW_MS)
+        }),
+        Contender::peer("kernel netem, 100 Hz", |context| netem(context, SLOW_MS)),
+        Contender::peer("Rattan, 100 Hz", |context| through_rattan(context, SLOW_MS)),
+    ],
+    goals: &[
+        goal("webloop", "p99_us", Some("Rattan"), Bound::AtMost(0.2)),
+        goal("webloop", "cpu_pct", Some("Rattan"), Bound::AtMost(1.0)),
+        goal("webloop, 100 Hz", "p50_us", None, Bound::AtMost(15.0)),
+    ],
+};
 
 /// A link of this text.
 pub(crate) fn constant(text: &str) -> Result<Profile, Lack> {
@@ -96,7 +72,7 @@ fn figures(echoes: &[Echo], delay_ns: u64, cpu_pct: f64) -> Result<Measured, Lac
     let errors_ns = echoes
         .iter()
         .filter_map(|echo| Some((echo.t_reach_ns? - echo.t_send_ns).abs_diff(delay_ns)));
-    let mut figures = quantiles(errors_ns.collect(), &ERRORS)?;
+    let mut figures = quantiles(errors_ns.collect())?;
     figures.push(("cpu_pct", cpu_pct));
     Ok(figures)
 }
@@ -132,10 +108,10 @@ fn played(context: &Context<'_>, player: Player, every_ms: u64) -> Result<Measur
 
 fn through_rattan(context: &Context<'_>, every_ms: u64) -> Result<Measured, Lack> {
     let words = format!("ping $RATTAN_BASE {every_ms} {}", count(context, every_ms));
-    let (said, cpu_pct) = rattan::run(context, "5ms", &words)?;
+    let (said, cpu_pct) = rattan::run(context, &Namespace::new()?, "5ms", &words)?;
     let rtts_ns = said.lines().filter_map(|line| line.parse::<u64>().ok());
     let errors_ns = rtts_ns.map(|rtt_ns| rtt_ns.abs_diff(2 * DELAY_NS) / 2);
-    let mut figures = quantiles(errors_ns.collect(), &ERRORS)?;
+    let mut figures = quantiles(errors_ns.collect())?;
     figures.push(("cpu_pct", cpu_pct));
     Ok(figures)
 }

@@ -1,15 +1,15 @@
 //! Measures webloop beside its limits and its peers, in one run.
 //!
-//! A [`Group`] is a table: one figure of several [`Contender`]s, of which one is the base. Each repetition
+//! A [`Group`] is a table: one figure of several contenders, of which one is the base. Each repetition
 //! measures them all, one after another, and a ratio is taken within a repetition: what disturbs the
 //! machine for longer than a repetition is in both of its numbers. A peer that this machine does not have
 //! is named and skipped.
 //!
-//! - `group` has the groups with their goals; `step`, `tick`, `crossing`, `stream`, `virtual_time`, `rows` and `cell`
-//!   have their contenders.
+//! - `group` has the names of the tables; `step`, `tick`, `crossing`, `stream`, `virtual_time`, `rows` and `cell`
+//!   have their contenders and goals.
 //! - `end` has what peers need at the other end; `python`, `load` and `rattan` the peers that are programs;
 //!   `role` starts processes, `campaign` runs cells.
-//! - [`Outcome`] and `table` are what is printed, and what is left in a folder.
+//! - [`Outcome`] is what was measured, [`text`] and [`csv`] write it.
 //!
 //! It decides nothing: whether a goal is met is printed, and is no test. Programs are measured as they
 //! are run: webloop's own roles as processes of this binary.
@@ -36,38 +36,37 @@ mod virtual_time;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-pub use contender::{Contender, Kind, Lack, Measured};
 pub use end::{UnknownEnd, serve};
-pub use group::{Goal, Group};
-pub use outcome::{Outcome, Ratio, Series};
-pub use processor::Processors;
+pub use group::Group;
+pub use outcome::Outcome;
 pub use table::{csv, text};
+
+use outcome::Series;
+use processor::Processor;
 
 /// How to measure.
 #[derive(Debug)]
 pub struct Settings {
     /// How often each contender is measured.
     pub times: u32,
-    /// How long a contender is measured at a time, ms; a step and a tick both take that long.
+    /// How long steps, ticks, echoes and streams are measured at a time, ms.
     pub measure_ms: u64,
 }
 
 /// What contenders have at hand.
 #[derive(Debug)]
-pub struct Context<'a> {
+pub(crate) struct Context<'a> {
     /// How long to measure.
     pub(crate) measure_ms: u64,
     /// The binary whose roles are measured.
     pub(crate) webloop: &'a Path,
-    /// The processor for both ends of a step, and for what is compared on one processor.
-    pub(crate) processors: Processors,
     /// An empty folder for this measurement.
     pub(crate) folder: PathBuf,
 }
 
-/// Measures a group. Calls `on_measured` with each contender before it is measured.
+/// Measures a table. Calls `on_contender` with each contender and the number of the repetition before it is measured.
 ///
-/// Ends early, with the repetitions that are whole, when `stop` is set.
+/// Ends early, with what is measured by then, when `stop` is set.
 ///
 /// # Errors
 /// If there is no temporary folder.
@@ -78,25 +77,31 @@ pub fn measure(
     stop: &AtomicBool,
     mut on_contender: impl FnMut(&str, u32),
 ) -> std::io::Result<Outcome> {
-    let mut series: Vec<Series> = group.contenders().iter().map(Series::new).collect();
-    let processors = Processors::of_this_process()?;
-    'times: for time in 0..settings.times {
+    let table = group.table();
+    let mut series: Vec<Series> = table.contenders.iter().map(Series::new).collect();
+    let processor = Processor::last()?;
+    for time in 0..settings.times {
         for one in &mut series {
             if stop.load(Ordering::Relaxed) {
-                break 'times;
+                return Ok(Outcome { group, series });
             }
             if one.is_skipped() {
                 continue;
             }
             on_contender(one.contender.name, time);
             let folder = tempfile::tempdir()?;
-            one.add((one.contender.measure)(&Context {
+            let context = Context {
                 measure_ms: settings.measure_ms,
                 webloop,
-                processors,
                 folder: folder.path().to_owned(),
-            }));
+            };
+            let measure = || (one.contender.measure)(&context);
+            one.add(if table.is_on_one_processor {
+                processor.run(measure)
+            } else {
+                measure()
+            });
         }
     }
-    Ok(Outcome::new(group, series))
+    Ok(Outcome { group, series })
 }

@@ -3,8 +3,8 @@
 use std::process::Command;
 
 use crate::Context;
-use crate::contender::{Lack, Measured};
-use crate::role::{is_installed, output};
+use crate::contender::{Lack, Measured, QUANTILES, quantiles};
+use crate::role::{figures, needs, output};
 use crate::step::{PATH, server};
 
 /// A Lua script for wrk: its own report has no decimals below 10 µs.
@@ -26,16 +26,7 @@ pub(crate) fn wrk(context: &Context<'_>) -> Result<Measured, Lack> {
         .arg("-s")
         .arg(&script)
         .arg(format!("http://{}{PATH}", server.address));
-    let said = output(&mut command)?;
-    let figure = |name: &'static str| {
-        let line = said.lines().find_map(|line| line.strip_prefix(name))?;
-        Some((name, line.trim().parse().ok()?))
-    };
-    let names = ["p50_us", "p99_us", "p99.9_us"];
-    let figures = names.iter().map(|name| figure(name));
-    figures
-        .collect::<Option<Measured>>()
-        .ok_or_else(|| Lack("wrk printed no figures".to_owned()))
+    figures(&output(&mut command)?)
 }
 
 /// `oha` with one connection.
@@ -49,12 +40,12 @@ pub(crate) fn oha(context: &Context<'_>) -> Result<Measured, Lack> {
         .arg(format!("http://{}{PATH}", server.address));
     let said: serde_json::Value = serde_json::from_str(&output(&mut command)?)
         .map_err(|error| Lack(format!("oha's figures: {error}")))?;
-    let names = [("p50_us", "p50"), ("p99_us", "p99"), ("p99.9_us", "p99.9")];
-    let figures = names.iter().map(|(name, key)| {
-        let seconds = said["latencyPercentiles"][key].as_f64()?;
-        Some((*name, seconds * 1e6))
+    let figures = QUANTILES.map(|(name, _)| {
+        let key = name.trim_end_matches("_us");
+        Some((name, said["latencyPercentiles"][key].as_f64()? * 1e6))
     });
     figures
+        .into_iter()
         .collect::<Option<Measured>>()
         .ok_or_else(|| Lack("oha printed no figures".to_owned()))
 }
@@ -74,16 +65,5 @@ pub(crate) fn curl(context: &Context<'_>) -> Result<Measured, Lack> {
     let said = output(&mut command)?;
     let took = said.lines().filter_map(|line| line.parse::<f64>().ok());
     let took_ns = took.map(|seconds| (seconds * 1e9) as u64).collect();
-    crate::contender::quantiles(
-        took_ns,
-        &[("p50_us", 0.5), ("p99_us", 0.99), ("p99.9_us", 0.999)],
-    )
-}
-
-fn needs(name: &str, package: &str) -> Result<(), Lack> {
-    if is_installed(name) {
-        Ok(())
-    } else {
-        Err(Lack::program(name, package))
-    }
+    quantiles(took_ns)
 }

@@ -7,9 +7,9 @@ use crate::group::{Goal, Group};
 
 /// One contender's figures, repetition by repetition.
 #[derive(Debug)]
-pub struct Series {
+pub(crate) struct Series {
     /// Whose they are.
-    pub contender: &'static Contender,
+    pub(crate) contender: &'static Contender,
     /// Those of each repetition that was measured, with its number.
     times: Vec<(u32, Measured)>,
     /// Number of repetitions tried.
@@ -42,14 +42,12 @@ impl Series {
     }
 
     /// Why it was not measured, or not each time.
-    #[must_use]
-    pub fn lack(&self) -> Option<&str> {
+    pub(crate) fn lack(&self) -> Option<&str> {
         self.lack.as_ref().map(|lack| lack.0.as_str())
     }
 
     /// The names of its figures.
-    #[must_use]
-    pub fn figures(&self) -> Vec<&'static str> {
+    pub(crate) fn figures(&self) -> Vec<&'static str> {
         let first = self.times.first();
         first.map_or_else(Vec::new, |(_, figures)| {
             figures.iter().map(|(name, _)| *name).collect()
@@ -57,7 +55,7 @@ impl Series {
     }
 
     /// A figure's values with the numbers of their repetitions.
-    pub fn values<'a>(&'a self, figure: &'a str) -> impl Iterator<Item = (u32, f64)> + 'a {
+    pub(crate) fn values<'a>(&'a self, figure: &'a str) -> impl Iterator<Item = (u32, f64)> + 'a {
         self.times.iter().filter_map(move |(time, figures)| {
             let found = figures.iter().find(|(name, _)| *name == figure)?;
             Some((*time, found.1))
@@ -65,15 +63,13 @@ impl Series {
     }
 
     /// The median of a figure.
-    #[must_use]
-    pub fn median(&self, figure: &str) -> Option<f64> {
+    pub(crate) fn median(&self, figure: &str) -> Option<f64> {
         let values: Vec<f64> = self.values(figure).map(|(_, value)| value).collect();
         median(&values)
     }
 
     /// A figure as a multiple of another contender's.
-    #[must_use]
-    pub fn ratio(&self, figure: &str, base: &Series) -> Option<Ratio> {
+    pub(crate) fn ratio(&self, figure: &str, base: &Series) -> Option<Ratio> {
         let mut ratios: Vec<f64> = self
             .values(figure)
             .filter_map(|(time, value)| {
@@ -92,40 +88,34 @@ impl Series {
 
 /// A ratio of two figures, each of one repetition.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ratio {
+pub(crate) struct Ratio {
     /// The median of the repetitions.
-    pub median: f64,
+    pub(crate) median: f64,
     /// The least of them.
-    pub least: f64,
+    pub(crate) least: f64,
     /// The greatest.
-    pub most: f64,
+    pub(crate) most: f64,
 }
 
 /// A measured table.
 #[derive(Debug)]
 pub struct Outcome {
     /// Which one.
-    pub group: Group,
+    pub(crate) group: Group,
     /// Its contenders, in order.
-    pub series: Vec<Series>,
+    pub(crate) series: Vec<Series>,
 }
 
 impl Outcome {
-    pub(crate) fn new(group: Group, series: Vec<Series>) -> Outcome {
-        Outcome { group, series }
-    }
-
     /// The series of a contender.
-    #[must_use]
-    pub fn of(&self, contender: &str) -> Option<&Series> {
+    pub(crate) fn of(&self, contender: &str) -> Option<&Series> {
         self.series
             .iter()
             .find(|series| series.contender.name == contender)
     }
 
     /// What a goal came to; `None` if it was not measured.
-    #[must_use]
-    pub fn reached(&self, goal: &Goal) -> Option<f64> {
+    pub(crate) fn reached(&self, goal: &Goal) -> Option<f64> {
         let own = self.of(goal.contender)?;
         match goal.times {
             None => own.median(goal.figure),

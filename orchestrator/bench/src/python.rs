@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::contender::{Lack, Measured};
-use crate::role::{is_installed, output};
+use crate::role::{figures, needs, output};
 use crate::{Context, step};
 
 const HTTP_CLIENT: &str = include_str!("../python/http_client.py");
@@ -13,17 +13,6 @@ const PAPER: &str = include_str!("../python/paper.py");
 const SLEEP: &str = include_str!("../python/sleep.py");
 const ROWS: &str = include_str!("../python/rows.py");
 const SIMULATION: &str = include_str!("../python/simulation.py");
-
-/// Names of figures as scripts print them.
-const NAMES: [&str; 7] = [
-    "p50_us",
-    "p99_us",
-    "p99.9_us",
-    "sd_us",
-    "x_real",
-    "read_mb_s",
-    "write_mb_s",
-];
 
 /// `http.client` on a kept connection, with a server of another kind.
 pub(crate) fn step_http_client(
@@ -59,18 +48,7 @@ pub(crate) fn rows(way: &str, folder: &Path) -> Result<Measured, Lack> {
 
 fn script(text: &str, arguments: &[&str]) -> Result<Measured, Lack> {
     const PYTHON: &str = "python3";
-    if !is_installed(PYTHON) {
-        return Err(Lack::program(PYTHON, "Python"));
-    }
+    needs(PYTHON, "Python")?;
     let mut command = Command::new(PYTHON);
-    let said = output(command.args(["-c", text]).args(arguments))?;
-    let figure = |line: &str| {
-        let (name, value) = line.split_once(' ')?;
-        let name = NAMES.iter().find(|known| **known == name)?;
-        Some((*name, value.parse().ok()?))
-    };
-    match said.lines().map(figure).collect::<Option<Measured>>() {
-        Some(figures) if !figures.is_empty() => Ok(figures),
-        _ => Err(Lack("it printed no figures".to_owned())),
-    }
+    figures(&output(command.args(["-c", text]).args(arguments))?)
 }

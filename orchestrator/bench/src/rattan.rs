@@ -7,27 +7,19 @@ use shaper::Namespace;
 
 use crate::Context;
 use crate::contender::Lack;
-use crate::role::{is_installed, output_in};
+use crate::role::{needs, output_in};
 
 const NAME: &str = "rattan";
 
 /// Runs `webloop serve end WORDS` behind a link of this delay each way; the far end is the network around it, a
-/// namespace of its own. Gives what it printed, and what emulator and client took of a processor, %.
-pub(crate) fn run(context: &Context<'_>, delay: &str, words: &str) -> Result<(String, f64), Lack> {
-    let around = Namespace::new()?;
-    run_in(context, &around, delay, words)
-}
-
-/// The same with the far end in this namespace.
-pub(crate) fn run_in(
+/// namespace. Gives what it printed, and what emulator and client took of a processor, %.
+pub(crate) fn run(
     context: &Context<'_>,
     around: &Namespace,
     delay: &str,
     words: &str,
 ) -> Result<(String, f64), Lack> {
-    if !is_installed(NAME) {
-        return Err(Lack::program(NAME, "the crate rattan"));
-    }
+    needs(NAME, "the crate rattan")?;
     let line = format!("exec {} serve end {words}", context.webloop.display());
     let mut command = Command::new(NAME);
     command

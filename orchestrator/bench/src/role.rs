@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 
 use shaper::Namespace;
 
-use crate::Lack;
+use crate::contender::{Lack, Measured};
 
 /// A process that serves until this value is dropped.
 #[derive(Debug)]
@@ -64,10 +64,13 @@ impl Drop for Role {
     }
 }
 
-/// Whether there is such a program in PATH.
-pub(crate) fn is_installed(name: &str) -> bool {
+/// Whether there is such a program in PATH; if not, who has it.
+pub(crate) fn needs(name: &str, package: &str) -> Result<(), Lack> {
     let path = std::env::var_os("PATH").unwrap_or_default();
-    std::env::split_paths(&path).any(|folder| folder.join(name).is_file())
+    if std::env::split_paths(&path).any(|folder| folder.join(name).is_file()) {
+        return Ok(());
+    }
+    Err(Lack(format!("no `{name}` in PATH; {package} has it")))
 }
 
 /// Runs a program to its end, and gives what it printed.
@@ -93,4 +96,27 @@ pub(crate) fn output_in(
         Some(line) => format!("{name}: {}", endpoint::plain(line.trim())),
         None => format!("{name} ended with {}", output.status),
     }))
+}
+
+/// The figures that a script has printed, among other lines: a name and a value a line.
+pub(crate) fn figures(said: &str) -> Result<Measured, Lack> {
+    const NAMES: [&str; 7] = [
+        "p50_us",
+        "p99_us",
+        "p99.9_us",
+        "sd_us",
+        "x_real",
+        "read_mb_s",
+        "write_mb_s",
+    ];
+    let figure = |line: &str| {
+        let (name, value) = line.split_once(' ')?;
+        let name = NAMES.iter().find(|known| **known == name)?;
+        Some((*name, value.trim().parse().ok()?))
+    };
+    let figures: Measured = said.lines().filter_map(figure).collect();
+    if figures.is_empty() {
+        return Err(Lack("it printed no figures".to_owned()));
+    }
+    Ok(figures)
 }

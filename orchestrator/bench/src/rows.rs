@@ -7,69 +7,69 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-use analysis::{CellFacts, Metrics};
+use analysis::{CellFacts, Metrics, rows};
 use endpoint::{ArrivalRow, MessageRow, TickRow};
 use journal::{CAPACITY, Journal};
 
-use crate::contender::{Contender, Kind, Lack, Measured};
+use crate::contender::{Contender, Lack, Measured};
+use crate::group::{Bound, Table, goal};
 use crate::{Context, campaign, python};
 
-/// The base of the table.
-pub(crate) const BASE: &str = "polars, one thread";
-
-pub(crate) const CONTENDERS: [Contender; 3] = [
-    Contender {
-        name: BASE,
-        kind: Kind::Peer,
-        measure: |context| peer(context, "polars"),
-    },
-    Contender {
-        name: "Python csv",
-        kind: Kind::Peer,
-        measure: |context| peer(context, "csv"),
-    },
-    Contender {
-        name: "webloop",
-        kind: Kind::Webloop,
-        measure: webloop,
-    },
-];
+pub(crate) const TABLE: Table = Table {
+    about: "rows of a run, on one processor: read with its metrics, and written",
+    base: "polars, one thread",
+    is_on_one_processor: true,
+    contenders: &[
+        Contender::peer("polars, one thread", |context| peer(context, "polars")),
+        Contender::peer("Python csv", |context| peer(context, "csv")),
+        Contender::webloop("webloop", webloop),
+    ],
+    goals: &[
+        goal(
+            "webloop",
+            "read_mb_s",
+            Some("polars, one thread"),
+            Bound::AtLeast(1.4),
+        ),
+        goal(
+            "webloop",
+            "write_mb_s",
+            Some("polars, one thread"),
+            Bound::AtLeast(1.0),
+        ),
+    ],
+};
 
 const FILES: [&str; 3] = [TickRow::FILE, ArrivalRow::FILE, MessageRow::FILE];
 
 const LOOP: &str = "300s";
 
 fn peer(context: &Context<'_>, way: &str) -> Result<Measured, Lack> {
-    let out = campaign::run(context, "sim", "couva", LOOP, 1)?;
-    let cells = campaign::cells(&out)?;
-    let (folder, _) = cells.first().ok_or_else(none)?;
-    context.processors.on_one(|| python::rows(way, folder))
-}
-
-fn none() -> Lack {
-    Lack("its run left no cell".to_owned())
+    let run = campaign::run_one(context, "sim", "couva", LOOP)?;
+    python::rows(way, &run.folder)
 }
 
 fn webloop(context: &Context<'_>) -> Result<Measured, Lack> {
-    let out = campaign::run(context, "sim", "couva", LOOP, 1)?;
-    let cells = campaign::cells(&out)?;
-    let (folder, manifest) = cells.first().ok_or_else(none)?;
-    let facts = CellFacts::from(&manifest.cell);
-    context.processors.on_one(|| {
-        let begun = Instant::now();
-        Metrics::read(folder, &facts).map_err(|error| Lack(error.to_string()))?;
-        let read_s = begun.elapsed().as_secs_f64();
-        let mut bytes = 0;
-        for file in FILES {
-            bytes += fs::metadata(folder.join(file))?.len();
-        }
-        let mut rows = csv::Reader::from_path(folder.join(MessageRow::FILE))?;
-        let rows = rows.deserialize().collect::<Result<Vec<MessageRow>, _>>()?;
-        Ok(vec![
-            ("read_mb_s", bytes as f64 * 1e-6 / read_s),
-            ("write_mb_s", written(&context.folder, &rows)?),
-        ])
-    })
+    let run = campaign::run_one(context, "sim", "couva", LOOP)?;
+    let begun = Instant::now();
+    Metrics::read(&run.folder, &CellFacts::from(&run.cell))?;
+    let read_s = begun.elapsed().as_secs_f64();
+    let mut bytes = 0;
+    for file in FILES {
+        bytes += fs::metadata(run.folder.join(file))?.len();
+    }
+    let mut rows = Vec::new();
+    rows::read(
+        &run.folder.join(MessageRow::FILE),
+        MessageRow::COLUMNS,
+        |row: &MessageRow| {
+            rows.push(*row);
+        },
+    )?;
+    Ok(vec![
+        ("read_mb_s", bytes as f64 * 1e-6 / read_s),
+        ("write_mb_s", written(&context.folder, &rows)?),
+    ])
 }
 
 /// At which rate messages are written, MB/s.

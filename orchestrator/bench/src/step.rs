@@ -8,6 +8,7 @@ use std::net::TcpStream;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use analysis::rows;
 use endpoint::MessageRow;
 use http_body_util::{BodyExt, Empty};
 use hyper::Request;
@@ -15,12 +16,11 @@ use hyper::body::Bytes;
 use hyper::client::conn::http1;
 use hyper_util::rt::TokioIo;
 
-use crate::contender::{Contender, Kind, Lack, Measured, quantiles};
+use crate::contender::{Contender, Lack, Measured, quantiles};
 use crate::end::ECHO_BYTES;
+use crate::group::{Bound, Table, goal};
 use crate::role::{Role, output};
 use crate::{Context, load, python};
-
-const FIGURES: [(&str, f64); 3] = [("p50_us", 0.5), ("p99_us", 0.99), ("p99.9_us", 0.999)];
 
 /// What is asked of a server: as long as a command.
 pub(crate) const PATH: &str = "/closed?seq=1234567&t_send_ns=333945719159&u=0.17010378";
@@ -28,61 +28,51 @@ pub(crate) const PATH: &str = "/closed?seq=1234567&t_send_ns=333945719159&u=0.17
 /// Steps before those that count: connections, caches and rings are warm after them.
 const WARM_UP: usize = 300;
 
-/// The base of the table.
-pub(crate) const BASE: &str = "TCP echo";
-
-pub(crate) const CONTENDERS: [Contender; 10] = [
-    Contender {
-        name: BASE,
-        kind: Kind::Limit,
-        measure: |context| context.processors.on_one(|| echo(context)),
-    },
-    Contender {
-        name: "webloop, WebSocket",
-        kind: Kind::Webloop,
-        measure: |context| context.processors.on_one(|| webloop(context, "websocket")),
-    },
-    Contender {
-        name: "webloop, HTTP",
-        kind: Kind::Webloop,
-        measure: |context| context.processors.on_one(|| webloop(context, "http")),
-    },
-    Contender {
-        name: "hyper",
-        kind: Kind::Peer,
-        measure: |context| context.processors.on_one(|| hyper(context)),
-    },
-    Contender {
-        name: "reqwest",
-        kind: Kind::Peer,
-        measure: |context| context.processors.on_one(|| reqwest(context)),
-    },
-    Contender {
-        name: "wrk",
-        kind: Kind::Peer,
-        measure: |context| context.processors.on_one(|| load::wrk(context)),
-    },
-    Contender {
-        name: "oha",
-        kind: Kind::Peer,
-        measure: |context| context.processors.on_one(|| load::oha(context)),
-    },
-    Contender {
-        name: "curl",
-        kind: Kind::Peer,
-        measure: |context| context.processors.on_one(|| load::curl(context)),
-    },
-    Contender {
-        name: "Python http.client",
-        kind: Kind::Peer,
-        measure: |context| context.processors.on_one(|| http_client(context)),
-    },
-    Contender {
-        name: "the paper's way",
-        kind: Kind::Peer,
-        measure: |context| context.processors.on_one(|| python::step_paper(context)),
-    },
-];
+pub(crate) const TABLE: Table = Table {
+    about: "a message and its answer, back to back, both ends on one processor",
+    base: "TCP echo",
+    is_on_one_processor: true,
+    contenders: &[
+        Contender::limit("TCP echo", echo),
+        Contender::webloop("webloop, WebSocket", |context| {
+            webloop(context, "websocket")
+        }),
+        Contender::webloop("webloop, HTTP", |context| webloop(context, "http")),
+        Contender::peer("hyper", hyper),
+        Contender::peer("reqwest", reqwest),
+        Contender::peer("wrk", load::wrk),
+        Contender::peer("oha", load::oha),
+        Contender::peer("curl", load::curl),
+        Contender::peer("Python http.client", http_client),
+        Contender::peer("the paper's way", python::step_paper),
+    ],
+    goals: &[
+        goal(
+            "webloop, HTTP",
+            "p50_us",
+            Some("TCP echo"),
+            Bound::AtMost(2.0),
+        ),
+        goal(
+            "webloop, WebSocket",
+            "p50_us",
+            Some("TCP echo"),
+            Bound::AtMost(1.5),
+        ),
+        goal(
+            "the paper's way",
+            "p50_us",
+            Some("webloop, HTTP"),
+            Bound::AtLeast(19.0),
+        ),
+        goal(
+            "the paper's way",
+            "p50_us",
+            Some("webloop, WebSocket"),
+            Bound::AtLeast(25.0),
+        ),
+    ],
+};
 
 /// A server of this binary without a plant.
 pub(crate) fn server(context: &Context<'_>, end: &str) -> Result<Role, Lack> {
@@ -104,7 +94,7 @@ fn steps(
         step()?;
         took_ns.push(pace::now_ns() - from_ns);
     }
-    quantiles(took_ns, &FIGURES)
+    quantiles(took_ns)
 }
 
 fn echo(context: &Context<'_>) -> Result<Measured, Lack> {
@@ -139,12 +129,19 @@ fn webloop(context: &Context<'_>, transport: &str) -> Result<Measured, Lack> {
         .arg(&folder);
     output(&mut controller)?;
     plant.end()?;
-    let mut rows = csv::Reader::from_path(folder.join(MessageRow::FILE))?;
-    let rows = rows.deserialize().collect::<Result<Vec<MessageRow>, _>>();
-    let rows = rows?;
-    let answered = rows.iter().skip(WARM_UP);
-    let took_ns = answered.filter_map(|row| Some(row.t_receive_ns? - row.t_send_ns?));
-    quantiles(took_ns.collect(), &FIGURES)
+    let mut took_ns = Vec::new();
+    rows::read(
+        &folder.join(MessageRow::FILE),
+        MessageRow::COLUMNS,
+        |row: &MessageRow| {
+            took_ns.extend(
+                row.t_receive_ns
+                    .zip(row.t_send_ns)
+                    .map(|(to_ns, from_ns)| to_ns - from_ns),
+            );
+        },
+    )?;
+    quantiles(took_ns.split_off(WARM_UP.min(took_ns.len())))
 }
 
 fn runtime() -> Result<tokio::runtime::Runtime, Lack> {

@@ -13,32 +13,27 @@ use shaper::{
     connect, join, now_ns, play,
 };
 
-use crate::contender::{Contender, Kind, Lack, Measured};
+use crate::contender::{Contender, Lack, Measured};
 use crate::crossing::constant;
+use crate::group::{Bound, Table, goal};
 use crate::{Context, end, rattan};
 
 const PORT: u16 = 4000;
 
-/// The base of the table.
-pub(crate) const BASE: &str = "veth alone";
-
-pub(crate) const CONTENDERS: [Contender; 3] = [
-    Contender {
-        name: BASE,
-        kind: Kind::Limit,
-        measure: veth,
-    },
-    Contender {
-        name: "webloop",
-        kind: Kind::Webloop,
-        measure: played,
-    },
-    Contender {
-        name: "Rattan",
-        kind: Kind::Peer,
-        measure: through_rattan,
-    },
-];
+pub(crate) const TABLE: Table = Table {
+    about: "one TCP stream across a link of no delay",
+    base: "veth alone",
+    is_on_one_processor: false,
+    contenders: &[
+        Contender::limit("veth alone", veth),
+        Contender::webloop("webloop", played),
+        Contender::peer("Rattan", through_rattan),
+    ],
+    goals: &[
+        goal("webloop", "mbit_s", Some("veth alone"), Bound::AtLeast(0.5)),
+        goal("webloop", "mbit_s", Some("Rattan"), Bound::AtLeast(10.0)),
+    ],
+};
 
 fn veth(context: &Context<'_>) -> Result<Measured, Lack> {
     let ends = || -> shaper::Result<_> {
@@ -89,7 +84,7 @@ fn through_rattan(context: &Context<'_>) -> Result<Measured, Lack> {
     let around = Namespace::new()?;
     let words = format!("send $RATTAN_BASE:{PORT} {}", context.measure_ms);
     received(&around, Ipv4Addr::UNSPECIFIED, || {
-        rattan::run_in(context, &around, "0ms", &words).map(drop)
+        rattan::run(context, &around, "0ms", &words).map(drop)
     })
 }
 

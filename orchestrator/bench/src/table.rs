@@ -36,23 +36,24 @@ pub fn csv(outcomes: &[Outcome]) -> String {
 /// greatest repetition.
 #[must_use]
 pub fn text(outcome: &Outcome) -> String {
+    let table = outcome.group.table();
     let figures = columns(outcome);
-    let mut text = format!("{}: {}\n\n", outcome.group, outcome.group.about());
+    let mut text = format!("{}: {}\n\n", outcome.group, table.about);
     let _ = write!(text, "{:<9}{:<24}", "", "");
     for figure in &figures {
         let _ = write!(text, "{:>11}", heading(figure));
     }
-    let base = outcome.of(outcome.group.base());
+    let base = outcome.of(table.base);
     let is_compared = base.is_some_and(|base| !base.figures().is_empty());
     if is_compared {
-        let _ = write!(text, "   x {}", outcome.group.base());
+        let _ = write!(text, "   x {}", table.base);
     }
     text.push('\n');
     for series in &outcome.series {
         line(&mut text, series, &figures, base.filter(|_| is_compared));
     }
     text.push('\n');
-    for goal in outcome.group.goals() {
+    for goal in table.goals {
         said(&mut text, outcome, goal);
     }
     text

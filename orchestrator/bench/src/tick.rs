@@ -7,44 +7,44 @@ use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
+use analysis::rows;
 use analysis::statistics::Moments;
 use endpoint::TickRow;
 use tokio::time::{Instant, MissedTickBehavior, interval_at};
 
 use crate::Context;
-use crate::contender::{Contender, Kind, Lack, Measured, quantiles};
+use crate::contender::{Contender, Lack, Measured, quantiles};
+use crate::group::{Bound, Table, goal};
 use crate::python;
-use crate::role::{Role, is_installed, output};
+use crate::role::{Role, needs, output};
 
 const H_NS: u64 = 1_000_000;
 
-const LATENESS: [(&str, f64); 3] = [("p50_us", 0.5), ("p99_us", 0.99), ("p99.9_us", 0.999)];
-
-/// The base of the table.
-pub(crate) const BASE: &str = "cyclictest, FIFO";
-
-pub(crate) const CONTENDERS: [Contender; 4] = [
-    Contender {
-        name: BASE,
-        kind: Kind::Peer,
-        measure: cyclictest,
-    },
-    Contender {
-        name: "webloop, plant",
-        kind: Kind::Webloop,
-        measure: webloop,
-    },
-    Contender {
-        name: "tokio interval",
-        kind: Kind::Peer,
-        measure: tokio_interval,
-    },
-    Contender {
-        name: "Python sleep",
-        kind: Kind::Peer,
-        measure: python::sleep,
-    },
-];
+pub(crate) const TABLE: Table = Table {
+    about: "ticks every ms: lateness, and the sd of the time between two",
+    base: "cyclictest, FIFO",
+    is_on_one_processor: false,
+    contenders: &[
+        Contender::peer("cyclictest, FIFO", cyclictest),
+        Contender::webloop("webloop, plant", webloop),
+        Contender::peer("tokio interval", tokio_interval),
+        Contender::peer("Python sleep", python::sleep),
+    ],
+    goals: &[
+        goal(
+            "webloop, plant",
+            "p99_us",
+            Some("cyclictest, FIFO"),
+            Bound::AtMost(1.0),
+        ),
+        goal(
+            "webloop, plant",
+            "p99.9_us",
+            Some("cyclictest, FIFO"),
+            Bound::AtMost(1.0),
+        ),
+    ],
+};
 
 /// Figures of deadlines and of when they were met.
 fn figures(ticks: &[(u64, u64)]) -> Result<Measured, Lack> {
@@ -53,7 +53,7 @@ fn figures(ticks: &[(u64, u64)]) -> Result<Measured, Lack> {
         gaps_ms.push((pair[1].1 - pair[0].1) as f64 * 1e-6);
     }
     let late_ns = ticks.iter().map(|(due, at)| at.saturating_sub(*due));
-    let mut figures = quantiles(late_ns.collect(), &LATENESS)?;
+    let mut figures = quantiles(late_ns.collect())?;
     let sd_ms = gaps_ms.spread().map(|spread| spread.sd_ms);
     figures.extend(sd_ms.map(|sd_ms| ("sd_us", sd_ms * 1e3)));
     Ok(figures)
@@ -64,13 +64,14 @@ fn webloop(context: &Context<'_>) -> Result<Measured, Lack> {
     let plant = Role::plant(context.webloop, "1ms", &folder)?;
     thread::sleep(Duration::from_millis(context.measure_ms));
     plant.end()?;
-    let mut rows = csv::Reader::from_path(folder.join(TickRow::FILE))?;
-    let rows = rows.deserialize().collect::<Result<Vec<TickRow>, _>>();
-    let ticks = rows?;
-    let ticks: Vec<_> = ticks
-        .iter()
-        .map(|row| (row.t_due_ns, row.t_tick_ns))
-        .collect();
+    let mut ticks = Vec::new();
+    rows::read(
+        &folder.join(TickRow::FILE),
+        TickRow::COLUMNS,
+        |row: &TickRow| {
+            ticks.push((row.t_due_ns, row.t_tick_ns));
+        },
+    )?;
     figures(&ticks)
 }
 
@@ -96,9 +97,7 @@ fn tokio_interval(context: &Context<'_>) -> Result<Measured, Lack> {
 /// `cyclictest` with real-time scheduling, and a histogram of µs.
 fn cyclictest(context: &Context<'_>) -> Result<Measured, Lack> {
     const NAME: &str = "cyclictest";
-    if !is_installed(NAME) {
-        return Err(Lack::program(NAME, "the package rt-tests"));
-    }
+    needs(NAME, "the package rt-tests")?;
     let mut command = Command::new(NAME);
     command
         .args(["--quiet", "--threads=1", "--policy=fifo", "--priority=50"])
@@ -116,5 +115,5 @@ fn cyclictest(context: &Context<'_>) -> Result<Measured, Lack> {
     let late_ns = counts
         .iter()
         .flat_map(|(us, count)| std::iter::repeat_n(us * 1000 + 500, *count));
-    quantiles(late_ns.collect(), &LATENESS)
+    quantiles(late_ns.collect())
 }

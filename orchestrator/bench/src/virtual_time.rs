@@ -12,45 +12,31 @@ use endpoint::{Hold, Mode, Preset, SampleTime, TickRow};
 use link::{Epoch, Profile};
 use sim::{Pool, Record, Setup, Timing};
 
-use crate::contender::{Contender, Kind, Lack, Measured};
+use crate::contender::{Contender, Lack, Measured};
 use crate::crossing::constant;
+use crate::group::{Bound, Table, goal};
 use crate::{Context, campaign, python};
 
-/// The base of the table.
-pub(crate) const BASE: &str = "plain Python";
-
-pub(crate) const CONTENDERS: [Contender; 6] = [
-    Contender {
-        name: BASE,
-        kind: Kind::Peer,
-        measure: |context| context.processors.on_one(|| python::simulation("plain")),
-    },
-    Contender {
-        name: "python-control",
-        kind: Kind::Peer,
-        measure: |context| context.processors.on_one(|| python::simulation("control")),
-    },
-    Contender {
-        name: "webloop, arima",
-        kind: Kind::Webloop,
-        measure: |context| context.processors.on_one(|| webloop("arima")),
-    },
-    Contender {
-        name: "webloop, couva",
-        kind: Kind::Webloop,
-        measure: |context| context.processors.on_one(|| webloop("couva")),
-    },
-    Contender {
-        name: "webloop, cell, arima",
-        kind: Kind::Webloop,
-        measure: |context| context.processors.on_one(|| cell(context, "arima")),
-    },
-    Contender {
-        name: "webloop, cell, couva",
-        kind: Kind::Webloop,
-        measure: |context| context.processors.on_one(|| cell(context, "couva")),
-    },
-];
+pub(crate) const TABLE: Table = Table {
+    about: "a loop at 1 kHz in virtual time, one processor: seconds a second",
+    base: "plain Python",
+    is_on_one_processor: true,
+    contenders: &[
+        Contender::peer("plain Python", |_| python::simulation("plain")),
+        Contender::peer("python-control", |_| python::simulation("control")),
+        Contender::webloop("webloop, arima", |_| webloop("arima")),
+        Contender::webloop("webloop, buccoo", |_| webloop("buccoo")),
+        Contender::webloop("webloop, couva", |_| webloop("couva")),
+        Contender::webloop("webloop, diego-lan", |_| webloop("diego-lan")),
+        Contender::webloop("webloop, diego-vpn", |_| webloop("diego-vpn")),
+        Contender::webloop("webloop, cell, arima", |context| cell(context, "arima")),
+        Contender::webloop("webloop, cell, couva", |context| cell(context, "couva")),
+    ],
+    goals: &[
+        goal("webloop, arima", "x_real", None, Bound::AtLeast(20_000.0)),
+        goal("webloop, couva", "x_real", None, Bound::AtLeast(10_000.0)),
+    ],
+};
 
 /// What the loop did, and no row.
 struct Metrics(ResponseTrace);

@@ -11,55 +11,40 @@ use std::process::{Command, Output};
 use manifest::Manifest;
 use plan::Verdict;
 
-const WEBLOOP: &str = env!("CARGO_BIN_EXE_webloop");
+use crate::traced::{WEBLOOP, experiment, strace};
 
 const ERRORS: [(&str, &str); 2] = [
     ("ENOSPC", "No space left on device"),
     ("EIO", "Input/output error"),
 ];
 
-/// Runs a simulated cell whose system call `call` fails with `error` at its nth time, then makes the campaign's tables.
-fn run(place: &Path, out: &Path, call: &str, error: &str, nth: usize) -> Output {
-    Command::new("strace")
-        .args(["-f", "-qq", "-o", "/dev/null", "-e"])
-        .arg(format!("trace={call}"))
-        .arg("-e")
-        .arg(format!("inject={call}:error={error}:when={nth}"))
-        .args([
-            WEBLOOP,
-            "run-cell",
-            "--backend",
-            "sim",
-            "--index",
-            "0",
-            "--plan",
-        ])
+/// strace of a run of the plan's cell into a folder.
+fn traced_cell(place: &Path, out: &Path, arguments: &[&str]) -> Command {
+    let mut command = strace();
+    command
+        .args(arguments)
+        .args([WEBLOOP, "run-cell", "--backend", "sim", "--index", "0"])
+        .arg("--plan")
         .arg(place.join("plan.json"))
         .arg("--out")
-        .arg(out)
-        .output()
-        .unwrap()
+        .arg(out);
+    command
+}
+
+/// Runs a simulated cell whose system call `call` fails with `error` at its nth time.
+fn run(place: &Path, out: &Path, call: &str, error: &str, nth: usize) -> Output {
+    let trace = format!("trace={call}");
+    let inject = format!("inject={call}:error={error}:when={nth}");
+    let arguments = ["-o", "/dev/null", "-e", &trace, "-e", &inject];
+    traced_cell(place, out, &arguments).output().unwrap()
 }
 
 /// How often the run makes this call.
 fn count(place: &Path, call: &str) -> usize {
     let (out, log) = (place.join(format!("count-{call}")), place.join("log"));
-    let status = Command::new("strace")
-        .args(["-f", "-qq", "-e", &format!("trace={call}"), "-o"])
-        .arg(&log)
-        .args([
-            WEBLOOP,
-            "run-cell",
-            "--backend",
-            "sim",
-            "--index",
-            "0",
-            "--plan",
-        ])
-        .arg(place.join("plan.json"))
-        .arg("--out")
-        .arg(&out)
-        .status();
+    let trace = format!("trace={call}");
+    let arguments = ["-e", &trace, "-o", &log.display().to_string()];
+    let status = traced_cell(place, &out, &arguments).status();
     assert!(status.unwrap().success());
     let log = fs::read_to_string(log).unwrap();
     log.lines()
@@ -90,15 +75,10 @@ fn verifies(place: &Path, out: &Path) -> bool {
 
 #[test]
 fn whatever_of_the_disk_fails_is_named_and_no_run_is_complete_without_its_rows() {
-    if Command::new("strace").arg("-V").output().is_err() {
-        println!("SKIPPED: there is no strace to make a disk fail");
-        return;
-    }
     let place = tempfile::tempdir().unwrap();
-    let experiment = place.path().join("disk.toml");
-    let text = "name = \"disk\"\n[[cells]]\ntopology = [\"diego-vpn\"]\nclient = [\"native\"]\nmode = \"closed\"\n\
-                h = [\"10ms\"]\nduration = \"2s\"\n";
-    fs::write(&experiment, text).unwrap();
+    let Some(experiment) = experiment(place.path(), 1) else {
+        return;
+    };
     let matrix = Command::new(WEBLOOP)
         .arg("matrix")
         .arg(&experiment)
@@ -159,19 +139,14 @@ fn whatever_of_the_disk_fails_is_named_and_no_run_is_complete_without_its_rows()
 /// Cells of a campaign in virtual time ask the disk together.
 #[test]
 fn a_disk_that_fails_a_campaign_s_cells_together_is_named_and_none_of_them_is_complete() {
-    if Command::new("strace").arg("-V").output().is_err() {
-        println!("SKIPPED: there is no strace to make a disk fail");
-        return;
-    }
     let place = tempfile::tempdir().unwrap();
-    let experiment = place.path().join("disk.toml");
-    let text = "name = \"disk\"\n[[cells]]\ntopology = [\"diego-vpn\"]\nclient = [\"native\"]\nmode = \"closed\"\n\
-                h = [\"10ms\"]\nduration = \"2s\"\nrepeats = 3\n";
-    fs::write(&experiment, text).unwrap();
+    let Some(experiment) = experiment(place.path(), 3) else {
+        return;
+    };
     let out = place.path().join("out");
     let run = |more: &[&str]| {
-        Command::new("strace")
-            .args(["-f", "-qq", "-o", "/dev/null", "-e", "trace=syncfs"])
+        strace()
+            .args(["-o", "/dev/null", "-e", "trace=syncfs"])
             .args(more)
             .args([WEBLOOP, "run", "--backend", "sim", "--no-report"])
             .arg(&experiment)

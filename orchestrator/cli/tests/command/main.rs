@@ -20,4 +20,5 @@ mod resumed;
 mod simulated;
 mod source;
 mod sweep;
+mod traced;
 mod transcripts;

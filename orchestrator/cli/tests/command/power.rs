@@ -8,9 +8,10 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use manifest::Manifest;
+
+use crate::traced::{WEBLOOP, experiment, strace};
 
 /// What has reached the disk, by file: `false` while a write of it has not.
 #[derive(Default)]
@@ -85,27 +86,17 @@ fn check(record: &str) -> [usize; 2] {
 
 #[test]
 fn wherever_the_power_fails_a_manifest_vouches_for_what_is_on_the_disk() {
-    if Command::new("strace").arg("-V").output().is_err() {
-        println!("SKIPPED: there is no strace to record what reaches the disk");
-        return;
-    }
     let place = tempfile::tempdir().unwrap();
-    let (experiment, log) = (place.path().join("power.toml"), place.path().join("log"));
-    let text = "name = \"power\"\n[[cells]]\ntopology = [\"diego-vpn\"]\nclient = [\"native\"]\nmode = \"closed\"\n\
-                h = [\"10ms\"]\nduration = \"2s\"\nrepeats = 3\n";
-    fs::write(&experiment, text).unwrap();
-    let ran = Command::new("strace")
-        .args(["-f", "-qq", "-y", "-s", "0", "-e"])
+    let Some(experiment) = experiment(place.path(), 3) else {
+        return;
+    };
+    let log = place.path().join("log");
+    let ran = strace()
+        .args(["-y", "-s", "0", "-e"])
         .arg("trace=write,writev,pwrite64,fsync,fdatasync,syncfs,rename,renameat,renameat2")
         .arg("-o")
         .arg(&log)
-        .args([
-            env!("CARGO_BIN_EXE_webloop"),
-            "run",
-            "--backend",
-            "sim",
-            "--no-report",
-        ])
+        .args([WEBLOOP, "run", "--backend", "sim", "--no-report"])
         .arg(&experiment)
         .arg("--out")
         .arg(place.path().join("out"))
