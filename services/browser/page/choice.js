@@ -40,8 +40,8 @@ export const CHOICES = {
     main: "The page's own, as in 2011.",
   }],
   timer: ["Timer", {
-    wait: "Atomics.wait: sleeps to the deadline, blocks its worker.",
-    channel: "MessageChannel turns: punctual, keeps a processor busy.",
+    wait: "Atomics.wait: a worker sleeps to the deadline; another has fetch or WebSocket.",
+    channel: "MessageChannel turns: no second worker, but a processor is kept busy.",
     timeout: "setTimeout: whole milliseconds, 4 ms at least when nested.",
     interval: "setInterval: each firing is a deadline.",
   }],

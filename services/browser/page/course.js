@@ -5,22 +5,23 @@
 
 import { Clock, measureOffset, monotonic_ns } from "./clock.js";
 import { Drive } from "./drive.js";
-import { FetchSender } from "./fetch.js";
 import { readState } from "./message.js";
 import { clockStep_us, timerClamp_ms } from "./probe.js";
-import { SocketSender } from "./socket.js";
-import { XhrSender } from "./xhr.js";
+import { RemoteSender } from "./remote.js";
+import { Alarm } from "./ring.js";
+import { makeSender } from "./way.js";
 
 /** The start, if none is given, is this long after everything is ready. */
 const START_AHEAD_NS = 200_000_000n;
 
 /**
- * A run by `task`: settings, law, reference, session, `start_ns` and `clock_ns` (BigInt or null), and `word`,
- * the shared word by which a blocking run is stopped. Gives what stops it.
+ * A run by `task`: settings, law, reference, session, `start_ns` and `clock_ns` (BigInt or null), and `alarm`,
+ * the memory of what a sleeping run is woken by. Gives what stops it.
  */
 export function beginCourse(task, tell) {
   let drive = null;
   let stopped = false;
+  const alarm = task.alarm === null ? null : new Alarm(task.alarm);
   const course = async () => {
     const clock_ns = task.clock_ns ?? (await measureOffset());
     const measured = {
@@ -38,8 +39,11 @@ export function beginCourse(task, tell) {
       reference: task.reference,
       clock,
       y,
-      word: task.word,
-      makeSender: (ended, readSeq) => makeSender(task, ended, readSeq),
+      alarm,
+      makeSender: (ended, readSeq) =>
+        alarm !== null && !isBlocking(task.settings)
+          ? new RemoteSender({ ...task, alarm }, ended)
+          : makeSender(task, ended, readSeq),
       tell,
     });
     await made.open();
@@ -88,11 +92,7 @@ async function look() {
   return readState(text).y;
 }
 
-function makeSender({ settings, session }, ended, readSeq) {
-  const { mode, transport, sender, timeout_ns } = settings;
-  const way = { mode, session, path: `/${mode}`, timeout_ms: Math.ceil(timeout_ns / 1e6) };
-  if (transport === "websocket") {
-    return new SocketSender(way, ended, readSeq);
-  }
-  return sender === "xhr" ? new XhrSender(way, ended) : new FetchSender(way, ended);
+/** Whether sending itself waits for the answer. */
+function isBlocking({ transport, sender }) {
+  return transport === "http" && sender === "xhr";
 }

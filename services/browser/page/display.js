@@ -1,7 +1,7 @@
 // What is happening, for a person: state, readouts, plot, histogram, and the window's title.
 //
-// Drawn from what the loop tells, at most ten times a second; where the loop shares the page's
-// thread, four.
+// Drawn from what the loop tells, at most ten times a second, and once where a launcher opened the
+// page, since nobody looks at it; four times where the loop shares the page's thread.
 
 import { Histogram } from "./histogram.js";
 import { lawText } from "./law.js";
@@ -10,6 +10,7 @@ import { sentence } from "./sentence.js";
 
 const DRAW_MS = 100;
 const DRAW_SHARED_MS = 250;
+const DRAW_UNSEEN_MS = 1000;
 /** The rate shown is that of the last second. */
 const RATE_S = 1;
 
@@ -33,6 +34,7 @@ export class Display {
   #plot;
   #histogram;
   #settings = null;
+  #gap_ms = DRAW_MS;
   #drawn_ms = 0;
   #asked = false;
   #recent = [];
@@ -60,9 +62,13 @@ export class Display {
     }
   }
 
-  /** A run begins, at a plant with this sample time and law. */
-  began(settings, plant) {
+  /**
+   * A run begins, at a plant with this sample time and law; `isUnseen` if a launcher opened the page.
+   */
+  began(settings, plant, isUnseen) {
     this.#settings = settings;
+    const ownThread_ms = isUnseen ? DRAW_UNSEEN_MS : DRAW_MS;
+    this.#gap_ms = settings.thread === "main" ? DRAW_SHARED_MS : ownThread_ms;
     this.#recent = [];
     this.#rate_hz = NaN;
     this.#silent = false;
@@ -128,8 +134,7 @@ export class Display {
     if (this.#asked) {
       return;
     }
-    const gap_ms = this.#settings.thread === "main" ? DRAW_SHARED_MS : DRAW_MS;
-    if (performance.now() - this.#drawn_ms < gap_ms) {
+    if (performance.now() - this.#drawn_ms < this.#gap_ms) {
       return;
     }
     this.#asked = true;

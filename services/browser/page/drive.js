@@ -21,8 +21,8 @@ export class Drive {
   #sender;
   #timer;
   #watch = 0;
-  /** A word in shared memory that is not 0 when the run is to stop; only `wait` has it. */
-  #word;
+  /** What wakes and stops a run that sleeps; only `wait` has it. */
+  #alarm;
   /** Takes what came of the run; `null` before it and after it. */
   #over = null;
   /** Whether only the end of a message can bring the next step. */
@@ -30,10 +30,10 @@ export class Drive {
   #firstFailure = null;
 
   /** `makeSender` is given how a message's end is told, and how an answer's seq is read. */
-  constructor({ settings, law, reference, clock, y, word, makeSender, tell }) {
+  constructor({ settings, law, reference, clock, y, alarm, makeSender, tell }) {
     this.#settings = settings;
     this.#clock = clock;
-    this.#word = word;
+    this.#alarm = alarm;
     const read = readLaw(law);
     this.#end = new ControllerEnd(settings, read, y, 0, settings.duration_ns, reference);
     this.#record = new Record(clock.epoch_ns, this.#end.counts, tell);
@@ -53,7 +53,7 @@ export class Drive {
       const { timer, h_ns, floor_ns } = this.#settings;
       const turn = () => this.#turn();
       if (timer === "wait") {
-        this.#timer = new Wait(this.#clock, this.#word);
+        this.#timer = new Wait(this.#clock, this.#alarm);
         this.#block();
         return;
       }
@@ -151,19 +151,23 @@ export class Drive {
 
   /** The whole run without returning to the event loop. */
   #block() {
-    while (this.#word[0] === 0) {
+    while (!this.#alarm.isStopped) {
+      // Read first: what comes in after the look below then ends the sleep at once.
+      const { wakes } = this.#alarm;
+      this.#sender.collect();
       const now_ns = this.#clock.now_ns();
+      this.#expire(now_ns);
       const step = this.#end.poll(now_ns);
       if (step.step === "send") {
         this.#send(step.command);
       } else if (step.step === "missed") {
         this.#record.row(step.row);
-      } else if (step.step === "sleep") {
-        this.#record.pulse(now_ns);
-        this.#timer.block(step.until_ns, LOOK_MS);
-      } else {
+      } else if (step.step === "finished" && this.#end.underWay === 0) {
         this.#finish("complete");
         return;
+      } else {
+        this.#record.pulse(now_ns);
+        this.#timer.block(step.until_ns ?? Infinity, LOOK_MS, wakes);
       }
     }
     this.#finish("stopped");

@@ -1,7 +1,7 @@
 // One run from the claim to the report.
 //
 // It joins the session with the plant, the loop's thread and a view that is told what happens:
-// `state(word, text)`, `began(settings, plant)`, `progress(event)`. It draws nothing itself.
+// `state(word, text)`, `began(settings, plant, isUnseen)`, `progress(event)`. It draws nothing itself.
 
 import { NOTHING } from "./course.js";
 import { readLaw } from "./law.js";
@@ -111,12 +111,12 @@ export class Run {
     check(settings);
     // The loop's thread will read it again; an invalid law is refused before all else.
     readLaw(law);
-    this.#view.began(settings, this.#session.plant);
+    this.#view.began(settings, this.#session.plant, this.#request.run);
     this.#view.state("preparing", "Measuring this browser's clock and timers.");
     const { start_ns, clock_ns } = this.#request;
     const { token } = this.#session;
     const told = { settings, law, reference };
-    const task = { ...told, start_ns, clock_ns, session: token, word: null };
+    const task = { ...told, start_ns, clock_ns, session: token, alarm: null };
     await new Promise((resolve) => {
       this.#thread = begin(task, (event) => {
         this.#told(event);

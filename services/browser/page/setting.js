@@ -42,7 +42,7 @@ const DEFAULTS = {
 const { mode: _mode, late: _late, ...usual } = USUAL;
 const blocking = { ...usual, outstanding: 1, floor_ns: 0 };
 const today = { ...blocking, schedule: "since-send", thread: "main", timer: "timeout" };
-const unlimited = { ...blocking, outstanding: "unlimited", sender: "fetch", timer: "channel" };
+const unlimited = { ...blocking, outstanding: "unlimited", sender: "fetch" };
 
 /** The clients with a name, as services/endpoint has them; `blocking` is `worker` in a page. */
 export const PRESETS = {
@@ -81,18 +81,6 @@ export function check(settings, page = { isolated: globalThis.crossOriginIsolate
   const http = transport === "http";
   if (timer === "wait" && thread === "main") {
     refuse("timer `wait` blocks its thread, which a page's main thread may not", "thread `worker`");
-  }
-  if (timer === "wait" && !http) {
-    refuse(
-      "timer `wait` blocks its thread, so a WebSocket's answers never come in",
-      "timer `channel`",
-    );
-  }
-  if (timer === "wait" && sender === "fetch") {
-    refuse(
-      "timer `wait` blocks its thread, so the answers to `fetch` never come in",
-      "sender `xhr`, or timer `channel`",
-    );
   }
   if (timer === "wait" && !page.isolated) {
     refuse(

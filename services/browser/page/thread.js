@@ -3,6 +3,7 @@
 // Both report the same. A worker that does not end when asked is ended from outside.
 
 import { NOTHING, beginCourse } from "./course.js";
+import { Alarm } from "./ring.js";
 
 /** How long a worker may take to stop beyond the timeout of a message that it waits for. */
 const GRACE_MS = 1000;
@@ -13,8 +14,7 @@ export function begin(task, tell) {
 }
 
 function inWorker(task, tell) {
-  const word =
-    task.settings.timer === "wait" ? new Int32Array(new SharedArrayBuffer(4)) : null;
+  const alarm = task.settings.timer === "wait" ? new Alarm() : null;
   const worker = new Worker("/worker.js", { type: "module", name: "loop" });
   let counts = NOTHING.counts;
   let over = false;
@@ -40,13 +40,10 @@ function inWorker(task, tell) {
     const reason = `the worker failed: ${why}`;
     end({ ...NOTHING, event: "ended", counts, outcome: "failed", reason });
   });
-  worker.postMessage({ task: { ...task, word } });
+  worker.postMessage({ task: { ...task, alarm: alarm?.memory ?? null } });
   return {
     stop: () => {
-      if (word !== null) {
-        Atomics.store(word, 0, 1);
-        Atomics.notify(word, 0);
-      }
+      alarm?.stop();
       worker.postMessage({ stop: true });
       const reason = "the loop did not stop by itself, so its last rows are missing";
       grace = setTimeout(

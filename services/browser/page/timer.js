@@ -130,21 +130,21 @@ export class Channel {
   }
 }
 
-/** Atomics.wait on a word that is 0 until somebody stops the run. Workers only. */
+/** Atomics.wait: sleeps, and hears its alarm alone. Workers only. */
 export class Wait {
   #clock;
-  #word;
+  #alarm;
 
-  constructor(clock, word) {
+  constructor(clock, alarm) {
     this.#clock = clock;
-    this.#word = word;
+    this.#alarm = alarm;
   }
 
-  /** Blocks until `until_ns`, a stop, or `most_ms`. */
-  block(until_ns, most_ms) {
+  /** Blocks until `until_ns`, or `most_ms`, or until the alarm has rung more often than `wakes`. */
+  block(until_ns, most_ms, wakes) {
     const ahead_ms = (until_ns - this.#clock.now_ns()) / 1e6;
     if (ahead_ms > 0) {
-      Atomics.wait(this.#word, 0, 0, Math.min(ahead_ms, most_ms));
+      this.#alarm.sleep(Math.min(ahead_ms, most_ms), wakes);
     }
   }
 }

@@ -1,7 +1,7 @@
 // A worker that runs the loop off the page's main thread.
 //
 // It is told a task once, and `stop`; it tells what course.js tells. A run that blocks hears no
-// `stop` and looks at the shared word instead.
+// `stop` and looks at its alarm instead.
 
 import { beginCourse } from "./course.js";
 

@@ -29,6 +29,8 @@ export class XhrSender {
 
   abort() {}
 
+  collect() {}
+
   close() {}
 
   #exchange(text) {

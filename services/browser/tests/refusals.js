@@ -44,8 +44,6 @@ const QUERIES = [
   ["start_ns=-1", "start_ns `-1`"],
   ["run=yes", "run `yes`"],
   ["thread=main&timer=wait", "thread `worker`"],
-  ["timer=wait&sender=fetch", "`fetch`"],
-  ["timer=wait&transport=websocket", "WebSocket"],
   ["timer=interval", "`relative`"],
   ["timer=channel&outstanding=2", "`xhr`"],
 ];

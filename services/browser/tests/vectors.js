@@ -9,6 +9,7 @@ import { readLaw } from "./law.js";
 import { lawCases, laws } from "./laws.js";
 import { commandText, readAnswer } from "./message.js";
 import { Pid } from "./pid.js";
+import { Ring } from "./ring.js";
 import { rowLine } from "./row.js";
 import { refusals } from "./refusals.js";
 
@@ -142,6 +143,37 @@ const two = {
   },
 };
 
+/** How a worker that sleeps is told of its messages. */
+const ring = {
+  name: "a ring gives back in order what was written, whole, and refuses what it has no room for",
+  run: () => {
+    const writer = new Ring();
+    const reader = new Ring(writer.memory);
+    const results = [{ text: "seq=0&u=0.5" }, { loss: "failed", why: "é – \u{1f600}" }, { loss: "timeout", why: "" }];
+    const result = (seq) => results[seq % results.length];
+    let [written, taken] = [0, 0];
+    // Several times around, full each time.
+    for (let turn = 0; turn < 3; turn += 1) {
+      while (writer.write(written, result(written))) {
+        written += 1;
+      }
+      for (let told = reader.read(); told !== null; told = reader.read()) {
+        if (!same(told, { seq: taken, result: result(taken) })) {
+          throw new Error(`${taken}: ${JSON.stringify(told)}`);
+        }
+        taken += 1;
+      }
+    }
+    if (taken !== written || taken !== 3072) {
+      throw new Error(`${taken} taken, ${written} written`);
+    }
+    writer.write(1, { text: "y".repeat(2000) });
+    if (reader.read().result.text.length <= 1024) {
+      throw new Error("a text that is too long is no longer known as such");
+    }
+  },
+};
+
 const read = async (path) => (await fetch(path)).json();
 const cases = [
   ...vectorCases(await read("/controller.json")),
@@ -149,7 +181,7 @@ const cases = [
 ];
 const failed = [];
 let passed = 0;
-for (const { name, run } of [...cases, ...laws, longUp, interval, two, ...refusals]) {
+for (const { name, run } of [...cases, ...laws, longUp, interval, two, ring, ...refusals]) {
   try {
     run();
     passed += 1;

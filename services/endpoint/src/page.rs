@@ -41,7 +41,8 @@ choice!(
         /// A `MessageChannel` that it writes to itself until the deadline is
         /// there: exact, and it takes a processor.
         Channel = "channel",
-        /// Atomics.wait: its thread sleeps. Nothing else can happen on it then.
+        /// Atomics.wait: its thread sleeps, and hears nothing. A second worker
+        /// has the `fetch` or the WebSocket, and wakes it by shared memory.
         Wait = "wait",
     }
 );
@@ -88,12 +89,6 @@ impl PageSettings {
                 "timer `wait` is not allowed on a page's main thread",
                 "use thread worker",
             )
-        } else if timer == Timer::Wait && !(http && sender == Sender::Xhr) {
-            (
-                "timer",
-                "timer `wait` blocks its thread, so no answer would arrive",
-                "use sender xhr over http, or timer channel",
-            )
         } else if timer == Timer::Interval && !relative {
             (
                 "timer",
@@ -138,7 +133,6 @@ mod tests {
         let h = "3ms".parse().expect("a sample time");
         let blocking = Preset::Blocking.settings(Mode::Closed, h);
         let many = Preset::PaperPython.settings(Mode::Closed, h);
-        let socket = Preset::Socket.settings(Mode::Closed, h);
         let page = |thread, sender, timer| PageSettings {
             thread,
             sender,
@@ -150,16 +144,6 @@ mod tests {
             (
                 page(Thread::Main, Sender::Xhr, Timer::Wait),
                 blocking,
-                "wait",
-            ),
-            (
-                page(Thread::Worker, Sender::Fetch, Timer::Wait),
-                many,
-                "wait",
-            ),
-            (
-                page(Thread::Worker, Sender::Xhr, Timer::Wait),
-                socket,
                 "wait",
             ),
             (

@@ -87,7 +87,7 @@ impl Preset {
             Self::PaperPython | Self::Socket => PageSettings {
                 thread: Thread::Worker,
                 sender: Sender::Fetch,
-                timer: Timer::Channel,
+                timer: Timer::Wait,
                 floor_ns: 0,
             },
         }
