@@ -3,13 +3,15 @@
 //! A goal is what webloop strives for on a machine of two cores; docs/performance.md has what was reached.
 
 use crate::contender::Contender;
-use crate::{cell, crossing, rows, step, stream, tick, virtual_time};
+use crate::{cell, crossing, rate, rows, step, stream, tick, virtual_time};
 
 endpoint::choice!(
     /// A table of contenders.
-    Group, "table", "step, tick, delay, stream, virtual, rows or cell", {
+    Group, "table", "step, rate, tick, delay, stream, virtual, rows or cell", {
         /// A message and its answer, back to back.
         Step = "step",
+        /// A loop at 10 kHz.
+        Rate = "rate",
         /// Ticks every millisecond.
         Tick = "tick",
         /// A link of 5 ms.
@@ -91,6 +93,7 @@ impl Group {
     pub(crate) fn table(self) -> &'static Table {
         match self {
             Group::Step => &step::TABLE,
+            Group::Rate => &rate::TABLE,
             Group::Tick => &tick::TABLE,
             Group::Delay => &crossing::TABLE,
             Group::Stream => &stream::TABLE,

@@ -5,8 +5,8 @@
 //! machine for longer than a repetition is in both of its numbers. A peer that this machine does not have
 //! is named and skipped.
 //!
-//! - `group` has the names of the tables; `step`, `tick`, `crossing`, `stream`, `virtual_time`, `rows` and `cell`
-//!   have their contenders and goals.
+//! - `group` has the names of the tables; `step`, `rate`, `tick`, `crossing`, `stream`, `virtual_time`, `rows`
+//!   and `cell` have their contenders and goals.
 //! - `end` has what peers need at the other end; `python`, `load` and `rattan` the peers that are programs;
 //!   `role` starts processes, `campaign` runs cells.
 //! - [`Outcome`] is what was measured, [`text`] and [`csv`] write it.
@@ -24,6 +24,7 @@ mod load;
 mod outcome;
 mod processor;
 mod python;
+mod rate;
 mod rattan;
 mod role;
 mod rows;

@@ -79,7 +79,9 @@ fn heading(figure: &str) -> String {
         "read_mb_s" => "read MB/s".to_owned(),
         "write_mb_s" => "write MB/s".to_owned(),
         other => match other.rsplit_once('_') {
-            Some((name, unit)) => format!("{name}/{}", unit.replace("us", "µs")),
+            Some((name, unit)) => {
+                format!("{name}/{}", unit.replace("us", "µs").replace("pct", "%"))
+            }
             None => other.to_owned(),
         },
     }

@@ -1,0 +1,127 @@
+//! A loop at 10 kHz: which share of its messages and ticks is in time, and how long a message takes.
+//!
+//! A message is in time if it is sent before the next one is due, a tick likewise. The echo is as bare as it can
+//! be: one thread with real-time scheduling that waits for the same deadlines, sends and receives; what it could
+//! not send in time it leaves out, as the controller does.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::process::Command;
+use std::thread;
+
+use analysis::rows;
+use endpoint::{MessageRow, TickRow};
+
+use crate::Context;
+use crate::contender::{Contender, Lack, Measured, quantiles};
+use crate::end::ECHO_BYTES;
+use crate::group::{Bound, Table, goal};
+use crate::role::{Role, output};
+use crate::step::server;
+
+const H_NS: u64 = 100_000;
+
+/// The priority of the plant's own HTTP thread and of the native controller.
+const FIFO_PRIORITY: u8 = 45;
+
+pub(crate) const TABLE: Table = Table {
+    about: "a loop at 10 kHz: round trips, and what is in time",
+    base: "TCP echo, FIFO",
+    is_on_one_processor: false,
+    contenders: &[
+        Contender::limit("TCP echo, FIFO", echo),
+        Contender::webloop("webloop, HTTP", |context| webloop(context, "http")),
+        Contender::webloop("webloop, WebSocket", |context| {
+            webloop(context, "websocket")
+        }),
+    ],
+    goals: &[
+        goal("webloop, HTTP", "sent_pct", None, Bound::AtLeast(99.0)),
+        goal("webloop, HTTP", "ticked_pct", None, Bound::AtLeast(99.0)),
+        goal(
+            "webloop, HTTP",
+            "p99.9_us",
+            Some("TCP echo, FIFO"),
+            Bound::AtMost(1.5),
+        ),
+    ],
+};
+
+/// Round trips, and the share of deadlines that were met.
+fn figures(took_ns: Vec<u64>, sent: usize, due: usize) -> Result<Measured, Lack> {
+    let mut figures = quantiles(took_ns)?;
+    figures.push(("sent_pct", share_pct(sent, due)));
+    Ok(figures)
+}
+
+fn share_pct(of: usize, all: usize) -> f64 {
+    100.0 * of as f64 / all.max(1) as f64
+}
+
+fn echo(context: &Context<'_>) -> Result<Measured, Lack> {
+    let server = server(context, "echo")?;
+    let mut stream = TcpStream::connect(server.address)?;
+    stream.set_nodelay(true)?;
+    let due = (context.measure_ms * 1_000_000 / H_NS) as usize;
+    let exchanges = move || -> Result<Measured, Lack> {
+        let mut pacer = pace::Pacer::new(&pace::ask(Some(FIFO_PRIORITY)));
+        let mut took_ns = Vec::with_capacity(due);
+        let mut bytes = [7; ECHO_BYTES];
+        let start_ns = pace::now_ns() + 10_000_000;
+        for k in 0..due as u64 {
+            let due_ns = start_ns + k * H_NS;
+            pacer.sleep_until(due_ns);
+            let from_ns = pace::now_ns();
+            if from_ns >= due_ns + H_NS {
+                continue;
+            }
+            stream.write_all(&bytes)?;
+            stream.read_exact(&mut bytes)?;
+            took_ns.push(pace::now_ns() - from_ns);
+        }
+        let sent = took_ns.len();
+        figures(took_ns, sent, due)
+    };
+    match thread::spawn(exchanges).join() {
+        Ok(measured) => measured,
+        Err(panic) => std::panic::resume_unwind(panic),
+    }
+}
+
+fn webloop(context: &Context<'_>, transport: &str) -> Result<Measured, Lack> {
+    let plant_folder = context.folder.join("plant");
+    let plant = Role::plant(context.webloop, "100us", &plant_folder)?;
+    let folder = context.folder.join("controller");
+    let mut controller = Command::new(context.webloop);
+    controller
+        .args(["serve", "controller", "--h", "100us"])
+        .args(["--transport", transport])
+        .args(["--plant", &plant.address.to_string()])
+        .args(["--duration", &format!("{}ms", context.measure_ms), "--out"])
+        .arg(&folder);
+    output(&mut controller)?;
+    plant.end()?;
+    let (mut took_ns, mut due, mut sent) = (Vec::new(), 0, 0);
+    rows::read(
+        &folder.join(MessageRow::FILE),
+        MessageRow::COLUMNS,
+        |row: &MessageRow| {
+            due += 1;
+            sent += usize::from(row.t_send_ns.is_some());
+            let ends_ns = row.t_receive_ns.zip(row.t_send_ns);
+            took_ns.extend(ends_ns.map(|(to_ns, from_ns)| to_ns - from_ns));
+        },
+    )?;
+    let (mut ticks, mut in_time) = (0, 0);
+    rows::read(
+        &plant_folder.join(TickRow::FILE),
+        TickRow::COLUMNS,
+        |row: &TickRow| {
+            ticks += 1;
+            in_time += usize::from(row.t_tick_ns < row.t_due_ns + H_NS);
+        },
+    )?;
+    let mut figures = figures(took_ns, sent, due)?;
+    figures.push(("ticked_pct", share_pct(in_time, ticks)));
+    Ok(figures)
+}
