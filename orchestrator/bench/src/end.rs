@@ -27,7 +27,7 @@ const ANSWER: &str =
 /// No such end.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "there is no end `{0}`; choose echo, hyper, ping ADDRESS EVERY_MS COUNT or send ADDRESS:PORT MS"
+    "there is no end `{0}`; choose echo, echo PRIORITY, hyper, ping ADDRESS EVERY_MS COUNT or send ADDRESS:PORT MS"
 )]
 pub struct UnknownEnd(String);
 
@@ -44,6 +44,10 @@ pub fn serve(
     let on_ready = |address: SocketAddr| on_line(&format!("ready {address}"));
     match words[..] {
         ["echo"] => Ok(echo(on_ready)?),
+        ["echo", priority] => {
+            pace::ask(Some(priority.parse()?));
+            Ok(echo(on_ready)?)
+        }
         ["hyper"] => Ok(bare_hyper(on_ready)?),
         ["ping", address, every_ms, count] => {
             let (every_ms, count) = (every_ms.parse()?, count.parse()?);

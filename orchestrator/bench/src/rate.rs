@@ -1,11 +1,12 @@
 //! A loop at 10 kHz: which share of its messages and ticks is in time, and how long a message takes.
 //!
 //! A message is in time if it is sent before the next one is due, a tick likewise. The echo is as bare as it can
-//! be: one thread with real-time scheduling that waits for the same deadlines, sends and receives; what it could
-//! not send in time it leaves out, as the controller does.
+//! be: a thread that waits for the same deadlines and sends, one that receives, and the echo's own, all with
+//! real-time scheduling. Like the controller, it does not wait for an answer before it sends again, so that both meet a
+//! pause of the machine with as many messages; and what it could not send in time it leaves out.
 
 use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::net::{Shutdown, TcpStream};
 use std::process::Command;
 use std::thread;
 
@@ -17,7 +18,6 @@ use crate::contender::{Contender, Lack, Measured, quantiles};
 use crate::end::ECHO_BYTES;
 use crate::group::{Bound, Table, goal};
 use crate::role::{Role, output};
-use crate::step::server;
 
 const H_NS: u64 = 100_000;
 
@@ -59,33 +59,53 @@ fn share_pct(of: usize, all: usize) -> f64 {
 }
 
 fn echo(context: &Context<'_>) -> Result<Measured, Lack> {
-    let server = server(context, "echo")?;
-    let mut stream = TcpStream::connect(server.address)?;
+    let end = ["serve", "end", "echo", &FIFO_PRIORITY.to_string()];
+    let server = Role::start(Command::new(context.webloop).args(end))?;
+    let stream = TcpStream::connect(server.address)?;
     stream.set_nodelay(true)?;
     let due = (context.measure_ms * 1_000_000 / H_NS) as usize;
-    let exchanges = move || -> Result<Measured, Lack> {
-        let mut pacer = pace::Pacer::new(&pace::ask(Some(FIFO_PRIORITY)));
-        let mut took_ns = Vec::with_capacity(due);
-        let mut bytes = [7; ECHO_BYTES];
-        let start_ns = pace::now_ns() + 10_000_000;
-        for k in 0..due as u64 {
-            let due_ns = start_ns + k * H_NS;
-            pacer.sleep_until(due_ns);
-            let from_ns = pace::now_ns();
-            if from_ns >= due_ns + H_NS {
-                continue;
-            }
-            stream.write_all(&bytes)?;
-            stream.read_exact(&mut bytes)?;
-            took_ns.push(pace::now_ns() - from_ns);
-        }
-        let sent = took_ns.len();
-        figures(took_ns, sent, due)
+    let (sent_ns, received_ns) = thread::scope(|scope| {
+        let receiver = scope.spawn(|| receive(&stream, due));
+        let sender = scope.spawn(|| send(&stream, due));
+        (sender.join(), receiver.join())
+    });
+    let (sent_ns, received_ns) = match (sent_ns, received_ns) {
+        (Ok(sent_ns), Ok(received_ns)) => (sent_ns?, received_ns?),
+        (Err(panic), _) | (_, Err(panic)) => std::panic::resume_unwind(panic),
     };
-    match thread::spawn(exchanges).join() {
-        Ok(measured) => measured,
-        Err(panic) => std::panic::resume_unwind(panic),
+    // One connection keeps them in order.
+    let took_ns = received_ns.iter().zip(&sent_ns).map(|(to, from)| to - from);
+    figures(took_ns.collect(), sent_ns.len(), due)
+}
+
+/// Sends at each deadline that it does not miss. Gives when.
+fn send(mut stream: &TcpStream, due: usize) -> Result<Vec<u64>, Lack> {
+    let mut pacer = pace::Pacer::new(&pace::ask(Some(FIFO_PRIORITY)));
+    let mut sent_ns = Vec::with_capacity(due);
+    let start_ns = pace::now_ns() + 10_000_000;
+    for k in 0..due as u64 {
+        let due_ns = start_ns + k * H_NS;
+        pacer.sleep_until(due_ns);
+        let now_ns = pace::now_ns();
+        if now_ns < due_ns + H_NS {
+            stream.write_all(&[7; ECHO_BYTES])?;
+            sent_ns.push(now_ns);
+        }
     }
+    // The echo ends behind the last message, and so does who receives.
+    stream.shutdown(Shutdown::Write)?;
+    Ok(sent_ns)
+}
+
+/// Receives all that comes back. Gives when.
+fn receive(mut stream: &TcpStream, most: usize) -> Result<Vec<u64>, Lack> {
+    pace::ask(Some(FIFO_PRIORITY));
+    let mut received_ns = Vec::with_capacity(most);
+    let mut bytes = [0; ECHO_BYTES];
+    while stream.read_exact(&mut bytes).is_ok() {
+        received_ns.push(pace::now_ns());
+    }
+    Ok(received_ns)
 }
 
 fn webloop(context: &Context<'_>, transport: &str) -> Result<Measured, Lack> {
