@@ -42,7 +42,9 @@ const DEFAULTS = {
 const { mode: _mode, late: _late, ...usual } = USUAL;
 const blocking = { ...usual, outstanding: 1, floor_ns: 0 };
 const today = { ...blocking, schedule: "since-send", thread: "main", timer: "timeout" };
-const unlimited = { ...blocking, outstanding: "unlimited", sender: "fetch" };
+// A page that is not isolated has no shared memory to sleep on.
+const timer = globalThis.crossOriginIsolated === true ? "wait" : "channel";
+const unlimited = { ...blocking, outstanding: "unlimited", sender: "fetch", timer };
 
 /** The clients with a name, as services/endpoint has them; `blocking` is `worker` in a page. */
 export const PRESETS = {
