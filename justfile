@@ -29,6 +29,10 @@ containers:
 book:
     cargo test -p webloop --test command book
 
+# Instructions of what a message passes through, held against those kept: `just instructions --write` keeps these
+instructions *words:
+    .ci/instructions {{words}}
+
 # Measures what docs/reliability.md says, row by row: all in some hours, or `just faults 5 17`
 faults *rows:
     cargo test --release -p webloop --test reliability -- --measure {{rows}}
