@@ -1,10 +1,11 @@
 //! Campaigns of equal cells, run by this binary as a user runs them.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use analysis::{Campaign, Run};
+use backend::Manifest;
 
 use crate::Context;
 use crate::contender::Lack;
@@ -19,29 +20,33 @@ pub(crate) fn run(
     duration: &str,
     repeats: u32,
 ) -> Result<PathBuf, Lack> {
-    let name = format!("{topology}-{duration}");
-    let (file, out) = (
-        context.folder.join(format!("{name}.toml")),
-        context.folder.join(name),
+    let cells = format!(
+        "topology = [\"{topology}\"]\nclient = [\"native\"]\nmode = \"closed\"\nh = [\"1ms\"]\n\
+         duration = \"{duration}\"\nrepeats = {repeats}\n"
     );
-    fs::write(
-        &file,
-        format!(
-            "name = \"bench\"\n[[cells]]\ntopology = [\"{topology}\"]\nclient = [\"native\"]\n\
-             mode = \"closed\"\nh = [\"1ms\"]\nduration = \"{duration}\"\nrepeats = {repeats}\n"
-        ),
-    )?;
-    let mut command = Command::new(context.webloop);
-    command.args([
-        "run",
-        "--backend",
-        backend,
-        "--progress",
-        "quiet",
-        "--no-report",
-    ]);
-    output(command.arg(&file).arg("--out").arg(&out))?;
+    let out = context.folder.join(format!("{topology}-{duration}"));
+    let words: &[&str] = match backend {
+        "compose" => &["--no-build"],
+        _ => &[],
+    };
+    run_cells(context, backend, words, &cells, &out)?;
     Ok(out)
+}
+
+/// Runs the cells that these lines of an experiment describe, without the first `[[cells]]`, and makes no report.
+pub(crate) fn run_cells(
+    context: &Context<'_>,
+    backend: &str,
+    words: &[&str],
+    cells: &str,
+    out: &Path,
+) -> Result<(), Lack> {
+    let file = out.with_extension("toml");
+    fs::write(&file, format!("name = \"bench\"\n[[cells]]\n{cells}"))?;
+    let mut command = Command::new(context.webloop);
+    command.args(["run", "--backend", backend, "--progress", "quiet"]);
+    command.arg("--no-report").args(words);
+    output(command.arg(&file).arg("--out").arg(out)).map(drop)
 }
 
 /// Runs one cell, and reads what it left.
@@ -51,8 +56,24 @@ pub(crate) fn run_one(
     topology: &str,
     duration: &str,
 ) -> Result<Run, Lack> {
-    let out = run(context, backend, topology, duration, 1)?;
-    let campaign = Campaign::read(&out).map_err(|error| Lack(error.to_string()))?;
+    first(&run(context, backend, topology, duration, 1)?)
+}
+
+/// Runs one cell in namespaces, described by lines of an experiment, and gives its manifest whatever its verdict
+/// is: a run that is disturbed, or whose client is late, has its figures too.
+pub(crate) fn judged(context: &Context<'_>, cells: &str) -> Result<Manifest, Lack> {
+    let out = context.folder.join("cell");
+    let ran = run_cells(context, "netns", &["--tries", "1"], cells, &out);
+    let manifest = first(&out).ok().and_then(|run| run.manifest);
+    match (manifest, ran) {
+        (Some(manifest), _) => Ok(manifest),
+        (None, Err(lack)) => Err(lack),
+        (None, Ok(())) => Err(Lack("its cell has no manifest".to_owned())),
+    }
+}
+
+fn first(folder: &Path) -> Result<Run, Lack> {
+    let campaign = Campaign::read(folder).map_err(|error| Lack(error.to_string()))?;
     let run = campaign.runs.into_iter().next();
     run.ok_or_else(|| Lack("its run left no cell".to_owned()))
 }

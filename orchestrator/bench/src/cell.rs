@@ -8,12 +8,18 @@ use crate::{Context, campaign};
 
 pub(crate) const TABLE: Table = Table {
     about: "what a cell takes beyond its loop",
-    base: "namespaces, arima",
-    is_on_one_processor: false,
+    base: Some("namespaces, arima"),
+    processors: None,
     contenders: &[
-        Contender::webloop("namespaces, arima", |context| real(context, "arima")),
-        Contender::webloop("namespaces, buccoo", |context| real(context, "buccoo")),
-        Contender::webloop("namespaces, couva", |context| real(context, "couva")),
+        Contender::webloop("namespaces, arima", |context| {
+            real(context, "netns", "arima")
+        }),
+        Contender::webloop("namespaces, buccoo", |context| {
+            real(context, "netns", "buccoo")
+        }),
+        Contender::webloop("namespaces, couva", |context| {
+            real(context, "netns", "couva")
+        }),
         Contender::webloop("virtual time, arima", simulated),
     ],
     goals: &[
@@ -29,9 +35,25 @@ pub(crate) const TABLE: Table = Table {
     ],
 };
 
-fn real(context: &Context<'_>, topology: &str) -> Result<Measured, Lack> {
+/// The same in containers: in the project's folder, with images that are there.
+pub(crate) const IN_CONTAINERS: Table = Table {
+    about: "what a cell in containers takes beyond its loop",
+    base: None,
+    processors: None,
+    contenders: &[Contender::webloop("containers, arima", |context| {
+        real(context, "compose", "arima")
+    })],
+    goals: &[goal(
+        "containers, arima",
+        "beyond_ms",
+        None,
+        Bound::AtMost(2000.0),
+    )],
+};
+
+fn real(context: &Context<'_>, backend: &str, topology: &str) -> Result<Measured, Lack> {
     const LOOP_S: f64 = 1.0;
-    let run = campaign::run_one(context, "netns", topology, "1s")?;
+    let run = campaign::run_one(context, backend, topology, "1s")?;
     let manifest = run
         .manifest
         .ok_or_else(|| Lack("its cell has no manifest".to_owned()))?;

@@ -25,8 +25,8 @@ const SLOW_MS: u64 = 10;
 
 pub(crate) const TABLE: Table = Table {
     about: "a link of 5 ms: how far from 5 ms the way up is",
-    base: "veth alone, no delay",
-    is_on_one_processor: false,
+    base: Some("veth alone, no delay"),
+    processors: None,
     contenders: &[
         Contender::limit("veth alone, no delay", |context| veth(context, EVERY_MS)),
         Contender::webloop("webloop", |context| played(context, Player::User, EVERY_MS)),

@@ -3,11 +3,13 @@
 //! A goal is what webloop strives for on a machine of two cores; docs/performance.md has what was reached.
 
 use crate::contender::Contender;
-use crate::{cell, crossing, rate, rows, step, stream, tick, virtual_time};
+use crate::{
+    browser, cell, crossing, memory, rate, report, rows, step, stream, tick, virtual_time,
+};
 
 endpoint::choice!(
     /// A table of contenders.
-    Group, "table", "step, rate, tick, delay, stream, virtual, rows or cell", {
+    Group, "table", "step, rate, tick, delay, stream, virtual, rows, cell, memory, report, browser or compose", {
         /// A message and its answer, back to back.
         Step = "step",
         /// A loop at 10 kHz.
@@ -24,6 +26,14 @@ endpoint::choice!(
         Rows = "rows",
         /// What a cell takes beyond its loop.
         Cell = "cell",
+        /// Memory of roles, and of a message under way.
+        Memory = "memory",
+        /// The report on a campaign.
+        Report = "report",
+        /// Deadlines that browsers keep.
+        Browser = "browser",
+        /// What a cell in containers takes beyond its loop.
+        Compose = "compose",
     }
 );
 
@@ -64,10 +74,10 @@ impl Bound {
 pub(crate) struct Table {
     /// What it compares.
     pub(crate) about: &'static str,
-    /// The contender to which the others are compared.
-    pub(crate) base: &'static str,
-    /// Whether all that a contender starts is on one processor.
-    pub(crate) is_on_one_processor: bool,
+    /// The contender to which the others are compared, if they are of a kind.
+    pub(crate) base: Option<&'static str>,
+    /// On how many processors all is that a contender starts, if not on all there are.
+    pub(crate) processors: Option<usize>,
     /// Those it compares, in the order of measuring.
     pub(crate) contenders: &'static [Contender],
     /// What webloop strives for.
@@ -89,6 +99,15 @@ pub(crate) const fn goal(
 }
 
 impl Group {
+    /// How often it is measured at the most.
+    pub(crate) fn most_times(self) -> u32 {
+        match self {
+            // A quarter of a minute a page.
+            Group::Browser => 2,
+            _ => u32::MAX,
+        }
+    }
+
     /// The table.
     pub(crate) fn table(self) -> &'static Table {
         match self {
@@ -100,6 +119,10 @@ impl Group {
             Group::Virtual => &virtual_time::TABLE,
             Group::Rows => &rows::TABLE,
             Group::Cell => &cell::TABLE,
+            Group::Memory => &memory::TABLE,
+            Group::Report => &report::TABLE,
+            Group::Browser => &browser::TABLE,
+            Group::Compose => &cell::IN_CONTAINERS,
         }
     }
 }

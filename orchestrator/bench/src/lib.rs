@@ -5,8 +5,8 @@
 //! machine for longer than a repetition is in both of its numbers. A peer that this machine does not have
 //! is named and skipped.
 //!
-//! - `group` has the names of the tables; `step`, `rate`, `tick`, `crossing`, `stream`, `virtual_time`, `rows`
-//!   and `cell` have their contenders and goals.
+//! - `group` has the names of the tables; `step`, `rate`, `tick`, `crossing`, `stream`, `virtual_time`, `rows`,
+//!   `cell`, `memory`, `report` and `browser` have their contenders and goals.
 //! - `end` has what peers need at the other end; `python`, `load` and `rattan` the peers that are programs;
 //!   `role` starts processes, `campaign` runs cells.
 //! - [`Outcome`] is what was measured, [`text`] and [`csv`] write it.
@@ -14,6 +14,7 @@
 //! It decides nothing: whether a goal is met is printed, and is no test. Programs are measured as they
 //! are run: webloop's own roles as processes of this binary.
 
+mod browser;
 mod campaign;
 mod cell;
 mod contender;
@@ -21,11 +22,13 @@ mod crossing;
 mod end;
 mod group;
 mod load;
+mod memory;
 mod outcome;
 mod processor;
 mod python;
 mod rate;
 mod rattan;
+mod report;
 mod role;
 mod rows;
 mod step;
@@ -43,7 +46,7 @@ pub use outcome::Outcome;
 pub use table::{csv, text};
 
 use outcome::Series;
-use processor::Processor;
+use processor::Processors;
 
 /// How to measure.
 #[derive(Debug)]
@@ -80,8 +83,8 @@ pub fn measure(
 ) -> std::io::Result<Outcome> {
     let table = group.table();
     let mut series: Vec<Series> = table.contenders.iter().map(Series::new).collect();
-    let processor = Processor::last()?;
-    for time in 0..settings.times {
+    let processors = table.processors.map(Processors::last).transpose()?;
+    for time in 0..settings.times.min(group.most_times()) {
         for one in &mut series {
             if stop.load(Ordering::Relaxed) {
                 return Ok(Outcome { group, series });
@@ -97,10 +100,9 @@ pub fn measure(
                 folder: folder.path().to_owned(),
             };
             let measure = || (one.contender.measure)(&context);
-            one.add(if table.is_on_one_processor {
-                processor.run(measure)
-            } else {
-                measure()
+            one.add(match &processors {
+                Some(processors) => processors.run(measure),
+                None => measure(),
             });
         }
     }

@@ -26,8 +26,8 @@ const FIFO_PRIORITY: u8 = 45;
 
 pub(crate) const TABLE: Table = Table {
     about: "a loop at 10 kHz: round trips, and what is in time",
-    base: "TCP echo, FIFO",
-    is_on_one_processor: false,
+    base: Some("TCP echo, FIFO"),
+    processors: None,
     contenders: &[
         Contender::limit("TCP echo, FIFO", echo),
         Contender::webloop("webloop, HTTP", |context| webloop(context, "http")),

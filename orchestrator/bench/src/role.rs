@@ -1,19 +1,86 @@
-//! Webloop's roles and peers' servers as processes, which end with the value.
+//! Webloop's roles and peers' servers as processes, which end with the value, and their memory.
 
-use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::net::SocketAddr;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
+use rustix::process::{Pid, Signal, kill_process};
 use shaper::Namespace;
 
 use crate::contender::{Lack, Measured};
 
+/// A process that runs until this value is dropped.
+#[derive(Debug)]
+pub(crate) struct Process(Child);
+
+impl Process {
+    /// Starts `command`, in a namespace if one is given.
+    pub(crate) fn start(
+        command: &mut Command,
+        namespace: Option<&Namespace>,
+    ) -> Result<Process, Lack> {
+        command.stdin(Stdio::null()).stdout(Stdio::piped());
+        backend::spawn::bind(command, namespace)?;
+        Ok(Process(command.spawn()?))
+    }
+
+    /// What is resident of it, kB.
+    pub(crate) fn resident_kb(&self) -> Result<f64, Lack> {
+        self.status_kb("VmRSS:")
+    }
+
+    /// The most that was, kB.
+    pub(crate) fn most_kb(&self) -> Result<f64, Lack> {
+        self.status_kb("VmHWM:")
+    }
+
+    /// A line of proc(5)'s status, which counts in 1024 bytes.
+    fn status_kb(&self, name: &str) -> Result<f64, Lack> {
+        let text = std::fs::read_to_string(format!("/proc/{}/status", self.0.id()))?;
+        let line = text.lines().find_map(|line| line.strip_prefix(name));
+        let kib = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
+        let kib = kib.ok_or_else(|| Lack(format!("the kernel does not say {name} of it")))?;
+        Ok(kib * 1.024)
+    }
+
+    /// Stops it until what this gives is dropped.
+    pub(crate) fn stop(&self) -> io::Result<Stopped> {
+        let id = i32::try_from(self.0.id()).ok().and_then(Pid::from_raw);
+        let id = id.ok_or(io::ErrorKind::NotFound)?;
+        kill_process(id, Signal::STOP)?;
+        Ok(Stopped(id))
+    }
+
+    /// Asks it to end, and waits until it has.
+    pub(crate) fn end(mut self) -> io::Result<()> {
+        backend::spawn::terminate(&mut self.0);
+        self.0.wait()?;
+        Ok(())
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A process that is stopped until this value is dropped.
+#[derive(Debug)]
+pub(crate) struct Stopped(Pid);
+
+impl Drop for Stopped {
+    fn drop(&mut self) {
+        let _ = kill_process(self.0, Signal::CONT);
+    }
+}
+
 /// A process that serves until this value is dropped.
 #[derive(Debug)]
 pub(crate) struct Role {
-    child: Child,
+    pub(crate) process: Process,
     /// Where it listens.
     pub(crate) address: SocketAddr,
 }
@@ -21,21 +88,15 @@ pub(crate) struct Role {
 impl Role {
     /// Starts `command` and waits for its line `ready ADDRESS:PORT`.
     pub(crate) fn start(command: &mut Command) -> Result<Role, Lack> {
-        command.stdin(Stdio::null()).stdout(Stdio::piped());
-        backend::spawn::bind(command, None::<&File>)?;
-        let mut child = command.spawn()?;
+        let mut process = Process::start(command, None)?;
         let mut line = String::new();
-        if let Some(out) = child.stdout.take() {
+        if let Some(out) = process.0.stdout.take() {
             BufReader::new(out).read_line(&mut line)?;
         }
         let word = line.trim().rsplit([' ', '/']).next().unwrap_or_default();
         match word.parse() {
-            Ok(address) => Ok(Role { child, address }),
-            Err(_) => {
-                let _ = child.kill();
-                let _ = child.wait();
-                Err(Lack("its server did not start".to_owned()))
-            }
+            Ok(address) => Ok(Role { process, address }),
+            Err(_) => Err(Lack("its server did not start".to_owned())),
         }
     }
 
@@ -50,17 +111,8 @@ impl Role {
     }
 
     /// Asks it to end, and waits until it has.
-    pub(crate) fn end(mut self) -> io::Result<()> {
-        backend::spawn::terminate(&mut self.child);
-        self.child.wait()?;
-        Ok(())
-    }
-}
-
-impl Drop for Role {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+    pub(crate) fn end(self) -> io::Result<()> {
+        self.process.end()
     }
 }
 

@@ -17,8 +17,8 @@ use crate::{Context, campaign, python};
 
 pub(crate) const TABLE: Table = Table {
     about: "rows of a run, on one processor: read with its metrics, and written",
-    base: "polars, one thread",
-    is_on_one_processor: true,
+    base: Some("polars, one thread"),
+    processors: Some(1),
     contenders: &[
         Contender::peer("polars, one thread", |context| peer(context, "polars")),
         Contender::peer("Python csv", |context| peer(context, "csv")),

@@ -30,8 +30,8 @@ const WARM_UP: usize = 300;
 
 pub(crate) const TABLE: Table = Table {
     about: "a message and its answer, back to back, both ends on one processor",
-    base: "TCP echo",
-    is_on_one_processor: true,
+    base: Some("TCP echo"),
+    processors: Some(1),
     contenders: &[
         Contender::limit("TCP echo", echo),
         Contender::webloop("webloop, WebSocket", |context| {

@@ -22,8 +22,8 @@ const PORT: u16 = 4000;
 
 pub(crate) const TABLE: Table = Table {
     about: "one TCP stream across a link of no delay",
-    base: "veth alone",
-    is_on_one_processor: false,
+    base: Some("veth alone"),
+    processors: None,
     contenders: &[
         Contender::limit("veth alone", veth),
         Contender::webloop("webloop", played),

@@ -43,14 +43,14 @@ pub fn text(outcome: &Outcome) -> String {
     for figure in &figures {
         let _ = write!(text, "{:>11}", heading(figure));
     }
-    let base = outcome.of(table.base);
-    let is_compared = base.is_some_and(|base| !base.figures().is_empty());
-    if is_compared {
-        let _ = write!(text, "   x {}", table.base);
+    let base = table.base.and_then(|base| outcome.of(base));
+    let base = base.filter(|base| !base.figures().is_empty());
+    if let Some(base) = base {
+        let _ = write!(text, "   x {}", base.contender.name);
     }
     text.push('\n');
     for series in &outcome.series {
-        line(&mut text, series, &figures, base.filter(|_| is_compared));
+        line(&mut text, series, &figures, base);
     }
     text.push('\n');
     for goal in table.goals {
@@ -76,6 +76,8 @@ fn heading(figure: &str) -> String {
         "x_real" => "x real".to_owned(),
         "mbit_s" => "Mbit/s".to_owned(),
         "cpu_pct" => "CPU/%".to_owned(),
+        "idle_mb" => "idle/MB".to_owned(),
+        "message_kb" => "message/kB".to_owned(),
         "read_mb_s" => "read MB/s".to_owned(),
         "write_mb_s" => "write MB/s".to_owned(),
         other => match other.rsplit_once('_') {

@@ -22,8 +22,8 @@ const H_NS: u64 = 1_000_000;
 
 pub(crate) const TABLE: Table = Table {
     about: "ticks every ms: lateness, and the sd of the time between two",
-    base: "cyclictest, FIFO",
-    is_on_one_processor: false,
+    base: Some("cyclictest, FIFO"),
+    processors: None,
     contenders: &[
         Contender::peer("cyclictest, FIFO", cyclictest),
         Contender::webloop("webloop, plant", webloop),

@@ -19,8 +19,8 @@ use crate::{Context, campaign, python};
 
 pub(crate) const TABLE: Table = Table {
     about: "a loop at 1 kHz in virtual time, one processor: seconds a second",
-    base: "plain Python",
-    is_on_one_processor: true,
+    base: Some("plain Python"),
+    processors: Some(1),
     contenders: &[
         Contender::peer("plain Python", |_| python::simulation("plain")),
         Contender::peer("python-control", |_| python::simulation("control")),

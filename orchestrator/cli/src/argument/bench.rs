@@ -9,7 +9,8 @@ use clap::Args;
 
 #[derive(Debug, Args)]
 pub(crate) struct Bench {
-    /// What to measure: step, tick, delay, stream, virtual, rows, cell (default: all, in about six minutes)
+    /// What to measure: step, tick, delay, stream, virtual, rows, cell, memory, report, browser, compose
+    /// (default: all, in about nine minutes)
     #[arg(value_name = "TABLE")]
     pub(crate) tables: Vec<bench::Group>,
     /// How often each is measured; ratios are taken within one repetition
