@@ -9,7 +9,7 @@ use clap::Args;
 
 #[derive(Debug, Args)]
 pub(crate) struct Bench {
-    /// What to measure: step, tick, delay, stream, virtual, rows, cell, memory, report, browser, compose
+    /// What to measure: step, rate, tick, delay, stream, virtual, rows, cell, memory, report, browser, compose
     /// (default: all, in about nine minutes)
     #[arg(value_name = "TABLE")]
     pub(crate) tables: Vec<bench::Group>,
