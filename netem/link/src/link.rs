@@ -34,6 +34,7 @@ impl Link {
     }
 
     /// One direction, mutable, to play it.
+    #[inline]
     pub fn path_mut(&mut self, way: Way) -> &mut Path {
         match way {
             Way::Up => &mut self.up,

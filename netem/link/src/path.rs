@@ -220,17 +220,20 @@ impl Path {
     /// Forgets what lies too far back, and limits `t_ns` to the range that is kept.
     #[inline]
     fn kept(&mut self, t_ns: u64) -> u64 {
-        self.newest_ns = self.newest_ns.max(t_ns);
-        let oldest_ns = self.newest_ns.saturating_sub(KEEP_NS);
-        if self.newest_ns >= self.forgets_ns {
-            self.forgets_ns = self.newest_ns.saturating_add(FORGET_EVERY_NS);
-            self.forget_before(oldest_ns);
+        if t_ns < self.newest_ns {
+            return t_ns.max(self.newest_ns.saturating_sub(KEEP_NS));
         }
-        t_ns.max(oldest_ns)
+        self.newest_ns = t_ns;
+        if t_ns >= self.forgets_ns {
+            self.forget();
+        }
+        t_ns
     }
 
     #[cold]
-    fn forget_before(&mut self, oldest_ns: u64) {
+    fn forget(&mut self) {
+        self.forgets_ns = self.newest_ns.saturating_add(FORGET_EVERY_NS);
+        let oldest_ns = self.newest_ns.saturating_sub(KEEP_NS);
         self.loss.forget_before(oldest_ns);
         if let Some(gate) = &mut self.gate {
             gate.forget_before(oldest_ns);

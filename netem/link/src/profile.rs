@@ -242,6 +242,16 @@ impl Profile {
         Way::BOTH.iter().any(|way| self.law(*way).rate.is_some())
     }
 
+    /// Whether every packet comes out as it was sent, whatever other packets do: there is no loss, no rate limit,
+    /// and no fault in either direction.
+    #[must_use]
+    pub fn is_lossless(&self) -> bool {
+        Way::BOTH.iter().all(|way| {
+            let law = self.law(*way);
+            law.loss == Loss::Never && law.rate.is_none() && law.faults.is_empty()
+        })
+    }
+
     /// The mean time between events of the rarest kind in either direction: a stall, a lossy spell, a
     /// new level of the delay. `None` if there are no such events.
     #[must_use]

@@ -35,7 +35,7 @@ pub(crate) struct Spells {
     newest: Around,
 }
 
-/// A piece of time since the process began in which the answer is the same.
+/// A piece of link time in which the answer is the same.
 #[derive(Debug, Clone, Copy)]
 struct Around {
     from_ns: u64,
@@ -65,35 +65,35 @@ impl Spells {
     /// The end of the spell that contains link time `t_ns`, if there is one.
     #[inline]
     pub(crate) fn end_at(&mut self, t_ns: u64) -> Option<u64> {
-        let t_ns = t_ns.saturating_add(self.warm_ns);
         if !(self.newest.from_ns..self.newest.to_ns).contains(&t_ns) {
             self.newest = self.around(t_ns);
         }
-        self.newest
-            .is_spell
-            .then(|| self.newest.to_ns - self.warm_ns)
+        self.newest.is_spell.then_some(self.newest.to_ns)
     }
 
-    /// The spell or the gap at this time since the process began. What is known of a gap before the first
-    /// spell that is kept begins at that time.
+    /// The spell or the gap at link time `t_ns`. What is known of a gap before the first spell that is kept
+    /// begins at that time.
     #[cold]
     fn around(&mut self, t_ns: u64) -> Around {
+        let warm_ns = self.warm_ns;
+        let t_ns = t_ns.saturating_add(warm_ns);
         while self.known_ns <= t_ns && self.known_ns < u64::MAX {
             self.generate();
         }
         let next = self.kept.partition_point(|spell| spell.end_ns <= t_ns);
         let before = next.checked_sub(1).and_then(|last| self.kept.get(last));
-        match self.kept.get(next) {
-            Some(spell) if spell.start_ns <= t_ns => Around {
-                from_ns: spell.start_ns,
-                to_ns: spell.end_ns,
-                is_spell: true,
-            },
-            spell => Around {
-                from_ns: before.map_or(t_ns, |spell| spell.end_ns),
-                to_ns: spell.map_or(self.known_ns, |spell| spell.start_ns),
-                is_spell: false,
-            },
+        let (from_ns, to_ns, is_spell) = match self.kept.get(next) {
+            Some(spell) if spell.start_ns <= t_ns => (spell.start_ns, spell.end_ns, true),
+            spell => (
+                before.map_or(t_ns, |spell| spell.end_ns),
+                spell.map_or(self.known_ns, |spell| spell.start_ns),
+                false,
+            ),
+        };
+        Around {
+            from_ns: from_ns.saturating_sub(warm_ns),
+            to_ns: to_ns - warm_ns,
+            is_spell,
         }
     }
 

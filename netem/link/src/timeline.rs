@@ -74,6 +74,7 @@ impl Timeline {
 
     /// Decides the fate of a packet of `bytes` (IP length) that enters at `t_ns`; a departure is in
     /// monotonic time too. Must be called in order of entry on each way.
+    #[inline]
     pub fn transmit(&mut self, way: Way, t_ns: u64, bytes: u32) -> Fate<u64> {
         let (path, t, origin) = self.path(way, t_ns);
         match path.transmit(t, bytes) {

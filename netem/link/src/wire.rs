@@ -74,28 +74,41 @@ impl Wire {
     #[inline(never)]
     fn learn(&mut self, t_ns: u64) -> Known {
         let piece = self.piece_at(t_ns);
-        let mut held_until_ns = 0;
-        if self.order == Order::Kept {
-            // When the first packet of the piece leaves if it is not held back; none leaves earlier.
-            let first_ns = piece.start_ns.saturating_add(piece.level_ns);
-            let mut start_ns = piece.start_ns;
-            // An earlier piece matters by its last instant; a piece that ended longer ago than the
-            // greatest level cannot hold a packet any more.
-            while let Some(last_ns) = start_ns.checked_sub(1) {
-                if last_ns.saturating_add(self.reach_ns) <= first_ns.max(held_until_ns) {
-                    break;
-                }
-                let earlier = self.piece_at(last_ns);
-                held_until_ns = held_until_ns.max(last_ns.saturating_add(earlier.level_ns));
-                start_ns = earlier.start_ns;
+        let before = self.known;
+        let held_until_ns = match self.order {
+            Order::Free => 0,
+            // What held back the piece before may hold back this one, and the last packet of that one does.
+            Order::Kept if before.end_ns == piece.start_ns && before.end_ns > 0 => {
+                let last_ns = before.end_ns - 1;
+                let last_leaves_ns = last_ns.saturating_add(before.level_ns);
+                before.held_until_ns.max(last_leaves_ns)
             }
-        }
+            Order::Kept => self.held_until_ns(piece),
+        };
         Known {
             start_ns: piece.start_ns,
             end_ns: piece.end_ns,
             level_ns: piece.level_ns,
             held_until_ns,
         }
+    }
+
+    /// Until when earlier pieces hold back the packets of this one, found without knowing any of them.
+    fn held_until_ns(&mut self, piece: Piece) -> u64 {
+        // When the first packet of the piece leaves if it is not held back; none leaves earlier.
+        let first_ns = piece.start_ns.saturating_add(piece.level_ns);
+        let (mut held_until_ns, mut start_ns) = (0, piece.start_ns);
+        // An earlier piece matters by its last instant; a piece that ended longer ago than the
+        // greatest level cannot hold a packet any more.
+        while let Some(last_ns) = start_ns.checked_sub(1) {
+            if last_ns.saturating_add(self.reach_ns) <= first_ns.max(held_until_ns) {
+                break;
+            }
+            let earlier = self.piece_at(last_ns);
+            held_until_ns = held_until_ns.max(last_ns.saturating_add(earlier.level_ns));
+            start_ns = earlier.start_ns;
+        }
+        held_until_ns
     }
 
     fn piece_at(&mut self, t_ns: u64) -> Piece {

@@ -85,11 +85,12 @@ const GROWTH: f64 = 1.1;
 /// - *Not settled*: anything else, a lasting oscillation included, and fewer than five samples.
 #[must_use]
 pub fn judge(y: &[f64], r: f64) -> LoopVerdict {
-    if !are_finite(y) {
-        return LoopVerdict::Unstable;
-    }
     let Some(worst) = worst_errors(y, r) else {
-        return LoopVerdict::NotSettled;
+        return if are_finite(y) {
+            LoopVerdict::NotSettled
+        } else {
+            LoopVerdict::Unstable
+        };
     };
     let last = worst[PARTS - 1];
     if grows(&worst) && last > r.abs() {
@@ -259,6 +260,7 @@ impl ResponseTrace {
     }
 
     /// Adds the next tick.
+    #[inline]
     pub fn push(&mut self, row: &TickRow) {
         if row.seq.is_none() {
             return;

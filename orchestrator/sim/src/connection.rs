@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use endpoint::{Answer, Command, Connection as Keeping};
 
 use crate::acknowledgement::{Acknowledged, Acknowledger};
-use crate::retransmission::{RoundTrip, Wheel};
+use crate::retransmission::{RoundTrip, VARIATION_MIN_NS, Wheel};
 
 /// Which connection a message takes if it found none idle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,11 +55,29 @@ pub(crate) struct Connection {
     plant: RoundTrip,
 }
 
+impl Connection {
+    /// The answer is there: updates the client's estimate of the round trip.
+    #[inline]
+    fn notes_answer(&mut self, now_ns: u64, wheel: Wheel) {
+        let client = &mut self.client;
+        // If the answer was lost, the client may have resent the message meanwhile, and the plant
+        // acknowledged that at once.
+        let probed_ns = || wheel.rings_ns(self.since_ns, client.probe_ns());
+        let is_probed = self.answer_lost && probed_ns() + client.smoothed_ns() < now_ns;
+        if !self.request_lost && !is_probed {
+            client.seen(now_ns - self.since_ns);
+        }
+        self.acknowledger.receives(now_ns);
+    }
+}
+
 /// All connections of a client.
 #[derive(Debug)]
 pub(crate) struct Connections {
     keeping: Keeping,
     pool: Pool,
+    /// Whether the ends' estimates of round trips are kept: only timers that may end need them.
+    is_timed: bool,
     all: Vec<Connection>,
     closed: Vec<Id>,
     /// Idle connections; the one used last is at the end.
@@ -71,10 +89,11 @@ pub(crate) struct Connections {
 }
 
 impl Connections {
-    pub(crate) fn new(keeping: Keeping, pool: Pool) -> Self {
+    pub(crate) fn new(keeping: Keeping, pool: Pool, is_timed: bool) -> Self {
         Self {
             keeping,
             pool,
+            is_timed,
             all: Vec::new(),
             closed: Vec::new(),
             idle: Vec::new(),
@@ -184,8 +203,16 @@ impl Connections {
         connection.is_unheard = true;
         connection.request_lost = false;
         connection.answer_lost = false;
-        let rtt_ns = connection.client.smoothed_ns();
-        connection.acknowledged = connection.acknowledger.sends(now_ns, rtt_ns, wheel);
+        if self.is_timed {
+            let rtt_ns = connection.client.smoothed_ns();
+            connection.acknowledged = connection.acknowledger.sends(now_ns, rtt_ns, wheel);
+        }
+    }
+
+    /// Whether estimates of round trips are kept.
+    #[inline]
+    pub(crate) fn is_timed(&self) -> bool {
+        self.is_timed
     }
 
     /// The connection's message, sent or resent at `now_ns`, gets through. Updates the plant's
@@ -199,12 +226,15 @@ impl Connections {
             Acknowledged::After(pause_ns) => pause_ns,
             Acknowledged::WithMessage { answered_ns } => {
                 // If the acknowledgement was lost with the message, the plant may have resent its
-                // answer meanwhile, and the client acknowledged that at once.
-                let probe_ns = connection.plant.probe_ns();
-                match wheel.rung_ns(answered_ns, probe_ns, now_ns) {
-                    Some(probed_ns) if probed_ns < now_ns => 0,
-                    _ => now_ns - answered_ns,
-                }
+                // answer meanwhile, and the client acknowledged that at once. No probe comes sooner
+                // than the least timeout, and nearly every message does.
+                let waited_ns = now_ns - answered_ns;
+                let is_probed = waited_ns > VARIATION_MIN_NS && {
+                    let probe_ns = connection.plant.probe_ns();
+                    let probed_ns = wheel.rung_ns(answered_ns, probe_ns, now_ns);
+                    probed_ns.is_some_and(|probed_ns| probed_ns < now_ns)
+                };
+                if is_probed { 0 } else { waited_ns }
             }
         };
         connection
@@ -216,16 +246,10 @@ impl Connections {
     #[inline]
     pub(crate) fn on_answer(&mut self, id: Id, now_ns: u64, wheel: Wheel) -> Option<Command> {
         let connection = &mut self.all[id as usize];
-        let client = &mut connection.client;
-        // If the answer was lost, the client may have resent the message meanwhile, and the plant
-        // acknowledged that at once.
-        let probed_ns = || wheel.rings_ns(connection.since_ns, client.probe_ns());
-        let is_probed = connection.answer_lost && probed_ns() + client.smoothed_ns() < now_ns;
-        if !connection.request_lost && !is_probed {
-            client.seen(now_ns - connection.since_ns);
-        }
-        connection.acknowledger.receives(now_ns);
         connection.fresh = false;
+        if self.is_timed {
+            connection.notes_answer(now_ns, wheel);
+        }
         if self.keeping == Keeping::New {
             self.close(id);
             return None;
@@ -263,13 +287,7 @@ impl Connections {
     /// Whether the client acknowledges an answer on this connection at once, with a packet of its own.
     #[inline]
     pub(crate) fn acknowledges_at_once(&self, id: Id) -> bool {
-        !self.all[id as usize].acknowledger.is_interactive()
-    }
-
-    /// Stores the plant's answer to the command under way.
-    #[inline]
-    pub(crate) fn answers(&mut self, id: Id, answer: Answer) {
-        self.all[id as usize].answer = Some(answer);
+        self.is_timed && !self.all[id as usize].acknowledger.is_interactive()
     }
 
     /// An answer has reached the client's kernel.
@@ -298,6 +316,12 @@ impl Connections {
     #[inline]
     pub(crate) fn get(&self, id: Id) -> &Connection {
         &self.all[id as usize]
+    }
+
+    /// The same, to change it.
+    #[inline]
+    pub(crate) fn get_mut(&mut self, id: Id) -> &mut Connection {
+        &mut self.all[id as usize]
     }
 
     /// The answer or the request under way was lost.

@@ -87,6 +87,11 @@ struct Course<'a, R, M> {
     terms: VecDeque<Term>,
     random: ChaCha8Rng,
     waiting: Waiting,
+    /// When the plant ticks next, the oldest message times out, and the controller wakes: asked for at each event,
+    /// and kept until it changes. `u64::MAX` is never.
+    tick_ns: u64,
+    term_ns: u64,
+    waking_ns: u64,
     /// Requests that wait for the plant's thread, and answers that wait for the client's.
     at_plant: VecDeque<Id>,
     at_client: VecDeque<Id>,
@@ -150,12 +155,17 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
                     Some(_) => Connection::New,
                 },
                 setup.pool,
+                // On one connection for all messages, other packets reveal a loss.
+                stream.is_none() && !setup.profile.is_lossless(),
             ),
             stream,
             queue: Queue::new(),
             terms: VecDeque::new(),
             random: ChaCha8Rng::seed_from_u64(setup.seed),
             waiting: Waiting::Nothing,
+            tick_ns: 0,
+            term_ns: u64::MAX,
+            waking_ns: u64::MAX,
             at_plant: VecDeque::new(),
             at_client: VecDeque::new(),
             plant_free_ns: 0,
@@ -178,6 +188,7 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
         let warm = self.connections.begin(u64::MAX, self.last_end_ns);
         self.connections.on_open(warm, self.last_end_ns);
         self.begin_series(false);
+        self.tick_ns = self.next_tick_ns();
         self.wait(0);
         let mut has_ended = false;
         loop {
@@ -185,32 +196,19 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
                 has_ended = true;
                 self.begin_series(true);
             }
-            let [controller, plant] = self.frozen;
-            let tick_ns = plant.over_ns(self.plant.next_tick_ns());
             let packet_ns = self.queue.next_ns();
-            let term_ns = self.terms.front();
-            let term_ns = term_ns.map_or(u64::MAX, |term| controller.over_ns(term.end_ns));
-            let waking_ns = match self.waiting {
-                Waiting::Until(t_ns) => controller.over_ns(t_ns),
-                Waiting::Answer | Waiting::Nothing => u64::MAX,
-            };
-            let first_ns = packet_ns.min(term_ns).min(waking_ns);
-            if tick_ns <= first_ns {
-                if has_ended && tick_ns > self.last_end_ns.saturating_add(self.after_ns) {
+            let first_ns = packet_ns.min(self.term_ns).min(self.waking_ns);
+            if self.tick_ns <= first_ns {
+                if has_ended && self.tick_ns > self.last_end_ns.saturating_add(self.after_ns) {
                     break;
                 }
-                let row = self.plant.tick(tick_ns);
-                self.outcome.ticks += 1;
-                self.record.tick(&row);
-                if let Some(row) = self.plant.second() {
-                    self.record.second(&row);
-                }
+                self.ticks();
             } else if packet_ns <= first_ns {
                 self.takes_first();
-            } else if term_ns <= first_ns {
-                self.runs_out(term_ns);
+            } else if self.term_ns <= first_ns {
+                self.runs_out(self.term_ns);
             } else {
-                self.wakes(waking_ns);
+                self.wakes(self.waking_ns);
             }
         }
         // The plant has stopped, but its kernel still answers echoes.
@@ -222,6 +220,24 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
         self.outcome.counts = self.controller.counts();
         self.outcome.connections = self.connections.opened;
         self.outcome.end_ns = self.last_end_ns;
+    }
+
+    /// The plant ticks.
+    #[inline]
+    fn ticks(&mut self) {
+        let row = self.plant.tick(self.tick_ns);
+        self.outcome.ticks += 1;
+        self.record.tick(&row);
+        if let Some(row) = self.plant.second() {
+            self.record.second(&row);
+        }
+        self.tick_ns = self.next_tick_ns();
+    }
+
+    #[inline]
+    fn next_tick_ns(&self) -> u64 {
+        let [_, plant] = self.frozen;
+        plant.over_ns(self.plant.next_tick_ns())
     }
 
     /// Takes the first packet or event of the queue.
@@ -264,7 +280,7 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
     /// The controller's thread wakes for a deadline.
     fn wakes(&mut self, now_ns: u64) {
         if now_ns < self.client_free_ns {
-            self.waiting = Waiting::Until(self.client_free_ns);
+            self.waits(Waiting::Until(self.client_free_ns));
         } else {
             self.wait(now_ns);
         }
@@ -272,7 +288,7 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
 
     /// The controller does all that is due at `now_ns`, then waits for its next event.
     fn wait(&mut self, now_ns: u64) {
-        self.waiting = loop {
+        let waiting = loop {
             match self.controller.next(now_ns) {
                 Next::Send(deadline) => {
                     let command = self.controller.send(deadline, now_ns);
@@ -284,6 +300,25 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
                 Next::Finished => break Waiting::Nothing,
             }
         };
+        self.waits(waiting);
+    }
+
+    #[inline]
+    fn waits(&mut self, waiting: Waiting) {
+        let [controller, _] = self.frozen;
+        self.waiting = waiting;
+        self.waking_ns = match waiting {
+            Waiting::Until(t_ns) => controller.over_ns(t_ns),
+            Waiting::Answer | Waiting::Nothing => u64::MAX,
+        };
+    }
+
+    /// When the oldest message times out.
+    #[inline]
+    fn next_term_ns(&self) -> u64 {
+        let [controller, _] = self.frozen;
+        let oldest = self.terms.front();
+        oldest.map_or(u64::MAX, |term| controller.over_ns(term.end_ns))
     }
 
     /// When the controller's timer, set at `now_ns`, rings for a deadline.
@@ -311,11 +346,17 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
             seq: command.seq,
             carrier,
         });
+        if self.terms.len() == 1 {
+            self.term_ns = self.next_term_ns();
+        }
         match carrier {
-            Some(id) => self.requests(id, command, now_ns),
+            Some(id) => {
+                self.connections.sends(id, command, now_ns, self.wheel);
+                self.transmit(id, Packet::Request, 1, now_ns);
+            }
             None => {
                 let id = self.connections.open(*command, now_ns);
-                self.transmit(id, Packet::Syn, 1, now_ns);
+                self.transmit_rarely(id, Packet::Syn, 1, now_ns);
             }
         }
     }
@@ -329,12 +370,7 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
         {
             self.terms[place].carrier = Some(id);
         }
-        self.requests(id, command, now_ns);
-    }
-
-    #[inline]
-    fn requests(&mut self, id: Id, command: &Command, now_ns: u64) {
         self.connections.sends(id, command, now_ns, self.wheel);
-        self.transmit(id, Packet::Request, 1, now_ns);
+        self.transmit_rarely(id, Packet::Request, 1, now_ns);
     }
 }

@@ -15,8 +15,8 @@ pub(crate) struct Queue<P, E> {
     others: Lane<E>,
     /// How many were put in.
     number: u64,
-    /// The first key of all, and what it is of: asked for far more often than it changes.
-    first: (Key, First),
+    /// The first key of all: asked for far more often than it changes.
+    first: Key,
 }
 
 /// What is first in a queue.
@@ -32,34 +32,41 @@ impl<P, E> Queue<P, E> {
             packets: PerWay::of(|_| Lane::new()),
             others: Lane::new(),
             number: 0,
-            first: (NEVER, First::Other),
+            first: NEVER,
         }
     }
 
     /// Inserts a packet that comes out of the link this way at `t_ns`.
     #[inline]
     pub(crate) fn push_packet(&mut self, way: Way, t_ns: u64, packet: P) {
-        let key = self.key(t_ns, First::Packet(way));
+        let key = self.key(t_ns);
         self.packets[way].push(key, packet);
     }
 
     /// Inserts another event at `t_ns`.
     #[inline]
     pub(crate) fn push(&mut self, t_ns: u64, event: E) {
-        let key = self.key(t_ns, First::Other);
+        let key = self.key(t_ns);
         self.others.push(key, event);
     }
 
     /// When the first is due; `u64::MAX` if there is none.
     #[inline]
     pub(crate) fn next_ns(&self) -> u64 {
-        t_ns(self.first.0)
+        t_ns(self.first)
     }
 
-    /// What the first is; `Other` if there is none.
+    /// What the first is; anything if there is none.
     #[inline]
     pub(crate) fn first(&self) -> First {
-        self.first.1
+        let PerWay { up, down } = &self.packets;
+        if self.first == up.first {
+            First::Packet(Way::Up)
+        } else if self.first == down.first {
+            First::Packet(Way::Down)
+        } else {
+            First::Other
+        }
     }
 
     /// Removes the first packet that comes out this way.
@@ -80,26 +87,17 @@ impl<P, E> Queue<P, E> {
 
     /// The key of what is put in now.
     #[inline]
-    fn key(&mut self, t_ns: u64, of: First) -> Key {
+    fn key(&mut self, t_ns: u64) -> Key {
         self.number += 1;
         let key = u128::from(t_ns) << 64 | u128::from(self.number);
-        if key < self.first.0 {
-            self.first = (key, of);
-        }
+        self.first = self.first.min(key);
         key
     }
 
     #[inline]
     fn finds_first(&mut self) {
         let PerWay { up, down } = &self.packets;
-        let (up, down, other) = (up.first, down.first, self.others.first);
-        self.first = if up < down && up < other {
-            (up, First::Packet(Way::Up))
-        } else if down < other {
-            (down, First::Packet(Way::Down))
-        } else {
-            (other, First::Other)
-        };
+        self.first = up.first.min(down.first).min(self.others.first);
     }
 }
 
@@ -120,6 +118,8 @@ struct Lane<T> {
     entries: VecDeque<(Key, T)>,
     /// The first key.
     first: Key,
+    /// The last key; of an empty lane, the last that there was.
+    last: Key,
 }
 
 impl<T> Lane<T> {
@@ -127,15 +127,18 @@ impl<T> Lane<T> {
         Self {
             entries: VecDeque::with_capacity(64),
             first: NEVER,
+            last: 0,
         }
     }
 
     #[inline]
     fn push(&mut self, key: Key, entry: T) {
         self.first = self.first.min(key);
-        match self.entries.back() {
-            Some((last, _)) if *last > key => self.insert(key, entry),
-            _ => self.entries.push_back((key, entry)),
+        if key < self.last {
+            self.insert(key, entry);
+        } else {
+            self.last = key;
+            self.entries.push_back((key, entry));
         }
     }
 

@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
 /// Least time that Linux adds to the round trip in its retransmission timeout (`TCP_RTO_MIN`).
-const VARIATION_MIN_NS: u64 = 200_000_000;
+pub(crate) const VARIATION_MIN_NS: u64 = 200_000_000;
 /// The timeout before any round trip was measured (RFC 6298, 2.1).
 pub(crate) const INITIAL_NS: u64 = 1_000_000_000;
 /// The greatest timeout (`TCP_RTO_MAX`).

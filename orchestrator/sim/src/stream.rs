@@ -12,10 +12,7 @@ use std::collections::VecDeque;
 use link::{PerWay, Way};
 
 use crate::connection::Id;
-use crate::retransmission::Wheel;
-
-/// Least time that Linux adds to the round trip in its retransmission timeout (`TCP_RTO_MIN`).
-const VARIATION_MIN_NS: u64 = 200_000_000;
+use crate::retransmission::{VARIATION_MIN_NS, Wheel};
 
 /// The two ways of one connection.
 #[derive(Debug)]

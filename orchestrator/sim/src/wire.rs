@@ -65,18 +65,12 @@ impl Wire {
     /// lost, or damaged so that its receiver discards it. Must be called in order of entry.
     #[inline]
     pub(crate) fn cross(&mut self, way: Way, t_ns: u64, bytes: u32) -> Option<Out> {
-        let Some(timeline) = &mut self.timeline else {
-            return Some(Out {
+        match &mut self.timeline {
+            None => Some(Out {
                 t_ns,
                 is_twice: false,
-            });
-        };
-        match timeline.transmit(way, t_ns, bytes) {
-            Fate::Deliver { at, twist } if twist.flip.is_none() => Some(Out {
-                t_ns: at + self.player_ns,
-                is_twice: twist.twice,
             }),
-            Fate::Deliver { .. } | Fate::Drop(_) => None,
+            Some(timeline) => play(timeline, self.player_ns, way, t_ns, bytes),
         }
     }
 
@@ -95,5 +89,17 @@ impl Wire {
             read_ns: read_ns.max(latest.read_ns),
         };
         latest.read_ns
+    }
+}
+
+/// How a packet comes out of a link whose player adds `player_ns`.
+#[inline(never)]
+fn play(timeline: &mut Timeline, player_ns: u64, way: Way, t_ns: u64, bytes: u32) -> Option<Out> {
+    match timeline.transmit(way, t_ns, bytes) {
+        Fate::Deliver { at, twist } if twist.flip.is_none() => Some(Out {
+            t_ns: at + player_ns,
+            is_twice: twist.twice,
+        }),
+        Fate::Deliver { .. } | Fate::Drop(_) => None,
     }
 }

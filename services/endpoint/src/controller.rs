@@ -105,6 +105,17 @@ pub enum InvalidSettings {
     Timeout,
 }
 
+/// A message under way: what its row will have, and no more, since there may be thousands.
+#[derive(Clone, Copy, Debug)]
+struct UnderWay {
+    deadline: Deadline,
+    send_ns: u64,
+    r: f64,
+    /// The output from which the command follows; `None` in open loop.
+    y: Option<f64>,
+    u: f64,
+}
+
 /// The controller's end of the loop.
 #[derive(Clone, Debug)]
 pub struct ControllerEnd {
@@ -124,8 +135,8 @@ pub struct ControllerEnd {
     /// `None` while a relative schedule waits for an answer.
     next_due_ns: Option<u64>,
     stop_ns: u64,
-    /// Messages under way in order of `seq`, so mostly answered from the front.
-    under_way: VecDeque<MessageRow>,
+    /// In order of `seq`, so mostly answered from the front.
+    under_way: VecDeque<UnderWay>,
     counts: Counts,
 }
 
@@ -251,13 +262,11 @@ impl ControllerEnd {
     /// Reports the answer to a message. Returns `None` if that message is not under way (any more).
     #[inline]
     pub fn answered(&mut self, answer: &Answer, now_ns: u64) -> Option<MessageRow> {
-        let mut row = self.end(answer.seq(), now_ns)?;
+        let message = self.end(answer.seq(), now_ns)?;
         self.counts.answered += 1;
-        row.t_receive_ns = Some(now_ns);
-        row.t_arrive_ns = Some(answer.t_arrive_ns());
-        row.outcome = MessageOutcome::Answered;
+        let mut tick = None;
         if let Answer::State(state) = answer {
-            row.tick = Some(state.tick);
+            tick = Some(state.tick);
             // The plant's tick, not seq, gives the age of a measurement: a command that was overtaken
             // on its way up brings back the newer output.
             let overtaken = state.tick < self.y_tick;
@@ -266,13 +275,18 @@ impl ControllerEnd {
                 self.y_tick = state.tick;
             }
         }
-        Some(row)
+        Some(MessageRow {
+            t_receive_ns: Some(now_ns),
+            t_arrive_ns: Some(answer.t_arrive_ns()),
+            tick,
+            ..message.row(MessageOutcome::Answered)
+        })
     }
 
     /// Reports that a message ended without a valid answer. Returns `None` if it is not under way.
     pub fn lost(&mut self, seq: u64, loss: Loss, now_ns: u64) -> Option<MessageRow> {
-        let mut row = self.end(seq, now_ns)?;
-        row.outcome = match loss {
+        let message = self.end(seq, now_ns)?;
+        let outcome = match loss {
             Loss::Timeout => {
                 self.counts.timeout += 1;
                 MessageOutcome::Timeout
@@ -282,13 +296,13 @@ impl ControllerEnd {
                 MessageOutcome::Failed
             }
         };
-        Some(row)
+        Some(message.row(outcome))
     }
 
     /// Number of the oldest message under way, if any.
     #[must_use]
     pub fn oldest_under_way(&self) -> Option<u64> {
-        self.under_way.front().map(|row| row.seq)
+        self.under_way.front().map(UnderWay::seq)
     }
 
     /// Counts of the deadlines so far.
@@ -303,26 +317,26 @@ impl ControllerEnd {
         let ControllerSettings {
             mode, integrate, ..
         } = self.settings;
-        let mut row = self.row(deadline);
-        let r = row.r;
-        let u = match mode {
+        let r = self.r(deadline.due_ns);
+        let (u, y) = match mode {
             // The plant does not apply it, so the reference will do.
-            Mode::Open => r.into(),
+            Mode::Open => (r.into(), None),
             Mode::Closed => {
-                let y = self.y.first;
-                row.y = Some(y);
-                row.e = Some(r - y);
                 let dt_s = match (integrate, self.last_send_ns) {
                     (Integrate::Elapsed, Some(last_ns)) => seconds(now_ns.saturating_sub(last_ns)),
                     _ => self.h_s,
                 };
-                self.law.update(r, self.y, dt_s)
+                (self.law.update(r, self.y, dt_s), Some(self.y.first))
             }
         };
-        row.t_send_ns = Some(now_ns);
-        row.u = Some(u.first);
         self.last_send_ns = Some(now_ns);
-        self.under_way.push_back(row);
+        self.under_way.push_back(UnderWay {
+            deadline,
+            send_ns: now_ns,
+            r,
+            y,
+            u: u.first,
+        });
         Command {
             seq: deadline.seq,
             t_send_ns: now_ns,
@@ -332,18 +346,18 @@ impl ControllerEnd {
 
     /// Removes a message from those under way.
     #[inline]
-    fn end(&mut self, seq: u64, now_ns: u64) -> Option<MessageRow> {
+    fn end(&mut self, seq: u64, now_ns: u64) -> Option<UnderWay> {
         // Usually it is the oldest.
-        let row = if self.under_way.front()?.seq == seq {
+        let message = if self.under_way.front()?.seq() == seq {
             self.under_way.pop_front()
         } else {
-            let found = self.under_way.binary_search_by_key(&seq, |row| row.seq);
+            let found = self.under_way.binary_search_by_key(&seq, UnderWay::seq);
             self.under_way.remove(found.ok()?)
         }?;
         // Only a relative schedule with one outstanding message waits for this.
         let h_ns = self.settings.h.ns();
         self.next_due_ns.get_or_insert(now_ns.saturating_add(h_ns));
-        Some(row)
+        Some(message)
     }
 
     /// The reference at a deadline.
@@ -354,7 +368,7 @@ impl ControllerEnd {
         moving.map_or(self.settings.r, |moving| moving.at(since_start_ns))
     }
 
-    /// The row of a deadline before its outcome is known: as if nothing were sent.
+    /// The row of a deadline at which nothing was sent.
     #[inline]
     #[must_use]
     pub fn row(&self, Deadline { seq, due_ns }: Deadline) -> MessageRow {
@@ -370,6 +384,32 @@ impl ControllerEnd {
             u: None,
             tick: None,
             outcome: MessageOutcome::Missed,
+        }
+    }
+}
+
+impl UnderWay {
+    #[inline]
+    fn seq(&self) -> u64 {
+        self.deadline.seq
+    }
+
+    /// Its row, as if it had not been answered.
+    #[inline]
+    fn row(self, outcome: MessageOutcome) -> MessageRow {
+        MessageRow {
+            seq: self.deadline.seq,
+            t_due_ns: self.deadline.due_ns,
+            t_send_ns: Some(self.send_ns),
+            t_receive_ns: None,
+            t_arrive_ns: None,
+            r: self.r,
+            y: self.y,
+            // The same difference as the law's, to the last bit.
+            e: self.y.map(|y| self.r - y),
+            u: Some(self.u),
+            tick: None,
+            outcome,
         }
     }
 }

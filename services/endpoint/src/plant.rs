@@ -134,6 +134,7 @@ impl Inbox {
 
     /// Whether a command that was sent at `t_send_ns` was too long under way; without a time it cannot be told,
     /// so it was.
+    #[inline]
     fn is_aged(&mut self, t_send_ns: Option<u64>, now_ns: u64) -> bool {
         let Some(max_age_ns) = self.max_age_ns else {
             return false;

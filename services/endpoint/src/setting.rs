@@ -203,6 +203,7 @@ impl Outstanding {
     pub const CAP: u16 = 8192;
 
     /// The number of requests that may be under way.
+    #[inline]
     #[must_use]
     pub fn limit(self) -> usize {
         match self {

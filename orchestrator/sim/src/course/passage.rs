@@ -7,7 +7,6 @@ use link::Way;
 use super::{Course, Waiting};
 use crate::connection::Id;
 use crate::record::Record;
-use crate::wire::Out;
 
 /// Length of a handshake's IP packets: IP header, TCP header, options.
 const HANDSHAKE_BYTES: u32 = 60;
@@ -56,51 +55,51 @@ pub(super) enum Event {
 impl<R: Record, M: Model + Clone> Course<'_, R, M> {
     /// Sends a packet for the `tries`-th time. If it is lost, it is sent again when its sender's timer ends.
     /// A timer that ends although nothing was lost has an effect only where packets queue.
-    #[inline]
+    // Always inlined, since what is sent is then known: most of what is asked here is about that.
+    #[inline(always)]
     pub(super) fn transmit(&mut self, id: Id, packet: Packet, tries: u16, now_ns: u64) {
         let (way, bytes) = self.shape(packet);
         let crossed = self.pass(way, now_ns, bytes);
-        let crossed_ns = crossed.map(|out| out.t_ns);
-        if let Some(Out {
-            t_ns,
-            is_twice: true,
-        }) = crossed
-        {
-            self.queue.push(t_ns, Event::Twice(way));
-        }
         if let Some(stream) = &mut self.stream {
-            stream.sends(
-                way,
-                id,
-                tries == 1,
-                crossed_ns.map(|out_ns| out_ns - now_ns),
-            );
+            let delay_ns = crossed.map(|out| out.t_ns - now_ns);
+            stream.sends(way, id, tries == 1, delay_ns);
         }
-        if let Some(out_ns) = crossed_ns {
-            if packet == Packet::Request && self.stream.is_none() {
+        let Some(out) = crossed else {
+            self.is_lost(id, packet, tries, now_ns);
+            return;
+        };
+        if out.is_twice {
+            self.queue.push(out.t_ns, Event::Twice(way));
+        }
+        if self.connections.is_timed() {
+            if packet == Packet::Request {
                 self.connections.gets_through(id, now_ns, self.wheel);
             }
-            if self.wire.has_rate() && self.stream.is_none() {
+            if self.wire.has_rate() {
                 self.waits_to_hear(id, packet, tries, now_ns);
             }
-            let timing = self.timing;
-            let takes_ns = match packet {
-                Packet::Syn | Packet::SynAck => 0,
-                Packet::Answer => timing.down_ns.draw(&mut self.random),
-                Packet::Request => {
-                    if self.connections.get(id).fresh {
-                        timing.opened_up_ns.draw(&mut self.random)
-                    } else {
-                        timing.up_ns.draw(&mut self.random)
-                    }
-                }
-            };
-            // However long a machine takes over packets, it takes them in the order of their arrival.
-            let read_ns = self.wire.read_ns(way, out_ns, takes_ns);
-            self.queue.push_packet(way, read_ns, (id, packet));
-            return;
         }
-        self.is_lost(id, packet, tries, now_ns);
+        let timing = self.timing;
+        let takes_ns = match packet {
+            Packet::Syn | Packet::SynAck => 0,
+            Packet::Answer => timing.down_ns.draw(&mut self.random),
+            Packet::Request => {
+                if self.connections.get(id).fresh {
+                    timing.opened_up_ns.draw(&mut self.random)
+                } else {
+                    timing.up_ns.draw(&mut self.random)
+                }
+            }
+        };
+        // However long a machine takes over packets, it takes them in the order of their arrival.
+        let read_ns = self.wire.read_ns(way, out.t_ns, takes_ns);
+        self.queue.push_packet(way, read_ns, (id, packet));
+    }
+
+    /// The same for packets that are rare: one function for all of them.
+    #[inline(never)]
+    pub(super) fn transmit_rarely(&mut self, id: Id, packet: Packet, tries: u16, now_ns: u64) {
+        self.transmit(id, packet, tries, now_ns);
     }
 
     /// A packet is lost: it is sent again when its sender's timer ends.
@@ -147,34 +146,35 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
             return;
         }
         match packet {
-            Packet::Syn => self.transmit(id, Packet::SynAck, 1, now_ns),
+            Packet::Syn => self.transmit_rarely(id, Packet::SynAck, 1, now_ns),
             Packet::SynAck => {
                 self.acknowledges(now_ns);
                 if let Some(command) = self.connections.on_open(id, now_ns) {
                     self.carries(id, &command, now_ns);
                 }
             }
-            Packet::Request => match &mut self.stream {
-                None => self.reaches_plant(id, now_ns),
-                Some(stream) => {
-                    stream.arrives(Way::Up, id);
-                    while let Some(id) = self.reads(Way::Up) {
-                        self.reaches_plant(id, now_ns);
-                    }
-                }
-            },
-            Packet::Answer => match &mut self.stream {
-                None => {
-                    self.connections.hears(id);
-                    self.reaches_client(id, now_ns);
-                }
-                Some(stream) => {
-                    stream.arrives(Way::Down, id);
-                    while let Some(id) = self.reads(Way::Down) {
-                        self.reaches_client(id, now_ns);
-                    }
-                }
-            },
+            Packet::Request | Packet::Answer if self.stream.is_some() => {
+                self.arrives_in_stream(way, id, now_ns);
+            }
+            Packet::Request => self.reaches_plant(id, now_ns),
+            Packet::Answer => {
+                self.connections.hears(id);
+                self.reaches_client(id, now_ns);
+            }
+        }
+    }
+
+    /// A message is there on the connection that all share: it is read, and those that waited for it.
+    #[inline(never)]
+    fn arrives_in_stream(&mut self, way: Way, id: Id, now_ns: u64) {
+        if let Some(stream) = &mut self.stream {
+            stream.arrives(way, id);
+        }
+        while let Some(id) = self.stream.as_mut().and_then(|stream| stream.reads(way)) {
+            match way {
+                Way::Up => self.reaches_plant(id, now_ns),
+                Way::Down => self.reaches_client(id, now_ns),
+            }
         }
     }
 
@@ -196,7 +196,7 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
                 if matches!(packet, Packet::Syn | Packet::SynAck) {
                     self.connections.begins_again(id, now_ns);
                 }
-                self.transmit(id, packet, tries, now_ns);
+                self.transmit_rarely(id, packet, tries, now_ns);
             }
             Event::Unheard(id, packet, tries, turn) => {
                 if self.connections.turn(id) == Some(turn) {
@@ -232,8 +232,11 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
 
     /// The client's kernel acknowledges something with a packet of its own. Its only effect is that
     /// it may delay other packets.
+    #[inline]
     fn acknowledges(&mut self, now_ns: u64) {
-        let _ = self.cross(Way::Up, now_ns, ACKNOWLEDGEMENT_BYTES);
+        if self.wire.has_rate() {
+            let _ = self.cross(Way::Up, now_ns, ACKNOWLEDGEMENT_BYTES);
+        }
     }
 
     /// The plant's thread takes its next request when it is free.
@@ -247,11 +250,8 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
         self.queue.push(free_ns, Event::ClientFree);
     }
 
-    fn reads(&mut self, way: Way) -> Option<Id> {
-        self.stream.as_mut()?.reads(way)
-    }
-
     /// A request has reached the plant, whose thread may be busy with another.
+    #[inline]
     fn reaches_plant(&mut self, id: Id, now_ns: u64) {
         if now_ns >= self.plant_free_ns {
             self.serves(id, now_ns);
@@ -264,6 +264,7 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
     }
 
     /// An answer has reached the client, whose thread may be busy with another.
+    #[inline]
     fn reaches_client(&mut self, id: Id, now_ns: u64) {
         if now_ns >= self.client_free_ns {
             self.attends(id, now_ns);
@@ -287,14 +288,14 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
     /// The plant takes a command and answers.
     fn serves(&mut self, id: Id, now_ns: u64) {
         self.plant_free_ns = now_ns + u64::from(self.timing.serve_ns);
-        let command = &self.connections.get(id).command;
-        let (row, answer) = self.plant.command(self.mode, command, now_ns);
+        let connection = self.connections.get_mut(id);
+        let (row, answer) = self.plant.command(self.mode, &connection.command, now_ns);
         self.outcome.arrivals += 1;
         self.record.arrival(&row);
-        if self.connections.get(id).abandoned {
+        if connection.abandoned {
             self.connections.close(id);
         } else {
-            self.connections.answers(id, answer);
+            connection.answer = Some(answer);
             self.transmit(id, Packet::Answer, 1, now_ns);
         }
     }
@@ -307,12 +308,7 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
             self.last_end_ns = now_ns;
             self.record.message(&row);
         }
-        // Drops the oldest timeouts while their messages have ended, so that few are kept.
-        let oldest = self.controller.oldest_under_way().unwrap_or(u64::MAX);
-        while self.terms.front().is_some_and(|term| term.seq < oldest) {
-            self.terms.pop_front();
-        }
-        if self.stream.is_none() && self.connections.acknowledges_at_once(id) {
+        if self.connections.acknowledges_at_once(id) {
             self.acknowledges(now_ns);
         }
         if let Some(command) = self.connections.on_answer(id, now_ns, self.wheel) {
@@ -323,11 +319,21 @@ impl<R: Record, M: Model + Clone> Course<'_, R, M> {
         }
     }
 
-    /// The oldest message has timed out.
+    /// The oldest timeout is due, and its message has timed out, unless it has ended.
     pub(super) fn runs_out(&mut self, now_ns: u64) {
+        // Those of messages that have ended are dropped only here, many at once, not one by one as they end.
+        let oldest = self.controller.oldest_under_way().unwrap_or(u64::MAX);
+        while self.terms.front().is_some_and(|term| term.seq < oldest) {
+            self.terms.pop_front();
+        }
+        self.term_ns = self.next_term_ns();
+        if self.term_ns > now_ns {
+            return;
+        }
         let Some(term) = self.terms.pop_front() else {
             return;
         };
+        self.term_ns = self.next_term_ns();
         if let Some(row) = self.controller.lost(term.seq, Loss::Timeout, now_ns) {
             self.last_end_ns = now_ns;
             self.record.message(&row);
