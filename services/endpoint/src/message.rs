@@ -169,13 +169,18 @@ impl Answer {
     }
 }
 
+/// Writes a count behind its name, by hand: with `write!` a message takes half as long again.
+fn write_count(f: &mut fmt::Formatter<'_>, name: &str, count: u64) -> fmt::Result {
+    f.write_str(name)?;
+    f.write_str(itoa::Buffer::new().format(count))
+}
+
 impl fmt::Display for Command {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "seq={}&t_send_ns={}&u={}",
-            self.seq, self.t_send_ns, self.u
-        )
+        write_count(f, "seq=", self.seq)?;
+        write_count(f, "&t_send_ns=", self.t_send_ns)?;
+        f.write_str("&u=")?;
+        self.u.fmt(f)
     }
 }
 
@@ -188,16 +193,20 @@ impl fmt::Display for State {
             y,
             u,
         } = self;
-        write!(
-            f,
-            "seq={seq}&tick={tick}&t_arrive_ns={t_arrive_ns}&y={y}&u={u}"
-        )
+        write_count(f, "seq=", *seq)?;
+        write_count(f, "&tick=", *tick)?;
+        write_count(f, "&t_arrive_ns=", *t_arrive_ns)?;
+        f.write_str("&y=")?;
+        y.fmt(f)?;
+        f.write_str("&u=")?;
+        u.fmt(f)
     }
 }
 
 impl fmt::Display for Acknowledgement {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "seq={}&t_arrive_ns={}", self.seq, self.t_arrive_ns)
+        write_count(f, "seq=", self.seq)?;
+        write_count(f, "&t_arrive_ns=", self.t_arrive_ns)
     }
 }
 

@@ -152,13 +152,30 @@ pub(crate) fn fields_of<'a, const N: usize>(
 fn pairs(text: &str) -> impl Iterator<Item = (Cow<'_, str>, Cow<'_, str>)> {
     // Nothing of what webloop writes is encoded.
     let is_plain = !text.bytes().any(|byte| byte == b'%' || byte == b'+');
-    let (plain, encoded) = if is_plain { (text, "") } else { ("", text) };
-    let plain = plain.split('&').filter(|pair| !pair.is_empty());
-    let plain = plain.map(|pair| {
-        let (key, value) = pair.split_once('=').unwrap_or((pair, ""));
-        (key.into(), value.into())
+    let (mut plain, encoded) = if is_plain { (text, "") } else { ("", text) };
+    let plain = std::iter::from_fn(move || {
+        loop {
+            let (pair, rest) = cut(plain, b'&');
+            if pair.is_empty() && rest.is_none() {
+                return None;
+            }
+            plain = rest.unwrap_or_default();
+            if !pair.is_empty() {
+                let (key, value) = cut(pair, b'=');
+                return Some((key.into(), value.unwrap_or_default().into()));
+            }
+        }
     });
     plain.chain(form_urlencoded::parse(encoded.as_bytes()))
+}
+
+/// What is before a byte of ASCII, and what is behind it, if it is there. For texts of some ten bytes std's search
+/// takes four times as long.
+fn cut(text: &str, at: u8) -> (&str, Option<&str>) {
+    match text.bytes().position(|byte| byte == at) {
+        Some(place) => (&text[..place], Some(&text[place + 1..])),
+        None => (text, None),
+    }
 }
 
 /// A count or a time in nanoseconds: digits only, so neither `+7` nor ` 7`.

@@ -4,7 +4,7 @@
 //! (`upload`) or a WebSocket (`socket`). It needs no network, and a request that it rejects leaves
 //! the input unchanged.
 
-use std::net::IpAddr;
+use std::{fmt::Write, net::IpAddr};
 
 use endpoint::{
     Answer, ArrivalOutcome, Hosts, InvalidMessage, Mode, Output, Request, checksum,
@@ -326,9 +326,14 @@ pub(crate) struct Told {
 }
 
 impl Told {
+    /// Room for most answers, so that a text that grows is not moved.
+    const BYTES: usize = 160;
+
     /// The answer as a query.
     pub(crate) fn text(&self) -> String {
-        let answer = self.answer.to_string();
+        let mut answer = String::with_capacity(Self::BYTES);
+        // Writing to a String does not fail.
+        let _ = write!(answer, "{}", self.answer);
         if self.is_signed {
             checksum::signed(&answer)
         } else {

@@ -11,6 +11,7 @@ pub(crate) use self::{pool::Pool, reqwest::Reqwest};
 
 use std::{
     collections::VecDeque,
+    fmt::Write,
     task::{Context, Poll, Waker},
 };
 
@@ -28,6 +29,9 @@ use super::{
     session::{self, Session},
 };
 use crate::Config;
+
+/// Room for the target of most commands, so that a text that grows is not moved.
+const TARGET_BYTES: usize = 128;
 
 /// A request to the plant.
 #[derive(Debug)]
@@ -128,7 +132,10 @@ impl<C: Client> Asker<C> {
         let target = if self.check {
             format!("{path}?{}", checksum::signed(&command.to_string()))
         } else {
-            format!("{path}?{command}")
+            let mut target = String::with_capacity(TARGET_BYTES);
+            // Writing to a String does not fail.
+            let _ = write!(target, "{path}?{command}");
+            target
         };
         let text = self.get(target).await?;
         checksum::checked(&text, self.check)
