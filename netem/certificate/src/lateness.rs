@@ -54,11 +54,11 @@ impl Histogram {
         }
     }
 
-    /// Counts a lateness of `ns` nanoseconds.
-    pub fn add(&mut self, ns: u64) {
-        self.counts[bucket(ns)] += 1;
-        self.count += 1;
-        self.sum_ns = self.sum_ns.saturating_add(ns);
+    /// Counts a lateness of `ns` nanoseconds, so many times.
+    pub fn add(&mut self, ns: u64, times: u64) {
+        self.counts[bucket(ns)] += times;
+        self.count += times;
+        self.sum_ns = self.sum_ns.saturating_add(ns.saturating_mul(times));
         self.max_ns = self.max_ns.max(ns);
     }
 
@@ -145,7 +145,7 @@ mod tests {
             mut values in prop::collection::vec(0_u64..10_000_000, 1..500),
         ) {
             let mut histogram = Histogram::new();
-            values.iter().for_each(|&ns| histogram.add(ns));
+            values.iter().for_each(|&ns| histogram.add(ns, 1));
             values.sort_unstable();
             let summary = histogram.summary();
             for (thousandths, told_us) in [(500, summary.p50_us), (990, summary.p99_us), (999, summary.p999_us)] {

@@ -9,7 +9,8 @@ use crate::lateness::Lateness;
 use crate::scheduling::Scheduling;
 
 /// One way of the link over one second: a row of `link.csv`. The counts are of that second
-/// alone, so that a column can be summed.
+/// alone, so that a column can be summed. A segment of TCP that crossed whole counts as the packets
+/// that a wire would have carried for it, each with its headers, and each as late.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LinkRow {
     /// The end of the second, monotonic.

@@ -242,13 +242,13 @@ impl Profile {
         Way::BOTH.iter().any(|way| self.law(*way).rate.is_some())
     }
 
-    /// Whether every packet comes out as it was sent, whatever other packets do: there is no loss, no rate limit,
-    /// and no fault in either direction.
+    /// Whether packets that enter together leave together, as they were: neither direction has a rate limit with
+    /// its queue, a loss, or a fault. Such a link may be played on many packets at once.
     #[must_use]
-    pub fn is_lossless(&self) -> bool {
+    pub fn treats_packets_alike(&self) -> bool {
         Way::BOTH.iter().all(|way| {
             let law = self.law(*way);
-            law.loss == Loss::Never && law.rate.is_none() && law.faults.is_empty()
+            law.rate.is_none() && law.loss == Loss::Never && law.faults.is_empty()
         })
     }
 
@@ -311,6 +311,26 @@ impl Profile {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn packets_are_treated_alike_unless_a_rate_a_loss_or_a_fault_is_asked() {
+        let is_alike = |text: &str| {
+            let profile = Profile::parse(text, "a test").expect("valid");
+            profile.treats_packets_alike()
+        };
+        let head = "name = 'a'\nabout = ''\nup.delay.base = '2ms'\ndown.delay.base = '2ms'\n";
+        assert!(Profile::empty().treats_packets_alike());
+        assert!(is_alike(head));
+        let stall = "up.stall = { every = '1s', length.constant.value = '100ms' }";
+        assert!(is_alike(&format!("{head}{stall}")));
+        for asked in [
+            "up.rate = '10mbit'",
+            "down.loss.random.share = '1%'",
+            "fault = [{ at = '1s', for = '1s', delay = '30ms' }]",
+        ] {
+            assert!(!is_alike(&format!("{head}{asked}")), "{asked}");
+        }
+    }
 
     #[test]
     fn the_rarest_event_is_a_stall_or_a_level() {

@@ -35,9 +35,11 @@ pub use network::veth::{
 };
 pub use player::tunnel::{WayConfig, play_way};
 pub use player::{PlayerConfig, play};
+pub use port::frame::FRAME_MAX;
+pub use port::inbox::Inbox;
 pub use port::tun::TunPort;
 pub use port::udp::{TUNNEL_PORT, UdpPort};
-pub use port::{Arrival, FRAME_MAX, Inbox, PacketPort, Port, PortCounters};
+pub use port::{Arrival, PacketPort, Port, PortCounters};
 pub use probe::asker::Asker;
 pub use probe::plan::ProbePlan;
 pub use probe::witness::Witness;

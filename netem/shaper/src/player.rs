@@ -26,7 +26,8 @@ use crate::player::guard::Guard;
 use crate::player::relay::Relay;
 use crate::player::tally::Tally;
 use crate::player::watch::Watch;
-use crate::port::{Inbox, Port};
+use crate::port::Port;
+use crate::port::inbox::Inbox;
 use crate::record::Record;
 use crate::scheduling::prefer_this_thread;
 
@@ -81,6 +82,11 @@ pub fn play<P: Port>(
             up: &mut controller,
             down: &mut plant,
         },
+        if config.profile.treats_packets_alike() {
+            Inbox::of_segments()
+        } else {
+            Inbox::of_packets()
+        },
         config.packets,
     );
     let played = player.run(stop, &mut |rows| on_second([rows.up, rows.down]))?;
@@ -120,12 +126,13 @@ impl<'p> Player<'p> {
     pub(crate) fn new(
         relay: Relay,
         ports: PerWay<&'p mut dyn Port>,
+        inbox: Inbox,
         packets: Option<Record<PacketRow>>,
     ) -> Self {
         Self {
             relay,
             ports,
-            inbox: Inbox::default(),
+            inbox,
             tallies: PerWay::of(Tally::new),
             watch: Watch::new(now_ns()),
             entered: room(packets.is_some()),
@@ -180,13 +187,13 @@ impl<'p> Player<'p> {
                     .receive(&mut self.inbox)
                     .doing(receiving(way))?;
                 for index in 0..self.inbox.len() {
-                    let Some((arrival, frame)) = self.inbox.take(index, || self.relay.frame())
+                    let Some((arrival, frame)) = self.inbox.take(index, &mut self.relay.pool)
                     else {
                         continue;
                     };
                     self.watch.on_arrival(arrival.stamp_ns);
                     let entry = self.relay.enter(way, &arrival, frame);
-                    self.tallies[way].entered(arrival.ip_bytes, entry);
+                    self.tallies[way].entered(arrival.packets, arrival.ip_bytes, entry);
                     self.note(way, arrival.ip_bytes);
                 }
                 if !self.inbox.is_full() {
@@ -208,7 +215,7 @@ impl<'p> Player<'p> {
             now = now_ns();
             self.watch.beat(now);
             let late_ns = now.saturating_sub(departure.at_ns);
-            self.tallies[way].left(late_ns, sent.is_ok());
+            self.tallies[way].left(departure.packets, late_ns, sent.is_ok());
             self.relay.finish(departure);
         }
     }

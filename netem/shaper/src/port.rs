@@ -3,6 +3,9 @@
 //! The player knows ports only as [`Port`], so a [TUN device](crate::TunPort) or a [UDP
 //! socket](crate::UdpPort) can take the place of an interface.
 
+pub(crate) mod frame;
+pub(crate) mod inbox;
+mod offload;
 pub(crate) mod tun;
 pub(crate) mod udp;
 
@@ -15,18 +18,20 @@ use rustix::net::{AddressFamily, SendFlags, SocketFlags, SocketType, sockopt};
 use crate::clock::StampClock;
 use crate::error::{Doing, Error, Result};
 use crate::network::netlink::Netlink;
-use crate::sys::{self, Received};
+use crate::port::inbox::Inbox;
+use crate::port::offload::{OFFLOAD_HEADER, on_a_wire};
+use crate::sys;
 
-/// Room for the longest possible frame: 1500 bytes of packet and 14 of Ethernet header, rounded up to
-/// keep buffers on their own cache lines.
-pub const FRAME_MAX: usize = 1536;
-
-/// A packet that was received.
+/// A packet that was received, or several that the sending kernel left for later to cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Arrival {
     /// Bytes of the frame, in the buffer and as it is sent on.
     pub frame_bytes: usize,
-    /// Bytes of the IP packet in it, which a link counts.
+    /// Where the IP packet begins in it.
+    pub ip_at: usize,
+    /// Packets that a wire would carry for it.
+    pub packets: u32,
+    /// Bytes of these packets, IP headers included, which a link counts.
     pub ip_bytes: u32,
     /// When the kernel received it, monotonic.
     pub stamp_ns: u64,
@@ -37,6 +42,8 @@ impl Arrival {
     fn packet(bytes: usize, stamp_ns: u64) -> Self {
         Self {
             frame_bytes: bytes,
+            ip_at: 0,
+            packets: 1,
             // At most FRAME_MAX.
             ip_bytes: bytes as u32,
             stamp_ns,
@@ -51,82 +58,6 @@ pub struct PortCounters {
     pub foreign: u64,
     /// IPv4 packets that found no room: lost by the player itself.
     pub dropped: u64,
-}
-
-/// Frames taken from a port with one system call.
-const BATCH: usize = 16;
-
-/// Room for one frame.
-pub(crate) type Frame = Box<[u8; FRAME_MAX]>;
-
-/// Filled, not only zeroed, so that its page is mapped when a packet needs it.
-pub(crate) fn new_frame() -> Frame {
-    Box::new([0x77; FRAME_MAX])
-}
-
-/// What a port has received at once.
-#[derive(Debug)]
-pub struct Inbox {
-    frames: [Frame; BATCH],
-    received: [Option<Received>; BATCH],
-    arrivals: [Option<Arrival>; BATCH],
-    /// How many messages the last call took.
-    count: usize,
-}
-
-impl Default for Inbox {
-    fn default() -> Self {
-        Self {
-            frames: std::array::from_fn(|_| new_frame()),
-            received: [None; BATCH],
-            arrivals: [None; BATCH],
-            count: 0,
-        }
-    }
-}
-
-impl Inbox {
-    /// Takes messages from a socket; `arrival` says which are packets of the link. Returns how many there were.
-    fn fill(
-        &mut self,
-        socket: &OwnedFd,
-        stamps: &mut StampClock,
-        mut arrival: impl FnMut(&[u8], Received, u64) -> Option<Arrival>,
-    ) -> io::Result<usize> {
-        let frames = self.frames.each_mut().map(|frame| frame.as_mut_slice());
-        self.count = sys::receive_batch(socket, frames, &mut self.received)?;
-        if self.count > 0 {
-            let reading = stamps.read();
-            for index in 0..self.count {
-                self.arrivals[index] = self.received[index].and_then(|received| {
-                    let bytes = received.len.min(FRAME_MAX);
-                    let stamp_ns = reading.monotonic_ns(received.stamp_ns);
-                    arrival(&self.frames[index][..bytes], received, stamp_ns)
-                });
-            }
-        }
-        Ok(self.count)
-    }
-
-    /// Whether the port may have more than it has just received.
-    pub(crate) fn is_full(&self) -> bool {
-        self.count == BATCH
-    }
-
-    /// The packets, each with its frame, in place of which it leaves one of `spare`.
-    pub(crate) fn take(
-        &mut self,
-        index: usize,
-        spare: impl FnOnce() -> Frame,
-    ) -> Option<(Arrival, Frame)> {
-        let arrival = self.arrivals.get_mut(index)?.take()?;
-        Some((arrival, std::mem::replace(&mut self.frames[index], spare())))
-    }
-
-    /// How many places to look at.
-    pub(crate) fn len(&self) -> usize {
-        self.count
-    }
 }
 
 /// One side of the player, which receives and sends whole frames.
@@ -155,16 +86,19 @@ pub trait Port: AsFd {
 const SOCKET_BYTES: usize = 32 << 20;
 
 /// Length of an Ethernet header; its last two bytes give the type of its contents.
-const ETHERNET_HEADER: usize = 14;
+pub(crate) const ETHERNET_HEADER: usize = 14;
 /// The type of IPv4.
 const ETHERTYPE_IPV4: [u8; 2] = [0x08, 0x00];
 
 /// A packet socket on one interface of this thread's namespace.
 ///
-/// It receives each incoming frame, with the kernel's receive stamp, and no outgoing ones.
+/// It receives each incoming frame, with the kernel's receive stamp, and no outgoing ones. What the sending
+/// kernel has left for later crosses with the frame, where this kernel tells it.
 #[derive(Debug)]
 pub struct PacketPort {
     socket: OwnedFd,
+    /// Length of what tells that.
+    offload_bytes: usize,
     stamps: StampClock,
     counters: PortCounters,
 }
@@ -178,6 +112,13 @@ impl PacketPort {
     pub fn open(interface: &str) -> Result<Self> {
         let index = Netlink::open()?.index_of(interface)?;
         let socket = packet_socket()?;
+        let offload_bytes = match sys::tell_offload(&socket) {
+            Ok(()) => OFFLOAD_HEADER,
+            Err(error) => {
+                tracing::debug!(%error, "only packets with whole checksums can cross");
+                0
+            }
+        };
         // In this order: a socket without a protocol receives nothing until it is bound.
         sys::stamp_received(&socket)
             .and_then(|()| sys::ignore_outgoing(&socket))
@@ -186,10 +127,20 @@ impl PacketPort {
             .doing_with(|| format!("listen to the interface `{interface}`"))?;
         Ok(Self {
             socket,
+            offload_bytes,
             stamps: StampClock::new(),
             counters: PortCounters::default(),
         })
     }
+}
+
+/// Whether the kernel tells packet sockets what it has left for later, so that segments can cross whole.
+pub(crate) fn tells_offload() -> bool {
+    let told = packet_socket().and_then(|socket| sys::tell_offload(&socket).doing("ask"));
+    if let Err(error) = &told {
+        tracing::debug!(%error, "segments are cut before they cross");
+    }
+    told.is_ok()
 }
 
 /// A packet socket with a large buffer, which receives nothing until it is bound.
@@ -232,12 +183,13 @@ pub(crate) fn is_ipv4(packet: &[u8]) -> bool {
 
 impl Port for PacketPort {
     fn receive(&mut self, inbox: &mut Inbox) -> io::Result<()> {
-        let counters = &mut self.counters;
-        inbox.fill(
+        let (counters, offload_bytes) = (&mut self.counters, self.offload_bytes);
+        let ip_at = offload_bytes + ETHERNET_HEADER;
+        let filled = inbox.fill(
             &self.socket,
             &mut self.stamps,
             |frame, received, stamp_ns| {
-                if frame.get(ETHERNET_HEADER - 2..ETHERNET_HEADER) != Some(&ETHERTYPE_IPV4) {
+                if frame.get(ip_at - 2..ip_at) != Some(&ETHERTYPE_IPV4) {
                     counters.foreign += 1;
                     return None;
                 }
@@ -245,15 +197,26 @@ impl Port for PacketPort {
                     counters.dropped += 1;
                     return None;
                 }
+                let (packets, ip_bytes) = on_a_wire(&frame[..offload_bytes], &frame[ip_at..]);
                 Some(Arrival {
                     frame_bytes: frame.len(),
-                    // At most FRAME_MAX.
-                    ip_bytes: (frame.len() - ETHERNET_HEADER) as u32,
+                    ip_at,
+                    packets,
+                    ip_bytes,
                     stamp_ns,
                 })
             },
-        )?;
-        Ok(())
+        );
+        match filled {
+            // A segment of a kind that the kernel cannot tell of, and has dropped.
+            Err(error)
+                if offload_bytes > 0 && Errno::from_io_error(&error) == Some(Errno::INVAL) =>
+            {
+                self.counters.dropped += 1;
+                Ok(())
+            }
+            filled => filled.map(drop),
+        }
     }
 
     fn send(&mut self, frame: &[u8]) -> io::Result<()> {

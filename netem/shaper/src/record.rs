@@ -93,8 +93,8 @@ mod tests {
     fn second(t_ns: u64) -> [LinkRow; 2] {
         [Way::Up, Way::Down].map(|way| {
             let mut tally = Tally::new(way);
-            tally.entered(84, Ok(link::Twist::NONE));
-            tally.left(1_500, true);
+            tally.entered(1, 84, Ok(link::Twist::NONE));
+            tally.left(1, 1_500, true);
             tally.row(t_ns)
         })
     }

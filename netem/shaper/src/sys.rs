@@ -23,6 +23,7 @@ pub(crate) use interface::{make_tun, set_feature};
 /// Options of `linux/if_packet.h`, `linux/icmp.h` and `asm-generic/socket.h` that the libc
 /// crate leaves out.
 const PACKET_STATISTICS: c_int = 6;
+const PACKET_VNET_HDR: c_int = 15;
 const PACKET_QDISC_BYPASS: c_int = 20;
 const PACKET_IGNORE_OUTGOING: c_int = 23;
 const ICMP_FILTER: c_int = 1;
@@ -79,6 +80,12 @@ pub(crate) fn stamp_received(fd: impl AsFd) -> io::Result<()> {
 /// Lets a packet socket bypass the queueing discipline and send directly to the device.
 pub(crate) fn bypass_qdisc(fd: impl AsFd) -> io::Result<()> {
     set_option::<c_int>(fd.as_fd(), libc::SOL_PACKET, PACKET_QDISC_BYPASS, 1)
+}
+
+/// Puts a `struct virtio_net_hdr` before each frame that a packet socket receives or sends: what the sending
+/// kernel has left for later.
+pub(crate) fn tell_offload(fd: impl AsFd) -> io::Result<()> {
+    set_option::<c_int>(fd.as_fd(), libc::SOL_PACKET, PACKET_VNET_HDR, 1)
 }
 
 /// Keeps a packet socket from receiving what this machine sends through the interface.

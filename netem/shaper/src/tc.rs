@@ -234,7 +234,7 @@ impl TcPlayer {
             return Ok(None);
         };
         self.asked = None;
-        self.answers.add(now_ns().saturating_sub(asked_ns));
+        self.answers.add(now_ns().saturating_sub(asked_ns), 1);
         let confirm = || -> io::Result<Answer> {
             let text: Value = serde_json::from_slice(&answer)?;
             let root = Root::of(&text)?;

@@ -7,7 +7,7 @@ use endpoint::report::Policy;
 use link::Profile;
 use plan::Client;
 
-use crate::{Lab, awake};
+use crate::{Lab, Player, awake};
 
 /// How much a run needs an ability.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,7 +48,7 @@ pub fn abilities(authority: &shaper::Result<shaper::Authority>) -> Vec<Ability> 
         what: "join them by veth pairs",
         need: Need::Must,
         found: match authority {
-            Ok(_) => Lab::new(&Profile::empty())
+            Ok(_) => Lab::new(&Profile::empty(), Player::User)
                 .map(|_| "made and removed".to_owned())
                 .map_err(|e| e.to_string()),
             Err(_) => Err("needs namespaces".into()),

@@ -12,6 +12,8 @@ use std::net::Ipv4Addr;
 use link::Profile;
 use shaper::Namespace;
 
+use crate::Player;
+
 /// Namespaces and addresses. They disappear with this value and the processes in them.
 pub struct Lab {
     controller: Namespace,
@@ -25,11 +27,11 @@ struct Shaped {
 }
 
 impl Lab {
-    /// Makes the network that `profile` needs.
+    /// Makes the network that `profile` needs, for this player.
     ///
     /// # Errors
     /// The shaper's: what this machine does not allow, with the remedy.
-    pub fn new(profile: &Profile) -> shaper::Result<Lab> {
+    pub fn new(profile: &Profile, player: Player) -> shaper::Result<Lab> {
         let controller = Namespace::new()?;
         if profile.is_loopback() {
             return Ok(Lab {
@@ -38,7 +40,9 @@ impl Lab {
             });
         }
         let (plant, middle) = (Namespace::new()?, Namespace::new()?);
-        shaper::join(&controller, &plant, &middle)?;
+        // netem takes what it gets for one packet.
+        let in_segments = profile.treats_packets_alike() && player != Player::Tc;
+        shaper::join(&controller, &plant, &middle, in_segments)?;
         Ok(Lab {
             controller,
             shaped: Some(Shaped { plant, middle }),

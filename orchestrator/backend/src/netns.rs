@@ -32,7 +32,7 @@ pub(crate) struct Netns {
 impl Netns {
     /// Makes the network for `profile`. The parts will write their rows to `folder`.
     pub(crate) fn new(profile: &Profile, player: Player, folder: &Path) -> Result<Netns, RunError> {
-        let lab = Lab::new(profile)?;
+        let lab = Lab::new(profile, player)?;
         if player == Player::Tc
             && let Some(middle) = lab.middle()
         {

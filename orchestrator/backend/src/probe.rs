@@ -40,7 +40,7 @@ pub fn probe(
     on_answer: impl FnMut(&Echo) + Send,
 ) -> Result<Probed, RunError> {
     player.check(profile)?;
-    let lab = Lab::new(profile)?;
+    let lab = Lab::new(profile, player)?;
     let epoch_ns = now_ns() + schedule::PROBE_LEAD_NS;
     let epoch = Epoch::at_ns(epoch_ns);
     let piece = Piece {

@@ -46,14 +46,15 @@ fn veth(context: &Context<'_>) -> Result<Measured, Lack> {
 }
 
 fn played(context: &Context<'_>) -> Result<Measured, Lack> {
+    let text = "name = \"none\"\nabout = \"no delay\"\n[both.delay]\nbase = \"0ms\"\n";
+    let profile = constant(text)?;
     let ends = || -> shaper::Result<_> {
         let [controller, plant, middle] = [Namespace::new()?, Namespace::new()?, Namespace::new()?];
-        join(&controller, &plant, &middle)?;
+        let in_segments = profile.treats_packets_alike();
+        join(&controller, &plant, &middle, in_segments)?;
         Ok((controller, plant, middle))
     };
     let (controller, plant, middle) = ends()?;
-    let text = "name = \"none\"\nabout = \"no delay\"\n[both.delay]\nbase = \"0ms\"\n";
-    let profile = constant(text)?;
     let done = AtomicBool::new(false);
     thread::scope(|scope| {
         let player = scope.spawn(|| {

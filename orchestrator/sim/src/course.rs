@@ -156,7 +156,7 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
                 },
                 setup.pool,
                 // On one connection for all messages, other packets reveal a loss.
-                stream.is_none() && !setup.profile.is_lossless(),
+                stream.is_none() && !setup.profile.treats_packets_alike(),
             ),
             stream,
             queue: Queue::new(),

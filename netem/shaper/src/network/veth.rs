@@ -19,6 +19,7 @@ use std::os::fd::AsFd;
 use crate::error::{Doing, Result};
 use crate::network::namespace::Namespace;
 use crate::network::netlink::{End, Mac, Netlink};
+use crate::port::tells_offload;
 use crate::sys;
 
 /// The controller's address on the link.
@@ -49,10 +50,24 @@ const MIDDLE_PLANT_MAC: Mac = [0x02, 0x77, 0, 0, 1, 2];
 /// Joins the ends through the middle with two veth pairs. Each interface is created directly in its
 /// namespace, so that a crash half-way leaves nothing behind.
 ///
+/// With `in_segments`, the ends may leave cutting and checksums for later, as they would on a plain cable, if
+/// this kernel tells the player what was left; otherwise each packet crosses as a wire carries it. That is for a
+/// link that [treats packets alike](link::Profile::treats_packets_alike) and is [played](crate::play) here.
+///
 /// # Errors
 /// [`Error::Unsupported`](crate::Error::Unsupported) on a kernel without veth,
 /// [`Error::Failed`](crate::Error::Failed) if the kernel rejects a step.
-pub fn join(controller: &Namespace, plant: &Namespace, middle: &Namespace) -> Result<()> {
+pub fn join(
+    controller: &Namespace,
+    plant: &Namespace,
+    middle: &Namespace,
+    in_segments: bool,
+) -> Result<()> {
+    let offloads = if in_segments && middle.run(|| Ok(tells_offload()))? {
+        &MERGING[..]
+    } else {
+        &OFFLOADS[..]
+    };
     let end = |namespace, mac| End {
         name: END_INTERFACE,
         mac,
@@ -78,7 +93,7 @@ pub fn join(controller: &Namespace, plant: &Namespace, middle: &Namespace) -> Re
                 namespace: middle.as_fd(),
             };
             netlink.create_pair(&near, &far)?;
-            send_whole_packets(name)?;
+            turn_off(offloads, name)?;
             let index = netlink.index_of(name)?;
             netlink.bring_up(index)?;
         }
@@ -89,7 +104,7 @@ pub fn join(controller: &Namespace, plant: &Namespace, middle: &Namespace) -> Re
         (plant, PLANT_ADDRESS, (CONTROLLER_ADDRESS, CONTROLLER_MAC)),
     ] {
         end.run(|| {
-            send_whole_packets(END_INTERFACE)?;
+            turn_off(offloads, END_INTERFACE)?;
             configure_end(END_INTERFACE, address, far)
         })?;
     }
@@ -132,20 +147,28 @@ fn configure_end(interface: &str, address: Ipv4Addr, far: (Ipv4Addr, Mac)) -> Re
     netlink.add_neighbour(index, far.0, far.1)
 }
 
-/// Turns off the offloads that let packets cross an interface in a form that no wire carries: several
-/// segments merged into one of up to 64 KiB, or packets without a checksum.
+/// What lets packets cross an interface in a form that no wire carries: several segments merged into one of up to
+/// 64 KiB, or packets without a checksum. `ETHTOOL_SGRO`, `_STSO`, `_SGSO` and `_STXCSUM` of `linux/ethtool.h`.
+const OFFLOADS: [(u32, &str); 4] = [
+    MERGING[0],
+    (0x1f, "TCP segmentation offload"),
+    (0x24, "generic segmentation offload"),
+    (0x17, "transmit checksum offload"),
+];
+
+/// The one among them that waits for packets that came later.
+const MERGING: [(u32, &str); 1] = [(0x2c, "generic receive offload")];
+
+/// Lets packets cross an interface only as a wire carries them.
 pub(crate) fn send_whole_packets(interface: &str) -> Result<()> {
-    /// `ETHTOOL_STSO`, `_SGSO`, `_SGRO` and `_STXCSUM` of `linux/ethtool.h`.
-    const OFFLOADS: [(u32, &str); 4] = [
-        (0x1f, "TCP segmentation offload"),
-        (0x24, "generic segmentation offload"),
-        (0x2c, "generic receive offload"),
-        (0x17, "transmit checksum offload"),
-    ];
+    turn_off(&OFFLOADS, interface)
+}
+
+fn turn_off(offloads: &[(u32, &str)], interface: &str) -> Result<()> {
     // Any socket will do: the kernel only needs its namespace.
     let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).doing("open a socket")?;
-    for (command, feature) in OFFLOADS {
-        sys::set_feature(&socket, interface, command, false)
+    for (command, feature) in offloads {
+        sys::set_feature(&socket, interface, *command, false)
             .doing_with(|| format!("turn off {feature} on `{interface}`"))?;
     }
     Ok(())

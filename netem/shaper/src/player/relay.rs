@@ -7,7 +7,8 @@ use std::collections::VecDeque;
 use link::{Cause, Fate, PerWay, Timeline, Twist, Way};
 
 use crate::player::twist;
-use crate::port::{Arrival, Frame, new_frame};
+use crate::port::frame::{Frame, Pool};
+use crate::port::{Arrival, ETHERNET_HEADER};
 
 /// Number of frames that wait for packets from the beginning: two ways at 1 kHz, with an answer to each message,
 /// over a link of 50 ms. Where more packets are under way, as in a stall, there are soon more.
@@ -22,6 +23,8 @@ pub(crate) struct Departure {
     sequence: u64,
     /// The direction in which it leaves.
     pub(crate) way: Way,
+    /// Packets that a wire would carry for it.
+    pub(crate) packets: u32,
     frame: Frame,
     frame_bytes: usize,
 }
@@ -45,7 +48,7 @@ pub(crate) struct Relay {
     carried: Option<Way>,
     /// Of each way, in the order in which they leave. Nearly always that is the order of entry.
     waiting: PerWay<VecDeque<Departure>>,
-    free: Vec<Frame>,
+    pub(crate) pool: Pool,
     sequence: u64,
     /// The latest entry of each way: link time never runs backwards.
     entered_ns: PerWay<u64>,
@@ -53,13 +56,11 @@ pub(crate) struct Relay {
 
 impl Relay {
     pub(crate) fn new(timeline: Timeline) -> Self {
-        let mut free = Vec::with_capacity(POOL);
-        free.resize_with(POOL, new_frame);
         Self {
             timeline,
             carried: None,
             waiting: PerWay::of(|_| VecDeque::with_capacity(POOL)),
-            free,
+            pool: Pool::with_frames(POOL),
             sequence: 0,
             entered_ns: PerWay::default(),
         }
@@ -71,16 +72,6 @@ impl Relay {
             carried: Some(way),
             ..self
         }
-    }
-
-    /// An empty frame to receive into; in the steady state a reused one.
-    pub(crate) fn frame(&mut self) -> Frame {
-        self.free.pop().unwrap_or_else(new_frame)
-    }
-
-    /// Takes back a frame that is no longer needed.
-    pub(crate) fn recycle(&mut self, frame: Frame) {
-        self.free.push(frame);
     }
 
     /// Lets a packet enter the link. Returns what is done to it, or the cause if the link drops it.
@@ -102,24 +93,25 @@ impl Relay {
         };
         match fate {
             Fate::Deliver { at: at_ns, twist } if twist == Twist::NONE => {
-                self.push(at_ns, way, frame, arrival.frame_bytes);
+                self.push(at_ns, way, frame, arrival);
                 Ok(twist)
             }
             Fate::Deliver { at: at_ns, twist } => Ok(self.twist(at_ns, way, arrival, frame, twist)),
             Fate::Drop(cause) => {
-                self.recycle(frame);
+                self.pool.put(frame);
                 Err(cause)
             }
         }
     }
 
-    fn push(&mut self, at_ns: u64, way: Way, frame: Frame, frame_bytes: usize) {
+    fn push(&mut self, at_ns: u64, way: Way, frame: Frame, arrival: &Arrival) {
         let departure = Departure {
             at_ns,
             sequence: self.sequence,
             way,
+            packets: arrival.packets,
             frame,
-            frame_bytes,
+            frame_bytes: arrival.frame_bytes,
         };
         self.sequence += 1;
         let waiting = &mut self.waiting[way];
@@ -143,19 +135,23 @@ impl Relay {
         twist: Twist,
     ) -> Twist {
         let Arrival {
-            frame_bytes,
-            ip_bytes,
-            ..
+            frame_bytes, ip_at, ..
         } = *arrival;
-        let header = frame_bytes - ip_bytes as usize;
-        let (bytes, done) = twist::apply(&mut frame[header..frame_bytes], way, twist);
-        let frame_bytes = header + bytes;
-        if done.twice {
-            let mut twin = self.frame();
-            twin[..frame_bytes].copy_from_slice(&frame[..frame_bytes]);
-            self.push(at_ns, way, twin, frame_bytes);
+        let (bytes, done) = twist::apply(&mut frame[ip_at..frame_bytes], way, twist);
+        if done.flip.is_some() {
+            // A checksum that was left for later would make the damage good.
+            frame[..ip_at.saturating_sub(ETHERNET_HEADER)].fill(0);
         }
-        self.push(at_ns, way, frame, frame_bytes);
+        let twisted = Arrival {
+            frame_bytes: ip_at + bytes,
+            ..*arrival
+        };
+        if done.twice {
+            let mut twin = self.pool.take(frame_bytes);
+            twin[..frame_bytes].copy_from_slice(&frame[..frame_bytes]);
+            self.push(at_ns, way, twin, &twisted);
+        }
+        self.push(at_ns, way, frame, &twisted);
         done
     }
 
@@ -188,12 +184,13 @@ impl Relay {
 
     /// Takes back a packet that has left.
     pub(crate) fn finish(&mut self, departure: Departure) {
-        self.recycle(departure.frame);
+        self.pool.put(departure.frame);
     }
 
     /// How many packets of this way are still under way.
     pub(crate) fn under_way(&self, way: Way) -> u64 {
-        self.waiting[way].len() as u64
+        let packets = |departure: &Departure| u64::from(departure.packets);
+        self.waiting[way].iter().map(packets).sum()
     }
 }
 
@@ -204,6 +201,17 @@ mod tests {
     use proptest::prelude::*;
 
     const EPOCH_NS: u64 = 1_000_000_000;
+
+    /// A packet in a frame of this length.
+    fn packet(frame_bytes: usize, stamp_ns: u64) -> Arrival {
+        Arrival {
+            frame_bytes,
+            ip_at: 14,
+            packets: 1,
+            ip_bytes: frame_bytes as u32 - 14,
+            stamp_ns,
+        }
+    }
 
     fn profile(name: &str) -> Profile {
         let source = Profile::builtin(name).expect("one of the paper's");
@@ -228,9 +236,9 @@ mod tests {
             for (number, (gap_ns, up)) in gaps.iter().enumerate() {
                 t_ns += gap_ns;
                 let way = if *up { Way::Up } else { Way::Down };
-                let mut frame = relay.frame();
+                let mut frame = relay.pool.take(64);
                 frame[..8].copy_from_slice(&(number as u64).to_le_bytes());
-                let arrival = Arrival { frame_bytes: 64 + number, ip_bytes: 50, stamp_ns: t_ns };
+                let arrival = packet(64 + number, t_ns);
                 let state = stated.state_at(way, t_ns);
                 match relay.enter(way, &arrival, frame) {
                     Ok(twist) => {
@@ -257,7 +265,7 @@ mod tests {
             prop_assert_eq!(due.len() + dropped, gaps.len());
             prop_assert_eq!(relay.next_ns(), None);
             // Every frame is back in the pool, which has grown only to what was under way at once.
-            prop_assert!((POOL..=POOL.max(most as usize + 1)).contains(&relay.free.len()));
+            prop_assert!((POOL..=POOL.max(most as usize + 1)).contains(&relay.pool.frames()));
         }
     }
 
@@ -287,14 +295,14 @@ mod tests {
             for (number, (gap_ns, is_up)) in gaps.iter().enumerate() {
                 t_ns += gap_ns;
                 let way = if *is_up { Way::Up } else { Way::Down };
-                let mut frame = relay.frame();
+                let mut frame = relay.pool.take(64);
                 // An IPv4 packet of another protocol, behind an Ethernet header.
                 frame[..14].fill(9);
                 frame[14..74].fill(0);
                 frame[14] = 0x45;
                 frame[17] = 60;
                 frame[34..42].copy_from_slice(&(number as u64).to_le_bytes());
-                let arrival = Arrival { frame_bytes: 74, ip_bytes: 60, stamp_ns: t_ns };
+                let arrival = packet(74, t_ns);
                 let entry = relay.enter(way, &arrival, frame);
                 let state = stated.state_at(way, t_ns);
                 match decided.transmit(way, t_ns, 60) {
@@ -326,18 +334,36 @@ mod tests {
     }
 
     #[test]
+    fn a_damaged_packet_has_no_checksum_that_was_left_for_later() {
+        let text = "name = 'f'\nabout = ''\nboth.delay.base = '2ms'\n\
+            fault = [{ at = '0s', for = '1s', corrupt = '100%' }]";
+        let faults = Profile::parse(text, "faults").expect("a valid profile");
+        let mut relay = Relay::new(Timeline::new(&faults, 1, Epoch::at_ns(0)));
+        let mut frame = relay.pool.take(84);
+        frame[..24].fill(9);
+        frame[24..84].fill(0);
+        frame[24] = 0x45;
+        frame[27] = 60;
+        let arrival = Arrival {
+            ip_at: 24,
+            ..packet(84, 5)
+        };
+        let entry = relay.enter(Way::Up, &arrival, frame);
+        assert!(entry.expect("it is let out").flip.is_some());
+        let departure = relay.pop_due(u64::MAX).expect("it leaves");
+        assert_eq!(departure.frame()[..10], [0; 10]);
+        assert_eq!(departure.frame()[10..24], [9; 14]);
+    }
+
+    #[test]
     fn before_the_epoch_the_empty_link_plays() {
         let mut relay = Relay::new(Timeline::new(
             &profile("diego-vpn"),
             1,
             Epoch::at_ns(EPOCH_NS),
         ));
-        let frame = relay.frame();
-        let arrival = Arrival {
-            frame_bytes: 64,
-            ip_bytes: 50,
-            stamp_ns: EPOCH_NS - 1,
-        };
+        let frame = relay.pool.take(64);
+        let arrival = packet(64, EPOCH_NS - 1);
         assert_eq!(relay.enter(Way::Up, &arrival, frame), Ok(Twist::NONE));
         // The empty link: 2 ms.
         assert_eq!(relay.next_ns(), Some(EPOCH_NS - 1 + 2_000_000));
@@ -350,12 +376,8 @@ mod tests {
         let mut relay =
             Relay::new(Timeline::new(&constant, 1, Epoch::default())).carrying(Way::Down);
         for (way, due_ns) in [(Way::Down, 9_000), (Way::Up, 5_009_000)] {
-            let frame = relay.frame();
-            let arrival = Arrival {
-                frame_bytes: 64,
-                ip_bytes: 64,
-                stamp_ns: 9_000,
-            };
+            let frame = relay.pool.take(64);
+            let arrival = packet(64, 9_000);
             assert_eq!(relay.enter(way, &arrival, frame), Ok(Twist::NONE));
             assert_eq!(relay.next_ns(), Some(due_ns));
             let departure = relay.pop_due(due_ns).expect("due now");
@@ -368,12 +390,8 @@ mod tests {
     fn a_stamp_before_the_last_one_enters_with_the_last_one() {
         let mut relay = Relay::new(Timeline::new(&Profile::empty(), 1, Epoch::default()));
         for stamp_ns in [9_000, 5_000] {
-            let frame = relay.frame();
-            let arrival = Arrival {
-                frame_bytes: 64,
-                ip_bytes: 50,
-                stamp_ns,
-            };
+            let frame = relay.pool.take(64);
+            let arrival = packet(64, stamp_ns);
             assert_eq!(relay.enter(Way::Up, &arrival, frame), Ok(Twist::NONE));
         }
         assert!(relay.pop_due(2_009_000).is_some() && relay.pop_due(2_009_000).is_some());

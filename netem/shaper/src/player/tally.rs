@@ -51,9 +51,10 @@ impl Tally {
         }
     }
 
-    /// A packet has entered, and the link has decided its fate.
-    pub(crate) fn entered(&mut self, ip_bytes: u32, entry: Result<Twist, Cause>) {
-        self.counts.packets += 1;
+    /// Packets have entered at once, mostly one, and the link has decided their fate.
+    pub(crate) fn entered(&mut self, packets: u32, ip_bytes: u32, entry: Result<Twist, Cause>) {
+        let packets = u64::from(packets);
+        self.counts.packets += packets;
         self.counts.bytes += u64::from(ip_bytes);
         match entry {
             Ok(Twist::NONE) => {}
@@ -63,21 +64,22 @@ impl Tally {
                 self.counts.reset += u64::from(twist.reset);
                 self.counts.rebound += u64::from(twist.rebind);
             }
-            Err(Cause::Loss) => self.counts.lost += 1,
-            Err(Cause::Overflow) => self.counts.overflow += 1,
+            Err(Cause::Loss) => self.counts.lost += packets,
+            Err(Cause::Overflow) => self.counts.overflow += packets,
         }
     }
 
-    /// A packet was due and was sent, or sending it failed.
-    pub(crate) fn left(&mut self, late_ns: u64, sent: bool) {
+    /// Packets were due at once, mostly one, and were sent, or sending them failed.
+    pub(crate) fn left(&mut self, packets: u32, late_ns: u64, sent: bool) {
+        let packets = u64::from(packets);
         if !sent {
-            self.counts.unsent += 1;
+            self.counts.unsent += packets;
             return;
         }
-        self.counts.delivered += 1;
-        self.counts.late_ns += late_ns;
+        self.counts.delivered += packets;
+        self.counts.late_ns += late_ns * packets;
         self.late_max_ns = self.late_max_ns.max(late_ns);
-        self.late.add(late_ns);
+        self.late.add(late_ns, packets);
     }
 
     /// Updates the port's counts since it was opened.

@@ -23,6 +23,7 @@ use crate::error::Result;
 use crate::player::Player;
 use crate::player::relay::Relay;
 use crate::port::Port;
+use crate::port::inbox::Inbox;
 use crate::port::tun::TunPort;
 use crate::port::udp::UdpPort;
 use crate::record::Record;
@@ -71,7 +72,7 @@ pub fn play_way(
             down: &mut end,
         },
     };
-    let mut player = Player::new(relay, ports, config.packets);
+    let mut player = Player::new(relay, ports, Inbox::of_packets(), config.packets);
     let played = player.run(stop, &mut |rows| on_second([rows[shaped]]))?;
     let reports = player.into_reports();
     Ok(WayPlayed {

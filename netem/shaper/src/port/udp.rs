@@ -12,7 +12,8 @@ use rustix::net::{AddressFamily, SendFlags, SocketFlags, SocketType};
 
 use crate::clock::StampClock;
 use crate::error::{Doing, Result};
-use crate::port::{Arrival, Inbox, Port, PortCounters, is_ipv4, widen};
+use crate::port::inbox::Inbox;
+use crate::port::{Arrival, Port, PortCounters, is_ipv4, widen};
 use crate::sys;
 
 /// Bytes that a datagram adds to a packet: an IPv4 header without options, and a UDP header.
@@ -110,7 +111,7 @@ impl AsFd for UdpPort {
 mod tests {
     use super::*;
     use crate::now_ns;
-    use crate::port::{FRAME_MAX, Frame, new_frame};
+    use crate::port::frame::{FRAME_MAX, Frame, Pool};
     use rustix::event::{PollFd, PollFlags, Timespec, poll};
     use std::net::{Ipv4Addr, UdpSocket};
 
@@ -134,9 +135,9 @@ mod tests {
 
     /// What has come.
     fn received(port: &mut UdpPort) -> Vec<(Arrival, Frame)> {
-        let mut inbox = Inbox::default();
+        let (mut inbox, mut pool) = (Inbox::of_packets(), Pool::default());
         port.receive(&mut inbox).expect("the socket works");
-        let packets = (0..inbox.len()).filter_map(|index| inbox.take(index, new_frame));
+        let packets = (0..inbox.len()).filter_map(|index| inbox.take(index, &mut pool));
         packets.collect()
     }
 

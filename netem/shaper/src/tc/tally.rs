@@ -54,7 +54,7 @@ impl TcTally {
         self.changes += 1;
         self.late_ns += late_ns;
         self.late_max_ns = self.late_max_ns.max(late_ns);
-        self.late.add(late_ns);
+        self.late.add(late_ns, 1);
     }
 
     /// The row up to the instant at which netem had these counters.

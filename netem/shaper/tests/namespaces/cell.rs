@@ -80,7 +80,7 @@ impl Cell {
     /// Link time 0 is `empty_ns` from now, during which the empty link plays.
     pub(crate) fn start(profile: &Profile, seed: u64, empty_ns: u64) -> shaper::Result<Self> {
         let (controller, plant, middle) = (Namespace::new()?, Namespace::new()?, Namespace::new()?);
-        join(&controller, &plant, &middle)?;
+        join(&controller, &plant, &middle, profile.treats_packets_alike())?;
         let (at_controller, at_plant) = middle.run(|| {
             Ok((
                 PacketPort::open(CONTROLLER_INTERFACE)?,

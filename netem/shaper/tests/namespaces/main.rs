@@ -30,6 +30,8 @@ fn tests() -> Vec<Trial> {
         exactness::a_missing_link_and_one_of_another_seed_are_found_out,
         exactness::loopback_needs_no_player,
         traffic::a_tcp_transfer_arrives_intact_and_no_packet_is_lost_by_the_player,
+        traffic::segments_cross_whole_where_a_link_treats_packets_alike,
+        traffic::single_packets_cross_a_link_with_a_rate,
         traffic::a_burst_behind_a_stall_leaves_whole_and_in_order,
         fault::echoes_prove_a_link_with_each_fault,
         fault::duplicates_come_out_twice_and_do_tcp_no_harm,

@@ -32,7 +32,7 @@ pub(crate) struct TcCell {
 /// Two ends and a bridge between them, without any link.
 pub(crate) fn bridged() -> [Namespace; 3] {
     let [controller, plant, middle] = [(); 3].map(|()| Namespace::new().unwrap());
-    join(&controller, &plant, &middle).unwrap();
+    join(&controller, &plant, &middle, false).unwrap();
     middle.run(bridge).unwrap();
     [controller, plant, middle]
 }

@@ -5,7 +5,9 @@ use std::net::{TcpListener, TcpStream, UdpSocket};
 use std::thread;
 use std::time::Duration;
 
+use certificate::PlayerReport;
 use link::Profile;
+use rustix::net::{self, AddressFamily, RecvFlags, SocketType};
 use shaper::{CONTROLLER_ADDRESS, Namespace, PLANT_ADDRESS};
 
 use crate::cell::{Cell, SECOND, constant, parse};
@@ -15,8 +17,54 @@ use crate::cell::{Cell, SECOND, constant, parse};
 /// transfer needs. 8 MiB are 5 794 segments of 1 448 bytes, and at most as many
 /// acknowledgements again.
 pub(crate) fn a_tcp_transfer_arrives_intact_and_no_packet_is_lost_by_the_player() {
-    const BYTES: usize = 8 << 20;
-    let cell = Cell::start(&constant("1ms"), 1, 0).unwrap();
+    // A link that does not treat packets alike: it loses some, some day.
+    let never = "at = \"80000s\"\nfor = \"1s\"\nloss = \"1%\"";
+    let text = "name = \"a\"\nabout = \"a\"\nboth.delay.base = \"1ms\"\n[[fault]]\n";
+    let (report, longest) = transfer(&parse(&format!("{text}{never}")));
+    assert!(longest <= ON_A_WIRE, "single packets: {longest}");
+    assert!(
+        (5_794..6_200).contains(&report.up.packets),
+        "hardly any packet is sent twice"
+    );
+}
+
+/// The segments of a kernel cross as it made them, and are counted as the packets that a wire carries.
+pub(crate) fn segments_cross_whole_where_a_link_treats_packets_alike() {
+    let (report, longest) = transfer(&constant("1ms"));
+    assert!(longest > ON_A_WIRE, "segments: {longest}");
+    assert!(
+        (5_794..6_200).contains(&report.up.packets),
+        "as many packets as ever"
+    );
+    let headers = report.up.bytes - BYTES as u64;
+    assert!(
+        (report.up.packets * 40..=report.up.packets * 60).contains(&headers),
+        "each with its headers: {headers}"
+    );
+}
+
+/// A queue counts packets, and a rate is that of each.
+pub(crate) fn single_packets_cross_a_link_with_a_rate() {
+    let text = "name = \"a\"\nabout = \"a\"\nboth.delay.base = \"1ms\"\nboth.rate = \"1gbit\"\n";
+    let (report, longest) = transfer(&parse(text));
+    assert!(longest <= ON_A_WIRE, "single packets: {longest}");
+    assert!(report.up.packets >= 5_794);
+}
+
+/// What a transfer brings.
+const BYTES: usize = 8 << 20;
+/// The longest frame that a wire carries.
+const ON_A_WIRE: usize = 1500 + 14;
+
+/// Sends [`BYTES`] over a link; they must arrive as they were sent. Returns also the longest frame that the plant
+/// saw.
+fn transfer(profile: &Profile) -> (PlayerReport, usize) {
+    let cell = Cell::start(profile, 1, 0).unwrap();
+    let frames = within(&cell.plant, || {
+        net::socket(AddressFamily::PACKET, SocketType::RAW, Some(net::eth::ALL)).map_err(Into::into)
+    });
+    // Without root it holds only the first frames.
+    net::sockopt::set_socket_recv_buffer_size_force(&frames, 64 << 20).ok();
     let listener = within(&cell.plant, || TcpListener::bind((PLANT_ADDRESS, 4000)));
     let sent: Vec<u8> = (0..BYTES).map(|index| (index * 31 % 251) as u8).collect();
     let mut stream = within(&cell.controller, || {
@@ -34,12 +82,15 @@ pub(crate) fn a_tcp_transfer_arrives_intact_and_no_packet_is_lost_by_the_player(
         received.join().unwrap() == sent,
         "the bytes arrive as they were sent"
     );
+    let flags = RecvFlags::DONTWAIT | RecvFlags::TRUNC;
+    let lengths = std::iter::from_fn(|| net::recv(&frames, &mut [0; 64], flags).ok());
+    let longest = lengths.map(|(_, length)| length).max().unwrap();
     let report = cell.finish();
-    println!("  up {:?}\n  down {:?}", report.up, report.down);
-    assert!(
-        (5_794..6_200).contains(&report.up.packets),
-        "hardly any packet is sent twice"
+    println!(
+        "  longest {longest}, up {:?}\n  down {:?}",
+        report.up, report.down
     );
+    (report, longest)
 }
 
 /// A link that stalls from link time 0.2 s to 2 s. Before and after, its delay is 1 ms. What
@@ -60,7 +111,7 @@ pub(crate) fn a_burst_behind_a_stall_leaves_whole_and_in_order() {
     let controller = within(&cell.controller, || {
         UdpSocket::bind((CONTROLLER_ADDRESS, 0))
     });
-    rustix::net::sockopt::set_socket_recv_buffer_size_force(&plant, 16 << 20).ok();
+    net::sockopt::set_socket_recv_buffer_size_force(&plant, 16 << 20).ok();
     plant
         .set_read_timeout(Some(Duration::from_secs(5)))
         .unwrap();
