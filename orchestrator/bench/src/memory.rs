@@ -82,7 +82,7 @@ fn ends(context: &Context<'_>) -> Result<Measured, Lack> {
 
 fn link(context: &Context<'_>) -> Result<Measured, Lack> {
     let [controller, plant, middle] = [Namespace::new()?, Namespace::new()?, Namespace::new()?];
-    join(&controller, &plant, &middle)?;
+    join(&controller, &plant, &middle, false)?;
     let mut command = Command::new(context.webloop);
     command
         .args(["serve", "link", "--profile", "couva"])
