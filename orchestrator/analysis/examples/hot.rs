@@ -18,12 +18,12 @@ use std::{
 use analysis::{response::ResponseTrace, rows};
 use control::{preset, seconds};
 use endpoint::{
-    Answer, Command, Hold, MessageOutcome, MessageRow, Mode, Outstanding, PlantSettings, Preset,
-    Request, SampleTime, State, TickRow, Transport,
+    Answer, Command, MessageOutcome, MessageRow, Mode, Outstanding, PlantSettings, Preset, Request,
+    SampleTime, State, TickRow, Transport,
 };
 use journal::Journal;
 use link::{Epoch, Profile, Timeline, Way};
-use sim::{Pool, Record, Setup, Timing};
+use sim::{Record, Setup};
 
 type Result<T, E = Box<dyn Error>> = std::result::Result<T, E>;
 
@@ -84,28 +84,10 @@ fn step(topology: Option<&str>, times: u64) -> Result<u64> {
         }
     }
     let profile = topology.map_or_else(|| Ok(Profile::empty()), profile)?;
-    let setup = Setup {
-        profile: &profile,
-        frozen: [&[], &[]],
-        seed: 1,
-        settings: Preset::PaperPython.settings(Mode::Closed, h(MS_NS)?),
-        timer_floor_ns: 0,
-        plant: preset::paper_plant().sampled(MS_NS)?.stepper(),
-        hold: Hold::Last,
-        max_age_ns: None,
-        tick_noise: None,
-        reference: None,
-        law: preset::paper_pi().into(),
-        pool: Pool::Shared,
-        message_bytes: [166, 288],
-        echoes: &[],
-        timing: &Timing::IDEAL,
-        epoch: Epoch::at_ns(0),
-        plant_start_ns: 0,
-        start_ns: 0,
-        duration_ns: times * MS_NS,
-        after_ns: 0,
-    };
+    let settings = Preset::PaperPython.settings(Mode::Closed, h(MS_NS)?);
+    let motor = preset::paper_plant().sampled(MS_NS)?.stepper();
+    let law = preset::paper_pi().into();
+    let setup = Setup::ideal(&profile, settings, motor, law, times * MS_NS);
     let mut metrics = Metrics(ResponseTrace::new(MS_NS, 1.0, None));
     Ok(sim::run(&setup, &mut metrics)?.counts.due)
 }

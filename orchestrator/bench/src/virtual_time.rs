@@ -8,9 +8,9 @@ use std::time::Instant;
 
 use analysis::response::ResponseTrace;
 use control::preset;
-use endpoint::{Hold, Mode, Preset, SampleTime, TickRow};
-use link::{Epoch, Profile};
-use sim::{Pool, Record, Setup, Timing};
+use endpoint::{Mode, Preset, SampleTime, TickRow};
+use link::Profile;
+use sim::{Record, Setup};
 
 use crate::contender::{Contender, Lack, Measured};
 use crate::crossing::constant;
@@ -54,29 +54,11 @@ fn webloop(topology: &str) -> Result<Measured, Lack> {
     let h = SampleTime::try_new(H_NS).map_err(|_| unfit("sample time"))?;
     let source = Profile::builtin(topology).ok_or_else(|| unfit("profile"))?;
     let profile = constant(source)?;
+    let settings = Preset::PaperPython.settings(Mode::Closed, h);
     let plant = preset::paper_plant().sampled(h.ns());
-    let setup = Setup {
-        profile: &profile,
-        frozen: [&[], &[]],
-        seed: 1,
-        settings: Preset::PaperPython.settings(Mode::Closed, h),
-        timer_floor_ns: 0,
-        plant: plant.map_err(|_| unfit("plant"))?.stepper(),
-        hold: Hold::Last,
-        max_age_ns: None,
-        tick_noise: None,
-        reference: None,
-        law: preset::paper_pi().into(),
-        pool: Pool::Shared,
-        message_bytes: [166, 288],
-        echoes: &[],
-        timing: &Timing::IDEAL,
-        epoch: Epoch::at_ns(0),
-        plant_start_ns: 0,
-        start_ns: 0,
-        duration_ns: LOOP_S * 1_000_000_000,
-        after_ns: 0,
-    };
+    let plant = plant.map_err(|_| unfit("plant"))?.stepper();
+    let law = preset::paper_pi().into();
+    let setup = Setup::ideal(&profile, settings, plant, law, LOOP_S * 1_000_000_000);
     let begun = Instant::now();
     let mut metrics = Metrics(ResponseTrace::new(h.ns(), 1.0, None));
     sim::run(&setup, &mut metrics).map_err(|problem| Lack(problem.to_string()))?;

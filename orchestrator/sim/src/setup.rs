@@ -55,6 +55,42 @@ pub struct Setup<'a, M = Stepper> {
     pub after_ns: u64,
 }
 
+impl<'a, M> Setup<'a, M> {
+    /// A loop and nothing else: both ends begin at link time 0 on machines that take no time, with webloop's own
+    /// connections and messages over HTTP; the last command holds, nothing is frozen, and no echo is sent.
+    #[must_use]
+    pub fn ideal(
+        profile: &'a Profile,
+        settings: ControllerSettings,
+        plant: M,
+        law: Law,
+        duration_ns: u64,
+    ) -> Self {
+        Self {
+            profile,
+            seed: 1,
+            settings,
+            timer_floor_ns: 0,
+            plant,
+            hold: Hold::Last,
+            max_age_ns: None,
+            tick_noise: None,
+            reference: None,
+            law,
+            pool: Pool::Shared,
+            message_bytes: [166, 288],
+            frozen: [&[], &[]],
+            echoes: &[],
+            timing: &Timing::IDEAL,
+            epoch: Epoch::at_ns(0),
+            plant_start_ns: 0,
+            start_ns: 0,
+            duration_ns,
+            after_ns: 0,
+        }
+    }
+}
+
 /// Result of a simulated run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outcome {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use endpoint::{ControllerSettings, Hold, Mode, Preset};
+use endpoint::{ControllerSettings, Mode, Preset};
 use link::Profile;
 use plan::Client;
 use plan::series::{self, Spacing};
@@ -87,32 +87,23 @@ impl Bench {
             Between::Named(profile) => echoes(profile, sweep.duration_ns),
             Between::Made(_) => Vec::new(),
         };
+        let plant = design.plant.stepper();
         let setup = Setup {
-            profile: &profile,
             seed,
-            settings,
-            timer_floor_ns: 0,
-            plant: design.plant.stepper(),
-            hold: Hold::Last,
-            max_age_ns: None,
-            tick_noise: None,
-            reference: None,
-            law: design.law,
             pool: if client.spec().keeps_own_connections {
                 Pool::Own
             } else {
                 Pool::Shared
             },
             message_bytes: client.message_bytes(settings.transport),
-            frozen: [&[], &[]],
             echoes: &echoes,
             timing,
             epoch: EPOCH,
             plant_start_ns: first_ns + idle_ns,
             start_ns: START_NS,
-            duration_ns: sweep.duration_ns,
             // Long enough for the plant to take the last command.
             after_ns: h_ns,
+            ..Setup::ideal(&profile, settings, plant, design.law, sweep.duration_ns)
         };
         self.trace.begin(point.h.seconds(), settings.r, sweep.rho);
         let outcome = sim::run(&setup, &mut self.trace).map_err(|problem| problem.to_string())?;

@@ -11,8 +11,8 @@ use control::{
     loop_delay_ticks, preset, step_response,
 };
 use endpoint::{
-    ArrivalOutcome, ArrivalRow, Connection, ControllerSettings, Hold, MessageOutcome, MessageRow,
-    Mode, Outstanding, Preset, SampleTime, TickRow, Transport,
+    ArrivalOutcome, ArrivalRow, Connection, ControllerSettings, MessageOutcome, MessageRow, Mode,
+    Outstanding, Preset, SampleTime, TickRow, Transport,
 };
 use link::{Epoch, Profile, Way};
 use proptest::prelude::*;
@@ -90,27 +90,14 @@ fn setup<'a>(
     timing: &'a Timing,
     duration_ns: u64,
 ) -> Setup<'a> {
+    let (plant, law) = (plant(settings.h).stepper(), preset::paper_pi().into());
     Setup {
-        profile,
-        seed: 1,
-        settings,
-        timer_floor_ns: 0,
-        plant: plant(settings.h).stepper(),
-        hold: Hold::Last,
-        max_age_ns: None,
-        tick_noise: None,
-        reference: None,
-        law: preset::paper_pi().into(),
-        pool: Pool::Shared,
-        message_bytes: [166, 288],
-        frozen: [&[], &[]],
-        echoes: &[],
         timing,
         epoch: Epoch::at_ns(1_000 * MS),
         plant_start_ns: 1_000 * MS + settings.h.ns() / 3,
         start_ns: 1_100 * MS,
-        duration_ns,
         after_ns: 100 * MS,
+        ..Setup::ideal(profile, settings, plant, law, duration_ns)
     }
 }
 
