@@ -7,7 +7,6 @@ import { Clock, measureOffset, monotonic_ns } from "./clock.js";
 import { Drive } from "./drive.js";
 import { readState } from "./message.js";
 import { clockStep_us, timerClamp_ms } from "./probe.js";
-import { RemoteSender } from "./remote.js";
 import { Alarm } from "./ring.js";
 import { makeSender } from "./way.js";
 
@@ -40,10 +39,7 @@ export function beginCourse(task, tell) {
       clock,
       y,
       alarm,
-      makeSender: (ended, readSeq) =>
-        alarm !== null && !isBlocking(task.settings)
-          ? new RemoteSender({ ...task, alarm }, ended)
-          : makeSender(task, ended, readSeq),
+      makeSender: (ended, readSeq) => makeSender({ ...task, alarm }, ended, readSeq),
       tell,
     });
     await made.open();
@@ -90,9 +86,4 @@ async function look() {
     throw new Error(`the plant's state could not be read: ${response.status}: ${text}`);
   }
   return readState(text).y;
-}
-
-/** Whether sending itself waits for the answer. */
-function isBlocking({ transport, sender }) {
-  return transport === "http" && sender === "xhr";
 }

@@ -32,7 +32,8 @@ async function begin({ settings, session, ...memory }) {
   ring = new Ring(memory.ring);
   alarm = new Alarm(memory.alarm);
   const readSeq = (text) => readAnswer(settings.mode, text, 0n).seq;
-  sender = makeSender({ settings, session }, tell, readSeq);
+  // This worker hears events, so its sender may be here.
+  sender = makeSender({ settings, session, alarm: null }, tell, readSeq);
   try {
     await sender.open();
     postMessage({});
