@@ -40,7 +40,7 @@ COPY --from=manifests /webloop .
 RUN cargo build --release --locked --package webloop --target "$(rustc --print host-tuple)"
 COPY . .
 # A source may be older than its stand-in, and cargo compares times.
-RUN find netem orchestrator services -name '*.rs' -exec touch {} + \
+RUN find base netem orchestrator services -name '*.rs' -exec touch {} + \
     && cargo build --release --locked --package webloop --target "$(rustc --print host-tuple)" \
     && mv target/*/release/webloop /usr/local/bin/webloop
 

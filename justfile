@@ -1,24 +1,28 @@
 # What a developer runs. `just` lists it; CONTRIBUTING.md has the times. Each recipe is a line that one can also type.
 
-# Format and lints: no comma is told late
+# Format, counts and lints: no comma is told late
 lint:
     cargo fmt --all --check
+    .ci/count --check
     .ci/lint
     cargo clippy --workspace --all-targets -- -D warnings
+    cargo real-clippy -- -D warnings
 
-# What needs neither network, browser nor container
+# All tests of the pure crates
 quick:
     cargo fmt --all --check
-    cargo test -p webloop-control -p webloop-endpoint -p webloop-system -p webloop-link -p webloop-certificate -p webloop-plan -p webloop-judge --lib
+    cargo test -p webloop-control -p webloop-endpoint -p webloop-system -p webloop-link -p webloop-certificate -p webloop-plan -p webloop-judge -p webloop-manifest -p webloop-sim -p webloop-sweep -p webloop-chart
 
 # Real runs in network namespaces
 net:
-    cargo test -p webloop-shaper
+    cargo test -p webloop-shaper --test namespaces
     cargo test -p webloop --test runs --test sabotage
+    cargo test -p webloop-bench --test runs
 
 # The page in both browsers, and Python's own tests
 browsers:
-    cargo test -p webloop-browser -p webloop-python
+    cargo test -p webloop-browser --test browser
+    cargo test -p webloop-python --test loopback --test package
 
 # Containers, with images of this tree
 containers:
@@ -29,9 +33,18 @@ containers:
 book:
     cargo test -p webloop --test command book
 
+# What the house is made of, held against .ci/count.csv: `just count --write` keeps what fell, and what has a new reason
+count *words="--check":
+    .ci/count {{words}}
+
 # Instructions of what a message passes through, held against those kept: `just instructions --write` keeps these
 instructions *words:
     .ci/instructions {{words}}
+
+# Webloop beside its limits and its peers, in about nine minutes: `just bench step tick --times 9` is two tables
+bench *words:
+    cargo build --release
+    cargo run --release -p webloop-bench -- {{words}}
 
 # Measures what docs/reliability.md says, row by row: all in some hours, or `just faults 5 17`
 faults *rows:
@@ -40,6 +53,7 @@ faults *rows:
 # All of it, as CI has it
 all: lint
     cargo test --workspace
+    cargo real
 
 # What is made from types and help texts: schemas and the book's reference
 write:

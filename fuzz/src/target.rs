@@ -4,6 +4,8 @@ use std::io::Cursor;
 use std::str::from_utf8;
 
 use endpoint::{ArrivalRow, Command, MessageRow, Mode, Request, State, TickRow, checksum};
+use http::framing::Rest;
+use http::{lines, request};
 use link::{Profile, Twist, Way};
 use plan::{Plan, ProbeRow, ProfileText};
 use sweep::Sweep;
@@ -33,6 +35,11 @@ fn agent(bytes: &[u8]) {
 
 /// A plant's answer, as a controller reads it, over HTTP or a WebSocket.
 fn answer(bytes: &[u8]) {
+    for rest in [Rest::MayCome, Rest::IsMissing] {
+        if let Ok(Some(answer)) = http::answer::read(bytes, rest, 1 << 16) {
+            assert!(answer.body.len() <= bytes.len());
+        }
+    }
     let mut socket = WebSocket::from_raw_socket(Cursor::new(bytes.to_vec()), Role::Client, None);
     while let Ok(message) = socket.read() {
         if let Message::Text(text) = message {
@@ -105,9 +112,20 @@ fn again(plan: &Plan) {
     assert_eq!(Plan::from_json(&plan.to_json()).as_ref(), Ok(plan));
 }
 
-/// The head of a request to the plant.
+/// The head of a request to the plant, which must be the same however it arrives.
 fn head(bytes: &[u8]) {
-    plant::fuzz(bytes);
+    let mut room = lines::room();
+    let Ok(Some(whole)) = request::read(bytes, &mut room) else {
+        return;
+    };
+    assert!(whole.bytes <= bytes.len());
+    for end in 0..whole.bytes {
+        let is_whole = matches!(request::read(&bytes[..end], &mut lines::room()), Ok(Some(_)));
+        assert!(!is_whole, "{end}");
+    }
+    let mut room = lines::room();
+    let exact = request::read(&bytes[..whole.bytes], &mut room);
+    assert!(matches!(exact, Ok(Some(head)) if head.framing == whole.framing));
 }
 
 fn manifest(bytes: &[u8]) {

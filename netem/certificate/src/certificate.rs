@@ -7,10 +7,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::echo::Echo;
+use crate::entry::Entries;
 use crate::fate::{Fates, fates};
 use crate::prediction::{Baseline, Edge, Prediction, excesses_ms, predict_within};
 use crate::statistics::{RttStatistics, median, ms, quantile, spread_ms};
-use crate::verdict::{Evidence, Verdict, are_too_many, is_astray, is_quicker, most_quicker};
+use crate::verdict::{Evidence, Verdict, are_too_many, is_astray, most_quicker};
 
 /// How far residuals lie from zero on one way or over the round trip: measured minus
 /// predicted minus baseline, ms. The quantiles are of absolute values.
@@ -53,6 +54,18 @@ pub struct Residuals {
     pub down: Residual,
     /// The round trip.
     pub rtt: Residual,
+}
+
+impl Residuals {
+    fn of(echoes: &[AnsweredEcho]) -> Self {
+        let way =
+            |which: usize| Residual::of(echoes.iter().map(move |echo| echo.residuals_ms[which]));
+        Self {
+            up: way(0),
+            down: way(1),
+            rtt: way(2),
+        }
+    }
 }
 
 /// The proof that a link was the one that was asked for, or the evidence that it was not.
@@ -110,23 +123,41 @@ pub fn certify(
     certify_within(echoes, timeline, baseline, Edge::USER)
 }
 
-/// The residuals of each answered echo, up, down and over the round trip, and its predicted delay, in ms.
-fn residuals(
-    echoes: &[Echo],
-    predictions: &[Prediction],
-    baseline: Baseline,
-) -> Vec<([f64; 3], f64)> {
+/// What an answered echo says of the link.
+struct AnsweredEcho {
+    /// Up, down and over the round trip.
+    residuals_ms: [f64; 3],
+    /// The predicted delay of its round trip.
+    due_ms: f64,
+    /// How far its round trip misses that.
+    miss_ms: f64,
+}
+
+/// Whether each delay could be predicted, and not only its least value.
+fn is_exact(predictions: &[Prediction]) -> bool {
+    !predictions
+        .iter()
+        .any(|prediction| prediction.up.queued || prediction.down.queued)
+}
+
+/// All answered echoes beside their predictions.
+fn answered(echoes: &[Echo], predictions: &[Prediction], baseline: Baseline) -> Vec<AnsweredEcho> {
+    // Where a queue may add to the delay, only an early packet is evidence against the link.
+    let exact = is_exact(predictions);
     let pairs = echoes.iter().zip(predictions);
     pairs
         .filter_map(|(echo, prediction)| {
             let [up, down, rtt] = excesses_ms(echo, prediction)?;
-            let residuals = [
-                up - baseline.up_ms,
-                down - baseline.down_ms,
-                rtt - baseline.rtt_ms,
-            ];
-            let due_ns = prediction.up.delay_ns + prediction.down.delay_ns;
-            Some((residuals, ms(due_ns)))
+            let late_ms = rtt - baseline.rtt_ms;
+            // The empty link cost something between nothing and its median: it may have been measured in a busy
+            // moment, and an echo of a quiet one is no sooner than its link for it.
+            let early_ms = -(late_ms + baseline.rtt_ms.max(0.0));
+            let wrong_ms = if exact { late_ms } else { 0.0 };
+            Some(AnsweredEcho {
+                residuals_ms: [up - baseline.up_ms, down - baseline.down_ms, late_ms],
+                due_ms: ms(prediction.up.delay_ns + prediction.down.delay_ns),
+                miss_ms: wrong_ms.max(early_ms).max(0.0),
+            })
         })
         .collect()
 }
@@ -140,27 +171,21 @@ pub fn certify_within(
     baseline: Baseline,
     edge: Edge,
 ) -> Certificate {
+    // Asked again below: a timeline forgets what lies far behind its newest query.
+    let link = timeline.clone();
     let predictions = predict_within(echoes, &mut timeline, edge);
-    let exact = !predictions
+    let exact = is_exact(&predictions);
+    let answered = answered(echoes, &predictions, baseline);
+    let astray = answered
         .iter()
-        .any(|prediction| prediction.up.queued || prediction.down.queued);
-    let answered = residuals(echoes, &predictions, baseline);
-    // Where a queue may add to the delay, only an early packet is evidence against the link.
-    let misses: Vec<f64> = answered
-        .iter()
-        .map(|&([_, _, rtt], _)| if exact { rtt.abs() } else { (-rtt).max(0.0) })
-        .collect();
-    let astray = misses
-        .iter()
-        .zip(&answered)
-        .filter(|&(miss, (_, due_ms))| is_astray(*miss, *due_ms))
-        .count() as f64
-        / misses.len().max(1) as f64;
-    let quicker = answered
-        .iter()
-        .filter(|([up, down, _], _)| is_quicker(*up) || is_quicker(*down))
+        .filter(|echo| is_astray(echo.miss_ms, echo.due_ms))
         .count();
-    let (fates, doubtful) = fates(echoes, &predictions);
+    let entries = Entries::of(&link);
+    let pairs = echoes.iter().zip(&predictions);
+    let quicker = pairs
+        .filter(|(echo, prediction)| entries.is_quicker(echo, prediction))
+        .count();
+    let (fates, doubtful) = fates(echoes, &predictions, &entries);
     let predicted_ms: Vec<f64> = predictions
         .iter()
         .filter_map(|prediction| prediction.rtt_ns().map(ms))
@@ -169,16 +194,14 @@ pub fn certify_within(
         .iter()
         .filter_map(|echo| echo.rtt_ns().map(ms))
         .collect();
-    let way =
-        |which: usize| Residual::of(answered.iter().map(move |(residuals, _)| residuals[which]));
     let evidence = Evidence {
         sent: echoes.len(),
-        answered: misses.len(),
+        answered: answered.len(),
         exact,
         quicker,
         most_quicker: most_quicker(echoes.len(), edge),
         baseline,
-        median_ms: median(misses),
+        median_ms: median(answered.iter().map(|echo| echo.miss_ms).collect()),
         spread_ms: spread_ms(&predicted_ms),
         astray,
         fates,
@@ -190,12 +213,8 @@ pub fn certify_within(
         answered: measured_ms.len(),
         exact,
         baseline,
-        residuals: Residuals {
-            up: way(0),
-            down: way(1),
-            rtt: way(2),
-        },
-        astray,
+        residuals: Residuals::of(&answered),
+        astray: astray as f64 / answered.len().max(1) as f64,
         quicker,
         most_quicker: most_quicker(echoes.len(), edge),
         fates,

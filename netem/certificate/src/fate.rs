@@ -1,9 +1,11 @@
 //! Compares the fate of each echo, lost or not, with the one that the link predicts.
 
+use link::Way;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::echo::Echo;
+use crate::entry::Entries;
 use crate::prediction::{Expected, Prediction};
 
 /// Echoes whose fate was not the predicted one.
@@ -39,7 +41,12 @@ enum Comparison {
 }
 
 /// Counts the echoes whose fate differs from the prediction, and those for which either fate agrees.
-pub(crate) fn fates(echoes: &[Echo], predictions: &[Prediction]) -> (Fates, Doubtful) {
+/// One that came although its stamp has it lost may have entered later.
+pub(crate) fn fates(
+    echoes: &[Echo],
+    predictions: &[Prediction],
+    entries: &Entries<'_>,
+) -> (Fates, Doubtful) {
     // An echo that had not come by the last instant at which the probe is known to have listened may
     // have come later.
     let listened_ns = echoes
@@ -68,6 +75,13 @@ pub(crate) fn fates(echoes: &[Echo], predictions: &[Prediction]) -> (Fates, Doub
             compare(down, back_due_ns, echo.t_back_ns.is_some())
         });
         let entries_ns = [Some(echo.t_send_ns), echo.t_reach_ns];
+        let leaves_ns = [echo.t_reach_ns, echo.t_back_ns];
+        let entered_later = |which: usize| {
+            let times = entries_ns[which].zip(leaves_ns[which]);
+            times.is_some_and(|(from_ns, leaves_ns)| {
+                entries.allow([Way::Up, Way::Down][which], from_ns, leaves_ns)
+            })
+        };
         for (which, comparison) in [Some(up), down].into_iter().enumerate() {
             let Some(comparison) = comparison else {
                 continue;
@@ -84,7 +98,9 @@ pub(crate) fn fates(echoes: &[Echo], predictions: &[Prediction]) -> (Fates, Doub
                     doubtful.due += usize::from(due);
                     doubtful.lost += usize::from(lost);
                 }
-                Comparison::CameThoughLost => fates.came_though_lost += 1,
+                Comparison::CameThoughLost => {
+                    fates.came_though_lost += usize::from(!entered_later(which));
+                }
                 Comparison::LostThoughDue => fates.lost_though_due += 1,
             }
         }

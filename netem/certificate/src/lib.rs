@@ -12,6 +12,7 @@
 #[allow(clippy::module_inception)]
 mod certificate;
 mod echo;
+mod entry;
 mod fate;
 mod lateness;
 mod link_report;

@@ -213,11 +213,11 @@ impl LinkReport {
 impl<'de> Deserialize<'de> for LinkReport {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
-        struct Kind {
+        struct PlayerMark {
             player: Option<PlayedBy>,
         }
         let report = Value::deserialize(deserializer)?;
-        let kind = Kind::deserialize(&report).map_err(D::Error::custom)?;
+        let kind = PlayerMark::deserialize(&report).map_err(D::Error::custom)?;
         match kind.player {
             None => PlayerReport::deserialize(report).map(Self::Both),
             Some(PlayedBy::Model) => Model::deserialize(report).map(Self::Model),

@@ -54,7 +54,7 @@ impl Edge {
 
 /// The states within an edge are sampled at this interval. It divides the millisecond in which loss
 /// is decided.
-const LOOK_NS: u64 = 200_000;
+pub(crate) const LOOK_NS: u64 = 200_000;
 
 /// What a packet should meet on one way.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -8,34 +8,35 @@ use serde::{Deserialize, Serialize};
 use crate::lateness::Lateness;
 use crate::scheduling::Scheduling;
 
-/// One way of the link over one second: a row of `link.csv`. The counts are of that second
-/// alone, so that a column can be summed. A segment of TCP that crossed whole counts as the packets
-/// that a wire would have carried for it, each with its headers, and each as late.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct LinkRow {
-    /// The end of the second, monotonic.
-    pub t_ns: u64,
-    /// The direction that the row describes.
-    pub way: Way,
-    /// IPv4 packets that entered.
-    pub packets: u64,
-    /// Their length, IP headers included.
-    pub bytes: u64,
-    /// Packets that left at the other end.
-    pub delivered: u64,
-    /// Packets that the link lost.
-    pub lost: u64,
-    /// Packets that found the link's queue full.
-    pub overflow: u64,
-    /// Frames without IPv4, or from an unknown sender, which are not forwarded.
-    pub foreign: u64,
-    /// Packets that the player itself lost; it should lose none.
-    pub dropped: u64,
-    /// Mean lateness of the departures, us; 0 if there were none.
-    pub late_mean_us: f64,
-    /// Greatest lateness of a departure, us.
-    pub late_max_us: f64,
-}
+column::row!(
+    /// One way of the link over one second: a row of `link.csv`. The counts are of that second
+    /// alone, so that a column can be summed. A segment of TCP that crossed whole counts as the packets
+    /// that a wire would have carried for it, each with its headers, and each as late.
+    LinkRow {
+        /// End of the second, monotonic.
+        t_ns: u64,
+        /// From controller to plant, or back.
+        way: Way,
+        /// IPv4 packets that entered.
+        packets: u64,
+        /// Their length, IP headers included.
+        bytes: u64,
+        /// Packets that left at the other end.
+        delivered: u64,
+        /// Packets that the link lost.
+        lost: u64,
+        /// Packets that found the link's queue full.
+        overflow: u64,
+        /// Frames that are not forwarded: no IPv4, or a stranger's.
+        foreign: u64,
+        /// Packets that the player itself lost, which it must not.
+        dropped: u64,
+        /// Mean lateness of the departures; 0 if there were none.
+        late_mean_us: f64,
+        /// Greatest lateness of a departure.
+        late_max_us: f64,
+    }
+);
 
 /// One way of the link over the whole play.
 ///

@@ -21,6 +21,13 @@ pub struct RttStatistics {
 }
 
 impl RttStatistics {
+    /// The least, the mean, the greatest and the standard deviation, ms; `None` if no echo was answered.
+    #[must_use]
+    pub fn times_ms(&self) -> Option<[f64; 4]> {
+        // A round trip takes its time, so the greatest is 0 only where there was none.
+        (self.max_ms > 0.0).then_some([self.min_ms, self.avg_ms, self.max_ms, self.sd_ms])
+    }
+
     /// Statistics of `sent` echoes and the round trips of the answered ones. The times are 0 if none
     /// was answered.
     #[must_use]
@@ -99,6 +106,11 @@ mod tests {
     fn no_answer_at_all_is_a_loss_of_one() {
         assert_eq!(RttStatistics::of(3, &[]).loss, 1.0);
         assert_eq!(RttStatistics::of(0, &[]).loss, 0.0);
+        assert_eq!(RttStatistics::of(3, &[]).times_ms(), None);
+        assert_eq!(
+            RttStatistics::of(3, &[2.0]).times_ms(),
+            Some([2.0, 2.0, 2.0, 0.0])
+        );
     }
 
     #[test]

@@ -10,33 +10,34 @@ use crate::prediction::Edge;
 use crate::report::WayReport;
 use crate::scheduling::Scheduling;
 
-/// One second of a way that tc plays: a row of `link.csv`. The counts are of that second
-/// alone, so that a column can be summed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct TcRow {
-    /// When the counters were read, monotonic.
-    pub t_ns: u64,
-    /// The direction that the row describes.
-    pub way: Way,
-    /// Packets that left, ARP and the like included.
-    pub delivered: u64,
-    /// Their length, without Ethernet headers.
-    pub bytes: u64,
-    /// Packets that the link lost.
-    pub lost: u64,
-    /// Packets that may have found the link's queue full.
-    pub overflow: u64,
-    /// Packets that the player itself may have lost; it should lose none.
-    pub dropped: u64,
-    /// Packets in netem at the end of the second: under way, or in the queue.
-    pub queued: u64,
-    /// Changes of the setting.
-    pub changes: u64,
-    /// Mean lateness of the changes, us; 0 if there were none.
-    pub late_mean_us: f64,
-    /// Greatest lateness of a change, us.
-    pub late_max_us: f64,
-}
+column::row!(
+    /// One second of a way that tc plays: a row of `link.csv`. The counts are of that second
+    /// alone, so that a column can be summed.
+    TcRow {
+        /// When the counters were read, monotonic.
+        t_ns: u64,
+        /// From controller to plant, or back.
+        way: Way,
+        /// Packets that left, ARP and the like included.
+        delivered: u64,
+        /// Their length, without Ethernet headers.
+        bytes: u64,
+        /// Packets that the link lost.
+        lost: u64,
+        /// Packets that may have found the link's queue full.
+        overflow: u64,
+        /// Packets that the player may have lost, which it must not.
+        dropped: u64,
+        /// Packets in netem at the end of the second.
+        queued: u64,
+        /// Changes of netem's setting.
+        changes: u64,
+        /// Mean lateness of these; 0 if there were none.
+        late_mean_us: f64,
+        /// Greatest lateness of a change.
+        late_max_us: f64,
+    }
+);
 
 /// What the tc player did on its way.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]

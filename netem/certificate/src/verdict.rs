@@ -7,8 +7,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::entry::QUICKER_NS;
 use crate::fate::{Doubtful, Fates};
 use crate::prediction::{Baseline, Edge};
+use crate::statistics::ms;
 
 /// Fewer answers than this can neither prove nor refute a tail of one in fifty.
 pub const ANSWERS_NEEDED: usize = 20;
@@ -43,15 +45,6 @@ pub(crate) fn is_astray(miss_ms: f64, predicted_ms: f64) -> bool {
     miss_ms > ASTRAY_MS + ASTRAY_SHARE * predicted_ms
 }
 
-/// An echo counts as quicker than the link only by more than this, since the edges of its states are
-/// not known more exactly.
-const QUICKER_MS: f64 = 0.5;
-
-/// Whether a way with this residual, measured minus predicted, was quicker than the link.
-pub(crate) fn is_quicker(residual_ms: f64) -> bool {
-    residual_ms < -QUICKER_MS
-}
-
 /// One echo in this many, plus one, may be quicker than the link or have come although it should have
 /// been lost. With more, another link is the only explanation.
 const ECHOES_PER_IMPOSSIBLE: usize = 100;
@@ -79,9 +72,14 @@ pub(crate) fn most_quicker(sent: usize, edge: Edge) -> usize {
 /// measurement.
 const BASELINE_LIMIT_MS: f64 = 1.5;
 
-/// At most this share of the echoes may be astray. A link whose stalls come at other times makes more
-/// of them astray.
+/// At most this share of the answered echoes may be astray, plus one, so that no share is judged from a
+/// single echo. A link whose stalls come at other times makes more of them astray.
 const ASTRAY_LIMIT: f64 = 0.02;
+
+/// How many of the answered echoes may be astray.
+fn most_astray(answered: usize) -> usize {
+    1 + (ASTRAY_LIMIT * answered as f64) as usize
+}
 
 /// At most one echo in this many may have a fate other than predicted, rounded down: none in the
 /// first 499. Such an echo takes an interruption at the wrong microsecond as well as a change of the
@@ -121,8 +119,8 @@ pub(crate) struct Evidence {
     pub(crate) median_ms: f64,
     /// Median distance of the predictions from their own median.
     pub(crate) spread_ms: f64,
-    /// Share of round trips that are astray.
-    pub(crate) astray: f64,
+    /// Answered echoes whose round trip is astray.
+    pub(crate) astray: usize,
     /// Echoes with a fate other than predicted.
     pub(crate) fates: Fates,
     /// Losses near changes.
@@ -141,11 +139,32 @@ impl Evidence {
         }
         if self.quicker > self.most_quicker {
             reasons.push(format!(
-                "{} of {} echoes were quicker than the link allows by more than {QUICKER_MS} ms \
+                "{} of {} echoes were quicker than the link allows by more than {} ms \
                  (limit {})",
-                self.quicker, self.sent, self.most_quicker
+                self.quicker,
+                self.sent,
+                ms(QUICKER_NS),
+                self.most_quicker
             ));
         }
+        self.judge_fates(&mut reasons);
+        if self.answered < ANSWERS_NEEDED {
+            reasons.push(format!(
+                "only {} of {} echoes were answered; {ANSWERS_NEEDED} are needed to judge the link",
+                self.answered, self.sent
+            ));
+            return Verdict::Broken(reasons);
+        }
+        self.judge_round_trips(&mut reasons);
+        if reasons.is_empty() {
+            Verdict::Holds
+        } else {
+            Verdict::Broken(reasons)
+        }
+    }
+
+    /// Whether echoes were lost, and came, as the link does it.
+    fn judge_fates(&self, reasons: &mut Vec<String>) {
         let wrong_fates = self.sent / ECHOES_PER_WRONG_FATE;
         if self.fates.came_though_lost > wrong_fates {
             reasons.push(format!(
@@ -171,13 +190,10 @@ impl Evidence {
                 "{lost} echoes were lost near changes of the link, where it should have lost {due}"
             ));
         }
-        if self.answered < ANSWERS_NEEDED {
-            reasons.push(format!(
-                "only {} of {} echoes were answered; {ANSWERS_NEEDED} are needed to judge the link",
-                self.answered, self.sent
-            ));
-            return Verdict::Broken(reasons);
-        }
+    }
+
+    /// Whether answered echoes took the time that the link takes.
+    fn judge_round_trips(&self, reasons: &mut Vec<String>) {
         if self.median_ms > MEDIAN_LIMIT_MS {
             reasons.push(format!(
                 "half of the round trips are {:.3} ms or more from their prediction (limit {MEDIAN_LIMIT_MS} ms)",
@@ -192,18 +208,13 @@ impl Evidence {
                 self.median_ms, self.spread_ms
             ));
         }
-        if self.astray > ASTRAY_LIMIT {
+        let most_astray = most_astray(self.answered);
+        if self.astray > most_astray {
             reasons.push(format!(
-                "{:.1} % of the round trips miss their prediction by more than {ASTRAY_MS} ms plus \
-                 a tenth (limit {} %)",
-                100.0 * self.astray,
-                100.0 * ASTRAY_LIMIT
+                "{} of {} round trips miss their prediction by more than {ASTRAY_MS} ms plus a tenth \
+                 (limit {most_astray})",
+                self.astray, self.answered
             ));
-        }
-        if reasons.is_empty() {
-            Verdict::Holds
-        } else {
-            Verdict::Broken(reasons)
         }
     }
 }

@@ -197,6 +197,61 @@ fn a_busy_machine_raises_no_false_alarm() {
     }
 }
 
+/// A host that takes the processor between an echo's stamp and its sending: it meets a later state of the link, with
+/// less delay or without loss, and is no evidence of another one. Nor is a baseline that was measured meanwhile.
+#[test]
+fn what_is_stamped_and_then_held_is_no_evidence_of_another_link() {
+    let jumpy = profile(
+        "[both]\norder = \"free\"\n[both.delay]\nbase = \"1ms\"\nhold = \"3ms\"\n\
+         spread.table = [[\"0%\", \"0ms\"], [\"100%\", \"20ms\"]]\n\
+         [both.loss.random]\nshare = \"20%\"\n",
+    );
+    let mut links: Vec<Profile> = ["buccoo", "couva", "diego-lan", "diego-vpn"]
+        .map(builtin)
+        .into();
+    links.push(jumpy);
+    let baseline = Baseline {
+        up_ms: 3.0,
+        down_ms: 3.0,
+        rtt_ms: 6.0,
+    };
+    for (asked, seed) in links
+        .iter()
+        .flat_map(|link| (0..20).map(move |seed| (link, seed)))
+    {
+        let mut entered = cross(asked, seed, 300, 100 * MS + 130_000, |_| 0);
+        for echo in &mut entered {
+            echo.t_send_ns -= u64::from(echo.seq) * 7_919_377 % (30 * MS);
+        }
+        for baseline in [Baseline::default(), baseline] {
+            let certificate = certify(&entered, asked, seed, EPOCH, baseline);
+            assert!(
+                !certificate.is_another(),
+                "{}: {certificate:#?}",
+                asked.name()
+            );
+        }
+    }
+}
+
+/// All other echoes are then sooner than they would be at its cost.
+#[test]
+fn a_baseline_of_a_busy_moment_is_no_evidence_of_another_link() {
+    let baseline = Baseline {
+        up_ms: 0.6,
+        down_ms: 0.6,
+        rtt_ms: 1.2,
+    };
+    for name in ["buccoo", "couva", "diego-lan", "diego-vpn"] {
+        for seed in 0..20 {
+            let echoes = cross(&builtin(name), seed, 120, 100 * MS, |_| 35_000);
+            let certificate = certify(&echoes, &builtin(name), seed, EPOCH, baseline);
+            let held = &certificate.verdict;
+            assert_eq!(*held, Verdict::Holds, "{name}: {certificate:#?}");
+        }
+    }
+}
+
 #[test]
 fn an_echo_that_should_be_lost_and_is_not_breaks_the_certificate() {
     let lossy = profile("[both.delay]\nbase = \"5ms\"\n[both.loss.random]\nshare = \"5%\"\n");

@@ -2,10 +2,13 @@
 
 use std::fmt::Write as _;
 
+use crate::drawn::Drawn;
 use crate::fault::{Again, Effect, Fault};
 use crate::law::{Form, Law};
-use crate::prediction::{Band, Pings, Prediction, Rtt, predict};
+use crate::prediction::{Band, Pings, Prediction, Rtt, predict, typical};
 use crate::profile::{Asked, Delay, Level, Loss, Order, PathLaw, Profile, Rate, Stall};
+use crate::time::LinkTime;
+use crate::trace::{Start, Then, Trace};
 
 /// Describes a link: each direction in words, then the round trips of a
 /// thousand pings once a second beside those the profile asks for.
@@ -26,7 +29,7 @@ pub fn describe(profile: &Profile) -> String {
         ..law.clone()
     };
     if without_faults(&profile.up) == without_faults(&profile.down) {
-        text.push_str("\nFrom controller to plant, and likewise back, drawn independently:\n");
+        text.push_str("\nFrom controller to plant, and likewise back:\n");
         path(&mut text, &profile.up);
     } else {
         text.push_str("\nFrom controller to plant:\n");
@@ -35,61 +38,57 @@ pub fn describe(profile: &Profile) -> String {
         path(&mut text, &profile.down);
     }
     faults(&mut text, profile);
+    seed(&mut text, profile);
     let prediction = predict(profile, Pings::TABLE_2);
     round_trips(&mut text, &prediction, profile.asked());
+    if let (Some(span_ns), Some(typical)) = (profile.trace_span_ns(), typical(profile)) {
+        let _ = writeln!(
+            text,
+            "Over the trace's {}, half of them take at most {:.3} ms, nine of ten at most {:.3} ms.",
+            time(span_ns as f64),
+            typical.p50_ms,
+            typical.p90_ms
+        );
+    }
     text
 }
 
-fn path(text: &mut String, law: &PathLaw) {
-    let mut line = |name: &str, words: &str| {
-        let _ = writeln!(text, "  {name:<7} {words}");
+/// What the seed draws of the link, and what is the same with each.
+fn seed(text: &mut String, profile: &Profile) {
+    let drawn = profile.drawn(LinkTime::from_ns(u64::MAX));
+    let (each, both): (Vec<Drawn>, Vec<Drawn>) =
+        drawn.iter().partition(|drawn| drawn.is_of_each_way());
+    let mut parts = Vec::new();
+    for (drawn, how) in [
+        (each, "each direction by itself"),
+        (both, "both directions alike"),
+    ] {
+        let words: Vec<String> = drawn.iter().map(Drawn::to_string).collect();
+        match words.as_slice() {
+            [] => {}
+            [one] => parts.push(format!("{one}, {how}")),
+            [first @ .., last] => parts.push(format!("{} and {last}, {how}", first.join(", "))),
+        }
+    }
+    let _ = match parts.is_empty() {
+        true => writeln!(
+            text,
+            "\nNothing is drawn: the link is the same with every seed."
+        ),
+        false => writeln!(text, "\nDrawn by the seed: {}.", parts.join("; ")),
     };
-    match &law.delay {
-        Delay::Constant { delay_ns } => line("Delay", &time(*delay_ns as f64)),
-        Delay::Held(level) => {
-            line(
-                "Delay",
-                &format!(
-                    "{} plus {}",
-                    time(level.base_ns as f64),
-                    words(&level.spread)
-                ),
-            );
-            line("", &held(level));
-        }
-        Delay::Trace(trace) => {
-            let end = match trace.repeat_ns() {
-                Some(repeat_ns) => format!("repeated every {}", time(repeat_ns as f64)),
-                None => "the last one stays".to_owned(),
-            };
-            line(
-                "Delay",
-                &format!("a trace of {} steps, {end}", trace.steps().len()),
-            );
-        }
+}
+
+fn path(text: &mut String, law: &PathLaw) {
+    delay(text, &law.delay);
+    if let Some(stall) = &law.stall {
+        stalls(text, stall);
     }
-    if let Some(Stall { every_ns, length }) = &law.stall {
-        let mean_ns = length.mean_ns();
-        line(
-            "Stalls",
-            &format!(
-                "one about every {}; packets wait until it ends",
-                time(*every_ns as f64)
-            ),
-        );
-        line("", &format!("length: {}", words(length)));
-        line(
-            "",
-            &format!(
-                "stalled {} of the time",
-                percent(mean_ns / *every_ns as f64)
-            ),
-        );
-    }
-    line("Loss", &loss(&law.loss));
+    line(text, "Loss", &loss(&law.loss));
     match &law.rate {
         None => {}
         Some(Rate::Constant { rate_bps, limit }) => line(
+            text,
             "Rate",
             &format!(
                 "{} before the delay, with a queue of {limit} packets",
@@ -98,18 +97,93 @@ fn path(text: &mut String, law: &PathLaw) {
         ),
         Some(Rate::Trace { limit }) => {
             line(
+                text,
                 "Rate",
                 &format!("from the trace, with a queue of {limit} packets"),
             );
         }
     }
     line(
+        text,
         "Order",
         match law.order {
             Order::Kept => "kept: no packet overtakes another",
             Order::Free => "free: a packet overtakes others when the delay falls",
         },
     );
+}
+
+/// A line on a direction; without a name it goes on from the one before.
+fn line(text: &mut String, name: &str, words: &str) {
+    let _ = writeln!(text, "  {name:<7} {words}");
+}
+
+fn delay(text: &mut String, delay: &Delay) {
+    match delay {
+        Delay::Constant { delay_ns } => line(text, "Delay", &time(*delay_ns as f64)),
+        Delay::Held(level) => {
+            let base = time(level.base_ns as f64);
+            line(
+                text,
+                "Delay",
+                &format!("{base} plus {}", words(&level.spread)),
+            );
+            line(text, "", &held(level));
+        }
+        Delay::Trace(trace) => {
+            let steps = match trace.steps().len() {
+                1 => "one step".to_owned(),
+                count => format!("{count} steps"),
+            };
+            let (low, high) = (trace.floor_ns() as f64, trace.reach_ns() as f64);
+            let levels = format!("{} to {}", time(low), time(high));
+            line(text, "Delay", &format!("a trace of {steps}, {levels}"));
+            line(text, "", &turns(trace));
+        }
+    }
+}
+
+fn stalls(text: &mut String, stall: &Stall) {
+    let every_ns = stall.every_ns as f64;
+    let every = time(every_ns);
+    let share = percent(stall.length.mean_ns() / every_ns);
+    line(
+        text,
+        "Stalls",
+        &format!("one about every {every}; packets wait until it ends"),
+    );
+    line(text, "", &format!("length: {}", words(&stall.length)));
+    line(text, "", &format!("stalled {share} of the time"));
+}
+
+/// What a run meets of the traces of a link, in words; `None` without one.
+#[must_use]
+pub fn traces(profile: &Profile) -> Option<String> {
+    let [up, down] = [&profile.up, &profile.down].map(|law| law.trace().map(turns));
+    match (up, down) {
+        (None, None) => None,
+        (Some(up), Some(down)) if up == down => Some(format!("its trace {up}")),
+        (up, down) => {
+            let ways = [("up", up), ("down", down)];
+            let parts = ways.into_iter().filter_map(|(way, turns)| {
+                let turns = turns?;
+                Some(format!("its trace {way} {turns}"))
+            });
+            Some(parts.collect::<Vec<_>>().join("; "))
+        }
+    }
+}
+
+/// Where a run begins in a trace, and what comes after its end.
+pub(crate) fn turns(trace: &Trace) -> String {
+    let begins = match trace.start() {
+        Start::Drawn => "begins at an instant of it that the seed draws".to_owned(),
+        Start::At { t_ns } => format!("begins at {} of it", time(t_ns as f64)),
+    };
+    match trace.then() {
+        Then::Again { span_ns } => format!("{begins}, and again after {}", time(span_ns as f64)),
+        Then::Hold => format!("{begins}, and holds its last step for ever"),
+    }
 }
 
 /// The faults of both directions, in order of their beginning.
@@ -283,6 +357,9 @@ fn round_trips(text: &mut String, prediction: &Prediction, asked: Option<Asked>)
     };
     row(text, "99 % from", &bands(|band| band.low));
     row(text, "     to", &bands(|band| band.high));
+    if loss >= 1.0 {
+        text.push_str("No ping will have an answer.\n");
+    }
     if let Some(asked) = asked {
         row(text, "asked", &asked_cells(&asked));
         let judged = [
@@ -316,7 +393,11 @@ fn asked_cells(asked: &Asked) -> [String; 5] {
 }
 
 fn cells(times_ms: [f64; 4], loss: f64) -> [String; 5] {
-    let [min, avg, max, sd] = times_ms.map(|ms| format!("{ms:.3}"));
+    // Pings without an answer have no times.
+    let [min, avg, max, sd] = times_ms.map(|ms| match ms.is_finite() {
+        true => format!("{ms:.3}"),
+        false => "-".to_owned(),
+    });
     [min, avg, max, sd, format!("{:.2} %", 100.0 * loss)]
 }
 
@@ -329,7 +410,7 @@ fn row(text: &mut String, name: &str, cells: &[String; 5]) {
 }
 
 /// A time to four digits, in the unit that reads best.
-fn time(ns: f64) -> String {
+pub(crate) fn time(ns: f64) -> String {
     let (scale, unit) = match ns {
         _ if ns >= 1e9 => (1e9, "s"),
         _ if ns >= 1e5 || ns == 0.0 => (1e6, "ms"),

@@ -4,27 +4,13 @@
 //! would buffer their values and lose the positions.
 
 use schemars::JsonSchema;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 use toml::Spanned;
 
 use crate::way::Way;
 
 /// A quantity with its position.
 type Text = Spanned<String>;
-
-/// Reads a sentence. It is shown as it stands, so it has no character that would act on a terminal.
-///
-/// # Errors
-/// If it has one.
-pub fn sentence<'de, D: Deserializer<'de>>(text: D) -> Result<String, D::Error> {
-    let text = String::deserialize(text)?;
-    let acts = |letter: char| letter.is_control() && !matches!(letter, '\n' | '\t');
-    if text.contains(acts) {
-        return Err(D::Error::custom("a control character; write plain text"));
-    }
-    Ok(text)
-}
 
 /// A link between the controller and the plant.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -35,7 +21,7 @@ pub(crate) struct ProfileFile {
     #[schemars(with = "String")]
     pub(crate) name: Text,
     /// One sentence on what link it is.
-    #[serde(deserialize_with = "sentence")]
+    #[serde(deserialize_with = "text::sentence")]
     pub(crate) about: String,
     /// Both ends are on one machine, and there is no link at all.
     #[serde(default)]
@@ -43,7 +29,7 @@ pub(crate) struct ProfileFile {
     /// The RTT statistics that this profile is to reproduce.
     #[schemars(with = "Option<AskedFile>")]
     pub(crate) asked: Option<Spanned<AskedFile>>,
-    /// Both directions: equal laws, independent draws.
+    /// Both directions: equal laws, of which each draws by itself; a trace begins at the same instant in both.
     #[schemars(with = "Option<PathFile>")]
     pub(crate) both: Option<Spanned<PathFile>>,
     /// From controller to plant.
@@ -304,11 +290,17 @@ pub(crate) struct TraceFile {
     /// Steps written here: a time and what holds from then on.
     #[serde(default)]
     pub(crate) steps: Vec<StepFile>,
-    /// A CSV file beside the profile, in place of steps. Its columns: `t_ms`,
-    /// `delay_ms` and, if wanted, `loss_percent` and `rate_bps`.
+    /// A CSV file beside the profile, in place of steps. Its columns: `t_ms` or `t_s`,
+    /// `delay_ms` and, if wanted, `loss_percent` and one of `rate_bps`, `rate_kbit` and `rate_mbit`.
     #[schemars(with = "Option<String>")]
     pub(crate) file: Option<Text>,
-    /// The trace begins again at this time; if not said, its last step is held.
+    /// Where in the trace a run begins. "drawn": at an instant that the link's seed draws, any of the
+    /// trace alike, and the same in both directions; so it is if not said. Or a time of the trace, such
+    /// as "0s", for every run alike; so it is for a trace that never repeats.
+    #[schemars(with = "Option<String>")]
+    pub(crate) start: Option<Text>,
+    /// The trace begins again at this time of it. If not said, it does at its end, where its last step
+    /// has lasted as long as the median step. "never": its last step is held for ever.
     #[schemars(with = "Option<String>")]
     pub(crate) repeat: Option<Text>,
 }

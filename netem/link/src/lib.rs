@@ -5,17 +5,19 @@
 //! [`LinkTime`] is integer nanoseconds since the run's [`Epoch`]; there is no clock, file, socket or thread.
 //!
 //! - reading a profile: `file` (keys), `resolve` (checks), `profile` (values), `finding` (errors and
-//!   warnings), `unit` (quantities)
-//! - playing it: `path` (one direction: `bottleneck`, `fault`, `loss`, `spells`, `wire`), `link` (both),
+//!   warnings)
+//! - playing it: `path` (one direction: `bottleneck`, `fault`, `loss`, `spells`, `trace`, `wire`), `link` (both),
 //!   `timeline` (a run's link: the empty link first), based on `law` (distributions) and `draws`
 //!   (randomness); `load`: a queue in retrospect; `time`: the link's and the machine's
 //! - commands for tc: `setting` (one state of netem), `staircase` (the changes in time), `script`
 //!   (both as text)
-//! - predictions: `prediction` (figures), `stall` (times of stalls), `describe` (words)
+//! - predictions: `prediction` (figures), `stall` (times of stalls), `drawn` (what depends on the seed),
+//!   `describe` (words)
 #![forbid(unsafe_code)]
 
 mod bottleneck;
 mod describe;
+mod drawn;
 mod draws;
 mod fault;
 mod file;
@@ -25,6 +27,7 @@ mod link;
 mod load;
 mod loss;
 mod path;
+mod piece;
 mod prediction;
 mod profile;
 mod resolve;
@@ -37,25 +40,29 @@ mod stall;
 mod time;
 mod timeline;
 mod trace;
-mod unit;
 mod way;
 mod wire;
 
-pub use describe::describe;
+pub use describe::{describe, traces};
+pub use drawn::Drawn;
 pub use draws::within_ns;
 pub use fault::{FaultSpell, Twist};
-pub use file::{schema, sentence};
-pub use finding::{Finding, Severity};
+pub use file::schema;
 pub use link::Link;
 pub use load::{Load, PacketRow};
 pub use path::{Cause, Fate, Passage, Path, State};
-pub use prediction::{Band, Pings, Prediction, Rtt, Typical, ping, predict, share_within, typical};
+pub use piece::{Stay, Stretch};
+pub use prediction::{
+    Band, Pings, Prediction, Rtt, Typical, ping, predict, shares_within, typical,
+};
 pub use profile::{Asked, Profile};
+pub use resolve::Files;
 pub use script::script;
 pub use setting::{HANDLE, Pace, Setting, Verb};
 pub use staircase::{Change, READING_NS, STEP_NS, Staircase};
 pub use stall::Stall;
+pub use text::{Diagnostic, Severity};
 pub use time::{Epoch, LinkTime};
 pub use timeline::Timeline;
-pub use unit::{InvalidQuantity, duration_ns, rate_bps, share};
+pub use trace::Edition;
 pub use way::{PerWay, Way};

@@ -14,13 +14,22 @@ pub struct Link {
 }
 
 impl Link {
-    /// The two paths of a link. Equal seeds give equal states at every instant, on every machine; the
-    /// two directions draw independently.
+    /// The two paths of a link. Equal seeds give equal states at every instant, on every machine. The two
+    /// directions draw independently, but for where their traces begin and when faults of both ways come.
     #[must_use]
     pub fn new(profile: &Profile, seed: u64) -> Link {
         Link {
             up: Path::new(profile.law(Way::Up), Way::Up, seed),
             down: Path::new(profile.law(Way::Down), Way::Down, seed),
+        }
+    }
+
+    /// The same link, whose traces begin at this share of their span instead of where the seed says.
+    pub(crate) fn begun_at(profile: &Profile, seed: u64, share: f64) -> Link {
+        let path = |way| Path::begun(profile.law(way).begun_at(share), way, seed);
+        Link {
+            up: path(Way::Up),
+            down: path(Way::Down),
         }
     }
 

@@ -4,27 +4,23 @@
 //! The same [`Bottleneck`] that played the queue replays it. Recording the packets is the task of
 //! others; the [`Path`](crate::Path) adds delay and loss behind the queue.
 
-use serde::{Deserialize, Serialize};
-
 use crate::bottleneck::Bottleneck;
-use crate::{LinkTime, Way};
+use crate::time::LinkTime;
+use crate::way::Way;
 
-/// A packet that entered a link with a rate limit, whether it was lost or not: all of them together
-/// determine the queue in front of each. Rows of a way are in order of entry.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct PacketRow {
-    /// When it entered, monotonic like all times of a run; never before link time 0.
-    pub t_ns: u64,
-    /// Its direction.
-    pub way: Way,
-    /// Its length as an IP packet.
-    pub bytes: u32,
-}
-
-impl PacketRow {
-    /// The columns of `packets.csv`, in order.
-    pub const COLUMNS: &[&str] = &["t_ns", "way", "bytes"];
-}
+column::row!(
+    /// A packet that entered a link with a rate limit, whether it was lost or not: all of them together
+    /// determine the queue in front of each. Rows of a way are in order of entry.
+    #[derive(Eq)]
+    PacketRow {
+        /// When it entered the link, monotonic; never before link time 0.
+        t_ns: u64,
+        /// The way that it took: to the plant, or back.
+        way: Way,
+        /// Its length as an IP packet.
+        bytes: u32,
+    }
+);
 
 /// A packet that the queue accepted.
 #[derive(Debug, Clone, Copy)]

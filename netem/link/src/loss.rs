@@ -96,6 +96,22 @@ impl LossProcess {
         self.draws.at(self.slot.number) < share
     }
 
+    /// Until when it stays as it is at `t_ns`, which was the last instant asked for.
+    #[inline]
+    pub(crate) fn stays_until_ns(&self, t_ns: u64, trace: Option<&Trace>) -> u64 {
+        let slot_ns = match &self.loss {
+            Loss::Never => return u64::MAX,
+            Loss::Random { hold_ns, .. }
+            | Loss::GilbertElliott { hold_ns, .. }
+            | Loss::Trace { hold_ns } => *hold_ns,
+        };
+        let slot_ends_ns = self.slot.start_ns.saturating_add(slot_ns);
+        match (&self.loss, trace) {
+            (Loss::Trace { .. }, Some(trace)) => slot_ends_ns.min(trace.step_at(t_ns).0.end),
+            _ => slot_ends_ns,
+        }
+    }
+
     pub(crate) fn forget_before(&mut self, t_ns: u64) {
         if let Some(bad) = &mut self.bad {
             bad.forget_before(t_ns);

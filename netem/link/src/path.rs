@@ -10,6 +10,7 @@ use crate::draws::Draws;
 use crate::fault::{Faults, Twist};
 use crate::load::Load;
 use crate::loss::LossProcess;
+use crate::piece::{Stay, Stretch};
 use crate::profile::{Delay, PathLaw, Rate};
 use crate::spells::{Spell, Spells};
 use crate::time::LinkTime;
@@ -95,6 +96,11 @@ pub struct Path {
 
 impl Path {
     pub(crate) fn new(law: &PathLaw, way: Way, seed: u64) -> Self {
+        Self::begun(law.begun(seed), way, seed)
+    }
+
+    /// A path whose trace, if it has one, begins where it begins.
+    pub(crate) fn begun(law: PathLaw, way: Way, seed: u64) -> Self {
         let names: [&[u8; 8]; 4] = match way {
             Way::Up => [b"up.level", b"up.stall", b"up.loss.", b"up.spell"],
             Way::Down => [b"dn.level", b"dn.stall", b"dn.loss.", b"dn.spell"],
@@ -114,7 +120,7 @@ impl Path {
                 Faults::of_delay(&law.faults, way, seed),
             ),
             faults: Faults::new(&law.faults, way, seed),
-            law: law.clone(),
+            law,
             newest_ns: 0,
             forgets_ns: 0,
         }
@@ -192,6 +198,67 @@ impl Path {
         }
     }
 
+    /// What a packet of `bytes` that enters at `t` meets, given the `load`, and so do those that enter after it, up
+    /// to the end of the piece: as [`Path::passage`] has it. Where there is a rate limit, or faults, a piece is one
+    /// instant.
+    #[inline]
+    pub fn piece(&mut self, t: LinkTime, bytes: u32, load: Option<&Load>) -> Stretch {
+        let Some(mut delays) = self.delays_alone(t) else {
+            let passage = self.passage(t, bytes, load);
+            return Stretch {
+                delays: Stay::at(t.ns(), passage.delay_ns),
+                lost: passage.lost,
+                queued: passage.queued,
+            };
+        };
+        let lost = self.lost(t.ns());
+        let stays_until_ns = self.loss.stays_until_ns(t.ns(), self.law.trace());
+        delays.end_ns = delays.end_ns.min(stays_until_ns);
+        Stretch {
+            delays,
+            lost,
+            queued: false,
+        }
+    }
+
+    /// The delays of [`Path::piece`], up to the end of a piece that no loss ends.
+    #[inline]
+    pub fn delays(&mut self, t: LinkTime, bytes: u32, load: Option<&Load>) -> Stay {
+        self.delays_alone(t)
+            .unwrap_or_else(|| Stay::at(t.ns(), self.passage(t, bytes, load).delay_ns))
+    }
+
+    /// The delays from `t` on, where neither packets nor faults have a part in them, and it is not so long ago that it
+    /// was forgotten.
+    #[inline]
+    fn delays_alone(&mut self, t: LinkTime) -> Option<Stay> {
+        if self.law.rate.is_some() || !self.faults.is_empty() {
+            return None;
+        }
+        let t_ns = self.kept(t.ns());
+        if t_ns != t.ns() {
+            return None;
+        }
+        let Some(gate) = &mut self.gate else {
+            return Some(self.wire.delays(t_ns));
+        };
+        Some(match gate.stretch(t_ns) {
+            // All that wait for the gate leave together.
+            Ok(opens_ns) => Stay {
+                level_ns: 0,
+                held_until_ns: opens_ns.saturating_add(self.wire.delay_ns(opens_ns)),
+                end_ns: opens_ns,
+            },
+            Err(closes_ns) => {
+                let delays = self.wire.delays(t_ns);
+                Stay {
+                    end_ns: delays.end_ns.min(closes_ns),
+                    ..delays
+                }
+            }
+        })
+    }
+
     /// The queue's history, if there is a rate limit: from the instants and lengths in bytes of the
     /// packets that entered, in order.
     #[must_use]
@@ -254,11 +321,7 @@ impl Path {
 
     #[inline]
     fn lost(&mut self, t_ns: u64) -> bool {
-        let trace = match &self.law.delay {
-            Delay::Trace(trace) => Some(trace),
-            _ => None,
-        };
-        self.loss.lost(t_ns, trace) || !self.faults.is_empty() && self.faults.lost(t_ns)
+        self.loss.lost(t_ns, self.law.trace()) || !self.faults.is_empty() && self.faults.lost(t_ns)
     }
 }
 

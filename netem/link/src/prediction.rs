@@ -5,6 +5,9 @@
 //! run. With a rate limit, a packet takes its time to be sent and waits for those before it; other
 //! traffic is left out.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use serde::Serialize;
 
 use crate::link::Link;
@@ -17,6 +20,9 @@ const ECHO_BYTES: [u32; 2] = [84, 84];
 /// Number of runs simulated for a prediction: half a per cent of them, the share outside either end
 /// of a 99 % band, is two or three.
 const RUNS: u64 = 500;
+/// Multiples of it, without their whole parts, lie evenly between 0 and 1 however many there are, and on no
+/// round number at which a trace has its steps.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// A series of pings: one each `interval_ns`, regardless of the others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -33,6 +39,34 @@ impl Pings {
         count: 1000,
         interval_ns: 1_000_000_000,
     };
+
+    /// As many pings, as far apart or a little farther, so that they fall evenly over the span of the
+    /// profile's trace: each part of it meets as many. Without a trace, the same pings.
+    #[must_use]
+    pub fn evenly_over(self, profile: &Profile) -> Pings {
+        let Some(span_ns) = profile.trace_span_ns() else {
+            return self;
+        };
+        let (span_ns, count) = (u128::from(span_ns), u128::from(self.count.max(1)));
+        let mut spans = (u128::from(self.interval_ns) * count)
+            .div_ceil(span_ns)
+            .max(1);
+        // Multiples of spans / count are, without their whole parts, all multiples of 1 / count, if the two
+        // have no common divisor.
+        while divisor(spans, count) > 1 {
+            spans += 1;
+        }
+        let interval_ns = (spans * span_ns + count / 2) / count;
+        Pings {
+            interval_ns: u64::try_from(interval_ns).unwrap_or(u64::MAX),
+            ..self
+        }
+    }
+}
+
+/// The greatest common divisor (Euclid).
+fn divisor(a: u128, b: u128) -> u128 {
+    if b == 0 { a } else { divisor(b, a % b) }
 }
 
 /// The statistics that `ping` prints at its end. Without an answer the times are NaN.
@@ -91,55 +125,83 @@ pub struct Prediction {
 /// each meets the state of `up` when it leaves, and that of `down` when it arrives.
 #[must_use]
 pub fn ping(profile: &Profile, seed: u64, pings: Pings) -> Rtt {
-    Sums::of(profile, seed, pings).rtt()
+    Sums::of(Link::new(profile, seed), pings).rtt()
 }
 
-/// Share of a series of exchanges through the link under `seed` whose round trip is at most
-/// `limit_ns`; a lost one is not. Each exchange is a packet of `bytes[0]` up and one of `bytes[1]`
-/// back (IP packet lengths), which matter with a rate limit. Over loopback the share is 1.
+/// Of a series of exchanges through the link under `seed`, the share whose round trip is at most a limit, for each of
+/// `limits_ns`; a lost one is within none. They fall evenly over the link's trace, if it has one. Each exchange is a
+/// packet of `bytes[0]` up and one of `bytes[1]` back (IP packet lengths), which matter with a rate limit. Over
+/// loopback each share is 1.
 #[must_use]
-pub fn share_within(
+pub fn shares_within(
     profile: &Profile,
     seed: u64,
     pings: Pings,
     bytes: [u32; 2],
-    limit_ns: u64,
-) -> f64 {
+    limits_ns: &[u64],
+) -> Vec<f64> {
     if profile.is_loopback() {
-        return 1.0;
+        return vec![1.0; limits_ns.len()];
     }
-    let round_trips = round_trips_ns(profile, seed, pings, bytes);
-    let within = round_trips
-        .iter()
-        .filter(|rtt_ns| rtt_ns.is_some_and(|rtt_ns| rtt_ns <= limit_ns));
-    within.count() as f64 / f64::from(pings.count.max(1))
+    let pings = pings.evenly_over(profile);
+    let mut within = vec![0_u32; limits_ns.len()];
+    exchanges(Link::new(profile, seed), pings, bytes, |_, rtt_ns| {
+        for (within, limit_ns) in within.iter_mut().zip(limits_ns) {
+            *within += u32::from(rtt_ns <= *limit_ns);
+        }
+    });
+    let share = |within| f64::from(within) / f64::from(pings.count.max(1));
+    within.into_iter().map(share).collect()
 }
 
 /// The round trip of each exchange of a series; `None` if it is lost.
-fn round_trips_ns(profile: &Profile, seed: u64, pings: Pings, bytes: [u32; 2]) -> Vec<Option<u64>> {
-    let mut link = Link::new(profile, seed);
+fn round_trips_ns(link: Link, pings: Pings, bytes: [u32; 2]) -> Vec<Option<u64>> {
     let mut round_trips = vec![None; pings.count as usize];
-    let sent =
-        |place: usize| LinkTime::ZERO.after((place as u64).saturating_mul(pings.interval_ns));
-    // A path must be called in order of entry, and a link may let packets overtake.
-    let mut turned: Vec<(LinkTime, usize)> = Vec::with_capacity(round_trips.len());
-    for place in 0..round_trips.len() {
-        if let Some(at) = link.up.transmit(sent(place), bytes[0]).arrives() {
-            turned.push((at, place));
+    exchanges(link, pings, bytes, |place, rtt_ns| {
+        if let Some(rtt) = round_trips.get_mut(place as usize) {
+            *rtt = Some(rtt_ns);
         }
-    }
-    turned.sort_unstable();
-    for (t, place) in turned {
-        if let Some(at) = link.down.transmit(t, bytes[1]).arrives() {
-            round_trips[place] = Some(at.since(sent(place)));
-        }
-    }
+    });
     round_trips
+}
+
+/// Sends a series of exchanges, and calls `on_answer` with the number and the round trip of each that comes
+/// back. It keeps those under way and no more.
+fn exchanges(mut link: Link, pings: Pings, bytes: [u32; 2], mut on_answer: impl FnMut(u32, u64)) {
+    let sent =
+        |place: u32| LinkTime::ZERO.after(u64::from(place).saturating_mul(pings.interval_ns));
+    // A path must be called in order of entry, and a link may let packets overtake. None that is sent from now
+    // on arrives before now.
+    let mut turning: BinaryHeap<Reverse<(LinkTime, u32)>> = BinaryHeap::new();
+    let mut turn = |turning: &mut BinaryHeap<_>, now: Option<LinkTime>| {
+        while let Some(&Reverse((t, place))) = turning.peek()
+            && now.is_none_or(|now| t < now)
+        {
+            turning.pop();
+            if let Some(at) = link.down.transmit(t, bytes[1]).arrives() {
+                on_answer(place, at.since(sent(place)));
+            }
+        }
+    };
+    for place in 0..pings.count {
+        let now = sent(place);
+        turn(&mut turning, Some(now));
+        if let Some(at) = link.up.transmit(now, bytes[0]).arrives() {
+            turning.push(Reverse((at, place)));
+        }
+    }
+    turn(&mut turning, None);
 }
 
 /// Number of seeds for which [`typical`] plays a link, with a thousand pings each, a second apart:
 /// the median of twenty thousand round trips is accurate to a hundredth.
 const TYPICAL_SEEDS: u64 = 20;
+/// The pings of each seed over a trace: enough for its single steps, and of a prime number, so that they do
+/// not fall on the round numbers at which steps begin.
+const TRACED: Pings = Pings {
+    count: 9_973,
+    interval_ns: 1_000_000_000,
+};
 
 /// Typical round trips over a link, and long ones.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -150,16 +212,20 @@ pub struct Typical {
     pub p90_ms: f64,
 }
 
-/// Round trips over a long time of the pings that come back, by playing the link; `None` on loopback,
-/// and if none comes back.
+/// Round trips over a long time of the pings that come back, by playing the link, or over the span of its
+/// trace; `None` on loopback, and if none comes back.
 #[must_use]
 pub fn typical(profile: &Profile) -> Option<Typical> {
     if profile.is_loopback() {
         return None;
     }
     let mut rtt_ns: Vec<u64> = Vec::new();
+    let pings = match profile.has_trace() {
+        true => TRACED.evenly_over(profile),
+        false => Pings::TABLE_2,
+    };
     for seed in 0..TYPICAL_SEEDS {
-        let round_trips = round_trips_ns(profile, seed, Pings::TABLE_2, ECHO_BYTES);
+        let round_trips = round_trips_ns(Link::new(profile, seed), pings, ECHO_BYTES);
         rtt_ns.extend(round_trips.into_iter().flatten());
     }
     rtt_ns.sort_unstable();
@@ -173,13 +239,17 @@ pub fn typical(profile: &Profile) -> Option<Typical> {
     })
 }
 
-/// Predicts a series of pings from 500 simulated series; takes a fraction of a second.
+/// Predicts a series of pings from 500 simulated series; takes a fraction of a second. Over a trace they begin
+/// at 500 instants evenly within it.
+///
+/// Where the pings of a series have no answer, its times are NaN, and so are bands that it falls into.
 #[must_use]
 pub fn predict(profile: &Profile, pings: Pings) -> Prediction {
     let mut all = Sums::default();
     let mut runs = Vec::with_capacity(RUNS as usize);
     for seed in 0..RUNS {
-        let run = Sums::of(profile, seed, pings);
+        let share = (seed as f64 * GOLDEN).fract();
+        let run = Sums::of(Link::begun_at(profile, seed, share), pings);
         all.add(&run);
         runs.push(run.rtt());
     }
@@ -239,9 +309,9 @@ impl Default for Sums {
 }
 
 impl Sums {
-    fn of(profile: &Profile, seed: u64, pings: Pings) -> Self {
+    fn of(link: Link, pings: Pings) -> Self {
         let mut sums = Self::default();
-        for rtt_ns in round_trips_ns(profile, seed, pings, ECHO_BYTES) {
+        for rtt_ns in round_trips_ns(link, pings, ECHO_BYTES) {
             sums.add(&match rtt_ns {
                 Some(rtt_ns) => Self::one(rtt_ns as f64 / NS_PER_MS),
                 None => Self::lost(),
@@ -334,8 +404,15 @@ mod tests {
     #[test]
     fn a_message_is_within_a_limit_with_the_time_of_its_bytes() {
         // 260 bytes up take 32.5 ms, 240 back 30 ms, and 2 ms each way: 66.5 ms.
-        let share =
-            |limit_ns| share_within(&limited("64kbit"), 1, Pings::TABLE_2, [260, 240], limit_ns);
+        let share = |limit_ns| {
+            shares_within(
+                &limited("64kbit"),
+                1,
+                Pings::TABLE_2,
+                [260, 240],
+                &[limit_ns],
+            )[0]
+        };
         assert_eq!((share(66_499_999), share(66_500_000)), (0.0, 1.0));
     }
 }

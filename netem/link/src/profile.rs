@@ -181,6 +181,32 @@ impl PathLaw {
         added_ns.fold(self.delay.reach_ns(), u64::saturating_add)
     }
 
+    /// The same law, whose trace, if it has one, begins where the seed says.
+    pub(crate) fn begun(&self, seed: u64) -> Self {
+        self.with_trace(|trace| trace.begun(seed))
+    }
+
+    /// The same law, whose trace begins at this share of its span if its start is drawn.
+    pub(crate) fn begun_at(&self, share: f64) -> Self {
+        self.with_trace(|trace| trace.begun_at(share))
+    }
+
+    fn with_trace(&self, begun: impl FnOnce(&Trace) -> Trace) -> Self {
+        let mut law = self.clone();
+        if let Delay::Trace(trace) = &mut law.delay {
+            *trace = begun(trace);
+        }
+        law
+    }
+
+    /// Its trace, if it has one.
+    pub(crate) fn trace(&self) -> Option<&Trace> {
+        match &self.delay {
+            Delay::Trace(trace) => Some(trace),
+            Delay::Constant { .. } | Delay::Held(_) => None,
+        }
+    }
+
     /// A constant delay and nothing else.
     pub(crate) fn constant(delay_ns: u64) -> Self {
         Self {
@@ -252,8 +278,23 @@ impl Profile {
         })
     }
 
+    /// Whether either direction is a recorded link.
+    #[must_use]
+    pub fn has_trace(&self) -> bool {
+        Way::BOTH.iter().any(|way| self.law(*way).trace().is_some())
+    }
+
+    /// The time after which the longer of its traces begins again; `None` without one that does.
+    #[must_use]
+    pub fn trace_span_ns(&self) -> Option<u64> {
+        let spans = Way::BOTH
+            .iter()
+            .filter_map(|way| self.law(*way).trace()?.span_ns());
+        spans.max()
+    }
+
     /// The mean time between events of the rarest kind in either direction: a stall, a lossy spell, a
-    /// new level of the delay. `None` if there are no such events.
+    /// new level of the delay, a step of a trace. `None` if there are no such events.
     #[must_use]
     pub fn rarest_event_ns(&self) -> Option<u64> {
         let of_way = |way| {
@@ -262,7 +303,9 @@ impl Profile {
             } = self.law(way);
             let level_ns = match delay {
                 Delay::Held(level) => Some(level.hold_ns),
-                Delay::Constant { .. } | Delay::Trace(_) => None,
+                // Each of its steps comes once in a span.
+                Delay::Trace(trace) => trace.is_drawn().then(|| trace.span_ns()).flatten(),
+                Delay::Constant { .. } => None,
             };
             let spell_ns = match loss {
                 Loss::GilbertElliott {

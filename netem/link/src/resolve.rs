@@ -4,24 +4,40 @@
 //! faults.
 //! All of them continue after an error, so that one reading finds every error.
 
+mod csv;
 mod delay;
 mod fault;
 mod law;
 mod loss;
+mod step;
 mod trace;
 
 use std::sync::Arc;
 
+use text::{Diagnostic, Severity};
 use toml::Spanned;
 
+use crate::describe::time;
 use crate::file::{AskedFile, OrderFile, PathFile, ProfileFile};
-use crate::finding::{Finding, Findings, Severity};
+use crate::finding::Findings;
 use crate::profile::{Asked, Delay, Order, PathLaw, Profile};
+use crate::trace::{Edition, Start};
 
-/// Returns the text of a trace file, given its name.
-pub(crate) type Files<'a> = &'a dyn Fn(&str) -> Result<String, String>;
+/// Returns the text of a trace's CSV file, given its name as the profile has it, or says why it cannot.
+pub type Files<'a> = &'a dyn Fn(&str) -> Result<String, String>;
+
+/// How a profile is read.
+#[derive(Clone, Copy)]
+struct Reading<'a> {
+    files: Files<'a>,
+    edition: Edition,
+}
 
 const NS_PER_MS: f64 = 1e6;
+/// Maximum bytes of a profile's own text. Long traces are files beside it.
+const LONGEST_SOURCE: usize = 4 << 20;
+/// Maximum bytes of its sentence.
+const LONGEST_ABOUT: usize = 2000;
 
 impl Profile {
     /// Reads a profile from TOML; `origin` is its file name, for the findings. A trace must be
@@ -29,30 +45,50 @@ impl Profile {
     ///
     /// # Errors
     /// Every error found in the source; warnings alone do not count.
-    pub fn parse(source: &str, origin: &str) -> Result<Profile, Vec<Finding>> {
+    pub fn parse(source: &str, origin: &str) -> Result<Profile, Vec<Diagnostic>> {
         let no_files = |_: &str| Err("the folder of this profile is unknown".to_owned());
         let (profile, mut findings) = Self::read(source, origin, &no_files);
         findings.retain(|finding| finding.severity == Severity::Error);
         profile.ok_or(findings)
     }
 
-    /// Reads a profile, with all findings, warnings included. `file` returns the text of a trace's
-    /// CSV file by the name that the profile gives, or says why it cannot.
+    /// Reads a profile, with all findings, warnings included. `files` returns the texts of its
+    /// traces.
     ///
     /// There is a profile exactly if no finding is an error.
     #[must_use]
     pub fn read(
         source: &str,
         origin: &str,
-        file: &dyn Fn(&str) -> Result<String, String>,
-    ) -> (Option<Profile>, Vec<Finding>) {
+        files: Files<'_>,
+    ) -> (Option<Profile>, Vec<Diagnostic>) {
+        Self::read_as(Edition::Second, source, origin, files)
+    }
+
+    /// As [`Profile::read`], for a profile of this edition of the format.
+    #[must_use]
+    pub fn read_as(
+        edition: Edition,
+        source: &str,
+        origin: &str,
+        files: Files<'_>,
+    ) -> (Option<Profile>, Vec<Diagnostic>) {
         let mut findings = Findings::new(source, origin);
-        let profile = match toml::from_str::<ProfileFile>(source) {
-            Ok(text) => profile(&text, source, file, &mut findings),
-            Err(error) => {
-                let span = error.span().unwrap_or(0..0);
-                let remedy = "`webloop link schema` lists the keys and their kinds";
-                findings.error("", span, error.message().trim(), remedy);
+        if source.len() > LONGEST_SOURCE {
+            let message = format!(
+                "this profile has {} bytes, and one has at most {LONGEST_SOURCE}",
+                source.len()
+            );
+            let remedy = "write a long trace into a CSV file beside it";
+            findings.error("", 0..0, message, remedy);
+            return (None, findings.list);
+        }
+        let reading = Reading { files, edition };
+        let help = "`webloop link schema` lists the keys and their kinds";
+        let profile = match findings.source.read::<ProfileFile>(help) {
+            Ok(file) => profile(&file, source, reading, &mut findings),
+            Err(unread) => {
+                findings.list.push(unread);
                 None
             }
         };
@@ -65,10 +101,14 @@ impl Profile {
 fn profile(
     file: &ProfileFile,
     source: &str,
-    files: Files<'_>,
+    reading: Reading<'_>,
     findings: &mut Findings<'_>,
 ) -> Option<Profile> {
     name(&file.name, findings);
+    if file.about.len() > LONGEST_ABOUT {
+        let message = format!("`about` has {} bytes", file.about.len());
+        findings.error("about", file.name.span(), message, "write one sentence");
+    }
     let asked = file.asked.as_ref().and_then(|a| asked(a, findings));
     let (up, down) = if file.loopback {
         for (field, path) in [("both", &file.both), ("up", &file.up), ("down", &file.down)] {
@@ -81,12 +121,12 @@ fn profile(
     } else {
         match (&file.both, &file.up, &file.down) {
             (Some(both), None, None) => {
-                let law = path("both", both, files, findings);
+                let law = path("both", both, reading, findings);
                 (law.clone(), law)
             }
             (None, Some(up), Some(down)) => (
-                path("up", up, files, findings),
-                path("down", down, files, findings),
+                path("up", up, reading, findings),
+                path("down", down, reading, findings),
             ),
             _ => {
                 let message = "a profile has either [both], or [up] and [down]";
@@ -96,8 +136,11 @@ fn profile(
             }
         }
     };
-    let faults = fault::faults(&file.fault, file.loopback, findings);
+    let faults = fault::faults(file, findings);
     let (mut up, mut down) = (up?, down?);
+    if let Some(at) = &file.down {
+        check_step(at, &up, &down, findings);
+    }
     fault::share_out(&faults, &file.fault, [&mut up, &mut down], findings);
     if let (Some(at), Some(asked)) = (&file.asked, asked) {
         check_floor(at, &asked, &up, &down, findings);
@@ -115,11 +158,8 @@ fn profile(
 
 /// Names become parts of file names and column names.
 fn name(name: &Spanned<String>, findings: &mut Findings<'_>) {
-    let fine = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-    if name.get_ref().is_empty() || !name.get_ref().chars().all(fine) {
-        let message = format!("`{}` is not a name", name.get_ref());
-        let remedy = "use lower-case letters, digits and hyphens";
-        findings.error("name", name.span(), message, remedy);
+    if let Err(finding) = findings.source.name(name) {
+        findings.list.push(finding);
     }
 }
 
@@ -181,17 +221,43 @@ fn check_floor(
     }
 }
 
+/// Reports traces of both directions that begin together and do not stay so.
+fn check_step(
+    down_at: &Spanned<PathFile>,
+    up: &PathLaw,
+    down: &PathLaw,
+    findings: &mut Findings<'_>,
+) {
+    let drawn_ns = |law: &PathLaw| {
+        let trace = law.trace().filter(|trace| trace.start() == Start::Drawn);
+        trace.and_then(crate::trace::Trace::span_ns)
+    };
+    if let (Some(up_ns), Some(down_ns)) = (drawn_ns(up), drawn_ns(down))
+        && up_ns != down_ns
+    {
+        let message = format!(
+            "the trace up begins again after {} and this one after {}, so they do not stay in step",
+            time(up_ns as f64),
+            time(down_ns as f64)
+        );
+        let at = down_at.get_ref().trace.as_ref();
+        let span = at.map_or(down_at.span(), Spanned::span);
+        let remedy = "give both the same `repeat` if they were recorded together";
+        findings.warning("down.trace", span, message, remedy);
+    }
+}
+
 fn path(
     field: &str,
     file: &Spanned<PathFile>,
-    files: Files<'_>,
+    reading: Reading<'_>,
     findings: &mut Findings<'_>,
 ) -> Option<PathLaw> {
     let at = file.get_ref();
     let delay = match (&at.delay, &at.trace) {
         (Some(delay), None) => delay::delay(&format!("{field}.delay"), delay, findings),
         (None, Some(trace)) => {
-            trace::trace(&format!("{field}.trace"), trace, files, findings).map(Delay::Trace)
+            trace::trace(&format!("{field}.trace"), trace, reading, findings).map(Delay::Trace)
         }
         (delay, _) => {
             let (message, remedy) = if delay.is_some() {

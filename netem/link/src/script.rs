@@ -10,6 +10,18 @@ use crate::staircase::Staircase;
 use crate::time::LinkTime;
 use crate::way::Way;
 
+/// What waits until a time after START, and then calls tc. Any POSIX shell and awk has it, in any locale;
+/// `printf` since a bare `>` behind `print` is a redirection, and since some `sleep` reads no exponent.
+const AT: &str = r#"now() { date +%s.%N; }
+case $(now) in *N) now() { cut -d ' ' -f 1 /proc/uptime; } ;; esac # a date without fractions
+at() {
+    due=$1
+    shift
+    sleep "$(LC_ALL=C awk -v due="$due" -v start="$START" -v now="$(now)" '
+        BEGIN { left = start + due - now; printf "%.6f", (left > 0 ? left : 0) }')"
+    tc "$@"
+}"#;
+
 /// The first `span_ns` of one direction of the link of `profile` and `seed`: the set-up with the
 /// empty link, each change with its time, and the removal.
 #[must_use]
@@ -39,8 +51,7 @@ pub fn script(profile: &Profile, seed: u64, way: Way, span_ns: u64) -> String {
         "# {} in the first {} s. webloop feeds them to one `tc -batch -`, each at its time;\n\
          # by hand each costs the start of a tc, some milliseconds.\n\
          DEV=eth0 # the interface that leads to the other end\n\
-         at() {{ sleep \"$(date +%s.%N | awk -v due=\"$1\" -v start=\"$START\" \
-         '{{ left = start + due - $1; print left > 0 ? left : 0 }}')\"; shift; tc \"$@\"; }}",
+         {AT}",
         match changes.len() {
             1 => "1 change".to_owned(),
             n => format!("{n} changes"),
@@ -54,12 +65,13 @@ pub fn script(profile: &Profile, seed: u64, way: Way, span_ns: u64) -> String {
         let command = empty.setting.command(Verb::Add, device);
         let _ = writeln!(text, "tc {command} # before link time 0");
     }
-    text.push_str("START=$(date +%s.%N)\n");
+    text.push_str("START=$(now)\n");
     for change in changes {
         let s = change.at.ns() as f64 / 1e9;
         let command = change.setting.command(Verb::Change, device);
         let _ = writeln!(text, "at {s:.6} {command}");
     }
-    let _ = writeln!(text, "tc {}", Setting::removal(device));
+    let s = span_ns as f64 / 1e9;
+    let _ = writeln!(text, "at {s:.6} {}", Setting::removal(device));
     text
 }

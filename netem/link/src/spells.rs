@@ -65,10 +65,20 @@ impl Spells {
     /// The end of the spell that contains link time `t_ns`, if there is one.
     #[inline]
     pub(crate) fn end_at(&mut self, t_ns: u64) -> Option<u64> {
+        self.stretch(t_ns).ok()
+    }
+
+    /// The end of the spell that contains link time `t_ns`; or else, as an error, an instant before which none
+    /// begins.
+    #[inline]
+    pub(crate) fn stretch(&mut self, t_ns: u64) -> Result<u64, u64> {
         if !(self.newest.from_ns..self.newest.to_ns).contains(&t_ns) {
             self.newest = self.around(t_ns);
         }
-        self.newest.is_spell.then_some(self.newest.to_ns)
+        match self.newest.is_spell {
+            true => Ok(self.newest.to_ns),
+            false => Err(self.newest.to_ns),
+        }
     }
 
     /// The spell or the gap at link time `t_ns`. What is known of a gap before the first spell that is kept

@@ -2,7 +2,13 @@
 //!
 //! The player and the prediction both use it, so that they cannot differ.
 
-use crate::{Epoch, Fate, Link, LinkTime, Load, Passage, Path, PerWay, Profile, State, Way};
+use crate::link::Link;
+use crate::load::Load;
+use crate::path::{Fate, Passage, Path, State};
+use crate::piece::{Stay, Stretch};
+use crate::profile::Profile;
+use crate::time::{Epoch, LinkTime};
+use crate::way::{PerWay, Way};
 
 /// A link as a run meets it, in monotonic time.
 #[derive(Debug, Clone)]
@@ -12,6 +18,8 @@ pub struct Timeline {
     epoch: Epoch,
     /// The link time from which on the link is in force.
     opens: LinkTime,
+    /// The link time after which nothing changes any more.
+    closes: LinkTime,
     /// The packets that entered each way, if they are known and matter.
     loads: PerWay<Option<Load>>,
 }
@@ -32,6 +40,7 @@ impl Timeline {
             link: Link::new(profile, seed),
             epoch,
             opens: LinkTime::ZERO,
+            closes: LinkTime::from_ns(u64::MAX),
             loads: PerWay::default(),
         }
     }
@@ -41,6 +50,13 @@ impl Timeline {
     #[must_use]
     pub fn opening(self, opens: LinkTime) -> Self {
         Self { opens, ..self }
+    }
+
+    /// The same link, which stays as it is at link time `closes` for whoever asks for a later instant. What a link
+    /// does is found step by step from its beginning: a stamp that is not of the run would take years of it.
+    #[must_use]
+    pub fn closing(self, closes: LinkTime) -> Self {
+        Self { closes, ..self }
     }
 
     /// The same timeline with the packets that entered one way: each packet's monotonic instant and
@@ -70,6 +86,46 @@ impl Timeline {
         let passage = path.passage(t, bytes, load.as_ref());
         self.loads[way] = load;
         passage
+    }
+
+    /// What a packet of `bytes` that enters at `t_ns` meets, and so do those that enter after it, up to the end of the
+    /// piece: what [`Timeline::passage`] says of each of its instants.
+    pub fn piece(&mut self, way: Way, t_ns: u64, bytes: u32) -> Stretch {
+        let load = self.loads[way].take();
+        let (path, t, origin) = self.path(way, t_ns);
+        let piece = path.piece(t, bytes, load.as_ref());
+        self.loads[way] = load;
+        Stretch {
+            delays: self.bounded(piece.delays, t, origin, t_ns),
+            ..piece
+        }
+    }
+
+    /// The delays of [`Timeline::piece`], up to the end of a piece that no loss ends.
+    pub fn delays(&mut self, way: Way, t_ns: u64, bytes: u32) -> Stay {
+        let load = self.loads[way].take();
+        let (path, t, origin) = self.path(way, t_ns);
+        let delays = path.delays(t, bytes, load.as_ref());
+        self.loads[way] = load;
+        self.bounded(delays, t, origin, t_ns)
+    }
+
+    /// Delays of a path from its own time `t` on, in monotonic time from `t_ns` on, until the link opens or closes.
+    #[inline]
+    fn bounded(&self, delays: Stay, t: LinkTime, origin: Epoch, t_ns: u64) -> Stay {
+        let seen = delays.seen_from(origin);
+        match self.link_time(t_ns) {
+            None => Stay {
+                end_ns: seen.end_ns.min(self.epoch.t_ns(self.opens)),
+                ..seen
+            },
+            Some(asked) if asked > self.closes => Stay::always(delays.delay_ns(t.ns())),
+            // At its last instant it is open.
+            Some(_) => Stay {
+                end_ns: seen.end_ns.min(self.epoch.t_ns(self.closes.after(1))),
+                ..seen
+            },
+        }
     }
 
     /// Decides the fate of a packet of `bytes` (IP length) that enters at `t_ns`; a departure is in
@@ -112,7 +168,7 @@ impl Timeline {
     #[inline]
     fn path(&mut self, way: Way, t_ns: u64) -> (&mut Path, LinkTime, Epoch) {
         let (link, t, origin) = match self.link_time(t_ns) {
-            Some(t) => (&mut self.link, t, self.epoch),
+            Some(t) => (&mut self.link, t.min(self.closes), self.epoch),
             None => (&mut self.empty, LinkTime::from_ns(t_ns), Epoch::default()),
         };
         (link.path_mut(way), t, origin)
@@ -131,12 +187,32 @@ impl Timeline {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     const EPOCH: Epoch = Epoch::at_ns(5_000_000_000);
     const OPENS: LinkTime = LinkTime::from_ns(1_180_000_000);
 
     fn couva() -> Profile {
         Profile::parse(Profile::builtin("couva").unwrap(), "couva").unwrap()
+    }
+
+    #[test]
+    fn a_link_that_has_closed_stays_as_it_was_however_late_one_asks() {
+        let closes = LinkTime::from_ns(20_000_000_000);
+        let mut closed = Timeline::new(&couva(), 3, EPOCH).closing(closes);
+        let mut open = Timeline::new(&couva(), 3, EPOCH);
+        for t_ns in [6_000_000_000, 24_999_999_999, EPOCH.t_ns(closes)] {
+            for way in Way::BOTH {
+                assert_eq!(closed.state_at(way, t_ns), open.state_at(way, t_ns));
+            }
+        }
+        for t_ns in [25_000_000_001, u64::MAX / 2, u64::MAX] {
+            for way in Way::BOTH {
+                let last = open.state_at(way, EPOCH.t_ns(closes));
+                assert_eq!(closed.state_at(way, t_ns), last);
+                assert_eq!(closed.passage(way, t_ns, 100).delay_ns, last.delay_ns);
+            }
+        }
     }
 
     #[test]
@@ -154,6 +230,71 @@ mod tests {
                     asked.state_at(way, t_ns)
                 };
                 assert_eq!(late.state_at(way, t_ns), due, "{way:?} {t_ns}");
+            }
+        }
+    }
+
+    /// Both directions alike, with these lines.
+    fn profile(lines: &str) -> Profile {
+        let source = format!("name = 'p'\nabout = ''\n{lines}\n");
+        Profile::parse(&source, "p").unwrap_or_else(|findings| panic!("{source}{findings:?}"))
+    }
+
+    /// Links with and without stalls, losses of each kind, a rate, and faults.
+    fn links() -> impl Strategy<Value = Profile> {
+        let level = "[both.delay]\nbase = '2ms'\nhold = '20ms'\nmax = '80ms'\nspread.exponential.mean = '9ms'";
+        let stall = "[both.stall]\nevery = '900ms'\nlength.exponential.mean = '60ms'\nmax = '1s'";
+        let burst = "[both.loss.gilbert-elliott]\ngood = '200ms'\nbad = '20ms'\nin-bad = '70%'";
+        let slow = "[both]\nrate = '2mbit'\nlimit = 50";
+        let outage = "[[fault]]\nat = '200ms'\nfor = '50ms'\nevery = '300ms'\ndown = true";
+        let later = "[[fault]]\nat = '200ms'\nfor = '50ms'\nevery = '300ms'\ndelay = '30ms'";
+        prop_oneof![
+            Just(couva()),
+            Just(Profile::empty()),
+            Just(profile(level)),
+            Just(profile(&format!(
+                "[both]\norder = 'free'\n{level}\n{stall}"
+            ))),
+            Just(profile(&format!("{level}\n{stall}\n{burst}"))),
+            Just(profile(&format!("{slow}\n{level}\n{burst}"))),
+            Just(profile(&format!("{level}\n{outage}"))),
+            Just(profile(&format!("{level}\n{stall}\n{later}"))),
+        ]
+    }
+
+    proptest! {
+        /// Before it opens, while it is open and after it has closed.
+        #[test]
+        fn a_piece_says_of_each_of_its_instants_what_the_link_does_then(
+            profile in links(), seed: u64, from_ns in 5_900_000_000_u64..6_300_000_000,
+            steps in prop::collection::vec(1_u64..40_000_000, 1..40), loads: bool,
+        ) {
+            let closes = LinkTime::from_ns(1_900_000_000);
+            let mut link = Timeline::new(&profile, seed, EPOCH).opening(OPENS).closing(closes);
+            if loads {
+                let packets = (0..2_000).map(|k| (6_000_000_000 + k * 700_000, 900));
+                link = link.with_load(Way::Up, packets);
+            }
+            let (mut asked, mut delays) = (link.clone(), link.clone());
+            let mut t_ns = from_ns;
+            for step_ns in steps {
+                t_ns += step_ns;
+                let piece = link.piece(Way::Up, t_ns, 100);
+                let alone = delays.delays(Way::Up, t_ns, 100);
+                prop_assert!(t_ns < piece.delays.end_ns && piece.delays.end_ns <= alone.end_ns);
+                // A link looks back 10 s at most.
+                let far_ns = t_ns + 9_000_000_000;
+                let last_ns = piece.delays.end_ns.min(far_ns) - 1;
+                for t_ns in [t_ns, t_ns + (last_ns - t_ns) / 3, last_ns] {
+                    let passage = asked.passage(Way::Up, t_ns, 100);
+                    prop_assert_eq!(piece.delays.delay_ns(t_ns), passage.delay_ns);
+                    prop_assert_eq!((piece.lost, piece.queued), (passage.lost, passage.queued));
+                }
+                for t_ns in [t_ns, alone.end_ns.min(far_ns) - 1] {
+                    let passage = asked.passage(Way::Up, t_ns, 100);
+                    prop_assert_eq!(alone.delay_ns(t_ns), passage.delay_ns);
+                }
+                asked = link.clone();
             }
         }
     }

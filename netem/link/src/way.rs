@@ -36,6 +36,22 @@ impl Way {
     }
 }
 
+impl column::Word for Way {
+    const WORDS: &'static [&'static str] = &["up", "down"];
+
+    #[inline]
+    fn word(&self) -> &'static str {
+        match self {
+            Way::Up => "up",
+            Way::Down => "down",
+        }
+    }
+
+    fn of(word: &str) -> Option<Way> {
+        Way::BOTH.into_iter().find(|way| way.word() == word)
+    }
+}
+
 /// One value for each direction.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PerWay<T> {

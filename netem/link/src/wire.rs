@@ -7,6 +7,7 @@
 
 use crate::draws::Draws;
 use crate::fault::{Effect, Seeded};
+use crate::piece::Stay;
 use crate::profile::{Delay, Level, Order};
 
 /// A piece of time with a constant level.
@@ -63,11 +64,20 @@ impl Wire {
     /// How long a packet that enters the wire at `t_ns` stays on it.
     #[inline]
     pub(crate) fn delay_ns(&mut self, t_ns: u64) -> u64 {
+        self.delays(t_ns).delay_ns(t_ns)
+    }
+
+    /// The same of all packets that enter it in the piece at `t_ns`.
+    #[inline]
+    pub(crate) fn delays(&mut self, t_ns: u64) -> Stay {
         if !(self.known.start_ns..self.known.end_ns).contains(&t_ns) {
             self.known = self.learn(t_ns);
         }
-        let known = self.known;
-        t_ns.saturating_add(known.level_ns).max(known.held_until_ns) - t_ns
+        Stay {
+            level_ns: self.known.level_ns,
+            held_until_ns: self.known.held_until_ns,
+            end_ns: self.known.end_ns,
+        }
     }
 
     /// The piece at `t_ns`, and until when earlier pieces hold its packets back.

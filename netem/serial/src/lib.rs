@@ -1,19 +1,25 @@
 //! Runs tests one after another, in their own main: tests that depend on wall-clock time must not run
 //! in parallel, and tests that the machine does not support are reported as skipped.
 //!
-//! A test that fails while the machine's host takes much of its time is made again, twice at most: it passes
-//! once, or fails. [`tries`] is for tests that see themselves that the machine spoilt a run.
+//! A test that fails while the machine stands still for a moment is made again, twice at most. If its host takes
+//! much of the time each time, nothing is known: it is reported as skipped. So is a test that sees itself that the
+//! machine spoilt each of its [`tries`]. Ten that found no quiet moment, one after another, fail.
+//!
+//! One that fails while nothing is seen of the machine is made twice more, and has to pass both times: what a real
+//! network and a real scheduler do is not all seen from one thread. It is told as `FLAKY`, and a program bears two.
 //!
 //! Arguments and output are those of the usual harness, from `libtest-mimic`. Each test runs in the
-//! calling thread, which is the only one of the process unless a test starts another.
+//! calling thread; beside it there are those that it starts, and one that watches the machine.
 #![allow(clippy::print_stdout)]
 
 mod busy;
 
+use std::any::Any;
 use std::panic::{RefUnwindSafe, catch_unwind, resume_unwind};
 use std::process::ExitCode;
 use std::time::Instant;
 
+use busy::{BUSY, Flaky, IN_A_ROW, Quiet, Stood, Vigil};
 pub use busy::{Stolen, Tries, tries};
 pub use libtest_mimic::Trial;
 use libtest_mimic::{Arguments, Completion};
@@ -51,38 +57,108 @@ pub fn test<T: Outcome + 'static>(
 ) -> Trial {
     Trial::ignorable_test(name, move || {
         let begun = Instant::now();
-        let outcome = outcome(name, &test);
+        let tried = tried(name, &test);
         print!("({:.1} s) ", begun.elapsed().as_secs_f64());
-        match outcome.map(Outcome::lack) {
-            Ok(None) => Ok(Completion::Completed),
-            Ok(Some(lack)) => Ok(Completion::ignored_with(format!("SKIPPED: {lack}"))),
-            Err(panic) => {
-                // Output of the test may stand between its name and its result.
-                println!("\ntest {name} ... FAILED");
-                resume_unwind(panic)
-            }
-        }
+        let lack = match tried {
+            Tried::Panicked(panic) => fail(name, panic),
+            Tried::Spoilt(panic) if Quiet::is_hopeless() => fail(name, panic),
+            Tried::Spoilt(_) => format!("the machine was {BUSY} for this test each time"),
+            Tried::Came(outcome) => match outcome.lack() {
+                None => {
+                    Quiet::found();
+                    return Ok(Completion::Completed);
+                }
+                Some(lack) if lack.contains(BUSY) && Quiet::is_hopeless() => {
+                    fail(name, Box::new(format!("{IN_A_ROW} tests in a row: {lack}")))
+                }
+                Some(lack) => lack,
+            },
+        };
+        Ok(Completion::ignored_with(format!("SKIPPED: {lack}")))
     })
 }
 
-/// What a test comes to: at its first try, unless it fails while the host takes much of the machine's time.
-fn outcome<T>(name: &str, test: &(impl Fn() -> T + RefUnwindSafe)) -> std::thread::Result<T> {
-    const TRIES: usize = 3;
-    /// Half of what excuses a run: a test that is made again has to pass all the same.
-    const SPOILT: f64 = 0.05;
-    for _ in 1..TRIES {
-        let stolen = Stolen::since_now();
-        let outcome = catch_unwind(test);
-        let share = stolen.share();
-        if outcome.is_ok() || share <= SPOILT {
-            return outcome;
-        }
-        println!(
-            "  once more, since the host took {:.0} % of the time: {name}",
-            100.0 * share
-        );
+fn fail(name: &str, panic: Box<dyn Any + Send>) -> ! {
+    // Output of the test may stand between its name and its result.
+    println!("\ntest {name} ... FAILED");
+    resume_unwind(panic)
+}
+
+/// How a test ended.
+enum Tried<T> {
+    /// It came to its end.
+    Came(T),
+    /// It failed, and the machine had the time that it needs.
+    Panicked(Box<dyn Any + Send>),
+    /// It failed each time, and each time the machine stood still for much of the time.
+    Spoilt(Box<dyn Any + Send>),
+}
+
+/// How often a test is made at most.
+const TRIES: usize = 3;
+
+fn tried<T>(name: &str, test: &(impl Fn() -> T + RefUnwindSafe)) -> Tried<T> {
+    match once(name, test) {
+        Ok(outcome) => Tried::Came(outcome),
+        Err(failed) if failed.seen.is_felt() => until_quiet(name, test, failed),
+        Err(failed) if Flaky::is_borne() => twice_more(name, test, failed),
+        Err(failed) => Tried::Panicked(failed.panic),
     }
-    catch_unwind(test)
+}
+
+/// A test that failed, and what the machine did meanwhile.
+struct Failed {
+    panic: Box<dyn Any + Send>,
+    seen: Stood,
+}
+
+fn once<T>(name: &str, test: &(impl Fn() -> T + RefUnwindSafe)) -> Result<T, Failed> {
+    let watch = Vigil::start();
+    let ended = catch_unwind(test);
+    let seen = watch.end();
+    ended.map_err(|panic| {
+        if seen.is_felt() {
+            println!("  failed, and {seen}: {name}");
+        }
+        Failed { panic, seen }
+    })
+}
+
+/// Makes a test again that a standstill may have spoilt.
+fn until_quiet<T>(
+    name: &str,
+    test: &(impl Fn() -> T + RefUnwindSafe),
+    mut failed: Failed,
+) -> Tried<T> {
+    let mut is_known = !failed.seen.is_much();
+    for _ in 1..TRIES {
+        failed = match once(name, test) {
+            Ok(outcome) => return Tried::Came(outcome),
+            Err(failed) => failed,
+        };
+        if !failed.seen.is_felt() {
+            return Tried::Panicked(failed.panic);
+        }
+        is_known |= !failed.seen.is_much();
+    }
+    if is_known {
+        Tried::Panicked(failed.panic)
+    } else {
+        Tried::Spoilt(failed.panic)
+    }
+}
+
+/// Makes a test again that failed, nobody knows why: it has to pass each time from now on.
+fn twice_more<T>(name: &str, test: &(impl Fn() -> T + RefUnwindSafe), failed: Failed) -> Tried<T> {
+    let again = once(name, test).and_then(|_| once(name, test));
+    match again {
+        Ok(outcome) => {
+            println!("  FLAKY: {name} failed once, and passed both times after it");
+            Tried::Came(outcome)
+        }
+        // The first failure is the one that nothing excuses.
+        Err(_) => Tried::Panicked(failed.panic),
+    }
 }
 
 /// Runs the tests that the command line selects. `lack` returns why this machine can run none of

@@ -10,9 +10,8 @@
 //!   the same timeline.
 //!
 //! All times are nanoseconds of `CLOCK_MONOTONIC`, which is the same for all namespaces and processes
-//! of a machine.
+//! of a machine; [`clock::now::now_ns`] reads it.
 
-mod clock;
 mod error;
 mod network;
 mod player;
@@ -20,10 +19,10 @@ mod port;
 mod probe;
 mod record;
 mod scheduling;
+mod stamp;
 mod sys;
 mod tc;
 
-pub use clock::now_ns;
 pub use error::{Error, Result};
 pub use network::bridge::bridge;
 pub use network::namespace::{Authority, Namespace, become_root};

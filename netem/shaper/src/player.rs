@@ -5,7 +5,6 @@
 //! What the player did is in its [report](PlayerReport), and in a [row](LinkRow) once a second;
 //! others judge it.
 
-mod guard;
 pub(crate) mod relay;
 pub(crate) mod tally;
 pub(crate) mod tunnel;
@@ -16,20 +15,20 @@ use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use certificate::{LinkRow, Pause, PlayerReport, Scheduling, WayReport};
+use clock::guard::Guard;
+use clock::now::{SECOND_NS, now_ns, timespec};
 use link::{Epoch, LinkTime, PacketRow, PerWay, Profile, Timeline, Way};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
 
-use crate::clock::{SECOND_NS, now_ns, timespec};
 use crate::error::{Doing, Result};
-use crate::player::guard::Guard;
 use crate::player::relay::Relay;
 use crate::player::tally::Tally;
 use crate::player::watch::Watch;
 use crate::port::Port;
 use crate::port::inbox::Inbox;
 use crate::record::Record;
-use crate::scheduling::prefer_this_thread;
+use crate::scheduling::{prefer_this_thread, reported};
 
 /// Above the ends, at 45: a network does not get slower because the ends are busy, as they are when a stall
 /// ends and releases thousands of packets. Below a plant's tick, at 50, which is short and rare.
@@ -146,8 +145,8 @@ impl<'p> Player<'p> {
         stop: &AtomicBool,
         on_second: &mut dyn FnMut(PerWay<LinkRow>),
     ) -> Result<Played> {
-        let scheduling = prefer_this_thread(PRIORITY);
-        let mut guard = Guard::of(scheduling);
+        let granted = prefer_this_thread(PRIORITY);
+        let mut guard = Guard::of(&granted);
         let started_ns = now_ns();
         let mut row_due_ns = started_ns + SECOND_NS;
         self.watch = Watch::new(started_ns);
@@ -168,7 +167,7 @@ impl<'p> Player<'p> {
         self.hand_over();
         self.packets.take().map_or(Ok(()), Record::finish)?;
         Ok(Played {
-            scheduling,
+            scheduling: reported(&granted),
             started_ns,
             ended_ns,
             pauses: std::mem::take(&mut self.watch.pauses),

@@ -15,11 +15,11 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use rustix::io::Errno;
 use rustix::net::{AddressFamily, SendFlags, SocketFlags, SocketType, sockopt};
 
-use crate::clock::StampClock;
 use crate::error::{Doing, Error, Result};
 use crate::network::netlink::Netlink;
 use crate::port::inbox::Inbox;
 use crate::port::offload::{OFFLOAD_HEADER, on_a_wire};
+use crate::stamp::StampClock;
 use crate::sys;
 
 /// A packet that was received, or several that the sending kernel left for later to cut.

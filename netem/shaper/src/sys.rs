@@ -13,10 +13,9 @@ use std::mem;
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
 
+use clock::now::SECOND_NS;
 use libc::{c_int, c_void, socklen_t};
 use rustix::thread::UnshareFlags;
-
-use crate::clock::SECOND_NS;
 
 pub(crate) use interface::{make_tun, set_feature};
 

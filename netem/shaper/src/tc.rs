@@ -14,15 +14,15 @@ use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use certificate::{Histogram, Scheduling, TcReport, TcRow};
+use clock::now::{SECOND_NS, now_ns, timespec};
 use link::{Change, Epoch, LinkTime, Pace, Profile, STEP_NS, Setting, Staircase, Verb, Way};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
 use serde_json::Value;
 
-use crate::clock::{SECOND_NS, now_ns, timespec};
 use crate::error::{Doing, Error, Result};
 use crate::network::veth::send_whole_packets;
-use crate::scheduling::prefer_this_thread;
+use crate::scheduling::{prefer_this_thread, reported};
 use crate::tc::batch::Batch;
 use crate::tc::command::{Restore, claim, list, version};
 use crate::tc::qdisc::{Owner, Root};
@@ -104,7 +104,7 @@ impl TcPlayer {
         let tc = version()?;
         let found = claim(&config.device)?.text;
         send_whole_packets(&config.device)?;
-        let scheduling = prefer_this_thread(PRIORITY);
+        let scheduling = reported(&prefer_this_thread(PRIORITY));
         let mut player = Self {
             batch: Batch::start()?,
             restore: Restore {

@@ -11,11 +11,14 @@ use tokio::task::spawn_blocking;
 use tokio::time::Instant;
 
 use crate::claim::Claim;
+use crate::config::Config;
+use crate::name::Name;
 use crate::refusal::Refusal;
 use crate::role::STOP_WITHIN;
 use crate::run::{Run, lock};
+use crate::shelf;
+use crate::token::Token;
 use crate::wire::Health;
-use crate::{Config, Name, Token, shelf};
 
 /// State that all requests share. One thread serves them all and no request holds a `std` lock
 /// while it waits, so these locks are always free.

@@ -6,8 +6,9 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
+use crate::config::{Config, Ended};
 use crate::refusal::Refusal;
-use crate::{Config, Ended, Token};
+use crate::token::Token;
 
 /// The claim on an agent.
 #[derive(Debug)]

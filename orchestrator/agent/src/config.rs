@@ -5,7 +5,8 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use crate::{AgentName, Token};
+use crate::name::AgentName;
+use crate::token::Token;
 
 /// Settings of an agent.
 #[derive(Clone, Debug)]

@@ -4,7 +4,8 @@ use std::io;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
-use crate::{AgentName, BadName, Kind};
+use crate::name::{AgentName, BadName};
+use crate::wire::ProblemKind;
 
 /// A role, an agent or a request to an agent failed.
 #[derive(Debug, thiserror::Error)]
@@ -16,6 +17,15 @@ pub enum Error {
         role: String,
         /// What happened.
         problem: String,
+    },
+    /// A role ended since something is missing, or since a program of somebody's own does not support what it was
+    /// told.
+    #[error("the {role}: {words}")]
+    Lacking {
+        /// The role.
+        role: String,
+        /// Its last words.
+        words: String,
     },
     /// The agent cannot listen there.
     #[error("cannot listen on {address}: {source}; give a free address of this machine, or port 0")]
@@ -83,7 +93,7 @@ pub enum Error {
         /// Its reason, with the last words of a role that failed.
         problem: String,
         /// The kind of reason.
-        kind: Kind,
+        kind: ProblemKind,
     },
     /// A file at the agent is no longer the one whose copying began.
     #[error("{agent}: the file {file} shrank while it was copied; start each run afresh")]

@@ -10,8 +10,10 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use tokio::runtime::Runtime;
 
+use crate::error::Error;
+use crate::token::Token;
+use crate::wire::ProblemKind;
 use crate::wire::{Problem, SIZE_HEADER};
-use crate::{Error, Kind, Token};
 
 /// How long to wait for a connection.
 const CONNECT_WITHIN: Duration = Duration::from_secs(2);
@@ -187,7 +189,7 @@ impl Exchange {
         Error::Refused {
             agent: self.agent.clone(),
             problem: format!("{} gives an invalid answer: {problem}", self.authority),
-            kind: Kind::Failed,
+            kind: ProblemKind::Failed,
         }
     }
 }

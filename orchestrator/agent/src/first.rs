@@ -6,7 +6,10 @@
 use std::io::{self, Write, stderr};
 use std::os::unix::process::CommandExt;
 use std::process::Command;
+use std::thread;
+use std::time::Duration;
 
+use clock::now::now_ns;
 use rustix::process::{Pid, Signal, WaitOptions, kill_process, wait};
 use signal_hook::consts::{SIGCHLD, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
@@ -14,15 +17,25 @@ use signal_hook::iterator::Signals;
 /// The exit code where the program cannot be started, as a shell has it.
 const NOT_STARTED: u8 = 126;
 
-/// Runs a command to its end and passes on SIGTERM and SIGINT. Returns its exit code as a shell reports it.
+/// How often to look for a signal before the program is started.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+
+/// Runs a command to its end, from `not_before_ns` on the monotonic clock on, and passes on SIGTERM and SIGINT.
+/// Returns its exit code as a shell reports it.
 ///
 /// # Errors
 /// When signals cannot be waited for.
-pub fn run(command: &[String]) -> io::Result<u8> {
+pub fn run(command: &[String], not_before_ns: u64) -> io::Result<u8> {
     let mut signals = Signals::new([SIGCHLD, SIGTERM, SIGINT])?;
     let [program, arguments @ ..] = command else {
         return Ok(NOT_STARTED);
     };
+    while let Some(left_ns) = not_before_ns.checked_sub(now_ns()).filter(|ns| *ns > 0) {
+        if signals.pending().next().is_some() {
+            return Ok(NOT_STARTED);
+        }
+        thread::sleep(Duration::from_nanos(left_ns).min(LOOK_EVERY));
+    }
     // A group of its own, so that Ctrl-C in a terminal reaches it once, from here.
     let child = match Command::new(program)
         .args(arguments)

@@ -11,7 +11,9 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use crate::{Error, Name, RemoteRun};
+use crate::error::Error;
+use crate::name::Name;
+use crate::remote::RemoteRun;
 
 /// How often to ask the agent. Roles write ten times a second; even with a slow answer a row is
 /// here within a second.

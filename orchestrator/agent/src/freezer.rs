@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use pace::now_ns;
+use clock::now::now_ns;
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::look;

@@ -13,9 +13,10 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process_group};
 
-use crate::plant::Start;
-use crate::program::keep;
-use crate::role::exit_code;
+use crate::exit::exit_code;
+use crate::plant::start::{Confinement, Start};
+use crate::program::{keep, unsheltered};
+use crate::shelter::Shelter;
 use crate::spawn;
 
 /// How long a program may take to end when its input has ended.
@@ -38,7 +39,7 @@ impl Keeper {
         let log = keep(printed)?;
         let run = start.run.to_vec();
         let environment: Vec<_> = start.environment.clone();
-        let is_confined = start.is_confined;
+        let confinement = start.confinement.clone();
         let (code, is_over) = (Arc::new(OnceLock::new()), Arc::new(AtomicBool::new(false)));
         let (tell, told) = mpsc::channel();
         let thread = thread::Builder::new().name("plant-program".to_owned());
@@ -48,7 +49,7 @@ impl Keeper {
                 let input = OwnedFd::from(theirs);
                 let output = input.try_clone();
                 let child = output.and_then(|output| {
-                    spawn_program(&run, environment, is_confined, |command| {
+                    spawn_program(&run, environment, &confinement, |command| {
                         command.stdin(input).stdout(output).stderr(writer);
                     })
                 });
@@ -103,23 +104,24 @@ impl Keeper {
 fn spawn_program(
     run: &[String],
     environment: Vec<(&'static str, OsString)>,
-    is_confined: bool,
+    confinement: &Confinement,
     attach: impl FnOnce(&mut Command),
 ) -> io::Result<Child> {
-    let mut command = if is_confined && spawn::separate().is_ok() {
+    if let Confinement::Confined(hidden) = confinement
+        && spawn::separate().is_ok()
+    {
         let mut command = Command::new("/proc/self/exe");
         command.args(["serve", "first", "--"]).args(run);
-        spawn::confine(&mut command);
-        command
-    } else {
-        let (program, arguments) = run
-            .split_first()
-            .ok_or_else(|| io::Error::other("it has no command"))?;
-        let mut command = Command::new(program);
-        command.args(arguments);
-        spawn::bind(&mut command, None::<&OwnedFd>)?;
-        command
-    };
+        spawn::confine(&mut command, Shelter::find(hidden.as_ref())?);
+        attach(command.process_group(0).envs(environment));
+        return command.spawn().map_err(unsheltered);
+    }
+    let (program, arguments) = run
+        .split_first()
+        .ok_or_else(|| io::Error::other("it has no command"))?;
+    let mut command = Command::new(program);
+    command.args(arguments);
+    spawn::bind(&mut command, None::<&OwnedFd>)?;
     attach(command.process_group(0).envs(environment));
     command.spawn()
 }

@@ -3,7 +3,7 @@
 //! * [`Role`] and [`spawn`]: a role as a child process that cannot outlive its parent. [`Seen`] is
 //!   what it looked like from outside: stopped, running, waiting for a processor.
 //! * [`program`]: a controller of somebody's own, supervised; [`plant`]: a plant of somebody's own, stepped;
-//!   [`first`] is the first process of their PID namespace.
+//!   [`first`] is the first process of their PID namespace, and [`Hidden`] what they do not see.
 //! * [`serve()`]: the agent, an HTTP server that starts roles, reports their state and serves their
 //!   files. It obeys only the first orchestrator that claims it, and ends if it has none.
 //! * [`Remote`]: the orchestrator's side of one agent; [`RemoteRun`] is a run there, and
@@ -19,6 +19,7 @@ mod claim;
 mod config;
 mod error;
 mod exchange;
+mod exit;
 pub mod first;
 mod follower;
 mod freezer;
@@ -33,15 +34,18 @@ mod remote;
 mod role;
 mod route;
 mod run;
+mod seat;
 mod serve;
 mod server;
 mod shelf;
+mod shelter;
 pub mod spawn;
 mod token;
 mod wire;
 
 pub use config::{Config, Ended};
 pub use error::Error;
+pub use exit::UNSUPPORTED;
 pub use follower::Follower;
 pub use freezer::Stop;
 pub use look::{Strain, busy_ns, own_strain, stolen_ns};
@@ -50,8 +54,9 @@ pub use name::{AgentName, BadName, Name};
 pub use remote::{Remote, RemoteRun, health};
 pub use role::{Launch, Role, last_words};
 pub use serve::serve;
+pub use shelter::Hidden;
 pub use token::{BadToken, Token};
-pub use wire::{Health, Kind, RoleState};
+pub use wire::{Health, ProblemKind, RoleState};
 
 /// Reads bytes as each thing that goes between orchestrator and agent; what is read must be written as the same.
 #[cfg(fuzzing)]

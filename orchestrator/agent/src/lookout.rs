@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use pace::now_ns;
+use clock::now::now_ns;
 use serde::{Deserialize, Serialize};
 
 use crate::freezer::Stop;

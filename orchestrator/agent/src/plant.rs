@@ -5,9 +5,11 @@
 //! docs/your-plant.md is its contract. What time a step has is the caller's matter; here a step that takes too
 //! long breaks it.
 
-use std::ffi::OsString;
+mod problem;
+pub(crate) mod start;
+
 use std::fmt::Write as _;
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::net::Shutdown;
 use std::os::unix::net::UnixStream;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -17,28 +19,11 @@ use endpoint::{Model, Signals, report};
 
 use crate::keeper::{END_WITHIN, Keeper};
 
+pub use problem::{BrokenPlant, Due, PlantProblem};
+pub use start::{Confinement, Start};
+
 /// Longest line that it may print, bytes.
 const LINE_BYTES: usize = 4096;
-
-/// A program to be started as a plant.
-#[derive(Debug)]
-pub struct Start<'a> {
-    /// The program and its arguments.
-    pub run: &'a [String],
-    /// What its environment has in addition to this process's.
-    pub environment: Vec<(&'static str, OsString)>,
-    /// How many inputs it has: 1 or 2.
-    pub inputs: usize,
-    /// What a step advances by, ns: a step that takes longer is counted.
-    pub h_ns: u64,
-    /// How long it may take from its start to its first y.
-    pub start_within: Duration,
-    /// How long a step may take before the program counts as broken.
-    pub step_within: Duration,
-    /// Whether to take from it what a plant does not need, where this user may: then this process's own
-    /// program must be webloop.
-    pub is_confined: bool,
-}
 
 /// A running program. Clones are the same program; it ends with the last of them.
 #[derive(Debug, Clone)]
@@ -54,11 +39,12 @@ impl PlantProgram {
     /// up to 1 MiB.
     ///
     /// # Errors
-    /// A sentence about the program: it cannot be started, or what it does in place of printing a number.
-    pub fn start(start: &Start<'_>) -> Result<PlantProgram, String> {
+    /// [`BrokenPlant`] if it cannot be started, or does something else than to print a number.
+    pub fn start(start: &Start<'_>) -> Result<PlantProgram, BrokenPlant> {
         let name = start.run.join(" ");
-        let fail = |problem: io::Error| {
-            format!("the plant's program `{name}` cannot be started: {problem}")
+        let fail = |reason| BrokenPlant {
+            program: name.clone(),
+            problem: PlantProblem::Start { reason },
         };
         let (stream, theirs) = UnixStream::pair().map_err(fail)?;
         let keeper = Keeper::start(start, theirs).map_err(fail)?;
@@ -77,8 +63,14 @@ impl PlantProgram {
             },
             h_ns: start.h_ns,
             outputs: None,
+            is_infinite: false,
         };
-        let at_rest = steps.answer("its first y", start.start_within)?;
+        let at_rest = steps
+            .answer(Due::First, start.start_within)
+            .map_err(|problem| BrokenPlant {
+                program: start.run.join(" "),
+                problem,
+            })?;
         Ok(PlantProgram {
             steps: Arc::new(Mutex::new(steps)),
             at_rest,
@@ -89,7 +81,8 @@ impl PlantProgram {
     /// Why it steps no more, as a sentence; `None` if it does.
     #[must_use]
     pub fn problem(&self) -> Option<String> {
-        self.lock().problem.clone()
+        let steps = self.lock();
+        steps.problem.as_ref().map(ToString::to_string)
     }
 
     /// Ends its input and waits for its end. Returns its exit code, as a shell has it; `None` if it still ran
@@ -141,11 +134,13 @@ struct Steps {
     /// Ends the program when this is dropped, after the stream.
     keeper: Keeper,
     step_within: Duration,
-    problem: Option<String>,
+    problem: Option<BrokenPlant>,
     report: report::PlantProgram,
     h_ns: u64,
     /// How many numbers its first line had.
     outputs: Option<usize>,
+    /// Whether it has printed a number that is not finite.
+    is_infinite: bool,
 }
 
 impl Steps {
@@ -164,51 +159,51 @@ impl Steps {
                 y
             }
             Err(problem) => {
-                self.problem = Some(problem);
+                self.problem = Some(BrokenPlant {
+                    program: self.name.clone(),
+                    problem,
+                });
                 f64::NAN.into()
             }
         }
     }
 
-    fn exchange(&mut self, u: Signals) -> Result<Signals, String> {
+    fn exchange(&mut self, u: Signals) -> Result<Signals, PlantProblem> {
         let step = self.report.steps;
         if !self.unread.is_empty() {
             let printed = shown(&self.unread);
-            let name = &self.name;
-            return Err(format!(
-                "the plant's program `{name}` printed `{printed}` before u of step {step}; it must print \
-                 one line for each u"
-            ));
+            return Err(PlantProblem::Early { printed, step });
         }
         let mut line = String::with_capacity(32);
         let _ = writeln!(line, "{u}");
+        let due = Due::Step(step);
         match self.stream.write_all(line.as_bytes()) {
-            Ok(()) => self.answer(&format!("y of step {step}"), self.step_within),
-            Err(_) => Err(self.ended(&format!("y of step {step}"))),
+            Ok(()) => self.answer(due, self.step_within),
+            Err(_) => Err(self.ended(due)),
         }
     }
 
-    /// The next line that it prints, as numbers; `what` says which, in errors.
-    fn answer(&mut self, what: &str, within: Duration) -> Result<Signals, String> {
-        let line = self.line(what, within)?;
+    /// The next line that it prints, as numbers.
+    fn answer(&mut self, due: Due, within: Duration) -> Result<Signals, PlantProblem> {
+        let line = self.line(due, within)?;
         let text = String::from_utf8_lossy(&line);
-        let printed = |problem: &str| {
-            let (name, shown) = (&self.name, shown(&line));
-            format!("the plant's program `{name}` printed `{shown}` as {what}, {problem}")
+        let no_number = || PlantProblem::NoNumber {
+            printed: shown(&line),
+            due,
         };
-        let y: Signals = text
-            .trim()
-            .parse()
-            .map_err(|_| printed("which is no number"))?;
+        let y: Signals = text.trim().parse().map_err(|_| no_number())?;
+        // What overflows is infinite, and then anything: a loop that was lost. NaN before is a mistake of the program.
+        let is_nan = y.iter().any(f64::is_nan);
+        if is_nan && !self.is_infinite {
+            return Err(no_number());
+        }
+        self.is_infinite |= !y.is_finite();
         match self.outputs {
-            Some(outputs) if outputs != y.count() => {
-                let numbers = if outputs == 1 {
-                    "one number"
-                } else {
-                    "two numbers"
-                };
-                Err(printed(&format!("and its first line had {numbers}")))
-            }
+            Some(first) if first != y.count() => Err(PlantProblem::OtherCount {
+                printed: shown(&line),
+                due,
+                first,
+            }),
             _ => {
                 self.outputs = Some(y.count());
                 Ok(y)
@@ -216,12 +211,8 @@ impl Steps {
         }
     }
 
-    fn line(&mut self, what: &str, within: Duration) -> Result<Vec<u8>, String> {
-        let late = format!(
-            "the plant's program `{}` did not print {what} within {} s",
-            self.name,
-            within.as_secs()
-        );
+    fn line(&mut self, due: Due, within: Duration) -> Result<Vec<u8>, PlantProblem> {
+        let late = PlantProblem::Late { due, within };
         let deadline = Instant::now() + within;
         let mut part = [0; 512];
         loop {
@@ -229,35 +220,30 @@ impl Steps {
                 return Ok(self.unread.drain(..=end).collect());
             }
             if self.unread.len() > LINE_BYTES {
-                return Err(format!(
-                    "the plant's program `{}` printed a line of more than {LINE_BYTES} bytes as {what}",
-                    self.name
-                ));
+                return Err(PlantProblem::Long { due });
             }
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() || self.stream.set_read_timeout(Some(left)).is_err() {
                 return Err(late);
             }
             match self.stream.read(&mut part) {
-                Ok(0) => return Err(self.ended(what)),
+                Ok(0) => return Err(self.ended(due)),
                 Ok(length) => self.unread.extend_from_slice(&part[..length]),
                 Err(problem) => match problem.kind() {
                     ErrorKind::Interrupted => {}
                     ErrorKind::WouldBlock | ErrorKind::TimedOut => return Err(late),
-                    _ => return Err(self.ended(what)),
+                    _ => return Err(self.ended(due)),
                 },
             }
         }
     }
 
     /// Why there is no answer from a program whose end of the socket is closed.
-    fn ended(&self, what: &str) -> String {
-        let how = match self.keeper.code_within(END_WITHIN) {
-            None => "closed its output".to_owned(),
-            Some(code @ 129..) => format!("was ended by signal {}", code - 128),
-            Some(code) => format!("ended with exit code {code}"),
-        };
-        format!("the plant's program `{}` {how} before {what}", self.name)
+    fn ended(&self, due: Due) -> PlantProblem {
+        match self.keeper.code_within(END_WITHIN) {
+            None => PlantProblem::Closed(due),
+            Some(code) => PlantProblem::Ended { code, due },
+        }
     }
 }
 

@@ -12,12 +12,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use pace::now_ns;
+use clock::now::now_ns;
 use rustix::process::{Pid, Signal, WaitOptions, getpid, kill_process, set_child_subreaper, wait};
 
+use crate::exit::exit_code;
 use crate::look::family;
-use crate::role::exit_code;
+use crate::shelter::{Hidden, Shelter};
 use crate::spawn;
+
+/// How long before its first message is due a program is started at the earliest, ns. A run may have to wait for
+/// its neighbours, and a plant closes a connection on which nothing comes for 5 s.
+const EARLY_NS: u64 = 4_000_000_000;
 
 /// How long a program may take to end by itself after its last message was due, ns.
 const OVERTIME_NS: u64 = 2_000_000_000;
@@ -39,15 +44,19 @@ pub const OWN: &str = "own";
 
 /// A program to be supervised.
 #[derive(Debug)]
-pub struct Program<'a> {
+pub struct Supervised<'a> {
     /// The program and its arguments.
     pub run: &'a [String],
     /// What its environment has in addition to this process's.
     pub environment: Vec<(&'static str, OsString)>,
     /// Port of its plant.
     pub plant_port: u16,
+    /// When its first message is due, ns on the monotonic clock.
+    pub start_ns: u64,
     /// When its last message was due, ns on the monotonic clock.
     pub stop_ns: u64,
+    /// What it must not see, where this user may make namespaces.
+    pub hidden: Option<Hidden>,
 }
 
 /// How a program ended.
@@ -72,9 +81,10 @@ pub struct Ended {
 /// namespaces are not allowed, all children of this process are taken for the program's.
 ///
 /// # Errors
-/// When a process cannot be started.
+/// When a process cannot be started; of the kind `PermissionDenied` when this machine does not let anything be
+/// hidden from it.
 pub fn supervise(
-    program: &Program<'_>,
+    program: &Supervised<'_>,
     ready: impl FnOnce(),
     stop: &AtomicBool,
 ) -> io::Result<Ended> {
@@ -82,7 +92,9 @@ pub fn supervise(
     let (printed, writer) = io::pipe()?;
     let mut command = Command::new("/proc/self/exe");
     command
-        .args(["serve", "first", "--"])
+        .args(["serve", "first", "--not-before-ns"])
+        .arg(program.start_ns.saturating_sub(EARLY_NS).to_string())
+        .arg("--")
         .args(program.run)
         .envs(
             program
@@ -97,7 +109,7 @@ pub fn supervise(
     // From here on this thread can start no other.
     let is_separate = match spawn::separate() {
         Ok(()) => {
-            spawn::confine(&mut command);
+            spawn::confine(&mut command, Shelter::find(program.hidden.as_ref())?);
             true
         }
         // In a container nobody may, and its end is the end of all that is in it.
@@ -108,7 +120,11 @@ pub fn supervise(
         }
         Err(problem) => return Err(problem),
     };
-    let mut child = command.spawn()?;
+    let spawned = command.spawn();
+    let mut child = match is_separate {
+        true => spawned.map_err(unsheltered)?,
+        false => spawned?,
+    };
     // It has this end of the pipe, and the log ends when all of its own are closed.
     drop(command);
     ready();
@@ -123,6 +139,19 @@ pub fn supervise(
     // With the first process all are gone that could write.
     let _ = log.join();
     ended
+}
+
+/// The error of a program that cannot be kept from what it must not see: the kernel forbids mounts, or something
+/// like `AppArmor` in a container does.
+#[allow(clippy::needless_pass_by_value)] // It is what `map_err` passes.
+pub(crate) fn unsheltered(problem: io::Error) -> io::Error {
+    io::Error::new(
+        problem.kind(),
+        format!(
+            "the run's rows cannot be hidden from it: {problem}; allow webloop to mount in namespaces of its own (in \
+             a container: --security-opt apparmor=unconfined)"
+        ),
+    )
 }
 
 /// Kills what a program left behind, all of which has become this process's, and waits for it.
@@ -143,7 +172,7 @@ fn end_descendants() {
     }
 }
 
-fn watch(child: &mut Child, program: &Program<'_>, stop: &AtomicBool) -> io::Result<Ended> {
+fn watch(child: &mut Child, program: &Supervised<'_>, stop: &AtomicBool) -> io::Result<Ended> {
     let mut told_ns = None;
     let (mut is_killed, mut unread_bytes) = (false, 0);
     let mut looks = 0_u64;

@@ -8,8 +8,9 @@ use axum::response::{IntoResponse, Response};
 use endpoint::NotServed;
 
 use crate::answer::json;
-use crate::wire::{Kind, Problem};
-use crate::{BadName, Name, Token};
+use crate::name::{BadName, Name};
+use crate::token::Token;
+use crate::wire::{Problem, ProblemKind};
 
 /// Why a request was refused.
 #[derive(Debug, thiserror::Error)]
@@ -26,7 +27,9 @@ pub(crate) enum Refusal {
     Token,
     #[error("the request has more than one Authorization header; send one")]
     Tokens,
-    #[error("the request is to a proxy, or has {0} Host headers; send a path, and exactly one")]
+    #[error(
+        "the request is to another host, or has {0} Host headers; send a path, and exactly one"
+    )]
     Host(usize),
     #[error("{0}; ask by the agent's address, or by the name that it listens on")]
     Misdirected(NotServed),
@@ -67,7 +70,7 @@ pub(crate) enum Refusal {
     Ending,
     /// A role did not become ready.
     #[error("{words}")]
-    NotReady { words: String, kind: Kind },
+    NotReady { words: String, kind: ProblemKind },
     #[error("cannot use the run's folder: {0}; make space where --scratch points")]
     Disk(#[from] io::Error),
 }
@@ -105,8 +108,8 @@ impl Refusal {
             problem: self.to_string(),
             kind: match self {
                 Refusal::NotReady { kind, .. } => *kind,
-                Refusal::Disk(_) | Refusal::Slow(_) | Refusal::Ending => Kind::Failed,
-                _ => Kind::Usage,
+                Refusal::Disk(_) | Refusal::Slow(_) | Refusal::Ending => ProblemKind::Failed,
+                _ => ProblemKind::Usage,
             },
         }
     }
@@ -118,6 +121,10 @@ impl IntoResponse for Refusal {
         let (name, value) = match self {
             Refusal::Method(_, allowed) => (header::ALLOW, allowed),
             Refusal::Token | Refusal::Unclaimed => (header::WWW_AUTHENTICATE, "Bearer"),
+            // What follows is for somebody else too.
+            Refusal::Host(_) | Refusal::NoHost(_) | Refusal::Misdirected(_) => {
+                (header::CONNECTION, "close")
+            }
             // Do not wait for the rest of the body.
             Refusal::Large(_) | Refusal::Slow(_) | Refusal::Body(_) => {
                 (header::CONNECTION, "close")

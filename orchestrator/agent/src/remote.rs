@@ -11,10 +11,15 @@ use std::time::{Duration, Instant};
 
 use reqwest::Method;
 
+use crate::error::Error;
 use crate::exchange::{Exchange, Part};
+use crate::freezer::Stop;
+use crate::lookout::Seen;
+use crate::name::{AgentName, Name};
 use crate::role::{READY_WITHIN, STOP_WITHIN};
+use crate::token::Token;
+use crate::wire::{Health, RoleState};
 use crate::wire::{StartRole, Started};
-use crate::{AgentName, Error, Health, Name, RoleState, Seen, Stop, Token};
 
 /// Time limit for what the agent does at once: a busy machine needs some ms.
 const PROMPT: Duration = Duration::from_secs(5);
@@ -158,7 +163,7 @@ impl RemoteRun {
     ///
     /// # Errors
     /// [`Error::Refused`] with the role's last words when it did not become ready; the kind is
-    /// [`Kind::Unsupported`](crate::Kind::Unsupported) when the machine there lacks something.
+    /// [`ProblemKind::Unsupported`](crate::ProblemKind::Unsupported) when the machine there lacks something.
     pub fn start(
         &self,
         instance: &str,

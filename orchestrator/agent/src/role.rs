@@ -6,17 +6,19 @@
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Read, Seek};
 use std::os::fd::AsFd;
-use std::os::unix::process::ExitStatusExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use rustix::fs::{MemfdFlags, memfd_create};
 
+use crate::error::Error;
+use crate::exit::UNSUPPORTED;
 use crate::freezer::{Freezer, Stop};
 use crate::lookout::{Lookout, Seen};
-use crate::{Error, Token, spawn};
+use crate::spawn;
+use crate::token::Token;
 
 /// How long a role may take from its start to `ready`. On a busy two-core machine a role of one
 /// process needs some 50 ms, and a browser up to half a minute.
@@ -53,6 +55,8 @@ pub struct Launch<'a> {
 #[derive(Debug)]
 pub struct Role {
     name: String,
+    /// The folder with its log.
+    folder: PathBuf,
     child: Child,
     ready: mpsc::Receiver<String>,
     lookout: Option<Lookout>,
@@ -97,6 +101,7 @@ impl Role {
         }
         Ok(Role {
             name: name.to_owned(),
+            folder: launch.folder.to_owned(),
             lookout: launch.is_watched.then(|| Lookout::start(child.id())),
             child,
             ready,
@@ -138,18 +143,22 @@ impl Role {
     /// Whether the role has ended.
     ///
     /// # Errors
-    /// [`Error::Role`] when it ended with an exit code other than 0, or by a signal.
+    /// [`Error::Lacking`] when it says that something is missing, by exit code 3; [`Error::Role`] when it ended with
+    /// another exit code than 0, or by a signal.
     pub fn ended(&mut self) -> Result<bool, Error> {
         match self.status()? {
             None => Ok(false),
             Some(status) if status.success() => Ok(true),
+            Some(status) if status.code() == Some(UNSUPPORTED) => Err(Error::Lacking {
+                role: self.name.clone(),
+                words: last_words(&self.folder, &self.name),
+            }),
             Some(status) => Err(Error::role(&self.name, format!("ended with {status}"))),
         }
     }
 
     /// Whether the role has ended because this machine lacks something: exit code 3.
     pub fn lacks_something(&mut self) -> bool {
-        const UNSUPPORTED: i32 = 3;
         matches!(self.status(), Ok(Some(status)) if status.code() == Some(UNSUPPORTED))
     }
 
@@ -237,13 +246,6 @@ impl Drop for Role {
         }
         self.kill();
     }
-}
-
-/// The exit code as a shell reports it: 128 plus the signal's number if a signal ended the process.
-pub(crate) fn exit_code(status: ExitStatus) -> i32 {
-    status
-        .code()
-        .unwrap_or_else(|| 128 + status.signal().unwrap_or_default())
 }
 
 fn unstarted(name: &str, problem: &io::Error) -> Error {

@@ -21,11 +21,14 @@ use tokio::time::{Instant, timeout};
 
 use crate::agent::{Agent, off_thread};
 use crate::answer::{json, respond};
+use crate::freezer::Stop;
+use crate::name::Name;
 use crate::program::OWN;
 use crate::refusal::Refusal;
 use crate::role::STOP_WITHIN;
+use crate::shelf;
+use crate::token::Token;
 use crate::wire::{SIZE_HEADER, StartRole, Started};
-use crate::{Name, Stop, Token, shelf};
 
 /// Maximum size of a body.
 const BODY_BYTES: usize = 16 << 20;
@@ -73,22 +76,29 @@ pub(crate) fn router(agent: Arc<Agent>) -> Router {
 /// Refuses requests to a name that is not the agent's, and those that a page in a browser sent: the agent has
 /// none of its own.
 async fn refuse_foreign(State(agent): Shared, request: Request, next: Next) -> Answer {
-    let headers = request.headers();
+    let (headers, uri) = (request.headers(), request.uri());
     let hosts = headers.get_all(header::HOST);
-    // HTTP/1.0 is older than this header.
-    if hosts.iter().count() != 1 && request.version() != Version::HTTP_10
-        || request.uri().authority().is_some()
-    {
-        return Err(Refusal::Host(hosts.iter().count()));
+    let count = hosts.iter().count();
+    // HTTP/1.0 is older than this header. It may look, as a health check does.
+    let may_lack = request.version() == Version::HTTP_10 && uri.path() == "/health";
+    if count > 1 || (count == 0 && !may_lack) {
+        return Err(Refusal::Host(count));
+    }
+    // Where the target names a host, that counts in place of `Host` (RFC 9112, 3.2.2).
+    if let Some(named) = uri.authority() {
+        let is_own = agent.hosts.check(named.as_str().as_bytes()).is_ok();
+        if !is_own || uri.scheme_str() != Some("http") {
+            return Err(Refusal::Host(count));
+        }
     }
     for host in hosts {
-        agent
-            .hosts
-            .check(host.as_bytes())
-            .map_err(|problem| match problem {
-                NotServed::Foreign(_) => Refusal::Misdirected(problem),
-                NotServed::Malformed => Refusal::NoHost(problem),
-            })?;
+        match agent.hosts.check(host.as_bytes()) {
+            Err(problem @ NotServed::Foreign(_)) if uri.authority().is_none() => {
+                return Err(Refusal::Misdirected(problem));
+            }
+            Err(problem @ NotServed::Malformed) => return Err(Refusal::NoHost(problem)),
+            Ok(()) | Err(NotServed::Foreign(_)) => {}
+        }
     }
     for name in PAGES {
         if headers.contains_key(name) {

@@ -13,10 +13,15 @@ use std::time::Duration;
 use tokio::time::{Instant, sleep};
 
 use crate::catalogue;
+use crate::error::Error;
+use crate::exit::exit_code;
+use crate::freezer::Stop;
+use crate::lookout::Seen;
+use crate::name::Name;
 use crate::refusal::Refusal;
-use crate::role::{Launch, POLL, READY_WITHIN, exit_code, last_words};
-use crate::wire::{Kind, RoleState, StartRole};
-use crate::{Error, Name, Role, Seen, Stop};
+use crate::role::Role;
+use crate::role::{Launch, POLL, READY_WITHIN, last_words};
+use crate::wire::{ProblemKind, RoleState, StartRole};
 
 /// The most roles of a run, which has fewer than ten: each is a process, and its last state is kept.
 const ROLES: usize = 64;
@@ -68,7 +73,7 @@ impl Run {
         let started = Role::launch(&launch, None::<&File>);
         let shared = Arc::new(Mutex::new(started.map_err(|error| Refusal::NotReady {
             words: error.to_string(),
-            kind: Kind::Failed,
+            kind: ProblemKind::Failed,
         })?));
         lock(&self.roles).insert(instance.clone(), Arc::clone(&shared));
         let deadline = Instant::now() + READY_WITHIN;
@@ -160,8 +165,8 @@ impl Run {
 
     fn not_ready(&self, error: &Error, instance: &Name, shared: &Shared) -> Refusal {
         let (kind, words) = match self.state_of(instance, shared) {
-            RoleState::Ended { code, words } => (Kind::of_exit(code), words),
-            RoleState::Running => (Kind::Failed, String::new()),
+            RoleState::Ended { code, words } => (ProblemKind::of_exit(code), words),
+            RoleState::Running => (ProblemKind::Failed, String::new()),
         };
         let words = [error.to_string(), words].join(": ");
         Refusal::NotReady {

@@ -13,7 +13,11 @@ use hyper_util::server::graceful::GracefulShutdown;
 use tokio::time::{Instant, sleep_until, timeout};
 
 use crate::agent::Agent;
-use crate::{Config, Ended, Error, route, server, shelf};
+use crate::config::{Config, Ended};
+use crate::error::Error;
+use crate::route;
+use crate::server;
+use crate::shelf;
 
 /// How long roles may take to write their rows when the agent ends. Together with the connections'
 /// time this is below a second, the limit for the end of a container.
@@ -56,7 +60,7 @@ pub fn serve(config: &Config, ready: impl FnOnce(SocketAddr)) -> Result<Ended, E
     let router = route::router(Arc::clone(&agent));
     let ended = runtime.block_on(async {
         let open = GracefulShutdown::new();
-        let mut stop = pin!(pace::told_to_end());
+        let mut stop = pin!(clock::stop::told_to_end());
         // Poll once before `ready`, so that a signal right after it is caught.
         if let Poll::Ready(result) =
             poll_fn(|context| Poll::Ready(stop.as_mut().poll(context))).await

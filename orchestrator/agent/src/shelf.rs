@@ -7,7 +7,7 @@ use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use crate::Name;
+use crate::name::Name;
 use crate::refusal::Refusal;
 use crate::wire::PART_BYTES;
 

@@ -11,6 +11,7 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::process::CommandExt;
 use std::process::{Child, Command};
 
+use rustix::io::Errno;
 use rustix::process::{
     Pid, Signal, getpid, getppid, kill_process, set_parent_process_death_signal,
 };
@@ -19,10 +20,15 @@ use rustix::thread::{
     remove_capability_from_bounding_set, set_no_new_privs, unshare_unsafe,
 };
 
+use crate::shelter::Shelter;
+
 /// What a confined program cannot do, whoever starts it: leave its namespaces, change its network or send
 /// packets past it, look into other processes, or change the machine.
-const TAKEN: [CapabilitySet; 12] = [
+const TAKEN: [CapabilitySet; 14] = [
     CapabilitySet::SYS_ADMIN,
+    // By a file's handle it could be opened past what covers it.
+    CapabilitySet::DAC_READ_SEARCH,
+    CapabilitySet::CHECKPOINT_RESTORE,
     CapabilitySet::NET_ADMIN,
     CapabilitySet::NET_RAW,
     CapabilitySet::SYS_PTRACE,
@@ -85,14 +91,22 @@ pub fn separate() -> io::Result<()> {
 }
 
 /// Makes `command`, once spawned, die with the calling thread, and takes from it and its descendants what a
-/// controller does not need, also if it runs as root.
-pub fn confine(command: &mut Command) {
+/// controller does not need, also if it runs as root. It does not see what the shelter covers: it has mounts of its
+/// own, where the calling thread has been [separated](separate).
+pub(crate) fn confine(command: &mut Command, shelter: Shelter) {
     // SAFETY: between fork and exec only async-signal-safe calls are allowed; these are bare system
-    // calls. In its own PID namespace the child does not see its parent, so it cannot check for it.
+    // calls, with paths that were made before the fork. In its own PID namespace the child does not see its
+    // parent, so it cannot check for it. It has one thread, so nobody shares what is unshared.
     unsafe {
-        command.pre_exec(|| {
+        command.pre_exec(move || {
+            unshare_unsafe(UnshareFlags::NEWNS)?;
+            shelter.enter()?;
             for capability in TAKEN {
-                remove_capability_from_bounding_set(capability)?;
+                match remove_capability_from_bounding_set(capability) {
+                    // An older kernel has fewer of them.
+                    Err(Errno::INVAL) | Ok(()) => {}
+                    Err(problem) => return Err(problem.into()),
+                }
             }
             set_no_new_privs(true)?;
             die_with(None)

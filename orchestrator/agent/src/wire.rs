@@ -4,7 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::AgentName;
+use crate::exit::UNSUPPORTED;
+use crate::name::AgentName;
 
 /// The header with the length of the whole file, sent with a part of it.
 pub(crate) const SIZE_HEADER: &str = "x-size";
@@ -57,13 +58,13 @@ pub enum RoleState {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Problem {
     pub(crate) problem: String,
-    pub(crate) kind: Kind,
+    pub(crate) kind: ProblemKind,
 }
 
 /// What a problem means for the caller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Kind {
+pub enum ProblemKind {
     /// The machine there lacks something.
     Unsupported,
     /// It was tried and failed.
@@ -72,23 +73,23 @@ pub enum Kind {
     Usage,
 }
 
-impl Kind {
+impl ProblemKind {
     /// The kind of failure of a role that ended with this exit code.
-    pub(crate) fn of_exit(code: i32) -> Kind {
+    pub(crate) fn of_exit(code: i32) -> ProblemKind {
         match code {
-            2 => Kind::Usage,
-            3 => Kind::Unsupported,
-            _ => Kind::Failed,
+            2 => ProblemKind::Usage,
+            UNSUPPORTED => ProblemKind::Unsupported,
+            _ => ProblemKind::Failed,
         }
     }
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for ProblemKind {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.pad(match self {
-            Kind::Unsupported => "unsupported",
-            Kind::Failed => "failed",
-            Kind::Usage => "usage",
+            ProblemKind::Unsupported => "unsupported",
+            ProblemKind::Failed => "failed",
+            ProblemKind::Usage => "usage",
         })
     }
 }

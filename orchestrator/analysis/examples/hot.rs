@@ -15,13 +15,14 @@ use std::{
     thread,
 };
 
-use analysis::{response::ResponseTrace, rows};
+use analysis::{Aim, response::ResponseTrace, rows};
+use clock::journal::Journal;
+use column::Row;
 use control::{preset, seconds};
 use endpoint::{
     Answer, Command, MessageOutcome, MessageRow, Mode, Outstanding, PlantSettings, Preset, Request,
     SampleTime, State, TickRow, Transport,
 };
-use journal::Journal;
 use link::{Epoch, Profile, Timeline, Way};
 use sim::{Record, Setup};
 
@@ -88,7 +89,7 @@ fn step(topology: Option<&str>, times: u64) -> Result<u64> {
     let motor = preset::paper_plant().sampled(MS_NS)?.stepper();
     let law = preset::paper_pi().into();
     let setup = Setup::ideal(&profile, settings, motor, law, times * MS_NS);
-    let mut metrics = Metrics(ResponseTrace::new(MS_NS, 1.0, None));
+    let mut metrics = Metrics(ResponseTrace::new(Aim::step(MS_NS)));
     Ok(sim::run(&setup, &mut metrics)?.counts.due)
 }
 
@@ -153,7 +154,7 @@ fn written(times: u64) -> Result<u64> {
 }
 
 fn journal(path: &Path, count: u64) -> Result<u64> {
-    let (mut recorder, journal) = Journal::create(path, MessageRow::COLUMNS)?;
+    let (mut recorder, journal) = Journal::create(path, MessageRow::COLUMNS, MessageRow::write)?;
     (0..count).for_each(|k| recorder.record(row(k)));
     Ok(journal.finish(recorder)?.rows)
 }
@@ -255,7 +256,6 @@ fn both(transport: Transport, times: u64) -> Result<u64> {
     beside_plant(|address, folder| {
         let config = controller::Config {
             plant: format!("http://{address}"),
-            client: controller::Client::Own,
             settings: endpoint::ControllerSettings {
                 transport,
                 outstanding: Outstanding::ONE,

@@ -22,7 +22,7 @@ use std::time::{Duration, Instant};
 use analysis::{Campaign, CellFacts, Metrics};
 use control::preset::{paper_pi, paper_plant};
 use endpoint::{
-    ArrivalOutcome, ArrivalRow, Counts, Hold, Lease, MessageOutcome, MessageRow, Mode, Preset,
+    ArrivalOutcome, ArrivalRow, Counts, MessageOutcome, MessageRow, Mode, PlantSettings, Preset,
     SampleTime, TickRow,
 };
 use link::Epoch;
@@ -90,26 +90,20 @@ fn peak() -> Result<String, Box<dyn Error>> {
 
 fn write_campaign(folder: &Path, cells: usize, ticks: u64) -> Result<(), Box<dyn Error>> {
     let h = SampleTime::try_new(H_NS)?;
+    let settings = Preset::PaperPython.settings(Mode::Closed, h);
     let cells = (0..cells).map(|index| Cell {
         index,
-        y0: 0.0,
-        reference: None,
         id: format!("loop-{index}"),
         topology: ARIMA.to_owned(),
-        system: "motor".to_owned(),
-        client: Client::Native,
-        preset: Preset::PaperPython,
         repeat: 1,
         link_seed: plan::link_seed(1, ARIMA, 1),
         duration_ns: ticks * H_NS,
-        settings: Preset::PaperPython.settings(Mode::Closed, h),
-        hold: Hold::Last,
-        max_age_ns: None,
-        lease: Lease::None,
-        tick_noise: None,
-        fault: None,
-        page: None,
-        together: 1,
+        ..Cell::new(
+            Client::Native,
+            Preset::PaperPython,
+            settings,
+            &PlantSettings::new(h),
+        )
     });
     let plan = Plan {
         version: Plan::VERSION,
@@ -226,6 +220,7 @@ fn manifest(folder: &Path, cell: &Cell) -> Result<Manifest, Box<dyn Error>> {
         pulse: None,
         watched: None,
         end_faults: Vec::new(),
+        ends: None,
         plant: None,
         controller: None,
         page: None,

@@ -8,13 +8,12 @@
 
 mod rows;
 
-use std::collections::BTreeMap;
-
 use endpoint::{ArrivalRow, MessageRow, TickRow};
 use link::{Profile, Timeline};
 use plan::{Plan, file_name};
 
 use crate::campaign::Run;
+use crate::numbered::Numbered;
 use crate::rows::{ReadError, read};
 
 use self::rows::{Ticks, of_rows};
@@ -196,18 +195,19 @@ impl Budget {
             messages.push(*row);
         })?;
         // Of a command that came twice, the first counts.
-        let mut arrived: BTreeMap<u64, u64> = BTreeMap::new();
+        let mut arrived: Vec<(u64, u64)> = Vec::new();
         read(
             &path(file_name::ARRIVALS),
             ArrivalRow::COLUMNS,
             |row: &ArrivalRow| {
-                arrived.entry(row.seq).or_insert(row.t_arrive_ns);
+                arrived.push((row.seq, row.t_arrive_ns));
             },
         )?;
         let mut ticks = Ticks::default();
         read(&path(file_name::TICKS), TickRow::COLUMNS, |row| {
             ticks.push(row);
         })?;
+        let arrived: Numbered<u64> = arrived.into_iter().collect();
         let bytes = run.cell.client.message_bytes(run.cell.settings.transport);
         let link = link.map(|link| (link, bytes));
         let start_ns = run
@@ -216,7 +216,6 @@ impl Budget {
             .map_or(0, |manifest| manifest.start_ns);
         Ok(Budget {
             start_ns,
-            effect_ns: ticks.effect_ns.values().min().copied(),
             ..of_rows(messages, &arrived, &ticks, link)
         })
     }
@@ -254,7 +253,8 @@ pub fn timeline(run: &Run, plan: &Plan) -> Option<Timeline> {
 #[must_use]
 pub fn timeline_of(run: &Run, profile: &Profile) -> Option<Timeline> {
     let manifest = run.manifest.as_ref()?;
-    Some(Timeline::new(profile, run.cell.link_seed, manifest.epoch))
+    let link = Timeline::new(profile, run.cell.link_seed, manifest.epoch);
+    Some(link.closing(run.cell.closes_at()))
 }
 
 /// The profile of a run's link; `None` if it is not known well enough to say.

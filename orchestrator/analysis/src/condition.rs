@@ -1,5 +1,7 @@
 //! The columns that say which cell a row is of: where, who, with which settings, at which rate.
 
+use plan::SetBy;
+
 use crate::layout::{Column, number, text};
 use crate::summary::Summary;
 
@@ -20,24 +22,18 @@ pub(crate) const COLUMNS: [Column; 8] = [
 /// The words of its setup are in four columns, so that each can be said once: the system, the preset, the
 /// settings that the experiment changed, and the fault.
 pub(crate) fn entries(row: &Summary) -> [String; 8] {
-    let system = format!("system {}", row.system);
-    let fault = row.fault.clone().unwrap_or_default();
-    let of_fault = format!("fault {fault}");
-    let words = row.setup.split(", ");
-    let mut words = words.filter(|word| *word != system && *word != of_fault);
-    let preset = words.next().unwrap_or_default().to_owned();
-    let changed: Vec<&str> = words.collect();
+    let changed = row.setup.only(&[SetBy::Plant, SetBy::Client]);
     [
         row.topology.clone(),
         row.system.clone(),
         row.client.to_string(),
-        preset,
+        row.setup.only(&[SetBy::Preset]).to_string(),
         if changed.is_empty() {
             "-".to_owned()
         } else {
-            changed.join(", ")
+            changed.to_string()
         },
-        fault,
+        row.fault.clone().unwrap_or_default(),
         row.mode.to_string(),
         row.rate.clone(),
     ]

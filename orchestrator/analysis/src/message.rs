@@ -23,7 +23,8 @@ pub struct Messages {
     pub missed: u64,
     /// Shortest round trip of the answered messages, ms.
     pub rtt_min_ms: Option<f64>,
-    /// Round trips of the answered messages, from sending to receiving the answer.
+    /// Round trips of the messages, from sending to receiving the answer. Those without one, by a time-out or a broken
+    /// connection, are later than all others; those whose fate nobody told are left out.
     pub rtt: Quantiles,
 }
 
@@ -46,7 +47,12 @@ impl MessageCount {
             MessageOutcome::Missed => messages.missed += 1,
             MessageOutcome::Arrived => {}
         }
-        if let (Some(sent_ns), Some(received_ns)) = (row.t_send_ns, row.t_receive_ns) {
+        let has_answer = !matches!(
+            row.outcome,
+            MessageOutcome::Timeout | MessageOutcome::Failed
+        );
+        let times = row.t_send_ns.zip(row.t_receive_ns);
+        if let Some((sent_ns, received_ns)) = times.filter(|_| has_answer) {
             self.rtt_ns.push(received_ns.saturating_sub(sent_ns));
         }
     }
@@ -54,7 +60,7 @@ impl MessageCount {
     pub(crate) fn finish(self) -> Messages {
         Messages {
             rtt_min_ms: self.rtt_ns.iter().min().copied().map(ms),
-            rtt: Quantiles::of(self.rtt_ns),
+            rtt: Quantiles::with_missing(self.rtt_ns, self.messages.timeout + self.messages.failed),
             ..self.messages
         }
     }

@@ -3,44 +3,65 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
-use endpoint::{ArrivalRow, MessageRow, Mode, Reference, SecondRow, TickRow};
+use column::Row;
+use endpoint::{ArrivalRow, MessageRow, Mode, SecondRow, TickRow};
 use serde::{Deserialize, Serialize};
 
 use crate::arrival::{ArrivalCount, Arrivals};
+use crate::asked::Asked;
 use crate::message::{MessageCount, Messages};
-use crate::order::{ArrivalOrder, MessageOrder, ProbeOrder, SecondOrder, TickOrder};
-use crate::plain::Row;
+use crate::order::{
+    ArrivalOrder, Disorder, Gaps, MessageOrder, ProbeOrder, SecondOrder, TickOrder,
+};
 use crate::probe::{ProbeCount, Probes};
-use crate::response::{LoopVerdict, Response, ResponseTrace, SecondTrace};
+use crate::response::{Aim, Response, ResponseTrace, SecondTrace};
 use crate::rows::{Content, ReadError, read, read_whole};
+use crate::silence::SilenceTrace;
 use crate::tick::{TickCount, Ticks};
+use crate::verdict::Finding;
 use crate::whole::Vouched;
 use plan::{ProbeRow, file_name};
+use system::System;
 
 /// What has to be known about a cell to read its rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellFacts {
-    /// The sample time, ns.
-    pub h_ns: u64,
     /// Whether the loop was closed.
     pub mode: Mode,
-    /// The reference; at the start, if it moves.
-    pub r: f64,
-    /// The output at the loop's start; 0 at rest.
-    pub y0: f64,
-    /// The changes of a reference that moves.
-    pub reference: Option<Reference>,
+    /// What its ticks are judged by.
+    pub aim: Aim,
 }
 
+impl CellFacts {
+    /// The facts of a cell with this system, whose first message was due at `start_ns`; where that is not known,
+    /// its run begins with the first command.
+    #[must_use]
+    pub fn new(cell: &plan::Cell, system: &System, start_ns: Option<u64>) -> Self {
+        let around = system.surroundings();
+        let (noise, resolution) =
+            around.map_or((0.0, 0.0), |around| (around.noise, around.resolution));
+        let asked = |output| Asked::of(system.holding(), output, noise, resolution);
+        Self {
+            mode: cell.settings.mode,
+            aim: Aim {
+                h_ns: cell.settings.h.ns(),
+                start_ns,
+                duration_ns: Some(cell.duration_ns),
+                r: cell.settings.r,
+                reference: cell.moving_reference(),
+                y0: system.plant_program().is_none().then_some(cell.y0),
+                first: asked(0),
+                second: asked(1),
+                second_r: system.other_r().first().copied(),
+            },
+        }
+    }
+}
+
+/// The facts of a cell of the paper's system whose run begins with its first command: for rows without a manifest.
 impl From<&plan::Cell> for CellFacts {
     fn from(cell: &plan::Cell) -> Self {
-        Self {
-            h_ns: cell.settings.h.ns(),
-            mode: cell.settings.mode,
-            r: cell.settings.r,
-            y0: cell.y0,
-            reference: cell.moving_reference(),
-        }
+        Self::new(cell, &System::paper(), None)
     }
 }
 
@@ -55,7 +76,7 @@ pub struct Metrics {
     pub arrivals: Arrivals,
     /// The plant's ticks.
     pub ticks: Ticks,
-    /// The step response; `None` in open loop, or if no command arrived.
+    /// The step response; `None` in open loop.
     pub response: Option<Response>,
     /// Number of files whose last line was torn and dropped.
     pub torn_lines: u64,
@@ -110,59 +131,16 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn metrics(mut self, facts: &CellFacts) -> Result<Metrics, Vec<ReadError>> {
-        let mut ticks = TickCount::new(facts.h_ns);
-        let mut response =
-            ResponseTrace::new(facts.h_ns, facts.r, facts.reference.clone()).from_output(facts.y0);
         let closed = facts.mode == Mode::Closed;
-        let mut order = TickOrder::new(facts.h_ns, self.may_lack(file_name::TICKS));
-        let take = |row: &TickRow| {
-            ticks.push(row);
-            if closed {
-                response.push(row);
-            }
-        };
-        let rows = self.rows(
-            file_name::TICKS,
-            TickRow::COLUMNS,
-            |row| order.check(row),
-            take,
-        );
-        self.judge(file_name::TICKS, rows, Ok);
+        let mut response = ResponseTrace::new(facts.aim.clone());
+        let ticks = self.ticks(facts, &mut response);
         let second = if closed { response.second() } else { None };
         let second = second.and_then(|second| self.second(second));
-        // Finished before the next file is read, so that only one file's values are in memory at a
-        // time.
-        let (ticks, mut response) = (ticks.finish(), response.finish());
-        if let (Some(response), Some(second)) = (&mut response, second) {
-            response.verdict = response.verdict.max(second);
-        }
-
-        let (mut arrivals, mut order) = (ArrivalCount::new(facts.h_ns), ArrivalOrder::default());
-        let take = |row: &ArrivalRow| arrivals.push(row);
-        let rows = self.rows(
-            file_name::ARRIVALS,
-            ArrivalRow::COLUMNS,
-            |row| order.check(row),
-            take,
-        );
-        self.judge(file_name::ARRIVALS, rows, Ok);
-        let arrivals = arrivals.finish();
-
-        let (mut messages, mut order) = (MessageCount::default(), MessageOrder::default());
-        let take = |row: &MessageRow| messages.push(row);
-        let rows = self.rows(
-            file_name::MESSAGES,
-            MessageRow::COLUMNS,
-            |row| order.check(row),
-            take,
-        );
-        let may_lack = self.may_lack(file_name::MESSAGES);
-        self.judge(file_name::MESSAGES, rows, |rows| {
-            let whole = if may_lack { Ok(()) } else { order.end() };
-            whole.map(|()| rows)
-        });
-        let messages = messages.finish();
-
+        // Whose silence it was, the other rows tell.
+        let mut silence = if closed { response.silence() } else { None };
+        let arrivals = self.arrivals(facts, silence.as_mut());
+        let messages = self.messages(silence.as_mut());
+        let response = response.judged(silence.map(SilenceTrace::finish), second);
         let probes = self.probes();
         if self.faults.is_empty() {
             Ok(Metrics {
@@ -178,13 +156,81 @@ impl Reader<'_> {
         }
     }
 
-    /// Whether the file has the rows of an end that was killed as the experiment asked.
-    fn may_lack(&self, name: &str) -> bool {
-        self.vouched.is_some_and(|vouched| vouched.may_lack(name))
+    /// Metrics of the ticks, which in closed loop are passed on to `response`.
+    fn ticks(&mut self, facts: &CellFacts, response: &mut ResponseTrace) -> Ticks {
+        let mut ticks = TickCount::new(facts.aim.h_ns);
+        let mut order = TickOrder::new(facts.aim.h_ns, self.gaps(file_name::TICKS));
+        let closed = facts.mode == Mode::Closed;
+        let take = |row: &TickRow| {
+            ticks.push(row);
+            if closed {
+                response.push(row);
+            }
+        };
+        let rows = self.rows(
+            file_name::TICKS,
+            TickRow::COLUMNS,
+            |row| order.check(row),
+            take,
+        );
+        self.judge(file_name::TICKS, rows, Ok);
+        ticks.finish()
+    }
+
+    /// Metrics of the arrivals, which tell `silence`, if there was one, what came.
+    fn arrivals(&mut self, facts: &CellFacts, mut silence: Option<&mut SilenceTrace>) -> Arrivals {
+        let mut arrivals = ArrivalCount::new(facts.aim.h_ns);
+        let mut order = ArrivalOrder::default();
+        let take = |row: &ArrivalRow| {
+            arrivals.push(row);
+            if let Some(silence) = &mut silence {
+                silence.arrival(row);
+            }
+        };
+        let rows = self.rows(
+            file_name::ARRIVALS,
+            ArrivalRow::COLUMNS,
+            |row| order.check(row),
+            take,
+        );
+        self.judge(file_name::ARRIVALS, rows, Ok);
+        arrivals.finish()
+    }
+
+    /// Metrics of the messages, which tell `silence`, if there was one, what was sent.
+    fn messages(&mut self, mut silence: Option<&mut SilenceTrace>) -> Messages {
+        let (mut messages, mut order) = (MessageCount::default(), MessageOrder::default());
+        let take = |row: &MessageRow| {
+            messages.push(row);
+            if let Some(silence) = &mut silence {
+                silence.message(row);
+            }
+        };
+        let rows = self.rows(
+            file_name::MESSAGES,
+            MessageRow::COLUMNS,
+            |row| order.check(row),
+            take,
+        );
+        let gaps = self.gaps(file_name::MESSAGES);
+        self.judge(file_name::MESSAGES, rows, |rows| {
+            let whole = match gaps {
+                Gaps::None => order.end(),
+                Gaps::Allowed => Ok(()),
+            };
+            whole.map(|()| rows)
+        });
+        messages.finish()
+    }
+
+    /// A file may lack rows if it has those of an end that was killed as the experiment asked.
+    fn gaps(&self, name: &str) -> Gaps {
+        self.vouched
+            .map_or(Gaps::None, |vouched| vouched.gaps(name))
     }
 
     /// The verdict on the second output; `None` if there is none.
-    fn second(&mut self, mut trace: SecondTrace) -> Option<LoopVerdict> {
+    fn second(&mut self, mut trace: SecondTrace) -> Option<Finding> {
         let is_there = match self.vouched {
             Some(vouched) => vouched.files.contains_key(file_name::SECOND),
             None => self.folder.join(file_name::SECOND).exists(),
@@ -192,7 +238,7 @@ impl Reader<'_> {
         if !is_there {
             return None;
         }
-        let mut order = SecondOrder::new(self.may_lack(file_name::SECOND));
+        let mut order = SecondOrder::new(self.gaps(file_name::SECOND));
         let rows = self.rows(
             file_name::SECOND,
             SecondRow::COLUMNS,
@@ -231,7 +277,7 @@ impl Reader<'_> {
         &self,
         name: &str,
         columns: &[&str],
-        mut check: impl FnMut(&R) -> Result<(), String>,
+        mut check: impl FnMut(&R) -> Result<(), Disorder>,
         mut take: impl FnMut(&R),
     ) -> Result<Content, ReadError> {
         let path = self.folder.join(name);
@@ -247,7 +293,7 @@ impl Reader<'_> {
                 check(row)?;
             }
             take(row);
-            Ok(())
+            Ok::<_, Disorder>(())
         })
     }
 
@@ -257,7 +303,7 @@ impl Reader<'_> {
         &mut self,
         name: &str,
         read: Result<Content, ReadError>,
-        end: impl FnOnce(u64) -> Result<u64, String>,
+        end: impl FnOnce(u64) -> Result<u64, Disorder>,
     ) {
         let path = self.folder.join(name);
         match read {
@@ -270,7 +316,10 @@ impl Reader<'_> {
                 } else {
                     end(rows).and_then(|count| vouched.count(name, count))
                 };
-                let damaged = |problem| ReadError::Damaged { path, problem };
+                let damaged = |disorder: Disorder| ReadError::Damaged {
+                    path,
+                    problem: disorder.to_string(),
+                };
                 self.faults.extend(counted.map_err(damaged).err());
             }
         }

@@ -7,12 +7,50 @@ use std::collections::BTreeSet;
 
 use endpoint::{ArrivalRow, MessageRow, SecondRow, TickRow};
 use plan::{Phase, ProbeRow};
+use thiserror::Error;
+
+/// Why the rows of a file are not whole.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub(crate) enum Disorder {
+    /// Another number was next.
+    #[error("{name} is {found}, and {due} is next: rows are missing or out of order")]
+    Number {
+        name: &'static str,
+        found: u64,
+        due: u64,
+    },
+    /// A tick was due at another time.
+    #[error("t_due_ns is {found}, and {due} is h = {h} ns after the tick before")]
+    Due { found: u64, due: u64, h: u64 },
+    #[error("seq {0} appears twice")]
+    Twice(u64),
+    #[error("seq {seq} is missing, and the rows go up to {last}")]
+    Missing { seq: u64, last: u64 },
+    #[error("its phase has ended before")]
+    Phase,
+    /// Another number of rows was written.
+    #[error("it has {found} rows, and {origin} says {written}")]
+    Count {
+        found: u64,
+        origin: &'static str,
+        written: u64,
+    },
+}
+
+/// Whether rows may be missing between others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Gaps {
+    /// None may.
+    None,
+    /// Some may, as where an end was killed and started again.
+    Allowed,
+}
 
 /// `ticks.csv`: k counts from 0, and each tick is due h after the one before.
 #[derive(Debug)]
 pub(crate) struct TickOrder {
     h_ns: u64,
-    may_lack: bool,
+    gaps: Gaps,
     next: Option<TickDue>,
 }
 
@@ -23,21 +61,20 @@ struct TickDue {
 }
 
 impl TickOrder {
-    /// With `may_lack`, ticks may be missing between others.
-    pub(crate) fn new(h_ns: u64, may_lack: bool) -> Self {
+    pub(crate) fn new(h_ns: u64, gaps: Gaps) -> Self {
         Self {
             h_ns,
-            may_lack,
+            gaps,
             next: None,
         }
     }
 
-    pub(crate) fn check(&mut self, row: &TickRow) -> Result<(), String> {
+    pub(crate) fn check(&mut self, row: &TickRow) -> Result<(), Disorder> {
         let mut due = self.next.unwrap_or(TickDue {
             k: 0,
             t_due_ns: row.t_due_ns,
         });
-        if self.may_lack && row.k > due.k {
+        if self.gaps == Gaps::Allowed && row.k > due.k {
             let later_ns = (row.k - due.k).saturating_mul(self.h_ns);
             due = TickDue {
                 k: row.k,
@@ -46,10 +83,11 @@ impl TickOrder {
         }
         follows("k", row.k, due.k)?;
         if row.t_due_ns != due.t_due_ns {
-            return Err(format!(
-                "t_due_ns is {}, and {} is h = {} ns after the tick before",
-                row.t_due_ns, due.t_due_ns, self.h_ns
-            ));
+            return Err(Disorder::Due {
+                found: row.t_due_ns,
+                due: due.t_due_ns,
+                h: self.h_ns,
+            });
         }
         self.next = Some(TickDue {
             k: due.k + 1,
@@ -63,17 +101,16 @@ impl TickOrder {
 #[derive(Debug)]
 pub(crate) struct SecondOrder {
     next: u64,
-    may_lack: bool,
+    gaps: Gaps,
 }
 
 impl SecondOrder {
-    /// With `may_lack`, rows may be missing between others.
-    pub(crate) fn new(may_lack: bool) -> Self {
-        Self { next: 0, may_lack }
+    pub(crate) fn new(gaps: Gaps) -> Self {
+        Self { next: 0, gaps }
     }
 
-    pub(crate) fn check(&mut self, row: &SecondRow) -> Result<(), String> {
-        if !(self.may_lack && row.k > self.next) {
+    pub(crate) fn check(&mut self, row: &SecondRow) -> Result<(), Disorder> {
+        if !(self.gaps == Gaps::Allowed && row.k > self.next) {
             follows("k", row.k, self.next)?;
         }
         self.next = row.k + 1;
@@ -88,7 +125,7 @@ pub(crate) struct ArrivalOrder {
 }
 
 impl ArrivalOrder {
-    pub(crate) fn check(&mut self, row: &ArrivalRow) -> Result<(), String> {
+    pub(crate) fn check(&mut self, row: &ArrivalRow) -> Result<(), Disorder> {
         follows("n", row.n, self.next)?;
         self.next += 1;
         Ok(())
@@ -105,9 +142,9 @@ pub(crate) struct MessageOrder {
 }
 
 impl MessageOrder {
-    pub(crate) fn check(&mut self, row: &MessageRow) -> Result<(), String> {
+    pub(crate) fn check(&mut self, row: &MessageRow) -> Result<(), Disorder> {
         if row.seq < self.next || !self.beyond.insert(row.seq) {
-            return Err(format!("seq {} appears twice", row.seq));
+            return Err(Disorder::Twice(row.seq));
         }
         while self.beyond.remove(&self.next) {
             self.next += 1;
@@ -116,13 +153,13 @@ impl MessageOrder {
     }
 
     /// Checks that no seq up to the greatest is missing.
-    pub(crate) fn end(&self) -> Result<(), String> {
+    pub(crate) fn end(&self) -> Result<(), Disorder> {
         match self.beyond.last() {
             None => Ok(()),
-            Some(last) => Err(format!(
-                "seq {} is missing, and the rows go up to {last}",
-                self.next
-            )),
+            Some(last) => Err(Disorder::Missing {
+                seq: self.next,
+                last: *last,
+            }),
         }
     }
 }
@@ -137,13 +174,13 @@ pub(crate) struct ProbeOrder {
 }
 
 impl ProbeOrder {
-    pub(crate) fn check(&mut self, row: &ProbeRow) -> Result<(), String> {
+    pub(crate) fn check(&mut self, row: &ProbeRow) -> Result<(), Disorder> {
         if self.phase != Some(row.phase) {
             if self
                 .phase
                 .is_some_and(|phase| phase as u8 > row.phase as u8)
             {
-                return Err("its phase has ended before".to_owned());
+                return Err(Disorder::Phase);
             }
             (self.phase, self.next) = (Some(row.phase), 0);
         }
@@ -154,13 +191,11 @@ impl ProbeOrder {
     }
 }
 
-fn follows(name: &str, found: u64, due: u64) -> Result<(), String> {
+fn follows(name: &'static str, found: u64, due: u64) -> Result<(), Disorder> {
     if found == due {
         Ok(())
     } else {
-        Err(format!(
-            "{name} is {found}, and {due} is next: rows are missing or out of order"
-        ))
+        Err(Disorder::Number { name, found, due })
     }
 }
 
@@ -192,8 +227,8 @@ mod tests {
         seqs.iter().all(|seq| order.check(&message(*seq)).is_ok()) && order.end().is_ok()
     }
 
-    fn ticks(rows: &[(u64, u64)], may_lack: bool) -> Result<(), String> {
-        let mut order = TickOrder::new(10, may_lack);
+    fn ticks(rows: &[(u64, u64)], gaps: Gaps) -> Result<(), Disorder> {
+        let mut order = TickOrder::new(10, gaps);
         rows.iter().try_for_each(|(k, t_due_ns)| {
             order.check(&TickRow {
                 k: *k,
@@ -209,13 +244,13 @@ mod tests {
 
     #[test]
     fn ticks_are_h_apart_from_wherever_they_begin() {
-        assert_eq!(ticks(&[(0, 7), (1, 17), (2, 27)], false), Ok(()));
+        assert_eq!(ticks(&[(0, 7), (1, 17), (2, 27)], Gaps::None), Ok(()));
         for rows in [[(1, 7), (2, 17)], [(0, 7), (2, 27)], [(0, 7), (1, 18)]] {
-            assert!(ticks(&rows, false).is_err(), "{rows:?}");
+            assert!(ticks(&rows, Gaps::None).is_err(), "{rows:?}");
         }
-        assert_eq!(ticks(&[(0, 7), (5, 57), (6, 67)], true), Ok(()));
+        assert_eq!(ticks(&[(0, 7), (5, 57), (6, 67)], Gaps::Allowed), Ok(()));
         for rows in [[(0, 7), (5, 58)], [(0, 7), (0, 7)]] {
-            assert!(ticks(&rows, true).is_err(), "{rows:?}");
+            assert!(ticks(&rows, Gaps::Allowed).is_err(), "{rows:?}");
         }
     }
 

@@ -10,14 +10,14 @@ use plan::{Client, Verdict};
 use crate::condition;
 use crate::layout::{Column, digits, grouped, number, sheet};
 use crate::links;
-use crate::response::LoopVerdict;
 use crate::statistics;
 use crate::summary::Summary;
+use crate::verdict::LoopVerdict;
 
 /// The columns after those of the group's condition.
 const COLUMNS: [Column; 6] = [
     number("", "runs").once(" runs complete"),
-    number("", "stable").once(" stable"),
+    number("", "holds").once(" hold"),
     number("settling/ms", "median"),
     number("settling/ms", "quarter"),
     number("settling/ms", "3/4"),
@@ -33,18 +33,26 @@ const LEGEND: &str = "Medians over complete runs of closed loops, with the quart
 const FIRST_LEGEND: &str = "times first: settling over that on the first topology at the same rate";
 const CLIENT_LEGEND: &str = "settling over that client's with the same system, topology and rate.";
 
+/// The runs that medians are over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Over {
+    /// The complete ones.
+    Complete,
+    /// Those, and the disturbed ones.
+    DisturbedToo,
+}
+
 /// The runs that differ only in their repeat.
-struct Group<'a> {
+struct Repeats<'a> {
     first: &'a Summary,
     complete: Vec<&'a Summary>,
     runs: usize,
 }
 
-impl Group<'_> {
+impl Repeats<'_> {
     /// Whether `row` has the same client, setup and rate, on any topology.
     fn is_set_up_like(&self, row: &Summary) -> bool {
-        let kind = |row: &Summary| (row.client, row.setup.clone(), row.h_ns);
-        kind(self.first) == kind(row)
+        self.first.condition() == row.condition()
     }
 
     /// Whether `row` has the same topology, system and rate, with any client and setup.
@@ -67,20 +75,18 @@ impl Group<'_> {
 }
 
 /// The table of medians of every group; `None` if no cell was repeated. The medians are over the
-/// complete runs, and the disturbed ones too if `with_disturbed`.
+/// runs that are asked for.
 #[must_use]
-pub fn render(rows: &[Summary], with_disturbed: bool) -> Option<String> {
+pub fn render(rows: &[Summary], over: Over) -> Option<String> {
     let closed = rows.iter().filter(|row| row.mode == Mode::Closed);
     let is_asked = |row: &&Summary| match row.verdict {
-        Some(Verdict::Disturbed) => with_disturbed,
+        Some(Verdict::Disturbed) => over == Over::DisturbedToo,
         verdict => verdict == Some(Verdict::Complete),
     };
-    let kinds = grouped(closed, |row| {
-        (&row.topology, row.client, &row.setup, row.h_ns)
-    });
-    let groups: Vec<Group> = (kinds.into_iter())
+    let kinds = grouped(closed, |row| (&row.topology, row.condition()));
+    let groups: Vec<Repeats> = (kinds.into_iter())
         .filter(|(_, rows)| rows.len() > 1)
-        .map(|(_, rows)| Group {
+        .map(|(_, rows)| Repeats {
             first: rows[0],
             runs: rows.len(),
             complete: rows.into_iter().filter(is_asked).collect(),
@@ -140,8 +146,8 @@ struct Against {
     clients: Vec<Client>,
 }
 
-fn line(group: &Group, groups: &[Group], against: &Against, unlike: &[&str]) -> Vec<String> {
-    let times = |is_reference: &dyn Fn(&&Group) -> bool| {
+fn line(group: &Repeats, groups: &[Repeats], against: &Against, unlike: &[&str]) -> Vec<String> {
+    let times = |is_reference: &dyn Fn(&&Repeats) -> bool| {
         let reference = groups.iter().find(is_reference);
         let reference_ms = reference.and_then(|other| other.settling_ms(0.5));
         let own_ms = group.settling_ms(0.5);
@@ -153,7 +159,7 @@ fn line(group: &Group, groups: &[Group], against: &Against, unlike: &[&str]) -> 
     let stable = group
         .complete
         .iter()
-        .filter(|row| row.loop_verdict == Some(LoopVerdict::Stable))
+        .filter(|row| row.loop_verdict == Some(LoopVerdict::Holds))
         .count();
     let settling = |q| links::marked(digits(group.settling_ms(q)), &group.first.topology, unlike);
     let figures = [
@@ -190,8 +196,8 @@ mod tests {
             repeat,
             verdict: Some(Verdict::Complete),
             loop_verdict: Some(match settling_ms {
-                Some(_) => LoopVerdict::Stable,
-                None => LoopVerdict::NotSettled,
+                Some(_) => LoopVerdict::Holds,
+                None => LoopVerdict::Unsettled,
             }),
             settling_ms,
             rise_ms: Some(100.0),
@@ -216,7 +222,7 @@ mod tests {
         ];
         // arima: the median of 300, 310, 320. couva: that of 310, 330 and never; the invalid run does
         // not count. 330 / 310 = 1.06.
-        insta::assert_snapshot!(render(&rows, false).expect("there are repeats"));
+        insta::assert_snapshot!(render(&rows, Over::Complete).expect("there are repeats"));
     }
 
     #[test]
@@ -224,7 +230,7 @@ mod tests {
         let twice = |client: Client, setup: &str, topology: &str, settling_ms: f64| {
             [1, 2].map(|repeat| Summary {
                 client,
-                setup: setup.to_owned(),
+                setup: setup.to_owned().into(),
                 ..run(topology, repeat, Some(settling_ms))
             })
         };
@@ -245,7 +251,7 @@ mod tests {
             twice(Client::Firefox, "worker", "couva", 640.0),
         ]
         .concat();
-        insta::assert_snapshot!(render(&rows, false).expect("there are repeats"));
+        insta::assert_snapshot!(render(&rows, Over::Complete).expect("there are repeats"));
     }
 
     #[test]
@@ -254,7 +260,7 @@ mod tests {
             [1, 2].map(|repeat| Summary {
                 client,
                 system: system.to_owned(),
-                setup: format!("paper-python, system {system}"),
+                setup: format!("paper-python, system {system}").into(),
                 ..run("arima", repeat, Some(settling_ms))
             })
         };
@@ -264,7 +270,7 @@ mod tests {
             twice(Client::Firefox, "lag", 800.0),
         ]
         .concat();
-        let table = render(&rows, false).expect("there are repeats");
+        let table = render(&rows, Over::Complete).expect("there are repeats");
         let lag = table.lines().find(|line| line.contains("firefox"));
         assert!(lag.is_some_and(|line| line.contains(" 2.00 ")), "{table}");
     }
@@ -279,9 +285,12 @@ mod tests {
                 ..run("arima", 3, Some(900.0))
             },
         ];
-        let table = |with_disturbed| render(&rows, with_disturbed).expect("there are repeats");
-        assert!(table(false).contains("2/3") && !table(false).contains("320  "));
-        assert!(table(true).contains("3/3") && table(true).contains(" 320 "));
+        let table = |over| render(&rows, over).expect("there are repeats");
+        assert!(table(Over::Complete).contains("2/3") && !table(Over::Complete).contains("320  "));
+        assert!(
+            table(Over::DisturbedToo).contains("3/3")
+                && table(Over::DisturbedToo).contains(" 320 ")
+        );
     }
 
     #[test]
@@ -289,7 +298,7 @@ mod tests {
         assert_eq!(
             render(
                 &[run("arima", 1, Some(300.0)), run("couva", 1, Some(330.0))],
-                false
+                Over::Complete
             ),
             None
         );

@@ -2,24 +2,25 @@
 //!
 //! A last line without a line end, as a killed writer leaves it, is dropped and counted, even if it
 //! looks whole: a number may have lost its last digits. Anything else that is not a row is an error
-//! with file and line. A line longer than 64 KiB is an error too: a row is a few hundred bytes, and a
+//! with file, line and column. A line longer than 64 KiB is an error too: a row is a few hundred bytes, and a
 //! line without an end would fill the memory.
 //!
 //! [`read`] takes a file as it is. [`read_whole`] takes one that a manifest vouches for, and checks
 //! it against the manifest in the same pass.
 //!
-//! Lines in the form that webloop writes are parsed by [`crate::plain`]. From the first line in
+//! Lines in the form that webloop writes are parsed by [`column::plain`]. From the first line in
 //! another form on, the csv crate and serde parse the file: they decide what is a row.
 
 use std::cell::Cell;
+use std::convert::Infallible;
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+use column::Row;
 use manifest::{FileFact, Tally};
 use thiserror::Error;
-
-use crate::plain::Row;
 
 /// Size of the read buffer, bytes.
 const BUFFER: usize = 1 << 17;
@@ -119,7 +120,7 @@ pub fn read<R: Row>(
     let mut file = Rows::open(path)?;
     let each = |row: &R| {
         each(row);
-        Ok(())
+        Ok::<_, Infallible>(())
     };
     match file.whole {
         0 => Ok(file.torn),
@@ -132,11 +133,11 @@ pub fn read<R: Row>(
 ///
 /// # Errors
 /// [`ReadError`]. The first objection comes before a checksum that differs from the manifest's.
-pub fn read_whole<R: Row>(
+pub fn read_whole<R: Row, E: Display>(
     path: &Path,
     columns: &[&str],
     asked: &FileFact,
-    each: impl FnMut(&R) -> Result<(), String>,
+    each: impl FnMut(&R) -> Result<(), E>,
 ) -> Result<Content, ReadError> {
     let damaged = |problem| ReadError::Damaged {
         path: path.to_owned(),
@@ -152,10 +153,7 @@ pub fn read_whole<R: Row>(
     file.tally = Some(Tally::default());
     let content = file.each(columns, each)?;
     // The checksum includes what follows the last whole line.
-    io::copy(&mut file, &mut io::sink()).map_err(|source| ReadError::File {
-        path: path.to_owned(),
-        source,
-    })?;
+    io::copy(&mut file, &mut io::sink()).map_err(unreadable(path))?;
     if file.tally.map(Tally::fact).as_ref() == Some(asked) {
         Ok(content)
     } else {
@@ -200,7 +198,7 @@ impl Read for Rows<'_> {
 
 impl<'a> Rows<'a> {
     fn open(path: &'a Path) -> Result<Self, ReadError> {
-        let open = || {
+        let open = || -> io::Result<Self> {
             let mut file = file::open(path)?;
             let (length, whole) = whole_lines(&mut file)?;
             Ok(Self {
@@ -213,93 +211,110 @@ impl<'a> Rows<'a> {
                 tally: None,
             })
         };
-        open().map_err(|source| ReadError::File {
-            path: path.to_owned(),
-            source,
-        })
+        open().map_err(unreadable(path))
     }
 
     /// Passes the whole rows to `each`; stops at its first objection.
-    fn each<R: Row>(
+    fn each<R: Row, E: Display>(
         &mut self,
         columns: &[&str],
-        mut each: impl FnMut(&R) -> Result<(), String>,
+        mut each: impl FnMut(&R) -> Result<(), E>,
     ) -> Result<Content, ReadError> {
-        let (path, torn) = (self.path, self.torn);
-        let fail = |source| ReadError::File {
-            path: path.to_owned(),
-            source,
-        };
-        let refuse = |line, problem| ReadError::Row {
-            path: path.to_owned(),
-            line,
-            problem,
-        };
-        let whole = self.whole;
+        let (path, torn, whole) = (self.path, self.torn, self.whole);
         let mut source = BufReader::with_capacity(BUFFER, self.take(whole));
         let (mut header, mut line) = (Vec::new(), Vec::new());
-        let next = |source: &mut BufReader<_>, line: &mut Vec<u8>, number| {
-            let most = LINE_MAX as u64 + 1;
-            let length = source.take(most).read_until(b'\n', line).map_err(fail)?;
-            if length > LINE_MAX {
-                Err(refuse(number, TOO_LONG.to_owned()))
-            } else {
-                Ok(length)
-            }
-        };
-        next(&mut source, &mut header, 1)?;
-        let mut rows = 0;
+        next_line(path, 1, &mut source, &mut header)?;
         let is =
             |columns: &[&str]| header.strip_suffix(b"\n") == Some(columns.join(",").as_bytes());
-        let (old, is_old) = (
-            &columns[..columns.len().saturating_sub(R::NEW)],
-            !is(columns),
-        );
-        if !is_old || is(old) {
+        let mut rows = 0;
+        if let Some(lacking) = lacking::<R>(columns, is) {
             loop {
                 // Nearly all lines are whole in the buffer, and are parsed where they are.
-                let buffer = source.fill_buf().map_err(fail)?;
-                let end = memchr::memchr(b'\n', buffer).filter(|end| !is_old && *end < LINE_MAX);
+                let buffer = source.fill_buf().map_err(unreadable(path))?;
+                let end =
+                    memchr::memchr(b'\n', buffer).filter(|end| lacking == 0 && *end < LINE_MAX);
                 if let Some(end) = end
                     && let Some(row) = R::plain(&buffer[..end])
                 {
                     source.consume(end + 1);
-                    each(&row).map_err(|problem| refuse(rows + 2, problem))?;
+                    each(&row).map_err(|problem| refused(path, rows + 2, &problem))?;
                     rows += 1;
                     continue;
                 }
                 line.clear();
-                if next(&mut source, &mut line, rows + 2)? == 0 {
+                if next_line(path, rows + 2, &mut source, &mut line)? == 0 {
                     return Ok(Content { rows, torn });
                 }
-                let length = line.len();
-                let mut row = line.strip_suffix(b"\n");
-                if is_old && row.is_some() {
-                    // What an older file does not have is empty.
-                    line.truncate(length - 1);
-                    line.resize(length - 1 + R::NEW, b',');
-                    row = Some(&line);
-                }
-                match row.and_then(R::plain) {
-                    Some(row) => each(&row).map_err(|problem| refuse(rows + 2, problem))?,
-                    None => {
-                        if is_old {
-                            line.truncate(length - 1);
-                            line.push(b'\n');
-                        }
-                        break;
-                    }
-                }
+                let Some(row) = plain(&mut line, lacking) else {
+                    break;
+                };
+                each(&row).map_err(|problem| refused(path, rows + 2, &problem))?;
                 rows += 1;
             }
         }
         let rest = header.chain(line.as_slice()).chain(source);
-        let others = by_serde(rest, columns, &mut each).map_err(|stop| stop.at(path, rows))?;
+        let others =
+            by_serde(rest, columns, &mut each).map_err(|stop| stop.at(path, rows, columns))?;
         Ok(Content {
             rows: rows + others,
             torn,
         })
     }
+}
+
+/// The error of a file that cannot be read, from the system's.
+fn unreadable(path: &Path) -> impl FnOnce(io::Error) -> ReadError {
+    move |source| ReadError::File {
+        path: path.to_owned(),
+        source,
+    }
+}
+
+/// The error of a line that is not a row.
+fn refused(path: &Path, line: u64, problem: &dyn Display) -> ReadError {
+    ReadError::Row {
+        path: path.to_owned(),
+        line,
+        problem: problem.to_string(),
+    }
+}
+
+/// Reads the line with this number, and its end, behind what is in `line`. Returns its length, 0 at the end.
+fn next_line(
+    path: &Path,
+    number: u64,
+    source: &mut impl BufRead,
+    line: &mut Vec<u8>,
+) -> Result<usize, ReadError> {
+    let most = LINE_MAX as u64 + 1;
+    let read = source.take(most).read_until(b'\n', line);
+    let length = read.map_err(unreadable(path))?;
+    if length > LINE_MAX {
+        Err(refused(path, number, &TOO_LONG))
+    } else {
+        Ok(length)
+    }
+}
+
+/// How many of the last columns a file lacks, which is older than they; `None` if it has other columns. `is` tells
+/// whether these are the file's.
+fn lacking<R: Row>(columns: &[&str], is: impl Fn(&[&str]) -> bool) -> Option<usize> {
+    (0..=R::NEW).find(|lacking| {
+        let whole = columns.len().checked_sub(*lacking);
+        whole.is_some_and(|whole| is(&columns[..whole]))
+    })
+}
+
+/// The row of a line, if it is in the form that webloop writes. The line is left as it was.
+fn plain<R: Row>(line: &mut Vec<u8>, lacking: usize) -> Option<R> {
+    let length = line.strip_suffix(b"\n")?.len();
+    line.truncate(length);
+    // What an older file does not have is empty.
+    line.resize(length + lacking, b',');
+    let row = R::plain(line);
+    line.truncate(length);
+    line.push(b'\n');
+    row
 }
 
 const TOO_LONG: &str = "it is longer than 64 KiB, and a row is a few hundred bytes";
@@ -323,17 +338,17 @@ impl<T: Read> Read for Bounded<'_, T> {
 }
 
 /// Passes the rows after the header to `each`, in any form of CSV. Returns the number of rows.
-fn by_serde<R: Row>(
+fn by_serde<R: Row, E: Display>(
     text: impl Read,
     columns: &[&str],
-    mut each: impl FnMut(&R) -> Result<(), String>,
+    mut each: impl FnMut(&R) -> Result<(), E>,
 ) -> Result<u64, Stop> {
     let left = Cell::new(LINE_MAX);
     let text = Bounded { text, left: &left };
     let mut reader = csv::Reader::from_reader(text);
     let header = reader.headers()?.clone();
-    let old = &columns[..columns.len().saturating_sub(R::NEW)];
-    if header.iter().ne(columns.iter().copied()) && header.iter().ne(old.iter().copied()) {
+    let is = |columns: &[&str]| header.iter().eq(columns.iter().copied());
+    if lacking::<R>(columns, is).is_none() {
         return Err(Stop::Columns {
             found: header.iter().collect::<Vec<_>>().join(","),
             expected: columns.join(","),
@@ -356,7 +371,10 @@ fn by_serde<R: Row>(
             Err(error) => return Err(error.into()),
         }
         let line = record.position().map_or(line, csv::Position::line);
-        each(&record.deserialize(Some(&header))?).map_err(|problem| Stop::Row { line, problem })?;
+        each(&record.deserialize(Some(&header))?).map_err(|problem| Stop::Row {
+            line,
+            problem: problem.to_string(),
+        })?;
         rows += 1;
     }
 }
@@ -373,8 +391,8 @@ enum Stop {
 }
 
 impl Stop {
-    /// The error with its place in the file at `path`, of which `before` rows had already been read.
-    fn at(self, path: &Path, before: u64) -> ReadError {
+    /// The error with its place in the file at `path`, with these columns, of which `before` rows had already been read.
+    fn at(self, path: &Path, before: u64, columns: &[&str]) -> ReadError {
         let path = path.to_owned();
         match self {
             Stop::Columns { found, expected } => ReadError::Columns {
@@ -391,7 +409,7 @@ impl Stop {
                 Some(line) => ReadError::Row {
                     path,
                     line: before + line,
-                    problem: problem(&error),
+                    problem: problem(&error, columns),
                 },
                 None => ReadError::File {
                     path,
@@ -402,11 +420,15 @@ impl Stop {
     }
 }
 
-/// The csv crate's message with the field, but without the position, which [`ReadError`] gives itself.
-fn problem(error: &csv::Error) -> String {
+/// The csv crate's message with field and column, but without the position, which [`ReadError`] gives itself.
+fn problem(error: &csv::Error, columns: &[&str]) -> String {
+    let place = |field: usize| match columns.get(field) {
+        Some(column) => format!("field {}, {column}", field + 1),
+        None => format!("field {}", field + 1),
+    };
     match error.kind() {
         csv::ErrorKind::Deserialize { err, .. } => match err.field() {
-            Some(field) => format!("field {}: {}", field + 1, err.kind()),
+            Some(field) => format!("{}: {}", place(field as usize), err.kind()),
             None => err.kind().to_string(),
         },
         csv::ErrorKind::UnequalLengths {
@@ -414,7 +436,7 @@ fn problem(error: &csv::Error) -> String {
         } => {
             format!("{len} fields where the header has {expected_len}")
         }
-        csv::ErrorKind::Utf8 { err, .. } => format!("field {}: not UTF-8", err.field() + 1),
+        csv::ErrorKind::Utf8 { err, .. } => format!("{}: not UTF-8", place(err.field())),
         _ => error.to_string(),
     }
 }
@@ -475,7 +497,10 @@ mod tests {
     fn a_line_that_is_no_row_is_named_with_file_line_and_field() {
         let text = format!("{HEADER}0,10,11,0,0,\n1,20,x,0,0,\n2,30,31,0,0,\n");
         let message = read_text(&text).expect_err("x is no time").to_string();
-        assert!(message.contains("ticks.csv, line 3: field 3:"), "{message}");
+        assert!(
+            message.contains("ticks.csv, line 3: field 3, t_tick_ns:"),
+            "{message}"
+        );
         let message = read_text(&format!("{HEADER}0,10\n"))
             .expect_err("too short")
             .to_string();

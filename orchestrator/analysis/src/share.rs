@@ -5,7 +5,9 @@
 //! lower bound, as many successes as were seen would have a probability of less than 1 − confidence; if it were
 //! larger than the upper bound, as few.
 //!
-//! The share is found by bisection on the sum of the probabilities, which needs no special function.
+//! The share is found by bisection on the tail of the [binomial distribution](crate::binomial).
+
+use crate::binomial::at_least;
 
 /// Most runs that [`enough`] thinks of; the largest plan has as many cells.
 const MOST: usize = 100_000;
@@ -28,6 +30,14 @@ pub fn bounds(met: usize, n: usize, confidence: f64) -> (f64, f64) {
         1.0 - bisect(|q| at_least(n - met, n, q) < rest)
     };
     (lower, upper)
+}
+
+/// Lower and upper bound of a share of which `met` of `n` were seen, both together with this confidence: the share of
+/// all runs lies between them in so many cases, or more.
+#[must_use]
+pub fn interval(met: usize, n: usize, confidence: f64) -> (f64, f64) {
+    // Half of what is left over lies beyond each end.
+    bounds(met, n, 1.0 - (1.0 - confidence) / 2.0)
 }
 
 /// The least number of runs whose lower bound is at least `share`, if no more than `missed` of them miss it;
@@ -53,24 +63,6 @@ pub fn enough(missed: usize, share: f64, confidence: f64) -> Option<usize> {
         }
     }
     Some(high)
-}
-
-/// The probability of `k` or more successes in `n`, each with probability `p`: the binomial tail.
-fn at_least(k: usize, n: usize, p: f64) -> f64 {
-    if p <= 0.0 || p >= 1.0 {
-        return if k == 0 || p >= 1.0 { 1.0 } else { 0.0 };
-    }
-    // Each term from the one before it, as logarithms: of many runs the terms are very small.
-    let odds = libm::log(p) - libm::log1p(-p);
-    let mut term = n as f64 * libm::log1p(-p);
-    let mut sum = 0.0;
-    for i in 0..=n {
-        if i >= k {
-            sum += libm::exp(term);
-        }
-        term += odds + libm::log((n - i) as f64) - libm::log((i + 1) as f64);
-    }
-    sum.min(1.0)
 }
 
 /// The point between 0 and 1 up to which `is_below` is true.
@@ -147,14 +139,6 @@ mod tests {
             let n = enough(missed, share, confidence).expect("few");
             prop_assert!(bounds(n - missed, n, confidence).0 >= share);
             prop_assert!(n == missed || n == missed + 1 || bounds(n - 1 - missed, n - 1, confidence).0 < share);
-        }
-
-        /// The tail against the sum of products, which small numbers allow.
-        #[test]
-        fn the_tail_is_the_sum_of_its_terms(n in 1usize..25, k in 0usize..25, p in 0.01..0.99f64) {
-            let choose = |i: usize| (0..i).fold(1.0, |c, j| c * (n - j) as f64 / (j + 1) as f64);
-            let terms = (k..=n).map(|i| choose(i) * p.powf(i as f64) * (1.0 - p).powf((n - i) as f64));
-            prop_assert!((at_least(k, n, p) - terms.sum::<f64>()).abs() < 1e-12);
         }
     }
 }

@@ -130,14 +130,27 @@ const BEYOND: f64 = 5.0;
 impl Quantiles {
     /// Quantiles of values in ns, in any order.
     #[must_use]
-    pub fn of(mut ns: Vec<u64>) -> Self {
-        let (count, mut end) = (ns.len(), ns.len());
-        let max_ms = ns.iter().max().copied().map(ms);
+    pub fn of(ns: Vec<u64>) -> Self {
+        Quantiles::with_missing(ns, 0)
+    }
+
+    /// Quantiles of values in ns, in any order, and of `missing` others that are greater than any: messages without an
+    /// answer. One that falls among those has no value, as the maximum if there are any.
+    #[must_use]
+    pub fn with_missing(mut ns: Vec<u64>, missing: u64) -> Self {
+        let count = ns
+            .len()
+            .saturating_add(usize::try_from(missing).unwrap_or(usize::MAX));
+        let mut end = ns.len();
+        let max_ms = ns.iter().max().copied().filter(|_| missing == 0).map(ms);
         // From the highest quantile down: a selection leaves all values that are not greater on its
         // left.
         let mut quantile_ms = |q| {
             let at = rank(count, q)?;
-            let (_, value, _) = ns.get_mut(..end)?.select_nth_unstable(at);
+            let (_, value, _) = ns
+                .get_mut(..end)
+                .filter(|ns| at < ns.len())?
+                .select_nth_unstable(at);
             end = at + 1;
             Some(ms(*value))
         };
@@ -150,6 +163,14 @@ impl Quantiles {
             p99_ms,
             max_ms,
         }
+    }
+
+    /// Whether the quantile `q` of so many values falls among the missing ones, which are greater than any.
+    #[must_use]
+    pub fn falls_among_missing(q: f64, there: u64, missing: u64) -> bool {
+        let whole = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
+        let at = rank(whole(there.saturating_add(missing)), q);
+        at.is_some_and(|at| at >= whole(there))
     }
 }
 
@@ -191,6 +212,7 @@ pub fn ms_between(from_ns: u64, to_ns: u64) -> f64 {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use serde::Deserialize;
 
     #[test]
     fn quantiles_by_hand_and_none_where_luck_would_decide() {
@@ -201,6 +223,59 @@ mod tests {
         let fewer = Quantiles::of(ns[..499].to_vec());
         assert_eq!((fewer.p90_ms.is_some(), fewer.p99_ms), (true, None));
         assert_eq!(Quantiles::of(vec![]), Quantiles::default());
+    }
+
+    /// Quantiles from numpy, of series with values that are missing; `quantiles.py` beside it produces them.
+    const REFERENCE: &str = include_str!("../tests/fixtures/quantiles.json");
+
+    #[derive(Deserialize)]
+    struct Case {
+        ns: Vec<u64>,
+        missing: u64,
+        p50_ms: Option<f64>,
+        p90_ms: Option<f64>,
+        p99_ms: Option<f64>,
+        max_ms: Option<f64>,
+    }
+
+    #[test]
+    fn quantiles_with_missing_values_are_those_of_numpy() {
+        let cases: Vec<Case> = serde_json::from_str(REFERENCE).expect("the fixture");
+        assert!(cases.len() >= 200);
+        for case in cases {
+            let right = Quantiles {
+                p50_ms: case.p50_ms,
+                p90_ms: case.p90_ms,
+                p99_ms: case.p99_ms,
+                max_ms: case.max_ms,
+            };
+            let (there, missing) = (case.ns.len() as u64, case.missing);
+            for (q, value) in [
+                (0.5, right.p50_ms),
+                (0.9, right.p90_ms),
+                (0.99, right.p99_ms),
+            ] {
+                let is_enough = rank((there + missing) as usize, q).is_some();
+                let falls = Quantiles::falls_among_missing(q, there, missing);
+                assert_eq!(
+                    falls,
+                    is_enough && value.is_none(),
+                    "{q} of {there} and {missing}"
+                );
+            }
+            assert_eq!(Quantiles::with_missing(case.ns, missing), right);
+        }
+    }
+
+    #[test]
+    fn a_message_without_an_answer_is_later_than_all_that_have_one() {
+        // 400 of 2000 answered within 50 ms: no quantile but the tenth of them is known.
+        let answered: Vec<u64> = (0..400).map(|i| 10_000_000 + i * 100_000).collect();
+        let all = Quantiles::with_missing(answered.clone(), 1600);
+        assert_eq!(all, Quantiles::default());
+        let half = Quantiles::with_missing(answered, 200);
+        assert_eq!((half.p50_ms, half.p90_ms), (Some(39.9), None));
+        assert_eq!((half.p99_ms, half.max_ms), (None, None));
     }
 
     proptest! {

@@ -12,7 +12,7 @@ use crate::links;
 use crate::summary::Summary;
 
 /// The columns after those of the cell's condition.
-const COLUMNS: [Column; 15] = [
+const COLUMNS: [Column; 16] = [
     number("", "length").once(" each"),
     number("", "#").unless_all("1").means("#: repeat."),
     text("verdict"),
@@ -28,7 +28,7 @@ const COLUMNS: [Column; 15] = [
         .means("rise: 10 to 90 %."),
     number("settling", "ms")
         .unless_all("")
-        .means("settling: into 2 %."),
+        .means("settling: into its band, 2 % of the step."),
     number("overshoot", "%").unless_all(""),
     number("worst", "e")
         .unless_all("")
@@ -46,12 +46,23 @@ const COLUMNS: [Column; 15] = [
         .unless_all("")
         .means("lag: lateness of the last message."),
     text("disturbed").unless_all(""),
+    text("because").unless_all(""),
 ];
 
-/// The table, with a legend; `seed` is that of the campaign. Numbers have three significant digits; `-` means
-/// that a column does not apply.
+/// Most cells that have a line each. Nobody reads more, and their lines take more memory than their figures.
+const MOST_LINES: usize = 5_000;
+
+/// The table, with a legend; of more cells than anybody reads, only how many there are. `seed` is that of the campaign.
+/// Numbers have three significant digits; `-` means that a column does not apply.
 #[must_use]
 pub fn render(rows: &[Summary], seed: u64) -> String {
+    if rows.len() > MOST_LINES {
+        return format!(
+            "{} cells, seed {seed}: too many for a table, `summary.csv` has a row for each.\n\n{}",
+            rows.len(),
+            links::render(rows)
+        );
+    }
     // Open loops alone have no step: the table shows their drift.
     let is_open = rows.iter().all(|row| row.mode == Mode::Open);
     let unlike = links::unlike(rows);
@@ -92,6 +103,7 @@ fn line(row: &Summary, is_open: bool, unlike: &[&str]) -> Vec<String> {
         drift(row.schedule_slope.map(|slope| 1e3 * slope)),
         drift(row.schedule_lag_s),
         row.disturbed.clone().unwrap_or_default(),
+        because(row),
     ];
     condition::entries(row).into_iter().chain(rest).collect()
 }
@@ -113,12 +125,20 @@ fn verdict(row: &Summary) -> String {
     }
 }
 
+/// Why the loop of a complete run does not just hold; empty if it does.
+fn because(row: &Summary) -> String {
+    let reason = row.loop_reason.clone();
+    reason
+        .filter(|_| row.verdict == Some(Verdict::Complete))
+        .unwrap_or_default()
+}
+
 #[cfg(test)]
 mod tests {
     use plan::Client;
 
     use super::*;
-    use crate::response::LoopVerdict;
+    use crate::verdict::LoopVerdict;
 
     fn render(rows: &[Summary]) -> String {
         super::render(rows, 1)
@@ -148,7 +168,7 @@ mod tests {
             messages_sent: Some(2666),
             messages_missed: Some(0),
             zero_1ms: Some(0.0123),
-            loop_verdict: figures.map(|_| LoopVerdict::Stable),
+            loop_verdict: figures.map(|_| LoopVerdict::Holds),
             rise_ms: figures.map(|f| f[0]),
             settling_ms: figures.map(|f| f[1]),
             overshoot_pct: figures.map(|f| f[2]),
@@ -167,7 +187,7 @@ mod tests {
     #[test]
     fn the_table_of_a_campaign_reads_like_this() {
         let vpn = Summary {
-            loop_verdict: Some(LoopVerdict::NotSettled),
+            loop_verdict: Some(LoopVerdict::Unsettled),
             settling_ms: None,
             messages_missed: Some(17),
             ..measured(
@@ -209,7 +229,7 @@ mod tests {
     fn where_only_open_loops_are_compared_by_client_the_table_is_of_their_drift() {
         let cell = |client: Client, setup: &str, sent: u64, slope: f64| Summary {
             client,
-            setup: setup.to_owned(),
+            setup: setup.to_owned().into(),
             messages_due: 6000,
             messages_sent: Some(sent),
             messages_missed: Some(6000 - sent),
@@ -230,7 +250,7 @@ mod tests {
     fn where_only_closed_loops_are_compared_by_client_the_table_stays_on_a_terminal() {
         let cell = |client: Client, setup: &str| Summary {
             client,
-            setup: setup.to_owned(),
+            setup: setup.to_owned().into(),
             repeat: 20,
             ..measured(
                 "diego-vpn",
@@ -257,8 +277,8 @@ mod tests {
             system: system.to_owned(),
             duration_ns: 8_000_000_000,
             setup: match system {
-                "motor" => "paper-python".to_owned(),
-                system => format!("paper-python, system {system}"),
+                "motor" => "paper-python".to_owned().into(),
+                system => format!("paper-python, system {system}").into(),
             },
             stalled_asked: Some(stalled.0),
             stalled_due: Some(stalled.1),
@@ -269,7 +289,7 @@ mod tests {
             of("couva", (0.142, 0.0645), "lag"),
             of("diego-lan", (0.006, 0.008), "motor"),
             Summary {
-                loop_verdict: Some(LoopVerdict::Unstable),
+                loop_verdict: Some(LoopVerdict::Lost),
                 settling_ms: None,
                 overshoot_pct: Some(9.5e12),
                 ..of("diego-lan", (0.006, 0.008), "lag")

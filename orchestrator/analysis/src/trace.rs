@@ -4,6 +4,7 @@
 //! Summaries of these series are in [`crate::response`], [`crate::tick`] and [`crate::arrival`];
 //! arrivals against their schedule are in [`crate::lateness`].
 
+use std::ops::Range;
 use std::path::Path;
 
 use endpoint::{ArrivalRow, TickRow};
@@ -12,8 +13,8 @@ use plan::file_name;
 use crate::rows::{ReadError, read};
 use crate::statistics::ms_between;
 
-/// The plant's output and input at each tick, from the tick that took the first command to the one that
-/// took the last. Time is the plant's own: the n-th value is at n h, n from 0.
+/// The plant's output and input at each tick, from the first deadline to the planned end. Time is the plant's own: the
+/// n-th value is at n h, n from 0.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Response {
     /// y after each tick.
@@ -22,26 +23,19 @@ pub struct Response {
     pub u: Vec<f64>,
 }
 
-/// The [`Response`] of a closed loop.
+/// The [`Response`] of a closed loop whose run lasted from one instant to another, ns.
 ///
 /// # Errors
 /// [`ReadError`] if `ticks.csv` cannot be read.
-pub fn response(folder: &Path) -> Result<Response, ReadError> {
-    let (mut y, mut u, mut newest, mut length) = (Vec::new(), Vec::new(), None, 0);
+pub fn response(folder: &Path, run_ns: &Range<u64>) -> Result<Response, ReadError> {
+    let (mut y, mut u) = (Vec::new(), Vec::new());
     let path = folder.join(file_name::TICKS);
     read(&path, TickRow::COLUMNS, |row: &TickRow| {
-        if row.seq.is_none() {
-            return;
-        }
-        y.push(row.y);
-        u.push(row.u);
-        if row.seq != newest {
-            newest = row.seq;
-            length = y.len();
+        if run_ns.contains(&row.t_due_ns) {
+            y.push(row.y);
+            u.push(row.u);
         }
     })?;
-    y.truncate(length);
-    u.truncate(length);
     Ok(Response { y, u })
 }
 
@@ -97,16 +91,15 @@ mod tests {
     }
 
     #[test]
-    fn a_response_runs_from_the_first_command_to_the_last() {
-        // Two idle ticks, three commands of which the second holds for two ticks, and one held tick
-        // at the end.
+    fn a_response_runs_from_the_first_deadline_to_the_planned_end() {
+        // Two ticks before it; then a command comes late, one holds for two ticks, and one to the end.
         let text = "k,t_due_ns,t_tick_ns,u,y,seq\n\
                     0,0,0,0,0,\n1,3,3,0,0,\n2,6,6,1,0.25,0\n3,9,9,1,0.5,1\n\
                     4,12,12,1,0.75,1\n5,15,15,1,1,2\n6,18,18,1,9,2\n";
         let folder = folder("ticks.csv", text);
         assert_eq!(
-            response(folder.path()).expect("readable").y,
-            [0.25, 0.5, 0.75, 1.0]
+            response(folder.path(), &(3..18)).expect("readable").y,
+            [0.0, 0.25, 0.5, 0.75, 1.0]
         );
     }
 

@@ -15,6 +15,7 @@ use manifest::{ControllerReport, FileFact, Manifest, PlantReport};
 use plan::{Cell, End, EndEffect, Plan, Verdict, file_name};
 use serde::de::DeserializeOwned;
 
+use crate::order::{Disorder, Gaps};
 use crate::rows::{OTHER_BYTES, ReadError, other_length};
 
 /// The files of rows that metrics are made of; a plant with a second input or output has one more.
@@ -88,14 +89,17 @@ fn problem(path: &Path, asked: &FileFact) -> Option<String> {
     }
 }
 
+/// What is between the two ends of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Medium {
+    /// A link, which is played.
+    Link,
+    /// Nothing but the machine itself.
+    Loopback,
+}
+
 /// What is wrong with a manifest for the plan's cell, one sentence per fault; empty if nothing is.
-/// `is_loopback` says whether its topology has no link.
-pub(crate) fn faults(
-    manifest: &Manifest,
-    plan: &Plan,
-    cell: &Cell,
-    is_loopback: bool,
-) -> Vec<String> {
+pub(crate) fn faults(manifest: &Manifest, plan: &Plan, cell: &Cell, medium: Medium) -> Vec<String> {
     let mut faults = Vec::new();
     if !manifest.cell.is_same(cell) {
         faults.push("it describes another cell than the plan's of this name".to_owned());
@@ -120,13 +124,12 @@ pub(crate) fn faults(
         faults.push("its list of files is empty, so nothing can be checked".to_owned());
         return faults;
     }
-    let is_own_system = plan.systems.contains_key(&cell.system);
     faults.extend(
-        lacking(manifest, is_loopback, is_own_system)
+        lacking(manifest, plan, medium)
             .map(|name| format!("it does not list {name}, which such a run writes")),
     );
     if manifest.verdict == Verdict::Complete {
-        faults.extend(contradictions(manifest, is_loopback));
+        faults.extend(contradictions(manifest, medium));
     }
     faults
 }
@@ -161,11 +164,7 @@ fn other_texts(manifest: &Manifest, plan: &Plan, cell: &Cell) -> Vec<String> {
 }
 
 /// The files that a run of its kind leaves and the manifest does not list.
-fn lacking(
-    manifest: &Manifest,
-    is_loopback: bool,
-    is_own_system: bool,
-) -> impl Iterator<Item = &'static str> {
+fn lacking(manifest: &Manifest, plan: &Plan, medium: Medium) -> impl Iterator<Item = &'static str> {
     let is_virtual = manifest.backend == VIRTUAL;
     let mut asked = ROWS.to_vec();
     asked.extend([
@@ -176,16 +175,16 @@ fn lacking(
     if manifest.cell.client.is_browser() && !is_virtual {
         asked.push(file_name::PAGE_REPORT);
     }
-    if is_own_system {
+    if plan.systems.contains_key(&manifest.cell.system) {
         asked.push(file_name::SYSTEM);
     }
     let plant = manifest.plant.as_ref();
     if plant.is_some_and(|plant| plant.second_rows().is_some()) {
         asked.push(file_name::SECOND);
     }
-    if !is_loopback && is_virtual {
+    if medium == Medium::Link && is_virtual {
         asked.push(file_name::LINK_REPORT);
-    } else if !is_loopback {
+    } else if medium == Medium::Link {
         // One player for both directions, or one for each.
         asked.extend(if manifest.files.contains_key(file_name::LINK_UP_REPORT) {
             &[
@@ -204,7 +203,7 @@ fn lacking(
 }
 
 /// What the manifest of a complete run must not contain, one sentence each.
-fn contradictions(manifest: &Manifest, is_loopback: bool) -> Vec<String> {
+fn contradictions(manifest: &Manifest, medium: Medium) -> Vec<String> {
     let mut found = Vec::new();
     if let Some(reason) = manifest.reasons.first() {
         found.push(format!(
@@ -215,14 +214,16 @@ fn contradictions(manifest: &Manifest, is_loopback: bool) -> Vec<String> {
         .certificate
         .as_ref()
         .map(|of| of.verdict == certificate::Verdict::Holds);
-    match (is_loopback, held) {
-        (false, None) => found.push("it is complete without its link's certificate".to_owned()),
-        (false, Some(false)) => {
+    match (medium, held) {
+        (Medium::Link, None) => {
+            found.push("it is complete without its link's certificate".to_owned());
+        }
+        (Medium::Link, Some(false)) => {
             found.push(
                 "it is complete, and its certificate says that the link did not hold".to_owned(),
             );
         }
-        (true, _) | (false, Some(true)) => {}
+        (Medium::Loopback, _) | (Medium::Link, Some(true)) => {}
     }
     if (manifest.backend == VIRTUAL) != (manifest.player == "model") {
         found.push(format!(
@@ -312,22 +313,33 @@ impl<'a> Vouched<'a> {
         })
     }
 
-    /// Whether a file has the rows of an end that was killed and started again: then some may be missing, and the
-    /// end's report counts those of its last life.
-    pub(crate) fn may_lack(&self, name: &str) -> bool {
-        self.killed.contains(&match name {
+    /// A file may lack rows if it has those of an end that was killed and started again: the end's report counts
+    /// those of its last life.
+    pub(crate) fn gaps(&self, name: &str) -> Gaps {
+        let end = match name {
             file_name::MESSAGES => End::Controller,
             file_name::TICKS | file_name::SECOND | file_name::ARRIVALS => End::Plant,
-            _ => return false,
-        })
+            _ => return Gaps::None,
+        };
+        if self.killed.contains(&end) {
+            Gaps::Allowed
+        } else {
+            Gaps::None
+        }
     }
 
     /// Checks that a file has as many rows as were written.
-    pub(crate) fn count(&self, name: &str, found: u64) -> Result<(), String> {
+    pub(crate) fn count(&self, name: &str, found: u64) -> Result<(), Disorder> {
         let of_it = self.counts.iter().filter(|(file, ..)| *file == name);
-        for (_, origin, rows) in of_it {
-            if found != *rows && !(self.may_lack(name) && found > *rows) {
-                return Err(format!("it has {found} rows, and {origin} says {rows}"));
+        for (_, origin, written) in of_it {
+            // The certificate counts only echoes that were waited for long enough to say something.
+            let is_part = self.gaps(name) == Gaps::Allowed || name == file_name::PROBES;
+            if found != *written && !(is_part && found > *written) {
+                return Err(Disorder::Count {
+                    found,
+                    origin,
+                    written: *written,
+                });
             }
         }
         Ok(())

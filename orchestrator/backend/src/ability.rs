@@ -3,11 +3,13 @@
 //! Each ability is tried the way a run would use it. For a missing one, the result says what that means
 //! for the user and what to do about it.
 
-use endpoint::report::Policy;
 use link::Profile;
 use plan::Client;
 
-use crate::{Lab, Player, awake};
+use crate::awake;
+use crate::lab::Lab;
+use crate::player::Player;
+pub use crate::unable::Unable;
 
 /// How much a run needs an ability.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,7 +28,7 @@ pub struct Ability {
     /// How much it is needed.
     pub need: Need,
     /// What was found, or why it is missing.
-    pub found: Result<String, String>,
+    pub found: Result<String, Unable>,
     /// What to do if it is missing.
     pub remedy: &'static str,
 }
@@ -40,7 +42,7 @@ pub fn abilities(authority: &shaper::Result<shaper::Authority>) -> Vec<Ability> 
         found: match authority {
             Ok(shaper::Authority::Privileged) => Ok("as root".into()),
             Ok(shaper::Authority::UserNamespace) => Ok("in a user namespace, without root".into()),
-            Err(problem) => Err(problem.to_string()),
+            Err(problem) => Err(Unable::by(problem)),
         },
         remedy: "run as root, or allow user namespaces",
     }];
@@ -50,8 +52,8 @@ pub fn abilities(authority: &shaper::Result<shaper::Authority>) -> Vec<Ability> 
         found: match authority {
             Ok(_) => Lab::new(&Profile::empty(), Player::User)
                 .map(|_| "made and removed".to_owned())
-                .map_err(|e| e.to_string()),
-            Err(_) => Err("needs namespaces".into()),
+                .map_err(|problem| Unable::by(&problem)),
+            Err(_) => Err(Unable::new("needs namespaces")),
         },
         remedy: "load the kernel module veth",
     });
@@ -72,7 +74,7 @@ pub fn abilities(authority: &shaper::Result<shaper::Authority>) -> Vec<Ability> 
             what: "two processors or more",
             need: Need::Better,
             found: match std::thread::available_parallelism().map_or(1, usize::from) {
-                1 => Err("one".into()),
+                1 => Err(Unable::new("one")),
                 n => Ok(n.to_string()),
             },
             remedy: "expect late ticks; keep --jobs at 1",
@@ -87,7 +89,7 @@ pub fn abilities(authority: &shaper::Result<shaper::Authority>) -> Vec<Ability> 
             what: "netem, for --player tc",
             need: Need::Better,
             found: netem(),
-            remedy: "not needed, since webloop plays links itself; load the kernel module sch_netem and install iproute2, or see netem/kernel/run in a checkout",
+            remedy: "not needed, since webloop plays links itself; load the kernel module sch_netem and install iproute2",
         },
     ]);
     abilities.extend(clients());
@@ -96,34 +98,34 @@ pub fn abilities(authority: &shaper::Result<shaper::Authority>) -> Vec<Ability> 
 }
 
 /// Asks for `SCHED_FIFO` on a thread of its own.
-fn try_fifo() -> Result<String, String> {
+fn try_fifo() -> Result<String, Unable> {
     std::thread::spawn(|| {
-        let granted = pace::ask(Some(1));
-        match granted.policy {
-            Policy::Fifo => Ok("SCHED_FIFO granted".to_owned()),
-            Policy::Other => Err(granted.refused.unwrap_or_default()),
+        let granted = clock::scheduling::ask(Some(1));
+        match granted.fifo_priority {
+            Some(_) => Ok("SCHED_FIFO granted".to_owned()),
+            None => Err(Unable::new(granted.refused.unwrap_or_default())),
         }
     })
     .join()
-    .unwrap_or_else(|_| Err("the trial failed".into()))
+    .unwrap_or_else(|_| Err(Unable::new("the trial failed")))
 }
 
 /// Has tc put a netem on an interface that nothing else uses.
-fn netem() -> Result<String, String> {
+fn netem() -> Result<String, Unable> {
     shaper::Namespace::new()
         .and_then(|nowhere| nowhere.run(|| shaper::tc_available("lo")))
         .map(|()| "tried out".to_owned())
         .map_err(|problem| match problem {
-            shaper::Error::Unsupported { source, .. } => source.to_string(),
-            failed @ shaper::Error::Failed { .. } => failed.to_string(),
+            shaper::Error::Unsupported { source, .. } => Unable::by(&source),
+            failed @ shaper::Error::Failed { .. } => Unable::by(&failed),
         })
 }
 
-fn open_files() -> Result<String, String> {
+fn open_files() -> Result<String, Unable> {
     const ENOUGH: u64 = 8_192;
     let limit = rustix::process::getrlimit(rustix::process::Resource::Nofile);
     match limit.maximum {
-        Some(most) if most < ENOUGH => Err(format!("at most {most}")),
+        Some(most) if most < ENOUGH => Err(Unable::new(format!("at most {most}"))),
         Some(most) => Ok(format!("up to {most}")),
         None => Ok("without limit".into()),
     }
@@ -134,8 +136,8 @@ fn clients() -> impl Iterator<Item = Ability> {
     Client::ALL.iter().filter_map(|client| {
         let spec = client.spec();
         let found = match (spec.engine, spec.role) {
-            (Some(engine), _) => browser::found(engine).map_err(|missing| missing.why),
-            (None, "python") => python::version().map_err(|error| error.to_string()),
+            (Some(engine), _) => browser::found(engine).map_err(|missing| Unable::new(missing.why)),
+            (None, "python") => python::version().map_err(|problem| Unable::by(&problem)),
             (None, _) => return None,
         };
         Some(Ability {
@@ -152,7 +154,7 @@ fn containers() -> [Ability; 3] {
     let server = compose::serves();
     let tunnels = match &server {
         Ok(server) => compose::tunnels(server).map(str::to_owned).map_err(part),
-        Err(_) => Err("needs the engine".to_owned()),
+        Err(_) => Err(Unable::new("needs the engine")),
     };
     [
         Ability {
@@ -181,9 +183,9 @@ fn containers() -> [Ability; 3] {
 }
 
 /// What is missing, without the remedy, which the list gives itself.
-fn part(problem: compose::Problem) -> String {
+fn part(problem: compose::Problem) -> Unable {
     match problem {
-        compose::Problem::Unsupported { lack, .. } => lack,
-        other => other.to_string(),
+        compose::Problem::Unsupported { lack, .. } => Unable::new(lack),
+        other => Unable::by(&other),
     }
 }

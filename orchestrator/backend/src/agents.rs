@@ -23,21 +23,37 @@ pub struct Agents {
     pub engine: Option<String>,
 }
 
+/// What is wrong with the addresses of agents.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum BadAgents {
+    /// One is missing.
+    #[error("the agent `{0}` has no address")]
+    Missing(&'static str),
+    /// One has no host or no port.
+    #[error("`{address}` is not an address for the agent `{name}`; write HOST:PORT")]
+    BadAddress {
+        /// The agent.
+        name: &'static str,
+        /// What stands there.
+        address: String,
+    },
+}
+
 impl Agents {
     /// Parses the addresses. The back-end is called `attach`, and no engine is known.
     ///
     /// `addresses` is `plant=HOST:PORT,plant-link=..,controller=..,controller-link=..`.
     ///
     /// # Errors
-    /// A sentence that says what is missing or misspelt.
-    pub fn parse(addresses: &str, token: Token) -> Result<Agents, String> {
-        let one = |name: &str| {
+    /// If one is missing or misspelt.
+    pub fn parse(addresses: &str, token: Token) -> Result<Agents, BadAgents> {
+        let one = |name| {
             addresses
                 .split(',')
                 .filter_map(|entry| entry.trim().split_once('='))
                 .find(|(key, _)| *key == name)
                 .map(|(_, address)| address.to_owned())
-                .ok_or_else(|| format!("the agent `{name}` has no address"))
+                .ok_or(BadAgents::Missing(name))
                 .and_then(|address| checked(name, address))
         };
         Ok(Agents {
@@ -63,12 +79,10 @@ impl Agents {
 }
 
 /// Checks that an address has a host and a port.
-fn checked(name: &str, address: String) -> Result<String, String> {
+fn checked(name: &'static str, address: String) -> Result<String, BadAgents> {
     match address.rsplit_once(':') {
         Some((host, port)) if !host.is_empty() && u16::from_str(port).is_ok() => Ok(address),
-        _ => Err(format!(
-            "`{address}` is not an address for the agent `{name}`; write HOST:PORT"
-        )),
+        _ => Err(BadAgents::BadAddress { name, address }),
     }
 }
 
@@ -90,7 +104,7 @@ mod tests {
             ("", "`plant`"),
         ] {
             let problem = Agents::parse(wrong, token()).expect_err(wrong);
-            assert!(problem.contains(part), "{wrong}: {problem}");
+            assert!(problem.to_string().contains(part), "{wrong}: {problem}");
         }
     }
 }

@@ -4,8 +4,11 @@
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 
-use endpoint::report::Policy;
-use pace::{Pacer, now_ns};
+use clock::now::now_ns;
+use clock::pacer::Pacer;
+use clock::scheduling::Granted;
+
+use crate::unable::Unable;
 
 /// The kernel's file for it: while a process holds it open, an idle processor does not fall asleep more deeply
 /// than it can wake within the time written into it.
@@ -42,23 +45,22 @@ struct Seen {
 ///
 /// # Errors
 /// Why the processors cannot be kept awake.
-pub(crate) fn trial() -> Result<String, String> {
+pub(crate) fn trial() -> Result<String, Unable> {
     let halting = nap()?;
-    let awake = Awake::keep().map_err(|problem| format!("{LATENCY}: {problem}"))?;
+    let awake = Awake::keep().map_err(|problem| Unable::new(format!("{LATENCY}: {problem}")))?;
     let kept = nap()?;
     drop(awake);
     Ok(told(halting, kept))
 }
 
 /// Sleeps for three tenths of a second, a millisecond at a time, as a plant does.
-fn nap() -> Result<Seen, String> {
+fn nap() -> Result<Seen, Unable> {
     const NAPS: u64 = 300;
     const NAP_NS: u64 = 1_000_000;
     let slept = std::thread::spawn(|| {
-        let mut granted = pace::ask(Some(1));
+        clock::scheduling::ask(Some(1));
         // It is to be late by as much as the machine makes it.
-        granted.policy = Policy::Other;
-        let mut pacer = Pacer::new(&granted);
+        let mut pacer = Pacer::new(&Granted::ordinary());
         let (start_ns, stolen_ns) = (now_ns(), agent::stolen_ns());
         let late_us = |nap: u64| {
             let due_ns = start_ns + nap * NAP_NS;
@@ -74,7 +76,7 @@ fn nap() -> Result<Seen, String> {
             stolen: agent::stolen_ns().saturating_sub(stolen_ns) as f64 / time_ns,
         }
     });
-    slept.join().map_err(|_| "the trial failed".to_owned())
+    slept.join().map_err(|_| Unable::new("the trial failed"))
 }
 
 /// What the two tell of each other. The host pays for it where it takes more than before: a fiftieth of the time,
@@ -130,7 +132,7 @@ mod tests {
     fn the_trial_says_what_it_found_or_why_it_cannot() {
         match trial() {
             Ok(said) => assert!(said.contains("with --awake"), "{said}"),
-            Err(why) => assert!(why.contains(LATENCY), "{why}"),
+            Err(why) => assert!(why.to_string().contains(LATENCY), "{why}"),
         }
     }
 }

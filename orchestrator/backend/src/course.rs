@@ -7,22 +7,22 @@ mod end;
 mod share;
 
 use std::collections::VecDeque;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use certificate::Echo;
 use judge::{Pulse, Watched};
 use link::{Epoch, LinkTime, Profile};
-use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase, ProfileText, Program};
-use shaper::ProbePlan;
+use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase};
 
-use crate::link_check::{LinkCheck, NOTHING_ENTERED};
+use crate::link_check::{LinkCheck, Sent};
 use crate::pulse::Pulses;
 use crate::record::Rows;
 use crate::role::{ControllerRole, LinkRole, PlantRole, RoleSettings};
 use crate::schedule::{Series, Spacing};
 use crate::site::{Running, Site};
+use crate::texts::Texts;
 use crate::{RunError, schedule};
 
 use end::EndPart;
@@ -51,13 +51,14 @@ enum Event {
 struct Events(VecDeque<(u64, Event)>);
 
 impl Events {
-    /// The events of a run of `cell` with these faults, whose controller has its deadlines between `from_ns` and
-    /// `to_ns`.
-    fn of(cell: &Cell, faults: &[EndFault], from_ns: u64, to_ns: u64) -> Events {
-        let give_up_ns = to_ns
+    /// The events of a run of `cell` with these faults, whose controller has its deadlines within `loop_ns`.
+    fn of(cell: &Cell, faults: &[EndFault], loop_ns: Range<u64>) -> Events {
+        let from_ns = loop_ns.start;
+        let give_up_ns = loop_ns
+            .end
             .saturating_add(cell.settings.timeout_ns)
             .saturating_add(schedule::ns(cell.client.spec().grace));
-        let counts_ns = (from_ns..to_ns).step_by(COUNT_EVERY_NS);
+        let counts_ns = loop_ns.step_by(COUNT_EVERY_NS);
         let counts = counts_ns.map(|t_ns| (t_ns, Event::CountProcessors));
         let kills = faults
             .iter()
@@ -87,34 +88,6 @@ impl Events {
     }
 }
 
-/// A series of echoes that was sent.
-#[derive(Debug)]
-pub(crate) struct Sent {
-    pub(crate) phase: Phase,
-    pub(crate) echoes: Vec<Echo>,
-    /// Until when each was waited for at least, monotonic.
-    pub(crate) until_ns: Vec<u64>,
-}
-
-impl Sent {
-    /// Sends the echoes of a plan.
-    fn send(
-        site: &dyn Site,
-        phase: Phase,
-        plan: &ProbePlan,
-        stop: &AtomicBool,
-    ) -> Result<Sent, RunError> {
-        let until_ns = plan.until_ns.iter();
-        Ok(Sent {
-            phase,
-            echoes: site.echoes(plan, stop)?,
-            until_ns: until_ns
-                .map(|ns| plan.start_ns.saturating_add(*ns))
-                .collect(),
-        })
-    }
-}
-
 /// What was observed during a run.
 #[derive(Debug)]
 pub(crate) struct Seen {
@@ -136,21 +109,6 @@ pub(crate) struct Seen {
     pub(crate) end_faults: Vec<EndFaultDone>,
 }
 
-/// What a cell's parts need from the plan beside the cell.
-#[derive(Clone, Copy)]
-pub(crate) struct Texts<'a> {
-    /// The link's profile.
-    pub(crate) profile: &'a ProfileText,
-    /// The system; `None` for the paper's.
-    pub(crate) system: Option<&'a str>,
-    /// The controller, where it is a program of one's own.
-    pub(crate) program: Option<&'a Program>,
-    /// The plant, where it is a program of one's own.
-    pub(crate) plant_program: Option<&'a Program>,
-    /// What the cell's fault does to the ends.
-    pub(crate) end_faults: &'a [EndFault],
-}
-
 /// Runs a cell at `site`. Its link opens after `patience` times what the parts usually need.
 ///
 /// The calling thread starts the parts; those that are its child processes die with it.
@@ -163,10 +121,6 @@ pub(crate) fn run(
     stop: &AtomicBool,
 ) -> Result<Seen, RunError> {
     let begun_ns = site.now_ns();
-    let passed = |step: &str| {
-        let ns = site.now_ns().saturating_sub(begun_ns);
-        tracing::debug!(ms = ns / 1_000_000, "{step}");
-    };
     let lead_ns = site.lead_ns(cell.client.spec().start_time);
     let spacing = Spacing::of(profile);
     let opens = spacing.opens();
@@ -180,67 +134,108 @@ pub(crate) fn run(
         let role = LinkRole::of(cell, texts.profile, epoch, opens);
         Some(site.start(RoleSettings::Link(role))?)
     };
-    let link_check = LinkCheck {
-        target: site.plant_address(),
-        profile,
-        seed: cell.link_seed,
-        epoch,
-        opens,
-        entered: &NOTHING_ENTERED,
+    let conductor = Conductor {
+        site,
+        cell,
+        texts,
+        link_check: LinkCheck {
+            target: site.plant_address(),
+            ..LinkCheck::of(cell, profile, epoch, opens)
+        },
+        begun_ns,
+        stop,
     };
-    let (mut parts, empty) = thread::scope(|scope| {
-        let plan = link_check.plan(Spacing::Close.empty(site.now_ns()));
-        let empty = scope.spawn(move || Sent::send(site, Phase::Empty, &plan, stop));
-        let parts = Parts::start(site, cell, texts, epoch, link);
-        passed("the parts are ready");
-        let empty = joined(empty);
-        Ok::<_, RunError>((parts?, empty?))
-    })?;
-    passed("the empty link is measured");
+    let (mut parts, empty) = conductor.start(link)?;
+    conductor.passed("the empty link is measured");
     if site.now_ns() >= opens_ns {
         return Err(RunError::Late);
     }
-    let start_ns = epoch.t_ns(plan::START_AT);
-    let send = |series: Series, stop: &AtomicBool| {
-        Sent::send(site, series.phase, &link_check.plan(series), stop)
-    };
     let pulses = Pulses::start();
-    let end_ns = start_ns + cell.duration_ns;
-    let mut shares = Shares::new(start_ns, end_ns);
-    let mut events = Events::of(cell, texts.end_faults, start_ns, end_ns);
-    let abandon = AtomicBool::new(false);
-    let echoes = thread::scope(|scope| {
-        let before = scope.spawn(|| send(spacing.before(epoch), &abandon));
-        let during = scope.spawn(|| send(schedule::during(start_ns, cell.duration_ns), &abandon));
-        let ended = parts.await_controller(site, &mut events, &mut shares, stop);
-        passed("the controller has ended");
-        let after = ended.and_then(|()| send(spacing.after(site.now_ns()), stop));
-        // Ctrl-C in a terminal also ends the controller, as if it had ended by itself.
-        if after.is_err() || stop.load(Ordering::Relaxed) {
-            abandon.store(true, Ordering::Relaxed);
-        }
-        let (before, during) = (joined(before), joined(during));
-        // Return the cause first: the echoes were abandoned because of it.
-        let after = after?;
-        Ok::<_, RunError>([empty, before?, during?, after])
-    })?;
-    passed("the echoes are back");
+    let mut shares = Shares::new(conductor.loop_ns());
+    let [before, during, after] = conductor.control(&mut parts, &mut shares)?;
+    conductor.passed("the echoes are back");
     let pulse = pulses.finish();
     let seen = parts.seen()?;
     let end_faults = parts.done(&seen)?;
     let watched = seen.map(|seen| seen.watched(&shares, &end_faults));
     parts.stop()?;
-    passed("the parts have ended");
+    conductor.passed("the parts have ended");
     Ok(Seen {
         epoch,
         opens,
-        start_ns,
-        echoes,
+        start_ns: conductor.loop_ns().start,
+        echoes: [empty, before, during, after],
         rows: None,
         pulse: Some(pulse),
         watched: watched.into(),
         end_faults,
     })
+}
+
+/// Conducts a run: has what its steps have in common.
+struct Conductor<'a> {
+    site: &'a dyn Site,
+    cell: &'a Cell,
+    texts: Texts<'a>,
+    link_check: LinkCheck<'a>,
+    /// When the run began, monotonic.
+    begun_ns: u64,
+    stop: &'a AtomicBool,
+}
+
+impl<'a> Conductor<'a> {
+    /// Says that a step is over, and how long after the run began.
+    fn passed(&self, step: &str) {
+        let ns = self.site.now_ns().saturating_sub(self.begun_ns);
+        tracing::debug!(ms = ns / 1_000_000, "{step}");
+    }
+
+    /// When the controller has its deadlines, monotonic.
+    fn loop_ns(&self) -> Range<u64> {
+        let start_ns = self.link_check.epoch.t_ns(plan::START_AT);
+        start_ns..start_ns + self.cell.duration_ns
+    }
+
+    /// Starts the ends, while echoes measure the empty link.
+    fn start(&self, link: Option<Box<dyn Running + 'a>>) -> Result<(Parts<'a>, Sent), RunError> {
+        let (site, stop, epoch) = (self.site, self.stop, self.link_check.epoch);
+        thread::scope(|scope| {
+            let series = Spacing::Close.empty(site.now_ns());
+            let plan = self.link_check.plan(series);
+            let empty = scope.spawn(move || Sent::send(site, Phase::Empty, &plan, stop));
+            let parts = Parts::start(site, self.cell, self.texts, epoch, link);
+            self.passed("the parts are ready");
+            let empty = joined(empty);
+            Ok((parts?, empty?))
+        })
+    }
+
+    /// Waits for the controller, while echoes are sent. Returns those of before, during and after its loop.
+    fn control(&self, parts: &mut Parts<'a>, shares: &mut Shares) -> Result<[Sent; 3], RunError> {
+        let (site, link_check) = (self.site, &self.link_check);
+        let send = |series: Series, stop: &AtomicBool| {
+            Sent::send(site, series.phase, &link_check.plan(series), stop)
+        };
+        let (spacing, loop_ns) = (Spacing::of(link_check.profile), self.loop_ns());
+        let in_loop = schedule::during(loop_ns.start, self.cell.duration_ns);
+        let mut events = Events::of(self.cell, self.texts.end_faults, loop_ns);
+        let abandon = AtomicBool::new(false);
+        thread::scope(|scope| {
+            let before = scope.spawn(|| send(spacing.before(link_check.epoch), &abandon));
+            let during = scope.spawn(|| send(in_loop, &abandon));
+            let ended = parts.await_controller(site, &mut events, shares, self.stop);
+            self.passed("the controller has ended");
+            let after = ended.and_then(|()| send(spacing.after(site.now_ns()), self.stop));
+            // Ctrl-C in a terminal also ends the controller, as if it had ended by itself.
+            if after.is_err() || self.stop.load(Ordering::Relaxed) {
+                abandon.store(true, Ordering::Relaxed);
+            }
+            let (before, during) = (joined(before), joined(during));
+            // Return the cause first: the echoes were abandoned because of it.
+            let after = after?;
+            Ok([before?, during?, after])
+        })
+    }
 }
 
 /// The started parts of a run. Dropping them ends the controller first and the link last.
@@ -290,9 +285,7 @@ impl<'a> Parts<'a> {
             }
             let link = self.link.as_mut();
             if self.plant.ended()? || link.map_or(Ok(false), |link| link.ended())? {
-                return Err(RunError::Link(
-                    "the plant or the link ended before the controller".into(),
-                ));
+                return Err(RunError::Ended);
             }
             while let Some(event) = events.next(site.now_ns()) {
                 match event {

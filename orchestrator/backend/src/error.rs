@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use plan::NoSystem;
+
 /// Why a run could not be made or finished.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
@@ -32,9 +34,32 @@ pub enum RunError {
     /// A program of one's own did not do its part; says which one.
     #[error("{0}")]
     Program(String),
-    /// The link could not be made or probed.
+    /// The plan has no profile for the cell, or none that can be played.
+    #[error("{0}")]
+    Profile(String),
+    /// The plan has no system for the cell.
+    #[error(transparent)]
+    System(#[from] NoSystem),
+    /// The cell's system cannot run at its sample time.
+    #[error("{0}")]
+    Unfit(String),
+    /// The link could not be made, or what plays it failed.
     #[error("{0}")]
     Link(String),
+    /// The empty link was not measured.
+    #[error("{0}")]
+    Echoes(String),
+    /// Rows that the run has left cannot be read.
+    #[error("cannot read this run's rows to judge them: {path}: {problem}")]
+    Rows {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        problem: csv::Error,
+    },
+    /// A part that outlives the controller ended before it.
+    #[error("the plant or the link ended before the controller")]
+    Ended,
     /// The parts were not ready when the link opened, or its empty state had not been measured.
     #[error(
         "this machine was too busy to start the parts and to measure the empty link before the run"
@@ -56,6 +81,14 @@ impl RunError {
         }
     }
 
+    /// The error of a role that ended since something is missing, by the last words of its log.
+    pub(crate) fn lacking(role: &str, words: &str) -> Self {
+        RunError::Unsupported(format!(
+            "the {role}: {}",
+            words.replacen("webloop: ", "", 1)
+        ))
+    }
+
     pub(crate) fn write(path: &Path, problem: std::io::Error) -> Self {
         RunError::Write {
             path: path.display().to_string(),
@@ -68,8 +101,9 @@ impl From<agent::Error> for RunError {
     fn from(error: agent::Error) -> Self {
         match error {
             agent::Error::Role { role, problem } => RunError::Role { role, problem },
+            agent::Error::Lacking { role, words } => RunError::lacking(&role, &words),
             agent::Error::Refused {
-                kind: agent::Kind::Unsupported,
+                kind: agent::ProblemKind::Unsupported,
                 ..
             } => RunError::Unsupported(error.to_string()),
             agent::Error::Write { path, source } => RunError::write(&path, source),

@@ -71,14 +71,22 @@ pub(crate) fn make_room(campaign: &Path, folder: &Path) -> Result<File, RunError
             Err(problem) if problem.kind() == io::ErrorKind::AlreadyExists => false,
             made => made.map(|()| true).map_err(fail)?,
         };
-        let Ok(lock) = open_folder(folder) else {
+        let lock = match open_folder(folder) {
+            Ok(lock) => lock,
             // A link or a file of this name; or another process has just moved the folder aside.
-            move_aside(folder).map_err(fail)?;
-            continue;
+            Err(Errno::LOOP | Errno::NOTDIR | Errno::NOENT) => {
+                move_aside(folder).map_err(fail)?;
+                continue;
+            }
+            Err(problem) => return Err(fail(problem.into())),
         };
-        // Some network file systems lock no folder: there, nothing but this is lost.
-        if let Err(Errno::WOULDBLOCK) = flock(&lock, FlockOperation::NonBlockingLockExclusive) {
-            return Err(RunError::InUse(folder.display().to_string()));
+        match flock(&lock, FlockOperation::NonBlockingLockExclusive) {
+            Err(Errno::WOULDBLOCK) => {
+                return Err(RunError::InUse(folder.display().to_string()));
+            }
+            // Some network file systems lock no folder, since it cannot be written: there, nothing but this is lost.
+            Err(Errno::NOSYS | Errno::OPNOTSUPP | Errno::BADF | Errno::NOLCK) | Ok(()) => {}
+            Err(problem) => return Err(fail(problem.into())),
         }
         // Who moves a folder aside has its lock: so it may have another name since it was opened.
         let is_there = open_folder(folder).is_ok_and(|now| is_one(&now, &lock));

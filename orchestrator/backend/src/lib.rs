@@ -4,7 +4,7 @@
 //!   of it, and writes its [`Manifest`].
 //! - `course`: starts the parts and waits for them, in the same way everywhere; `schedule` has the
 //!   times.
-//! - `role`: the settings that plant, controller and link receive.
+//! - `role`: the settings that plant, controller and link receive; `texts`, those of the plan that they are made from.
 //! - `site`: where the parts live. `netns` runs the roles as processes in a [`Lab`] of namespaces.
 //!   `attach` has [`Agents`] start them elsewhere, as `remote_part` parts, and joins the two halves of
 //!   each echo (`sighting`).
@@ -14,6 +14,7 @@
 //! - [`ability`]: what this machine can do. [`Awake`] keeps its processors from halting.
 
 pub mod ability;
+mod again;
 mod agents;
 mod attach;
 mod awake;
@@ -41,13 +42,16 @@ mod schedule;
 mod sighting;
 mod simulated;
 mod site;
+mod texts;
 mod timings;
+mod unable;
 mod virtual_time;
 
-pub use agents::Agents;
+pub use agents::{Agents, BadAgents};
 pub use attach::dismiss;
 pub use awake::Awake;
 
+pub use again::{Again, judge_again};
 pub use agent::spawn;
 pub use error::RunError;
 pub use folder::{move_aside, write_whole};
@@ -55,11 +59,11 @@ pub use lab::Lab;
 pub use machine::machine;
 pub use made::Made;
 pub use manifest::Manifest;
-pub use own_plant::start_plant;
+pub use own_plant::{NoPlant, hidden, start_plant, start_simulated};
 pub use player::Player;
 pub use probe::{Probed, probe};
 pub use role::{ControllerRole, LinkRole, PlantRole, settings_schema};
-pub use run::{Attempt, Backend, cell_folder, manifest, run_cell};
+pub use run::{Attempt, Backend, Unreadable, cell_folder, manifest, run_cell};
 pub use schedule::{AFTER_OPENING_NS, lead_ns, overhead_ns, stagger_ns};
 pub use timings::{InvalidTimings, Program, Rates, Timings};
 pub use virtual_time::Virtual;

@@ -3,16 +3,18 @@
 //! The site sends the echoes, and the `certificate` crate judges them.
 
 use std::net::Ipv4Addr;
+use std::sync::atomic::AtomicBool;
 
 use certificate::{
     Baseline, Certificate, Echo, Edge, Prediction, certify_within, predict, predict_within,
 };
 use link::{Epoch, LinkTime, PacketRow, Profile, Timeline, Way};
-use plan::{Phase, ProbeRow};
+use plan::{Cell, Phase, ProbeRow};
 use shaper::ProbePlan;
 
-use crate::course::Sent;
+use crate::error::RunError;
 use crate::schedule::Series;
+use crate::site::Site;
 
 /// How much later than predicted an echo may come back, ns: a machine that is busier than this could
 /// not be judged anyway.
@@ -31,6 +33,34 @@ const LISTENED_NS: u64 = 20_000_000;
 /// For a link that has not been played yet: nothing is known about what entered it.
 pub(crate) const NOTHING_ENTERED: [Option<Vec<PacketRow>>; 2] = [None, None];
 
+/// A series of echoes that was sent.
+#[derive(Debug)]
+pub(crate) struct Sent {
+    pub(crate) phase: Phase,
+    pub(crate) echoes: Vec<Echo>,
+    /// Until when each was waited for at least, monotonic.
+    pub(crate) until_ns: Vec<u64>,
+}
+
+impl Sent {
+    /// Sends the echoes of a plan.
+    pub(crate) fn send(
+        site: &dyn Site,
+        phase: Phase,
+        plan: &ProbePlan,
+        stop: &AtomicBool,
+    ) -> Result<Sent, RunError> {
+        let until_ns = plan.until_ns.iter();
+        Ok(Sent {
+            phase,
+            echoes: site.echoes(plan, stop)?,
+            until_ns: until_ns
+                .map(|ns| plan.start_ns.saturating_add(*ns))
+                .collect(),
+        })
+    }
+}
+
 /// A link under test.
 #[derive(Clone, Copy)]
 pub(crate) struct LinkCheck<'a> {
@@ -41,11 +71,26 @@ pub(crate) struct LinkCheck<'a> {
     pub(crate) epoch: Epoch,
     /// The link time from which on the link is in force.
     pub(crate) opens: LinkTime,
+    /// The link time after which nothing that is asked about is of this run.
+    pub(crate) closes: LinkTime,
     /// The packets that entered each way, if the link has a rate limit and they are known.
     pub(crate) entered: &'a [Option<Vec<PacketRow>>; 2],
 }
 
-impl LinkCheck<'_> {
+impl<'a> LinkCheck<'a> {
+    /// The link of a cell, with the plant on this machine, while nothing is known of what entered it.
+    pub(crate) fn of(cell: &Cell, profile: &'a Profile, epoch: Epoch, opens: LinkTime) -> Self {
+        LinkCheck {
+            target: Ipv4Addr::LOCALHOST,
+            profile,
+            seed: cell.link_seed,
+            epoch,
+            opens,
+            closes: cell.closes_at(),
+            entered: &NOTHING_ENTERED,
+        }
+    }
+
     /// The request to the prober for a series.
     pub(crate) fn plan(&self, series: Series) -> ProbePlan {
         let mut plan = ProbePlan {
@@ -130,31 +175,25 @@ impl LinkCheck<'_> {
 
     /// The rows of a series, each with its prediction.
     pub(crate) fn rows(&self, phase: Phase, echoes: &[Echo]) -> Vec<ProbeRow> {
-        let row = |echo: &Echo, (due_up_ns, due_down_ns, due_lost)| ProbeRow {
+        let row = |(echo, due): (&Echo, Prediction)| ProbeRow {
             phase,
             seq: echo.seq,
             t_send_ns: echo.t_send_ns,
             t_reach_ns: echo.t_reach_ns,
             t_back_ns: echo.t_back_ns,
-            due_up_ns,
-            due_down_ns,
-            due_lost,
+            due_up_ns: due.up.delay_ns,
+            due_down_ns: due.down.delay_ns,
+            due_lost: due.rtt_ns().is_none(),
         };
-        predict(echoes, &mut self.timeline())
-            .iter()
-            .zip(echoes)
-            .map(|(due, echo)| {
-                row(
-                    echo,
-                    (due.up.delay_ns, due.down.delay_ns, due.rtt_ns().is_none()),
-                )
-            })
-            .collect()
+        let predictions = predict(echoes, &mut self.timeline());
+        echoes.iter().zip(predictions).map(row).collect()
     }
 
     /// The link that was asked for.
     pub(crate) fn timeline(&self) -> Timeline {
-        let timeline = Timeline::new(self.profile, self.seed, self.epoch).opening(self.opens);
+        let timeline = Timeline::new(self.profile, self.seed, self.epoch)
+            .opening(self.opens)
+            .closing(self.closes);
         let ways = [Way::Up, Way::Down].into_iter().zip(self.entered);
         ways.fold(timeline, |timeline, (way, entered)| match entered {
             Some(packets) => {

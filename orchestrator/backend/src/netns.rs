@@ -9,8 +9,9 @@ use std::time::{Duration, Instant};
 
 use agent::{Launch, Role, Seen, Stop, last_words};
 use certificate::Echo;
+use clock::now::now_ns;
 use link::{Profile, Way};
-use shaper::{Namespace, ProbePlan, Prober, now_ns};
+use shaper::{Namespace, ProbePlan, Prober};
 
 use crate::role::{LinkRole, RoleSettings};
 use crate::site::{Running, Site};

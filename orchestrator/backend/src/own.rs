@@ -3,7 +3,7 @@
 //!
 //! How its process did is its supervisor's to say, in `agent`.
 
-use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
 
 use agent::program::OWN;
@@ -17,8 +17,14 @@ use crate::{RunError, folder};
 /// Messages beyond those due are a flood if there are more than this, and more than once again as many.
 const FLOOD: u64 = 100;
 
+/// No row of a message is longer, bytes.
+const ROW_BYTES: u64 = 512;
+
 /// The plant may refuse one message, and one more of so many.
 const REFUSED_OF: u64 = 100;
+
+/// One message may be sent again, and one more of so many; if more are, their numbers count something else.
+const AGAIN_OF: u64 = 20;
 
 /// Checks the messages of a run whose first was due at `start_ns`, and leaves them as `messages.csv`: the
 /// controller's own rows if it left such a file, or else those that the plant saw.
@@ -34,14 +40,37 @@ pub(crate) fn settle(cell: &Cell, start_ns: u64, folder: &Path) -> Result<(), Ru
         folder.join(OWN).join(file_name::MESSAGES),
         folder.join(file_name::MESSAGES),
     );
-    let text = if own.is_file() {
-        rows::<MessageRow>(&own)?;
-        fs::read(&own).map_err(|problem| RunError::write(&own, problem))?
-    } else {
-        text(&messages(cell, start_ns, &arrivals))
-            .map_err(|problem| RunError::write(&path, problem))?
+    let text = match left(&own, cell)? {
+        Some(text) => text,
+        None => text(&messages(cell, start_ns, &arrivals))
+            .map_err(|problem| RunError::write(&path, problem))?,
     };
     folder::write(&path, &text)
+}
+
+/// The rows of messages that the controller left as `path`; `None` if it left none. They are a regular file, no link
+/// to one, and no longer than the rows of as many messages as it may send.
+fn left(path: &Path, cell: &Cell) -> Result<Option<Vec<u8>>, RunError> {
+    let most_bytes = (2 * cell.due() + FLOOD + 1).saturating_mul(ROW_BYTES);
+    let refuse = |problem: &dyn std::fmt::Display| {
+        RunError::role(
+            "controller",
+            format!(
+                "left {OWN}/{} that cannot be used: {problem}",
+                file_name::MESSAGES
+            ),
+        )
+    };
+    let text = match file::text(path, most_bytes) {
+        Ok(text) => text,
+        Err(problem) if problem.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(problem) => return Err(refuse(&problem)),
+    };
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    for row in reader.deserialize::<MessageRow>() {
+        row.map_err(|problem| refuse(&problem))?;
+    }
+    Ok(Some(text.into_bytes()))
 }
 
 /// How the messages break the contract, as the end of a sentence about the controller.
@@ -76,16 +105,22 @@ fn breach(cell: &Cell, start_ns: u64, arrivals: &[ArrivalRow], refused: u64) -> 
 
 /// The messages as the plant saw them, and the deadlines without one.
 ///
-/// They have the controller's numbers if these count its messages, or else those of their arrivals.
+/// They have the controller's numbers if these count its messages, or else those of their arrivals. A message that
+/// was sent again under its number, since its connection broke, is one, which arrived when it first did.
 fn messages(cell: &Cell, start_ns: u64, arrivals: &[ArrivalRow]) -> Vec<MessageRow> {
     let (due, h_ns) = (cell.due(), cell.settings.h.ns());
     let end = due.max(arrivals.len() as u64);
     let mut by_number: Vec<Option<&ArrivalRow>> = vec![None; end as usize];
-    let is_counted = arrivals.iter().all(|row| {
+    let mut again = 0;
+    let are_inside = arrivals.iter().all(|row| {
         let place = by_number.get_mut(row.seq as usize);
-        place.is_some_and(|place| place.replace(row).is_none())
+        place.is_some_and(|place| {
+            again += u64::from(place.is_some());
+            place.get_or_insert(row);
+            true
+        })
     });
-    if !is_counted {
+    if !are_inside || again > 1 + arrivals.len() as u64 / AGAIN_OF {
         by_number.fill(None);
         for (place, row) in by_number.iter_mut().zip(arrivals) {
             *place = Some(row);
@@ -192,6 +227,31 @@ mod tests {
     }
 
     #[test]
+    fn rows_that_a_controller_left_are_a_file_of_bounded_length_and_whole() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join(file_name::MESSAGES);
+        let cell = cell();
+        assert!(left(&path, &cell).unwrap().is_none());
+        let good = text(&messages(
+            &cell,
+            START_NS,
+            &arrivals(100, |n| n, START_NS, 10_000_000),
+        ))
+        .unwrap();
+        std::fs::write(&path, &good).unwrap();
+        assert_eq!(left(&path, &cell).unwrap(), Some(good));
+        let said = || left(&path, &cell).unwrap_err().to_string();
+        std::fs::write(&path, "seq,t_due_ns\n1,x\n").unwrap();
+        assert!(said().contains("own/messages.csv"), "{}", said());
+        let long = std::fs::File::create(&path).unwrap();
+        long.set_len(1 << 40).unwrap();
+        assert!(said().contains("at most"), "{}", said());
+        std::fs::remove_file(&path).unwrap();
+        std::os::unix::fs::symlink("/etc/passwd", &path).unwrap();
+        assert!(said().contains("a link"), "{}", said());
+    }
+
+    #[test]
     fn messages_have_their_own_numbers_or_those_of_their_arrivals() {
         let cell = cell();
         // Every second message was sent.
@@ -216,5 +276,23 @@ mod tests {
                 .all(|row| (row.outcome == MessageOutcome::Arrived) == (row.seq < 90))
         );
         assert!((0..).zip(&rows).all(|(seq, row)| row.seq == seq));
+    }
+
+    #[test]
+    fn a_message_sent_again_under_its_number_leaves_all_others_theirs() {
+        let cell = cell();
+        let mut twice = arrivals(99, |n| n, START_NS, 10_000_000);
+        let again = ArrivalRow {
+            t_arrive_ns: twice[40].t_arrive_ns + 230_000_000,
+            ..twice[40]
+        };
+        twice.insert(64, again);
+        let rows = messages(&cell, START_NS, &twice);
+        assert_eq!(rows.len(), 100);
+        let arrived = |row: &MessageRow| row.t_arrive_ns;
+        let first: Vec<Option<u64>> = (0..99).map(|n| Some(START_NS + n * 10_000_000)).collect();
+        let all: Vec<Option<u64>> = rows.iter().map(arrived).collect();
+        assert_eq!(all[..99], first);
+        assert_eq!(rows[99].outcome, MessageOutcome::Missed);
     }
 }

@@ -1,10 +1,23 @@
 //! A plant of one's own: its program, started with what it is told.
 
+use std::path::Path;
 use std::time::Duration;
 
-use agent::plant::{PlantProgram, Start};
+use agent::Hidden;
+use agent::plant::{BrokenPlant, Confinement, PlantProgram, Start};
 use endpoint::SampleTime;
-use plan::Program;
+use plan::{Program, file_name};
+
+/// Why there is no plant of one's own.
+#[derive(Debug, thiserror::Error)]
+pub enum NoPlant {
+    /// The package `webloop`, which programs in Python may import, cannot be passed on to it.
+    #[error(transparent)]
+    Package(#[from] python::Error),
+    /// The program does something else than to print its first y.
+    #[error(transparent)]
+    Broken(#[from] BrokenPlant),
+}
 
 /// How long a program may take from its start to its first y: an interpreter with its libraries needs
 /// seconds.
@@ -17,28 +30,45 @@ const REAL_STEP_WITHIN: Duration = Duration::from_secs(1);
 /// How long it may take in virtual time, which waits for it.
 const SIMULATED_STEP_WITHIN: Duration = Duration::from_secs(60);
 
+/// What a program must not see of a run whose parts write to `out`: the folders of all cells, except `kept` in there.
+/// `None` where `out` is no cell's folder in a campaign, as when an end is served by hand.
+#[must_use]
+pub fn hidden(out: &Path, kept: Option<&Path>) -> Option<Hidden> {
+    let cells = out.parent()?;
+    (cells.file_name()? == file_name::CELLS).then(|| Hidden {
+        folder: cells.to_owned(),
+        kept: kept.map(Path::to_owned),
+    })
+}
+
 /// Starts a program as the plant of a real run, with so many inputs and for steps of h, and confines it where
 /// this user may.
 ///
 /// # Errors
-/// A sentence that says what the program does in place of printing its first y.
+/// [`NoPlant`] with what the program does in place of printing its first y.
 pub fn start_plant(
     program: &Program,
     inputs: usize,
     h: SampleTime,
     seed: u64,
-) -> Result<PlantProgram, String> {
-    start(program, inputs, h, seed, REAL_STEP_WITHIN, true)
+    hidden: Option<Hidden>,
+) -> Result<PlantProgram, NoPlant> {
+    let confinement = Confinement::Confined(hidden);
+    start(program, inputs, h, seed, REAL_STEP_WITHIN, confinement)
 }
 
-/// Starts a program as a plant in virtual time.
-pub(crate) fn start_simulated(
+/// Starts a program as a plant whose steps are waited for: in virtual time.
+///
+/// # Errors
+/// [`NoPlant`] with what the program does in place of printing its first y.
+pub fn start_simulated(
     program: &Program,
     inputs: usize,
     h: SampleTime,
     seed: u64,
-) -> Result<PlantProgram, String> {
-    start(program, inputs, h, seed, SIMULATED_STEP_WITHIN, false)
+) -> Result<PlantProgram, NoPlant> {
+    let within = SIMULATED_STEP_WITHIN;
+    start(program, inputs, h, seed, within, Confinement::None)
 }
 
 fn start(
@@ -47,11 +77,11 @@ fn start(
     h: SampleTime,
     seed: u64,
     step_within: Duration,
-    is_confined: bool,
-) -> Result<PlantProgram, String> {
+    confinement: Confinement,
+) -> Result<PlantProgram, NoPlant> {
     // The program inherits it, so it may be closed here once that has started.
-    let package = python::package().map_err(|problem| problem.to_string())?;
-    PlantProgram::start(&Start {
+    let package = python::package()?;
+    let plant = PlantProgram::start(&Start {
         run: &program.run,
         environment: vec![
             ("WEBLOOP_H_S", format!("{:?}", h.seconds()).into()),
@@ -62,6 +92,7 @@ fn start(
         h_ns: h.ns(),
         start_within: START_WITHIN,
         step_within,
-        is_confined,
-    })
+        confinement,
+    })?;
+    Ok(plant)
 }

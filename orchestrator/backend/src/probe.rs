@@ -5,9 +5,10 @@ use std::sync::mpsc::{self, Sender};
 use std::thread;
 
 use certificate::{Baseline, Certificate, Echo, Edge};
+use clock::now::now_ns;
 use link::{Epoch, LinkTime, Profile, Way};
 use plan::Phase;
-use shaper::{PacketPort, PlayerConfig, Prober, TcConfig, TcPlayer, now_ns, play};
+use shaper::{PacketPort, PlayerConfig, Prober, TcConfig, TcPlayer, play};
 
 use crate::link_check::{LinkCheck, NOTHING_ENTERED};
 use crate::schedule::{self, Series, Spacing};
@@ -43,17 +44,13 @@ pub fn probe(
     let lab = Lab::new(profile, player)?;
     let epoch_ns = now_ns() + schedule::PROBE_LEAD_NS;
     let epoch = Epoch::at_ns(epoch_ns);
-    let piece = Piece {
-        profile,
-        seed,
-        epoch,
-    };
     let link_check = LinkCheck {
         target: lab.plant_address(),
         profile,
         seed,
         epoch,
         opens: LinkTime::ZERO,
+        closes: LinkTime::from_ns(u64::MAX),
         entered: &NOTHING_ENTERED,
     };
     let series = Series {
@@ -62,11 +59,11 @@ pub fn probe(
         interval_ns,
         count,
     };
-    let (echoes, edge) = play_and_send(&lab, &piece, player, &link_check, series, stop, on_answer)?;
+    let (echoes, edge) = play_and_send(&lab, player, &link_check, series, stop, on_answer)?;
     let [empty, echoes] = echoes;
     let baseline = link_check
         .baseline(&empty)
-        .ok_or_else(|| RunError::Link("no echo came through the empty link".into()))?;
+        .ok_or_else(|| RunError::Echoes("no echo came through the empty link".into()))?;
     let certificate =
         (!profile.is_loopback()).then(|| link_check.certificate(&echoes, baseline, edge));
     Ok(Probed {
@@ -80,7 +77,6 @@ pub fn probe(
 /// link's times.
 fn play_and_send(
     lab: &Lab,
-    piece: &Piece<'_>,
     player: Player,
     link_check: &LinkCheck,
     series: Series,
@@ -101,7 +97,7 @@ fn play_and_send(
             .flat_map(|middle| ways.iter().map(move |way| (middle, *way)))
             .map(|(middle, way)| {
                 let ready = ready.clone();
-                scope.spawn(move || middle.run(|| piece.play(way, &ready, done)))
+                scope.spawn(move || middle.run(|| play_link(link_check, way, &ready, done)))
             })
             .collect();
         drop(ready);
@@ -140,62 +136,51 @@ fn echoes(
     on_answer: impl FnMut(&Echo) + Send,
 ) -> Result<[Vec<Echo>; 2], RunError> {
     let mut prober = Prober::open(lab.controller(), lab.plant())?;
-    let empty = prober.run(
-        &link_check.plan(Spacing::Close.empty(now_ns())),
-        stop,
-        |_| {},
-    )?;
-    Ok([
-        empty,
-        prober.run(&link_check.plan(series), stop, on_answer)?,
-    ])
+    let plan = link_check.plan(Spacing::Close.empty(now_ns()));
+    let empty = prober.run(&plan, stop, |_| {})?;
+    let echoes = prober.run(&link_check.plan(series), stop, on_answer)?;
+    Ok([empty, echoes])
 }
 
-/// The link to be played.
-struct Piece<'a> {
-    profile: &'a Profile,
-    seed: u64,
-    epoch: Epoch,
-}
-
-impl Piece<'_> {
-    /// Plays on this thread, in the middle namespace, until `done`: one way by tc, or both by webloop.
-    /// Signals on `ready` when the empty link is in force, and returns how exactly it kept to the
-    /// link's times.
-    fn play(
-        &self,
-        way: Option<Way>,
-        ready: &Sender<()>,
-        done: &AtomicBool,
-    ) -> shaper::Result<Edge> {
-        let (profile, seed, epoch) = (self.profile.clone(), self.seed, self.epoch);
-        let (controller, plant) = (shaper::CONTROLLER_INTERFACE, shaper::PLANT_INTERFACE);
-        let Some(way) = way else {
-            let config = PlayerConfig {
-                profile,
-                seed,
-                epoch,
-                opens: LinkTime::ZERO,
-                controller: PacketPort::open(controller)?,
-                plant: PacketPort::open(plant)?,
-                packets: None,
-            };
-            let _ = ready.send(());
-            return play(config, done, |_| {}).map(|_| Edge::USER);
-        };
-        let device = match way {
-            Way::Up => plant,
-            Way::Down => controller,
-        };
-        let player = TcPlayer::start(TcConfig {
+/// Plays on this thread, in the middle namespace, until `done`: one way by tc, or both by webloop.
+/// Signals on `ready` when the empty link is in force, and returns how exactly it kept to the
+/// link's times.
+fn play_link(
+    link_check: &LinkCheck,
+    way: Option<Way>,
+    ready: &Sender<()>,
+    done: &AtomicBool,
+) -> shaper::Result<Edge> {
+    let LinkCheck {
+        seed, epoch, opens, ..
+    } = *link_check;
+    let profile = link_check.profile.clone();
+    let (controller, plant) = (shaper::CONTROLLER_INTERFACE, shaper::PLANT_INTERFACE);
+    let Some(way) = way else {
+        let config = PlayerConfig {
             profile,
             seed,
             epoch,
-            opens: LinkTime::ZERO,
-            way,
-            device: device.to_owned(),
-        })?;
+            opens,
+            controller: PacketPort::open(controller)?,
+            plant: PacketPort::open(plant)?,
+            packets: None,
+        };
         let _ = ready.send(());
-        player.play(done, |_| {}).map(|report| report.edge())
-    }
+        return play(config, done, |_| {}).map(|_| Edge::USER);
+    };
+    let device = match way {
+        Way::Up => plant,
+        Way::Down => controller,
+    };
+    let player = TcPlayer::start(TcConfig {
+        profile,
+        seed,
+        epoch,
+        opens,
+        way,
+        device: device.to_owned(),
+    })?;
+    let _ = ready.send(());
+    player.play(done, |_| {}).map(|report| report.edge())
 }

@@ -9,9 +9,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
 use certificate::Pause;
-use endpoint::report::{Policy, Scheduling};
+use clock::now::now_ns;
+use clock::pacer::Pacer;
+use clock::scheduling::Granted;
 use judge::Pulse;
-use pace::{Pacer, now_ns};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
 /// Time from one beat to the next.
@@ -96,12 +97,12 @@ fn beat(cpu: usize, stop: &AtomicBool) -> Pulse {
     if let Err(error) = sched_setaffinity(None, &set) {
         tracing::debug!(%error, cpu, "the pulse is not bound to its processor");
     }
-    let granted = pace::ask(Some(PRIORITY));
+    let granted = clock::scheduling::ask(Some(PRIORITY));
     // It never spins, so it takes no time from the parts it watches.
-    let mut pacer = Pacer::new(&Scheduling::ordinary());
+    let mut pacer = Pacer::new(&Granted::ordinary());
     let mut pulse = Pulse {
         processors: 1,
-        real_time: granted.policy == Policy::Fifo,
+        real_time: granted.fifo_priority.is_some(),
         gaps: Vec::with_capacity(KEPT),
         ..Pulse::default()
     };

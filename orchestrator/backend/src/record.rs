@@ -44,11 +44,9 @@ pub(crate) fn entered(folder: &Path) -> Result<[Option<Vec<PacketRow>>; 2], RunE
 }
 
 pub(crate) fn rows<R: DeserializeOwned>(path: &Path) -> Result<Vec<R>, RunError> {
-    let unread = |problem: csv::Error| {
-        RunError::Link(format!(
-            "cannot read this run's rows to judge them: {}: {problem}",
-            path.display()
-        ))
+    let unread = |problem: csv::Error| RunError::Rows {
+        path: path.display().to_string(),
+        problem,
     };
     csv::Reader::from_path(path)
         .and_then(|mut reader| reader.deserialize().collect())

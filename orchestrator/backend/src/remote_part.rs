@@ -44,6 +44,7 @@ impl<'a> RemotePart<'a> {
                 self.ended = true;
                 match code {
                     0 => Ok(true),
+                    agent::UNSUPPORTED => Err(RunError::lacking(self.name, &words)),
                     _ => Err(RunError::role(
                         self.name,
                         format!("ended with exit code {code}: {words}"),

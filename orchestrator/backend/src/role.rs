@@ -13,7 +13,7 @@ use schemars::{JsonSchema, schema_for};
 use serde::{Deserialize, Serialize};
 
 use crate::Player;
-use crate::course::Texts;
+use crate::texts::Texts;
 
 /// What the plant is told.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -160,12 +160,7 @@ impl RoleSettings {
 
 impl PlantRole {
     /// The settings of a cell's plant that listens at `listen`, for a loop from `start_ns` on.
-    pub(crate) fn of(
-        cell: &Cell,
-        listen: SocketAddr,
-        start_ns: u64,
-        texts: Texts<'_>,
-    ) -> PlantRole {
+    pub(crate) fn of(cell: &Cell, listen: SocketAddr, start_ns: u64, texts: Texts<'_>) -> Self {
         PlantRole {
             listen,
             hosts: Vec::new(),
@@ -183,12 +178,7 @@ impl PlantRole {
 impl ControllerRole {
     /// The settings of a cell's controller for the plant at `plant`, with the first deadline at
     /// `start_ns`.
-    pub(crate) fn of(
-        cell: &Cell,
-        plant: SocketAddr,
-        start_ns: u64,
-        texts: Texts<'_>,
-    ) -> ControllerRole {
+    pub(crate) fn of(cell: &Cell, plant: SocketAddr, start_ns: u64, texts: Texts<'_>) -> Self {
         ControllerRole {
             client: cell.client,
             plant,
@@ -208,12 +198,7 @@ impl ControllerRole {
 
 impl LinkRole {
     /// The settings of a cell's link, both ways, whose time begins at `epoch`.
-    pub(crate) fn of(
-        cell: &Cell,
-        profile: &ProfileText,
-        epoch: Epoch,
-        opens: LinkTime,
-    ) -> LinkRole {
+    pub(crate) fn of(cell: &Cell, profile: &ProfileText, epoch: Epoch, opens: LinkTime) -> Self {
         LinkRole {
             profile: profile.clone(),
             seed: cell.link_seed,

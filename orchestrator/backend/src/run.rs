@@ -1,7 +1,6 @@
 //! Runs a cell, from its plan to its manifest: folder, site, verdict, checksums.
 
-use std::borrow::Cow;
-use std::net::Ipv4Addr;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -9,19 +8,20 @@ use std::time::Instant;
 use agent::last_words;
 use agent::program::OWN;
 use link::Profile;
-use manifest::Machine;
-use plan::{Cell, EndFault, Plan, ProfileText, Verdict, file_name};
+use manifest::{Machine, NotAManifest};
+use plan::{Cell, EndFault, Plan, Verdict, file_name};
 use shaper::Authority;
 use system::System;
 
 use crate::attach::Attach;
-use crate::course::{self, Texts};
-use crate::evidence::{self, Evidence};
+use crate::course::{self, Seen};
+use crate::evidence::{self, Asked, Evidence};
 use crate::link_check::LinkCheck;
 use crate::made::Made;
 use crate::netns::Netns;
 use crate::patience::patiently;
 use crate::report::Reports;
+use crate::texts::{Texts, read_profile, write_profile, write_system};
 use crate::{Agents, Awake, Manifest, Player, RunError, Virtual, folder, own, record, simulated};
 
 /// The folder of a cell inside a campaign's folder.
@@ -30,18 +30,39 @@ pub fn cell_folder(campaign: &Path, cell: &Cell) -> PathBuf {
     campaign.join(cell.folder())
 }
 
+/// A cell's manifest is there and cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum Unreadable {
+    /// By this process.
+    #[error("{}: {problem}", .path.display())]
+    Closed {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        problem: io::Error,
+    },
+    /// By this version.
+    #[error("{}: {problem}", .path.display())]
+    Unknown {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: NotAManifest,
+    },
+}
+
 /// The manifest of a cell that has been run, whatever its verdict; `None` if it has not.
 ///
 /// # Errors
-/// If there is one that cannot be read; names the file.
-pub fn manifest(campaign: &Path, cell: &Cell) -> Result<Option<Manifest>, String> {
+/// If there is one that cannot be read.
+pub fn manifest(campaign: &Path, cell: &Cell) -> Result<Option<Manifest>, Unreadable> {
     let path = cell_folder(campaign, cell).join(Manifest::FILE);
     match file::text(&path, file::MANIFEST_BYTES) {
         Ok(text) => Manifest::from_json(&text)
             .map(Some)
-            .map_err(|problem| format!("{}: {problem}", path.display())),
-        Err(problem) if problem.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        Err(problem) => Err(format!("{}: {problem}", path.display())),
+            .map_err(|problem| Unreadable::Unknown { path, problem }),
+        Err(problem) if problem.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(problem) => Err(Unreadable::Closed { path, problem }),
     }
 }
 
@@ -92,8 +113,15 @@ pub fn run_cell(
     let clock = Instant::now();
     let folder = cell_folder(campaign, cell);
     let in_use = folder::make_room(campaign, &folder)?;
-    let described = describe(backend);
-    let once = |patience| execute(plan, cell, &folder, backend, player, patience, stop);
+    let execution = Execution {
+        plan,
+        cell,
+        folder: &folder,
+        backend,
+        player,
+        stop,
+    };
+    let once = |patience| execution.execute(patience);
     let outcome = patiently(once, || {
         folder::clear(&folder).map_err(|problem| RunError::write(&folder, problem))
     });
@@ -113,136 +141,174 @@ pub fn run_cell(
         Some(trouble) => Err(RunError::role("page", trouble)),
         None => Ok(evidence),
     });
-    let (verdict, reasons, evidence) = judge(outcome, &reports, &folder);
+    let judged = judge(outcome, &reports, &folder);
     tracing::debug!(ms = clock.elapsed().as_millis(), "judged");
-    let manifest = Manifest {
-        version: Manifest::VERSION,
-        verdict,
-        reasons,
-        disturbances: evidence.judgement.disturbances,
-        earlier: attempt.earlier,
-        experiment: plan.experiment.clone(),
-        campaign_seed: plan.seed,
-        cell: cell.clone(),
-        profile: cell.topology.clone(),
-        backend: described.name,
-        engine: described.engine,
-        player: reports.played_by().to_owned(),
-        webloop: env!("CARGO_PKG_VERSION").to_owned(),
-        machine: Machine {
-            awake: matches!(backend, Backend::Netns { awake: Some(_), .. }),
-            ..crate::machine()
-        },
-        authority: described.authority,
-        started: attempt.started,
-        wall_s: (clock.elapsed().as_secs_f64() * 1e3).round() / 1e3,
-        epoch: evidence.epoch,
-        start_ns: evidence.start_ns,
-        certificate: evidence.certificate,
-        messages: evidence.messages,
-        pulse: evidence.pulse,
-        watched: evidence.watched,
-        end_faults: evidence.end_faults,
-        plant: reports.plant,
-        controller: reports.controller,
-        page: reports.page,
-        link: reports.link,
-        files: folder::inventory(&folder, Manifest::FILE)
-            .map_err(|problem| RunError::write(&folder, problem))?,
-    };
     Ok(Made {
-        manifest,
+        manifest: execution.manifest(attempt, reports, judged, clock)?,
         folder,
         _in_use: in_use,
     })
 }
 
-/// Runs a cell in its folder, and judges what was observed; `patience` is that of [`course::run`].
-fn execute(
-    plan: &Plan,
-    cell: &Cell,
-    folder: &Path,
-    backend: &Backend,
+/// A run of a cell: what is run, where, and into which folder.
+#[derive(Clone, Copy)]
+struct Execution<'a> {
+    plan: &'a Plan,
+    cell: &'a Cell,
+    folder: &'a Path,
+    backend: &'a Backend,
     player: Player,
-    patience: u64,
-    stop: &AtomicBool,
-) -> Result<Evidence, RunError> {
-    let text = write_profile(plan, cell, folder)?;
-    let profile = match backend {
-        Backend::Sim(virtual_time) => virtual_time.profile(&text, &cell.topology),
-        Backend::Netns { .. } | Backend::Attach(_) => read_profile(&text, &cell.topology),
-    }?;
-    let system = plan.system(cell).map_err(RunError::Link)?;
-    write_system(&system, folder)?;
-    let end_faults = plan.end_faults(cell);
-    if let Some(problem) = EndFault::undoable(&end_faults, &cell.client) {
-        return Err(RunError::Unsupported(problem));
+    stop: &'a AtomicBool,
+}
+
+impl Execution<'_> {
+    /// Runs the cell in its folder, and judges what was observed; `patience` is that of [`course::run`].
+    fn execute(self, patience: u64) -> Result<Evidence, RunError> {
+        let Execution {
+            plan, cell, folder, ..
+        } = self;
+        let text = write_profile(plan, cell, folder)?;
+        let profile = match self.backend {
+            Backend::Sim(virtual_time) => virtual_time.profile(&text, &cell.topology),
+            Backend::Netns { .. } | Backend::Attach(_) => read_profile(&text, &cell.topology),
+        }?;
+        let system = plan.system(cell)?;
+        write_system(&system, folder)?;
+        let end_faults = plan.end_faults(cell);
+        let texts = Texts {
+            profile: &text,
+            system: system.own_text(),
+            program: plan.program(cell),
+            plant_program: plan.plant_program(cell),
+            end_faults: &end_faults,
+        };
+        self.check_ends(texts)?;
+        if !matches!(self.backend, Backend::Sim(_)) {
+            self.player.check(&profile)?;
+        }
+        let seen = self.observe(&system, &profile, texts, patience)?;
+        if cell.client.is_own() {
+            own::settle(cell, seen.start_ns, folder)?;
+        }
+        let link_check = LinkCheck {
+            entered: &record::entered(folder)?,
+            ..LinkCheck::of(cell, &profile, seen.epoch, seen.opens)
+        };
+        evidence::write_rows(&link_check, &seen.echoes, &folder.join(file_name::PROBES))?;
+        let asked = Asked {
+            cell,
+            system: &system,
+            is_plant_own: texts.plant_program.is_some(),
+        };
+        evidence::judge(&link_check, asked, &seen, folder)
     }
-    let texts = Texts {
-        profile: &text,
-        system: system.own_text(),
-        program: plan.program(cell),
-        plant_program: plan.plant_program(cell),
-        end_faults: &end_faults,
-    };
-    if cell.client.is_own() && matches!(backend, Backend::Sim(_)) {
-        return Err(RunError::Unsupported(format!(
-            "`{}` is a program of your own, which runs in real time only: use --backend netns or compose",
-            cell.client
-        )));
-    }
-    if !matches!(backend, Backend::Attach(_)) {
-        let mut programs = [texts.program, texts.plant_program].into_iter().flatten();
-        if let Some(program) = programs.find(|program| program.run.is_empty()) {
+
+    /// Refuses faults that cannot be done to these ends, and programs of one's own that the back-end cannot run.
+    fn check_ends(self, texts: Texts<'_>) -> Result<(), RunError> {
+        let client = self.cell.client;
+        if let Some(problem) = EndFault::undoable(texts.end_faults, &client) {
+            return Err(RunError::Unsupported(problem));
+        }
+        if client.is_own() && matches!(self.backend, Backend::Sim(_)) {
             return Err(RunError::Unsupported(format!(
-                "the image `{}` runs in a container only: use --backend compose, or give it a `run`",
-                program.image.as_deref().unwrap_or_default()
+                "`{client}` is a program of your own, which runs in real time only: use --backend netns or compose"
             )));
         }
-    }
-    if !matches!(backend, Backend::Sim(_)) {
-        player.check(&profile)?;
-    }
-    let seen = match backend {
-        Backend::Netns {
-            authority,
-            not_before_ns,
-            ..
-        } => {
-            authority.as_ref()?;
-            let mut site = Netns::new(&profile, player, folder)?;
-            site.wait_until(*not_before_ns);
-            course::run(&site, cell, &profile, texts, patience, stop)?
+        if !matches!(self.backend, Backend::Attach(_)) {
+            let mut programs = [texts.program, texts.plant_program].into_iter().flatten();
+            if let Some(program) = programs.find(|program| program.run.is_empty()) {
+                return Err(RunError::Unsupported(format!(
+                    "the image `{}` runs in a container only: use --backend compose, or give it a `run`",
+                    program.image.as_deref().unwrap_or_default()
+                )));
+            }
         }
-        Backend::Attach(agents) => {
-            let site = Attach::new(agents, cell, &profile, player, folder)?;
-            let seen = course::run(&site, cell, &profile, texts, patience, stop);
-            // The rows copied so far are kept, however the run ended.
-            let kept = site.finish(&folder.join(OWN));
-            seen.and_then(|seen| kept.map(|()| seen))?
-        }
-        Backend::Sim(virtual_time) => {
-            let timing = virtual_time.timing(cell);
-            simulated::run(cell, &system, &profile, texts, timing, folder)?
-        }
-    };
-    if cell.client.is_own() {
-        own::settle(cell, seen.start_ns, folder)?;
+        Ok(())
     }
-    let link_check = LinkCheck {
-        target: Ipv4Addr::LOCALHOST,
-        profile: &profile,
-        seed: cell.link_seed,
-        epoch: seen.epoch,
-        opens: seen.opens,
-        entered: &record::entered(folder)?,
-    };
-    evidence::write_rows(&link_check, &seen.echoes, &folder.join(file_name::PROBES))?;
-    evidence::judge(&link_check, cell, &seen, folder)
+
+    /// Runs the cell on its back-end, and returns what was observed.
+    fn observe(
+        self,
+        system: &System,
+        profile: &Profile,
+        texts: Texts<'_>,
+        patience: u64,
+    ) -> Result<Seen, RunError> {
+        match self.backend {
+            Backend::Netns {
+                authority,
+                not_before_ns,
+                ..
+            } => {
+                authority.as_ref()?;
+                let mut site = Netns::new(profile, self.player, self.folder)?;
+                site.wait_until(*not_before_ns);
+                course::run(&site, self.cell, profile, texts, patience, self.stop)
+            }
+            Backend::Attach(agents) => {
+                let site = Attach::new(agents, self.cell, profile, self.player, self.folder)?;
+                let seen = course::run(&site, self.cell, profile, texts, patience, self.stop);
+                // The rows copied so far are kept, however the run ended.
+                let kept = site.finish(&self.folder.join(OWN));
+                seen.and_then(|seen| kept.map(|()| seen))
+            }
+            Backend::Sim(virtual_time) => {
+                let timing = virtual_time.timing(self.cell);
+                simulated::run(self.cell, system, profile, texts, timing, self.folder)
+            }
+        }
+    }
+
+    /// The manifest of the run, which began when `clock` did, with what [`judge()`] says of it.
+    fn manifest(
+        self,
+        attempt: Attempt,
+        reports: Reports,
+        (verdict, reasons, evidence): (Verdict, Vec<String>, Evidence),
+        clock: Instant,
+    ) -> Result<Manifest, RunError> {
+        let (backend, authority, engine) = describe(self.backend);
+        Ok(Manifest {
+            version: Manifest::VERSION,
+            verdict,
+            reasons,
+            disturbances: evidence.judgement.disturbances,
+            earlier: attempt.earlier,
+            experiment: self.plan.experiment.clone(),
+            campaign_seed: self.plan.seed,
+            cell: self.cell.clone(),
+            profile: self.cell.topology.clone(),
+            backend: backend.to_owned(),
+            engine,
+            player: reports.played_by().to_owned(),
+            webloop: env!("CARGO_PKG_VERSION").to_owned(),
+            machine: Machine {
+                awake: matches!(self.backend, Backend::Netns { awake: Some(_), .. }),
+                ..crate::machine()
+            },
+            authority: authority.to_owned(),
+            started: attempt.started,
+            wall_s: (clock.elapsed().as_secs_f64() * 1e3).round() / 1e3,
+            epoch: evidence.epoch,
+            start_ns: evidence.start_ns,
+            certificate: evidence.certificate,
+            messages: evidence.messages,
+            pulse: evidence.pulse,
+            watched: evidence.watched,
+            end_faults: evidence.end_faults,
+            ends: evidence.ends,
+            plant: reports.plant,
+            controller: reports.controller,
+            page: reports.page,
+            link: reports.link,
+            files: folder::inventory(self.folder, Manifest::FILE)
+                .map_err(|problem| RunError::write(self.folder, problem))?,
+        })
+    }
 }
 
 /// The verdict, with its reasons: about the machine, the processes, the link and the rows.
-fn judge(
+pub(crate) fn judge(
     outcome: Result<Evidence, RunError>,
     reports: &Reports,
     folder: &Path,
@@ -268,6 +334,8 @@ fn judge(
             evidence.doubts.extend(reports.lost_by_the_player());
             evidence.doubts.extend(lost_rows);
             evidence.doubts.extend(reports.unread.iter().cloned());
+            let taken = evidence.taken.take();
+            evidence.judgement.excuse(&evidence.doubts, taken);
             let judgement = &evidence.judgement;
             let verdict = judgement.verdict(&evidence.doubts, evidence.is_other);
             // Causes first, then their effects.
@@ -280,69 +348,18 @@ fn judge(
     }
 }
 
-/// Writes the profile's text and its traces beside the rows.
-fn write_profile<'a>(
-    plan: &'a Plan,
-    cell: &Cell,
-    folder: &Path,
-) -> Result<Cow<'a, ProfileText>, RunError> {
-    let text = plan
-        .profile(cell)
-        .ok_or_else(|| RunError::Link(format!("the plan has no profile `{}`", cell.topology)))?;
-    folder::write(&folder.join(file_name::PROFILE), text.source.as_bytes())?;
-    for (name, trace) in &text.traces {
-        folder::write(&folder.join(name), trace.as_bytes())?;
-    }
-    Ok(text)
-}
-
-/// The link that a plan's text describes.
-pub(crate) fn read_profile(text: &ProfileText, topology: &str) -> Result<Profile, RunError> {
-    text.profile(topology).map_err(|findings| {
-        let first = findings
-            .first()
-            .map_or(String::new(), |finding| finding.message.clone());
-        RunError::Link(format!(
-            "the plan's profile `{topology}` cannot be played: {first}"
-        ))
-    })
-}
-
-/// Writes the system's text beside the rows, unless it is the paper's.
-fn write_system(system: &System, folder: &Path) -> Result<(), RunError> {
-    match system.own_text() {
-        Some(text) => folder::write(&folder.join(file_name::SYSTEM), text.as_bytes()),
-        None => Ok(()),
-    }
-}
-
-/// What a manifest says about a back-end.
-struct Described {
-    name: String,
-    authority: String,
-    engine: Option<String>,
-}
-
-fn describe(backend: &Backend) -> Described {
+/// What a manifest says about a back-end: its name, what this process may do in it, and its engine.
+fn describe(backend: &Backend) -> (&str, &str, Option<String>) {
     match backend {
-        Backend::Netns { authority, .. } => Described {
-            name: "netns".to_owned(),
-            authority: match authority {
-                Ok(Authority::Privileged) => "privileged".to_owned(),
-                Ok(Authority::UserNamespace) => "user-namespace".to_owned(),
-                Err(_) => String::new(),
-            },
-            engine: None,
-        },
-        Backend::Attach(agents) => Described {
-            name: agents.backend.clone(),
-            authority: String::new(),
-            engine: agents.engine.clone(),
-        },
-        Backend::Sim(_) => Described {
-            name: "sim".to_owned(),
-            authority: String::new(),
-            engine: None,
-        },
+        Backend::Netns { authority, .. } => {
+            let authority = match authority {
+                Ok(Authority::Privileged) => "privileged",
+                Ok(Authority::UserNamespace) => "user-namespace",
+                Err(_) => "",
+            };
+            ("netns", authority, None)
+        }
+        Backend::Attach(agents) => (agents.backend.as_str(), "", agents.engine.clone()),
+        Backend::Sim(_) => ("sim", "", None),
     }
 }

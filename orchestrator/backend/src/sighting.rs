@@ -6,9 +6,10 @@ use std::time::{Duration, Instant};
 
 use agent::{RemoteRun, RoleState};
 use certificate::{Echo, Sighting, merge};
+use clock::now::now_ns;
 use plan::file_name;
 use serde::de::DeserializeOwned;
-use shaper::{ProbePlan, now_ns};
+use shaper::ProbePlan;
 
 use crate::RunError;
 
@@ -49,7 +50,7 @@ pub(crate) fn ask(
             RoleState::Running => thread::sleep(POLL),
             RoleState::Ended { code: 0, .. } => break,
             RoleState::Ended { code, words } => {
-                return Err(RunError::Link(format!(
+                return Err(RunError::Echoes(format!(
                     "the echoes ended with exit code {code}: {words}"
                 )));
             }
@@ -89,5 +90,5 @@ fn rows<T: DeserializeOwned>(run: &RemoteRun, name: &str) -> Result<Vec<T>, RunE
     csv::Reader::from_reader(&bytes[..whole])
         .deserialize()
         .collect::<Result<_, _>>()
-        .map_err(|problem| RunError::Link(format!("{name} cannot be read: {problem}")))
+        .map_err(|problem| RunError::Echoes(format!("{name} cannot be read: {problem}")))
 }

@@ -9,8 +9,8 @@ use std::ops::Range;
 use std::path::Path;
 
 use certificate::{Echo, LinkReport};
+use column::Row;
 use control::Law;
-use endpoint::line::Line;
 use endpoint::report::Written;
 use endpoint::{ArrivalRow, MessageRow, Model, SecondRow, Surrounded, Thread, TickRow, Timer};
 use link::{PacketRow, Profile, Way};
@@ -21,13 +21,18 @@ use serde::Serialize;
 use sim::{EPOCH, Outcome, Pool, Record, Series, Setup, Start, Timing};
 use system::{System, Unfit};
 
-use crate::course::{Seen, Sent, Texts};
+use crate::course::Seen;
+use crate::link_check::Sent;
 use crate::own_plant::start_simulated;
 use crate::record::Rows;
+use crate::texts::Texts;
 use crate::{RunError, folder, schedule};
 
 /// How long the plant goes on after the last message: as long as there are echoes.
 const AFTER_NS: u64 = 1_200_000_000;
+
+/// The loop's start, in virtual time.
+const START_NS: u64 = EPOCH.t_ns(plan::START_AT);
 
 /// Simulates a cell, and writes its rows and reports to `folder`.
 pub(crate) fn run(
@@ -39,10 +44,10 @@ pub(crate) fn run(
     folder: &Path,
 ) -> Result<Seen, RunError> {
     let h = cell.settings.h;
-    let unfit = |unfit: Unfit| RunError::Link(unfit.to_string());
+    let unfit = |unfit: Unfit| RunError::Unfit(unfit.to_string());
     let (law, _) = system.law_at(h).map_err(unfit)?;
     let around = system.surroundings();
-    let (seed, start_ns) = (cell.link_seed, Some(EPOCH.t_ns(plan::START_AT)));
+    let (seed, start_ns) = (cell.link_seed, Some(START_NS));
     if let Some(fault) = texts
         .end_faults
         .iter()
@@ -65,7 +70,8 @@ pub(crate) fn run(
             }
         };
     };
-    let own = start_simulated(program, system.inputs(), h, seed).map_err(RunError::Program)?;
+    let own = start_simulated(program, system.inputs(), h, seed)
+        .map_err(|problem| RunError::Program(problem.to_string()))?;
     let plant = Surrounded::new(own.clone(), around.unwrap_or_default(), seed, start_ns);
     let seen = run_with(plant, law, cell, profile, faults, timing, folder)?;
     match own.problem() {
@@ -85,12 +91,11 @@ fn run_with<M: Model + Clone>(
     folder: &Path,
 ) -> Result<Seen, RunError> {
     let h = cell.settings.h;
-    let start_ns = EPOCH.t_ns(plan::START_AT);
     // The start of the last series is not known yet.
     let planned = [
         Spacing::Wide.empty(0),
         Spacing::Wide.before(EPOCH),
-        schedule::during(start_ns, cell.duration_ns),
+        schedule::during(START_NS, cell.duration_ns),
         Spacing::Wide.after(0),
     ];
     let echoes = planned.map(|series| Series {
@@ -101,7 +106,7 @@ fn run_with<M: Model + Clone>(
         interval_ns: series.interval_ns,
         count: series.count,
     });
-    let stops = End::BOTH.map(|end| frozen(faults, end, start_ns));
+    let stops = End::BOTH.map(|end| frozen(faults, end));
     let setup = Setup {
         profile,
         frozen: [&stops[0], &stops[1]],
@@ -109,9 +114,7 @@ fn run_with<M: Model + Clone>(
         settings: cell.settings,
         timer_floor_ns: timer_floor_ns(cell, timing),
         plant,
-        hold: cell.hold,
-        max_age_ns: cell.max_age_ns,
-        tick_noise: cell.plant_settings().tick_noise,
+        plant_settings: cell.plant_settings(),
         reference: cell.moving_reference(),
         law,
         pool: if cell.client.spec().keeps_own_connections {
@@ -124,7 +127,7 @@ fn run_with<M: Model + Clone>(
         timing,
         epoch: EPOCH,
         plant_start_ns: sim::plant_start_ns(cell.link_seed, h.ns()),
-        start_ns,
+        start_ns: START_NS,
         duration_ns: cell.duration_ns,
         after_ns: AFTER_NS,
     };
@@ -133,39 +136,18 @@ fn run_with<M: Model + Clone>(
         .map_err(|problem| RunError::Unsupported(problem.to_string()))?;
     let written = files.finish(folder)?;
     write_reports(folder, written, outcome, timing)?;
-    let mut phases = planned.iter().map(|series| series.phase);
-    Ok(Seen {
-        epoch: EPOCH,
-        opens: Spacing::Wide.opens(),
-        start_ns,
-        echoes: files.echoes.map(|mut echoes| {
-            // They ended in a different order than they were sent.
-            echoes.sort_unstable_by_key(|echo| echo.seq);
-            Sent {
-                phase: phases.next().unwrap_or(Phase::After),
-                until_ns: vec![u64::MAX; echoes.len()],
-                echoes,
-            }
-        }),
-        rows: Some(files.rows),
-        pulse: None,
-        watched: Vec::new(),
-        end_faults: faults
-            .iter()
-            .map(|fault| as_asked(fault, start_ns))
-            .collect(),
-    })
+    Ok(files.seen(planned.map(|series| series.phase), faults))
 }
 
 /// When an end stands still, in virtual time.
-fn frozen(faults: &[EndFault], end: End, start_ns: u64) -> Vec<Range<u64>> {
+fn frozen(faults: &[EndFault], end: End) -> Vec<Range<u64>> {
     let own = faults.iter().filter(|fault| fault.end == end);
-    own.flat_map(|fault| fault.stops(start_ns)).collect()
+    own.flat_map(|fault| fault.stops(START_NS)).collect()
 }
 
 /// A fault as it was done: in virtual time just as it was asked for.
-fn as_asked(fault: &EndFault, start_ns: u64) -> EndFaultDone {
-    let [from_ns, to_ns] = [fault.from_ns, fault.to_ns].map(|ns| start_ns + ns);
+fn as_asked(fault: &EndFault) -> EndFaultDone {
+    let [from_ns, to_ns] = [fault.from_ns, fault.to_ns].map(|ns| START_NS + ns);
     EndFaultDone {
         end: fault.end,
         effect: fault.effect,
@@ -174,7 +156,7 @@ fn as_asked(fault: &EndFault, start_ns: u64) -> EndFaultDone {
         from_ns,
         to_ns,
         stood_ns: fault
-            .stops(start_ns)
+            .stops(START_NS)
             .iter()
             .map(|stop| stop.end - stop.start)
             .sum(),
@@ -231,11 +213,9 @@ struct Files {
     arrivals: Sheet,
     messages: Sheet,
     /// Only if there is a rate limit.
-    packets: Option<csv::Writer<File>>,
+    packets: Option<Sheet>,
     rows: Rows,
     echoes: [Vec<Echo>; 4],
-    /// The first problem, since the simulation itself cannot fail.
-    problem: Option<csv::Error>,
 }
 
 /// A file of rows being written.
@@ -264,7 +244,7 @@ impl Sheet {
         })
     }
 
-    fn write(&mut self, row: &impl Line) {
+    fn write(&mut self, row: &impl Row) {
         self.rows += 1;
         row.write(&mut self.text);
         if self.text.len() >= SHEET_BYTES {
@@ -289,7 +269,7 @@ impl Sheet {
 
 impl Files {
     fn create(folder: &Path, has_rate: bool, has_second: bool) -> Result<Files, RunError> {
-        let packets = || create(&folder.join(file_name::PACKETS), PacketRow::COLUMNS);
+        let packets = || Sheet::create(&folder.join(file_name::PACKETS), PacketRow::COLUMNS);
         let second = || Sheet::create(&folder.join(file_name::SECOND), SecondRow::COLUMNS);
         Ok(Files {
             ticks: Sheet::create(&folder.join(file_name::TICKS), TickRow::COLUMNS)?,
@@ -299,7 +279,6 @@ impl Files {
             packets: has_rate.then(packets).transpose()?,
             rows: Rows::default(),
             echoes: Default::default(),
-            problem: None,
         })
     }
 
@@ -307,19 +286,38 @@ impl Files {
     /// messages.
     fn finish(&mut self, folder: &Path) -> Result<[u64; 4], RunError> {
         let fail = |problem| RunError::write(folder, problem);
-        if let Some(problem) = self.problem.take() {
-            return Err(fail(io::Error::other(problem)));
-        }
-        if let Some(packets) = &mut self.packets {
-            packets.flush().map_err(fail)?;
-        }
-        let second = self.second.as_mut().map_or(Ok(0), Sheet::finish);
+        let finish = |sheet: &mut Option<Sheet>| sheet.as_mut().map_or(Ok(0), Sheet::finish);
+        finish(&mut self.packets).map_err(fail)?;
+        let second = finish(&mut self.second);
         Ok([
             self.ticks.finish().map_err(fail)?,
             second.map_err(fail)?,
             self.arrivals.finish().map_err(fail)?,
             self.messages.finish().map_err(fail)?,
         ])
+    }
+
+    /// What was observed of the run, whose series of echoes had these phases, with faults that came as asked.
+    fn seen(self, phases: [Phase; 4], faults: &[EndFault]) -> Seen {
+        let mut phases = phases.into_iter();
+        Seen {
+            epoch: EPOCH,
+            opens: Spacing::Wide.opens(),
+            start_ns: START_NS,
+            echoes: self.echoes.map(|mut echoes| {
+                // They ended in a different order than they were sent.
+                echoes.sort_unstable_by_key(|echo| echo.seq);
+                Sent {
+                    phase: phases.next().unwrap_or(Phase::After),
+                    until_ns: vec![u64::MAX; echoes.len()],
+                    echoes,
+                }
+            }),
+            rows: Some(self.rows),
+            pulse: None,
+            watched: Vec::new(),
+            end_faults: faults.iter().map(as_asked).collect(),
+        }
     }
 }
 
@@ -355,23 +353,8 @@ impl Record for Files {
     }
 
     fn packet(&mut self, way: Way, t_ns: u64, bytes: u32) {
-        if let Some(packets) = &mut self.packets
-            && let Err(problem) = packets.serialize(PacketRow { t_ns, way, bytes })
-        {
-            self.problem.get_or_insert(problem);
+        if let Some(packets) = &mut self.packets {
+            packets.write(&PacketRow { t_ns, way, bytes });
         }
     }
-}
-
-/// Creates a file with its header, which it has even if no rows follow.
-fn create(path: &Path, columns: &[&str]) -> Result<csv::Writer<File>, RunError> {
-    let fail = |problem: std::io::Error| RunError::write(path, problem);
-    let file = File::create_new(path).map_err(fail)?;
-    let mut csv = csv::WriterBuilder::new()
-        .has_headers(false)
-        .buffer_capacity(1 << 16)
-        .from_writer(file);
-    csv.write_record(columns)
-        .map_err(|problem| fail(std::io::Error::other(problem)))?;
-    Ok(csv)
 }

@@ -43,7 +43,7 @@ pub(crate) trait Site: Sync {
     /// The clock of everything that a run records, ns: `CLOCK_MONOTONIC`, unless the site is made up by
     /// a test.
     fn now_ns(&self) -> u64 {
-        shaper::now_ns()
+        clock::now::now_ns()
     }
 
     /// Waits.

@@ -6,6 +6,7 @@ use endpoint::{SampleTime, Thread};
 use plan::{Cell, Client};
 use serde::{Deserialize, Serialize};
 use sim::Timing;
+use text::TomlText;
 
 /// Measured on the machine that webloop is built on; `webloop calibrate` measures on yours.
 const BUILT_IN: &str = include_str!("timings.toml");
@@ -86,13 +87,15 @@ impl Timings {
     /// # Errors
     /// What is wrong, with line and column, or which program is missing or unknown.
     pub fn read(text: &str) -> Result<Timings, InvalidTimings> {
-        let read = toml::from_str(text).map_err(|problem| InvalidTimings(problem.to_string()));
-        let rates: BTreeMap<String, Rates> = read?;
+        let text = TomlText { text, origin: "" };
+        let read = text.read("`webloop calibrate` writes such a file");
+        let rates: BTreeMap<String, Rates> =
+            read.map_err(|unread| InvalidTimings(unread.to_string()))?;
         let asked: BTreeSet<String> = programs().map(name).collect();
         let given: BTreeSet<String> = rates.keys().cloned().collect();
         match asked.symmetric_difference(&given).next() {
             Some(name) if given.contains(name) => {
-                Err(format!("`{name}` is no client that is timed"))
+                Err(format!("unknown client `{name}` in the timings"))
             }
             Some(name) => Err(format!("the timings of `{name}` are missing")),
             None => Ok(Timings(rates)),
@@ -180,7 +183,7 @@ mod tests {
         // The file leaves out the rate of the kernel's timers, which is the usual one.
         assert_eq!(timings.to_toml().replace("hz = 250\n", ""), BUILT_IN);
         let other = Timings::read(&BUILT_IN.replace("[python.", "[lynx."));
-        assert!(other.is_err_and(|problem| problem.0.contains("`lynx` is no client")));
+        assert!(other.is_err_and(|problem| problem.0.contains("unknown client `lynx`")));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use link::Profile;
 use plan::{Cell, ProfileText};
 use sim::Timing;
 
-use crate::run::read_profile;
+use crate::texts::read_profile;
 use crate::{RunError, Timings};
 
 /// How long programs take, and the links that cells are simulated over.

@@ -3,9 +3,10 @@
 //! A cell in namespaces without a link: with one request under way every 3 ms, and over a WebSocket every ms. A
 //! message that cannot be sent before the next deadline is never sent.
 
+use crate::campaign;
+use crate::comparison::{Bound, Table, goal};
 use crate::contender::{Contender, Lack, Measured};
-use crate::group::{Bound, Table, goal};
-use crate::{Context, campaign};
+use crate::context::Context;
 
 /// Below it, what a page does at its beginning counts for too much.
 const LEAST_MS: u64 = 10_000;

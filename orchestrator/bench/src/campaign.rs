@@ -1,4 +1,4 @@
-//! Campaigns of equal cells, run by this binary as a user runs them.
+//! Campaigns of equal cells, run by the binary `webloop` as a user runs them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,8 +7,8 @@ use std::process::Command;
 use analysis::{Campaign, Run};
 use backend::Manifest;
 
-use crate::Context;
 use crate::contender::Lack;
+use crate::context::Context;
 use crate::role::output;
 
 /// Runs so many cells of the paper's loop at 1 kHz, with the native client, and makes no report. Gives
@@ -43,7 +43,7 @@ pub(crate) fn run_cells(
 ) -> Result<(), Lack> {
     let file = out.with_extension("toml");
     fs::write(&file, format!("name = \"bench\"\n[[cells]]\n{cells}"))?;
-    let mut command = Command::new(context.webloop);
+    let mut command = Command::new(&context.programs.webloop);
     command.args(["run", "--backend", backend, "--progress", "quiet"]);
     command.arg("--no-report").args(words);
     output(command.arg(&file).arg("--out").arg(out)).map(drop)

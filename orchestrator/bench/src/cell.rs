@@ -2,9 +2,10 @@
 
 use std::time::Instant;
 
+use crate::campaign;
+use crate::comparison::{Bound, Table, goal};
 use crate::contender::{Contender, Lack, Measured};
-use crate::group::{Bound, Table, goal};
-use crate::{Context, campaign};
+use crate::context::Context;
 
 pub(crate) const TABLE: Table = Table {
     about: "what a cell takes beyond its loop",

@@ -4,7 +4,7 @@ use std::io;
 
 use analysis::ReadError;
 
-use crate::Context;
+use crate::context::Context;
 
 /// What a contender is to the comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

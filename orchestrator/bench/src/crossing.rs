@@ -13,9 +13,10 @@ use link::Profile;
 use rustix::time::{ClockId, clock_gettime};
 use shaper::{Namespace, connect, probe};
 
+use crate::comparison::{Bound, Table, goal};
 use crate::contender::{Contender, Lack, Measured, quantiles};
-use crate::group::{Bound, Table, goal};
-use crate::{Context, end, rattan};
+use crate::context::Context;
+use crate::{end, rattan};
 
 const DELAY_NS: u64 = 5_000_000;
 
@@ -48,8 +49,8 @@ pub(crate) const TABLE: Table = Table {
 
 /// A link of this text.
 pub(crate) fn constant(text: &str) -> Result<Profile, Lack> {
-    let unusable = |findings: Vec<link::Finding>| Lack(format!("its profile: {findings:?}"));
-    Profile::parse(text, "webloop bench").map_err(unusable)
+    let unusable = |findings: Vec<link::Diagnostic>| Lack(format!("its profile: {findings:?}"));
+    Profile::parse(text, "webloop-bench").map_err(unusable)
 }
 
 fn count(context: &Context<'_>, every_ms: u64) -> u32 {

@@ -6,6 +6,7 @@
 use std::convert::Infallible;
 use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::str::FromStr;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
@@ -20,45 +21,65 @@ use shaper::ProbePlan;
 /// The bytes of an echo: about those of a command's head and of its answer's.
 pub(crate) const ECHO_BYTES: usize = 64;
 
+/// What is asked of a server: as long as a command.
+pub(crate) const PATH: &str = "/closed?seq=1234567&t_send_ns=333945719159&u=0.17010378";
+
 /// What hyper answers: as long as a plant's state.
 const ANSWER: &str =
     "seq=1234567&tick=1234567&t_arrive_ns=333946040170&y=0.12345678901234567&u=0.17010378";
 
-/// No such end.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "there is no end `{0}`; choose echo, echo PRIORITY, hyper, ping ADDRESS EVERY_MS COUNT or send ADDRESS:PORT MS"
-)]
-pub struct UnknownEnd(String);
+/// Why an end does not serve.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum EndError {
+    /// No such end, or a word of it is no number or address.
+    #[error(
+        "there is no end `{0}`; choose echo, echo PRIORITY, hyper, ping ADDRESS EVERY_MS COUNT or send ADDRESS:PORT MS"
+    )]
+    Unknown(String),
+    /// A socket failed.
+    #[error(transparent)]
+    Socket(#[from] io::Error),
+    /// Echoes cannot be sent.
+    #[error(transparent)]
+    Echoes(#[from] shaper::Error),
+}
 
-/// Serves until this process is killed; `on_ready` gets the address. A client ends by itself, and
-/// `on_ready` gets each of its round trips instead, in ns.
+/// Serves until this process is killed; `on_line` gets `ready` and the address. A client ends by itself, and
+/// `on_line` gets each of its round trips instead, in ns.
 ///
 /// # Errors
-/// [`UnknownEnd`], or if a socket fails.
-pub fn serve(
-    words: &[String],
-    mut on_line: impl FnMut(&str),
-) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+/// If there is no such end, or a socket fails.
+pub(crate) fn serve(words: &[String], mut on_line: impl FnMut(&str)) -> Result<(), EndError> {
+    let unknown = || EndError::Unknown(words.join(" "));
+    let known: Vec<&str> = words.iter().map(String::as_str).collect();
     let on_ready = |address: SocketAddr| on_line(&format!("ready {address}"));
-    match words[..] {
+    match known[..] {
         ["echo"] => Ok(echo(on_ready)?),
         ["echo", priority] => {
-            pace::ask(Some(priority.parse()?));
+            clock::scheduling::ask(Some(read(priority).ok_or_else(unknown)?));
             Ok(echo(on_ready)?)
         }
         ["hyper"] => Ok(bare_hyper(on_ready)?),
         ["ping", address, every_ms, count] => {
-            let (every_ms, count) = (every_ms.parse()?, count.parse()?);
-            for rtt_ns in ping(address.parse()?, every_ms, count)? {
+            let target = read(address).ok_or_else(unknown)?;
+            let every_ms = read(every_ms).ok_or_else(unknown)?;
+            let count = read(count).ok_or_else(unknown)?;
+            for rtt_ns in ping(target, every_ms, count)? {
                 on_line(&rtt_ns.to_string());
             }
             Ok(())
         }
-        ["send", address, ms] => Ok(send(address.parse()?, Duration::from_millis(ms.parse()?))?),
-        _ => Err(UnknownEnd(words.join(" ")).into()),
+        ["send", address, ms] => {
+            let address = read(address).ok_or_else(unknown)?;
+            let time = Duration::from_millis(read(ms).ok_or_else(unknown)?);
+            Ok(send(address, time)?)
+        }
+        _ => Err(unknown()),
     }
+}
+
+fn read<T: FromStr>(word: &str) -> Option<T> {
+    word.parse().ok()
 }
 
 /// Echoes to a kernel at an address: their round trips, ns.

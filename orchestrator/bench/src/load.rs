@@ -2,10 +2,10 @@
 
 use std::process::Command;
 
-use crate::Context;
 use crate::contender::{Lack, Measured, QUANTILES, quantiles};
-use crate::role::{figures, needs, output};
-use crate::step::{PATH, server};
+use crate::context::Context;
+use crate::end::PATH;
+use crate::role::{Role, figures, needs, output};
 
 /// A Lua script for wrk: its own report has no decimals below 10 µs.
 const WRK: &str = include_str!("../lua/quantiles.lua");
@@ -13,7 +13,7 @@ const WRK: &str = include_str!("../lua/quantiles.lua");
 /// `wrk` with one thread and one connection.
 pub(crate) fn wrk(context: &Context<'_>) -> Result<Measured, Lack> {
     needs("wrk", "the package wrk")?;
-    let server = server(context, "hyper")?;
+    let server = Role::server(context, &["hyper"])?;
     let script = context.folder.join("quantiles.lua");
     std::fs::write(&script, WRK)?;
     let mut command = Command::new("wrk");
@@ -32,7 +32,7 @@ pub(crate) fn wrk(context: &Context<'_>) -> Result<Measured, Lack> {
 /// `oha` with one connection.
 pub(crate) fn oha(context: &Context<'_>) -> Result<Measured, Lack> {
     needs("oha", "the crate oha")?;
-    let server = server(context, "hyper")?;
+    let server = Role::server(context, &["hyper"])?;
     let mut command = Command::new("oha");
     command
         .args(["--no-tui", "--output-format", "json", "-c", "1", "-z"])
@@ -55,7 +55,7 @@ pub(crate) fn curl(context: &Context<'_>) -> Result<Measured, Lack> {
     /// How many it makes a ms: it cannot be told for how long.
     const A_MS: u64 = 15;
     needs("curl", "the package curl")?;
-    let server = server(context, "hyper")?;
+    let server = Role::server(context, &["hyper"])?;
     let count = context.measure_ms * A_MS;
     let mut command = Command::new("curl");
     command

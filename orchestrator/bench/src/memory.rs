@@ -12,9 +12,9 @@ use analysis::rows;
 use endpoint::MessageRow;
 use shaper::{CONTROLLER_INTERFACE, Namespace, PLANT_INTERFACE, join};
 
-use crate::Context;
+use crate::comparison::{Bound, Table, goal};
 use crate::contender::{Contender, Lack, Measured};
-use crate::group::{Bound, Table, goal};
+use crate::context::Context;
 use crate::role::{Process, Role};
 
 pub(crate) const TABLE: Table = Table {
@@ -42,9 +42,9 @@ const REST: Duration = Duration::from_millis(1000);
 fn ends(context: &Context<'_>) -> Result<Measured, Lack> {
     /// At 1 kHz fewer messages than the plant accepts connections at once, all before they are given up.
     const STILL: Duration = Duration::from_secs(3);
-    let plant = Role::plant(context.webloop, "1ms", &context.folder.join("plant"))?;
+    let plant = Role::plant(context, "1ms", &context.folder.join("plant"))?;
     let folder = context.folder.join("controller");
-    let mut command = Command::new(context.webloop);
+    let mut command = Command::new(&context.programs.webloop);
     command
         .args(["serve", "controller", "--h", "1ms", "--duration", "30s"])
         .args(["--plant", &plant.address.to_string(), "--out"])
@@ -55,7 +55,7 @@ fn ends(context: &Context<'_>) -> Result<Measured, Lack> {
     let still_ns = {
         let _still = plant.process.stop()?;
         thread::sleep(STILL);
-        pace::now_ns()
+        clock::now::now_ns()
     };
     thread::sleep(REST);
     let most_kb = plant.process.most_kb()? + controller.most_kb()?;
@@ -83,7 +83,7 @@ fn ends(context: &Context<'_>) -> Result<Measured, Lack> {
 fn link(context: &Context<'_>) -> Result<Measured, Lack> {
     let [controller, plant, middle] = [Namespace::new()?, Namespace::new()?, Namespace::new()?];
     join(&controller, &plant, &middle, false)?;
-    let mut command = Command::new(context.webloop);
+    let mut command = Command::new(&context.programs.webloop);
     command
         .args(["serve", "link", "--profile", "couva"])
         .args(["--controller", CONTROLLER_INTERFACE])

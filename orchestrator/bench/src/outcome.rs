@@ -2,8 +2,9 @@
 
 use analysis::statistics::median;
 
+use crate::comparison::Goal;
 use crate::contender::{Contender, Lack, Measured};
-use crate::group::{Goal, Group};
+use crate::group::Group;
 
 /// One contender's figures, repetition by repetition.
 #[derive(Debug)]
@@ -99,7 +100,7 @@ pub(crate) struct Ratio {
 
 /// A measured table.
 #[derive(Debug)]
-pub struct Outcome {
+pub(crate) struct Outcome {
     /// Which one.
     pub(crate) group: Group,
     /// Its contenders, in order.

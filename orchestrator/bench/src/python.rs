@@ -5,8 +5,9 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::contender::{Lack, Measured};
+use crate::context::Context;
+use crate::end::PATH;
 use crate::role::{figures, needs, output};
-use crate::{Context, step};
 
 const HTTP_CLIENT: &str = include_str!("../python/http_client.py");
 const PAPER: &str = include_str!("../python/paper.py");
@@ -22,13 +23,13 @@ pub(crate) fn step_http_client(
     let [host, port] = [server.ip().to_string(), server.port().to_string()];
     script(
         HTTP_CLIENT,
-        &[&host, &port, step::PATH, &context.measure_ms.to_string()],
+        &[&host, &port, PATH, &context.measure_ms.to_string()],
     )
 }
 
 /// `ThreadingHTTPServer` and `urllib`, a connection a message, as in the paper.
 pub(crate) fn step_paper(context: &Context<'_>) -> Result<Measured, Lack> {
-    script(PAPER, &[step::PATH, &context.measure_ms.to_string()])
+    script(PAPER, &[PATH, &context.measure_ms.to_string()])
 }
 
 /// `time.sleep` until the next deadline, every ms.

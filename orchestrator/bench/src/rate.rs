@@ -13,10 +13,10 @@ use std::thread;
 use analysis::rows;
 use endpoint::{MessageRow, TickRow};
 
-use crate::Context;
+use crate::comparison::{Bound, Table, goal};
 use crate::contender::{Contender, Lack, Measured, quantiles};
+use crate::context::Context;
 use crate::end::ECHO_BYTES;
-use crate::group::{Bound, Table, goal};
 use crate::role::{Role, output};
 
 const H_NS: u64 = 100_000;
@@ -59,8 +59,7 @@ fn share_pct(of: usize, all: usize) -> f64 {
 }
 
 fn echo(context: &Context<'_>) -> Result<Measured, Lack> {
-    let end = ["serve", "end", "echo", &FIFO_PRIORITY.to_string()];
-    let server = Role::start(Command::new(context.webloop).args(end))?;
+    let server = Role::server(context, &["echo", &FIFO_PRIORITY.to_string()])?;
     let stream = TcpStream::connect(server.address)?;
     stream.set_nodelay(true)?;
     let due = (context.measure_ms * 1_000_000 / H_NS) as usize;
@@ -80,13 +79,13 @@ fn echo(context: &Context<'_>) -> Result<Measured, Lack> {
 
 /// Sends at each deadline that it does not miss. Gives when.
 fn send(mut stream: &TcpStream, due: usize) -> Result<Vec<u64>, Lack> {
-    let mut pacer = pace::Pacer::new(&pace::ask(Some(FIFO_PRIORITY)));
+    let mut pacer = clock::pacer::Pacer::new(&clock::scheduling::ask(Some(FIFO_PRIORITY)));
     let mut sent_ns = Vec::with_capacity(due);
-    let start_ns = pace::now_ns() + 10_000_000;
+    let start_ns = clock::now::now_ns() + 10_000_000;
     for k in 0..due as u64 {
         let due_ns = start_ns + k * H_NS;
         pacer.sleep_until(due_ns);
-        let now_ns = pace::now_ns();
+        let now_ns = clock::now::now_ns();
         if now_ns < due_ns + H_NS {
             stream.write_all(&[7; ECHO_BYTES])?;
             sent_ns.push(now_ns);
@@ -99,20 +98,20 @@ fn send(mut stream: &TcpStream, due: usize) -> Result<Vec<u64>, Lack> {
 
 /// Receives all that comes back. Gives when.
 fn receive(mut stream: &TcpStream, most: usize) -> Result<Vec<u64>, Lack> {
-    pace::ask(Some(FIFO_PRIORITY));
+    clock::scheduling::ask(Some(FIFO_PRIORITY));
     let mut received_ns = Vec::with_capacity(most);
     let mut bytes = [0; ECHO_BYTES];
     while stream.read_exact(&mut bytes).is_ok() {
-        received_ns.push(pace::now_ns());
+        received_ns.push(clock::now::now_ns());
     }
     Ok(received_ns)
 }
 
 fn webloop(context: &Context<'_>, transport: &str) -> Result<Measured, Lack> {
     let plant_folder = context.folder.join("plant");
-    let plant = Role::plant(context.webloop, "100us", &plant_folder)?;
+    let plant = Role::plant(context, "100us", &plant_folder)?;
     let folder = context.folder.join("controller");
-    let mut controller = Command::new(context.webloop);
+    let mut controller = Command::new(&context.programs.webloop);
     controller
         .args(["serve", "controller", "--h", "100us"])
         .args(["--transport", transport])

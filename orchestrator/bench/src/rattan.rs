@@ -5,13 +5,13 @@ use std::time::Instant;
 
 use shaper::Namespace;
 
-use crate::Context;
 use crate::contender::Lack;
+use crate::context::Context;
 use crate::role::{needs, output_in};
 
 const NAME: &str = "rattan";
 
-/// Runs `webloop serve end WORDS` behind a link of this delay each way; the far end is the network around it, a
+/// Runs `webloop-bench end WORDS` behind a link of this delay each way; the far end is the network around it, a
 /// namespace. Gives what it printed, and what emulator and client took of a processor, %.
 pub(crate) fn run(
     context: &Context<'_>,
@@ -20,7 +20,7 @@ pub(crate) fn run(
     words: &str,
 ) -> Result<(String, f64), Lack> {
     needs(NAME, "the crate rattan")?;
-    let line = format!("exec {} serve end {words}", context.webloop.display());
+    let line = format!("exec {} end {words}", context.programs.own.display());
     let mut command = Command::new(NAME);
     command
         .args(["link", "--uplink-delay", delay, "--downlink-delay", delay])

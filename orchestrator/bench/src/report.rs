@@ -3,10 +3,11 @@
 use std::process::Command;
 use std::time::Instant;
 
+use crate::campaign;
+use crate::comparison::{Bound, Table, goal};
 use crate::contender::{Contender, Lack, Measured};
-use crate::group::{Bound, Table, goal};
+use crate::context::Context;
 use crate::role::output;
-use crate::{Context, campaign};
 
 /// Open loops, and steps again and again, from two clients, over the paper's links.
 const CELLS: &str = r#"
@@ -48,6 +49,10 @@ fn report(context: &Context<'_>) -> Result<Measured, Lack> {
     let out = context.folder.join("report");
     campaign::run_cells(context, "sim", &[], CELLS, &out)?;
     let begun = Instant::now();
-    output(Command::new(context.webloop).arg("report").arg(out))?;
+    output(
+        Command::new(&context.programs.webloop)
+            .arg("report")
+            .arg(out),
+    )?;
     Ok(vec![("took_s", begun.elapsed().as_secs_f64())])
 }

@@ -9,6 +9,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use shaper::Namespace;
 
 use crate::contender::{Lack, Measured};
+use crate::context::Context;
 
 /// A process that runs until this value is dropped.
 #[derive(Debug)]
@@ -100,14 +101,19 @@ impl Role {
         }
     }
 
-    /// A plant of this binary with this sample time.
-    pub(crate) fn plant(webloop: &Path, h: &str, folder: &Path) -> Result<Role, Lack> {
-        let mut command = Command::new(webloop);
+    /// Webloop's plant with this sample time.
+    pub(crate) fn plant(context: &Context<'_>, h: &str, folder: &Path) -> Result<Role, Lack> {
+        let mut command = Command::new(&context.programs.webloop);
         command
             .args(["serve", "plant", "--listen", "127.0.0.1:0", "--h", h])
             .arg("--out")
             .arg(folder);
         Role::start(&mut command)
+    }
+
+    /// A server of this binary without a plant: an end that peers are measured with, by its words.
+    pub(crate) fn server(context: &Context<'_>, words: &[&str]) -> Result<Role, Lack> {
+        Role::start(Command::new(&context.programs.own).arg("end").args(words))
     }
 
     /// Asks it to end, and waits until it has.

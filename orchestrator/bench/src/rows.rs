@@ -8,12 +8,14 @@ use std::path::Path;
 use std::time::Instant;
 
 use analysis::{CellFacts, Metrics, rows};
+use clock::journal::{CAPACITY, Journal, JournalError};
+use column::Row;
 use endpoint::{ArrivalRow, MessageRow, TickRow};
-use journal::{CAPACITY, Journal};
 
+use crate::comparison::{Bound, Table, goal};
 use crate::contender::{Contender, Lack, Measured};
-use crate::group::{Bound, Table, goal};
-use crate::{Context, campaign, python};
+use crate::context::Context;
+use crate::{campaign, python};
 
 pub(crate) const TABLE: Table = Table {
     about: "rows of a run, on one processor: read with its metrics, and written",
@@ -77,9 +79,9 @@ fn written(folder: &Path, rows: &[MessageRow]) -> Result<f64, Lack> {
     let (mut bytes, mut took_s) = (0, 0.0);
     for (number, part) in rows.chunks(CAPACITY).enumerate() {
         let path = folder.join(format!("{number}.csv"));
-        let failed = |error: journal::JournalError| Lack(error.to_string());
+        let failed = |error: JournalError| Lack(error.to_string());
         let (mut recorder, journal) =
-            Journal::create(&path, MessageRow::COLUMNS).map_err(failed)?;
+            Journal::create(&path, MessageRow::COLUMNS, MessageRow::write).map_err(failed)?;
         let begun = Instant::now();
         for row in part {
             recorder.record(*row);

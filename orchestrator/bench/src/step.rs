@@ -16,14 +16,12 @@ use hyper::body::Bytes;
 use hyper::client::conn::http1;
 use hyper_util::rt::TokioIo;
 
+use crate::comparison::{Bound, Table, goal};
 use crate::contender::{Contender, Lack, Measured, quantiles};
-use crate::end::ECHO_BYTES;
-use crate::group::{Bound, Table, goal};
+use crate::context::Context;
+use crate::end::{ECHO_BYTES, PATH};
 use crate::role::{Role, output};
-use crate::{Context, load, python};
-
-/// What is asked of a server: as long as a command.
-pub(crate) const PATH: &str = "/closed?seq=1234567&t_send_ns=333945719159&u=0.17010378";
+use crate::{load, python};
 
 /// Steps before those that count: connections, caches and rings are warm after them.
 const WARM_UP: usize = 300;
@@ -74,11 +72,6 @@ pub(crate) const TABLE: Table = Table {
     ],
 };
 
-/// A server of this binary without a plant.
-pub(crate) fn server(context: &Context<'_>, end: &str) -> Result<Role, Lack> {
-    Role::start(Command::new(context.webloop).args(["serve", "end", end]))
-}
-
 /// Takes steps for as long as is asked, and gives how long each took.
 fn steps(
     context: &Context<'_>,
@@ -90,15 +83,15 @@ fn steps(
     let begun = Instant::now();
     let mut took_ns = Vec::with_capacity(1 << 16);
     while begun.elapsed() < Duration::from_millis(context.measure_ms) {
-        let from_ns = pace::now_ns();
+        let from_ns = clock::now::now_ns();
         step()?;
-        took_ns.push(pace::now_ns() - from_ns);
+        took_ns.push(clock::now::now_ns() - from_ns);
     }
     quantiles(took_ns)
 }
 
 fn echo(context: &Context<'_>) -> Result<Measured, Lack> {
-    let server = server(context, "echo")?;
+    let server = Role::server(context, &["echo"])?;
     let mut stream = TcpStream::connect(server.address)?;
     stream.set_nodelay(true)?;
     let mut bytes = [7; ECHO_BYTES];
@@ -109,11 +102,11 @@ fn echo(context: &Context<'_>) -> Result<Measured, Lack> {
 }
 
 fn webloop(context: &Context<'_>, transport: &str) -> Result<Measured, Lack> {
-    let plant = Role::plant(context.webloop, "1ms", &context.folder.join("plant"))?;
+    let plant = Role::plant(context, "1ms", &context.folder.join("plant"))?;
     let folder = context.folder.join("controller");
     // What it takes to open the connection is before the steps that count.
     let duration = format!("{}ms", context.measure_ms + 100);
-    let mut controller = Command::new(context.webloop);
+    let mut controller = Command::new(&context.programs.webloop);
     controller
         .args(["serve", "controller", "--transport", transport])
         .args(["--plant", &plant.address.to_string()])
@@ -155,7 +148,7 @@ fn failed(error: impl std::error::Error) -> Lack {
 }
 
 fn hyper(context: &Context<'_>) -> Result<Measured, Lack> {
-    let server = server(context, "hyper")?;
+    let server = Role::server(context, &["hyper"])?;
     let runtime = runtime()?;
     let connected = runtime.block_on(async {
         let stream = tokio::net::TcpStream::connect(server.address).await?;
@@ -178,7 +171,7 @@ fn hyper(context: &Context<'_>) -> Result<Measured, Lack> {
 }
 
 fn reqwest(context: &Context<'_>) -> Result<Measured, Lack> {
-    let server = server(context, "hyper")?;
+    let server = Role::server(context, &["hyper"])?;
     let runtime = runtime()?;
     let client = reqwest::Client::builder()
         .no_proxy()
@@ -196,6 +189,6 @@ fn reqwest(context: &Context<'_>) -> Result<Measured, Lack> {
 }
 
 fn http_client(context: &Context<'_>) -> Result<Measured, Lack> {
-    let server = server(context, "hyper")?;
+    let server = Role::server(context, &["hyper"])?;
     python::step_http_client(context, server.address)
 }

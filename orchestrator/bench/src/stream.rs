@@ -7,16 +7,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use clock::now::now_ns;
 use link::{Epoch, LinkTime};
 use shaper::{
     CONTROLLER_INTERFACE, Namespace, PLANT_ADDRESS, PLANT_INTERFACE, PacketPort, PlayerConfig,
-    connect, join, now_ns, play,
+    connect, join, play,
 };
 
+use crate::comparison::{Bound, Table, goal};
 use crate::contender::{Contender, Lack, Measured};
+use crate::context::Context;
 use crate::crossing::constant;
-use crate::group::{Bound, Table, goal};
-use crate::{Context, end, rattan};
+use crate::{end, rattan};
 
 const PORT: u16 = 4000;
 

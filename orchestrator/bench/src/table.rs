@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::group::{Bound, Goal};
+use crate::comparison::{Bound, Goal};
 use crate::outcome::{Outcome, Series};
 
 /// Columns of the file of values: one row for each repetition's figure.
@@ -10,7 +10,7 @@ const COLUMNS: &str = "table,contender,kind,figure,repetition,value\n";
 
 /// Writes the values of all tables.
 #[must_use]
-pub fn csv(outcomes: &[Outcome]) -> String {
+pub(crate) fn csv(outcomes: &[Outcome]) -> String {
     let mut text = COLUMNS.to_owned();
     for outcome in outcomes {
         for series in &outcome.series {
@@ -35,7 +35,7 @@ pub fn csv(outcomes: &[Outcome]) -> String {
 /// Writes a table for people: medians, and the first figure as a multiple of the base's with its least and
 /// greatest repetition.
 #[must_use]
-pub fn text(outcome: &Outcome) -> String {
+pub(crate) fn text(outcome: &Outcome) -> String {
     let table = outcome.group.table();
     let figures = columns(outcome);
     let mut text = format!("{}: {}\n\n", outcome.group, table.about);

@@ -12,9 +12,9 @@ use analysis::statistics::Moments;
 use endpoint::TickRow;
 use tokio::time::{Instant, MissedTickBehavior, interval_at};
 
-use crate::Context;
+use crate::comparison::{Bound, Table, goal};
 use crate::contender::{Contender, Lack, Measured, quantiles};
-use crate::group::{Bound, Table, goal};
+use crate::context::Context;
 use crate::python;
 use crate::role::{Role, needs, output};
 
@@ -61,7 +61,7 @@ fn figures(ticks: &[(u64, u64)]) -> Result<Measured, Lack> {
 
 fn webloop(context: &Context<'_>) -> Result<Measured, Lack> {
     let folder = context.folder.join("plant");
-    let plant = Role::plant(context.webloop, "1ms", &folder)?;
+    let plant = Role::plant(context, "1ms", &folder)?;
     thread::sleep(Duration::from_millis(context.measure_ms));
     plant.end()?;
     let mut ticks = Vec::new();
@@ -81,13 +81,13 @@ fn tokio_interval(context: &Context<'_>) -> Result<Measured, Lack> {
         .build()?;
     let ticks = runtime.block_on(async {
         let begin = Instant::now() + Duration::from_millis(10);
-        let begin_ns = pace::now_ns() + 10_000_000;
+        let begin_ns = clock::now::now_ns() + 10_000_000;
         let mut interval = interval_at(begin, Duration::from_nanos(H_NS));
         interval.set_missed_tick_behavior(MissedTickBehavior::Burst);
         let mut ticks = Vec::with_capacity(1 << 16);
         for k in 0..context.measure_ms {
             interval.tick().await;
-            ticks.push((begin_ns + k * H_NS, pace::now_ns()));
+            ticks.push((begin_ns + k * H_NS, clock::now::now_ns()));
         }
         ticks
     });

@@ -6,16 +6,18 @@
 
 use std::time::Instant;
 
+use analysis::Aim;
 use analysis::response::ResponseTrace;
 use control::preset;
 use endpoint::{Mode, Preset, SampleTime, TickRow};
 use link::Profile;
 use sim::{Record, Setup};
 
+use crate::comparison::{Bound, Table, goal};
 use crate::contender::{Contender, Lack, Measured};
+use crate::context::Context;
 use crate::crossing::constant;
-use crate::group::{Bound, Table, goal};
-use crate::{Context, campaign, python};
+use crate::{campaign, python};
 
 pub(crate) const TABLE: Table = Table {
     about: "a loop at 1 kHz in virtual time, one processor: seconds a second",
@@ -60,7 +62,7 @@ fn webloop(topology: &str) -> Result<Measured, Lack> {
     let law = preset::paper_pi().into();
     let setup = Setup::ideal(&profile, settings, plant, law, LOOP_S * 1_000_000_000);
     let begun = Instant::now();
-    let mut metrics = Metrics(ResponseTrace::new(h.ns(), 1.0, None));
+    let mut metrics = Metrics(ResponseTrace::new(Aim::step(h.ns())));
     sim::run(&setup, &mut metrics).map_err(|problem| Lack(problem.to_string()))?;
     if metrics.0.finish().is_none() {
         return Err(unfit("response"));

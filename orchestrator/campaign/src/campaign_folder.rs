@@ -66,7 +66,7 @@ impl CampaignFolder {
         }
         match CampaignFolder::open_text(&plan.to_json(), path) {
             // Another job of this plan is just leaving it.
-            Err(Error::Open(OpenError::InUse(_))) => Ok(()),
+            Err(Error::Open(OpenError::InUse { .. })) => Ok(()),
             opened => opened.map(drop),
         }
     }
@@ -117,5 +117,18 @@ impl CampaignFolder {
     /// When it cannot be written.
     pub fn leave(&self, name: &str, content: &[u8]) -> Result<(), Error> {
         self.0.leave(name, content)
+    }
+
+    /// Writes a derived file in parts, which need not be in memory together.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn leave_parts(
+        &self,
+        name: &str,
+        parts: impl IntoIterator<Item = String>,
+    ) -> Result<(), Error> {
+        let written = file::write_parts(&self.path().join(name), parts);
+        Ok(written.map_err(|source| self.0.full(name, source))?)
     }
 }

@@ -217,7 +217,7 @@ impl<'a> Watch<'a> {
 }
 
 fn manifest(campaign: &Path, cell: &Cell) -> Result<Option<Manifest>, Error> {
-    backend::manifest(campaign, cell).map_err(Error::Manifest)
+    Ok(backend::manifest(campaign, cell)?)
 }
 
 /// Makes docker end when this process does, whatever ends it.

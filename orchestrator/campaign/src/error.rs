@@ -4,7 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 use analysis::{CampaignError, Damage, ReadError};
-use backend::RunError;
+use backend::{BadAgents, RunError, Unreadable};
 use compose::Problem;
 use plan::Client;
 
@@ -56,9 +56,9 @@ pub enum Error {
     /// A folder does not hold a campaign.
     #[error(transparent)]
     Campaign(#[from] CampaignError),
-    /// A manifest cannot be read; the text names it.
-    #[error("{0}")]
-    Manifest(String),
+    /// A manifest cannot be read.
+    #[error(transparent)]
+    Manifest(#[from] Unreadable),
     /// A cell's process cannot be started or waited for.
     #[error("cannot {step} a cell's process")]
     Process {
@@ -96,7 +96,7 @@ pub enum Error {
         /// The variable.
         variable: &'static str,
         /// What is wrong with it.
-        problem: String,
+        problem: BadAgents,
     },
     /// The token in the environment is invalid.
     #[error(transparent)]
@@ -141,7 +141,7 @@ pub enum Error {
     Unfit(#[from] sweep::Unfit),
     /// A sweep cannot read back one of its own rows.
     #[error("{0}")]
-    Row(String),
+    Row(sweep::InvalidRow),
     /// A value cannot be written as JSON.
     #[error(transparent)]
     Json(#[from] serde_json::Error),

@@ -41,9 +41,10 @@ impl Findings {
         }
         for map in &self.maps {
             let name = |ending: &str| format!("maps/{}.{ending}", map.name);
-            folder.leave(&name("svg"), map.to_svg().as_bytes())?;
-            folder.leave(&name("pdf"), &map.to_pdf())?;
-            folder.leave(&name("csv"), map.to_csv().as_bytes())?;
+            let drawing = map.draw();
+            folder.leave(&name("svg"), drawing.to_svg().as_bytes())?;
+            folder.leave(&name("pdf"), &drawing.to_pdf())?;
+            folder.leave(&name("csv"), drawing.to_csv().as_bytes())?;
         }
         Ok(())
     }

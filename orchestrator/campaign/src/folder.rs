@@ -7,7 +7,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use backend::RunError;
-use rustix::fs::{FlockOperation, flock};
+use file::NotLocked;
 
 use crate::attach;
 use crate::error::Error;
@@ -41,14 +41,24 @@ impl Folder {
                 identity,
             });
         }
-        let lock =
-            file::open_or_create(&path.join(LOCK)).map_err(|source| OpenError::NotLockable {
+        let unlocked = |source| OpenError::NotLockable {
+            path: path.to_owned(),
+            remedy: remedy(),
+            source,
+        };
+        let lock = file::open_or_create(&path.join(LOCK)).map_err(unlocked)?;
+        file::lock(&lock).map_err(|refused| match refused {
+            NotLocked::InUse(holder) => OpenError::InUse {
+                path: path.to_owned(),
+                holder,
+            },
+            NotLocked::Unsupported(source) => OpenError::NoLocks {
                 path: path.to_owned(),
                 remedy: remedy(),
                 source,
-            })?;
-        flock(&lock, FlockOperation::NonBlockingLockExclusive)
-            .map_err(|_| OpenError::InUse(path.to_owned()))?;
+            },
+            NotLocked::Other(source) => unlocked(source),
+        })?;
         Ok(Folder {
             path: path.to_owned(),
             identity,
@@ -130,17 +140,71 @@ fn is_of_others(path: &Path, identity: &str) -> Result<bool, OpenError> {
     Ok(others)
 }
 
-/// A folder named after what it holds, the time and the seed: `results/smoke-20261121-041503-s1`.
+/// A new folder named after what it holds, the time and the seed: `results/smoke-20261121-041503-s1`.
 #[must_use]
 pub fn fresh(what: &str, seed: u64) -> PathBuf {
-    let mut path = begun_now(what).into_os_string();
-    path.push(format!("-s{seed}"));
-    path.into()
+    named_now(what, &format!("-s{seed}"))
 }
 
-/// A folder named after what it holds and the time: `results/bench-20261121-041503`.
+/// A new folder named after what it holds and the time: `results/bench-20261121-041503`.
 #[must_use]
 pub fn begun_now(what: &str) -> PathBuf {
+    named_now(what, "")
+}
+
+/// A folder that nobody else has: it is made here. Of those that begin in the same second, each but the first has a
+/// number behind its name.
+fn named_now(what: &str, seed: &str) -> PathBuf {
     let now = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S");
-    Path::new(RESULTS).join(format!("{what}-{now}"))
+    unused(Path::new(RESULTS), &format!("{what}-{now}{seed}"))
+}
+
+/// Makes a folder of this name in `place`, with a number behind it if there is one already.
+fn unused(place: &Path, name: &str) -> PathBuf {
+    let first = place.join(name);
+    // Where it cannot be made, whoever opens it says why.
+    if fs::create_dir_all(place).is_err() {
+        return first;
+    }
+    let others = (2_u32..).map(|n| place.join(format!("{name}-{n}")));
+    let mut paths = std::iter::once(first.clone()).chain(others);
+    let is_free = |path: &PathBuf| match fs::create_dir(path) {
+        Err(problem) => problem.kind() != ErrorKind::AlreadyExists,
+        Ok(()) => true,
+    };
+    paths.find(is_free).unwrap_or(first)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_that_begin_in_one_second_have_names_of_their_own() {
+        let place = tempfile::tempdir().expect("a folder");
+        let names = || {
+            let path = unused(&place.path().join("results"), "smoke-20261121-041503-s1");
+            let name = path
+                .file_name()
+                .map(|name| name.to_string_lossy().into_owned());
+            assert!(path.is_dir());
+            name.unwrap_or_default()
+        };
+        let first: Vec<String> = (0..3).map(|_| names()).collect();
+        let base = "smoke-20261121-041503-s1";
+        assert_eq!(
+            first,
+            [base.to_owned(), format!("{base}-2"), format!("{base}-3")]
+        );
+        // Also of many that begin at once.
+        let all: Vec<String> = std::thread::scope(|scope| {
+            let begun: Vec<_> = (0..8).map(|_| scope.spawn(names)).collect();
+            begun
+                .into_iter()
+                .flat_map(std::thread::ScopedJoinHandle::join)
+                .collect()
+        });
+        let distinct: std::collections::BTreeSet<&String> = all.iter().chain(&first).collect();
+        assert_eq!(distinct.len(), 11);
+    }
 }

@@ -80,7 +80,7 @@ pub(crate) fn tell(
     said: String,
     progress: &dyn Progress,
 ) -> Result<(), Error> {
-    let (verdict, reason) = match backend::manifest(campaign, cell).map_err(Error::Manifest)? {
+    let (verdict, reason) = match backend::manifest(campaign, cell)? {
         Some(manifest) => (manifest.verdict, manifest.reasons.join("; ")),
         None => (Verdict::Failed, said),
     };

@@ -57,7 +57,7 @@ pub use pace::{Pace, expected, shares, time_ns};
 pub use process::Processes;
 pub use progress::Progress;
 pub use queue::{Clock, Queue, Turn};
-pub use results::{Results, check_whole};
+pub use results::{Results, check_rows, check_whole};
 pub use resume::pending;
 pub use sweep_folder::SweepFolder;
 pub use tries::{CellRun, Ended, run_cell};

@@ -177,7 +177,7 @@ impl Source {
     fn plan(&self) -> Result<Plan, MergeError> {
         Plan::from_json(&self.text).map_err(|problem| MergeError::BadPlan {
             path: self.folder.join(PLAN),
-            problem,
+            problem: problem.to_string(),
         })
     }
 }

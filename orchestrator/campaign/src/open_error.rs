@@ -4,6 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 use backend::RunError;
+use file::Holder;
 
 /// Where results go when no folder is given.
 pub const RESULTS: &str = "results";
@@ -47,9 +48,26 @@ pub enum OpenError {
         /// The file that would identify it.
         identity: &'static str,
     },
+    /// Its file system has no locks.
+    #[error(
+        "cannot lock {}: its file system has no locks, so nothing would keep two runs apart; {remedy}", path.display()
+    )]
+    NoLocks {
+        /// The folder.
+        path: PathBuf,
+        /// What to do.
+        remedy: &'static str,
+        /// What the system said.
+        source: io::Error,
+    },
     /// Another process writes to it.
-    #[error("{} is in use by another run; choose another folder with --out", .0.display())]
-    InUse(PathBuf),
+    #[error("{} is in use by another run{holder}; choose another folder with --out", path.display())]
+    InUse {
+        /// The folder.
+        path: PathBuf,
+        /// Who that is, as far as it is known.
+        holder: Holder,
+    },
     /// Its entries cannot be listed.
     #[error("cannot read {}", path.display())]
     NotListed {

@@ -147,7 +147,7 @@ fn start(cell: &Cell) -> String {
         quoted(&cell.id),
         quoted(&cell.topology),
         cell.client.to_string(),
-        quoted(&cell.setup()),
+        quoted(&cell.setup().to_string()),
         cell.settings.mode.to_string(),
         cell.rate(),
         cell.settings.h.ns().to_string(),

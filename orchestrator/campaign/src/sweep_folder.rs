@@ -240,7 +240,9 @@ fn read(sweep: &Sweep, path: &Path) -> Result<Found, OpenError> {
             }
             continue;
         }
-        let row = sweep.read(content).map_err(|problem| damaged(&problem))?;
+        let row = sweep
+            .read(content)
+            .map_err(|problem| damaged(&problem.to_string()))?;
         let there = &mut is_there[sweep.number(row.run)];
         if *there {
             return Err(damaged("this run is there already"));

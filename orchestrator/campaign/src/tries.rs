@@ -1,6 +1,7 @@
 //! Runs one cell until it is not disturbed: the work of a cell's own process, or of a worker in virtual time.
 
 use std::borrow::Borrow;
+use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -70,17 +71,8 @@ pub(crate) fn make(
     how: &CellRun<'_>,
     stop: &AtomicBool,
 ) -> Result<Option<Made>, Error> {
-    let before = Run::read(how.campaign, plan, cell);
-    if let Some(manifest) = &before.manifest {
-        how.own.check(plan, manifest, &before.folder)?;
-    }
-    match before.verdict() {
-        Some(Verdict::Complete) | None if !before.damage.is_empty() => {
-            let damage = before.damage.iter().map(ToString::to_string);
-            return Err(Error::DamagedCell(damage.collect::<Vec<_>>().join("; ")));
-        }
-        Some(Verdict::Complete) => return Ok(None),
-        _ => {}
+    if is_complete(plan, cell, how)? {
+        return Ok(None);
     }
     // The plan says how many may run together, the manifest how many did.
     let cell = &Cell {
@@ -108,6 +100,28 @@ pub(crate) fn make(
         attempt,
         Made::keep,
     )?))
+}
+
+/// Whether an earlier run of a cell, as this run would have made it, is complete.
+fn is_complete(plan: &Plan, cell: &Cell, how: &CellRun<'_>) -> Result<bool, Error> {
+    // Most cells have no folder yet, and to read one takes as long as a short run in virtual time.
+    let folder = how.campaign.join(cell.folder());
+    if let Err(problem) = folder.symlink_metadata()
+        && problem.kind() == ErrorKind::NotFound
+    {
+        return Ok(false);
+    }
+    let before = Run::read(how.campaign, plan, cell);
+    if let Some(manifest) = &before.manifest {
+        how.own.check(plan, manifest, &before.folder)?;
+    }
+    match before.verdict() {
+        Some(Verdict::Complete) | None if !before.damage.is_empty() => {
+            let damage = before.damage.iter().map(ToString::to_string);
+            Err(Error::DamagedCell(damage.collect::<Vec<_>>().join("; ")))
+        }
+        verdict => Ok(verdict == Some(Verdict::Complete)),
+    }
 }
 
 /// Makes attempts until one is not disturbed, `tries` have been made, or `stop` is set. Each

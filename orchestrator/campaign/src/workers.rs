@@ -62,8 +62,8 @@ fn run(
                     let begun = Begun::new(progress, turn.cell);
                     let made = catch_unwind(AssertUnwindSafe(|| make(turn.cell)));
                     let made = match made {
-                        Ok(made) => made.map_err(words),
-                        Err(panic) => Err(last_words(&*panic)),
+                        Ok(made) => made.map_err(Unmade::Failed),
+                        Err(panic) => Err(Unmade::Panicked(last_words(&*panic))),
                     };
                     drop(begun);
                     queue.end();
@@ -86,9 +86,16 @@ fn run(
     })
 }
 
+/// Why there is nothing of a cell.
+enum Unmade {
+    Failed(Error),
+    /// Its thread did; what it said.
+    Panicked(String),
+}
+
 /// Gives cells their manifests, and tells of them.
 fn keep(
-    cells: Vec<(&Cell, Result<Option<Made>, String>)>,
+    cells: Vec<(&Cell, Result<Option<Made>, Unmade>)>,
     campaign: &Path,
     disk: &File,
     progress: &dyn Progress,
@@ -102,7 +109,8 @@ fn keep(
                 made.push(one);
             }
             Ok(None) => tell(cell, campaign, String::new(), progress)?,
-            Err(words) => tell(cell, campaign, words, progress)?,
+            Err(Unmade::Failed(problem)) => tell(cell, campaign, words(problem), progress)?,
+            Err(Unmade::Panicked(said)) => tell(cell, campaign, said, progress)?,
         }
     }
     for (cell, manifest) in kept.into_iter().zip(Made::keep_together(made, disk)) {

@@ -21,11 +21,11 @@ fn main() -> io::Result<()> {
     };
     std::fs::create_dir_all(&folder)?;
     for chart in [clients(), topologies(), quantities()] {
-        let path = folder.join(&chart.name);
-        std::fs::write(path.with_extension("svg"), chart.to_svg())?;
-        std::fs::write(path.with_extension("pdf"), chart.to_pdf())?;
-        std::fs::write(path.with_extension("png"), chart.to_png())?;
-        std::fs::write(path.with_extension("csv"), chart.to_csv())?;
+        let (path, drawing) = (folder.join(&chart.name), chart.draw());
+        std::fs::write(path.with_extension("svg"), drawing.to_svg())?;
+        std::fs::write(path.with_extension("pdf"), drawing.to_pdf())?;
+        std::fs::write(path.with_extension("png"), drawing.to_png())?;
+        std::fs::write(path.with_extension("csv"), drawing.to_csv())?;
     }
     Ok(())
 }

@@ -4,9 +4,9 @@
 use crate::axis::Scale;
 use crate::layout::{Frame, GUIDE_SIZE};
 use crate::palette::Colour;
+use crate::point::Point;
 use crate::scene::{Layer, Marker, Shape, Text};
 use crate::text;
-use crate::thin::Point;
 use crate::tick;
 
 /// Marks of a series are at least this far apart; of closer values the farthest has one.

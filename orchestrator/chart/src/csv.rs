@@ -5,13 +5,13 @@
 //! not have is empty. A tile of a map is a row too, with the middles or the names of its column and
 //! row. In all other rows, positions on an axis of names count from 0.
 
-use crate::chart::{Chart, GuideAt, Panel};
+use crate::chart::{GuideAt, Panel};
+use crate::drawing::Drawing;
 use crate::extent;
 use crate::grid::{self, Lane};
 use crate::map::{Along, Tile};
-use crate::panel;
 
-impl Chart {
+impl Drawing<'_> {
     /// The points that the drawing shows, as `panel,series,x,y,low,high`; RFC 4180 with `\n` as line
     /// end.
     ///
@@ -21,11 +21,11 @@ impl Chart {
     /// Numbers are in the shortest form that reads back as the same number, in the axes' units.
     #[must_use]
     pub fn to_csv(&self) -> String {
-        let columns = crate::page::columns(self);
-        let has_maps = self.panels.iter().any(|panel| grid::map(panel).is_some());
+        let panels = &self.chart.panels;
+        let has_maps = panels.iter().any(|panel| grid::map(panel).is_some());
         let mut csv = String::from("panel,series,x,y,low,high");
         csv.push_str(if has_maps { ",value,state\n" } else { "\n" });
-        for (index, panel) in self.panels.iter().enumerate() {
+        for (index, panel) in panels.iter().enumerate() {
             let panel_name = if panel.letter.is_empty() {
                 (index + 1).to_string()
             } else {
@@ -47,7 +47,7 @@ impl Chart {
                 }
                 csv.push_str(if has_maps { ",,\n" } else { "\n" });
             };
-            for (series, points) in panel.series.iter().zip(panel::points(panel, columns)) {
+            for (series, points) in panel.series.iter().zip(&self.points[index]) {
                 for point in points {
                     if point.after_gap {
                         row(&series.name, [None; 4]);

@@ -4,9 +4,9 @@ use crate::chart::{Mark, Series};
 use crate::clip;
 use crate::layout::Frame;
 use crate::look::Look;
+use crate::point::Point;
 use crate::scene::{Layer, Place, Shape, Stroke};
 use crate::span::Span;
-use crate::thin::Point;
 
 /// Lines with more points than this are drawn finer.
 const DENSE: usize = 600;

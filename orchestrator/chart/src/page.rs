@@ -7,11 +7,12 @@ use crate::legend::{self, Entry};
 use crate::level;
 use crate::look::Looks;
 use crate::panel::Prepared;
+use crate::point::Point;
 use crate::scene::{Layer, Scene, Shape, Text};
 use crate::text;
 
-/// Lays out a chart.
-pub(crate) fn scene(chart: &Chart) -> Scene {
+/// Lays out a chart; also the points of each series of each panel.
+pub(crate) fn scene(chart: &Chart) -> (Scene, Vec<Vec<Vec<Point>>>) {
     let columns = columns(chart);
     let looks = Looks::of(chart);
     let levels = level::all(chart);
@@ -52,11 +53,15 @@ pub(crate) fn scene(chart: &Chart) -> Scene {
     }
     sheet.source(&chart.source);
     sheet.layers.retain(|layer| !layer.shapes.is_empty());
-    Scene {
+    let scene = Scene {
         width,
         height: (sheet.top + EDGE).ceil(),
         layers: sheet.layers,
-    }
+    };
+    (
+        scene,
+        panels.into_iter().map(|panel| panel.points).collect(),
+    )
 }
 
 /// The panels' boxes, all of one size, so that panels can be compared.
@@ -189,6 +194,6 @@ impl Sheet {
 
 /// Number of panels side by side: as asked, but no more than there are, nor more than 6, so that they
 /// can be read.
-pub(crate) fn columns(chart: &Chart) -> usize {
+fn columns(chart: &Chart) -> usize {
     chart.columns.clamp(1, 6).min(chart.panels.len().max(1))
 }

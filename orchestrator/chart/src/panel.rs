@@ -15,10 +15,11 @@ use crate::level::Levels;
 use crate::look::Looks;
 use crate::mark::Drawn;
 use crate::palette::Colour;
+use crate::point::Point;
 use crate::scene::{Anchor, Layer, Shape, Text};
 use crate::strip::Strip;
 use crate::text;
-use crate::thin::{self, Point};
+use crate::thin;
 
 /// Gap between the legend and the box.
 const OVER_BOX: f64 = 5.0;
@@ -32,8 +33,8 @@ pub(crate) struct Prepared<'a> {
     pub(crate) strip: Option<Strip<'a>>,
     /// Whether all maps of the chart share that legend.
     shares_strip: bool,
-    /// The points of each series.
-    points: Vec<Vec<Point>>,
+    /// The points of each series that are drawn.
+    pub(crate) points: Vec<Vec<Point>>,
 }
 
 impl<'a> Prepared<'a> {
@@ -231,7 +232,7 @@ impl<'a> Prepared<'a> {
 }
 
 /// The points of a panel that are drawn, series by series.
-pub(crate) fn points(panel: &Panel, columns: usize) -> Vec<Vec<Point>> {
+fn points(panel: &Panel, columns: usize) -> Vec<Vec<Point>> {
     let spans = extent::of(panel);
     panel
         .series

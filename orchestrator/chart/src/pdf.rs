@@ -7,10 +7,9 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use crate::chart::Chart;
 use crate::document::{Content, document};
+use crate::drawing::Drawing;
 use crate::font::Font;
-use crate::page;
 use crate::palette::Colour;
 use crate::scene::{Anchor, Marker, Percent, Place, Shape, Stroke, Text};
 use crate::svg::number;
@@ -19,13 +18,13 @@ use crate::text::{self, RAISED_BY, RAISED_SIZE};
 /// Distance of a control point from its end of a quarter circle, in radii.
 const QUARTER: f64 = 0.552_284_75;
 
-impl Chart {
+impl Drawing<'_> {
     /// The chart as a PDF document of one page, as large as the drawing.
     ///
     /// The same chart gives the same bytes.
     #[must_use]
     pub fn to_pdf(&self) -> Vec<u8> {
-        let scene = page::scene(self);
+        let scene = &self.scene;
         let mut content = Content {
             height: scene.height,
             operators: String::new(),
@@ -44,7 +43,7 @@ impl Chart {
         for shape in scene.layers.iter().flat_map(|layer| &layer.shapes) {
             content.shape(shape);
         }
-        document(self, (scene.width, scene.height), &content)
+        document(self.chart, (scene.width, scene.height), &content)
     }
 }
 

@@ -5,8 +5,7 @@
 use miniz_oxide::deflate::compress_to_vec_zlib;
 
 use crate::canvas::{Canvas, SCALE};
-use crate::chart::Chart;
-use crate::page;
+use crate::drawing::Drawing;
 
 /// Level of compression, of 10: a drawing is as small as at any, and it takes two thirds of the time of 6.
 const LEVEL: u8 = 4;
@@ -14,13 +13,13 @@ const LEVEL: u8 = 4;
 /// Points per metre.
 const POINTS: f64 = 72.0 / 0.0254;
 
-impl Chart {
+impl Drawing<'_> {
     /// The chart as a PNG of 192 pixels per inch, twice a screen's, which it names as its size.
     ///
     /// The same chart gives the same bytes.
     #[must_use]
     pub fn to_png(&self) -> Vec<u8> {
-        let canvas = Canvas::paint(&page::scene(self));
+        let canvas = Canvas::paint(&self.scene);
         let mut png = b"\x89PNG\r\n\x1a\n".to_vec();
         let length = |length: usize| (length as u32).to_be_bytes();
         let mut head = [length(canvas.width), length(canvas.height)].concat();
@@ -33,7 +32,10 @@ impl Chart {
             b"pHYs",
             &[&per_metre[..], &per_metre, &[1]].concat(),
         );
-        for (key, words) in [("Title", &self.title), ("Description", &self.about)] {
+        for (key, words) in [
+            ("Title", &self.chart.title),
+            ("Description", &self.chart.about),
+        ] {
             // Not compressed, in no language, with no translated key. A text has no zero.
             let words = words.replace('\0', " ");
             let text = [key.as_bytes(), &[0; 5], words.as_bytes()].concat();

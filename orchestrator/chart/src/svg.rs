@@ -7,7 +7,7 @@
 use std::fmt::Write;
 
 use crate::chart::Chart;
-use crate::page;
+use crate::drawing::Drawing;
 use crate::palette::Colour;
 use crate::scene::{Anchor, Layer, Marker, Percent, Place, Scene, Shape, Stroke, Text};
 use crate::text::{self, RAISED_BY, RAISED_SIZE};
@@ -15,20 +15,20 @@ use crate::text::{self, RAISED_BY, RAISED_SIZE};
 /// Fonts with the letter widths of [`crate::text`], then any sans-serif font.
 const FONTS: &str = "Helvetica, Arial, 'Liberation Sans', 'Nimbus Sans', sans-serif";
 
-impl Chart {
+impl Drawing<'_> {
     /// The chart as an SVG document, alone or in a page.
     ///
     /// Its size is in points, for a journal's column or page. The same chart gives the same bytes.
     #[must_use]
     pub fn to_svg(&self) -> String {
-        let scene = page::scene(self);
-        let id: String = self
+        let Drawing { chart, scene, .. } = self;
+        let id: String = chart
             .name
             .chars()
             .map(|c| if c.is_ascii_alphanumeric() { c } else { '-' })
             .collect();
         let mut svg = String::new();
-        head(&mut svg, self, &scene, &id);
+        head(&mut svg, chart, scene, &id);
         for layer in &scene.layers {
             group(&mut svg, layer);
         }

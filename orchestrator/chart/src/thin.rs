@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use crate::beyond;
 use crate::chart::{Mark, Series};
 use crate::layout;
-use crate::scene::Place;
+use crate::point::Point;
 use crate::span::Span;
 
 /// With more dots than this, cells are coarser.
@@ -18,19 +18,6 @@ const MOST_DOTS: usize = 9_000;
 
 /// Cells of half a point.
 const CELLS_PER_POINT: f64 = 2.0;
-
-/// A point that is drawn.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Point {
-    /// Its x and y.
-    pub(crate) value: (f64, f64),
-    /// Lower and upper end of its interval.
-    pub(crate) band: Option<(f64, f64)>,
-    /// Its place in the panel: (0, 0) is the bottom left corner, (1, 1) the top right.
-    pub(crate) at: Place,
-    /// Whether there is a gap in the line before it.
-    pub(crate) after_gap: bool,
-}
 
 /// The points of a series that are drawn, in their order.
 pub(crate) fn thin(series: &Series, x: &Span, y: &Span, columns: usize) -> Vec<Point> {

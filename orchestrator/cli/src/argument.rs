@@ -5,12 +5,15 @@
 // The comments on arguments are their help, printed as they stand.
 #![allow(clippy::doc_markdown)]
 
-mod bench;
+mod again;
 mod campaign;
 mod conform;
 mod field;
 mod link;
+mod margin;
+mod matrix;
 mod report;
+mod results;
 mod serve;
 mod sweep;
 mod system;
@@ -20,14 +23,16 @@ use std::path::{Path, PathBuf};
 
 use clap::{Parser, Subcommand, ValueEnum};
 
-pub(crate) use bench::{Bench, ServeEnd};
 pub(crate) use campaign::{
-    Agree, AgreeFormat, Backend, Calibrate, Choice, Collect, Compare, CompareFormat, Document,
-    Gate, Gc, Margin, Matrix, MatrixFormat, Player, Progress, Run, RunCell, Show, ShowFormat, word,
+    Allowed, Backend, Calibrate, Choice, Gate, Gc, Player, Progress, Run, RunCell, UNDECIDED,
+    Undecided, word,
 };
 pub(crate) use conform::Conform;
 pub(crate) use link::{LinkCommand, LinkLint, LinkShow, Probe, Way};
+pub(crate) use margin::Margin;
+pub(crate) use matrix::{Document, Matrix, MatrixFormat};
 pub(crate) use report::{Publication, Report};
+pub(crate) use results::{Agree, AgreeFormat, Collect, Compare, CompareFormat, Show, ShowFormat};
 pub(crate) use serve::{
     ServeAgent, ServeBrowser, ServeCommand, ServeController, ServeFirst, ServeHalf, ServeHealth,
     ServeLink, ServePlant, ServeProgram,
@@ -54,7 +59,7 @@ pub(crate) struct Argument {
     /// Format of log lines on standard error; RUST_LOG chooses which are shown (default: warn)
     #[arg(long, global = true, value_enum, default_value_t = LogFormat::Text, value_name = "FORMAT", hide_possible_values = true, help_heading = "Logging")]
     pub(crate) log_format: LogFormat,
-    /// Become this folder's owner, for good, before anything else; for containers
+    /// Run as the user that owns this folder; used in containers
     #[arg(long, value_name = "DIR", hide = true)]
     pub(crate) become_owner_of: Option<PathBuf>,
 }
@@ -99,7 +104,7 @@ pub(crate) enum Command {
     RunCell(RunCell),
     /// Print the table of a results folder again
     Show(Show),
-    /// Make the paper's tables, figures and claims from a results folder, and a page to open
+    /// Make the report on a results folder: one page to open
     Report(Report),
     /// Compare two results folders: is the second worse?
     Compare(Compare),
@@ -125,8 +130,6 @@ pub(crate) enum Command {
     Probe(Probe),
     /// Test whether a controller or a plant of your own keeps its contract
     Conform(Conform),
-    /// Measure webloop beside its limits and its peers on this machine
-    Bench(Bench),
     /// Say what this machine can do, what is missing, and what to do about it
     Doctor,
     /// Remove the containers and networks that killed runs left, and nothing else
@@ -146,4 +149,10 @@ pub(crate) enum Command {
         /// Where to
         folder: PathBuf,
     },
+}
+
+/// A time above zero and up to a week, ns.
+fn time(text: &str) -> anyhow::Result<u64> {
+    let time_ns = text::duration_ns(text, 1..=text::WEEK_NS);
+    time_ns.map_err(|invalid| anyhow::anyhow!("{invalid}; {}", invalid.remedy))
 }

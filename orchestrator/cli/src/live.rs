@@ -5,7 +5,7 @@
 //! that wants the processor, since cells may be measured beside it. When the run has ended, the last page stays.
 
 use std::fs;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -18,7 +18,7 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::{Next, from_fn};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::get;
-use endpoint::Hosts;
+use endpoint::host;
 use manifest::Manifest;
 use plan::file_name;
 use tokio::net::TcpListener;
@@ -113,9 +113,8 @@ async fn page(State((folder, made)): State<(PathBuf, Made)>) -> Html<String> {
         return Html(text.clone());
     }
     let text = match Campaign::read(&folder).map_err(|error| anyhow!(error)) {
-        Ok(campaign) => {
-            report::of(&campaign, None).map(|report| live(&::report::page::render(&report), now))
-        }
+        Ok(campaign) => report::of(&campaign, None)
+            .map(|report| live(&::report::page::render(&report, &report.draw()), now)),
         Err(error) => Err(error),
     };
     match text {
@@ -138,12 +137,10 @@ fn is_local(head: &HeaderMap) -> bool {
     let host = hosts.next().and_then(|host| host.to_str().ok());
     hosts.next().is_none()
         && host.is_some_and(|host| {
-            let (name, _) = host.rsplit_once(':').unwrap_or((host, ""));
-            Hosts::default().check(host.as_bytes()).is_ok()
-                && (name.eq_ignore_ascii_case("localhost")
-                    || host
-                        .parse::<SocketAddr>()
-                        .is_ok_and(|of| of.ip().is_loopback()))
+            host::name_of(host.as_bytes()).is_ok_and(|name| {
+                name.eq_ignore_ascii_case("localhost")
+                    || name.parse::<IpAddr>().is_ok_and(|of| of.is_loopback())
+            })
         })
 }
 
@@ -193,7 +190,6 @@ mod tests {
         for host in [
             "",
             ":8000",
-            "localhost:",
             "localhost:x",
             "localhost:80:80",
             "localhost.",
@@ -212,7 +208,14 @@ mod tests {
         two.append(header::HOST, HeaderValue::from_static("localhost:8000"));
         two.append(header::HOST, HeaderValue::from_static("example.org"));
         assert!(!is_local(&two));
-        assert!(asked("127.0.0.1:8000") && asked("localhost:8000") && asked("[::1]:8000"));
+        for host in ["127.0.0.1", "localhost", "LOCALHOST", "[::1]"] {
+            // A port may be left out, or empty (RFC 3986, 3.2.3).
+            for port in ["", ":", ":8000"] {
+                let own = HeaderValue::from_str(&format!("{host}{port}")).expect("plain text");
+                let head = HeaderMap::from_iter([(header::HOST, own)]);
+                assert!(is_local(&head), "{host}{port}");
+            }
+        }
         assert!(
             !asked("example.org:8000")
                 && !asked("10.0.0.1:8000")

@@ -13,6 +13,7 @@ mod argument;
 mod command;
 mod diagnostic;
 mod exit;
+mod expectation;
 mod live;
 mod logging;
 mod progress;
@@ -53,7 +54,6 @@ fn main() -> std::process::ExitCode {
         Command::Link(LinkCommand::Schema) => command::link::schema(),
         Command::Probe(probe) => command::probe::run(&probe),
         Command::Conform(conform) => command::conform::run(&conform),
-        Command::Bench(bench) => command::bench::run(&bench),
         Command::Doctor => command::doctor::run(),
         Command::Gc(gc) => command::gc::run(&gc),
         Command::Serve(ServeCommand::Plant(plant)) => command::serve::plant(&plant),
@@ -68,7 +68,6 @@ fn main() -> std::process::ExitCode {
         Command::Serve(ServeCommand::Ask(ask)) => command::echo::ask(&ask),
         Command::Serve(ServeCommand::Hear(hear)) => command::echo::hear(&hear),
         Command::Serve(ServeCommand::Agent(agent)) => command::agent::serve(&agent),
-        Command::Serve(ServeCommand::End(end)) => command::bench::end(&end),
         Command::Serve(ServeCommand::Health(health)) => command::agent::health(&health),
         Command::Completions { shell } => command::packaging::completions(shell),
         Command::Man { folder } => command::packaging::man(&folder),

@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use ::system::System;
 use anyhow::{Context, anyhow};
 use backend::Timings;
-use link::{Finding, Profile, Severity};
+use link::Profile;
 use plan::{EXPERIMENTS, Instead, Library, Plan, ProfileText, Program};
 use sweep::{SWEEPS, Sweep};
+use text::{Diagnostic, Severity};
 
 use crate::diagnostic;
 use crate::exit::Failure;
@@ -19,8 +20,8 @@ const PROFILES: &str = "netem/profiles";
 
 /// Maximum bytes of a file that a person writes: a profile, an experiment, a sweep, a system, timings.
 const SOURCE_BYTES: u64 = 4 << 20;
-/// Maximum bytes of a trace: some million lines.
-const TRACE_BYTES: u64 = 64 << 20;
+/// Maximum bytes of a trace: a million lines, which is as many steps as one has.
+const TRACE_BYTES: u64 = 16 << 20;
 
 /// The text of a file that the command line or another file names: a regular file, and not a large one.
 fn given(path: &Path) -> std::io::Result<String> {
@@ -35,7 +36,7 @@ pub(crate) fn profile_text(asked: &str) -> Result<ProfileText, String> {
     if let Some(source) = Profile::builtin(asked) {
         return Ok(ProfileText {
             source: source.to_owned(),
-            traces: BTreeMap::new(),
+            ..ProfileText::default()
         });
     }
     let own = Path::new(PROFILES).join(format!("{asked}.toml"));
@@ -52,16 +53,24 @@ pub(crate) fn profile_text(asked: &str) -> Result<ProfileText, String> {
         }
     })?;
     let traces = RefCell::new(BTreeMap::new());
+    let unread = RefCell::new(None);
     let trace = |name: &str| {
-        let text = read_trace(path, name)?;
+        let text = read_trace(path, name).inspect_err(|why| {
+            let words = format!("the trace `{name}` beside {asked} cannot be read: {why}");
+            unread.borrow_mut().get_or_insert(words);
+        })?;
         traces.borrow_mut().insert(name.to_owned(), text.clone());
         Ok(text)
     };
     // Parsed here only to collect its traces; whoever uses the profile checks it.
     let _ = Profile::read(&source, asked, &trace);
+    if let Some(problem) = unread.into_inner() {
+        return Err(problem);
+    }
     Ok(ProfileText {
         source,
         traces: traces.into_inner(),
+        ..ProfileText::default()
     })
 }
 
@@ -95,8 +104,13 @@ fn read_trace(profile: &Path, name: &str) -> Result<String, String> {
             "`{name}` is not the name of a file beside the profile"
         ));
     }
-    file::given_text(&profile.with_file_name(name), TRACE_BYTES)
-        .map_err(|problem| problem.to_string())
+    file::given_text(&profile.with_file_name(name), TRACE_BYTES).map_err(|problem| {
+        // A spreadsheet may save its text in two bytes a letter.
+        match problem.kind() {
+            std::io::ErrorKind::InvalidData => "it is not text in UTF-8".to_owned(),
+            _ => problem.to_string(),
+        }
+    })
 }
 
 /// Reads a profile that can be played; draws findings on standard error.
@@ -117,19 +131,21 @@ pub(crate) fn named_profile(asked: &str) -> Result<ProfileText, Failure> {
 /// Parses a profile that can be played; draws findings on standard error.
 pub(crate) fn played(text: &ProfileText, origin: &str) -> Result<Profile, Failure> {
     let (profile, findings) = read(text, origin);
-    diagnostic::findings(&text.source, &findings);
+    for finding in &findings {
+        diagnostic::draw(&text.source, origin, finding);
+    }
     profile.ok_or_else(|| Failure::usage(anyhow!("{origin} cannot be played")))
 }
 
 /// Parses a profile. Returns it if it is valid, and all findings about it.
-pub(crate) fn read(text: &ProfileText, origin: &str) -> (Option<Profile>, Vec<Finding>) {
+pub(crate) fn read(text: &ProfileText, origin: &str) -> (Option<Profile>, Vec<Diagnostic>) {
     let trace = |name: &str| {
         text.traces
             .get(name)
             .cloned()
             .ok_or_else(|| "it cannot be read".to_owned())
     };
-    let (profile, mut findings) = Profile::read(&text.source, origin, &trace);
+    let (profile, mut findings) = Profile::read_as(text.edition, &text.source, origin, &trace);
     findings.sort_by_key(|finding| (finding.severity == Severity::Warning, finding.line));
     (profile, findings)
 }
@@ -141,15 +157,9 @@ fn experiment(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
         profile(topology)?;
     }
     let source = named("experiment", EXPERIMENTS, asked)?;
-    // One that is not webloop's may be a program of the experiment's, and is in its text then.
-    if let Some(client) = &instead.client
-        && let Err(unknown) = client.parse::<plan::Client>()
-        && !source.contains(&format!("\"{client}\""))
-    {
-        return Err(Failure::usage(unknown));
-    }
+    instead.check_client(&source).map_err(Failure::usage)?;
     Plan::resolve(&source, asked, instead, Disk::beside(asked)).map_err(|invalid| {
-        diagnostic::invalid(&source, &invalid);
+        diagnostic::draw(&source, asked, &invalid);
         Failure::usage(anyhow!("{asked} cannot be run"))
     })
 }
@@ -160,7 +170,7 @@ pub(crate) fn sweep(asked: &str, instead: &sweep::Instead) -> Result<(String, Sw
     match Sweep::resolve(&source, asked, instead, Disk::beside(asked)) {
         Ok(sweep) => Ok((source, sweep)),
         Err(invalid) => {
-            diagnostic::invalid(&source, &invalid);
+            diagnostic::draw(&source, asked, &invalid);
             Err(Failure::usage(anyhow!("{asked} cannot be run")))
         }
     }
@@ -282,7 +292,7 @@ pub(crate) fn system(asked: &str) -> Result<System, Failure> {
         ))
     })?;
     System::read(&text).map_err(|fault| {
-        diagnostic::fault(&text, asked, &fault);
+        diagnostic::draw(&text, asked, &fault);
         Failure::usage(anyhow!("{asked} is not a valid system"))
     })
 }

@@ -1,13 +1,13 @@
 //! The flag that SIGTERM and SIGINT set, and that commands check.
 
 use std::io;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock};
 use std::thread;
 use std::time::Duration;
 
 use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::flag::register;
+use signal_hook::flag::{register, register_conditional_shutdown};
 
 use crate::exit::Exit;
 
@@ -18,13 +18,29 @@ const GIVE_UP_AFTER: Duration = Duration::from_millis(1_600);
 /// How often to check the flag.
 const POLL: Duration = Duration::from_millis(50);
 
+/// Whether either signal ends this process at once.
+static AT_ONCE: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+
 /// Returns a flag that either signal sets from now on.
 pub(crate) fn told_to_end() -> io::Result<Arc<AtomicBool>> {
+    by_flag();
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGTERM, SIGINT] {
+        register_conditional_shutdown(signal, Exit::Interrupted as i32, Arc::clone(&AT_ONCE))?;
         register(signal, Arc::clone(&stop))?;
     }
     Ok(stop)
+}
+
+/// From now on either signal ends this process at once: what is still to come can be made again from what is on disk,
+/// and takes long.
+pub(crate) fn at_once() {
+    AT_ONCE.store(true, Ordering::Relaxed);
+}
+
+/// From now on either signal only sets the flag again: what runs is to be ended first.
+pub(crate) fn by_flag() {
+    AT_ONCE.store(false, Ordering::Relaxed);
 }
 
 /// Ends this process some time after `stop` is set, whatever it waits for. If the agents were told

@@ -7,8 +7,9 @@ use std::time::Duration;
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::docker::{ask, kill, unstarted};
+use crate::problem::Problem;
+use crate::project::Project;
 use crate::tail::Tail;
-use crate::{Problem, Project};
 
 /// What Compose prints if it does not start the orchestrator because an agent is unhealthy.
 const AGENT_UNWELL: &str = "dependency failed to start";

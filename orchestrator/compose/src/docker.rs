@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process_group};
 
-use crate::Problem;
+use crate::problem::Problem;
 
 /// How often to check whether a call has ended.
 pub(crate) const POLL: Duration = Duration::from_millis(10);

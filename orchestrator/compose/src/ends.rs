@@ -1,14 +1,8 @@
 //! What the containers of a loop's two ends are made of: their images, and a folder of this machine's.
 //!
-//! Left out: which of them a cell needs, which its plan says.
+//! Left out: which of them a cell needs, which its plan says; and how images are built, which is in `images`.
 
 use std::path::Path;
-
-use serde::Deserialize;
-
-use crate::docker::{ask, call, docker};
-use crate::images::{ASKED_WITHIN, BUILT_WITHIN};
-use crate::{Problem, Project};
 
 /// An end's image.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -78,7 +72,7 @@ impl Image {
     }
 
     /// The folder with its Dockerfile, if it is made from one.
-    fn folder(&self) -> Option<&Path> {
+    pub(crate) fn folder(&self) -> Option<&Path> {
         match self {
             Image::Theirs { from, .. } if from.starts_with('/') => Some(Path::new(from)),
             _ => None,
@@ -86,62 +80,11 @@ impl Image {
     }
 
     /// The name of the image that webloop is put into.
-    fn base(&self) -> String {
+    pub(crate) fn base(&self) -> String {
         match self {
             Image::Ours(name) => name.clone(),
             Image::Theirs { name, .. } if self.folder().is_some() => format!("{name}-base"),
             Image::Theirs { from, .. } => from.clone(),
         }
-    }
-}
-
-/// What an image starts by itself.
-#[derive(Debug, Default, Deserialize)]
-#[serde(rename_all = "PascalCase")]
-struct Config {
-    entrypoint: Option<Vec<String>>,
-    cmd: Option<Vec<String>>,
-}
-
-impl Project {
-    /// Builds the images that somebody's own folders describe.
-    pub(crate) fn build_theirs(&self) -> Result<(), Problem> {
-        for image in [&self.ends.controller, &self.ends.plant] {
-            let Some(folder) = image.folder() else {
-                continue;
-            };
-            let mut command = docker();
-            command.args(["build", "--quiet", "--tag", &image.base()]);
-            self.leash(command.arg(folder))?;
-            let built = call(command, BUILT_WITHIN)?;
-            if !built.status.success() {
-                let what = format!("build the image of {}", folder.display());
-                return Err(Problem::failed(what, &built.words()));
-            }
-        }
-        Ok(())
-    }
-
-    /// Asks what the images of others start by themselves: a program without a command of its own is that.
-    pub(crate) fn ask_commands(&mut self) -> Result<(), Problem> {
-        self.commands.clear();
-        for (image, variable) in [
-            (&self.ends.controller, "CONTROLLER_RUN"),
-            (&self.ends.plant, "PLANT_RUN"),
-        ] {
-            let Image::Theirs { name, .. } = image else {
-                continue;
-            };
-            let arguments = ["image", "inspect", "--format", "{{json .Config}}", name];
-            let config = ask(&arguments, ASKED_WITHIN)?;
-            let config: Config = serde_json::from_str(&config.out)
-                .map_err(|problem| Problem::failed(format!("inspect {name}"), &problem))?;
-            let run = [config.entrypoint, config.cmd].into_iter().flatten();
-            let run: Vec<String> = run.flatten().collect();
-            // Plain words: serialising them cannot fail.
-            let run = serde_json::to_string(&run).unwrap_or_default();
-            self.commands.push((variable, run));
-        }
-        Ok(())
     }
 }

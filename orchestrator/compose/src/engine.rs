@@ -7,7 +7,8 @@ use std::time::Duration;
 use serde::Deserialize;
 
 use crate::docker::{Answer, ask};
-use crate::{Problem, Version};
+use crate::problem::Problem;
+use crate::version::Version;
 
 /// Time limit: a healthy engine answers within some 50 ms; one on another machine may take a while.
 const WITHIN: Duration = Duration::from_secs(15);

@@ -7,8 +7,8 @@ use std::fmt;
 
 use jiff::{SignedDuration, Timestamp};
 
-use crate::Owner;
-use crate::inventory::{PROJECT, Thing};
+use crate::inventory::{PROJECT, Thing, ThingKind};
+use crate::owner::Owner;
 
 /// Compose takes some seconds from making its things to starting the first container. For this
 /// long, a project in which nothing has run yet counts as coming up.
@@ -139,7 +139,7 @@ fn coming_up(things: &[Thing], now: Timestamp) -> BTreeSet<String> {
             projects.entry(project).or_default().push(thing);
         }
     }
-    let has_run = |thing: &&Thing| thing.kind == crate::Kind::Container && !thing.unstarted;
+    let has_run = |thing: &&Thing| thing.kind == ThingKind::Container && !thing.unstarted;
     let is_young = |thing: &&Thing| {
         thing
             .made
@@ -155,13 +155,12 @@ fn coming_up(things: &[Thing], now: Timestamp) -> BTreeSet<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Kind;
 
     const NOW: &str = "2026-11-21T12:00:00Z";
     const LONG_AGO: &str = "2026-11-21T11:00:00Z";
     const JUST_NOW: &str = "2026-11-21T11:59:50Z";
 
-    fn thing(kind: Kind, made: &str, labels: &[(&str, &str)]) -> Thing {
+    fn thing(kind: ThingKind, made: &str, labels: &[(&str, &str)]) -> Thing {
         Thing {
             kind,
             name: "a".into(),
@@ -195,7 +194,7 @@ mod tests {
         let (host, _) = this.split_once(':').expect("a host");
         let of = |owner: &str| {
             let labels = [(Owner::LABEL, owner), (PROJECT, "p")];
-            vec![thing(Kind::Container, JUST_NOW, &labels)]
+            vec![thing(ThingKind::Container, JUST_NOW, &labels)]
         };
         assert_eq!(
             reason(of(&this), &[], true),
@@ -221,8 +220,8 @@ mod tests {
     #[test]
     fn what_a_person_made_goes_when_it_has_ended() {
         let labels = [(Owner::LABEL, ""), (PROJECT, "p")];
-        let ended = || thing(Kind::Container, JUST_NOW, &labels);
-        let network = |made| thing(Kind::Network, made, &labels);
+        let ended = || thing(ThingKind::Container, JUST_NOW, &labels);
+        let network = |made| thing(ThingKind::Network, made, &labels);
         let project = || "p".to_owned();
         assert_eq!(reason(vec![ended()], &["q"], false), None);
         assert_eq!(
@@ -252,9 +251,9 @@ mod tests {
 
     #[test]
     fn what_does_not_say_whose_it_is_stays() {
-        let nobodys = thing(Kind::Volume, LONG_AGO, &[(Owner::LABEL, "")]);
+        let nobodys = thing(ThingKind::Volume, LONG_AGO, &[(Owner::LABEL, "")]);
         assert_eq!(reason(vec![nobodys], &[], true), Some(Reason::Unclear));
-        let unlabelled = thing(Kind::Volume, LONG_AGO, &[(PROJECT, "p")]);
+        let unlabelled = thing(ThingKind::Volume, LONG_AGO, &[(PROJECT, "p")]);
         assert_eq!(reason(vec![unlabelled], &[], true), Some(Reason::Unclear));
     }
 }

@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::{Owner, Problem};
+use crate::owner::Owner;
+use crate::problem::Problem;
 
 /// Its name in every checkout of webloop.
 const NAME: &str = "docker-compose.yml";

@@ -6,9 +6,11 @@ use std::time::Duration;
 
 use jiff::Timestamp;
 
+use crate::fate::Reason;
 use crate::fate::{Circumstances, Left, decide};
 use crate::inventory::{self, PROJECT, Thing};
-use crate::{Owner, Problem, Reason};
+use crate::owner::Owner;
+use crate::problem::Problem;
 
 /// Pause before the next round, which follows each round that removed something: a killed
 /// campaign's last requests may still be under way in the engine.

@@ -4,15 +4,27 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::docker::{POLL, ask, call, kill, unstarted};
+use serde::Deserialize;
+
+use crate::docker::{POLL, ask, call, docker, kill, unstarted};
+use crate::ends::Image;
+use crate::problem::Problem;
+use crate::project::Project;
 use crate::tail::Tail;
-use crate::{Problem, Project};
 
 /// Time limit for a build: compiling everything takes minutes, many on a small machine.
-pub(crate) const BUILT_WITHIN: Duration = Duration::from_secs(3600);
+const BUILT_WITHIN: Duration = Duration::from_secs(3600);
 
 /// Time limit for a question about the compose file or an image.
-pub(crate) const ASKED_WITHIN: Duration = Duration::from_secs(15);
+const ASKED_WITHIN: Duration = Duration::from_secs(15);
+
+/// What an image starts by itself.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "PascalCase")]
+struct Config {
+    entrypoint: Option<Vec<String>>,
+    cmd: Option<Vec<String>>,
+}
 
 impl Project {
     /// Builds the images, as far as necessary. Calls `each` with every line of docker's output.
@@ -71,5 +83,46 @@ impl Project {
             }
         }
         self.ask_commands()
+    }
+
+    /// Builds the images that somebody's own folders describe.
+    fn build_theirs(&self) -> Result<(), Problem> {
+        for image in [&self.ends.controller, &self.ends.plant] {
+            let Some(folder) = image.folder() else {
+                continue;
+            };
+            let mut command = docker();
+            command.args(["build", "--quiet", "--tag", &image.base()]);
+            self.leash(command.arg(folder))?;
+            let built = call(command, BUILT_WITHIN)?;
+            if !built.status.success() {
+                let what = format!("build the image of {}", folder.display());
+                return Err(Problem::failed(what, &built.words()));
+            }
+        }
+        Ok(())
+    }
+
+    /// Asks what the images of others start by themselves: a program without a command of its own is that.
+    fn ask_commands(&mut self) -> Result<(), Problem> {
+        self.commands.clear();
+        for (image, variable) in [
+            (&self.ends.controller, "CONTROLLER_RUN"),
+            (&self.ends.plant, "PLANT_RUN"),
+        ] {
+            let Image::Theirs { name, .. } = image else {
+                continue;
+            };
+            let arguments = ["image", "inspect", "--format", "{{json .Config}}", name];
+            let config = ask(&arguments, ASKED_WITHIN)?;
+            let config: Config = serde_json::from_str(&config.out)
+                .map_err(|problem| Problem::failed(format!("inspect {name}"), &problem))?;
+            let run = [config.entrypoint, config.cmd].into_iter().flatten();
+            let run: Vec<String> = run.flatten().collect();
+            // Plain words: serialising them cannot fail.
+            let run = serde_json::to_string(&run).unwrap_or_default();
+            self.commands.push((variable, run));
+        }
+        Ok(())
     }
 }

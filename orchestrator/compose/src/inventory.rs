@@ -7,8 +7,8 @@ use std::time::Duration;
 use jiff::Timestamp;
 use serde::Deserialize;
 
-use crate::Problem;
 use crate::docker::ask;
+use crate::problem::Problem;
 
 /// Time limit for listing: a busy engine needs up to a second.
 const WITHIN: Duration = Duration::from_secs(20);
@@ -21,7 +21,7 @@ pub(crate) const PROJECT: &str = "com.docker.compose.project";
 
 /// Kind of a thing. They are removed in this order, since a network in use cannot be removed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
+pub enum ThingKind {
     /// A container, running or not.
     Container,
     /// A network.
@@ -30,15 +30,15 @@ pub enum Kind {
     Volume,
 }
 
-impl Kind {
-    const ALL: [Kind; 3] = [Kind::Container, Kind::Network, Kind::Volume];
+impl ThingKind {
+    const ALL: [ThingKind; 3] = [ThingKind::Container, ThingKind::Network, ThingKind::Volume];
 
     /// Its name in docker's commands, and in webloop's output.
     fn word(self) -> &'static str {
         match self {
-            Kind::Container => "container",
-            Kind::Network => "network",
-            Kind::Volume => "volume",
+            ThingKind::Container => "container",
+            ThingKind::Network => "network",
+            ThingKind::Volume => "volume",
         }
     }
 }
@@ -47,7 +47,7 @@ impl Kind {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Thing {
     /// Its kind.
-    pub kind: Kind,
+    pub kind: ThingKind,
     /// Its name for people.
     pub name: String,
     /// Its unique name in the engine.
@@ -68,7 +68,7 @@ impl Thing {
     /// Removes it, running or not. It is no error if it is gone already.
     pub(crate) fn remove(&self) -> Result<(), Problem> {
         let mut arguments = vec![self.kind.word(), "rm"];
-        if self.kind == Kind::Container {
+        if self.kind == ThingKind::Container {
             // Includes its anonymous volumes.
             arguments.extend(["--force", "--volumes"]);
         }
@@ -92,7 +92,7 @@ impl fmt::Display for Thing {
 /// Every thing with `label`, which is `name` or `name=value`; containers first.
 pub(crate) fn with_label(label: &str) -> Result<Vec<Thing>, Problem> {
     let mut things = Vec::new();
-    for kind in Kind::ALL {
+    for kind in ThingKind::ALL {
         things.extend(of_kind(kind, label)?);
     }
     Ok(things)
@@ -113,14 +113,14 @@ pub(crate) fn running_projects() -> Result<BTreeSet<String>, Problem> {
         .collect())
 }
 
-fn of_kind(kind: Kind, label: &str) -> Result<Vec<Thing>, Problem> {
+fn of_kind(kind: ThingKind, label: &str) -> Result<Vec<Thing>, Problem> {
     let word = kind.word();
     let filter = format!("label={label}");
     let mut list = vec![word, "ls", "--quiet", "--filter", &filter];
-    if kind == Kind::Container {
+    if kind == ThingKind::Container {
         list.push("--all");
     }
-    if kind != Kind::Volume {
+    if kind != ThingKind::Volume {
         list.push("--no-trunc");
     }
     let listed = ask(&list, WITHIN)?;
@@ -177,7 +177,7 @@ struct State {
     status: String,
 }
 
-fn read(kind: Kind, json: &str) -> serde_json::Result<Vec<Thing>> {
+fn read(kind: ThingKind, json: &str) -> serde_json::Result<Vec<Thing>> {
     let told: Vec<Told> = serde_json::from_str(json)?;
     Ok(told
         .into_iter()
@@ -214,18 +214,18 @@ mod tests {
             "Labels":{"com.docker.compose.project":"webloop"}},{"Name":"n","Id":"n2","Created":"?","Labels":{}}]"#;
         let volume = r#"[{"CreatedAt":"2026-11-21T06:50:12Z","Name":"v","Labels":null}]"#;
 
-        let things = read(Kind::Container, container).expect("read");
+        let things = read(ThingKind::Container, container).expect("read");
         assert_eq!(things[0].to_string(), "container webloop-plant-1");
         assert_eq!(things[0].label("webloop.owner"), Some("a:1:2"));
         assert!(things[0].unstarted);
-        let networks = read(Kind::Network, network).expect("read");
+        let networks = read(ThingKind::Network, network).expect("read");
         assert_eq!(networks[0].label(PROJECT), Some("webloop"));
         assert_eq!(
             networks[0].made.map(Timestamp::as_second),
             things[0].made.map(Timestamp::as_second)
         );
         assert_eq!((networks[1].made, networks[1].unstarted), (None, false));
-        let volumes = read(Kind::Volume, volume).expect("read");
+        let volumes = read(ThingKind::Volume, volume).expect("read");
         assert_eq!((volumes[0].id.as_str(), volumes[0].labels.len()), ("v", 0));
     }
 }

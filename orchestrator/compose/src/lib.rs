@@ -31,7 +31,7 @@ pub use engine::{Engine, Server, composes, serves, tunnels};
 pub use fate::{Left, Reason};
 pub use file::ComposeFile;
 pub use gc::{Order, Swept, gc};
-pub use inventory::{Kind, Thing};
+pub use inventory::{Thing, ThingKind};
 pub use owner::Owner;
 pub use problem::Problem;
 pub use project::{Leash, Project};

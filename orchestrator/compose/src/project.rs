@@ -8,9 +8,12 @@ use std::process::Command;
 use std::time::Duration;
 
 use crate::docker::{call, docker};
+use crate::ends::Ends;
+use crate::file::ComposeFile;
 use crate::file::absolute;
-use crate::inventory::with_label;
-use crate::{ComposeFile, Ends, Owner, Problem};
+use crate::inventory::{Thing, with_label};
+use crate::owner::Owner;
+use crate::problem::Problem;
 
 /// The label with the campaign that a container or network belongs to.
 const RUN: &str = "webloop.run";
@@ -118,7 +121,7 @@ impl Project {
     /// Removes what has the project's label. Returns whether there was nothing.
     fn sweep(&self) -> Result<bool, Problem> {
         let things = with_label(&format!("{RUN}={}", self.name))?;
-        things.iter().try_for_each(crate::Thing::remove)?;
+        things.iter().try_for_each(Thing::remove)?;
         Ok(things.is_empty())
     }
 

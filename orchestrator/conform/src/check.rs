@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use control::seconds;
 
-use crate::fault::Fault;
+use crate::breach::Breach;
 use crate::record::{Arrival, Record};
 use crate::trial::{REFUSAL, S, STALL, Script, Trial};
 
@@ -26,7 +26,7 @@ const OLDEST_NS: u64 = S;
 /// Number of connections that is always accepted.
 const FEW_CONNECTIONS: u64 = 4;
 
-type Check = fn(&Trial, &Record) -> Option<Fault>;
+type Check = fn(&Trial, &Record) -> Option<Breach>;
 
 static ALWAYS: [Check; 7] = [silent, early, rate, refused, other_mode, quiet, ending];
 
@@ -35,7 +35,7 @@ static ALWAYS: [Check; 7] = [silent, early, rate, refused, other_mode, quiet, en
 static UNDISTURBED: [Check; 5] = [first_seq, repeated_seq, falling_seq, send_time, connections];
 
 /// Everything that a controller did wrong in a trial.
-pub(crate) fn faults(trial: &Trial, record: &Record) -> Vec<Fault> {
+pub(crate) fn faults(trial: &Trial, record: &Record) -> Vec<Breach> {
     let undisturbed: &[Check] = match trial.script {
         Script::Plain => &UNDISTURBED,
         _ => &[],
@@ -70,33 +70,33 @@ pub(crate) fn strays(trial: &Trial, record: &Record) -> Option<String> {
     })
 }
 
-fn silent(trial: &Trial, record: &Record) -> Option<Fault> {
+fn silent(trial: &Trial, record: &Record) -> Option<Breach> {
     let mode = trial.mode;
     record
         .heard
         .arrivals
         .is_empty()
-        .then_some(Fault::Silent { mode })
+        .then_some(Breach::Silent { mode })
 }
 
-fn early(trial: &Trial, record: &Record) -> Option<Fault> {
+fn early(trial: &Trial, record: &Record) -> Option<Breach> {
     let before_ns = record
         .start_ns
         .saturating_sub(record.heard.arrivals.first()?.t_ns);
-    (before_ns > trial.h.ns()).then(|| Fault::Early {
+    (before_ns > trial.h.ns()).then(|| Breach::Early {
         before_ms: ms(before_ns),
         h: trial.h,
     })
 }
 
-fn rate(trial: &Trial, record: &Record) -> Option<Fault> {
+fn rate(trial: &Trial, record: &Record) -> Option<Breach> {
     let first_ns = record.heard.arrivals.first()?.t_ns;
     let (sent, due) = (record.heard.messages(), trial.due());
     let most = (trial.shares.end() * due as f64).ceil() as u64;
     if sent > most {
-        return Some(Fault::Flood { sent, due, most });
+        return Some(Breach::Flood { sent, due, most });
     }
-    ((sent as f64) < trial.shares.start() * due as f64).then(|| Fault::Slow {
+    ((sent as f64) < trial.shares.start() * due as f64).then(|| Breach::Slow {
         sent,
         due,
         first_s: seconds(first_ns.saturating_sub(record.start_ns)),
@@ -104,13 +104,13 @@ fn rate(trial: &Trial, record: &Record) -> Option<Fault> {
     })
 }
 
-fn refused(_: &Trial, record: &Record) -> Option<Fault> {
+fn refused(_: &Trial, record: &Record) -> Option<Breach> {
     let first = record.heard.first_refused.clone()?;
     let count = record.heard.refused;
-    Some(Fault::Refused { count, first })
+    Some(Breach::Refused { count, first })
 }
 
-fn other_mode(trial: &Trial, record: &Record) -> Option<Fault> {
+fn other_mode(trial: &Trial, record: &Record) -> Option<Breach> {
     let others = || {
         record
             .heard
@@ -118,14 +118,14 @@ fn other_mode(trial: &Trial, record: &Record) -> Option<Fault> {
             .iter()
             .filter(|one| one.mode != trial.mode)
     };
-    Some(Fault::OtherMode {
+    Some(Breach::OtherMode {
         other: others().next()?.mode,
         count: others().count() as u64,
         told: trial.mode,
     })
 }
 
-fn quiet(trial: &Trial, record: &Record) -> Option<Fault> {
+fn quiet(trial: &Trial, record: &Record) -> Option<Breach> {
     record.heard.arrivals.first()?;
     let start_ns = record.start_ns;
     let (event, ends_ns) = match trial.script {
@@ -145,46 +145,46 @@ fn quiet(trial: &Trial, record: &Record) -> Option<Fault> {
         *end_ns <= last_ns && !arrivals.any(|one| after.contains(&one.t_ns))
     };
     let end_ns = ends_ns.into_iter().find(is_quiet)?;
-    Some(Fault::Quiet {
+    Some(Breach::Quiet {
         event,
         at_s: seconds(end_ns.saturating_sub(start_ns)),
     })
 }
 
-fn ending(trial: &Trial, record: &Record) -> Option<Fault> {
+fn ending(trial: &Trial, record: &Record) -> Option<Breach> {
     let ending = &record.ending;
     if let Some(told_ns) = ending.told_ns {
         let last_ns = told_ns + TERM_WITHIN_NS;
         let is_late = ending.ended_ns.is_none_or(|ended_ns| ended_ns > last_ns);
-        return (is_late || ending.is_killed).then_some(Fault::IgnoredTerm);
+        return (is_late || ending.is_killed).then_some(Breach::IgnoredTerm);
     }
     let stop_ns = trial.stop_ns(record.start_ns);
     let Some(ended_ns) = ending.ended_ns.filter(|ns| *ns <= stop_ns + OVERTIME_NS) else {
-        return Some(Fault::RanOn {
+        return Some(Breach::RanOn {
             within_s: seconds(OVERTIME_NS),
         });
     };
     if ending.is_unsupported {
-        return Some(Fault::Unsupported);
+        return Some(Breach::Unsupported);
     }
     if let Some(words) = ending.problem.clone() {
-        return Some(Fault::Failed { words });
+        return Some(Breach::Failed { words });
     }
     // It may end with its last message, which is due h before its time, and come early by h.
-    (ended_ns + 2 * trial.h.ns() < stop_ns).then(|| Fault::EndedEarly {
+    (ended_ns + 2 * trial.h.ns() < stop_ns).then(|| Breach::EndedEarly {
         before_s: seconds(stop_ns - ended_ns),
     })
 }
 
-fn first_seq(trial: &Trial, record: &Record) -> Option<Fault> {
+fn first_seq(trial: &Trial, record: &Record) -> Option<Breach> {
     let first = record.heard.arrivals.first()?;
     let seq = first.request.seq?;
     // The numbers of deadlines that were missed may be left out.
     let missed = first.t_ns.saturating_sub(record.start_ns) / trial.h.ns();
-    (seq > missed).then_some(Fault::FirstSeq { seq })
+    (seq > missed).then_some(Breach::FirstSeq { seq })
 }
 
-fn repeated_seq(_: &Trial, record: &Record) -> Option<Fault> {
+fn repeated_seq(_: &Trial, record: &Record) -> Option<Breach> {
     let mut seen = BTreeSet::new();
     let mut numbers = record
         .heard
@@ -192,38 +192,38 @@ fn repeated_seq(_: &Trial, record: &Record) -> Option<Fault> {
         .iter()
         .filter_map(|one| one.request.seq);
     let seq = numbers.find(|seq| !seen.insert(*seq))?;
-    Some(Fault::RepeatedSeq { seq })
+    Some(Breach::RepeatedSeq { seq })
 }
 
 /// Only within a connection: messages on two of them may overtake each other.
-fn falling_seq(_: &Trial, record: &Record) -> Option<Fault> {
+fn falling_seq(_: &Trial, record: &Record) -> Option<Breach> {
     let mut newest = BTreeMap::new();
     record.heard.arrivals.iter().find_map(|one| {
         let seq = one.request.seq?;
         let after = newest.insert(one.connection, seq)?;
-        (seq < after).then_some(Fault::FallingSeq { seq, after })
+        (seq < after).then_some(Breach::FallingSeq { seq, after })
     })
 }
 
-fn send_time(_: &Trial, record: &Record) -> Option<Fault> {
+fn send_time(_: &Trial, record: &Record) -> Option<Breach> {
     let fault = |one: &Arrival| {
         let (sent_ns, t_ns) = (one.request.t_send_ns?, one.t_ns);
         if sent_ns > t_ns {
-            return Some(Fault::SentLater {
+            return Some(Breach::SentLater {
                 ahead_ms: ms(sent_ns - t_ns),
             });
         }
-        (t_ns - sent_ns > OLDEST_NS).then(|| Fault::SentLongBefore {
+        (t_ns - sent_ns > OLDEST_NS).then(|| Breach::SentLongBefore {
             before_s: seconds(t_ns - sent_ns),
         })
     };
     record.heard.arrivals.iter().find_map(fault)
 }
 
-fn connections(_: &Trial, record: &Record) -> Option<Fault> {
+fn connections(_: &Trial, record: &Record) -> Option<Breach> {
     let (connections, messages) = (record.heard.connections, record.heard.messages());
     let most = FEW_CONNECTIONS.max(messages / 10);
-    (messages > 0 && connections > most).then_some(Fault::Connections {
+    (messages > 0 && connections > most).then_some(Breach::Connections {
         connections,
         messages,
         most,

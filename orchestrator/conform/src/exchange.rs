@@ -7,10 +7,10 @@
 use std::ops::Range;
 use std::time::Duration;
 
+use clock::now::now_ns;
 use control::{InvalidDiscretisation, Stepper, preset};
 use endpoint::{Answer, Inbox, Mode, Observation, Output, PlantSettings, Process, Request};
 use hyper::StatusCode;
-use pace::now_ns;
 
 use crate::record::{Arrival, Heard};
 use crate::trial::{REFUSAL, STALL, Script, Trial};

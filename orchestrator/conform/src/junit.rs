@@ -2,14 +2,14 @@
 
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
-use crate::outcome::{Outcome, Verdict};
+use crate::outcome::{TrialResult, Verdict};
 
 /// Name of the suite.
 const SUITE: &str = "conform";
 
 /// The text of a `junit.xml`.
 #[must_use]
-pub fn junit(outcomes: &[Outcome]) -> String {
+pub fn junit(outcomes: &[TrialResult]) -> String {
     let mut suite = TestSuite::new(SUITE);
     suite.add_test_cases(outcomes.iter().map(case));
     suite.set_time(outcomes.iter().map(|one| one.wall).sum());
@@ -21,7 +21,7 @@ pub fn junit(outcomes: &[Outcome]) -> String {
     report.to_string().unwrap_or_default()
 }
 
-fn case(outcome: &Outcome) -> TestCase {
+fn case(outcome: &TrialResult) -> TestCase {
     let words = outcome.words.join("\n");
     let mut status = match outcome.verdict {
         Verdict::Passed => TestCaseStatus::success(),
@@ -47,7 +47,7 @@ mod tests {
 
     #[test]
     fn a_case_passes_fails_or_is_skipped_as_its_trial() {
-        let outcome = |trial, verdict| Outcome {
+        let outcome = |trial, verdict| TrialResult {
             trial,
             asks: "Anything.",
             verdict,

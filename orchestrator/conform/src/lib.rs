@@ -5,8 +5,8 @@
 //!   connections, refuses. `exchange` has the motor and what was heard; `route` is HTTP, `socket` the
 //!   WebSocket.
 //! - `record` is what a trial saw of a controller. `check` compares it with the contract and finds each
-//!   [`Fault`].
-//! - [`run()`] runs trials, several at once. [`Outcome`] is the result of one; [`table`] and [`junit()`]
+//!   [`Breach`].
+//! - [`run()`] runs trials, several at once. [`TrialResult`] is the result of one; [`table`] and [`junit()`]
 //!   print them.
 //!
 //! `stepped` has the trials of a plant, which are other ones: it answers a u with a y, on a pipe.
@@ -15,10 +15,10 @@
 //! demands of a controller is judged by the run.
 #![forbid(unsafe_code)]
 
+mod breach;
 mod check;
 mod error;
 mod exchange;
-mod fault;
 mod junit;
 mod outcome;
 mod plant;
@@ -30,10 +30,10 @@ mod socket;
 mod stepped;
 mod trial;
 
+pub use breach::Breach;
 pub use error::Error;
-pub use fault::Fault;
 pub use junit::junit;
-pub use outcome::{Outcome, Verdict, table};
+pub use outcome::{TrialResult, Verdict, table};
 pub use plant_fault::PlantFault;
 pub use run::{NAME, Start, run};
 pub use stepped::{PLANT_TRIALS, PlantTrial, StartPlant, run_plant};

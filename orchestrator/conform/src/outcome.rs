@@ -22,7 +22,7 @@ pub enum Verdict {
 
 /// The result of a trial.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Outcome {
+pub struct TrialResult {
     /// Name of the trial.
     pub trial: &'static str,
     /// What it asks, in a sentence.
@@ -35,10 +35,10 @@ pub struct Outcome {
     pub wall: Duration,
 }
 
-impl Outcome {
+impl TrialResult {
     /// Judges a trial by what it saw of its controllers.
-    pub(crate) fn of(trial: &Trial, records: &[Record], wall: Duration) -> Outcome {
-        let said = |verdict, words| Outcome {
+    pub(crate) fn of(trial: &Trial, records: &[Record], wall: Duration) -> TrialResult {
+        let said = |verdict, words| TrialResult {
             trial: trial.name,
             asks: trial.asks,
             verdict,
@@ -100,7 +100,7 @@ fn numbers(trial: &Trial, record: &Record) -> String {
 
 /// The outcomes as a table in words, with a closing line.
 #[must_use]
-pub fn table(outcomes: &[Outcome]) -> String {
+pub fn table(outcomes: &[TrialResult]) -> String {
     let width = outcomes.iter().map(|one| one.trial.len()).max();
     let width = width.unwrap_or_default();
     let mut text = String::new();
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn a_table_has_a_line_for_each_fault_and_counts_what_passed() {
-        let outcome = |trial, verdict, words: &[&str]| Outcome {
+        let outcome = |trial, verdict, words: &[&str]| TrialResult {
             trial,
             asks: "",
             verdict,

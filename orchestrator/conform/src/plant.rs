@@ -1,38 +1,35 @@
 //! A plant for one trial and one controller: an HTTP server on a thread of its own.
 //!
 //! It listens on a free port of 127.0.0.1, and tells what it heard when it is closed. `route` says what a
-//! request gets; here are the connections, and when they are closed.
+//! request gets; here are the connections, which are read and answered as the plant's are, and when they are closed.
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::convert::Infallible;
-use std::future::poll_fn;
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::panic::resume_unwind;
-use std::pin::pin;
 use std::rc::Rc;
-use std::task::Poll;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use http_body_util::Full;
-use hyper::Request;
-use hyper::body::{Body, Incoming};
-use hyper::server::conn::http1;
-use hyper::service::service_fn;
-use hyper::upgrade::OnUpgrade;
-use hyper_util::rt::{TokioIo, TokioTimer};
-use pace::now_ns;
+use clock::now::now_ns;
+use http::framing::{Afterwards, Protocol, Rest};
+use http::request::Malformed;
+use http::{lines, request};
+use hyper::StatusCode;
+use plant::answer::written;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpSocket, TcpStream};
 use tokio::runtime::{self, Runtime};
 use tokio::sync::oneshot;
 use tokio::task::{self, LocalSet};
 
-use crate::Error;
-use crate::exchange::{Exchange, wait_until};
+use crate::error::Error;
+use crate::exchange::{Exchange, Refusal, wait_until};
 use crate::record::Heard;
+use crate::route::{self, Reply, Then};
+use crate::socket;
 use crate::trial::{LISTENS_BEFORE_NS, Script, Trial};
-use crate::{route, socket};
 
 /// Connections that the kernel completes in advance.
 const BACKLOG: u32 = 1024;
@@ -130,52 +127,57 @@ async fn accept(
 }
 
 /// Serves one connection to its end, which may be the script's.
-async fn converse(stream: TcpStream, connection: u64, exchange: Rc<RefCell<Exchange>>) {
+async fn converse(mut stream: TcpStream, connection: u64, exchange: Rc<RefCell<Exchange>>) {
     // If this fails, the connection is broken already.
     let _ = stream.set_nodelay(true);
-    let is_over = Rc::new(Cell::new(false));
-    let service = service_fn(|request: Request<Incoming>| {
-        let now_ns = now_ns();
-        let (mut head, body) = request.into_parts();
-        let has_body = !body.is_end_stream();
-        let reply = route::reply(
-            &mut exchange.borrow_mut(),
-            &head,
-            has_body,
-            connection,
-            now_ns,
-        );
-        if let Some(mode) = reply.socket
-            && let Some(upgrade) = head.extensions.remove::<OnUpgrade>()
-        {
-            let exchange = Rc::clone(&exchange);
-            task::spawn_local(socket::serve(upgrade, mode, connection, exchange));
+    let mut bytes = Vec::new();
+    loop {
+        let reply = match take(&mut bytes, connection, &exchange) {
+            Ok(Some(reply)) => reply,
+            Ok(None) => match stream.read_buf(&mut bytes).await {
+                Ok(1..) => continue,
+                Ok(0) | Err(_) => return,
+            },
+            Err(problem) => {
+                let words = problem.to_string();
+                exchange.borrow_mut().heard.refuse(&words);
+                let refused = route::refused(&Refusal::new(StatusCode::BAD_REQUEST, words));
+                let text = written(&refused, Protocol::Http11, Afterwards::Close);
+                let _ = stream.write_all(&text).await;
+                return;
+            }
+        };
+        wait_until(reply.at_ns).await;
+        if stream.write_all(&reply.text).await.is_err() {
+            return;
         }
-        let is_over = Rc::clone(&is_over);
-        async move {
-            wait_until(reply.at_ns).await;
-            is_over.set(reply.is_last);
-            Ok::<_, Infallible>(reply.response.map(Full::new))
+        match reply.then {
+            Then::Request => {}
+            Then::End => return,
+            Then::Socket(mode) => {
+                return socket::serve(stream, bytes, mode, connection, exchange).await;
+            }
         }
-    });
-    let served = http1::Builder::new()
-        .timer(TokioTimer::new())
-        .serve_connection(TokioIo::new(stream), service)
-        .with_upgrades();
-    let mut served = pin!(served);
-    // A poll that has made the last answer has also written it. The connection is closed by being
-    // dropped: an orderly end would be announced in the answer's head.
-    let ended = poll_fn(|context| match served.as_mut().poll(context) {
-        Poll::Pending if is_over.get() => Poll::Ready(Ok(())),
-        other => other,
-    })
-    .await;
-    if let Err(problem) = ended
-        && problem.is_parse()
-    {
-        let words = format!("the request is not HTTP/1.1: {problem}");
-        exchange.borrow_mut().heard.refuse(&words);
     }
+}
+
+/// Takes the next request, if its head is whole, and what it gets.
+fn take(
+    bytes: &mut Vec<u8>,
+    connection: u64,
+    exchange: &RefCell<Exchange>,
+) -> Result<Option<Reply>, Malformed> {
+    let mut room = lines::room();
+    let Some(head) = request::read(bytes, &mut room)? else {
+        return Ok(None);
+    };
+    let Some(head) = head.settled(&bytes[head.bytes..], Rest::MayCome) else {
+        return Ok(None);
+    };
+    let taken = head.bytes;
+    let reply = route::reply(&mut exchange.borrow_mut(), &head, connection, now_ns());
+    bytes.drain(..taken);
+    Ok(Some(reply))
 }
 
 #[cfg(test)]

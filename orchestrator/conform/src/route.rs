@@ -3,25 +3,34 @@
 //! There are no sessions, pages or uploads, which are for controllers in a browser.
 
 use endpoint::Mode;
+use http::framing::{Afterwards, Protocol};
+use http::request::{Authority, Head};
 use hyper::body::Bytes;
-use hyper::header;
-use hyper::http::request::Parts;
-use hyper::{Method, Response, StatusCode, Version};
-use plant::answer::{TEXT, message, respond};
+use hyper::{Response, StatusCode};
+use plant::answer::{TEXT, message, respond, written};
+use plant::handshake;
 
 use crate::exchange::{Exchange, Refusal};
-use crate::socket;
 
 /// What a request gets.
 #[derive(Debug)]
 pub(crate) struct Reply {
-    pub(crate) response: Response<Bytes>,
-    /// When it gets it, ns.
+    /// The answer as it is sent.
+    pub(crate) text: Vec<u8>,
+    /// When it is, ns.
     pub(crate) at_ns: u64,
-    /// Whether its connection is closed then.
-    pub(crate) is_last: bool,
-    /// The mode of the WebSocket that the connection becomes.
-    pub(crate) socket: Option<Mode>,
+    pub(crate) then: Then,
+}
+
+/// What becomes of a connection after an answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Then {
+    /// Another request may follow.
+    Request,
+    /// It is closed.
+    End,
+    /// It becomes a WebSocket.
+    Socket(Mode),
 }
 
 /// What a request asks for.
@@ -35,86 +44,91 @@ enum Asked {
 /// The reply to a request whose head arrived at `now_ns`.
 pub(crate) fn reply(
     exchange: &mut Exchange,
-    head: &Parts,
-    has_body: bool,
+    head: &Head<'_>,
     connection: u64,
     now_ns: u64,
 ) -> Reply {
-    let at_ns = exchange.released_ns(now_ns);
-    let plain = |response| Reply {
-        response,
-        at_ns,
-        is_last: false,
-        socket: None,
-    };
-    match asked(head, has_body) {
+    let (mut at_ns, mut then) = (exchange.released_ns(now_ns), Then::Request);
+    let response = match asked(head) {
         Ok(Asked::Message(mode)) => {
-            let query = head.uri.query().unwrap_or_default();
-            let said = exchange.message(mode, query, connection, now_ns);
-            let response = match &said.answer {
-                Ok(answer) => message(answer, &head.headers),
+            let said = exchange.message(mode, head.target.query, connection, now_ns);
+            at_ns = said.at_ns;
+            if said.is_last {
+                then = Then::End;
+            }
+            match &said.answer {
+                Ok(answer) => message(answer, head.lines),
                 Err(refusal) => refused(refusal),
-            };
-            Reply {
-                response,
-                at_ns: said.at_ns,
-                is_last: said.is_last,
-                socket: None,
             }
         }
-        Ok(Asked::State) => plain(message(&exchange.observe(now_ns), &head.headers)),
-        Ok(Asked::Health) => plain(respond(TEXT, "ok\n")),
-        Ok(Asked::Socket(mode)) => match socket::handshake(&head.headers) {
-            Some(response) => Reply {
-                socket: Some(mode),
-                ..plain(response)
-            },
-            None => {
-                let words = "/socket takes the handshake of RFC 6455, version 13";
-                exchange.heard.refuse(words);
-                plain(refused(&Refusal::new(StatusCode::UPGRADE_REQUIRED, words)))
+        Ok(Asked::State) => message(&exchange.observe(now_ns), head.lines),
+        Ok(Asked::Health) => respond(TEXT, "ok\n"),
+        Ok(Asked::Socket(mode)) => match handshake::response(head.lines) {
+            Ok(response) => {
+                then = Then::Socket(mode);
+                response
+            }
+            Err(problem) => {
+                let words = problem.to_string();
+                exchange.heard.refuse(&words);
+                refused(&Refusal::new(StatusCode::UPGRADE_REQUIRED, words))
             }
         },
         Err(refusal) => {
             exchange.heard.refuse(&refusal.words);
-            plain(refused(&refusal))
+            refused(&refusal)
         }
+    };
+    // A body is not read, and what follows a HEAD's answer would be taken for the next.
+    let is_torn = head.has_body() || head.method == "HEAD";
+    let told = if is_torn {
+        Afterwards::Close
+    } else {
+        head.framing.then
+    };
+    if told == Afterwards::Close && then == Then::Request {
+        then = Then::End;
+    }
+    Reply {
+        text: written(&response, head.protocol, told),
+        at_ns,
+        then,
     }
 }
 
-fn asked(head: &Parts, has_body: bool) -> Result<Asked, Refusal> {
+fn asked(head: &Head<'_>) -> Result<Asked, Refusal> {
     let refuse = |status, words: &str| Err(Refusal::new(status, words));
-    if head.uri.authority().is_some() {
+    if head.target.authority != Authority::Absent {
         return refuse(
             StatusCode::BAD_REQUEST,
             "the request target is not a path; this is a plant, not a proxy",
         );
     }
-    let hosts = head.headers.get_all(header::HOST).iter().count();
-    if hosts > 1 || (hosts == 0 && head.version != Version::HTTP_10) {
+    let hosts = head.lines.all("host").count();
+    if hosts > 1 || (hosts == 0 && head.protocol == Protocol::Http11) {
         return refuse(
             StatusCode::BAD_REQUEST,
             "the request has not exactly one Host header",
         );
     }
-    if head.method != Method::GET {
+    if head.method != "GET" {
         let words = format!("method {} is not served; use GET", head.method);
         return refuse(StatusCode::METHOD_NOT_ALLOWED, &words);
     }
-    if has_body {
+    if head.has_body() {
         return refuse(
             StatusCode::PAYLOAD_TOO_LARGE,
             "the request has a body; a command is a query and has none",
         );
     }
-    match head.uri.path() {
+    match head.target.path {
         "/closed" => Ok(Asked::Message(Mode::Closed)),
         "/open" => Ok(Asked::Message(Mode::Open)),
         "/state" => Ok(Asked::State),
         "/health" => Ok(Asked::Health),
-        "/socket" => match head.uri.query() {
-            Some("mode=closed") => Ok(Asked::Socket(Mode::Closed)),
-            Some("mode=open") => Ok(Asked::Socket(Mode::Open)),
+        "/socket" => match head.target.query {
+            "mode=closed" => Ok(Asked::Socket(Mode::Closed)),
+            "mode=open" => Ok(Asked::Socket(Mode::Open)),
             _ => refuse(
                 StatusCode::BAD_REQUEST,
                 "the query of /socket is not mode=closed or mode=open",
@@ -128,7 +142,7 @@ fn asked(head: &Parts, has_body: bool) -> Result<Asked, Refusal> {
     }
 }
 
-fn refused(refusal: &Refusal) -> Response<Bytes> {
+pub(crate) fn refused(refusal: &Refusal) -> Response<Bytes> {
     let mut response = respond(TEXT, format!("{}\n", refusal.words));
     *response.status_mut() = refusal.status;
     response

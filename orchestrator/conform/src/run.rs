@@ -12,15 +12,16 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use agent::{Role, last_words};
+use clock::now::now_ns;
 use endpoint::Mode;
 use endpoint::report::Own;
-use pace::now_ns;
 
 use crate::check::{OVERTIME_NS, TERM_WITHIN_NS};
+use crate::error::Error;
+use crate::outcome::TrialResult;
 use crate::plant::Plant;
 use crate::record::{Ending, Record};
 use crate::trial::{LEAD_NS, Script, TERMINATE_NS, Trial};
-use crate::{Error, Outcome};
 
 /// The name under which a controller has to be started: its log and its report have it.
 pub const NAME: &str = "controller";
@@ -46,9 +47,9 @@ pub fn run(
     start: &Start<'_>,
     folder: &Path,
     stop: &AtomicBool,
-) -> Result<Vec<Outcome>, Error> {
+) -> Result<Vec<TrialResult>, Error> {
     let next = AtomicUsize::new(0);
-    let work = || -> Result<Vec<(usize, Outcome)>, Error> {
+    let work = || -> Result<Vec<(usize, TrialResult)>, Error> {
         let mut done = Vec::new();
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
@@ -82,7 +83,7 @@ fn try_out(
     start: &Start<'_>,
     folder: &Path,
     stop: &AtomicBool,
-) -> Result<Outcome, Error> {
+) -> Result<TrialResult, Error> {
     let began = Instant::now();
     let start_ns = now_ns() + LEAD_NS;
     let mut controllers = Vec::new();
@@ -110,7 +111,7 @@ fn try_out(
         .into_iter()
         .map(|controller| controller.record(trial, start_ns))
         .collect::<Result<Vec<_>, Error>>()?;
-    Ok(Outcome::of(trial, &records, began.elapsed()))
+    Ok(TrialResult::of(trial, &records, began.elapsed()))
 }
 
 /// Waits until all controllers have ended, or should have.

@@ -5,57 +5,32 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use clock::now::now_ns;
 use endpoint::Mode;
 use endpoint::query::MAX_BYTES;
 use futures_util::{SinkExt, StreamExt};
-use hyper::body::Bytes;
-use hyper::header::{self, HeaderMap, HeaderValue};
-use hyper::upgrade::OnUpgrade;
-use hyper::{Response, StatusCode};
-use hyper_util::rt::TokioIo;
-use pace::now_ns;
+use tokio::net::TcpStream;
 use tokio::sync::mpsc;
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::Message;
-use tokio_tungstenite::tungstenite::handshake::derive_accept_key;
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 use tokio_tungstenite::tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
 
 use crate::exchange::{Exchange, Said, wait_until};
 
-/// The response that opens a socket, if the request asks for one.
-pub(crate) fn handshake(headers: &HeaderMap) -> Option<Response<Bytes>> {
-    let upgrade = headers.get(header::UPGRADE)?.as_bytes();
-    let version = headers.get(header::SEC_WEBSOCKET_VERSION)?;
-    if !upgrade.eq_ignore_ascii_case(b"websocket") || version != "13" {
-        return None;
-    }
-    let key = headers.get(header::SEC_WEBSOCKET_KEY)?;
-    let accept = HeaderValue::try_from(derive_accept_key(key.as_bytes())).ok()?;
-    let mut response = Response::new(Bytes::new());
-    *response.status_mut() = StatusCode::SWITCHING_PROTOCOLS;
-    let answer = response.headers_mut();
-    answer.insert(header::CONNECTION, HeaderValue::from_static("upgrade"));
-    answer.insert(header::UPGRADE, HeaderValue::from_static("websocket"));
-    answer.insert(header::SEC_WEBSOCKET_ACCEPT, accept);
-    Some(response)
-}
-
-/// Serves a socket until either end closes it.
+/// Serves a socket until either end closes it; `arrived` is what came behind its handshake.
 pub(crate) async fn serve(
-    upgrade: OnUpgrade,
+    stream: TcpStream,
+    arrived: Vec<u8>,
     mode: Mode,
     connection: u64,
     exchange: Rc<RefCell<Exchange>>,
 ) {
-    let Ok(upgraded) = upgrade.await else {
-        return;
-    };
     let config = WebSocketConfig::default()
         .max_message_size(Some(MAX_BYTES))
         .max_frame_size(Some(MAX_BYTES));
-    let stream = TokioIo::new(upgraded);
-    let socket = WebSocketStream::from_raw_socket(stream, Role::Server, Some(config)).await;
+    let socket =
+        WebSocketStream::from_partially_read(stream, arrived, Role::Server, Some(config)).await;
     let (mut answers, mut messages) = socket.split();
     let (sender, mut queue) = mpsc::unbounded_channel::<Said>();
     let read = async {

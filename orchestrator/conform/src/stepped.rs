@@ -11,12 +11,12 @@ use std::time::{Duration, Instant};
 use agent::plant::PlantProgram;
 use endpoint::{Model, SampleTime, Signals};
 
-use crate::Error;
-use crate::outcome::{Outcome, Verdict};
+use crate::error::Error;
+use crate::outcome::{TrialResult, Verdict};
 use crate::plant_fault::PlantFault;
 
 /// What starts the program, anew at each call, for steps of this h.
-pub type StartPlant<'a> = dyn Fn(SampleTime) -> Result<PlantProgram, String> + 'a;
+pub type StartPlant<'a> = dyn Fn(SampleTime) -> Result<PlantProgram, PlantFault> + 'a;
 
 /// One test of a plant.
 #[derive(Debug, Clone, Copy)]
@@ -82,7 +82,7 @@ pub fn run_plant(
     start: &StartPlant<'_>,
     h: SampleTime,
     stop: &AtomicBool,
-) -> Result<Vec<Outcome>, Error> {
+) -> Result<Vec<TrialResult>, Error> {
     let bench = Bench { start, h };
     let mut outcomes = Vec::new();
     for trial in PLANT_TRIALS {
@@ -94,7 +94,7 @@ pub fn run_plant(
             Ok(words) => (Verdict::Passed, words),
             Err(fault) => (Verdict::Failed, fault.to_string()),
         };
-        outcomes.push(Outcome {
+        outcomes.push(TrialResult {
             trial: trial.name,
             asks: trial.asks,
             verdict,
@@ -116,7 +116,7 @@ struct Bench<'a> {
 
 impl Bench<'_> {
     fn start(&self) -> Result<PlantProgram, PlantFault> {
-        (self.start)(self.h).map_err(PlantFault::Broken)
+        (self.start)(self.h)
     }
 
     /// As many inputs as fit into 2 s, of both signs.
@@ -253,7 +253,7 @@ fn sample_time(bench: &Bench<'_>) -> Result<String, PlantFault> {
     let inputs = vec![1.0; bench.inputs().len()];
     let mut plant = bench.start()?;
     let own = outputs(&mut plant, &inputs)?;
-    let mut plant = (bench.start)(twice).map_err(PlantFault::Broken)?;
+    let mut plant = (bench.start)(twice)?;
     let other = outputs(&mut plant, &inputs)?;
     if own != other {
         return Ok(format!("y differs between h = {} and {twice}", bench.h));

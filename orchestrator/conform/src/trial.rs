@@ -75,7 +75,16 @@ impl Trial {
     /// Every trial, at sample time `h` where it does not need another one.
     #[must_use]
     pub fn all(h: SampleTime) -> Vec<Trial> {
-        let steady = Trial {
+        let steady = Trial::steady(h);
+        let mut all = vec![steady.clone()];
+        all.extend(steady.troubled());
+        all.extend(steady.varied());
+        all
+    }
+
+    /// The trial in which nothing happens.
+    fn steady(h: SampleTime) -> Trial {
+        Trial {
             name: "steady",
             asks: "A message each h from the start on, over a few kept connections, and an end by itself.",
             mode: Mode::Closed,
@@ -86,17 +95,19 @@ impl Trial {
             script: Script::Plain,
             shares: 0.8..=1.2,
             notes_r: false,
-        };
+        }
+    }
+
+    /// The trials in which something happens to the controller of this one.
+    fn troubled(&self) -> [Trial; 5] {
         // With a long h there are no 50 answers.
-        let every = (steady.due() / 4).clamp(1, 50);
-        let other_ns = if h.ns() == 20 * MS { 10 * MS } else { 20 * MS };
-        vec![
-            steady.clone(),
+        let every = (self.due() / 4).clamp(1, 50);
+        [
             Trial {
                 name: "late-start",
                 asks: "The plant listens only 1 s after the controller was started: it tries again.",
                 script: Script::ListenLate,
-                ..steady.clone()
+                ..self.clone()
             },
             Trial {
                 name: "stall",
@@ -104,14 +115,14 @@ impl Trial {
                 duration_ns: 4 * S,
                 script: Script::Stall,
                 shares: 0.0..=2.0,
-                ..steady.clone()
+                ..self.clone()
             },
             Trial {
                 name: "dropped",
                 asks: "The plant closes connections without notice: it connects again and goes on.",
                 script: Script::Drop { every },
                 shares: 0.5..=2.0,
-                ..steady.clone()
+                ..self.clone()
             },
             Trial {
                 name: "refusal",
@@ -119,7 +130,7 @@ impl Trial {
                 duration_ns: 5 * S / 2,
                 script: Script::Refuse,
                 shares: 0.0..=2.0,
-                ..steady.clone()
+                ..self.clone()
             },
             Trial {
                 name: "stop",
@@ -128,19 +139,27 @@ impl Trial {
                 duration_ns: 4 * S,
                 script: Script::Terminate,
                 shares: 0.0..=2.0,
-                ..steady.clone()
+                ..self.clone()
             },
+        ]
+    }
+
+    /// The trials whose controllers are told something else than that of this one, or are two.
+    fn varied(&self) -> [Trial; 3] {
+        let h = self.h;
+        let other_ns = if h.ns() == 20 * MS { 10 * MS } else { 20 * MS };
+        [
             Trial {
                 name: "open",
                 asks: "Open loop, answers without y: it keeps the rate, or says so with exit code 127.",
                 mode: Mode::Open,
-                ..steady.clone()
+                ..self.clone()
             },
             Trial {
                 name: "two",
                 asks: "Two controllers at once, each with its plant: both keep the rate.",
                 controllers: 2,
-                ..steady.clone()
+                ..self.clone()
             },
             Trial {
                 name: "reference",
@@ -149,7 +168,7 @@ impl Trial {
                 r: 0.5,
                 duration_ns: 3 * S,
                 notes_r: true,
-                ..steady
+                ..self.clone()
             },
         ]
     }

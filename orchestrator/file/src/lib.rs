@@ -10,6 +10,8 @@
 //! such files: hence a crate below the two.
 #![forbid(unsafe_code)]
 
+mod lock;
+
 use std::fs::{self, File, FileType, OpenOptions};
 use std::io::{self, ErrorKind, Read, Write};
 use std::os::unix::fs::FileTypeExt;
@@ -17,6 +19,8 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
+
+pub use lock::{Holder, NotLocked, lock};
 
 /// Maximum bytes of a `plan.json`: a hundred thousand cells of half a kilobyte, and traces.
 pub const PLAN_BYTES: u64 = 128 << 20;
@@ -67,7 +71,19 @@ pub fn given_text(path: &Path, most_bytes: u64) -> io::Result<String> {
 /// # Errors
 /// When it cannot be written.
 pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
-    put(path, content, false)
+    Draft::write(path, content)?.name()
+}
+
+/// As [`write()`], of a content in parts, which need not be in memory together.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn write_parts(path: &Path, parts: impl IntoIterator<Item = String>) -> io::Result<()> {
+    let mut draft = Draft::write(path, &[])?;
+    for part in parts {
+        draft.file.write_all(part.as_bytes())?;
+    }
+    draft.name()
 }
 
 /// As [`write()`]; also after a crash of the machine, either the old file or the new one is there.
@@ -75,7 +91,14 @@ pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
 /// # Errors
 /// When it cannot be written.
 pub fn write_durably(path: &Path, content: &[u8]) -> io::Result<()> {
-    put(path, content, true)
+    let draft = Draft::write(path, content)?;
+    draft.file.sync_all()?;
+    draft.name()?;
+    // The name itself is safe only once its folder is synced.
+    match path.parent() {
+        Some(folder) => File::open(folder)?.sync_all(),
+        None => Ok(()),
+    }
 }
 
 /// A file that is written and has not its name yet. Without one it is removed when dropped.
@@ -215,19 +238,6 @@ fn bounded(file: &File, most_bytes: u64) -> io::Result<String> {
         Err(too_long(read))
     } else {
         Ok(text)
-    }
-}
-
-fn put(path: &Path, content: &[u8], durably: bool) -> io::Result<()> {
-    let draft = Draft::write(path, content)?;
-    if durably {
-        draft.file.sync_all()?;
-    }
-    draft.name()?;
-    // The name itself is safe only once its folder is synced.
-    match path.parent() {
-        Some(folder) if durably => File::open(folder)?.sync_all(),
-        _ => Ok(()),
     }
 }
 

@@ -23,8 +23,8 @@ struct Due {
     behind_ns: u64,
 }
 
-/// Judges whether the plant's ticks were held up between `from_ns` and `to_ns`. `real_time` says
-/// whether its thread had real-time scheduling; without it, longer delays are the machine's own work.
+/// Judges whether the plant's ticks were held up between `from_ns` and `to_ns`. `limit` is that
+/// of its thread.
 /// `noise` is the time that the ticks were asked to wait beyond their deadlines, and `hits` are the faults that
 /// were asked for.
 #[must_use]
@@ -33,7 +33,7 @@ pub fn plant(
     noise: Option<TickNoise>,
     hits: &Hits,
     h_ns: u64,
-    real_time: bool,
+    limit: Stillness,
     from_ns: u64,
     to_ns: u64,
 ) -> Option<Disturbance> {
@@ -50,7 +50,7 @@ pub fn plant(
                 .saturating_sub(hits.kept_ns(asked_ns, row.t_tick_ns)),
         })
     });
-    judge("plant", "ticks", dues, h_ns, real_time, from_ns)
+    judge("plant", "ticks", dues, h_ns, limit, from_ns)
 }
 
 /// Judges whether the controller's deadlines were held up, on an absolute schedule. `outstanding` is
@@ -62,7 +62,7 @@ pub fn controller(
     messages: &[MessageRow],
     outstanding: usize,
     h_ns: u64,
-    real_time: bool,
+    limit: Stillness,
     from_ns: u64,
     to_ns: u64,
     is_swamped: impl Fn(u64) -> bool,
@@ -93,7 +93,7 @@ pub fn controller(
             behind_ns: if is_excused { 0 } else { behind_ns },
         }
     });
-    judge("controller", "deadlines", dues, h_ns, real_time, from_ns)
+    judge("controller", "deadlines", dues, h_ns, limit, from_ns)
 }
 
 /// Judges whether too many were late, or one was late by too much.
@@ -102,10 +102,9 @@ fn judge(
     things: &str,
     dues: impl Iterator<Item = Due>,
     h_ns: u64,
-    real_time: bool,
+    limit: Stillness,
     from_ns: u64,
 ) -> Option<Disturbance> {
-    let limit = Stillness::of(real_time);
     let behind_ns = h_ns.min((BEHIND_MS * 1e6) as u64);
     let (mut count, mut behind, mut longest) = (
         0_u64,
@@ -205,7 +204,7 @@ mod tests {
                 None,
                 &Hits::default(),
                 3 * MS,
-                true,
+                Stillness::REAL_TIME,
                 0,
                 u64::MAX,
             )
@@ -221,7 +220,7 @@ mod tests {
             None,
             &Hits::default(),
             3 * MS,
-            true,
+            Stillness::REAL_TIME,
             500 * MS,
             u64::MAX,
         );
@@ -232,7 +231,7 @@ mod tests {
             None,
             &Hits::default(),
             3 * MS,
-            true,
+            Stillness::REAL_TIME,
             0,
             u64::MAX,
         );
@@ -249,13 +248,27 @@ mod tests {
             })
             .collect();
         assert_eq!(
-            controller(&blocked, 1, 3 * MS, true, 0, u64::MAX, |_| false),
+            controller(
+                &blocked,
+                1,
+                3 * MS,
+                Stillness::REAL_TIME,
+                0,
+                u64::MAX,
+                |_| false
+            ),
             None
         );
         let late = |is_drained: bool| {
-            controller(&blocked, usize::MAX, 3 * MS, true, 0, u64::MAX, |_| {
-                is_drained
-            })
+            controller(
+                &blocked,
+                usize::MAX,
+                3 * MS,
+                Stillness::REAL_TIME,
+                0,
+                u64::MAX,
+                |_| is_drained,
+            )
         };
         assert_eq!(late(true), None);
         let found = late(false).expect("nothing to wait for");

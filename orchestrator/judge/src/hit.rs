@@ -9,8 +9,8 @@ use plan::{Disturbance, End, EndEffect, EndFaultDone};
 
 use crate::limit::{CAUGHT_UP_SHARE, DRAIN_MS, DRAIN_SHARE, HIT_LATE_MS, HIT_SHARE, UNWRITTEN_MS};
 use crate::machine::describe;
+use crate::milliseconds::{ms, ns};
 use crate::still::Times;
-use crate::terms::{ms, ns};
 
 /// The times at which faults hit the ends, monotonic.
 #[derive(Debug, Clone, Default)]

@@ -1,15 +1,14 @@
 //! Collects the evidence for and against a run, and derives the verdict from it.
 
 use certificate::Pause;
-use endpoint::{
-    Connection, ControllerSettings, MessageRow, Schedule, TickNoise, TickRow, Transport,
-};
+use endpoint::{ControllerSettings, MessageRow, Schedule, TickNoise, TickRow};
 use plan::{Disturbance, EndFaultDone, Verdict};
 use serde::{Deserialize, Serialize};
 
 use crate::end;
-use crate::fault::Fault;
+use crate::fault::LinkFault;
 use crate::hit;
+use crate::limit::Stillness;
 use crate::machine::{self, Pulse, Watched};
 use crate::message::Messages;
 use crate::terms::{Swamped, Terms};
@@ -71,7 +70,7 @@ pub fn judge(records: &Records<'_>, messages: &Messages, terms: &Terms) -> Judge
     disturbances.extend(records.pulse.and_then(|pulse| pulse.judge(from_ns, to_ns)));
     disturbances.extend(machine::player(
         records.pauses,
-        records.player_real_time,
+        Stillness::of(records.player_real_time),
         from_ns,
         to_ns,
     ));
@@ -80,7 +79,7 @@ pub fn judge(records: &Records<'_>, messages: &Messages, terms: &Terms) -> Judge
         records.tick_noise,
         &terms.hits,
         h_ns,
-        records.plant_real_time,
+        Stillness::of(records.plant_real_time),
         from_ns,
         to_ns,
     ));
@@ -91,7 +90,7 @@ pub fn judge(records: &Records<'_>, messages: &Messages, terms: &Terms) -> Judge
             records.messages,
             limit,
             h_ns,
-            records.controller_real_time,
+            Stillness::of(records.controller_real_time),
             from_ns,
             to_ns,
             |t_ns| swamped.contains(t_ns) || terms.hits.excuses_deadline(t_ns),
@@ -106,15 +105,35 @@ pub fn judge(records: &Records<'_>, messages: &Messages, terms: &Terms) -> Judge
                 .flatten(),
         );
     }
-    let faults = messages.faults(terms);
+    let (busy, faults): (Vec<LinkFault>, Vec<LinkFault>) = messages
+        .faults(terms)
+        .into_iter()
+        .partition(|fault| fault.is_busy);
+    disturbances.extend(busy.into_iter().map(|fault| Disturbance {
+        what: "machine".to_owned(),
+        at_s: 0.0,
+        longest_ms: 0.0,
+        words: format!("{}; this machine was as busy as that", fault.words),
+    }));
     Judgement {
         disturbances,
-        is_other: faults.iter().any(|fault: &Fault| !fault.by_lateness),
+        is_other: faults.iter().any(|fault: &LinkFault| !fault.by_lateness),
         faults: faults.into_iter().map(|fault| fault.words).collect(),
     }
 }
 
 impl Judgement {
+    /// Adds what the host took, if there is evidence against the run and nothing else explains it.
+    pub fn excuse(&mut self, doubts: &[String], taken: Option<Disturbance>) {
+        if !self.is_clean(doubts) && self.disturbances.is_empty() {
+            self.disturbances.extend(taken);
+        }
+    }
+
+    fn is_clean(&self, doubts: &[String]) -> bool {
+        self.faults.is_empty() && doubts.is_empty()
+    }
+
     /// The verdict on a run that came to its end. `doubts` is further evidence against it, and
     /// `is_other` says whether a machine that stood still cannot explain one of the doubts.
     ///
@@ -123,24 +142,11 @@ impl Judgement {
     /// explain.
     #[must_use]
     pub fn verdict(&self, doubts: &[String], is_other: bool) -> Verdict {
-        let is_clean = self.faults.is_empty() && doubts.is_empty();
-        match (self.disturbances.is_empty(), is_clean) {
+        match (self.disturbances.is_empty(), self.is_clean(doubts)) {
             (true, true) => Verdict::Complete,
             (true, false) => Verdict::Invalid,
             (false, _) if self.is_other || is_other => Verdict::Invalid,
             (false, _) => Verdict::Disturbed,
         }
     }
-}
-
-/// Whether, with these settings, each message has a connection of its own.
-#[must_use]
-pub fn opens_always(settings: &ControllerSettings) -> bool {
-    settings.connection == Connection::New
-}
-
-/// Whether, with these settings, all messages share one connection.
-#[must_use]
-pub fn shares_one(settings: &ControllerSettings) -> bool {
-    settings.transport == Transport::WebSocket
 }

@@ -4,6 +4,7 @@
 //! - [`end`]: the plant's ticks and the controller's deadlines;
 //! - [`machine`]: what stood still or had to wait: the player, a process, a processor;
 //! - [`Hits`]: faults of the ends that were asked for, and what they excuse;
+//! - [`replay`]: both ends, from each other by the plan's plant and law;
 //! - [`limit`]: all limits for these, with their reasons;
 //! - [`Judgement`]: the result of all of them, and the verdict that follows.
 //!
@@ -11,23 +12,34 @@
 //! analysis says how the loop itself behaved, stable or not.
 #![forbid(unsafe_code)]
 
+mod busy;
+mod connecting;
+mod crossed;
 mod crossing;
 pub mod end;
 mod fault;
+mod glances;
 mod hit;
 mod judgement;
+mod lateness;
 pub mod limit;
 pub mod machine;
 pub mod message;
+mod milliseconds;
+mod quantile;
+pub mod replay;
 mod still;
 mod terms;
 
-pub use crossing::Crossed;
-pub use fault::Fault;
+pub use busy::Busy;
+pub use connecting::Connecting;
+pub use crossed::{Crossed, Shows};
+pub use fault::LinkFault;
 pub use hit::Hits;
-pub use judgement::{Judgement, Records, judge, opens_always, shares_one};
+pub use judgement::{Judgement, Records, judge};
 pub use limit::Allowance;
 pub use machine::{Pulse, Watched};
 pub use message::Messages;
+pub use replay::Ends;
 pub use still::Still;
 pub use terms::Terms;

@@ -4,7 +4,7 @@
 //! Figures "on a quiet machine" were measured on two cores of a virtual machine, idle except for the
 //! run.
 
-pub use plan::Allowance;
+pub use plan::{Allowance, TAILS, Tail};
 
 /// Number of messages in a thousand that may cross a way quicker than the link allows. None ever does;
 /// this leaves room for a page whose clock is slightly off.
@@ -17,6 +17,32 @@ pub const QUICKER_MS: f64 = 0.25;
 /// Quantile of lateness that is compared with the time a client and its kernel need ([`Allowance`]). If
 /// nine of ten messages are later than the link by more than that, something else delays this traffic.
 pub const FLOOR_QUANTILE: f64 = 0.1;
+
+/// So many values at least lie on the thin side of a quantile that is judged or told, so that one alone never is: a
+/// tenth needs fifteen values, ninety-nine of a hundred need a hundred and fifty.
+pub const BEYOND: f64 = 1.5;
+
+/// A number of messages that a share of all allows may be exceeded by this many standard deviations of chance, and by
+/// one: messages that are late by themselves exceed it once in a thousand ways.
+pub const DEVIATIONS: f64 = 3.0;
+
+/// So many messages of a pool may wait for each connection that is opened: one takes whichever is free first, so that
+/// those behind it wait too. In virtual time it is two, when a link stalls for a moment.
+pub const WAITERS: u64 = 3;
+
+/// A tick or a deadline that was late by this part of a time tells that messages were late by all of it: they wait for
+/// two programs and a kernel.
+pub const BUSY_HALF: f64 = 0.5;
+
+/// So many times as often as ticks or deadlines may messages be late for the same reason.
+pub const BUSY_TWICE: f64 = 2.0;
+
+/// How many times its processor time a program of one's own may take between its stamp and its sending: one that
+/// starts another program waits for it.
+pub const WORK_TIMES: f64 = 2.0;
+
+/// What such a program may take where nobody looked at its processor time, ms.
+pub const WORK_UNSEEN_MS: f64 = 3.0;
 
 /// How many times the cost of the empty link on a way a client may take for a message, in addition to
 /// its allowance on a quiet machine. That cost shows how long a machine's kernel takes for a packet; a

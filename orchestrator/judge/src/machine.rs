@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::limit::{OTHERS_SHARE, Stillness, WAITED_SHARE};
+use crate::quantile::thousandths;
 
 /// What threads saw that wake each millisecond, one on each processor.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -55,8 +56,8 @@ pub(crate) fn describe(
     let at_s = (t_ns as f64 - from_ns as f64) * 1e-9;
     Disturbance {
         what: what.to_owned(),
-        at_s: (at_s * 1e3).round() / 1e3,
-        longest_ms: (longest_ms * 1e3).round() / 1e3,
+        at_s: thousandths(at_s),
+        longest_ms: thousandths(longest_ms),
         words,
     }
 }
@@ -65,13 +66,12 @@ pub(crate) fn describe(
 fn still(
     what: &str,
     gaps: &[Pause],
-    real_time: bool,
+    limit: Stillness,
     processors: usize,
     from_ns: u64,
     to_ns: u64,
     hint: &str,
 ) -> Option<Disturbance> {
-    let limit = Stillness::of(real_time);
     let inside = || {
         gaps.iter()
             .filter(|gap| gap.t_ns > from_ns && gap.t_ns.saturating_sub(gap.ns) < to_ns)
@@ -102,8 +102,8 @@ fn still(
 
 /// Judges whether the player was held up.
 #[must_use]
-pub fn player(pauses: &[Pause], real_time: bool, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
-    still("player", pauses, real_time, 1, from_ns, to_ns, "")
+pub fn player(pauses: &[Pause], limit: Stillness, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
+    still("player", pauses, limit, 1, from_ns, to_ns, "")
 }
 
 impl Pulse {
@@ -118,12 +118,30 @@ impl Pulse {
         still(
             "machine",
             &self.gaps,
-            self.real_time,
+            Stillness::of(self.real_time),
             self.processors,
             from_ns,
             to_ns,
             &hint,
         )
+    }
+
+    /// What the host took of this machine's processors, if it was so much that it explains what nothing else does: it
+    /// may take them for less than a beat at a time.
+    #[must_use]
+    pub fn taken(&self, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
+        let limit = Stillness::REAL_TIME.share;
+        let time_ms = to_ns.saturating_sub(from_ns) as f64 * 1e-6 * self.processors.max(1) as f64;
+        let share = self.stolen_ms / time_ms.max(1.0);
+        (share > limit).then(|| {
+            let words = format!(
+                "the host took {:.0} ms of this machine's processors, {:.1} % of the time (limit {:.0} %)",
+                self.stolen_ms,
+                100.0 * share,
+                100.0 * limit
+            );
+            describe("machine", from_ns, from_ns, self.stolen_ms, words)
+        })
     }
 }
 
@@ -183,7 +201,7 @@ mod tests {
 
     #[test]
     fn one_long_pause_and_many_short_ones_count_and_those_outside_the_run_do_not() {
-        let player = |gaps: &[Pause]| player(gaps, true, S, 3 * S);
+        let player = |gaps: &[Pause]| player(gaps, Stillness::REAL_TIME, S, 3 * S);
         assert_eq!(player(&[gap(900, 300)]), None);
         assert_eq!(player(&[gap(3400, 300)]), None);
         assert_eq!(player(&[gap(1500, 6), gap(2000, 6)]), None);
@@ -196,6 +214,21 @@ mod tests {
                 .words
                 .contains("9 times")
         );
+    }
+
+    #[test]
+    fn what_the_host_takes_in_small_pieces_counts_too() {
+        let taken = |stolen_ms| {
+            let pulse = Pulse {
+                processors: 2,
+                stolen_ms,
+                ..Pulse::default()
+            };
+            assert_eq!(pulse.judge(S, 3 * S), None);
+            pulse.taken(S, 3 * S).map(|one| one.words)
+        };
+        assert_eq!(taken(30.0), None);
+        assert!(taken(60.0).expect("1.5 %").contains("60 ms"));
     }
 
     #[test]

@@ -5,17 +5,20 @@
 //! stamp, so the state of the link in that window counts. If a connection is opened for a message, it
 //! crosses the link three times. What is lost is resent, after 200 ms at the earliest.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::VecDeque;
 
 use endpoint::{ArrivalRow, MessageOutcome, MessageRow};
 use link::Way;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::crossing::{Crossed, Crossing, cross};
-use crate::fault::Fault;
+use crate::connecting::Opened;
+use crate::crossed::Crossed;
+use crate::crossing::{Crossing, cross};
+use crate::fault::LinkFault;
 use crate::limit::{QUICKER_MS, QUICKER_PER_MILLE};
-use crate::terms::{MESSAGE_BYTES, Swamped, Terms, ms, ns};
+use crate::milliseconds::{ms, ns};
+use crate::terms::{MESSAGE_BYTES, Swamped, Terms};
 
 /// A connection is free again this long after its answer arrived.
 const FREED_NS: u64 = 1_000_000;
@@ -38,6 +41,19 @@ pub struct Messages {
     pub outside: u64,
     /// Answers that the plant's own record of arrivals does not bear out.
     pub unborne: u64,
+    /// Messages without the time of their sending: how long they were under way up is not known.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub unstamped: u64,
+    /// Messages without the time of their receipt, whose program left no rows: how long their answers were under way
+    /// down is not known.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub unreceipted: u64,
+}
+
+// Serde passes a reference.
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// Compares the messages of a run with its link.
@@ -51,33 +67,15 @@ pub fn hold(messages: &[MessageRow], arrivals: &[ArrivalRow], terms: &Terms) -> 
     let all = messages.iter().filter(|row| row.t_send_ns.is_some());
     let (mut sent, outside): (Vec<&MessageRow>, Vec<&MessageRow>) = all.partition(is_inside);
     sent.sort_by_key(|row| row.seq);
-    let mut first_arrival: BTreeMap<u64, u64> = BTreeMap::new();
-    // A message whose connection broke may be sent again, and arrive twice.
-    let mut all_arrivals: BTreeSet<(u64, u64)> = BTreeSet::new();
-    for row in arrivals
-        .iter()
-        .filter(|row| terms.run_ns.contains(&row.t_arrive_ns))
-    {
-        first_arrival.entry(row.seq).or_insert(row.t_arrive_ns);
-        all_arrivals.insert((row.seq, row.t_arrive_ns));
-    }
-    let is_unborne = |row: &&&MessageRow| {
-        row.t_arrive_ns.is_some_and(|own_ns| {
-            let near_ns = own_ns.saturating_sub(1_000)..=own_ns.saturating_add(1_000);
-            let mut near =
-                all_arrivals.range((row.seq, *near_ns.start())..=(row.seq, *near_ns.end()));
-            near.next().is_none() && !terms.hits.loses_row(own_ns)
-        })
-    };
+    let recorded = Recorded::of(arrivals, terms);
+    let is_unborne = |row: &&&MessageRow| recorded.is_unborne(row, terms);
     let unborne = sent.iter().filter(is_unborne).count() as u64;
     let openings = openings(&sent, terms);
     let up = sent.iter().zip(&openings).filter_map(|(row, opening)| {
         Some(Crossing {
             enters_ns: row.t_send_ns?,
-            leaves_ns: row
-                .t_arrive_ns
-                .or_else(|| first_arrival.get(&row.seq).copied()),
-            opens: opening.opens,
+            leaves_ns: recorded.arrive_ns(row),
+            opened: opening.opened,
             is_unsure: opening.is_unsure,
         })
     });
@@ -90,30 +88,74 @@ pub fn hold(messages: &[MessageRow], arrivals: &[ArrivalRow], terms: &Terms) -> 
         .filter(is_known)
         .filter_map(|(row, opening)| {
             Some(Crossing {
-                enters_ns: row
-                    .t_arrive_ns
-                    .or_else(|| first_arrival.get(&row.seq).copied())?,
+                enters_ns: recorded.arrive_ns(row)?,
                 leaves_ns: row.t_receive_ns,
-                opens: false,
+                opened: Opened::No,
                 is_unsure: opening.is_unsure,
             })
         })
         .collect();
     down.sort_by_key(|crossing| crossing.enters_ns);
     let swamped = Swamped::of(terms);
+    let arrived = || {
+        messages
+            .iter()
+            .filter(|row| row.outcome == MessageOutcome::Arrived)
+    };
     Messages {
         up: cross(Way::Up, &up, terms, &swamped),
         down: cross(Way::Down, &down, terms, &swamped),
         back_sooner: back_sooner(&sent, terms),
         outside: outside.len() as u64,
         unborne,
+        unstamped: arrived().filter(|row| row.t_send_ns.is_none()).count() as u64,
+        unreceipted: arrived().count() as u64,
+    }
+}
+
+/// The arrivals that the plant recorded during a run: each message's number and when it arrived, in order. A message
+/// whose connection broke may be sent again, and arrive twice.
+struct Recorded(Vec<(u64, u64)>);
+
+impl Recorded {
+    fn of(arrivals: &[ArrivalRow], terms: &Terms) -> Recorded {
+        let is_inside = |row: &&ArrivalRow| terms.run_ns.contains(&row.t_arrive_ns);
+        let inside = arrivals.iter().filter(is_inside);
+        let mut all: Vec<(u64, u64)> = inside.map(|row| (row.seq, row.t_arrive_ns)).collect();
+        all.sort_unstable();
+        Recorded(all)
+    }
+
+    /// When a message arrived first from `from_ns` on.
+    fn after_ns(&self, seq: u64, from_ns: u64) -> Option<u64> {
+        let at = self.0.partition_point(|one| *one < (seq, from_ns));
+        let next = self.0.get(at).filter(|(other, _)| *other == seq);
+        next.map(|(_, t_ns)| *t_ns)
+    }
+
+    /// When a message arrived, by its own row or else by the plant's.
+    fn arrive_ns(&self, row: &MessageRow) -> Option<u64> {
+        row.t_arrive_ns.or_else(|| self.after_ns(row.seq, 0))
+    }
+
+    /// Whether a message's answer names an arrival that is not recorded, and was not lost with the plant.
+    fn is_unborne(&self, row: &MessageRow, terms: &Terms) -> bool {
+        // One that only arrived is the plant's own row, whatever number it has.
+        let own_ns = row
+            .t_arrive_ns
+            .filter(|_| row.outcome != MessageOutcome::Arrived);
+        own_ns.is_some_and(|own_ns| {
+            let near_ns = self.after_ns(row.seq, own_ns.saturating_sub(1_000));
+            let is_recorded = near_ns.is_some_and(|t_ns| t_ns <= own_ns.saturating_add(1_000));
+            !is_recorded && !terms.hits.loses_row(own_ns)
+        })
     }
 }
 
 /// What is known of a message's connection.
 struct Opening {
-    /// Whether it may have been opened for the message.
-    opens: bool,
+    /// Whether it was opened for the message.
+    opened: Opened,
     /// Whether a fault of the link may have broken it, before the message or under it, or one of an end have held
     /// the message up.
     is_unsure: bool,
@@ -164,7 +206,7 @@ fn openings(sent: &[&MessageRow], terms: &Terms) -> Vec<Opening> {
         let breaks_under_way = link.broken_ns(until_ns) >= Some(send_ns);
         let broke_before = broken_ns.is_some_and(|t_ns| send_ns - t_ns.min(send_ns) < IDLE_NS);
         Opening {
-            opens: !terms.shares_one && (!is_free || terms.opens_always),
+            opened: terms.connecting.opened(is_free),
             is_unsure: breaks_under_way
                 || (!is_free && broke_before)
                 || terms.hits.meets(send_ns, until_ns),
@@ -182,19 +224,33 @@ fn back_sooner(sent: &[&MessageRow], terms: &Terms) -> u64 {
         let (Some(send_ns), Some(receive_ns)) = (row.t_send_ns, row.t_receive_ns) else {
             return false;
         };
-        let up = terms.window(&mut link, Way::Up, send_ns, within_ns, MESSAGE_BYTES);
-        let wait_ns = within_ns.max(receive_ns.saturating_sub(up.earliest_ns));
-        let down = terms.window(&mut link, Way::Down, up.earliest_ns, wait_ns, MESSAGE_BYTES);
-        let sooner_ms = ms(down.earliest_ns) - ms(receive_ns);
-        sooner_ms > QUICKER_MS + terms.allowance.clock_ms
+        let mut is_sooner = |held_ns| {
+            let up_ns = terms.earliest_ns(&mut link, Way::Up, send_ns, held_ns);
+            let wait_ns = within_ns.max(receive_ns.saturating_sub(up_ns));
+            let down_ns = terms.earliest_ns(&mut link, Way::Down, up_ns, wait_ns);
+            let sooner_ms = ms(down_ns) - ms(receive_ns);
+            sooner_ms > QUICKER_MS + terms.allowance.clock_ms
+        };
+        // Held for longer than is usual between its stamp and its sending, it met a later state of the link.
+        is_sooner(within_ns) && is_sooner(receive_ns.saturating_sub(send_ns).max(within_ns))
     };
     sent.iter().filter(is_sooner).count() as u64
 }
 
 impl Messages {
+    /// What cannot be judged of a program of one's own, since its messages do not show it; empty if nothing.
+    #[must_use]
+    pub fn unknown(&self) -> Vec<&'static str> {
+        let up = "the way up, since its messages have no t_send_ns";
+        let down = "the way down, since it writes no messages.csv";
+        let all = [(self.unstamped, up), (self.unreceipted, down)];
+        let all = all.into_iter().filter(|(count, _)| *count > 0);
+        all.map(|(_, what)| what).collect()
+    }
+
     /// The evidence against the link; empty if it was the one asked for.
     #[must_use]
-    pub fn faults(&self, terms: &Terms) -> Vec<Fault> {
+    pub fn faults(&self, terms: &Terms) -> Vec<LinkFault> {
         let mut faults = Vec::new();
         for (way, crossed) in [(Way::Up, &self.up), (Way::Down, &self.down)] {
             crossed.judge(way, terms, &mut faults);
@@ -202,33 +258,36 @@ impl Messages {
         let answered = self.down.count;
         let sooner = QUICKER_PER_MILLE * answered / 1_000;
         if self.back_sooner > sooner {
-            faults.push(Fault {
+            faults.push(LinkFault {
                 words: format!(
                     "{} of {answered} messages came back quicker than the link allows: they went \
                      around it (limit {sooner})",
                     self.back_sooner
                 ),
                 by_lateness: false,
+                is_busy: false,
             });
         }
         if self.outside > 0 {
-            faults.push(Fault {
+            faults.push(LinkFault {
                 words: format!(
                     "{} messages have stamps outside the time of the run: their client uses \
                      another clock",
                     self.outside
                 ),
                 by_lateness: false,
+                is_busy: false,
             });
         }
         if self.unborne > 0 {
-            faults.push(Fault {
+            faults.push(LinkFault {
                 words: format!(
                     "{} answers name an arrival that the plant did not record: they are not from \
                      this plant",
                     self.unborne
                 ),
                 by_lateness: false,
+                is_busy: false,
             });
         }
         faults

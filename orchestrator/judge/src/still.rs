@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use certificate::Pause;
 
-use crate::terms::ms;
+use crate::milliseconds::ms;
 
 /// Disjoint times, in order, monotonic ns.
 #[derive(Debug, Clone, Default)]

@@ -7,10 +7,15 @@ use std::ops::Range;
 
 use link::{Timeline, Way};
 
+use crate::busy::Busy;
+use crate::connecting::Connecting;
+use crate::glances::{Glances, LOOK_NS};
 use crate::hit::Hits;
 use crate::limit::{
     Allowance, DRAIN_MS, DRAIN_SHARE, FLOOR_AT_MOST, FLOOR_PER_COST, STALL_LOOK_NS, STALL_MS,
+    TAILS, Tail, WORK_TIMES, WORK_UNSEEN_MS,
 };
+use crate::milliseconds::{ms, ns};
 use crate::still::{Still, Times};
 
 /// Smallest IP length of a request or an answer, bytes; it is longer than an echo's. It matters if
@@ -19,13 +24,6 @@ use crate::still::{Still, Times};
 pub(crate) const MESSAGE_BYTES: u32 = 90;
 /// IP length of a handshake's packet, bytes.
 const HANDSHAKE_BYTES: u32 = 60;
-
-/// The state of the link within a window is sampled at least this often, ns: loss is decided by the
-/// millisecond, and no millisecond may be stepped over.
-const LOOK_NS: u64 = 250_000;
-
-/// The same for a wide window, ns.
-const WIDE_LOOK_NS: u64 = 500_000;
 
 /// How far ahead to look for the end of an outage, ns: a message that comes within this time of it is too
 /// quick for any client.
@@ -48,12 +46,12 @@ pub struct Terms {
     pub baseline_ms: [f64; 2],
     /// What the client is allowed.
     pub allowance: Allowance,
-    /// Whether each message has a connection of its own.
-    pub opens_always: bool,
+    /// How the client comes by its connections.
+    pub connecting: Connecting,
     /// Whether the link has a rate limit.
     pub has_rate: bool,
-    /// Whether all messages share one connection, where a loss holds up everything behind it.
-    pub shares_one: bool,
+    /// How busy the machine was, by what no link can touch.
+    pub busy: Busy,
     /// Sample time, ms; it says how many messages wait in a stall.
     pub h_ms: f64,
     /// When a processor stood still.
@@ -67,19 +65,77 @@ pub struct Terms {
 pub(crate) struct Window {
     pub(crate) earliest_ns: u64,
     pub(crate) latest_ns: u64,
+    /// The longest that the link delays one that enters within the window, ns.
+    pub(crate) slowest_ns: u64,
     pub(crate) lossy: f64,
 }
 
 impl Terms {
     /// If nine of ten messages take more than this on a way in addition to the link, ms, something else
     /// delays them on this machine.
-    pub(crate) fn floor_ms(&self, way: Way) -> f64 {
-        let usual_ms = match way {
+    pub(crate) fn floor_ms(&self, way: Way, count: u64) -> f64 {
+        let usual_ms = self.usual_ms(way);
+        let opening_ms = match (self.connecting, way) {
+            (Connecting::Each | Connecting::Own { .. }, Way::Up) => self.allowance.opening_ms,
+            _ => 0.0,
+        };
+        self.slow(way) * usual_ms + opening_ms + self.work_ms(count)
+    }
+
+    /// How long the client and the kernels need for a message on a quiet machine, ms.
+    fn usual_ms(&self, way: Way) -> f64 {
+        match way {
             Way::Up => self.allowance.up_floor_ms,
             Way::Down => self.allowance.down_floor_ms,
-        };
+        }
+    }
+
+    /// How many times slower this machine may be than a quiet one, by what it takes for the empty link.
+    fn slow(&self, way: Way) -> f64 {
         let cost_ms = self.baseline_ms[way as usize].max(0.0);
-        (usual_ms + FLOOR_PER_COST * cost_ms).min(FLOOR_AT_MOST * usual_ms)
+        (1.0 + FLOOR_PER_COST * cost_ms / self.usual_ms(way)).min(FLOOR_AT_MOST)
+    }
+
+    /// The time that a program of one's own takes for one of so many messages beyond that of webloop's, ms: between
+    /// its stamp and its sending it may do anything that takes processor time, as starting another program does.
+    pub(crate) fn work_ms(&self, count: u64) -> f64 {
+        match self.connecting {
+            Connecting::Own { .. } => {
+                let each_ms = self.busy.work_each_ms(count as usize);
+                each_ms.map_or(WORK_UNSEEN_MS, |each_ms| WORK_TIMES * each_ms)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// How many of `count` messages the machine may have made late by more than `late_ms`: any, where it had no time
+    /// for a program of one's own, whose work between its stamp and its sending takes then as long as it takes.
+    pub(crate) fn busy_explains(&self, count: u64, late_ms: f64) -> f64 {
+        match self.is_crowded_out() {
+            true => f64::INFINITY,
+            false => self.busy.explains(count as usize, late_ms),
+        }
+    }
+
+    /// How long each of `count` messages waited for a processor, ms, if they waited alike; there without a limit.
+    pub(crate) fn waited_each_ms(&self, count: u64) -> f64 {
+        match self.is_crowded_out() {
+            true => f64::INFINITY,
+            false => self.busy.waited_each_ms(count as usize),
+        }
+    }
+
+    fn is_crowded_out(&self) -> bool {
+        matches!(self.connecting, Connecting::Own { .. }) && self.busy.is_crowded()
+    }
+
+    /// How many of `count` messages may be later than the quickest, and by how much, on this machine.
+    pub(crate) fn tail(&self, way: Way, count: u64) -> [Tail; TAILS] {
+        let (slow, work_ms) = (self.slow(way), self.work_ms(count));
+        self.allowance.tail.map(|step| Tail {
+            beyond_ms: slow * step.beyond_ms + work_ms,
+            ..step
+        })
     }
 
     /// The window of a packet that enters a way within `within_ns` after `t_ns`. It has `bytes`; for a
@@ -92,42 +148,68 @@ impl Terms {
         within_ns: u64,
         bytes: u32,
     ) -> Window {
-        let bytes = match bytes {
-            MESSAGE_BYTES => link.bytes_entered(way, t_ns, within_ns, bytes),
-            _ => None,
-        }
-        .unwrap_or(bytes);
-        let (mut earliest_ns, mut latest_ns, mut looks, mut lossy) = (u64::MAX, 0, 0_u32, 0_u32);
-        let step_ns = (within_ns / 16).clamp(LOOK_NS, WIDE_LOOK_NS);
-        // The stamp itself may be off: then the message may have met an earlier state, and be quicker.
-        let from_ns = t_ns.saturating_sub(self.before_ns);
-        let mut look_ns = from_ns.saturating_sub(ns(self.allowance.clock_ms));
-        let last_ns = t_ns.saturating_add(within_ns);
-        while look_ns <= last_ns {
-            let passage = link.passage(way, look_ns, bytes);
-            let leaves_ns = look_ns.max(t_ns).saturating_add(passage.delay_ns);
-            earliest_ns = earliest_ns.min(leaves_ns);
-            if look_ns < from_ns {
-                look_ns = look_ns.saturating_add(step_ns).min(from_ns);
-                continue;
+        let bytes = entered_bytes(link, way, t_ns, within_ns, bytes);
+        let (mut earliest_ns, mut latest_ns, mut slowest_ns) = (u64::MAX, 0, 0);
+        let (mut count, mut lossy) = (0_u32, 0_u32);
+        let mut looks = self.looks(t_ns, within_ns);
+        while let Some(look_ns) = looks.next_ns() {
+            let piece = link.piece(way, look_ns, bytes);
+            let looks = looks.take(look_ns, piece.delays.end_ns);
+            // In a piece a delay only falls, and by no more than time goes on: so one of these is the extreme.
+            for look_ns in [looks.first_ns, looks.last_ns] {
+                let delay_ns = piece.delays.delay_ns(look_ns);
+                let leaves_ns = look_ns.max(t_ns).saturating_add(delay_ns);
+                earliest_ns = earliest_ns.min(leaves_ns);
+                if !looks.is_before {
+                    latest_ns = latest_ns.max(match piece.queued {
+                        // The length of the queue is unknown.
+                        true => u64::MAX,
+                        false => leaves_ns,
+                    });
+                    slowest_ns = slowest_ns.max(delay_ns);
+                }
             }
-            latest_ns = latest_ns.max(match passage.queued {
-                // The length of the queue is unknown.
-                true => u64::MAX,
-                false => leaves_ns,
-            });
-            looks += 1;
-            lossy += u32::from(passage.lost);
-            look_ns = look_ns.saturating_add(step_ns);
-            if look_ns == u64::MAX {
-                break;
+            if !looks.is_before {
+                count += looks.count;
+                lossy += looks.count * u32::from(piece.lost);
             }
         }
         Window {
             earliest_ns: earliest_ns.saturating_sub(self.fall_ns),
             latest_ns: latest_ns.saturating_add(self.fall_ns),
-            lossy: f64::from(lossy) / f64::from(looks.max(1)),
+            slowest_ns: slowest_ns.saturating_add(self.fall_ns),
+            lossy: f64::from(lossy) / f64::from(count.max(1)),
         }
+    }
+
+    /// The earliest of [`Terms::window`] for a message, where nothing else of it is asked.
+    pub(crate) fn earliest_ns(
+        &self,
+        link: &mut Timeline,
+        way: Way,
+        t_ns: u64,
+        within_ns: u64,
+    ) -> u64 {
+        let bytes = entered_bytes(link, way, t_ns, within_ns, MESSAGE_BYTES);
+        let mut earliest_ns = u64::MAX;
+        let mut looks = self.looks(t_ns, within_ns);
+        while let Some(look_ns) = looks.next_ns() {
+            let delays = link.delays(way, look_ns, bytes);
+            let looks = looks.take(look_ns, delays.end_ns);
+            for look_ns in [looks.first_ns, looks.last_ns] {
+                let leaves_ns = look_ns.max(t_ns).saturating_add(delays.delay_ns(look_ns));
+                earliest_ns = earliest_ns.min(leaves_ns);
+            }
+        }
+        earliest_ns.saturating_sub(self.fall_ns)
+    }
+
+    /// When to look at the link for a packet that enters within `within_ns` after `t_ns`.
+    fn looks(&self, t_ns: u64, within_ns: u64) -> Glances {
+        // The stamp itself may be off: then the message may have met an earlier state, and be quicker.
+        let from_ns = t_ns.saturating_sub(self.before_ns);
+        let begins_ns = from_ns.saturating_sub(ns(self.allowance.clock_ms));
+        Glances::new(begins_ns, &(from_ns..=t_ns.saturating_add(within_ns)), t_ns)
     }
 
     /// When the link carries packets again, ns, if it loses every packet that enters a way from `t_ns` to
@@ -161,13 +243,21 @@ impl Terms {
             // Nothing is late behind a queue of unknown length.
             return syn;
         }
-        let back = self.window(link, Way::Down, syn.latest_ns, LOOK_NS, HANDSHAKE_BYTES);
+        // Its answer leaves between these, and so on.
+        let between = |from: &Window, within_ns: u64| {
+            let spread_ns = from.latest_ns.saturating_sub(from.earliest_ns);
+            (from.earliest_ns, spread_ns.saturating_add(within_ns))
+        };
+        let (from_ns, width_ns) = between(&syn, LOOK_NS);
+        let back = self.window(link, Way::Down, from_ns, width_ns, HANDSHAKE_BYTES);
         if back.latest_ns == u64::MAX {
             return back;
         }
-        let up = self.window(link, Way::Up, back.latest_ns, within_ns, MESSAGE_BYTES);
+        let (from_ns, width_ns) = between(&back, within_ns);
+        let up = self.window(link, Way::Up, from_ns, width_ns, MESSAGE_BYTES);
         let kept = (1.0 - syn.lossy) * (1.0 - back.lossy) * (1.0 - up.lossy);
         Window {
+            slowest_ns: syn.slowest_ns + back.slowest_ns + up.slowest_ns,
             lossy: 1.0 - kept,
             ..up
         }
@@ -191,6 +281,16 @@ impl Terms {
         }
         1.0 - kept
     }
+}
+
+/// The length of a packet that enters a way within `within_ns` after `t_ns`: `bytes`, or for a message that of the
+/// packet that did, if it is known.
+fn entered_bytes(link: &Timeline, way: Way, t_ns: u64, within_ns: u64, bytes: u32) -> u32 {
+    let entered = match bytes {
+        MESSAGE_BYTES => link.bytes_entered(way, t_ns, within_ns, bytes),
+        _ => None,
+    };
+    entered.unwrap_or(bytes)
 }
 
 /// The times when the link stalls, and when programs are busy with what it then releases.
@@ -223,14 +323,6 @@ impl Swamped {
     }
 }
 
-pub(crate) fn ms(ns: u64) -> f64 {
-    ns as f64 * 1e-6
-}
-
-pub(crate) fn ns(ms: f64) -> u64 {
-    (ms * 1e6) as u64
-}
-
 #[cfg(test)]
 mod tests {
     use link::{Epoch, Profile};
@@ -252,9 +344,9 @@ mod tests {
             fall_ns: 0,
             baseline_ms: [0.0; 2],
             allowance: client.spec().allowance,
-            opens_always: false,
+            connecting: Connecting::Pool { accepted: None },
             has_rate: false,
-            shares_one: false,
+            busy: Busy::default(),
             h_ms: 10.0,
             still: Still::default(),
             hits: Hits::default(),

@@ -4,7 +4,7 @@
 use certificate::Pause;
 use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow};
 use judge::message::hold;
-use judge::{Fault, Messages, Still, Terms};
+use judge::{LinkFault, Messages, Still, Terms};
 use link::{Epoch, Profile, Timeline, Way};
 use plan::Client;
 use proptest::prelude::*;
@@ -111,7 +111,7 @@ fn judged(
     seed: u64,
     rows: &(Vec<MessageRow>, Vec<ArrivalRow>),
     client: Client,
-) -> (Messages, Vec<Fault>) {
+) -> (Messages, Vec<LinkFault>) {
     judged_on(0.0, Still::default(), profile, seed, rows, client)
 }
 
@@ -123,7 +123,7 @@ fn judged_on(
     seed: u64,
     rows: &(Vec<MessageRow>, Vec<ArrivalRow>),
     client: Client,
-) -> (Messages, Vec<Fault>) {
+) -> (Messages, Vec<LinkFault>) {
     let terms = Terms {
         timeline: Timeline::new(profile, seed, Epoch::at_ns(EPOCH_NS)),
         run_ns: EPOCH_NS..EPOCH_NS + 20_000 * MS,
@@ -131,9 +131,9 @@ fn judged_on(
         fall_ns: 0,
         baseline_ms: [cost_ms; 2],
         allowance: client.spec().allowance,
-        opens_always: false,
+        connecting: judge::Connecting::Pool { accepted: None },
         has_rate: profile.has_rate(),
-        shares_one: false,
+        busy: judge::Busy::default(),
         h_ms: (rows.0[1].t_due_ns - rows.0[0].t_due_ns) as f64 * 1e-6,
         still,
         hits: judge::Hits::default(),
@@ -150,6 +150,30 @@ const NOTHING: Tampering = Tampering {
     delay_ns: 0,
 };
 
+/// What comes out together, a slow reader takes in turn. How late that makes a message is known to some milliseconds, so
+/// one run in some thousand is an alarm; asked is one in a hundred.
+#[test]
+fn a_stall_that_lets_go_of_hundreds_at_once_makes_no_link_late_nor_less_lossy() {
+    const RUNS: u64 = 100;
+    let profile = profile("couva");
+    let alarms = (0..RUNS).filter_map(|seed| {
+        let clients = [
+            (Client::Native, 60),
+            (Client::Python, 600),
+            (Client::Chromium, 1_200),
+        ];
+        let faults = clients.map(|(client, each_us)| {
+            let mut rows = messages(&profile, seed, 3 * MS, [NOTHING; 2]);
+            read_in_turn(&mut rows.0, each_us * 1_000);
+            judged(&profile, seed, &rows, client).1
+        });
+        let all = faults.concat();
+        (!all.is_empty()).then(|| format!("seed {seed}: {all:?}"))
+    });
+    let alarms: Vec<String> = alarms.collect();
+    assert!(alarms.len() as u64 * 100 <= RUNS, "{alarms:#?}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
 
@@ -160,17 +184,6 @@ proptest! {
         let (messages, faults) = judged(&profile, seed, &rows, Client::Native);
         prop_assert!(faults.is_empty(), "{} {faults:?} {messages:?}", LINKS[which]);
         prop_assert_eq!(messages.up.quicker + messages.down.quicker, 0);
-    }
-
-    #[test]
-    fn a_stall_that_lets_go_of_hundreds_at_once_makes_no_link_late_nor_less_lossy(seed in any::<u64>()) {
-        let profile = profile("couva");
-        for (client, each_us) in [(Client::Native, 60), (Client::Python, 600), (Client::Chromium, 1_200)] {
-            let mut rows = messages(&profile, seed, 3 * MS, [NOTHING; 2]);
-            read_in_turn(&mut rows.0, each_us * 1_000);
-            let (messages, faults) = judged(&profile, seed, &rows, client);
-            prop_assert!(faults.is_empty(), "{client} {faults:?} {messages:?}");
-        }
     }
 
     #[test]
@@ -226,8 +239,9 @@ proptest! {
             let ways = [[late, NOTHING], [NOTHING, late]][way];
             let rows = messages(&profile, seed, 3 * MS, ways);
             let (messages, faults) = judged(&profile, seed, &rows, client);
-            // Nor another link in two seconds that are one stall: then no message says how late it is.
-            prop_assume!([messages.up, messages.down][way].excess_p50_ms > 0.0);
+            // Nor another link in two seconds that are nearly one stall: then fewer messages say how late they are
+            // than a tenth of them can be told by.
+            prop_assume!([messages.up, messages.down][way].judged >= 15);
             prop_assert!(faults.iter().any(|fault| fault.words.contains("more than the link")),
                 "{} {client} {faults:?} {messages:?}", LINKS[which]);
         }

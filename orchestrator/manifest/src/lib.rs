@@ -12,5 +12,5 @@ mod manifest;
 mod report;
 
 pub use fact::{FileFact, Tally};
-pub use manifest::{Machine, Manifest};
+pub use manifest::{Machine, Manifest, NotAManifest};
 pub use report::{ControllerReport, ModelController, ModelPlant, PlantReport};

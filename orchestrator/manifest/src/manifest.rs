@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use certificate::{Certificate, LinkReport};
 use endpoint::report::Page;
 use judge::message::Messages;
-use judge::{Pulse, Watched};
+use judge::{Ends, Pulse, Watched};
 use link::Epoch;
 use plan::{Cell, Disturbance, EndFaultDone, Verdict, is_file_name};
 use schemars::{JsonSchema, schema_for};
@@ -79,6 +79,10 @@ pub struct Manifest {
     /// What the experiment's fault did to the ends, in order; empty if nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub end_faults: Vec<EndFaultDone>,
+    /// How far both ends were replayed by the plan's plant and law; absent in virtual time, where they are the
+    /// plan's by construction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ends: Option<Ends>,
     /// The plant's own report.
     #[serde(serialize_with = "by_name")]
     pub plant: Option<PlantReport>,
@@ -94,6 +98,26 @@ pub struct Manifest {
     pub link: Option<LinkReport>,
     /// Length and checksum of every other file in the folder.
     pub files: BTreeMap<String, FileFact>,
+}
+
+/// Why a text is no manifest that can be read.
+#[derive(Debug, thiserror::Error)]
+pub enum NotAManifest {
+    /// It is not JSON, or not a manifest's.
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+    /// It was written by another version.
+    #[error(
+        "this manifest has format version {found}, and this webloop reads version {}",
+        Manifest::VERSION
+    )]
+    Version {
+        /// Its format's version.
+        found: u32,
+    },
+    /// It lists a file that does not lie beside it.
+    #[error("`{}` is not the name of a file beside it", .0.escape_debug())]
+    Elsewhere(String),
 }
 
 impl Manifest {
@@ -119,22 +143,17 @@ impl Manifest {
     /// Reads a manifest's JSON text. The files that it lists lie beside it.
     ///
     /// # Errors
-    /// A sentence that says what is wrong, with line and column or with the name of a file.
-    pub fn from_json(text: &str) -> Result<Manifest, String> {
-        let manifest: Manifest = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    /// What is wrong, with line and column or with the name of a file.
+    pub fn from_json(text: &str) -> Result<Manifest, NotAManifest> {
+        let manifest: Manifest = serde_json::from_str(text)?;
         if manifest.version != Manifest::VERSION {
-            return Err(format!(
-                "this manifest has format version {}, and this webloop reads version {}",
-                manifest.version,
-                Manifest::VERSION
-            ));
+            return Err(NotAManifest::Version {
+                found: manifest.version,
+            });
         }
         let is_beside = |name: &str| is_file_name(name) && name != Manifest::FILE;
         match manifest.files.keys().find(|name| !is_beside(name)) {
-            Some(name) => Err(format!(
-                "`{}` is not the name of a file beside it",
-                name.escape_debug()
-            )),
+            Some(name) => Err(NotAManifest::Elsewhere(name.clone())),
             None => Ok(manifest),
         }
     }

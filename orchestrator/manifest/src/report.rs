@@ -109,11 +109,11 @@ impl PlantReport {
 impl<'de> Deserialize<'de> for PlantReport {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
-        struct Kind {
+        struct PlantMark {
             address: Option<IgnoredAny>,
         }
         let report = Value::deserialize(deserializer)?;
-        let kind = Kind::deserialize(&report).map_err(D::Error::custom)?;
+        let kind = PlantMark::deserialize(&report).map_err(D::Error::custom)?;
         match kind.address {
             Some(_) => Plant::deserialize(report).map(|plant| Self::Real(plant.into())),
             None => ModelPlant::deserialize(report).map(Self::Model),
@@ -198,14 +198,14 @@ impl ControllerReport {
 impl<'de> Deserialize<'de> for ControllerReport {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
-        struct Kind {
+        struct ControllerMark {
             python: Option<IgnoredAny>,
             browser: Option<IgnoredAny>,
             timing: Option<IgnoredAny>,
             run: Option<IgnoredAny>,
         }
         let report = Value::deserialize(deserializer)?;
-        let kind = Kind::deserialize(&report).map_err(D::Error::custom)?;
+        let kind = ControllerMark::deserialize(&report).map_err(D::Error::custom)?;
         if kind.python.is_some() {
             Python::deserialize(report).map(|python| Self::Python(python.into()))
         } else if kind.browser.is_some() {

@@ -86,7 +86,9 @@ fn a_field_that_no_report_has_is_refused_by_its_name_wherever_it_is() {
                 continue;
             };
             fields.insert("surprise".to_owned(), json!(1));
-            let problem = Manifest::from_json(&manifest.to_string()).unwrap_err();
+            let problem = Manifest::from_json(&manifest.to_string())
+                .unwrap_err()
+                .to_string();
             assert!(
                 problem.contains("unknown field `surprise`"),
                 "{place}: {problem}"

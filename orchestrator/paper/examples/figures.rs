@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::{env, error, fs};
 
 use paper::{figure, table};
-use report::figure::Figure;
 use report::table::Table;
 
 fn main() -> Result<(), Box<dyn error::Error>> {
@@ -33,7 +32,7 @@ fn main() -> Result<(), Box<dyn error::Error>> {
         }
     }
     let files = tables.iter().flat_map(Table::files);
-    for (name, content) in files.chain(figures.iter().flat_map(Figure::files)) {
+    for (name, content) in files.chain(figures.iter().flat_map(|figure| figure.draw().files())) {
         let path = out.join(name);
         path.parent().map_or(Ok(()), fs::create_dir_all)?;
         fs::write(path, content)?;

@@ -1,63 +1,77 @@
 //! The paper's claims, each checked against the runs.
 //!
-//! Most claims are rows of a table: which client, where, at what rate, which number, and what is
-//! accepted. `row` defines such a claim and the one function that judges it. The tables are in the
-//! files of this folder, by figure, each with the metrics that it needs. The other claims are code.
-//! Only the paper's numbers and the limits of agreement are written down in advance; what a claim
-//! says about its limits is formatted from them.
+//! They are in `claims.toml`, in the paper's order: which client, where, at what rate, which figure, and what is
+//! accepted. `entry` reads them, `row` judges them. To add one is to add an entry. Its words are:
 //!
-//! - `pace`: Figure 2; `drift`: Figures 3 and 4, with the lines of `slope`; `settling`: Figures 5 and
-//!   6; `plant`: Figure 7; `interval`: Figures 8 and 9; `question`: the paper's guess, and its open
-//!   questions;
-//! - claims as code: `ping`: Table 2, from the series in `echo`; `together`: Table 3, with `rare` for
-//!   small counts; `order`: messages out of order; `reading`: claims by other readings of the text;
-//! - `evidence`: from parts to a finding; `words`: numbers and parts as text. The one rule that judges
-//!   every number is [`report::claim::rule`].
+//! - `figure`: the numbers, which are computed by subject: `pace` (Figure 2), `drift` with the lines of `slope`
+//!   (Figures 3 and 4), `settling` (5 and 6), `plant` (7), `interval` (8 and 9);
+//! - `remark`: what is said beyond the numbers, in the same files;
+//! - `odd`: what judges the claims that are no rows: `ping`, from the series in `echo`, Table 2; `together`, with
+//!   `rare` for small counts, Table 3; `order`; `question`.
+//!
+//! `metric` is what a figure is, `source` a group of runs; `evidence` makes a finding of parts; `words` has numbers
+//! and parts as text. The one rule that judges every
+//! number is [`report::claim::rule`].
 
 mod drift;
 mod echo;
+mod entry;
 mod evidence;
+mod figure;
 mod interval;
+mod metric;
+mod odd;
 mod order;
 mod pace;
 mod ping;
 mod plant;
 mod question;
 mod rare;
-mod reading;
+mod remark;
 mod row;
 mod settling;
 mod slope;
+mod source;
 mod together;
 mod words;
 
-use analysis::{Campaign, ReadError};
+use analysis::{Campaign, ReadError, parallel};
+use entry::Claim;
+use evidence::Evidence;
 use report::claim::Finding;
+use row::{Row, Weight};
 
 /// Every claim, in the order of the paper, then the readings for which there are runs.
 ///
 /// # Errors
 /// [`ReadError`] if rows that a claim needs cannot be read.
 pub fn all(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
-    let mut findings = ping::table_2(campaign)?;
-    findings.push(ping::couva(campaign)?);
-    findings.extend(together::table_3(campaign)?);
-    findings.push(order::out_of_order(campaign));
-    let table = [
-        pace::figure_2(),
-        drift::figure_3(),
-        drift::figure_4(),
-        settling::figure_5(),
-        settling::figure_6(),
-        plant::figure_7(),
-        interval::figure_8(),
-        interval::figure_9(),
-        question::guess(),
-    ];
-    for claim in table.into_iter().flatten() {
-        findings.push(row::judge(campaign, claim)?);
+    let claims: Vec<&'static Claim> = entry::built_in().iter().collect();
+    // Table 2's predict thousands of pings, which takes more time than all the rest of a report.
+    let findings = parallel::each(&claims, |&claim| {
+        let evidence = match claim.odd {
+            Some(odd) => odd.judge(campaign)?,
+            None => by_rows(campaign, claim)?,
+        };
+        Ok(evidence.map(|evidence| evidence.on(claim.finding())))
+    });
+    findings.into_iter().filter_map(Result::transpose).collect()
+}
+
+/// What is found about a claim of rows; `None` of a reading for which the plan has no cells.
+fn by_rows(campaign: &Campaign, claim: &Claim) -> Result<Option<Evidence>, ReadError> {
+    let is_planned =
+        |row: &Row| row.weight != Weight::Beside && row.asked.group(campaign).planned > 0;
+    if claim.reading_of.is_some() && !claim.rows().any(is_planned) {
+        return Ok(None);
     }
-    findings.extend(question::future(campaign));
-    findings.extend(reading::all(campaign)?);
-    Ok(findings)
+    let mut evidence = Evidence::default();
+    let mut judged = Vec::new();
+    for row in claim.rows() {
+        judged.push(row.judge(campaign, &mut evidence)?);
+    }
+    if let Some(remark) = claim.remark {
+        remark.on(&mut evidence, &judged);
+    }
+    Ok(Some(evidence))
 }

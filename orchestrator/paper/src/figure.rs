@@ -1,13 +1,15 @@
-//! The paper's figures, recomputed. Each is made from complete runs by a file of this folder; a panel
-//! without any says so.
+//! The paper's figures, recomputed. What each shows is in `figures.toml`; a file of this folder draws it from
+//! complete runs. A panel without any says so.
 
 mod arrivals;
+mod entry;
 mod interval;
 mod lateness;
 mod step;
 mod tick;
 
 use analysis::{Campaign, ReadError};
+use entry::{Drawn, FigureText};
 use report::figure::Figure;
 
 /// Figures 2 to 9, in order.
@@ -15,14 +17,32 @@ use report::figure::Figure;
 /// # Errors
 /// [`ReadError`] if rows that a figure needs cannot be read.
 pub fn all(campaign: &Campaign) -> Result<Vec<Figure>, ReadError> {
-    Ok(vec![
-        arrivals::figure(campaign)?,
-        lateness::slow(campaign)?,
-        lateness::fast(campaign)?,
-        step::near(campaign)?,
-        step::far(campaign)?,
-        tick::figure(campaign)?,
-        interval::near(campaign)?,
-        interval::far(campaign)?,
-    ])
+    let figure = |text: &'static FigureText| {
+        let draw = match text.drawn {
+            Drawn::Arrivals => arrivals::figure,
+            Drawn::Lateness => lateness::figure,
+            Drawn::Steps => step::figure,
+            Drawn::Ticks => tick::figure,
+            Drawn::Intervals => interval::figure,
+        };
+        let paper = Some(text.paper.as_str());
+        let figure = Figure::new(
+            &text.number,
+            &text.title,
+            text.columns,
+            &text.caption,
+            paper,
+        );
+        draw(campaign, &text.panels, figure)
+    };
+    entry::built_in().iter().map(figure).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_figures_that_the_crate_carries_are_whole() {
+        let figures = super::entry::built_in();
+        assert!(figures.iter().all(|figure| !figure.panels.is_empty()));
+    }
 }

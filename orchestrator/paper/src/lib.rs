@@ -1,8 +1,8 @@
 //! S. L. Remy's paper "Web Standards as Standard Pieces in Robotics", recomputed from a campaign: its
 //! tables, figures and claims, as [`Exhibits`] of a report.
 //!
-//! - [`claim`]: the claims, each checked against the runs; [`table`] and [`figure`]: tables and figures,
-//!   recomputed;
+//! - [`claim`]: the claims of `claims.toml`, each checked against the runs; [`figure`]: the figures of
+//!   `figures.toml`, and [`table`]: the tables, recomputed;
 //! - [`printed`]: the paper's numbers; `subject`: the clients that it is about.
 //!
 //! Nothing here is about other experiments: what a report says about any is in [`report`].

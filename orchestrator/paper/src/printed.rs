@@ -93,23 +93,9 @@ const fn same(topology: &'static str, h_ns: u64, share: f64) -> SameTime {
 /// Time from the first to the 600th message of the JavaScript client at 100 Hz on arima, s: two more
 /// than the six that were asked for (section 4.1, Figure 2).
 pub const FIG_2_600TH_S: f64 = 8.0;
-/// Messages of the same client in the first six seconds: "just shy of" this number (section 4.1).
-pub const FIG_2_IN_6_S: f64 = 400.0;
 
 /// Messages of that client in ten minutes (section 4.1).
 pub const SENT_IN_600_S: f64 = 55_000.0;
-/// Messages that it should have sent in this time (section 4.1).
-pub const DUE_IN_600_S: f64 = 60_000.0;
-/// Lag of open-loop control after this time, s (section 4.1).
-pub const LAG_AFTER_600_S: f64 = 50.0;
-
-/// Settling of the JavaScript client on arima at 333 Hz, relative to Python's (section 4.3, Figure 6a).
-pub const FIG_6A_SETTLING: f64 = 10.0;
-/// Settling of Python over the VPN at 333 Hz, relative to that on arima (section 4.3, Figure 6b).
-pub const FIG_6B_SETTLING: f64 = 4.0;
-/// Settling of Python from the data centre over the campus LAN, relative to that on arima (section
-/// 4.3, Figure 6c).
-pub const FIG_6C_SETTLING: f64 = 1.0;
 
 /// How the paper's server kept its sample time (section 4.3, Figure 7).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -136,6 +122,3 @@ pub const FIG_7: [SampleIntervals; 2] = [
         sd_ms: 3.705,
     },
 ];
-
-/// The delay over the VPN, "at minimum on the order of" this many ms (section 4.3, Figure 9b).
-pub const FIG_9B_LEAST_RTT_MS: f64 = 40.0;

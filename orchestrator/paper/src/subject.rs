@@ -3,13 +3,16 @@
 
 use analysis::{Campaign, Run};
 use chart::Tone;
-use endpoint::{Mode, Preset};
-use plan::Client;
+use endpoint::{Mode, Preset, UnknownWord};
+use link::Profile;
+use plan::{Client, UnknownClient};
 use report::group::Group;
 use report::tone::tone_of;
+use serde::Deserialize;
 
 /// A client with its preset.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
 pub(crate) struct Subject {
     /// The client.
     pub(crate) client: Client,
@@ -25,18 +28,15 @@ pub(crate) const PYTHON: Subject = Subject::of(Client::Python, Preset::PaperPyth
 pub(crate) const FIREFOX_2011: Subject = Subject::of(Client::Firefox, Preset::Paper2011);
 /// The same program in a browser that the paper does not name: it is shown but decides nothing.
 pub(crate) const CHROMIUM_2011: Subject = Subject::of(Client::Chromium, Preset::Paper2011);
-/// The paper's program with the timers of today, in Firefox.
-pub(crate) const FIREFOX_TODAY: Subject = Subject::of(Client::Firefox, Preset::Today);
-/// The paper's program with the timers of today, in Chromium.
-pub(crate) const CHROMIUM_TODAY: Subject = Subject::of(Client::Chromium, Preset::Today);
-/// The program of today, with a worker, in Firefox.
-pub(crate) const FIREFOX_WORKER: Subject = Subject::of(Client::Firefox, Preset::Worker);
-/// The program of today, with a worker, in Chromium.
-pub(crate) const CHROMIUM_WORKER: Subject = Subject::of(Client::Chromium, Preset::Worker);
 
 impl Subject {
     const fn of(client: Client, preset: Preset) -> Subject {
         Subject { client, preset }
+    }
+
+    /// The client in a sentence: `Python`.
+    pub(crate) fn prose(self) -> String {
+        self.client.prose().to_owned()
     }
 
     /// The client, and for a browser its preset: `firefox, paper-2011`.
@@ -74,9 +74,78 @@ pub(crate) struct Asked<'a> {
     pub(crate) mode: Mode,
     /// The sample time, ns.
     pub(crate) h_ns: u64,
-    /// Whether to select cells whose plant has tick noise; otherwise those with exactly the subject's
-    /// setup.
-    pub(crate) is_noisy: bool,
+    /// How its plant ticks.
+    pub(crate) ticks: TickedBy,
+}
+
+/// Which cells are asked for by how their plant ticks.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum TickedBy {
+    /// Those with exactly the subject's setup.
+    #[default]
+    Preset,
+    /// Those whose plant has tick noise.
+    Noisy,
+}
+
+/// A built-in link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub(crate) struct Topology(
+    // Not a part of the text that is read, as serde takes it to be.
+    #[serde(skip)] &'static str,
+);
+
+impl Topology {
+    /// Its name.
+    pub(crate) fn name(self) -> &'static str {
+        self.0
+    }
+}
+
+/// Words that name no client with its preset, or no link.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum UnknownName {
+    #[error(transparent)]
+    Client(#[from] UnknownClient),
+    #[error(transparent)]
+    Preset(#[from] UnknownWord),
+    #[error("`{0}` needs a preset, such as `{0} paper-2011`")]
+    NoPreset(Client),
+    #[error("link `{0}` is unknown; choose {known}", known = links().collect::<Vec<_>>().join(", "))]
+    Topology(String),
+}
+
+/// The names of all built-in links.
+fn links() -> impl Iterator<Item = &'static str> {
+    Profile::BUILTIN.iter().chain(Profile::READINGS).copied()
+}
+
+impl TryFrom<String> for Topology {
+    type Error = UnknownName;
+
+    fn try_from(name: String) -> Result<Topology, UnknownName> {
+        let known = links().find(|known| **known == name);
+        known.map(Topology).ok_or(UnknownName::Topology(name))
+    }
+}
+
+impl TryFrom<String> for Subject {
+    type Error = UnknownName;
+
+    /// As [`label`](Subject::label) has it: `python`, `firefox paper-2011`.
+    fn try_from(words: String) -> Result<Subject, UnknownName> {
+        let (client, preset) = match words.split_once(' ') {
+            None => (words.parse()?, None),
+            Some((client, preset)) => (client.parse()?, Some(preset.parse()?)),
+        };
+        match preset {
+            Some(preset) => Ok(Subject::of(client, preset)),
+            None if client.is_browser() => Err(UnknownName::NoPreset(client)),
+            None => Ok(Subject::of(client, Preset::PaperPython)),
+        }
+    }
 }
 
 impl Subject {
@@ -96,18 +165,24 @@ impl Subject {
         self.at(topology, Mode::Open, h_ns)
     }
 
-    /// Its closed loops on one topology, at one rate.
-    pub(crate) const fn closed(self, topology: &str, h_ns: u64) -> Asked<'_> {
-        self.at(topology, Mode::Closed, h_ns)
-    }
-
     const fn at(self, topology: &str, mode: Mode, h_ns: u64) -> Asked<'_> {
         Asked {
             subject: self,
             topology,
             mode,
             h_ns,
-            is_noisy: false,
+            ticks: TickedBy::Preset,
+        }
+    }
+}
+
+impl Asked<'static> {
+    /// The same, of another subject or on another topology where one is given.
+    pub(crate) fn but(self, who: Option<Subject>, topology: Option<Topology>) -> Self {
+        Asked {
+            subject: who.unwrap_or(self.subject),
+            topology: topology.map_or(self.topology, Topology::name),
+            ..self
         }
     }
 }
@@ -126,10 +201,9 @@ impl Asked<'_> {
             && cell.preset == self.subject.preset
             && cell.settings.mode == self.mode
             && cell.settings.h.ns() == self.h_ns
-            && if self.is_noisy {
-                cell.tick_noise.is_some()
-            } else {
-                cell.setup() == self.subject.preset.to_string()
+            && match self.ticks {
+                TickedBy::Noisy => cell.tick_noise.is_some(),
+                TickedBy::Preset => run.summary.setup.is_preset(),
             }
     }
 }

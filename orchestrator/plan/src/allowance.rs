@@ -1,5 +1,17 @@
 //! How much of a message's time a client may take: the limits of a verdict that depend on the client.
 
+/// Steps of a client's tail.
+pub const TAILS: usize = 2;
+
+/// How many messages may be late by so much.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tail {
+    /// Later than the quickest tenth by more than this, ms.
+    pub beyond_ms: f64,
+    /// Share of messages, 0 to 1.
+    pub share: f64,
+}
+
 /// How much time a client and the kernels may add to a message's time on the link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Allowance {
@@ -21,6 +33,13 @@ pub struct Allowance {
     pub up_floor_ms: f64,
     /// The same on the way down: the plant's answer and the client's reading, ms.
     pub down_floor_ms: f64,
+    /// Longest time that it takes in addition to open a connection for a message, ms: a socket, an accepted one, and
+    /// the plant's task for it.
+    pub opening_ms: f64,
+    /// How many messages may be later than the quickest tenth by more than each of these times, on either way: a
+    /// scheduler's slices, an interpreter's turns, a page's other tasks. On a quiet machine a third of these shares is
+    /// not reached; more is done to the messages.
+    pub tail: [Tail; TAILS],
     /// Longest time that the client needs for an answer when hundreds arrive at once, ms. Python's
     /// threads took 0.6 ms for each of the 600 answers after a stall of 1.9 s at 333 Hz.
     pub message_ms: f64,

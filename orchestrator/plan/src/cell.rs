@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use endpoint::{
-    ControllerSettings, Hold, Lease, NoiseLaw, PageSettings, PlantSettings, Preset, Reference,
-    SampleTime, Shape, TickNoise,
+    Clock, ControllerSettings, Hold, Lease, NoiseLaw, PageSettings, PlantSettings, Preset,
+    Reference, SampleTime, Shape, TickNoise,
 };
 use link::LinkTime;
 use schemars::JsonSchema;
@@ -54,7 +54,7 @@ pub struct Cell {
     /// How long the plant holds a command when no other comes, and what comes then.
     #[serde(default, skip_serializing_if = "Hold::is_last")]
     pub hold: Hold,
-    /// How much longer than the quickest a command may be under way; absent, any time.
+    /// How old a command may be when it reaches the plant; absent, any age.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_age_ns: Option<u64>,
     /// Who may command the plant at a time.
@@ -106,7 +106,53 @@ fn paper_python() -> Preset {
     Preset::PaperPython
 }
 
+/// Hex digits of an id's fingerprint.
+const FINGERPRINT: usize = 6;
+
 impl Cell {
+    /// A cell of these settings with the paper's system, still without its place in a plan, its link, its duration and
+    /// its id. The plant's h and `late` are those of `settings`.
+    #[must_use]
+    pub fn new(
+        client: Client,
+        preset: Preset,
+        settings: ControllerSettings,
+        plant: &PlantSettings,
+    ) -> Cell {
+        // By their names, so that none is forgotten; a run has the others from elsewhere.
+        let PlantSettings {
+            h: _,
+            late: _,
+            hold,
+            max_age_ns,
+            clock: _,
+            lease,
+            check: _,
+            tick_noise,
+        } = *plant;
+        Cell {
+            index: 0,
+            id: String::new(),
+            topology: String::new(),
+            system: paper_system(),
+            client,
+            preset,
+            repeat: 0,
+            link_seed: 0,
+            duration_ns: 0,
+            settings,
+            y0: 0.0,
+            reference: None,
+            hold,
+            max_age_ns,
+            lease,
+            tick_noise: tick_noise.map(|noise| noise.law),
+            fault: None,
+            page: None,
+            together: alone(),
+        }
+    }
+
     /// The changes of its reference; `None` if that rests, or a file says what no plan does.
     #[must_use]
     pub fn moving_reference(&self) -> Option<Reference> {
@@ -124,17 +170,44 @@ impl Cell {
         // Plain data of strings and numbers: serialising it cannot fail.
         let text = serde_json::to_string(self).unwrap_or_default();
         (self.index, self.together) = (index, together);
-        self.id = format!(
-            "{}{}{}-{}-{}-{}-r{:02}-{}",
+        self.id = format!("{}-{}", self.words(), fingerprint(&text, FINGERPRINT));
+    }
+
+    /// Whether the id has the form that [`identify`](Cell::identify) gives it: it begins with the topology, and ends with
+    /// mode, rate, repeat and a fingerprint. What is between, and the fingerprint, may be of another version's words.
+    pub(crate) fn is_identified(&self) -> bool {
+        let end = format!(
+            "-{}-{}-r{:02}-",
+            self.settings.mode,
+            rate_label(self.settings.h),
+            self.repeat
+        );
+        let is_digit = |byte: u8| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte);
+        let Some((words, print)) = self
+            .id
+            .len()
+            .checked_sub(FINGERPRINT)
+            .and_then(|at| self.id.split_at_checked(at))
+        else {
+            return false;
+        };
+        let words = words.strip_prefix(&self.topology);
+        words.is_some_and(|rest| rest.starts_with('-') && rest.ends_with(&end))
+            && print.bytes().all(is_digit)
+    }
+
+    /// The part of the id that is for people: `couva-native-closed-333hz-r01`.
+    fn words(&self) -> String {
+        format!(
+            "{}{}{}-{}-{}-{}-r{:02}",
             self.topology,
             self.system_label(),
             self.fault_label(),
             self.client_label(),
             self.settings.mode,
             rate_label(self.settings.h),
-            self.repeat,
-            fingerprint(&text, 6)
-        );
+            self.repeat
+        )
     }
 
     /// The system's part of the id; empty for the paper's system.
@@ -165,7 +238,7 @@ impl Cell {
     /// The cell's rate as people write it, such as `333 Hz`.
     #[must_use]
     pub fn rate(&self) -> String {
-        rate(self.settings.h, " ", "Hz", "kHz")
+        rate(self.settings.h)
     }
 
     /// Whether `other` describes the same run, in any plan: every field is equal except the index and
@@ -185,12 +258,18 @@ impl Cell {
     pub fn plant_settings(&self) -> PlantSettings {
         let seed = self.link_seed;
         PlantSettings {
+            h: self.settings.h,
             late: self.settings.late,
             hold: self.hold,
             max_age_ns: self.max_age_ns,
+            // A run is on one machine. Where no age is asked for, its settings stay what they were.
+            clock: match self.max_age_ns {
+                Some(_) => Clock::Shared,
+                None => Clock::Own,
+            },
             lease: self.lease,
+            check: false,
             tick_noise: self.tick_noise.map(|law| TickNoise { law, seed }),
-            ..PlantSettings::new(self.settings.h)
         }
     }
 
@@ -198,6 +277,15 @@ impl Cell {
     #[must_use]
     pub fn folder(&self) -> PathBuf {
         Path::new(file_name::CELLS).join(&self.id)
+    }
+
+    /// The link time by which all of it is over, an answer that was waited for and the echoes after it too, with ten
+    /// minutes to spare: a stamp after that is none of this run.
+    #[must_use]
+    pub fn closes_at(&self) -> LinkTime {
+        const SPARE_NS: u64 = 600_000_000_000;
+        let lasts_ns = self.duration_ns.saturating_add(self.settings.timeout_ns);
+        START_AT.after(lasts_ns).after(SPARE_NS)
     }
 
     /// Number of messages due in this cell: one every h, the first at once.
@@ -208,11 +296,17 @@ impl Cell {
 }
 
 fn rate_label(h: SampleTime) -> String {
-    rate(h, "", "hz", "khz")
+    rated(h, "", "hz", "khz")
+}
+
+/// 1/h as people write it, such as `333 Hz`.
+#[must_use]
+pub fn rate(h: SampleTime) -> String {
+    rated(h, " ", "Hz", "kHz")
 }
 
 /// 1/h as the paper writes it (`3.3`, `333`, `1 k`): truncated, not rounded.
-fn rate(h: SampleTime, gap: &str, hz: &str, khz: &str) -> String {
+fn rated(h: SampleTime, gap: &str, hz: &str, khz: &str) -> String {
     let tenths_hz = 10_000_000_000 / h.ns();
     if tenths_hz >= 10_000 && tenths_hz.is_multiple_of(10_000) {
         return format!("{}{gap}{khz}", tenths_hz / 10_000);
@@ -241,7 +335,7 @@ mod tests {
             ("2s", "0.5 Hz"),
         ] {
             let h: SampleTime = h.parse().expect("a sample time");
-            assert_eq!(rate(h, " ", "Hz", "kHz"), words);
+            assert_eq!(rate(h), words);
         }
     }
 }

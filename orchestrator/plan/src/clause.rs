@@ -1,4 +1,4 @@
-//! What runs are expected to show: clauses such as `stable` or `settling <= 400ms in 90% at 95%`.
+//! What runs are expected to show: clauses such as `holds`, `survives in 90%` or `settling <= 400ms in 90% at 95%`.
 //!
 //! A clause asks each run, and how many of a group's runs must meet it: all, if it does not say. With `at 95%`
 //! the share of all runs that could be made is asked, with this confidence, and not just that of the runs made.
@@ -7,17 +7,21 @@
 use std::fmt;
 use std::str::FromStr;
 
-use endpoint::{Mode, span::span_ns};
+use endpoint::Mode;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use text::duration_ns;
 
 endpoint::choice!(
     /// What a clause is about: the loop's verdict, or a figure of the run.
     Figure, "figure",
-    "stable, settling, rise, overshoot, iae, sent, rtt.p50, rtt.p90, rtt.p99 or rtt.max", {
-        /// The loop is stable.
-        Stable = "stable",
-        /// Settling time into 2 %.
+    "holds, survives, settling, rise, overshoot, iae, sent, rtt.p50, rtt.p90, rtt.p99 or rtt.max", {
+        /// The loop holds, and holds well: `stable` is an older word for it.
+        #[serde(alias = "stable")]
+        Holds = "holds",
+        /// The loop holds, well or badly.
+        Survives = "survives",
+        /// Settling time into the band.
         Settling = "settling",
         /// Rise time from 10 to 90 %.
         Rise = "rise",
@@ -67,16 +71,23 @@ impl Figure {
     pub fn unit(self) -> Unit {
         match self {
             Figure::Overshoot | Figure::Sent => Unit::Percent,
-            Figure::Iae | Figure::Stable => Unit::Plain,
+            Figure::Iae | Figure::Holds | Figure::Survives => Unit::Plain,
             _ => Unit::Ms,
         }
+    }
+
+    /// Whether it is the verdict on a loop, which has no limit.
+    #[must_use]
+    pub fn is_verdict(self) -> bool {
+        matches!(self, Figure::Holds | Figure::Survives)
     }
 
     /// Whether runs of this mode have it: a step response is of a closed loop alone.
     #[must_use]
     pub fn is_of(self, mode: Mode) -> bool {
-        use Figure::{Iae, Overshoot, Rise, Settling, Stable};
-        mode == Mode::Closed || !matches!(self, Stable | Settling | Rise | Overshoot | Iae)
+        use Figure::{Iae, Overshoot, Rise, Settling};
+        let is_of_step = matches!(self, Settling | Rise | Overshoot | Iae);
+        mode == Mode::Closed || !(self.is_verdict() || is_of_step)
     }
 }
 
@@ -120,7 +131,7 @@ impl Clause {
         self.figure
     }
 
-    /// The figure's limit; `None` of `stable`.
+    /// The figure's limit; `None` of `holds` and `survives`.
     #[must_use]
     pub fn limit(&self) -> Option<Limit> {
         self.limit
@@ -164,9 +175,22 @@ impl FromStr for Clause {
 
     fn from_str(text: &str) -> Result<Self, InvalidClause> {
         let text = text.trim();
+        // What plans and commands were written with before.
+        let renamed = text
+            .strip_prefix(OLD_HOLDS)
+            .filter(|rest| rest.is_empty() || rest.starts_with(' '));
+        let renamed = renamed.map(|rest| format!("{HOLDS}{rest}"));
+        let text = renamed.as_deref().unwrap_or(text);
         read(text).map_err(|problem| InvalidClause(format!("`{text}`: {problem}")))
     }
 }
+
+/// What asks whether loops hold well.
+const HOLDS: &str = "holds";
+/// What asks whether they hold, well or badly.
+const SURVIVES: &str = "survives";
+/// What `holds` was called before.
+pub(crate) const OLD_HOLDS: &str = "stable";
 
 fn read(text: &str) -> Result<Clause, String> {
     let (asked, confidence) = match text.split_once(" at ") {
@@ -186,7 +210,8 @@ fn read(text: &str) -> Result<Clause, String> {
         return Err(words.to_owned());
     }
     let (figure, limit) = match asked.trim() {
-        "stable" => (Figure::Stable, None),
+        HOLDS => (Figure::Holds, None),
+        SURVIVES => (Figure::Survives, None),
         asked => bound(asked).map(|(figure, limit)| (figure, Some(limit)))?,
     };
     Ok(Clause {
@@ -208,7 +233,7 @@ fn read_confidence(text: &str) -> Result<f64, String> {
 /// A figure, `<=` or `>=`, and a limit in the figure's unit.
 fn bound(asked: &str) -> Result<(Figure, Limit), String> {
     let names = || {
-        let bounded = Figure::ALL.iter().filter(|name| **name != Figure::Stable);
+        let bounded = Figure::ALL.iter().filter(|name| !name.is_verdict());
         let names: Vec<String> = bounded.map(Figure::to_string).collect();
         names.join(", ")
     };
@@ -222,21 +247,20 @@ fn bound(asked: &str) -> Result<(Figure, Limit), String> {
         });
     let Some((name, is_at_most, limit)) = parts else {
         return Err(format!(
-            "give `stable`, or a figure with <= or >= and a limit, such as \"settling <= 400ms\"; the figures \
+            "give `holds`, `survives`, or a figure with <= or >= and a limit, such as \"settling <= 400ms\"; the figures \
              are {}",
             names()
         ));
     };
     let (name, limit) = (name.trim(), limit.trim());
-    let figure = name
-        .parse()
-        .ok()
-        .filter(|of: &Figure| *of != Figure::Stable);
+    let figure = name.parse().ok().filter(|of: &Figure| !of.is_verdict());
     let figure =
         figure.ok_or_else(|| format!("there is no figure `{name}`; choose {}", names()))?;
     let (read, example) = match figure.unit() {
         Unit::Ms => (
-            span_ns(limit).map(|ns| ns as f64 * 1e-6),
+            duration_ns(limit, 0..=u64::MAX)
+                .ok()
+                .map(|ns| ns as f64 * 1e-6),
             "a time such as 400ms",
         ),
         Unit::Percent => (percent(limit), "a share such as 20%"),
@@ -294,27 +318,37 @@ mod tests {
         );
         assert_eq!((clause.share(), clause.confidence()), (0.9, Some(0.95)));
         assert_eq!(clause.to_string(), "settling <= 0.4s in 90% at 95%");
-        let stable: Clause = "stable".parse().expect("a clause");
-        assert_eq!((stable.share(), stable.limit()), (1.0, None));
+        let holds: Clause = "holds".parse().expect("a clause");
+        assert_eq!((holds.share(), holds.limit()), (1.0, None));
+        let survives: Clause = "survives in 90%".parse().expect("a clause");
+        assert_eq!(
+            (survives.figure(), survives.share(), survives.limit()),
+            (Figure::Survives, 0.9, None)
+        );
+        // The older word is the same clause.
+        assert_eq!("stable".parse(), Ok(holds));
+        let old: Clause = "stable in 90% at 95%".parse().expect("a clause");
+        assert_eq!(old.to_string(), "holds in 90% at 95%");
     }
 
     #[test]
     fn what_is_no_clause_is_said() {
         for (text, says) in [
-            ("settled", "give `stable`, or a figure with <="),
+            ("settled", "give `holds`, `survives`, or a figure with <="),
+            ("survives <= 3ms", "no figure `survives`; choose settling"),
             ("speed <= 3ms", "no figure `speed`; choose settling"),
-            ("stable <= 3ms", "no figure `stable`; choose settling"),
+            ("holds <= 3ms", "no figure `holds`; choose settling"),
             (
                 "settling <= 400",
                 "`400` is no limit of settling; give a time",
             ),
             ("overshoot <= 0.2", "give a share such as 20%"),
-            ("stable in half", "behind `in` stands the share"),
-            ("stable in 120%", "behind `in` stands the share"),
+            ("holds in half", "behind `in` stands the share"),
+            ("holds in 120%", "behind `in` stands the share"),
             ("iae <= inf", "give a number"),
-            ("stable in 90% at 100%", "less than 100%"),
-            ("stable in 90% at 40%", "at least 50%"),
-            ("stable at 95%", "ask for a share such as `in 99%`"),
+            ("holds in 90% at 100%", "less than 100%"),
+            ("holds in 90% at 40%", "at least 50%"),
+            ("holds at 95%", "ask for a share such as `in 99%`"),
         ] {
             let error = text.parse::<Clause>().expect_err(text).to_string();
             assert!(error.starts_with(&format!("`{text}`: ")), "{error}");

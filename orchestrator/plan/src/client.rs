@@ -6,13 +6,15 @@ use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
+use column::{EntryType, Typed};
 use endpoint::report::Engine;
 use endpoint::{Preset, Transport};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::allowance::Allowance;
+use crate::allowance::{Allowance, Tail};
+use crate::client_name::{CHROMIUM, FIREFOX, NATIVE, PYTHON};
 use crate::file_name::{CONTROLLER_LOG, CONTROLLER_REPORT, MESSAGES, PAGE_REPORT};
 use crate::own::OwnName;
 
@@ -88,7 +90,7 @@ clients! {
     /// webloop's own, in Rust.
     #[default]
     Native = ClientSpec {
-        name: "native",
+        name: NATIVE,
         prose: "native",
         role: "controller",
         engine: None,
@@ -105,6 +107,8 @@ clients! {
             late_share: 0.005,
             up_floor_ms: 0.8,
             down_floor_ms: 0.8,
+            opening_ms: 0.7,
+            tail: [tail(0.6, 0.02), tail(2.5, 0.01)],
             message_ms: 0.1,
             clock_ms: 0.0,
             keeps_time: true,
@@ -114,7 +118,7 @@ clients! {
     };
     /// The paper's, in Python.
     Python = ClientSpec {
-        name: "python",
+        name: PYTHON,
         prose: "Python",
         role: "python",
         engine: None,
@@ -131,6 +135,8 @@ clients! {
             late_share: 0.005,
             up_floor_ms: 1.2,
             down_floor_ms: 1.2,
+            opening_ms: 1.0,
+            tail: [tail(1.5, 0.03), tail(4.0, 0.015)],
             message_ms: 1.0,
             clock_ms: 0.0,
             keeps_time: false,
@@ -140,14 +146,14 @@ clients! {
         dash: 0,
     };
     /// A page in Chromium, or in Chrome.
-    Chromium = page("chromium", "Chromium", Engine::Chromium, [0xd5, 0x5e, 0x00], 2);
+    Chromium = page(CHROMIUM, "Chromium", Engine::Chromium, [0xd5, 0x5e, 0x00], 2);
     // The paper's green.
     /// A page in Firefox.
-    Firefox = page("firefox", "Firefox", Engine::Firefox, [0x00, 0x9e, 0x73], 1);
+    Firefox = page(FIREFOX, "Firefox", Engine::Firefox, [0x00, 0x9e, 0x73], 1);
 }
 
-/// The entry of every program of one's own, of which nothing is known: what it may take is what Python's
-/// threads do.
+/// The entry of every program of one's own, of which nothing is known but its processor time: what it may take is what
+/// webloop's own takes, and that time twice, which `judge` adds.
 const OWN: ClientSpec = ClientSpec {
     name: "own",
     prose: "own",
@@ -164,8 +170,10 @@ const OWN: ClientSpec = ClientSpec {
         enters_within_ms: 3.0,
         strays_within_ms: 20.0,
         late_share: 0.015,
-        up_floor_ms: 5.0,
-        down_floor_ms: 5.0,
+        up_floor_ms: 0.8,
+        down_floor_ms: 0.8,
+        opening_ms: 1.0,
+        tail: [tail(0.6, 0.02), tail(2.5, 0.01)],
         message_ms: 1.0,
         clock_ms: 0.1,
         keeps_time: false,
@@ -174,6 +182,11 @@ const OWN: ClientSpec = ClientSpec {
     rgb: [0xcc, 0x79, 0xa7],
     dash: 3,
 };
+
+/// A step of a tail.
+const fn tail(beyond_ms: f64, share: f64) -> Tail {
+    Tail { beyond_ms, share }
+}
 
 /// The entry of the page in a browser; the parameters are all that differs between browsers.
 const fn page(
@@ -201,6 +214,8 @@ const fn page(
             late_share: 0.015,
             up_floor_ms: 5.0,
             down_floor_ms: 5.0,
+            opening_ms: 3.0,
+            tail: [tail(4.0, 0.05), tail(9.0, 0.02)],
             message_ms: 2.0,
             clock_ms: 1.5,
             keeps_time: false,
@@ -271,6 +286,10 @@ impl Client {
 #[error("client `{0}` is unknown; choose {choices}", choices = Client::choices())]
 pub struct UnknownClient(String);
 
+impl Typed for Client {
+    const ENTRY: EntryType = EntryType::String;
+}
+
 impl FromStr for Client {
     type Err = UnknownClient;
 
@@ -325,6 +344,12 @@ impl JsonSchema for Client {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::client_name::NAMES;
+
+    #[test]
+    fn the_names_that_no_program_may_have_are_those_of_all_clients() {
+        assert_eq!(Client::ALL.map(|client| client.spec().name), NAMES);
+    }
 
     #[test]
     fn a_client_is_read_as_it_is_written_and_as_a_plan_has_it() {

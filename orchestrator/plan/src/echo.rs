@@ -3,25 +3,25 @@
 //!
 //! It is defined here because those two do not depend on each other.
 
-endpoint::row!(
+column::row!(
     /// One echo through the link. Times are monotonic; a time is empty if the echo did not get there.
     #[derive(Eq)]
     ProbeRow {
-        /// When in the run it was sent.
+        /// When in the run it was sent: on the empty link, before the loop, during it, after it.
         phase: Phase,
-        /// Its number in its phase, from 0.
+        /// Number of the echo in its phase, from 0.
         seq: u32,
-        /// When it was sent.
+        /// When it was sent, monotonic.
         t_send_ns: u64,
-        /// When it reached the plant.
+        /// When it reached the plant's end.
         t_reach_ns: Option<u64>,
-        /// When it came back; empty if it was lost.
+        /// When it was back; empty if it was lost.
         t_back_ns: Option<u64>,
-        /// Predicted delay on the way up.
+        /// Delay that the link had for it towards the plant.
         due_up_ns: u64,
-        /// Predicted delay on the way down.
+        /// Delay that the link had for it towards the controller.
         due_down_ns: u64,
-        /// Whether the link was predicted to lose it.
+        /// Whether the link was to lose it.
         due_lost: bool,
     }
 );

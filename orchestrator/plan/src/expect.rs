@@ -7,10 +7,11 @@ use std::collections::BTreeSet;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use text::Diagnostic;
 
+use crate::cell::Cell;
 use crate::clause::{Clause, Figure};
-use crate::experiment::Word;
-use crate::{Cell, InvalidFile, Reader};
+use crate::invalid::{Reader, Word};
 
 /// Clauses, and the cells that they are asked of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -26,10 +27,14 @@ pub struct Expectation {
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Expect {
-    /// Whether loops are stable: all, or "in 90%".
+    /// Whether loops hold, and hold well: all, or "in 90%". `stable` is an older word for it.
+    #[serde(alias = "stable")]
     #[schemars(with = "Option<String>")]
-    stable: Option<Word>,
-    /// Limit of the settling time into 2 %: "<= 400ms in 95%".
+    holds: Option<Word>,
+    /// Whether loops hold, well or badly: all, or "in 95%".
+    #[schemars(with = "Option<String>")]
+    survives: Option<Word>,
+    /// Limit of the settling time into the band: "<= 400ms in 95%".
     #[schemars(with = "Option<String>")]
     settling: Option<Word>,
     /// Limit of the rise time from 10 to 90 %: "<= 200ms".
@@ -74,7 +79,8 @@ impl Expect {
     /// What is written, by figure.
     fn words(&self) -> impl Iterator<Item = (Figure, &Word)> {
         let all = [
-            (Figure::Stable, &self.stable),
+            (Figure::Holds, &self.holds),
+            (Figure::Survives, &self.survives),
             (Figure::Settling, &self.settling),
             (Figure::Rise, &self.rise),
             (Figure::Overshoot, &self.overshoot),
@@ -99,7 +105,7 @@ impl Reader<'_> {
         &self,
         whole: &'a Expect,
         own: &'a Expect,
-    ) -> Result<Vec<Placed<'a>>, InvalidFile> {
+    ) -> Result<Vec<Placed<'a>>, Diagnostic> {
         let own = self.read_clauses(own)?;
         let whole = self.read_clauses(whole)?;
         let is_replaced = |figure| own.iter().any(|(clause, _)| clause.figure() == figure);
@@ -110,19 +116,19 @@ impl Reader<'_> {
         Ok(kept.into_iter().chain(own).collect())
     }
 
-    fn read_clauses<'a>(&self, expect: &'a Expect) -> Result<Vec<Placed<'a>>, InvalidFile> {
+    fn read_clauses<'a>(&self, expect: &'a Expect) -> Result<Vec<Placed<'a>>, Diagnostic> {
         let wrong = |word: &Word, problem: String| self.invalid(word, problem, "");
         if let Some(confidence) = &expect.confidence {
             // Also if no clause asks for a share yet.
-            let some: Result<Clause, _> = "stable in 50%".parse();
+            let some: Result<Clause, _> = "holds in 50%".parse();
             some.and_then(|some| some.at(confidence.get_ref()))
                 .map_err(|problem| wrong(confidence, problem.to_string()))?;
         }
         let read = |(figure, word): (Figure, &'a Word)| {
             let text = match (figure, word.get_ref().trim()) {
-                (Figure::Stable, "all") => "stable".to_owned(),
-                (Figure::Stable, text) if !text.starts_with("in ") => {
-                    let problem = format!("`{text}` does not say how many loops are to be stable");
+                (figure, "all") if figure.is_verdict() => figure.to_string(),
+                (figure, text) if figure.is_verdict() && !text.starts_with("in ") => {
+                    let problem = format!("`{text}` does not say how many loops are to hold");
                     return Err(self.invalid(word, problem, "give all, or a share like in 90%"));
                 }
                 (figure, text) => format!("{figure} {text}"),
@@ -170,7 +176,7 @@ impl Expectations {
         self,
         cells: &[Cell],
         reader: Reader<'_>,
-    ) -> Result<Vec<Expectation>, InvalidFile> {
+    ) -> Result<Vec<Expectation>, Diagnostic> {
         let mut all: Vec<Expectation> = Vec::new();
         for (clause, place, ids) in self.clauses {
             if ids.is_empty() {

@@ -8,17 +8,20 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::LazyLock;
 
-use endpoint::{ControllerSettings, PageSettings};
+use endpoint::{ControllerSettings, PageSettings, PlantSettings};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use system::Program;
+use text::Whole;
 use toml::Spanned;
 
 use crate::expect::Expect;
 use crate::fault::Fault;
+use crate::invalid::Word;
 use crate::known::KnownFailure;
+use crate::limit::{CELLS_MAX, TOGETHER_MAX};
 
 /// Cells to be run: who closes which loop over which link.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -29,7 +32,7 @@ pub(crate) struct ExperimentFile {
     #[schemars(with = "String")]
     pub(crate) name: Spanned<String>,
     /// One sentence on what question it answers.
-    #[serde(default, deserialize_with = "link::sentence")]
+    #[serde(default, deserialize_with = "text::sentence")]
     pub(crate) about: String,
     /// The campaign's seed, unless `--seed` gives one. Default 1.
     #[serde(default = "default_seed")]
@@ -52,9 +55,6 @@ pub(crate) struct ExperimentFile {
 fn default_seed() -> u64 {
     1
 }
-
-/// A value as written, with its place in the file.
-pub(crate) type Word = Spanned<String>;
 
 /// One value, or a list of them: `"3ms"`, `["1ms", "3ms"]`, `8`, `[1, 8, "unlimited"]`. A client may also
 /// be a table: `{ name = "mine", run = ["./mine"] }`.
@@ -81,9 +81,8 @@ pub(crate) struct OwnClient {
     pub(crate) image: Option<String>,
 }
 
-/// The lists of a block that are not client settings, each with its description. `endpoint` declares
-/// and describes the settings.
-pub(crate) const LISTS: [(&str, &str); 13] = [
+/// The lists of a block that are not settings of an end, each with its description: those before them.
+const LISTS: [(&str, &str); 7] = [
     (
         "topology",
         "Names of built-in profiles, or paths of profile files",
@@ -103,22 +102,10 @@ pub(crate) const LISTS: [(&str, &str); 13] = [
         "preset",
         "The clients' settings by name; what suits each best, if not given",
     ),
-    (
-        "hold",
-        "How long the plant holds a command when no other comes: last (for ever), or a time, then 0, or what is safe: 100ms then hold, 100ms then 0.5, 100ms then ramp 1s",
-    ),
-    (
-        "max_age",
-        "How much longer than the quickest a command may be under way, such as 50ms; any time, if not given",
-    ),
-    (
-        "lease",
-        "Who may command the plant at a time: none (whoever sends), address (one IP address) or token (one session)",
-    ),
-    (
-        "tick_noise",
-        "How late the plant ticks by its own machine: uniform 3ms, normal 1ms; punctual, if not given",
-    ),
+];
+
+/// What a run meets on its way: the lists after the plant's settings.
+const MET: [(&str, &str); 2] = [
     (
         "fault",
         "Names of faults that the runs meet: none, a built-in one, or one of [[fault]]; none, if not given",
@@ -129,14 +116,21 @@ pub(crate) const LISTS: [(&str, &str); 13] = [
     ),
 ];
 
+/// The lists of a block that are not client settings, each with its description. `endpoint` declares and describes the
+/// settings of both ends.
+pub(crate) fn lists() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let of_plant = PlantSettings::lists().map(|(field, about)| (field.option.name, about));
+    LISTS.into_iter().chain(of_plant).chain(MET)
+}
+
 /// The lists that every block needs.
 pub(crate) const NEEDED: [&str; 5] = ["topology", "client", "h", "mode", "duration"];
 
 /// Every key that a block may have.
 static KEYS: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
     let settings = setting_names();
-    let lists = LISTS.iter().map(|(name, _)| *name);
-    lists
+    lists()
+        .map(|(name, _)| name)
         .chain(["repeats", "scaled", "together", "expect"])
         .chain(settings)
         .collect()
@@ -154,14 +148,17 @@ pub(crate) struct Block {
     /// The lists by key; only those that the block has.
     lists: BTreeMap<&'static str, List>,
     /// How many times each combination is run, each time on another realisation of the link.
-    pub(crate) repeats: u32,
+    pub(crate) repeats: RepeatCount,
     /// Replacements for a scaled run, used unless `--full` is given.
     scaled: Option<Scaled>,
     /// How many of these cells may run at a time without disturbing each other.
-    pub(crate) together: Spanned<u16>,
+    pub(crate) together: Whole<1, { TOGETHER_MAX as u32 }>,
     /// What is expected of these cells, beside what the whole experiment expects.
     pub(crate) expect: Expect,
 }
+
+/// How many times something is run; a plan has room for no more.
+type RepeatCount = Whole<1, { CELLS_MAX as u32 }>;
 
 /// One combination of a block's settings: one value of each list that has any. Topology, system,
 /// client, h and repeat are not part of it.
@@ -174,7 +171,8 @@ pub(crate) struct Scaled {
     /// Instead of the block's own.
     pub(crate) duration: Option<List>,
     /// Instead of the block's own.
-    pub(crate) repeats: Option<u32>,
+    #[schemars(with = "Option<u32>")]
+    pub(crate) repeats: Option<RepeatCount>,
 }
 
 impl Block {
@@ -217,17 +215,15 @@ impl Block {
         let lists = self.lists.iter().filter(|(key, _)| **key != "stall_met");
         lists
             .map(|(key, list)| list.words.len().max(usize::from(!NEEDED.contains(key))))
-            .fold(self.repeats as usize, usize::saturating_mul)
+            .fold(self.repeats.get() as usize, usize::saturating_mul)
     }
 
     /// All combinations of the block's settings; at most [`Block::size`].
     pub(crate) fn combinations(&self) -> Vec<Combination> {
         let mut all = vec![Combination::new()];
         let keys = ["mode", "duration", "preset"].into_iter();
-        for key in
-            keys.chain(setting_names())
-                .chain(["hold", "max_age", "lease", "tick_noise", "fault"])
-        {
+        let of_plant = PlantSettings::lists().map(|(field, _)| field.option.name);
+        for key in keys.chain(setting_names()).chain(of_plant).chain(["fault"]) {
             let words = self.words(key);
             if words.is_empty() {
                 continue;
@@ -266,9 +262,9 @@ impl<'de> Visitor<'de> for BlockReader {
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Block, A::Error> {
         let mut block = Block {
             lists: BTreeMap::new(),
-            repeats: 1,
+            repeats: RepeatCount::MIN,
             scaled: None,
-            together: Spanned::new(0..0, 1),
+            together: Whole::MIN,
             expect: Expect::default(),
         };
         while let Some(Key(key)) = map.next_key()? {

@@ -2,27 +2,20 @@
 //!
 //! What it does to the link becomes part of the link's profile, so that players, prediction and virtual time know
 //! it as everything else of the link; `link` reads its words and says when it is in force. What it does to the
-//! ends is in `end_fault`. Here times count from the loop's start.
+//! ends is in `end_fault`, and which cells of a plan it hits, in `faults`. Here times count from the loop's start.
 
-use std::borrow::Cow;
-use std::collections::BTreeMap;
-
-use endpoint::duration_ns;
 use link::Profile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use toml::Spanned;
+use text::{WEEK_NS, duration_ns};
 
-use crate::cell::{Cell, START_AT};
-use crate::end_fault::End;
-use crate::experiment::Word;
-use crate::{InvalidFile, Plan, ProfileText, Reader};
+use crate::bad_fault::BadFault;
+use crate::cell::START_AT;
+use crate::end_fault::{End, EndEffect};
+use crate::profile_text::ProfileText;
 
 /// The faults that every experiment knows by name.
 const BUILT_IN: &str = include_str!("../faults.toml");
-
-/// The word for no fault.
-const NONE: &str = "none";
 
 /// A fault, as written.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -99,32 +92,22 @@ pub struct FaultEvent {
     pub kill: Option<End>,
 }
 
-/// When something of a fault holds, in ns after the loop's start.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct FaultSpell {
-    /// When it begins.
-    pub from_ns: u64,
-    /// When it ends.
-    pub to_ns: u64,
-    /// What it does: by its word in a profile, such as `down`, or to an end, such as `plant frozen`.
-    pub word: &'static str,
-}
-
 impl FaultEvent {
     /// The same event on link time, as a table of a profile.
-    fn in_profile(&self) -> Result<String, String> {
-        let at_ns = duration_ns(&self.at).map_err(|problem| format!("`at`: {problem}"))?;
+    fn in_profile(&self) -> Result<String, BadFault> {
+        let at_ns = duration_ns(&self.at, 1..=WEEK_NS).map_err(BadFault::At)?;
         let event = FaultEvent {
             // In a unit that a profile knows; exact for any that a person writes.
             at: format!("{}ms", at_ns.saturating_add(START_AT.ns()) as f64 / 1e6),
             ..self.clone()
         };
-        let table = toml::to_string(&event).map_err(|problem| problem.to_string())?;
+        let table =
+            toml::to_string(&event).map_err(|problem| BadFault::Link(problem.to_string()))?;
         Ok(format!("\n[[fault]]\n{table}"))
     }
 
     /// Whether it does something to the link.
-    pub(crate) fn is_of_link(&self) -> bool {
+    fn is_of_link(&self) -> bool {
         let words = [
             &self.delay,
             &self.loss,
@@ -135,10 +118,61 @@ impl FaultEvent {
         let switches = [self.down, self.reset, self.rebind];
         words.iter().any(|word| word.is_some()) || switches.iter().any(Option::is_some)
     }
+
+    /// The end that the event hits, with what happens to it; `None` if it is one of the link.
+    ///
+    /// # Errors
+    /// What is wrong, in a sentence.
+    pub(crate) fn of_end(&self) -> Result<Option<(End, EndEffect)>, BadFault> {
+        let share = || match &self.share {
+            Some(text) => percent(text),
+            None => Err(BadFault::NoShare),
+        };
+        let mut effects = Vec::new();
+        effects.extend(self.freeze.map(|end| (end, EndEffect::Freeze)));
+        effects.extend(self.kill.map(|end| (end, EndEffect::Kill)));
+        if let Some(end) = self.starve {
+            effects.push((end, EndEffect::Starve(share()?)));
+        } else if self.share.is_some() {
+            return Err(BadFault::ShareAlone);
+        }
+        let Some(effect) = effects.pop() else {
+            return Ok(None);
+        };
+        if !effects.is_empty() || self.is_of_link() {
+            return Err(BadFault::Effects);
+        }
+        if self.way.is_some() {
+            return Err(BadFault::WayOfEnd);
+        }
+        Ok(Some(effect))
+    }
+
+    /// The same times as a fault of a link, to draw them by.
+    pub(crate) fn times_only(&self) -> FaultEvent {
+        FaultEvent {
+            at: self.at.clone(),
+            lasts: self.lasts.clone(),
+            every: self.every.clone(),
+            period: self.period.clone(),
+            times: self.times,
+            down: Some(true),
+            ..FaultEvent::default()
+        }
+    }
+}
+
+/// A share of 1 to 99 % from its text.
+fn percent(text: &str) -> Result<f64, BadFault> {
+    let number = text.strip_suffix('%').and_then(|text| text.parse().ok());
+    match number {
+        Some(percent @ 1.0..=99.0) => Ok(percent / 100.0),
+        _ => Err(BadFault::Share(text.to_owned())),
+    }
 }
 
 /// A link without anything but these faults, whose times count from the loop's start.
-pub(crate) fn profile_of(events: &[FaultEvent]) -> Result<Profile, String> {
+pub(crate) fn profile_of(events: &[FaultEvent]) -> Result<Profile, BadFault> {
     let mut text = ProfileText {
         source: EMPTY.to_owned(),
         ..ProfileText::default()
@@ -148,13 +182,13 @@ pub(crate) fn profile_of(events: &[FaultEvent]) -> Result<Profile, String> {
     }
     text.profile("empty").map_err(|findings| {
         let first = findings.first();
-        first.map_or_else(String::new, |first| first.message.clone())
+        BadFault::Link(first.map_or_else(String::new, |first| first.problem.clone()))
     })
 }
 
 impl Fault {
     /// The built-in faults.
-    fn built_in() -> Result<Vec<Fault>, toml::de::Error> {
+    pub(crate) fn built_in() -> Result<Vec<Fault>, toml::de::Error> {
         #[derive(Deserialize)]
         struct File {
             fault: Vec<Fault>,
@@ -163,12 +197,15 @@ impl Fault {
     }
 
     /// Checks every event, as the link reads it.
-    fn check(&self) -> Result<(), String> {
+    pub(crate) fn check(&self) -> Result<(), BadFault> {
         if self.event.is_empty() {
-            return Err("it has no [[fault.event]]".to_owned());
+            return Err(BadFault::NoEvent);
         }
         for (number, event) in self.event.iter().enumerate() {
-            let place = |problem: String| format!("its event {}: {problem}", number + 1);
+            let place = |problem| BadFault::Event {
+                number: number + 1,
+                problem: Box::new(problem),
+            };
             let event = match event.of_end().map_err(place)? {
                 Some(_) => event.times_only(),
                 None => event.clone(),
@@ -179,12 +216,12 @@ impl Fault {
     }
 
     /// Its events that do something to the link.
-    fn of_link(&self) -> impl Iterator<Item = &FaultEvent> {
+    pub(crate) fn of_link(&self) -> impl Iterator<Item = &FaultEvent> {
         self.event.iter().filter(|event| event.is_of_link())
     }
 
     /// The profile with the fault.
-    fn over(&self, profile: &ProfileText) -> Result<ProfileText, String> {
+    pub(crate) fn over(&self, profile: &ProfileText) -> Result<ProfileText, BadFault> {
         let mut text = profile.clone();
         for event in self.of_link() {
             text.source += &event.in_profile()?;
@@ -196,158 +233,42 @@ impl Fault {
 /// A link without anything, to check the link's part of a fault by.
 const EMPTY: &str = "name = \"empty\"\nabout = \"Nothing.\"\n[both.delay]\nbase = \"1ms\"\n";
 
-impl Plan {
-    /// The profile of a cell's link, with what its fault does to the link; `None` if the plan has no such
-    /// profile.
-    #[must_use]
-    pub fn profile(&self, cell: &Cell) -> Option<Cow<'_, ProfileText>> {
-        let text = self.profiles.get(&cell.topology)?;
-        match self.fault(cell) {
-            Some(fault) => fault.over(text).ok().map(Cow::Owned),
-            None => Some(Cow::Borrowed(text)),
-        }
-    }
-
-    /// The fault that a cell's run meets.
-    #[must_use]
-    pub fn fault(&self, cell: &Cell) -> Option<&Fault> {
-        self.faults.get(cell.fault.as_ref()?)
-    }
-
-    /// When a cell's fault is in force, in order, in ns after the loop's start, with those that the
-    /// profile has itself and those of the ends; empty without one.
-    #[must_use]
-    pub fn fault_spells(&self, cell: &Cell) -> Vec<FaultSpell> {
-        let text = cell.fault.as_ref().and_then(|_| self.profile(cell));
-        let Some(profile) = text.and_then(|text| text.profile(&cell.topology).ok()) else {
-            return Vec::new();
-        };
-        let end = START_AT.after(cell.duration_ns);
-        let mut spells: Vec<FaultSpell> = profile
-            .faults(cell.link_seed, START_AT, end)
-            .iter()
-            .map(|spell| FaultSpell {
-                from_ns: spell.start.ns().saturating_sub(START_AT.ns()),
-                to_ns: spell.end.ns().saturating_sub(START_AT.ns()),
-                word: spell.word,
-            })
-            .collect();
-        spells.extend(self.end_faults(cell).iter().map(|fault| FaultSpell {
-            from_ns: fault.from_ns,
-            to_ns: fault.to_ns,
-            word: fault.words(),
-        }));
-        spells.sort_by_key(|spell| (spell.from_ns, spell.to_ns));
-        // One of both directions is told once.
-        spells.dedup();
-        spells
-    }
-
-    /// Checks the faults of a plan that comes from a file.
-    pub(crate) fn check_faults(&self) -> Result<(), String> {
-        for (name, fault) in &self.faults {
-            if fault.name != *name {
-                return Err(format!(
-                    "its fault `{}` calls itself `{}`",
-                    name.escape_debug(),
-                    fault.name.escape_debug()
-                ));
-            }
-            fault
-                .check()
-                .map_err(|problem| format!("its fault `{}`: {problem}", name.escape_debug()))?;
-        }
-        for cell in &self.cells {
-            if let Some(name) = &cell.fault
-                && !self.faults.contains_key(name)
-            {
-                let name = name.escape_debug();
-                return Err(format!("cell {}: there is no fault `{name}`", cell.index));
-            }
-            self.check_link_of(cell)?;
-            self.check_end_faults(cell)
-                .map_err(|problem| format!("cell {}: {problem}", cell.index))?;
-        }
-        Ok(())
-    }
-
-    /// A fault of the link needs a link.
-    fn check_link_of(&self, cell: &Cell) -> Result<(), String> {
-        let Some(fault) = self.fault(cell) else {
-            return Ok(());
-        };
-        if fault.of_link().next().is_some() && self.is_loopback(&cell.topology) {
-            return Err(format!(
-                "cell {}: the fault `{}` needs a link, and on {} there is none",
-                cell.index, fault.name, cell.topology
-            ));
-        }
-        Ok(())
-    }
-}
-
-impl Reader<'_> {
-    /// The faults that an experiment may name: its own and the built-in ones.
-    pub(crate) fn faults(
-        &self,
-        written: &[Spanned<Fault>],
-    ) -> Result<BTreeMap<String, Fault>, InvalidFile> {
-        // The built-in ones are checked by a test.
-        let built_in = Fault::built_in().unwrap_or_default();
-        let mut known: BTreeMap<String, Fault> = built_in
-            .into_iter()
-            .map(|fault| (fault.name.clone(), fault))
-            .collect();
-        for written in written {
-            let fault = written.get_ref();
-            let name = &fault.name;
-            let refuse = |problem: String| {
-                let remedy = "docs/faults.md has examples";
-                Err(self.invalid(written, format!("the fault `{name}`: {problem}"), remedy))
-            };
-            if !system::is_name(name) || name == NONE {
-                return refuse("its name is not up to 40 of a-z, 0-9 and -".to_owned());
-            }
-            if let Err(problem) = fault.check() {
-                return refuse(problem);
-            }
-            if known.insert(name.clone(), fault.clone()).is_some() {
-                return refuse("there is another fault of this name".to_owned());
-            }
-        }
-        Ok(known)
-    }
-
-    /// The fault that a word names, which is kept in the plan; `None` for none.
-    pub(crate) fn fault(
-        &self,
-        word: &Word,
-        known: &BTreeMap<String, Fault>,
-        plan: &mut Plan,
-    ) -> Result<Option<String>, InvalidFile> {
-        let name = word.get_ref();
-        if name == NONE {
-            return Ok(None);
-        }
-        let Some(fault) = known.get(name) else {
-            let names: Vec<&str> = known.keys().map(String::as_str).collect();
-            let remedy = format!(
-                "use {NONE} or one of {}, or describe your own in [[fault]]",
-                names.join(", ")
-            );
-            return Err(self.invalid(word, format!("there is no fault `{name}`"), &remedy));
-        };
-        plan.faults.insert(name.clone(), fault.clone());
-        Ok(Some(name.clone()))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn event(text: &str) -> FaultEvent {
         toml::from_str(text).expect("an event")
+    }
+
+    fn of_end(text: &str) -> Result<Option<(End, EndEffect)>, BadFault> {
+        event(text).of_end()
+    }
+
+    #[test]
+    fn an_event_hits_the_link_or_one_end_once() {
+        let at = "at = \"1s\"\nfor = \"1s\"\n";
+        let event = |line: &str| of_end(&format!("{at}{line}"));
+        assert_eq!(event("down = true"), Ok(None));
+        assert_eq!(
+            event("freeze = \"plant\""),
+            Ok(Some((End::Plant, EndEffect::Freeze)))
+        );
+        assert_eq!(
+            event("starve = \"controller\"\nshare = \"70%\""),
+            Ok(Some((End::Controller, EndEffect::Starve(0.7))))
+        );
+        for (line, words) in [
+            ("starve = \"plant\"", "needs a `share`"),
+            ("starve = \"plant\"\nshare = \"100%\"", "`freeze`"),
+            ("freeze = \"plant\"\nshare = \"10%\"", "without `starve`"),
+            ("freeze = \"plant\"\ndown = true", "one effect"),
+            ("freeze = \"plant\"\nkill = \"plant\"", "one effect"),
+            ("freeze = \"plant\"\nway = \"up\"", "`way`"),
+        ] {
+            let problem = event(line).expect_err(line);
+            assert!(problem.to_string().contains(words), "{line}: {problem}");
+        }
     }
 
     #[test]
@@ -357,7 +278,7 @@ mod tests {
         for fault in faults {
             assert_eq!(fault.check(), Ok(()), "{}", fault.name);
             assert!(
-                system::is_name(&fault.name) && !fault.about.is_empty(),
+                text::is_name(&fault.name) && !fault.about.is_empty(),
                 "{}",
                 fault.name
             );
@@ -378,7 +299,7 @@ mod tests {
                 event: vec![event(text)],
             };
             let problem = fault.check().expect_err(text);
-            assert!(problem.contains(words), "{text}: {problem}");
+            assert!(problem.to_string().contains(words), "{text}: {problem}");
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The caller's replacements for what an experiment says.
 
-use crate::experiment::Block;
+use crate::client::{Client, UnknownClient};
+use crate::experiment::{Block, ExperimentFile};
 
 /// Replacements; `None` keeps what the experiment says.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -32,6 +33,27 @@ impl Instead {
             list.keep(only);
         }
         block
+    }
+
+    /// Checks that its client is one of webloop's, or a program that the experiment `source` describes. Of a text
+    /// that is no experiment it says nothing: resolving that says why.
+    ///
+    /// # Errors
+    /// [`UnknownClient`] if it is neither.
+    pub fn check_client(&self, source: &str) -> Result<(), UnknownClient> {
+        let Some(client) = &self.client else {
+            return Ok(());
+        };
+        let Err(unknown) = client.parse::<Client>() else {
+            return Ok(());
+        };
+        let Ok(file) = toml::from_str::<ExperimentFile>(source) else {
+            return Ok(());
+        };
+        let programs = file.cells.iter().flat_map(Block::programs);
+        let mut names = programs.map(|(name, _)| name.get_ref());
+        let is_described = names.any(|name| name == client);
+        is_described.then_some(()).ok_or(unknown)
     }
 
     /// Whether blocks that differed may have become equal; their equal cells then become one.

@@ -5,11 +5,12 @@ use std::str::FromStr;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use text::Diagnostic;
 
-use crate::clause::Figure;
-use crate::experiment::Word;
+use crate::cell::Cell;
+use crate::clause::{Figure, OLD_HOLDS};
+use crate::invalid::{Reader, Word};
 use crate::selection::matches;
-use crate::{Cell, InvalidFile, Reader};
 
 /// A failure that is known.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -55,20 +56,24 @@ impl From<jiff::civil::Date> for Day {
     }
 }
 
-impl FromStr for Day {
-    type Err = String;
+/// A text that is no day.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is not a day; write it like 2027-06-30")]
+pub struct NotADay(String);
 
-    fn from_str(text: &str) -> Result<Day, String> {
+impl FromStr for Day {
+    type Err = NotADay;
+
+    fn from_str(text: &str) -> Result<Day, NotADay> {
         let day = jiff::civil::Date::strptime("%Y-%m-%d", text);
-        day.map(Day)
-            .map_err(|_| format!("`{text}` is not a day; write it like 2027-06-30"))
+        day.map(Day).map_err(|_| NotADay(text.to_owned()))
     }
 }
 
 impl TryFrom<String> for Day {
-    type Error = String;
+    type Error = NotADay;
 
-    fn try_from(text: String) -> Result<Day, String> {
+    fn try_from(text: String) -> Result<Day, NotADay> {
         text.parse()
     }
 }
@@ -110,7 +115,7 @@ impl Reader<'_> {
         written: &[KnownFailure],
         cells: &[Cell],
         is_replaced: bool,
-    ) -> Result<Vec<Known>, InvalidFile> {
+    ) -> Result<Vec<Known>, Diagnostic> {
         let read = |known: &KnownFailure| {
             let pattern = known.cells.get_ref();
             if !is_replaced && !cells.iter().any(|cell| matches(pattern, &cell.id)) {
@@ -124,7 +129,12 @@ impl Reader<'_> {
             let until = known.until.as_ref();
             Ok(Known {
                 cells: pattern.clone(),
-                expect: expect.map(|word| self.word(word)).transpose()?,
+                expect: expect
+                    .map(|word| match word.get_ref().as_str() {
+                        OLD_HOLDS => Ok(Figure::Holds),
+                        _ => self.word(word),
+                    })
+                    .transpose()?,
                 reason: known.reason.clone(),
                 until: until.map(|word| self.word(word)).transpose()?,
             })

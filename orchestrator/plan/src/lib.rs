@@ -1,16 +1,18 @@
 //! Resolves experiments into cells.
 //!
 //! - `experiment` is the TOML as written, [`Instead`] the caller's replacements for parts of it.
-//!   `matrix` resolves both into cells; `named` looks up in a [`Library`] the profiles and systems that
-//!   they name.
+//!   `matrix` resolves both into cells, which `combination` makes; `named` looks up in a [`Library`] the
+//!   profiles and systems that they name.
 //! - [`Plan`] and [`Cell`] are the result. [`Client`] closes a cell's loop; its entry has everything
-//!   that is known about it. `own` has the programs of one's own. `setup` describes a cell's settings
-//!   in words.
-//! - [`Fault`] is what an experiment lays over a run's link and does to its ends, [`EndFault`] the latter.
+//!   that is known about it. `own` has the names of programs of one's own, `client_name` those of the others.
+//!   `setup` describes a cell's settings in words.
+//! - [`Fault`] is what an experiment lays over a run's link and does to its ends, [`EndFault`] the latter. `faults`
+//!   applies them to a plan's cells.
 //! - `clause` is the language of what runs are expected to show, [`Expectation`] and [`Known`] what a plan says
 //!   of it.
 //! - [`Selection`] chooses cells. A [`Job`] is a share of them: those of a topology, or a [`Shard`].
-//! - `difference` says how two plans differ. `sound` refuses plans that no experiment can produce.
+//! - `limit` says how large a plan may be. `difference` says how two plans differ. `sound` refuses plans that no experiment can produce, in the
+//!   words of `unsound` and `bad_fault`.
 //!   `seed` derives the seeds of the links.
 //! - [`file_name`] has the names of the files in a campaign's folder. [`schema()`] gives the JSON
 //!   schema of experiments and plans. [`Verdict`] names how a run can end. [`ProbeRow`] is the row of
@@ -20,26 +22,32 @@
 #![forbid(unsafe_code)]
 
 mod allowance;
+mod bad_fault;
 mod cell;
 mod clause;
 mod client;
+mod client_name;
+mod combination;
 mod difference;
 mod echo;
 mod end_fault;
 mod expect;
 mod experiment;
 mod fault;
+mod faults;
 pub mod file_name;
 mod instead;
 mod invalid;
 mod job;
 mod known;
 mod library;
+mod limit;
 mod matrix;
 mod named;
 mod own;
 #[allow(clippy::module_inception)]
 mod plan;
+mod profile_text;
 mod schema;
 mod seed;
 mod selection;
@@ -48,30 +56,37 @@ mod setup;
 mod shard;
 mod sound;
 mod stall;
+mod unsound;
 mod verdict;
 
-pub use allowance::Allowance;
-pub use cell::{Cell, START_AT};
+pub use allowance::{Allowance, TAILS, Tail};
+pub use bad_fault::BadFault;
+pub use cell::{Cell, START_AT, rate};
 pub use clause::{Clause, Figure, InvalidClause, Limit, Unit};
 pub use client::{Client, ClientSpec, UnknownClient};
 pub use echo::{Phase, ProbeRow};
 pub use end_fault::{End, EndEffect, EndFault, EndFaultDone, STARVED_NS};
 pub use expect::Expectation;
-pub use fault::{Fault, FaultEvent, FaultSpell};
+pub use fault::{Fault, FaultEvent};
+pub use faults::FaultSpell;
 pub use instead::Instead;
-pub use invalid::{InvalidFile, Reader};
+pub use invalid::Reader;
 pub use job::{Job, Part};
-pub use known::{Day, Known};
+pub use known::{Day, Known, NotADay};
 pub use library::Library;
 pub use own::{BadOwnName, OwnName};
-pub use plan::{Plan, ProfileText};
+pub use plan::Plan;
+pub use profile_text::ProfileText;
 pub use schema::{Document, schema};
 pub use seed::link_seed;
 pub use selection::Selection;
+pub use setup::{Condition, SetBy, Setup};
 pub use shard::{Shard, UnknownShard};
 pub use sound::is_file_name;
 pub use stall::{RESPONSE_NS, stalling_seed};
 pub use system::Program;
+pub use text::Diagnostic;
+pub use unsound::{NoSystem, NotAPlan, Unsound, UnsoundCell, UnsoundName};
 pub use verdict::{Disturbance, Verdict};
 
 /// The experiments that the binary carries, by name: the paper's, parts of it, and the quick

@@ -5,20 +5,45 @@ use std::collections::BTreeMap;
 
 use endpoint::SampleTime;
 use system::System;
+use text::Diagnostic;
 use toml::Spanned;
 
 use crate::experiment::Block;
-use crate::{InvalidFile, Library, Plan, ProfileText, Reader};
+use crate::{Library, Plan, ProfileText, Reader};
+
+/// Maximum bytes of all traces of a plan together, which is one file.
+const TRACES_BYTES: usize = 64 << 20;
 
 impl Reader<'_> {
+    /// Looks up the topologies and the systems of a block, which has the paper's system if it names none.
+    pub(crate) fn named(
+        &self,
+        block: &Block,
+        plan: &mut Plan,
+        library: &mut impl Library,
+    ) -> Result<(Vec<String>, Vec<System>), Diagnostic> {
+        let topologies = block.words("topology").iter();
+        let topologies = topologies
+            .map(|name| self.topology(name, &mut plan.profiles, library))
+            .collect::<Result<_, _>>()?;
+        let systems = match block.words("system") {
+            [] => vec![System::paper()],
+            asked => asked
+                .iter()
+                .map(|name| self.system(name, block, plan, library))
+                .collect::<Result<_, _>>()?,
+        };
+        Ok((topologies, systems))
+    }
+
     /// Looks up the profile of a topology, checks it, and keeps its source under its own name, which it
     /// returns.
-    pub(crate) fn topology(
+    fn topology(
         &self,
         asked: &Spanned<String>,
         profiles: &mut BTreeMap<String, ProfileText>,
         library: &mut impl Library,
-    ) -> Result<String, InvalidFile> {
+    ) -> Result<String, Diagnostic> {
         let text = library.profile(asked.get_ref()).map_err(|problem| {
             let remedy = format!(
                 "use one of {}, or the path of a profile file",
@@ -29,10 +54,7 @@ impl Reader<'_> {
         let parsed = text.profile(asked.get_ref()).map_err(|findings| {
             let problem = findings
                 .iter()
-                .map(|f| match f.field.as_str() {
-                    "" => format!("  line {}: {}", f.line, f.message),
-                    field => format!("  line {}, {field}: {}", f.line, f.message),
-                })
+                .map(|finding| format!("  {}", finding.inside()))
                 .collect::<Vec<_>>()
                 .join("\n");
             let remedy = format!(
@@ -46,25 +68,38 @@ impl Reader<'_> {
             )
         })?;
         let name = parsed.name().to_owned();
-        match profiles.insert(name.clone(), text.clone()) {
-            Some(before) if before != text => Err(self.invalid(
+        let text = text.kept(&parsed);
+        if profiles
+            .insert(name.clone(), text.clone())
+            .is_some_and(|before| before != text)
+        {
+            return Err(self.invalid(
                 asked,
                 format!("two different profiles are both named `{name}`"),
                 "give one of them another `name`",
-            )),
-            _ => Ok(name),
+            ));
         }
+        let texts = profiles.values().flat_map(|text| text.traces.values());
+        let bytes: usize = texts.map(String::len).sum();
+        if bytes > TRACES_BYTES {
+            let problem = format!(
+                "with it the traces have {bytes} bytes, and a plan has room for {TRACES_BYTES}"
+            );
+            let remedy = "cut the traces, or make two experiments of it";
+            return Err(self.invalid(asked, problem, remedy));
+        }
+        Ok(name)
     }
 
     /// Looks up a system, checks it with every h of the block, and keeps its text under its name, with the
     /// program that is its plant if it has one.
-    pub(crate) fn system(
+    fn system(
         &self,
         asked: &Spanned<String>,
         block: &Block,
         plan: &mut Plan,
         library: &mut impl Library,
-    ) -> Result<System, InvalidFile> {
+    ) -> Result<System, Diagnostic> {
         let text = library.system(asked.get_ref()).map_err(|problem| {
             let names: Vec<&str> = System::built_in_names().collect();
             let remedy = format!(
@@ -80,7 +115,7 @@ impl Reader<'_> {
             );
             self.invalid(
                 asked,
-                format!("it is not a valid system: line {fault}"),
+                format!("it is not a valid system: {}", fault.inside()),
                 &remedy,
             )
         })?;

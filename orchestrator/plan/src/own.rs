@@ -7,7 +7,7 @@ use std::str::FromStr;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
-use crate::Client;
+use crate::client_name::NAMES;
 
 /// Longest name, bytes: it becomes a part of a folder's name, and a column of tables.
 const LONGEST: usize = 24;
@@ -43,15 +43,10 @@ impl FromStr for OwnName {
     type Err = BadOwnName;
 
     fn from_str(word: &str) -> Result<Self, BadOwnName> {
-        let is_plain =
-            |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
-        let is_name = (1..=LONGEST).contains(&word.len())
-            && word.bytes().all(is_plain)
-            && !word.starts_with('-');
-        if !is_name {
+        if !text::is_plain(word, LONGEST) {
             return Err(BadOwnName::Characters(word.chars().take(40).collect()));
         }
-        if Client::from_str(word).is_ok() {
+        if NAMES.contains(&word) {
             return Err(BadOwnName::Taken(word.to_owned()));
         }
         let mut bytes = [0; LONGEST];

@@ -8,39 +8,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use system::System;
 
+use crate::profile_text::ProfileText;
+use crate::selection::Selection;
+use crate::unsound::{NoSystem, NotAPlan};
 use crate::{Cell, Client, Expectation, Fault, Known, OwnName, Program};
 
-/// A profile as text: its TOML and the traces that it names.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ProfileText {
-    /// The TOML.
-    pub source: String,
-    /// Text of each trace file, by the name that the TOML has for it.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub traces: BTreeMap<String, String>,
-}
-
-impl ProfileText {
-    /// Reads the profile that the text describes; `origin` names it in findings.
-    ///
-    /// # Errors
-    /// The findings that prevent the link from being played.
-    pub fn profile(&self, origin: &str) -> Result<link::Profile, Vec<link::Finding>> {
-        let trace = |name: &str| {
-            self.traces
-                .get(name)
-                .cloned()
-                .ok_or_else(|| format!("there is no trace file `{name}`"))
-        };
-        let (profile, mut findings) = link::Profile::read(&self.source, origin, &trace);
-        findings.retain(|finding| finding.severity == link::Severity::Error);
-        profile.ok_or(findings)
-    }
-}
-
 /// Everything that a campaign will run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "webloop plan")]
 pub struct Plan {
@@ -86,6 +60,15 @@ impl Plan {
         self.cells.iter().find(|cell| cell.index == index)
     }
 
+    /// The cells that `selection` includes, in the order in which they are run.
+    #[must_use]
+    pub fn chosen(&self, selection: &Selection) -> Vec<&Cell> {
+        self.cells
+            .iter()
+            .filter(|cell| selection.takes(cell))
+            .collect()
+    }
+
     /// Whether the profile of a topology says that there is no link; `false` if the plan has no valid
     /// profile of that name.
     #[must_use]
@@ -98,17 +81,19 @@ impl Plan {
     /// The system of a cell.
     ///
     /// # Errors
-    /// A sentence that says what is wrong with the plan.
-    pub fn system(&self, cell: &Cell) -> Result<System, String> {
+    /// [`NoSystem`] if the plan has none of that name, or its text cannot be read.
+    pub fn system(&self, cell: &Cell) -> Result<System, NoSystem> {
         if cell.system == System::PAPER {
             return Ok(System::paper());
         }
         let text = self
             .systems
             .get(&cell.system)
-            .ok_or_else(|| format!("the plan has no system `{}`", cell.system))?;
-        System::read(text)
-            .map_err(|fault| format!("the plan's system `{}`, line {fault}", cell.system))
+            .ok_or_else(|| NoSystem::Missing(cell.system.clone()))?;
+        System::read(text).map_err(|fault| NoSystem::Unread {
+            name: cell.system.clone(),
+            fault: fault.inside(),
+        })
     }
 
     /// The program of a cell that one's own controls; `None` for webloop's clients.
@@ -136,17 +121,101 @@ impl Plan {
     /// Reads a plan from JSON; refuses one that no experiment can produce.
     ///
     /// # Errors
-    /// A sentence that says what is wrong, with line and column or with the cell.
-    pub fn from_json(text: &str) -> Result<Plan, String> {
-        let plan: Plan = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    /// [`NotAPlan`] with what is wrong, and line and column or the cell.
+    pub fn from_json(text: &str) -> Result<Plan, NotAPlan> {
+        let plan: Plan =
+            serde_json::from_str(text).map_err(|error| NotAPlan::Json(error.to_string()))?;
         if plan.version != Plan::VERSION {
-            return Err(format!(
-                "this plan has format version {}, and this webloop reads version {}",
-                plan.version,
-                Plan::VERSION
-            ));
+            return Err(NotAPlan::Version {
+                found: plan.version,
+                known: Plan::VERSION,
+            });
         }
         plan.check()?;
         Ok(plan)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use serde_json::Value;
+
+    use super::*;
+    use crate::Instead;
+    use link::{Link, LinkTime, Profile};
+
+    const TRACED: &str = "name = 'traced'\nabout = ''\n[both.trace]\nfile = 'walk.csv'\n";
+    const WALK: &str = "t_ms,delay_ms\n0,5\n100,9\n200,30\n";
+
+    fn plan() -> Plan {
+        let source = "name = \"mine\"\n[[cells]]\ntopology = [\"traced\", \"couva\"]\nclient = [\"native\"]\n\
+                      mode = \"closed\"\nh = [\"3ms\"]\nduration = \"1s\"\nrepeats = 2\n";
+        let profile = |name: &str| {
+            Ok(match Profile::builtin(name) {
+                Some(source) => ProfileText {
+                    source: source.to_owned(),
+                    ..ProfileText::default()
+                },
+                None => ProfileText {
+                    source: TRACED.to_owned(),
+                    traces: [("walk.csv".to_owned(), WALK.to_owned())].into(),
+                    ..ProfileText::default()
+                },
+            })
+        };
+        Plan::resolve(source, "mine.toml", &Instead::default(), profile).unwrap()
+    }
+
+    #[test]
+    fn a_plan_names_the_edition_of_a_link_with_a_trace_and_of_no_other() {
+        let json: Value = serde_json::from_str(&plan().to_json()).unwrap();
+        assert_eq!(json["profiles"]["traced"]["edition"], "second");
+        assert_eq!(json["profiles"]["couva"]["edition"], Value::Null);
+        let read = Plan::from_json(&json.to_string()).unwrap();
+        assert_eq!(read, plan());
+    }
+
+    #[test]
+    fn a_plan_of_before_there_were_editions_means_what_it_meant() {
+        let mut json: Value = serde_json::from_str(&plan().to_json()).unwrap();
+        let traced = json["profiles"]["traced"].as_object_mut().unwrap();
+        traced.remove("edition").unwrap();
+        let old = Plan::from_json(&json.to_string()).unwrap();
+        let levels = |plan: &Plan, t_ms: u64| {
+            let profile = plan.profiles["traced"].profile("traced").unwrap();
+            let t = LinkTime::from_ns(t_ms * 1_000_000);
+            let delays = plan.cells.iter().map(|cell| {
+                let state = Link::new(&profile, cell.link_seed).up.state_at(t);
+                state.delay_ns
+            });
+            delays.collect::<Vec<_>>()
+        };
+        // From its first step, the last one held, whatever the repeat.
+        assert_eq!(levels(&old, 50), [5_000_000; 4]);
+        assert_eq!(levels(&old, 90_000), [30_000_000; 4]);
+        // Now each repeat begins elsewhere.
+        let new = levels(&plan(), 50);
+        assert_ne!(new[0], new[1]);
+    }
+
+    #[test]
+    fn traces_that_a_plan_has_no_room_for_are_refused() {
+        let source = "name = \"mine\"\n[[cells]]\ntopology = [\"a\", \"b\", \"c\", \"d\", \"e\"]\nclient = [\"native\"]\n\
+                      mode = \"closed\"\nh = [\"3ms\"]\nduration = \"1s\"\n";
+        let long = format!("{WALK}# {}\n", "x".repeat(14 << 20));
+        let profile = |name: &str| {
+            Ok(ProfileText {
+                source: TRACED.replace("'traced'", &format!("'{name}'")),
+                traces: [("walk.csv".to_owned(), long.clone())].into(),
+                ..ProfileText::default()
+            })
+        };
+        let refused = Plan::resolve(source, "mine.toml", &Instead::default(), profile);
+        let said = refused.map(|_| ()).unwrap_err();
+        assert!(
+            format!("{said:?}").contains("a plan has room for"),
+            "{said:?}"
+        );
     }
 }

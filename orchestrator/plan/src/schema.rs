@@ -9,7 +9,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema, schema_for};
 
 use crate::Plan;
 use crate::expect::Expect;
-use crate::experiment::{Block, ExperimentFile, LISTS, List, NEEDED, OwnClient, Scaled};
+use crate::experiment::{Block, ExperimentFile, List, NEEDED, OwnClient, Scaled, lists};
 
 /// A kind of document that has a schema.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,7 +69,7 @@ impl JsonSchema for Block {
         let of_pages = PageSettings::FIELDS
             .iter()
             .map(|field| (field.name, field.about));
-        let lists = LISTS.into_iter().chain(of_all).chain(of_pages);
+        let lists = lists().chain(of_all).chain(of_pages);
         let mut properties: serde_json::Map<_, _> = lists
             .map(|(name, about)| {
                 let mut list = match name {

@@ -3,7 +3,7 @@
 //! The plan stays whole, whatever is selected. So the folders of several runs, each with some of its
 //! cells, have the same plan and can be merged by copying them into one.
 
-use crate::{Cell, Plan};
+use crate::cell::Cell;
 
 /// A selection of a plan's cells.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -43,17 +43,6 @@ impl std::fmt::Display for Selection {
                 write!(f, "number {}", indices.join(" or "))
             }
         }
-    }
-}
-
-impl Plan {
-    /// The cells that `selection` includes, in the order in which they are run.
-    #[must_use]
-    pub fn chosen(&self, selection: &Selection) -> Vec<&Cell> {
-        self.cells
-            .iter()
-            .filter(|cell| selection.takes(cell))
-            .collect()
     }
 }
 

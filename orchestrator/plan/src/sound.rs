@@ -5,15 +5,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use endpoint::{DURATION_MAX_NS, SampleTime};
-use system::{System, is_name};
+use endpoint::SampleTime;
+use system::System;
+use text::{WEEK_NS, is_device, is_name};
 
-use crate::matrix::{CELLS_MAX, TOGETHER_MAX};
+use crate::limit::{CELLS_MAX, ID_MAX, TOGETHER_MAX};
 use crate::stall::stalling_seed;
+use crate::unsound::{Unsound, UnsoundCell, UnsoundName};
 use crate::{Cell, Plan, file_name, link_seed};
 
-/// Longest id, bytes: a file system allows 255, and a folder that is moved aside gets a suffix.
-const ID_MAX: usize = 200;
 /// Longest name of a file on any Linux file system, bytes.
 const NAME_MAX: usize = 255;
 
@@ -21,16 +21,13 @@ impl Plan {
     /// Checks that an experiment can produce this plan.
     ///
     /// # Errors
-    /// A sentence about the first thing that is wrong, with its cell.
-    pub(crate) fn check(&self) -> Result<(), String> {
+    /// [`Unsound`]: the first thing that is wrong, with its cell.
+    pub(crate) fn check(&self) -> Result<(), Unsound> {
         if !is_name(&self.experiment) {
-            return Err(format!(
-                "`{}` is not a valid name of a results folder; use up to 40 of a-z, 0-9 and -",
-                self.experiment
-            ));
+            return Err(Unsound::Name(self.experiment.clone()));
         }
         if self.cells.len() > CELLS_MAX {
-            return Err(format!("it has more than {CELLS_MAX} cells"));
+            return Err(Unsound::Cells);
         }
         self.check_profiles()?;
         self.check_systems()?;
@@ -38,66 +35,83 @@ impl Plan {
         self.check_faults()?;
         let (mut ids, mut indices) = (BTreeSet::new(), BTreeSet::new());
         for cell in &self.cells {
-            let place = format!("cell {}, {}", cell.index, cell.id.escape_debug());
-            self.check_cell(cell)
-                .map_err(|problem| format!("{place}: {problem}"))?;
+            let wrong = |problem| Unsound::Cell {
+                index: cell.index,
+                id: cell.id.clone(),
+                problem,
+            };
+            self.check_cell(cell).map_err(wrong)?;
             if !ids.insert(&cell.id) {
-                return Err(format!(
-                    "{place}: another cell has the same id, so the same folder"
-                ));
+                return Err(wrong(UnsoundCell::SameId));
             }
             if !indices.insert(cell.index) {
-                return Err(format!("{place}: another cell has this index"));
+                return Err(wrong(UnsoundCell::SameIndex));
             }
+        }
+        // Last, since what is wrong with its fields is the cause.
+        if let Some(cell) = self.cells.iter().find(|cell| !cell.is_identified()) {
+            return Err(Unsound::Unidentified {
+                index: cell.index,
+                id: cell.id.clone(),
+            });
         }
         let mut expected = self.expect.iter().flat_map(|of| &of.cells);
         if let Some(index) = expected.find(|index| !indices.contains(index)) {
-            return Err(format!(
-                "it expects something of cell {index}, which it does not have"
-            ));
+            return Err(Unsound::Expected(*index));
         }
         Ok(())
     }
 
-    fn check_profiles(&self) -> Result<(), String> {
+    fn check_profiles(&self) -> Result<(), Unsound> {
         for (name, text) in &self.profiles {
             let profile = text.profile(name).map_err(|findings| {
                 let first = findings.first();
-                let words = first.map_or(String::new(), |first| first.message.clone());
-                format!("its profile `{name}` cannot be played: {words}")
+                Unsound::Profile {
+                    name: name.clone(),
+                    problem: first.map_or(String::new(), |first| first.problem.clone()),
+                }
             })?;
             if profile.name() != name {
-                return Err(format!(
-                    "its profile `{name}` calls itself `{}`",
-                    profile.name()
-                ));
+                return Err(Unsound::Called {
+                    what: "profile",
+                    name: name.clone(),
+                    own: profile.name().to_owned(),
+                });
             }
             let other = |trace: &&String| !is_file_name(trace) || is_ours(trace);
             if let Some(trace) = text.traces.keys().find(other) {
-                return Err(format!(
-                    "its profile `{name}` has a trace `{}`, a name that a run's own files may \
-                     have; call it something like {name}-trace.csv",
-                    trace.escape_debug()
-                ));
+                return Err(Unsound::Trace {
+                    name: name.clone(),
+                    trace: trace.escape_debug().to_string(),
+                });
+            }
+            let mut folded = BTreeSet::new();
+            let twin = |trace: &&String| !folded.insert(trace.to_lowercase());
+            if let Some(trace) = text.traces.keys().find(twin) {
+                return Err(Unsound::Twins {
+                    name: name.clone(),
+                    trace: trace.escape_debug().to_string(),
+                });
             }
         }
         Ok(())
     }
 
-    fn check_systems(&self) -> Result<(), String> {
+    fn check_systems(&self) -> Result<(), Unsound> {
         for (name, text) in &self.systems {
-            let system =
-                System::read(text).map_err(|fault| format!("its system `{name}`, line {fault}"))?;
+            let system = System::read(text).map_err(|fault| Unsound::System {
+                name: name.clone(),
+                fault: fault.inside(),
+            })?;
             if system.name() != name || name == System::PAPER {
-                return Err(format!(
-                    "its system `{name}` calls itself `{}`",
-                    system.name()
-                ));
+                return Err(Unsound::Called {
+                    what: "system",
+                    name: name.clone(),
+                    own: system.name().to_owned(),
+                });
             }
             if system.plant_program().is_some() != self.plants.contains_key(name) {
-                return Err(format!(
-                    "its system `{name}` and its `plants` do not agree on whether the plant is a program"
-                ));
+                return Err(Unsound::Plant(name.clone()));
             }
         }
         // The design of a system for an h is checked once, not for each cell that has both.
@@ -105,72 +119,62 @@ impl Plan {
         for cell in &self.cells {
             let pair = (cell.system.as_str(), cell.settings.h);
             if known.insert(pair, ()).is_none() {
-                let fit = self.system(cell).and_then(|system| {
-                    system
-                        .law_at(cell.settings.h)
-                        .map_err(|unfit| unfit.to_string())
-                });
-                fit.map_err(|problem| format!("cell {}: {problem}", cell.index))?;
+                let system = self.system(cell).map_err(UnsoundName::from);
+                let fit = system.and_then(|system| Ok(system.law_at(cell.settings.h)?));
+                fit.map_err(|problem| Unsound::Named {
+                    index: cell.index,
+                    problem,
+                })?;
             }
         }
         Ok(())
     }
 
-    fn check_programs(&self) -> Result<(), String> {
+    fn check_programs(&self) -> Result<(), Unsound> {
         let controllers = self.programs.iter();
         let controllers = controllers.map(|(name, program)| (name.as_str(), program));
         let plants = self.plants.iter();
         let plants = plants.map(|(name, program)| (name.as_str(), program));
         for (name, program) in controllers.chain(plants) {
             if program.is_empty() {
-                return Err(format!("its program `{name}` has nothing to `run`"));
+                return Err(Unsound::Program(name.to_owned()));
             }
         }
         for cell in &self.cells {
             if cell.client.is_own() && self.program(cell).is_none() {
-                let client = cell.client;
-                return Err(format!(
-                    "cell {}: there is no program `{client}`",
-                    cell.index
-                ));
+                return Err(Unsound::Named {
+                    index: cell.index,
+                    problem: UnsoundName::Program(cell.client.to_string()),
+                });
             }
         }
         Ok(())
     }
 
-    fn check_cell(&self, cell: &Cell) -> Result<(), String> {
+    fn check_cell(&self, cell: &Cell) -> Result<(), UnsoundCell> {
         if !is_id(&cell.id) {
-            return Err(format!(
-                "this id cannot name a folder; use up to {ID_MAX} letters, digits, `-`, `.` and \
-                 `_`, and no dot at the beginning"
-            ));
+            return Err(UnsoundCell::Id);
         }
         if !self.profiles.contains_key(&cell.topology) {
-            return Err(format!(
-                "there is no profile `{}`",
-                cell.topology.escape_debug()
-            ));
+            return Err(UnsoundCell::Profile(cell.topology.clone()));
         }
-        for (name, ns) in [
+        for (field, ns) in [
             ("duration_ns", cell.duration_ns),
             ("timeout_ns", cell.settings.timeout_ns),
         ] {
-            if !(1..=DURATION_MAX_NS).contains(&ns) {
-                return Err(format!("{name} {ns} is not between 0 and a week"));
+            if !(1..=WEEK_NS).contains(&ns) {
+                return Err(UnsoundCell::Time { field, ns });
             }
         }
         let h = cell.settings.h;
         if h.ns() > cell.duration_ns {
-            return Err(format!("h = {h} is longer than the run"));
+            return Err(UnsoundCell::SampleTime(h));
         }
         if cell.repeat == 0 {
-            return Err("repeat 0; repeats count from 1".to_owned());
+            return Err(UnsoundCell::Repeat);
         }
         if !(1..=TOGETHER_MAX).contains(&cell.together) {
-            return Err(format!(
-                "together {} is not between 1 and {TOGETHER_MAX}",
-                cell.together
-            ));
+            return Err(UnsoundCell::Together(cell.together));
         }
         let seed = link_seed(self.seed, &cell.topology, cell.repeat);
         // The seed may also come from `stall_met`. That search takes milliseconds, so it is made only
@@ -181,28 +185,29 @@ impl Plan {
             stalling_seed(self.seed, &profile, &cell.topology, cell.repeat)
         };
         if cell.link_seed != seed && stalling() != Some(cell.link_seed) {
-            return Err(format!(
-                "link_seed {} is not that of the plan's seed {}, which is {seed}",
-                cell.link_seed, self.seed
-            ));
+            return Err(UnsoundCell::Seed {
+                found: cell.link_seed,
+                seed: self.seed,
+                due: seed,
+            });
         }
         let page = match (&cell.page, cell.client.is_browser()) {
             (Some(page), true) => page.check(&cell.settings),
             (None, false) => Ok(()),
-            (Some(_), false) => return Err("only a browser has a page".to_owned()),
-            (None, true) => return Err("a browser has a page".to_owned()),
+            (Some(_), false) => return Err(UnsoundCell::Page),
+            (None, true) => return Err(UnsoundCell::NoPage),
         };
         page.and_then(|()| cell.settings.check())
-            .map_err(|invalid| invalid.to_string())
+            .map_err(|invalid| UnsoundCell::Setting(invalid.to_string()))
     }
 }
 
 /// Whether `text` can name a cell's folder: it must not lead elsewhere, nor be a name that a run, or
 /// collecting, leaves beside such a folder.
 fn is_id(text: &str) -> bool {
-    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '.' | '_');
+    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || matches!(c, '-' | '.');
     (1..=ID_MAX).contains(&text.len())
-        && !text.starts_with('.')
+        && text.starts_with(|c: char| c.is_ascii_alphanumeric())
         && text.chars().all(plain)
         && !text.ends_with(".partial")
         && ![".unfinished-", ".disturbed-"]
@@ -214,12 +219,18 @@ fn is_id(text: &str) -> bool {
 #[must_use]
 pub fn is_file_name(text: &str) -> bool {
     (1..=NAME_MAX).contains(&text.len())
-        && !text.starts_with('.')
-        && !text.contains(|c: char| matches!(c, '/' | '\\') || c.is_control())
+        && !text.starts_with(['.', '-'])
+        && !text.contains(|c: char| {
+            matches!(c, '/' | '\\' | ':') || endpoint::is_active(c) || c == '\t'
+        })
+        && !text.contains('\n')
+        && !is_device(text)
 }
 
 /// Whether a run may write a file of this name itself.
 fn is_ours(name: &str) -> bool {
+    // There are file systems on which `Ticks.csv` is the same file.
+    let name = name.to_lowercase();
     const ROWS: [&str; 12] = [
         file_name::TICKS,
         file_name::SECOND,
@@ -234,7 +245,7 @@ fn is_ours(name: &str) -> bool {
         file_name::PACKETS_DOWN,
         file_name::SIGHTINGS,
     ];
-    ROWS.contains(&name)
+    ROWS.contains(&name.as_str())
         || ["messages-", "echoes-"]
             .iter()
             .any(|start| name.starts_with(start))
@@ -271,7 +282,7 @@ mod tests {
         // Indexing also adds a field that is left out because it has its default, such as `together`.
         let (object, field) = at.rsplit_once('/').unwrap();
         json.pointer_mut(object).unwrap()[field] = value;
-        Plan::from_json(&json.to_string()).unwrap_err()
+        Plan::from_json(&json.to_string()).unwrap_err().to_string()
     }
 
     #[test]
@@ -288,9 +299,31 @@ mod tests {
             "a\u{e9}",
             "x.partial",
             "x.unfinished-1",
+            "-rf",
+            "--out",
+            "CON",
+            "A",
+            "a\u{0}b",
+            "a\nb",
+            "a\\b",
         ] {
             assert!(
                 said("/cells/0/id", json!(id)).contains("cannot name a folder"),
+                "{id}"
+            );
+        }
+        let good = plan().cells[0].id.clone();
+        let (words, print) = good.rsplit_once('-').unwrap();
+        for id in [
+            "con".to_owned(),
+            "nul.txt".to_owned(),
+            words.to_owned(),
+            format!("{words}-{print}0"),
+            format!("{words}-xyzxyz"),
+            good.replace("couva", "arima"),
+        ] {
+            assert!(
+                said("/cells/0/id", json!(id)).contains("not that of such a cell"),
                 "{id}"
             );
         }
@@ -360,11 +393,18 @@ mod tests {
             "manifest.json",
             "link.log",
             "a/b",
+            "-rf",
+            "con.csv",
+            "NUL",
+            "Ticks.csv",
+            "a:b",
+            "a\tb",
+            "a\u{202e}b",
         ] {
             let mut plan = plan();
             let profile = plan.profiles.get_mut("couva").unwrap();
             profile.traces.insert(name.to_owned(), String::new());
-            let said = plan.check().unwrap_err();
+            let said = plan.check().unwrap_err().to_string();
             assert!(said.contains("trace"), "{name}: {said}");
         }
         let mut plan = plan();
@@ -373,6 +413,16 @@ mod tests {
             .traces
             .insert("my link-trace.csv".to_owned(), String::new());
         assert_eq!(plan.check(), Ok(()));
+        let profile = plan.profiles.get_mut("couva").unwrap();
+        profile
+            .traces
+            .insert("My link-trace.csv".to_owned(), String::new());
+        assert!(
+            plan.check()
+                .unwrap_err()
+                .to_string()
+                .contains("upper and lower case")
+        );
     }
 
     proptest! {

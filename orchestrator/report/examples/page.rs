@@ -13,6 +13,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let campaign = Campaign::read(Path::new(folder))?;
     let report = Report::of(&campaign, Exhibits::default())?;
-    std::fs::write(out, report::page::render(&report))?;
+    std::fs::write(out, report::page::render(&report, &report.draw()))?;
     Ok(())
 }

@@ -19,7 +19,7 @@ use serde::Serialize;
 
 pub use part::Parts;
 
-use crate::compare::{Kind, Lone, Measure, pair};
+use crate::compare::{GroupKey, Lone, Measure, pair};
 
 /// A figure that is compared between two campaigns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -101,14 +101,14 @@ impl Figure {
     }
 
     /// Its value in a run; `None` if it does not apply. Settling is infinite for a loop that never
-    /// settled.
+    /// settled, and a round trip if it falls among messages without an answer.
     fn of(self, run: &Summary) -> Option<f64> {
         match self {
             Figure::Settling => Measure::Settling.of(run),
             Figure::Overshoot => Measure::Overshoot.of(run),
             Figure::Rtt50 => Measure::Rtt.of(run),
-            Figure::Rtt90 => run.message_rtt_p90_ms,
-            Figure::Rtt99 => run.message_rtt_p99_ms,
+            Figure::Rtt90 => run.or_never(0.9, run.message_rtt_p90_ms),
+            Figure::Rtt99 => run.or_never(0.99, run.message_rtt_p99_ms),
             Figure::Interval => run.control_interval_avg_ms,
             Figure::IntervalSd => run.control_interval_sd_ms,
         }
@@ -152,10 +152,10 @@ pub struct Held {
 
 /// Pairs of runs that differ only in their repeat.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Group {
+pub struct PairedFigures {
     /// What they have in common.
     #[serde(flatten)]
-    pub kind: Kind,
+    pub kind: GroupKey,
     /// Number of pairs.
     pub pairs: usize,
     /// How often the link's rarest event occurs in a run, in one direction; `None` unless that is
@@ -170,7 +170,7 @@ pub struct Group {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Agreement {
     /// The groups that have pairs, in the order of A's plan.
-    pub groups: Vec<Group>,
+    pub groups: Vec<PairedFigures>,
     /// The groups without a pair, and why.
     pub lone: Vec<Lone>,
 }
@@ -192,13 +192,13 @@ impl Agreement {
             .iter()
             .map(|paired| {
                 let draws = few_draws(a, &paired.runs);
-                Group {
+                PairedFigures {
                     kind: paired.kind.clone(),
                     pairs: paired.runs.len(),
                     draws,
                     figures: Figure::ALL
                         .into_iter()
-                        .filter_map(|figure| Held::of(figure, &paired.runs, draws.is_some()))
+                        .filter_map(|figure| Held::of(figure, &paired.runs, draws))
                         .collect(),
                 }
             })
@@ -207,7 +207,7 @@ impl Agreement {
     }
 
     /// Every figure that differs, with its group; not those that differ only by their law's spread.
-    pub fn partings(&self) -> impl Iterator<Item = (&Group, &Held)> {
+    pub fn partings(&self) -> impl Iterator<Item = (&PairedFigures, &Held)> {
         self.groups.iter().flat_map(|group| {
             let parts = group.figures.iter().filter(|held| held.parts());
             parts.map(move |held| (group, held))
@@ -225,7 +225,7 @@ impl Agreement {
     #[must_use]
     pub fn to_text(&self) -> String {
         let columns = [
-            &Kind::COLUMNS[..],
+            &GroupKey::COLUMNS[..],
             &[
                 number("", "pairs"),
                 text("figure"),
@@ -276,7 +276,8 @@ impl Agreement {
 }
 
 impl Held {
-    fn of(figure: Figure, runs: &[(&Run, &Run)], has_few_draws: bool) -> Option<Held> {
+    /// `draws` are those of the link in a run, if they are few.
+    fn of(figure: Figure, runs: &[(&Run, &Run)], draws: Option<f64>) -> Option<Held> {
         let figures = |run: &Run| figure.of(&run.summary);
         let both: Vec<(f64, f64)> = runs
             .iter()
@@ -303,7 +304,7 @@ impl Held {
             .iter()
             .filter(|(a, b)| tolerance.allows(*a, *b))
             .count();
-        let spread = !agrees && has_few_draws && 2 * alike > both.len();
+        let spread = !agrees && draws.is_some() && 2 * alike > both.len();
         Some(Held {
             figure,
             a,

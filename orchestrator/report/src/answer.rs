@@ -4,19 +4,22 @@
 //! runs say about the paper is in [`claim`](crate::claim).
 
 mod coverage;
+mod headline;
 mod words;
 
 #[cfg(test)]
 mod tests;
 
-use analysis::{Campaign, LoopVerdict, Run};
+use analysis::{Campaign, LoopVerdict, Run, grouped};
 use endpoint::Mode;
-use plan::{Cell, Client};
+use plan::{Client, Setup};
 use system::System;
 
 pub use coverage::Coverage;
 
+use crate::called::{is_kept, kept};
 use crate::group::{Estimate, Group};
+use crate::outcome::OutcomeKind;
 
 /// How the closed loops of a campaign ended.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,8 +44,8 @@ pub struct Answer {
 pub struct Row {
     /// The client.
     pub client: Client,
-    /// Its setup in words, from [`plan::Cell::setup`].
-    pub setup: String,
+    /// What it and its plant were set to.
+    pub setup: Setup,
     /// The system.
     pub system: String,
     /// Whether the setup is the client's usual one, apart from the system.
@@ -62,12 +65,20 @@ pub struct Standing {
     pub planned: usize,
     /// Number of complete repeats; only these are counted below.
     pub complete: usize,
-    /// Those that reached the reference and stayed there.
-    pub stable: usize,
-    /// Those that did not settle in the time available.
-    pub not_settled: usize,
-    /// Those whose error grew.
-    pub unstable: usize,
+    /// Those that hold, and hold well.
+    pub holds: usize,
+    /// How many have each verdict, in the order of [`LoopVerdict::ALL`].
+    pub verdicts: [usize; LoopVerdict::ALL.len()],
+    /// The worst verdict that is not the best, with its reason.
+    pub worst: Option<(LoopVerdict, Option<String>)>,
+    /// What the complete ones do, where all hold and none has a settling time; `None` otherwise.
+    pub kept: Option<&'static str>,
+    /// The median overshoot of the complete ones, % of the step; `None` where none holds or there is no step.
+    pub overshoot_pct: Option<f64>,
+    /// The greatest overshoot of those that hold, well or badly, % of the step; 0 without any.
+    pub overshoot_most_pct: f64,
+    /// How those ended that are not complete, and how many, in the order of [`OutcomeKind::ALL`].
+    pub others: Vec<(OutcomeKind, usize)>,
     /// Median settling over the complete ones, ms; `None` if there are none, or half of them never
     /// settled.
     pub settling_ms: Option<Estimate>,
@@ -87,11 +98,11 @@ pub struct Times {
 /// Whether a loop survives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Survival {
-    /// Every complete run is stable.
+    /// Every complete run holds.
     Always,
-    /// Some complete runs are stable.
+    /// Some complete runs hold.
     Sometimes,
-    /// No complete run is stable.
+    /// No complete run holds.
     Never,
     /// No run is complete.
     Unknown,
@@ -151,9 +162,9 @@ impl Standing {
     /// Whether the loop survives.
     #[must_use]
     pub fn survival(&self) -> Survival {
-        match (self.stable, self.complete) {
+        match (self.holds, self.complete) {
             (_, 0) => Survival::Unknown,
-            (stable, complete) if stable == complete => Survival::Always,
+            (holds, complete) if holds == complete => Survival::Always,
             (0, _) => Survival::Never,
             _ => Survival::Sometimes,
         }
@@ -168,36 +179,72 @@ impl Standing {
         Standing {
             planned: group.planned,
             complete: group.runs.len(),
-            stable: count(LoopVerdict::Stable),
-            not_settled: count(LoopVerdict::NotSettled),
-            unstable: count(LoopVerdict::Unstable),
-            settling_ms: group.settling_ms().filter(|ms| ms.value.is_finite()),
+            holds: count(LoopVerdict::Holds),
+            verdicts: LoopVerdict::ALL.map(count),
+            worst: worst(&group),
+            kept: kept_by(&group),
+            overshoot_pct: group
+                .median(|run| run.summary.overshoot_pct)
+                .filter(|_| group.runs.iter().any(|run| is_held(run)))
+                .map(|of| of.value),
+            overshoot_most_pct: (group.runs.iter())
+                .filter(|run| is_held(run))
+                .filter_map(|run| run.summary.overshoot_pct)
+                .fold(0.0, f64::max),
+            others: others(runs),
+            // What was in its band from the start has nothing to settle.
+            settling_ms: group
+                .settling_ms()
+                .filter(|ms| ms.value.is_finite() && ms.value > 0.0),
             times: Vec::new(),
         }
     }
 }
 
+fn is_held(run: &Run) -> bool {
+    run.summary.loop_verdict.is_some_and(LoopVerdict::is_held)
+}
+
+fn kept_by(group: &Group<'_>) -> Option<&'static str> {
+    let first = group.runs.first()?;
+    group
+        .runs
+        .iter()
+        .all(|run| is_kept(run))
+        .then(|| kept(first))
+}
+
+fn worst(group: &Group<'_>) -> Option<(LoopVerdict, Option<String>)> {
+    let judged = group.runs.iter();
+    let judged = judged.filter_map(|run| Some((run.summary.loop_verdict?, *run)));
+    let worst = judged.max_by_key(|(verdict, _)| *verdict);
+    let worst = worst.filter(|(verdict, _)| *verdict != LoopVerdict::Holds);
+    worst.map(|(verdict, run)| (verdict, run.summary.loop_reason.clone()))
+}
+
+/// How runs ended that are not complete, and how many.
+fn others(runs: &[&Run]) -> Vec<(OutcomeKind, usize)> {
+    let count = |kind| {
+        runs.iter()
+            .filter(|run| OutcomeKind::of(run) == kind)
+            .count()
+    };
+    let kinds = OutcomeKind::ALL.into_iter().map(|kind| (kind, count(kind)));
+    kinds
+        .filter(|(kind, count)| *kind != OutcomeKind::Complete && *count > 0)
+        .collect()
+}
+
 /// The rows by client, then by setup in the order of the plan, then from the slowest rate to the
 /// fastest.
 fn rows(closed: &[&Run], topologies: &[String]) -> Vec<Row> {
-    let mut setups: Vec<(&Cell, String)> = Vec::new();
-    for run in closed {
-        let (cell, setup) = (&run.cell, run.cell.setup());
-        let is_known =
-            |(known, words): &(&Cell, String)| known.client == cell.client && *words == setup;
-        if !setups.iter().any(is_known) {
-            setups.push((cell, setup));
-        }
-    }
-    setups.sort_by_key(|(cell, _)| cell.client);
+    let mut setups = grouped(closed.iter().copied(), |run| {
+        (run.cell.client, &run.summary.setup)
+    });
+    setups.sort_by_key(|((client, _), _)| *client);
     let mut rows = Vec::new();
-    for (cell, setup) in setups {
-        let client = cell.client;
-        let own: Vec<&Run> = closed
-            .iter()
-            .filter(|run| run.cell.client == client && run.cell.setup() == setup)
-            .copied()
-            .collect();
+    for ((client, setup), own) in setups {
+        let cell = &own[0].cell;
         let mut rates: Vec<(u64, String)> = own
             .iter()
             .map(|run| (run.cell.settings.h.ns(), run.cell.rate()))

@@ -1,17 +1,24 @@
-//! The five questions with which people open a report, each answered in a sentence or two: does my loop
-//! hold, how close was it, which second hurt, which client is best here, what did the network cost me.
+//! The questions with which people open a report, each answered in a sentence or two: does my loop hold, how close
+//! was it, which second hurt, which client is best here, what did the network cost me, can I believe it, and what
+//! do I do next.
 
 mod best;
 mod close;
 mod cost;
+mod hurt;
+mod next;
 mod schedule;
+mod trust;
 
 use analysis::Campaign;
 
 use self::best::best;
 use self::close::close;
 use self::cost::cost;
+use self::hurt::hurt;
+use self::next::next;
 use self::schedule::schedule;
+use self::trust::trust;
 use crate::answer::Answer;
 use crate::delays::{Delays, Nearest};
 use crate::loops::{Loop, all};
@@ -21,9 +28,6 @@ const NAMED: usize = 4;
 
 /// The first question, which the page's headline answers too.
 pub(crate) const HOLDS: &str = "Does my loop hold?";
-
-/// The answer where no loop was closed by several clients.
-const ALONE: &str = "One client closed each loop here, so there is nothing to compare.";
 
 /// A question, and its answer in sentences.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,7 +52,6 @@ pub fn all_of(
     };
     let mut loops = all(campaign);
     loops.retain(|one| !one.group.runs.is_empty());
-    let best = best(&loops);
     let headline = Answer::of(campaign).words().into_iter().next();
     [
         (HOLDS, headline, ""),
@@ -57,16 +60,23 @@ pub fn all_of(
             Some(close(campaign, delays, nearest)),
             "",
         ),
-        ("Which second hurt?", Some(hurt(nearest)), "fig-F"),
+        ("Which second hurt?", Some(hurt(campaign, nearest)), "fig-F"),
         (
             "Which client is best here?",
-            Some(best.clone().unwrap_or_else(|| ALONE.to_owned())),
-            if best.is_some() { "control" } else { "" },
+            // Nobody asks where one client closed each loop.
+            best(&loops),
+            "control",
         ),
         (
             "What did the network cost me?",
             cost(&loops, delays),
             "fig-D",
+        ),
+        ("Can I believe it?", Some(trust(campaign, &loops)), "links"),
+        (
+            "What do I do next?",
+            Some(next(campaign, &loops, nearest)),
+            "again",
         ),
     ]
     .into_iter()
@@ -80,19 +90,12 @@ pub fn all_of(
     .collect()
 }
 
-fn hurt(nearest: &Nearest<'_>) -> String {
-    match &nearest.hold {
-        Some(hold) => format!("In {}, {hold}.", nearest.run.cell.id),
-        None => format!(
-            "None stands out in {}: a new command took effect at nearly every tick.",
-            nearest.run.cell.id
-        ),
-    }
-}
-
-/// Topology, and system and rate where they vary.
+/// Topology and fault, and system and rate where they vary.
 fn place(one: &Loop<'_>, loops: &[Loop<'_>]) -> String {
     let mut words = one.topology.to_owned();
+    if let Some(fault) = one.fault {
+        words += &format!(", {fault}");
+    }
     if loops.iter().any(|other| other.system != one.system) {
         words += &format!(", {}", one.system);
     }

@@ -3,16 +3,19 @@
 //!
 //! The system makes no difference to a delay, so runs of several systems are pooled.
 
+mod label;
+mod nearest;
+
 use std::collections::BTreeMap;
 
 use analysis::budget::{self, Budget, Part};
-use analysis::hold::{self, Hold};
-use analysis::{Campaign, LoopVerdict, ReadError, Run, grouped, parallel};
+use analysis::{Campaign, ReadError, Run, grouped, parallel};
 use chart::Tone;
-use endpoint::Mode;
-use plan::Client;
 
 use crate::tone::Tones;
+
+use label::Names;
+pub use nearest::{Nearest, nearest_to_failing};
 
 /// The delays of the complete runs of one client with one setup at one rate over one topology.
 #[derive(Debug, Clone)]
@@ -146,6 +149,39 @@ impl<'a> Delays<'a> {
     }
 }
 
+/// What is told to programs that leave no stamps, behind a caption; empty if there are none.
+#[must_use]
+pub fn unstamped(delays: &[Delays<'_>]) -> String {
+    let label = |of: &Delays<'_>| of.label.clone();
+    let distinct = |mut labels: Vec<String>| {
+        labels.sort();
+        labels.dedup();
+        labels.join("; ")
+    };
+    let own = || {
+        delays
+            .iter()
+            .filter(|of| of.runs.iter().any(|run| run.cell.client.is_own()))
+    };
+    let silent = distinct(own().filter(|of| of.up_ms.is_empty()).map(label).collect());
+    let half = own().filter(|of| !of.up_ms.is_empty() && of.round_trip_ms.is_empty());
+    let half = distinct(half.map(label).collect());
+    let mut words = String::new();
+    if !silent.is_empty() {
+        words += &format!(
+            " Not shown: {silent}, whose messages do not say when they were sent. With seq and t_send_ns in each query \
+             (docs/contract.md) their ways up and their lateness are here."
+        );
+    }
+    if !half.is_empty() {
+        words += &format!(
+            " Of {half} only the way up and the lateness are known: who also leaves messages.csv in WEBLOOP_OUT has \
+             round trips and the parts of a sample's delay."
+        );
+    }
+    words
+}
+
 /// The value below which this share of sorted values lies; `None` if there are too few of them for it, by the rule
 /// of all tables: five beyond it, or luck decides.
 #[must_use]
@@ -153,63 +189,6 @@ pub fn percentile(sorted: &[f64], share: f64) -> Option<f64> {
     sorted
         .get(analysis::statistics::rank(sorted.len(), share)?)
         .copied()
-}
-
-/// The run nearest to failing: one whose loop failed, or the one that took the largest part of its time
-/// to settle; among equals the one that went farthest.
-pub fn nearest_to_failing<'a>(runs: impl Iterator<Item = &'a Run>) -> Option<&'a Run> {
-    runs.max_by(|one, other| {
-        nearness(one)
-            .partial_cmp(&nearness(other))
-            .unwrap_or(std::cmp::Ordering::Equal)
-    })
-}
-
-/// How near a run is to failing, by its verdict, its settling as a share of its length, and its overshoot.
-fn nearness(run: &Run) -> (u8, f64, f64) {
-    let summary = &run.summary;
-    let verdict = match summary.loop_verdict {
-        None => 0,
-        Some(LoopVerdict::Stable) => 1,
-        Some(LoopVerdict::NotSettled) => 2,
-        Some(LoopVerdict::Unstable) => 3,
-    };
-    let length_ms = run.cell.duration_ns as f64 / 1e6;
-    let settled = summary.settling_ms.unwrap_or(0.0) / length_ms;
-    (verdict, settled, summary.overshoot_pct.unwrap_or(0.0))
-}
-
-/// The run of a campaign nearest to failing, and what hurt it.
-#[derive(Debug, Clone)]
-pub struct Nearest<'a> {
-    /// The run.
-    pub run: &'a Run,
-    /// Its messages.
-    pub budget: &'a Budget,
-    /// The moment that hurt it; `None` if none stands out.
-    pub hold: Option<Hold>,
-}
-
-impl<'a> Nearest<'a> {
-    /// Among the complete closed loops; `None` without one.
-    ///
-    /// # Errors
-    /// [`ReadError`] if rows cannot be read.
-    pub fn of(
-        campaign: &Campaign,
-        delays: &'a [Delays<'a>],
-    ) -> Result<Option<Nearest<'a>>, ReadError> {
-        // It is the nearest of those that are the nearest of their loops.
-        let closed = delays.iter().map(|of| of.worst.0);
-        let closed = closed.filter(|run| run.summary.loop_verdict.is_some());
-        let nearest = nearest_to_failing(closed);
-        let of = nearest.and_then(|run| delays.iter().find(|of| of.worst.0.cell.id == run.cell.id));
-        let Some((run, budget)) = of.map(|of| &of.worst) else {
-            return Ok(None);
-        };
-        let hold = hold::worst(run, &campaign.plan, budget)?;
-        Ok(Some(Nearest { run, budget, hold }))
-    }
 }
 
 fn ms(ns: i64) -> f64 {
@@ -220,45 +199,6 @@ fn middle_ms(values: impl Iterator<Item = i64>) -> f64 {
     let mut values: Vec<i64> = values.collect();
     values.sort_unstable();
     values.get(values.len() / 2).map_or(0.0, |ns| ms(*ns))
-}
-
-/// What has to be named to tell the loops of a campaign apart.
-struct Names {
-    /// The clients with more than one setup.
-    setup: Vec<Client>,
-    /// Whether open and closed loops are both there.
-    mode: bool,
-    /// Whether there are several rates.
-    rate: bool,
-}
-
-impl Names {
-    fn of(runs: &[&Run]) -> Names {
-        let clients = grouped(runs.iter(), |run| run.cell.client);
-        let several = clients.iter().filter(|(_, runs)| {
-            grouped(runs.iter(), |run| run.cell.setup_beside_system()).len() > 1
-        });
-        Names {
-            setup: several.map(|(client, _)| *client).collect(),
-            mode: grouped(runs.iter(), |run| run.cell.settings.mode).len() > 1,
-            rate: grouped(runs.iter(), |run| run.cell.settings.h.ns()).len() > 1,
-        }
-    }
-
-    fn label(&self, run: &Run) -> String {
-        let cell = &run.cell;
-        let mut words = vec![cell.client.to_string()];
-        if self.setup.contains(&cell.client) {
-            words.push(cell.setup_beside_system());
-        }
-        if self.mode && cell.settings.mode == Mode::Open {
-            words.push("open".to_owned());
-        }
-        if self.rate {
-            words.push(cell.rate());
-        }
-        words.join(", ")
-    }
 }
 
 #[cfg(test)]

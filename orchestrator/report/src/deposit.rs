@@ -2,7 +2,7 @@
 //!
 //! - [`package`]: `datapackage.json`, every CSV file with its columns, types and units;
 //! - [`provenance`]: `ro-crate-metadata.json`, which program made what, when, from which plan;
-//! - [`schema`] and [`field`]: the columns of the files that webloop itself writes.
+//! - [`schema`]: the kinds of files of rows that webloop writes; [`field`]: a column as Table Schema has it.
 //!
 //! Both files are in the results folder and not in the report's, since they describe the rows as
 //! well. Their content comes from the plan, the manifests and the files that are there, and not from

@@ -7,11 +7,11 @@ use std::collections::BTreeMap;
 
 use analysis::{LoopVerdict, Run};
 
-use crate::Report;
 use crate::answer::Answer;
 use crate::brief;
 use crate::claim::Verdict;
-use crate::outcome::{self, Kind, Outcome};
+use crate::outcome::{self, CellOutcome, OutcomeKind};
+use crate::report::Report;
 
 /// The most lines of one list.
 const MOST_LINES: usize = 25;
@@ -21,11 +21,11 @@ const MOST_CHARACTERS: usize = 600;
 /// The text of `summary.md`.
 #[must_use]
 pub fn markdown(report: &Report<'_>) -> String {
-    let outcomes: Vec<(&Run, Outcome)> = report
+    let outcomes: Vec<(&Run, CellOutcome)> = report
         .campaign
         .runs
         .iter()
-        .map(|run| (run, Outcome::of(report, run)))
+        .map(|run| (run, CellOutcome::of(report.campaign, run)))
         .collect();
     let sections = [
         format!("# webloop: {}\n", text(&report.campaign.plan.experiment)),
@@ -92,30 +92,25 @@ fn expectations(report: &Report<'_>) -> String {
 }
 
 /// How cells and loops of each topology ended.
-fn totals(report: &Report<'_>, outcomes: &[(&Run, Outcome)]) -> String {
-    const LOOPS: [LoopVerdict; 3] = [
-        LoopVerdict::Stable,
-        LoopVerdict::NotSettled,
-        LoopVerdict::Unstable,
-    ];
+fn totals(report: &Report<'_>, outcomes: &[(&Run, CellOutcome)]) -> String {
     let of_topology = |topology: &str| {
         let of_it = || {
             outcomes
                 .iter()
                 .filter(|(run, _)| run.cell.topology == topology)
         };
-        let cells = Kind::ALL.map(|kind| of_it().filter(|(_, it)| it.kind == kind).count());
-        let complete = || of_it().filter(|(_, it)| it.kind == Kind::Complete);
+        let cells = OutcomeKind::ALL.map(|kind| of_it().filter(|(_, it)| it.kind == kind).count());
+        let complete = || of_it().filter(|(_, it)| it.kind == OutcomeKind::Complete);
         let judged =
             |verdict| complete().filter(move |(run, _)| run.summary.loop_verdict == verdict);
-        let loops = LOOPS.map(|verdict| judged(Some(verdict)).count());
+        let loops = LoopVerdict::ALL.map(|verdict| judged(Some(verdict)).count());
         let counts = cells.into_iter().chain(loops).map(|n| n.to_string());
         [text(topology)].into_iter().chain(counts).collect()
     };
     let mut head = vec!["topology".to_owned()];
-    head.extend(Kind::ALL.map(|kind| kind.word().to_owned()));
-    head.extend(LOOPS.map(|verdict| format!("loop {verdict}")));
-    let rows: Vec<Vec<String>> = outcome::topologies(report)
+    head.extend(OutcomeKind::ALL.map(|kind| kind.word().to_owned()));
+    head.extend(LoopVerdict::ALL.map(|verdict| format!("loop {verdict}")));
+    let rows: Vec<Vec<String>> = outcome::topologies(report.campaign)
         .into_iter()
         .map(of_topology)
         .collect();
@@ -171,10 +166,10 @@ fn readings(report: &Report<'_>) -> String {
 }
 
 /// The reasons why cells are not complete, each with its cells.
-fn faults(outcomes: &[(&Run, Outcome)]) -> String {
-    let mut faults: BTreeMap<(Kind, &str), Vec<&str>> = BTreeMap::new();
-    for (run, Outcome { kind, reason }) in outcomes {
-        if !matches!(kind, Kind::Complete | Kind::NotRun) {
+fn faults(outcomes: &[(&Run, CellOutcome)]) -> String {
+    let mut faults: BTreeMap<(OutcomeKind, &str), Vec<&str>> = BTreeMap::new();
+    for (run, CellOutcome { kind, reason }) in outcomes {
+        if !matches!(kind, OutcomeKind::Complete | OutcomeKind::NotRun) {
             let cells = faults.entry((*kind, reason)).or_default();
             cells.push(&run.cell.id);
         }
@@ -191,13 +186,17 @@ fn faults(outcomes: &[(&Run, Outcome)]) -> String {
 }
 
 /// The cells that have not been run, by topology.
-fn missing(report: &Report<'_>, outcomes: &[(&Run, Outcome)]) -> String {
-    let absent = || outcomes.iter().filter(|(_, it)| it.kind == Kind::NotRun);
+fn missing(report: &Report<'_>, outcomes: &[(&Run, CellOutcome)]) -> String {
+    let absent = || {
+        outcomes
+            .iter()
+            .filter(|(_, it)| it.kind == OutcomeKind::NotRun)
+    };
     let count = absent().count();
     if count == 0 {
         return String::new();
     }
-    let rows: Vec<Vec<String>> = outcome::topologies(report)
+    let rows: Vec<Vec<String>> = outcome::topologies(report.campaign)
         .into_iter()
         .map(|topology| {
             let of_it = absent().filter(|(run, _)| run.cell.topology == topology);

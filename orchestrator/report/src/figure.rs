@@ -7,7 +7,9 @@ mod budget;
 mod distribution;
 mod fault;
 pub mod median;
+mod reach;
 mod response;
+mod scale;
 mod schedule;
 pub mod step;
 mod worst;
@@ -15,11 +17,12 @@ mod worst;
 use std::path::PathBuf;
 
 use analysis::{Campaign, ReadError};
-use chart::{Axis, Chart, Panel, Scale};
+use chart::{Axis, Chart, Drawing, Panel, Scale};
 use plan::Verdict;
 use serde::Serialize;
 
 use self::median::Traces;
+use crate::called::called;
 use crate::delays::{Delays, Nearest};
 use crate::origin::Origin;
 use crate::tone::{TONES, TONES_WITH_PARTS};
@@ -37,6 +40,16 @@ pub struct Figure {
     pub chart: Chart,
     /// Ids of the cells that it is made from.
     pub runs: Vec<String>,
+}
+
+/// A figure laid out once, for the page and for its files.
+#[derive(Debug)]
+pub struct LaidOut<'a> {
+    /// What is drawn.
+    pub figure: &'a Figure,
+    /// The drawing as SVG.
+    pub svg: String,
+    drawing: Drawing<'a>,
 }
 
 /// The figures of any experiment, by what there is to show in it; `delays` and `nearest` are of the same
@@ -59,6 +72,7 @@ pub fn all(
     if let Some(nearest) = nearest {
         figures.push(worst::figure(campaign, nearest, &mut traces)?);
     }
+    figures.sort_by_key(|figure| figure.number);
     Ok(figures)
 }
 
@@ -89,7 +103,7 @@ fn disturbed(campaign: &Campaign) -> Option<String> {
     let marked: Vec<String> = marked
         .map(|run| {
             let what = run.summary.disturbed.as_deref().unwrap_or("disturbed");
-            format!("{} ({what})", run.cell.id)
+            format!("{} ({what})", called(campaign, run))
         })
         .collect();
     let more = match marked.len() {
@@ -156,23 +170,37 @@ impl Figure {
         self
     }
 
+    /// The figure laid out.
+    #[must_use]
+    pub fn draw(&self) -> LaidOut<'_> {
+        let drawing = self.chart.draw();
+        LaidOut {
+            figure: self,
+            svg: drawing.to_svg(),
+            drawing,
+        }
+    }
+}
+
+impl LaidOut<'_> {
+    /// Its picture for slides, `figures/fig-3.png`. To paint it takes several times as long as all of
+    /// [`LaidOut::files`].
+    #[must_use]
+    pub fn picture(&self) -> (PathBuf, Vec<u8>) {
+        let path = format!("figures/{}.png", self.figure.chart.name);
+        (PathBuf::from(path), self.drawing.to_png())
+    }
+
     /// Its files in a report's folder: `figures/fig-3.svg`, `.pdf` and `.csv`.
     #[must_use]
     pub fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
-        let path = |ending: &str| PathBuf::from(format!("figures/{}.{ending}", self.chart.name));
+        let name = &self.figure.chart.name;
+        let path = |ending: &str| PathBuf::from(format!("figures/{name}.{ending}"));
         vec![
-            (path("svg"), self.chart.to_svg().into_bytes()),
-            (path("pdf"), self.chart.to_pdf()),
-            (path("csv"), self.chart.to_csv().into_bytes()),
+            (path("svg"), self.svg.clone().into_bytes()),
+            (path("pdf"), self.drawing.to_pdf()),
+            (path("csv"), self.drawing.to_csv().into_bytes()),
         ]
-    }
-
-    /// Its picture for slides, `figures/fig-3.png`. To paint it takes several times as long as all of
-    /// [`Figure::files`].
-    #[must_use]
-    pub fn picture(&self) -> (PathBuf, Vec<u8>) {
-        let path = format!("figures/{}.png", self.chart.name);
-        (PathBuf::from(path), self.chart.to_png())
     }
 }
 

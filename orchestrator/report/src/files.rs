@@ -6,18 +6,25 @@ use std::path::{Path, PathBuf};
 
 use analysis::parallel;
 
-use crate::figure::Figure;
+use crate::figure::{Figure, LaidOut};
 use crate::report::Report;
 use crate::table::Table;
 use crate::{claim, digest, junit, page};
 
 impl Report<'_> {
-    /// Every file of the report: its name and its content.
+    /// Its figures, laid out.
     #[must_use]
-    pub fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
+    pub fn draw(&self) -> Vec<LaidOut<'_>> {
+        let figures: Vec<&Figure> = self.figures.iter().collect();
+        parallel::each(&figures, |figure| Figure::draw(figure))
+    }
+
+    /// Every file of the report, whose figures are `drawn`: its name and its content.
+    #[must_use]
+    pub fn files(&self, drawn: &[LaidOut<'_>]) -> Vec<(PathBuf, Vec<u8>)> {
         let text = |name: &str, content: String| (PathBuf::from(name), content.into_bytes());
         let mut files = vec![
-            text("report.html", page::render(self)),
+            text("report.html", page::render(self, drawn)),
             text("summary.md", digest::markdown(self)),
             text("junit.xml", junit::xml(self)),
         ];
@@ -26,13 +33,30 @@ impl Report<'_> {
             files.push(text("claims.csv", claim::to_csv(&self.claims)));
         }
         files.extend(self.tables.iter().flat_map(Table::files));
-        files.extend(
-            parallel::each(&self.figures, Figure::files)
-                .into_iter()
-                .flatten(),
-        );
+        files.extend(parallel::each(drawn, LaidOut::files).into_iter().flatten());
         files
+            .into_iter()
+            .map(|(name, content)| plain(&name, content))
+            .collect()
     }
+}
+
+/// Endings of files that people look at. JSON has escapes of its own.
+const TEXTS: [&str; 6] = ["html", "md", "xml", "csv", "svg", "txt"];
+
+/// A file whose text has control characters by their codes: names and reasons come from files of others, and a text may
+/// end on a terminal.
+fn plain(name: &Path, content: Vec<u8>) -> (PathBuf, Vec<u8>) {
+    let is_text = name
+        .extension()
+        .is_some_and(|end| TEXTS.iter().any(|text| end == *text));
+    let content = match std::str::from_utf8(&content) {
+        Ok(text) if is_text && text.contains(endpoint::is_active) => {
+            endpoint::plain(text).into_owned().into_bytes()
+        }
+        _ => content,
+    };
+    (name.to_owned(), content)
 }
 
 /// Writes a report's [files](Report::files) into `folder`, and overwrites those of an earlier one.

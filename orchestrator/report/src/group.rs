@@ -3,6 +3,8 @@
 mod estimate;
 
 use analysis::Run;
+use analysis::binomial::outside_median;
+use analysis::variety::is_one_run;
 use serde::Serialize;
 
 /// The complete runs of one topology, client, setup, mode and rate, in order of repeat.
@@ -44,7 +46,11 @@ impl<'a> Group<'a> {
     /// that never settled is later than any other.
     pub fn median_or_never(&self, figure: impl Fn(&Run) -> Option<f64>) -> Option<Estimate> {
         let value = |run: &&Run| figure(run).unwrap_or(f64::INFINITY);
-        Estimate::median_or_never(&self.runs.iter().map(value).collect::<Vec<_>>())
+        let values: Vec<f64> = self.runs.iter().map(value).collect();
+        // One run that was made several times is no sample of anything.
+        let is_one = is_one_run(self.runs.iter().map(|run| &run.summary));
+        let distinct = if is_one { &values[..1] } else { &values };
+        Estimate::median_or_never(distinct)
     }
 
     /// The median settling, ms; infinite if half of the runs never settled.
@@ -91,10 +97,10 @@ impl Estimate {
         let n = sorted.len();
         let middle = n.checked_sub(1)?;
         let value = f64::midpoint(sorted[middle / 2], sorted[middle.div_ceil(2)]);
-        let below = ranks_below(n);
+        let below = outside_median(n, 0.95);
         Some(Estimate::within(
             value,
-            (sorted[below], sorted[n - 1 - below]),
+            (sorted[below], sorted[middle - below]),
             n as u64,
         ))
     }
@@ -121,33 +127,24 @@ impl Estimate {
     }
 }
 
-/// The number of values, of `n`, below the 95 % interval of their median: the largest k for which n
-/// flips of a fair coin give at most k heads with a probability of at most 2.5 %.
-fn ranks_below(n: usize) -> usize {
-    // P(X = 0), then each term from the one before.
-    let mut term = 0.5f64.powi(i32::try_from(n).unwrap_or(i32::MAX));
-    let (mut sum, mut k) = (term, 0);
-    while k < n {
-        term *= (n - k) as f64 / (k + 1) as f64;
-        sum += term;
-        if sum > 0.025 {
-            break;
-        }
-        k += 1;
-    }
-    k
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Half of 0.5 to the n is no number any more from 1075 on.
     #[test]
-    fn the_median_s_interval_is_the_textbooks() {
-        // From tables of the sign test: the 6th and the 15th of 20 values, the 2nd and the 9th of 10,
-        // the extremes of 6; none for five.
-        for (n, below) in [(1, 0), (5, 0), (6, 0), (9, 1), (10, 1), (20, 5), (25, 7)] {
-            assert_eq!(ranks_below(n), below, "{n}");
+    fn the_median_of_thousands_of_values_has_an_interval_as_that_of_ten() {
+        for (n, low) in [
+            (10, 2.0),
+            (1074, 505.0),
+            (1075, 505.0),
+            (1076, 506.0),
+            (100_000, 49_690.0),
+        ] {
+            let values: Vec<f64> = (1..=n).map(f64::from).collect();
+            let median = Estimate::median(&values).expect("values");
+            let high = f64::from(n) + 1.0 - low;
+            assert_eq!((median.low, median.high), (low, high), "{n}");
         }
     }
 

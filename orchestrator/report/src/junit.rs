@@ -9,12 +9,12 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use analysis::Run;
-use analysis::expect::{Judgement, Outcome as Answered};
+use analysis::expect::{ClauseOutcome, Judgement};
 use quick_junit::{NonSuccessKind, TestCase, TestCaseStatus, TestSuite};
 
-use crate::Report;
 use crate::claim::{Finding, Part, Verdict};
-use crate::outcome::{self, Kind, Outcome};
+use crate::outcome::{self, CellOutcome, OutcomeKind};
+use crate::report::Report;
 
 /// Name of the suite of what is expected.
 const EXPECT: &str = "expect";
@@ -27,7 +27,7 @@ pub fn xml(report: &Report<'_>) -> String {
     let name = format!("webloop {}", report.campaign.plan.experiment);
     let mut junit = quick_junit::Report::new(name);
     let runs = || report.campaign.runs.iter();
-    for topology in outcome::topologies(report) {
+    for topology in outcome::topologies(report.campaign) {
         let of_it: Vec<&Run> = runs().filter(|run| run.cell.topology == topology).collect();
         junit.add_test_suite(cells(report, topology, &of_it));
     }
@@ -74,12 +74,16 @@ fn cells(report: &Report<'_>, topology: &str, runs: &[&Run]) -> TestSuite {
 /// The status of a cell: the testbed's own faults are errors, a link that did not hold or a
 /// disturbance is a failure, and a cell that was not run or is unsupported is skipped.
 fn status(report: &Report<'_>, run: &Run) -> TestCaseStatus {
-    let Outcome { kind, reason } = Outcome::of(report, run);
+    let CellOutcome { kind, reason } = CellOutcome::of(report.campaign, run);
     let mut status = match kind {
-        Kind::Complete => return TestCaseStatus::success(),
-        Kind::Disturbed | Kind::Invalid => TestCaseStatus::non_success(NonSuccessKind::Failure),
-        Kind::Failed | Kind::Damaged => TestCaseStatus::non_success(NonSuccessKind::Error),
-        Kind::Unsupported | Kind::NotRun => TestCaseStatus::skipped(),
+        OutcomeKind::Complete => return TestCaseStatus::success(),
+        OutcomeKind::Disturbed | OutcomeKind::Invalid => {
+            TestCaseStatus::non_success(NonSuccessKind::Failure)
+        }
+        OutcomeKind::Failed | OutcomeKind::Damaged => {
+            TestCaseStatus::non_success(NonSuccessKind::Error)
+        }
+        OutcomeKind::Unsupported | OutcomeKind::NotRun => TestCaseStatus::skipped(),
     };
     status.set_type(kind.word()).set_message(reason);
     status
@@ -90,13 +94,13 @@ fn expectations(judgement: &Judgement) -> TestSuite {
     let mut suite = TestSuite::new(EXPECT);
     for answer in &judgement.answers {
         let mut status = match answer.outcome {
-            Answered::Met => TestCaseStatus::success(),
-            Answered::NotMet | Answered::NotTold { .. } => {
+            ClauseOutcome::Met => TestCaseStatus::success(),
+            ClauseOutcome::NotMet | ClauseOutcome::NotTold { .. } => {
                 TestCaseStatus::non_success(NonSuccessKind::Failure)
             }
-            Answered::Known | Answered::Unsupported => TestCaseStatus::skipped(),
+            ClauseOutcome::Known | ClauseOutcome::Unsupported => TestCaseStatus::skipped(),
         };
-        if answer.outcome != Answered::Met {
+        if answer.outcome != ClauseOutcome::Met {
             status.set_type(answer.outcome.word().to_lowercase());
             status.set_message(answer.to_string());
         }

@@ -1,6 +1,6 @@
 //! The report on a results folder, whatever the experiment: figures, tables, and a page to open.
 //!
-//! - [`answer`]: whether the loop survives, where, with which client; [`brief`]: five questions, answered;
+//! - [`answer`]: whether the loop survives, where, with which client; [`brief`]: the questions, answered;
 //! - [`group`]: runs that differ only in their repeat, and their medians; [`loops`]: the closed loops;
 //!   [`delays`]: how long messages and samples took, and the run nearest to failing;
 //! - [`table`] and [`figure`]: what is shown, each made by a file of its folder; [`tone`] and [`number`]: their
@@ -20,6 +20,7 @@
 pub mod agree;
 pub mod answer;
 pub mod brief;
+pub mod called;
 pub mod claim;
 pub mod compare;
 pub mod delays;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use analysis::{Campaign, LoopVerdict, Run, grouped};
 use endpoint::Mode;
-use plan::Client;
+use plan::{Client, SetBy, Setup};
 
 use crate::group::Group;
 
@@ -23,7 +23,7 @@ pub struct Loop<'a> {
     /// The fault that it meets; `None` for none.
     pub fault: Option<&'a str>,
     /// Its setup, without the system.
-    pub setup: String,
+    pub setup: Setup,
     /// The sample time, ns.
     pub h_ns: u64,
     /// The rate for people: `333 Hz`.
@@ -44,7 +44,7 @@ pub fn all(campaign: &Campaign) -> Vec<Loop<'_>> {
             cell.system.as_str(),
             cell.client,
             cell.fault.as_deref(),
-            cell.setup_beside_system(),
+            run.summary.setup.beside(&[SetBy::System]),
             cell.settings.h.ns(),
             cell.rate(),
         )
@@ -76,7 +76,7 @@ pub fn baseline<'b, 'a>(loops: &'b [Loop<'a>], one: &Loop<'_>) -> Option<&'b Loo
     let alike = || {
         loops
             .iter()
-            .filter(|of| of.system == one.system && of.h_ns == one.h_ns && of.stable() > 0)
+            .filter(|of| of.system == one.system && of.h_ns == one.h_ns && of.holding() > 0)
     };
     let without = || alike().filter(|of| of.is_local);
     let yardstick = Client::YARDSTICKS
@@ -92,11 +92,11 @@ pub fn baseline<'b, 'a>(loops: &'b [Loop<'a>], one: &Loop<'_>) -> Option<&'b Loo
 }
 
 impl Loop<'_> {
-    /// How many of its complete runs are stable.
+    /// How many of its complete runs hold.
     #[must_use]
-    pub fn stable(&self) -> usize {
-        let is_stable = |run: &&&Run| run.summary.loop_verdict == Some(LoopVerdict::Stable);
-        self.group.runs.iter().filter(is_stable).count()
+    pub fn holding(&self) -> usize {
+        let holds = |run: &&&Run| run.summary.loop_verdict == Some(LoopVerdict::Holds);
+        self.group.runs.iter().filter(holds).count()
     }
 
     /// The client, with its setup.

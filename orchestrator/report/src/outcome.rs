@@ -2,27 +2,27 @@
 //!
 //! The words for a cell and for a claim's verdict are here too. How a cell ended is about the
 //! testbed: a loop that goes unstable over a link that held is a result, and its cell is
-//! [`Complete`](Kind::Complete).
+//! [`Complete`](OutcomeKind::Complete).
 
 use std::fmt::Write as _;
 
 use analysis::{Campaign, Run};
 use plan::Verdict;
 
-use crate::{Report, claim};
+use crate::claim;
 
 /// How a cell ended, and why.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Outcome {
+pub struct CellOutcome {
     /// How it ended.
-    pub kind: Kind,
+    pub kind: OutcomeKind,
     /// Why, in one or more sentences; empty for a complete cell.
     pub reason: String,
 }
 
 /// How a cell ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
+pub enum OutcomeKind {
     /// It ran to its end, its link held, and its rows are there.
     Complete,
     /// It ran over its link, but the machine held up a part of the run.
@@ -39,29 +39,29 @@ pub enum Kind {
     NotRun,
 }
 
-impl Kind {
+impl OutcomeKind {
     /// All kinds, in the order in which tables show them.
-    pub const ALL: [Kind; 7] = [
-        Kind::Complete,
-        Kind::Disturbed,
-        Kind::Invalid,
-        Kind::Failed,
-        Kind::Damaged,
-        Kind::Unsupported,
-        Kind::NotRun,
+    pub const ALL: [OutcomeKind; 7] = [
+        OutcomeKind::Complete,
+        OutcomeKind::Disturbed,
+        OutcomeKind::Invalid,
+        OutcomeKind::Failed,
+        OutcomeKind::Damaged,
+        OutcomeKind::Unsupported,
+        OutcomeKind::NotRun,
     ];
 
     /// The kind of a run.
     #[must_use]
-    pub fn of(run: &Run) -> Kind {
+    pub fn of(run: &Run) -> OutcomeKind {
         match run.verdict() {
-            _ if !run.damage.is_empty() => Kind::Damaged,
-            None => Kind::NotRun,
-            Some(Verdict::Complete) => Kind::Complete,
-            Some(Verdict::Disturbed) => Kind::Disturbed,
-            Some(Verdict::Invalid) => Kind::Invalid,
-            Some(Verdict::Failed) => Kind::Failed,
-            Some(Verdict::Unsupported) => Kind::Unsupported,
+            _ if !run.damage.is_empty() => OutcomeKind::Damaged,
+            None => OutcomeKind::NotRun,
+            Some(Verdict::Complete) => OutcomeKind::Complete,
+            Some(Verdict::Disturbed) => OutcomeKind::Disturbed,
+            Some(Verdict::Invalid) => OutcomeKind::Invalid,
+            Some(Verdict::Failed) => OutcomeKind::Failed,
+            Some(Verdict::Unsupported) => OutcomeKind::Unsupported,
         }
     }
 
@@ -69,35 +69,35 @@ impl Kind {
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
-            Kind::Complete => "complete",
-            Kind::Disturbed => "disturbed",
-            Kind::Invalid => "invalid",
-            Kind::Failed => "failed",
-            Kind::Damaged => "damaged",
-            Kind::Unsupported => "unsupported",
-            Kind::NotRun => "not run",
+            OutcomeKind::Complete => "complete",
+            OutcomeKind::Disturbed => "disturbed",
+            OutcomeKind::Invalid => "invalid",
+            OutcomeKind::Failed => "failed",
+            OutcomeKind::Damaged => "damaged",
+            OutcomeKind::Unsupported => "unsupported",
+            OutcomeKind::NotRun => "not run",
         }
     }
 }
 
-impl Outcome {
-    /// The outcome of a run of this report's campaign.
+impl CellOutcome {
+    /// The outcome of a run of this campaign.
     #[must_use]
-    pub fn of(report: &Report<'_>, run: &Run) -> Outcome {
+    pub fn of(campaign: &Campaign, run: &Run) -> CellOutcome {
         let faults = run.damage.iter().map(|damage| {
             let name = damage.path.strip_prefix(&run.folder);
             let name = name.unwrap_or(&damage.path).display();
-            without_folder(report.campaign, &format!("{name}: {}", damage.problem))
+            without_folder(campaign, &format!("{name}: {}", damage.problem))
         });
         let faults: Vec<String> = faults.collect();
-        let kind = Kind::of(run);
+        let kind = OutcomeKind::of(run);
         let reasons = run.manifest.iter().flat_map(|manifest| &manifest.reasons);
         let reason = match kind {
-            Kind::Damaged => faults.join("; "),
-            Kind::NotRun => "it has not been run here".to_owned(),
+            OutcomeKind::Damaged => faults.join("; "),
+            OutcomeKind::NotRun => "it has not been run here".to_owned(),
             _ => reasons.cloned().collect::<Vec<_>>().join("; "),
         };
-        Outcome { kind, reason }
+        CellOutcome { kind, reason }
     }
 }
 
@@ -105,7 +105,7 @@ impl Outcome {
 #[must_use]
 pub fn words(run: &Run) -> String {
     let cell = &run.cell;
-    let (client, setup, rate) = (cell.client, cell.setup(), cell.rate());
+    let (client, setup, rate) = (cell.client, &run.summary.setup, cell.rate());
     let (mode, repeat) = (cell.settings.mode, cell.repeat);
     format!("{client}, {setup}, {mode}, {rate}, repeat {repeat}")
 }
@@ -121,11 +121,11 @@ pub fn answered(verdict: claim::Verdict) -> &'static str {
     }
 }
 
-/// The topologies of a report's campaign, in the order of its plan.
+/// The topologies of a campaign, in the order of its plan.
 #[must_use]
-pub fn topologies<'a>(report: &Report<'a>) -> Vec<&'a str> {
+pub fn topologies(campaign: &Campaign) -> Vec<&str> {
     let mut found = Vec::new();
-    for run in &report.campaign.runs {
+    for run in &campaign.runs {
         if !found.contains(&run.cell.topology.as_str()) {
             found.push(run.cell.topology.as_str());
         }

@@ -17,6 +17,7 @@ mod machine;
 mod matrix;
 mod place;
 mod profile;
+mod prose;
 mod ran;
 mod scroll;
 mod sheet;
@@ -29,6 +30,7 @@ mod tests;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::answer::Answer;
+use crate::figure::LaidOut;
 use crate::report::Report;
 
 pub use sweep::Sweep;
@@ -52,23 +54,41 @@ struct Section {
     body: Markup,
 }
 
-/// Renders the page of a campaign.
+/// Renders the page of a campaign; `drawn` are the report's figures.
 #[must_use]
-pub fn render(report: &Report<'_>) -> String {
+pub fn render(report: &Report<'_>, drawn: &[LaidOut<'_>]) -> String {
     let plan = &report.campaign.plan;
     let answer = Answer::of(report.campaign);
-    let sections = sections(report);
+    let sections = sections(report, drawn);
     let top = html! {
+        (matrix::headline(&answer, plan))
+        @if let Some(picture) = picture(drawn) { (drawing::top(picture)) }
         (matrix::render(&answer, plan))
-        (five(report))
+        (questions(report))
     };
-    let zooms = report.figures.iter().any(trace::is_zoomable);
-    frame(&plan.experiment, &top, &sections, zooms)
+    let zoom = if report.figures.iter().any(trace::is_zoomable) {
+        Zoom::Some
+    } else {
+        Zoom::None
+    };
+    frame(&plan.experiment, &top, &sections, zoom)
+}
+
+/// The picture under the answer: the step responses, where there are any.
+fn picture<'a>(drawn: &'a [LaidOut<'a>]) -> Option<&'a LaidOut<'a>> {
+    drawn.iter().find(|drawn| drawn.figure.number == "A")
+}
+
+/// Whether a page has figures that are zoomed, and so what does it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Zoom {
+    Some,
+    None,
 }
 
 /// The page around its contents.
-fn frame(name: &str, top: &Markup, sections: &[Section], zooms: bool) -> String {
-    html! {
+fn frame(name: &str, top: &Markup, sections: &[Section], zoom: Zoom) -> String {
+    let page = html! {
         (DOCTYPE)
         html lang="en" {
             head {
@@ -79,7 +99,7 @@ fn frame(name: &str, top: &Markup, sections: &[Section], zooms: bool) -> String 
                 title { (name) ": webloop report" }
                 link rel="icon" href="data:,";
                 // Ours comes last, since it overrides some of theirs.
-                style { @if zooms { (PreEscaped(UPLOT_STYLE)) } (PreEscaped(STYLE)) }
+                style { @if zoom == Zoom::Some { (PreEscaped(UPLOT_STYLE)) } (PreEscaped(STYLE)) }
             }
             body {
                 a.skip href="#main" { "Skip to the answer" }
@@ -93,20 +113,22 @@ fn frame(name: &str, top: &Markup, sections: &[Section], zooms: bool) -> String 
                         }
                     }
                 }
-                (footer(zooms))
+                (footer(zoom))
                 script { (PreEscaped(SCRIPT)) }
-                @if zooms {
+                @if zoom == Zoom::Some {
                     script { (PreEscaped(UPLOT)) }
                     script { (PreEscaped(ZOOM)) }
                 }
             }
         }
     }
-    .into_string()
+    .into_string();
+    // What names and reasons would do on a terminal, and to a reader's eye.
+    endpoint::plain(&page).into_owned()
 }
 
 /// The sections, in order, without empty ones.
-fn sections(report: &Report<'_>) -> Vec<Section> {
+fn sections(report: &Report<'_>, drawn: &[LaidOut<'_>]) -> Vec<Section> {
     let simulated = if report.campaign.is_simulated() {
         ", simulated"
     } else {
@@ -127,7 +149,7 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
         section("gaps", "What is missing", gap::render(report)),
         section("claims", "The paper’s claims", board::render(report)),
         section("tables", "Tables", sheet::render(&report.tables)),
-        section("figures", "Figures", drawing::render(&report.figures)),
+        section("figures", "Figures", drawing::render(drawn, picture(drawn))),
         section("links", "Links", profile::render(report.campaign)),
         section("runs", "Runs", ran::render(report.campaign)),
         section("machines", "Machines", machine::render(report.campaign)),
@@ -142,8 +164,8 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
     .collect()
 }
 
-/// The five questions with their answers, below the matrix.
-fn five(report: &Report<'_>) -> Markup {
+/// The questions with their answers, below the matrix.
+fn questions(report: &Report<'_>) -> Markup {
     html! {
         @if !report.brief.is_empty() {
             dl.brief {
@@ -151,7 +173,7 @@ fn five(report: &Report<'_>) -> Markup {
                     div {
                         dt { (brief.question) }
                         dd {
-                            (brief.answer)
+                            (prose::coded(&brief.answer))
                             @if has(report, brief.shown_in) { " " a href={ "#" (brief.shown_in) } { "See it" } }
                         }
                     }
@@ -165,7 +187,9 @@ fn five(report: &Report<'_>) -> Markup {
 fn has(report: &Report<'_>, name: &str) -> bool {
     let figures = report.figures.iter().map(|figure| &figure.chart.name);
     let tables = report.tables.iter().map(|table| &table.name);
-    figures.chain(tables).any(|of| of == name)
+    // Two sections are always there.
+    let mut names = figures.chain(tables).map(String::as_str);
+    names.any(|of| of == name) || ["links", "again"].contains(&name)
 }
 
 fn contents(sections: &[Section]) -> Markup {
@@ -183,7 +207,7 @@ fn contents(sections: &[Section]) -> Markup {
     }
 }
 
-fn footer(zooms: bool) -> Markup {
+fn footer(zoom: Zoom) -> Markup {
     html! {
         footer {
             p {
@@ -191,7 +215,7 @@ fn footer(zooms: bool) -> Markup {
                 " from the raw rows of this folder. It can be deleted and made again; equal folders \
                  give equal pages."
             }
-            @if zooms {
+            @if zoom == Zoom::Some {
                 details {
                     summary { "Licence of uPlot, which draws the zoomed figures" }
                     pre { (UPLOT_LICENCE) }

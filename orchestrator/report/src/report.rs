@@ -28,7 +28,7 @@ pub struct Exhibits {
 pub struct Report<'a> {
     /// The campaign that it is about.
     pub campaign: &'a Campaign,
-    /// The five questions with their answers.
+    /// The questions with their answers.
     pub brief: Vec<Brief>,
     /// The paper's claims, and readings of them.
     pub claims: Vec<Finding>,

@@ -57,7 +57,7 @@ fn run(cell: &Cell, outcome: &Outcome) -> Run {
     );
     match outcome {
         Outcome::Stable(settling_ms) => {
-            summary.loop_verdict = Some(LoopVerdict::Stable);
+            summary.loop_verdict = Some(LoopVerdict::Holds);
             summary.settling_ms = Some(*settling_ms);
         }
         Outcome::Lost(verdict) => summary.loop_verdict = Some(*verdict),
@@ -123,6 +123,7 @@ fn manifest(cell: &Cell, verdict: Verdict, outcome: &Outcome) -> Manifest {
         pulse: None,
         watched: None,
         end_faults: Vec::new(),
+        ends: None,
         certificate: None,
         plant: None,
         controller: None,

@@ -13,7 +13,7 @@ mod resending;
 use std::collections::VecDeque;
 
 use endpoint::{
-    Command, Connection, ControllerEnd, Counts, Mode, Model, Next, Outstanding, PlantEnd,
+    Clock, Command, Connection, ControllerEnd, Mode, Model, Next, Outstanding, PlantEnd,
     PlantSettings, Transport,
 };
 use link::Way;
@@ -65,6 +65,27 @@ enum Waiting {
     Nothing,
 }
 
+/// Both ends of a run, before its first event.
+fn ends<M: Model + Clone>(setup: &Setup<'_, M>) -> Result<(ControllerEnd, PlantEnd<M>), Unfit> {
+    let settings = setup.settings;
+    let controller = ControllerEnd::try_new(
+        settings,
+        setup.law.clone(),
+        setup.plant.at_rest(),
+        setup.start_ns,
+        setup.start_ns.saturating_add(setup.duration_ns),
+    )?
+    .following(setup.reference.clone());
+    let plant_settings = PlantSettings {
+        h: settings.h,
+        late: settings.late,
+        clock: Clock::Shared,
+        ..setup.plant_settings
+    };
+    let plant = PlantEnd::new(&plant_settings, setup.plant.clone(), setup.plant_start_ns);
+    Ok((controller, plant))
+}
+
 struct Course<'a, R, M> {
     timing: &'a Timing,
     mode: Mode,
@@ -107,28 +128,12 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
         if let Some(fault) = setup.profile.breaks_connections() {
             return Err(Unfit::Fault(fault));
         }
-        let stop_ns = setup.start_ns.saturating_add(setup.duration_ns);
         let settings = setup.settings;
-        let controller = ControllerEnd::try_new(
-            settings,
-            setup.law.clone(),
-            setup.plant.at_rest(),
-            setup.start_ns,
-            stop_ns,
-        )?
-        .following(setup.reference.clone());
-        let plant_settings = PlantSettings {
-            late: settings.late,
-            hold: setup.hold,
-            max_age_ns: setup.max_age_ns,
-            tick_noise: setup.tick_noise,
-            ..PlantSettings::new(settings.h)
-        };
+        let (controller, plant) = ends(setup)?;
         let stream = (settings.transport == Transport::WebSocket).then(|| {
             let waits = settings.outstanding == Outstanding::ONE;
             Stream::new((!waits).then(|| settings.h.ns()))
         });
-        let plant = PlantEnd::new(&plant_settings, setup.plant.clone(), setup.plant_start_ns);
         Ok(Self {
             timing: setup.timing,
             mode: settings.mode,
@@ -171,14 +176,7 @@ impl<'a, R: Record, M: Model + Clone> Course<'a, R, M> {
             plant_free_ns: 0,
             client_free_ns: 0,
             last_end_ns: setup.start_ns,
-            outcome: Outcome {
-                counts: Counts::default(),
-                ticks: 0,
-                arrivals: 0,
-                connections: 0,
-                resent: 0,
-                end_ns: 0,
-            },
+            outcome: Outcome::default(),
             record,
         })
     }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use control::{Law, Stepper};
-use endpoint::{ControllerSettings, Counts, Hold, InvalidSettings, Reference, TickNoise};
+use endpoint::{ControllerSettings, Counts, InvalidSettings, PlantSettings, Reference};
 use link::{Epoch, LinkTime, Profile};
 
 use crate::connection::Pool;
@@ -23,12 +23,8 @@ pub struct Setup<'a, M = Stepper> {
     pub timer_floor_ns: u64,
     /// The plant at rest, which advances by h at a step. The run steps a clone of it.
     pub plant: M,
-    /// How long the plant holds a command, and what comes then.
-    pub hold: Hold,
-    /// How much older than the quickest a command may be.
-    pub max_age_ns: Option<u64>,
-    /// Noise of the plant's tick times, from its machine.
-    pub tick_noise: Option<TickNoise>,
+    /// The plant's settings, but for h and `late`; both ends share a clock.
+    pub plant_settings: PlantSettings,
     /// The reference, if it moves.
     pub reference: Option<Reference>,
     /// The control law at rest.
@@ -72,9 +68,7 @@ impl<'a, M> Setup<'a, M> {
             settings,
             timer_floor_ns: 0,
             plant,
-            hold: Hold::Last,
-            max_age_ns: None,
-            tick_noise: None,
+            plant_settings: PlantSettings::new(settings.h),
             reference: None,
             law,
             pool: Pool::Shared,
@@ -92,7 +86,7 @@ impl<'a, M> Setup<'a, M> {
 }
 
 /// Result of a simulated run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Outcome {
     /// Counts of what happened to the controller's deadlines.
     pub counts: Counts,

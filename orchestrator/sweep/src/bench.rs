@@ -1,5 +1,6 @@
 //! Runs points one after another, and keeps what consecutive points can share.
 
+use std::fmt::Display;
 use std::sync::Arc;
 
 use endpoint::{ControllerSettings, Mode, Preset};
@@ -9,9 +10,9 @@ use plan::series::{self, Spacing};
 use sim::{EPOCH, Pool, Series, Setup, Start, Timing};
 
 use crate::machine::Machine;
-use crate::made::Made;
-use crate::outcome::Outcome;
-use crate::point::{Between, NoLoop, Point};
+use crate::made::{Made, Unplayable};
+use crate::outcome::Figures;
+use crate::point::{Between, Point};
 use crate::row::Row;
 use crate::sweep::{Run, Sweep};
 use crate::trace::Trace;
@@ -49,12 +50,7 @@ impl Bench {
         point: &Point,
         timing: &Timing,
     ) -> Result<Row, Unfit> {
-        let outcome = self
-            .outcome(sweep, run, point, timing)
-            .map_err(|problem| Unfit {
-                number: run.point,
-                problem,
-            })?;
+        let outcome = self.outcome(sweep, run, point, timing)?;
         Ok(Row { run, outcome })
     }
 
@@ -64,11 +60,13 @@ impl Bench {
         run: Run,
         point: &Point,
         timing: &Timing,
-    ) -> Result<Outcome, String> {
-        let profile = self.profile(&point.between)?;
-        let design = point
-            .design()
-            .map_err(|problem: NoLoop| problem.to_string())?;
+    ) -> Result<Figures, Unfit> {
+        let unfit = |problem: &dyn Display| Unfit {
+            number: run.point,
+            problem: problem.to_string(),
+        };
+        let profile = self.profile(&point.between).map_err(|why| unfit(&why))?;
+        let design = point.design().map_err(|why| unfit(&why))?;
         let settings = ControllerSettings {
             outstanding: point.outstanding,
             r: point.system.r(),
@@ -105,12 +103,14 @@ impl Bench {
             after_ns: h_ns,
             ..Setup::ideal(&profile, settings, plant, design.law, sweep.duration_ns)
         };
-        self.trace.begin(point.h.seconds(), settings.r, sweep.rho);
-        let outcome = sim::run(&setup, &mut self.trace).map_err(|problem| problem.to_string())?;
+        let run_ns = START_NS..START_NS.saturating_add(sweep.duration_ns);
+        self.trace
+            .begin(point.h.seconds(), settings.r, sweep.rho, run_ns);
+        let outcome = sim::run(&setup, &mut self.trace).map_err(|why| unfit(&why))?;
         Ok(self.trace.outcome(outcome.counts))
     }
 
-    fn profile(&mut self, between: &Between) -> Result<Arc<Profile>, String> {
+    fn profile(&mut self, between: &Between) -> Result<Arc<Profile>, Unplayable> {
         let made = match between {
             Between::Named(profile) => return Ok(Arc::clone(profile)),
             Between::Made(made) => made,

@@ -2,10 +2,14 @@
 
 use schemars::JsonSchema;
 use serde::Deserialize;
+use text::Whole;
 use toml::Spanned;
 
 use crate::axis::Axis;
 use crate::given::Given;
+
+/// Most runs of a sweep: about a day on two cores.
+pub(crate) const RUNS_MAX: u32 = 10_000_000;
 
 /// A loop over a grid of network conditions and settings, in virtual time.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -16,7 +20,7 @@ pub(crate) struct SweepFile {
     #[schemars(with = "String")]
     pub(crate) name: Spanned<String>,
     /// One sentence on what question it answers.
-    #[serde(default, deserialize_with = "link::sentence")]
+    #[serde(default, deserialize_with = "text::sentence")]
     pub(crate) about: String,
     /// How long the controller sends, such as `"10s"`.
     #[schemars(with = "String")]
@@ -24,7 +28,7 @@ pub(crate) struct SweepFile {
     /// How often each point is run, each time on another realisation of the link.
     #[serde(default = "one")]
     #[schemars(with = "u32")]
-    pub(crate) repeats: Spanned<u32>,
+    pub(crate) repeats: Whole<1, RUNS_MAX>,
     /// The seed, unless `--seed` gives one.
     #[serde(default = "default_seed")]
     pub(crate) seed: u64,
@@ -96,8 +100,8 @@ pub fn schema() -> String {
     format!("{:#}\n", schema.as_value())
 }
 
-fn one() -> Spanned<u32> {
-    Spanned::new(0..0, 1)
+fn one() -> Whole<1, RUNS_MAX> {
+    Whole::MIN
 }
 
 fn nothing() -> Spanned<f64> {

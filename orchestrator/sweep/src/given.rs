@@ -6,7 +6,11 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
+use text::Whole;
 use toml::Spanned;
+
+/// Most levels of one axis: more than the points of a figure.
+const LEVELS_MAX: u32 = 10_000;
 
 /// A number, or a text that says one with its unit.
 #[derive(Debug, Clone, PartialEq, JsonSchema)]
@@ -37,7 +41,7 @@ pub(crate) struct Range {
     pub(crate) to: Spanned<Word>,
     /// How many values, the two included.
     #[schemars(with = "u32")]
-    pub(crate) steps: Spanned<u32>,
+    pub(crate) steps: Whole<2, LEVELS_MAX>,
     /// `linear`, which is meant if nothing is said, or `log`.
     #[schemars(with = "Option<String>")]
     pub(crate) scale: Option<Spanned<String>>,

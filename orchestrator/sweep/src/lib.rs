@@ -2,7 +2,7 @@
 //!
 //! - input: `file` and `given` (keys), `resolve` (checks), [`Sweep`], its [`Grid`] of [`Axis`]es, a
 //!   [`Point`] with its loop and link (`made`: a link from numbers), [`Machine`]
-//! - runs: [`Bench`] runs a point in `sim`, `trace` records it, [`Outcome`] is the result,
+//! - runs: [`Bench`] runs a point in `sim`, `trace` records it, [`Figures`] is the result,
 //!   [`is_stable`] decides whether the error dies out, [`Row`] is its line
 //! - results: [`Cell`] (a point's runs), [`Border`] (the longest stable delay, beside its analysis),
 //!   [`Finding`] (axes that interact), `map` (figures), `summary` (text for people)
@@ -40,12 +40,12 @@ pub use file::schema;
 pub use finding::{Finding, findings};
 pub use grid::{Dimension, Grid, Level};
 pub use machine::{Machine, UnknownMachine};
-pub use made::Made;
+pub use made::{Made, Unplayable};
 pub use map::maps;
 pub use margin::{Border, Limit, borders, limit};
-pub use outcome::Outcome;
+pub use outcome::Figures;
 pub use point::{Between, NoLoop, Point};
-pub use row::Row;
+pub use row::{InvalidRow, Row};
 pub use stability::{growth, is_stable};
 pub use summary::summary;
 pub use sweep::{Instead, Run, Sweep, checksum};

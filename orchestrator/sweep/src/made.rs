@@ -1,6 +1,6 @@
 //! A link made of four numbers, as a profile.
 
-use link::Profile;
+use link::{Diagnostic, Profile};
 
 /// A link made of numbers. Round-trip times are halved between the two ways; loss and rate apply to each way.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +17,18 @@ pub struct Made {
     pub hold_ns: u64,
 }
 
+/// Why a link cannot be played: what its profile's text has against it.
+#[derive(Debug, Clone, thiserror::Error)]
+#[error("{}", self.problems().join("; "))]
+pub struct Unplayable(pub Vec<Diagnostic>);
+
+impl Unplayable {
+    fn problems(&self) -> Vec<&str> {
+        let problems = self.0.iter().map(|finding| finding.problem.as_str());
+        problems.collect()
+    }
+}
+
 impl Made {
     /// The name of its profile. Seeds are derived from it, so all made links have the same draws and
     /// their points can be compared in pairs.
@@ -31,13 +43,9 @@ impl Made {
     /// The link as a profile.
     ///
     /// # Errors
-    /// A sentence that says why it cannot be played.
-    pub fn profile(&self) -> Result<Profile, String> {
-        let source = self.toml();
-        Profile::parse(&source, Made::NAME).map_err(|findings| {
-            let problems = findings.iter().map(|finding| finding.message.as_str());
-            problems.collect::<Vec<_>>().join("; ")
-        })
+    /// [`Unplayable`] if it cannot be played.
+    pub fn profile(&self) -> Result<Profile, Unplayable> {
+        Profile::parse(&self.toml(), Made::NAME).map_err(Unplayable)
     }
 
     /// The profile as one would write it by hand.
@@ -106,6 +114,6 @@ mod tests {
             hold_ns: 1_000,
         };
         let problem = restless.profile().map(|_| ()).expect_err("too restless");
-        assert!(problem.contains("redrawn"), "{problem}");
+        assert!(problem.to_string().contains("redrawn"), "{problem}");
     }
 }

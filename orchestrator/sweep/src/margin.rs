@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use control::{largest_stable_blocking_round_trip_s, largest_stable_round_trip_s};
+use control::{Analysis, largest_stable_blocking_round_trip_s};
 use endpoint::Outstanding;
 
 use crate::axis::Axis;
@@ -17,7 +17,7 @@ const MS_PER_S: f64 = 1e3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
     /// Analysis has no answer: it covers one request under way or any number of them, but not a few;
-    /// or the loop depends on too many past ticks.
+    /// or the loop depends on too many past ticks, or its figures cannot be known to three digits.
     Unknown,
     /// The loop is unstable even at the shortest round trip.
     None,
@@ -74,7 +74,11 @@ pub fn limit(point: &Point) -> Limit {
         return Limit::Unknown;
     };
     let told = match point.outstanding {
-        Outstanding::Unlimited => own.open().ok().map(|own| largest_stable_round_trip_s(&own)),
+        Outstanding::Unlimited => own
+            .open()
+            .ok()
+            .and_then(|own| Analysis::of(&own).ok())
+            .map(|found| found.longest_s),
         Outstanding::ONE => largest_stable_blocking_round_trip_s(&own.plant, &own.law).ok(),
         Outstanding::Limited(_) => None,
     };

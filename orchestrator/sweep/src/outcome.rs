@@ -5,7 +5,7 @@ macro_rules! figures {
     ($($(#[$meta:meta])* $figure:ident,)+) => {
         /// The figures of one run; `None` for a figure that does not exist.
         #[derive(Debug, Clone, Copy, PartialEq)]
-        pub struct Outcome {
+        pub struct Figures {
             /// Whether the error dies out, see [`crate::is_stable`].
             pub stable: bool,
             $($(#[$meta])* pub $figure: Option<f64>,)+
@@ -15,16 +15,16 @@ macro_rules! figures {
         pub(crate) const COLUMNS: [&str; [$(stringify!($figure)),+].len()] =
             [$(stringify!($figure)),+];
 
-        impl Outcome {
+        impl Figures {
             /// The figures in the order of `COLUMNS`.
             pub(crate) fn figures(&self) -> [Option<f64>; COLUMNS.len()] {
                 [$(self.$figure),+]
             }
 
             /// The outcome with these figures, in the order of `COLUMNS`.
-            pub(crate) fn of(stable: bool, figures: [Option<f64>; COLUMNS.len()]) -> Outcome {
+            pub(crate) fn of(stable: bool, figures: [Option<f64>; COLUMNS.len()]) -> Figures {
                 let [$($figure),+] = figures;
-                Outcome { stable, $($figure),+ }
+                Figures { stable, $($figure),+ }
             }
         }
     };

@@ -9,29 +9,27 @@ use std::sync::Arc;
 
 use control::preset;
 use endpoint::{Outstanding, SampleTime};
-use link::{duration_ns, rate_bps, share};
-use plan::{InvalidFile, Library};
+use plan::Library;
 use system::System;
+use text::{Diagnostic, TomlText, rate_bps, share};
 use toml::Spanned;
 
 use crate::axis::Axis;
-use crate::file::SweepFile;
+use crate::file::{RUNS_MAX, SweepFile};
 use crate::given::{Given, Word};
 use crate::grid::{Grid, Level, Levels, Links};
 use crate::machine::Machine;
-use crate::made::Made;
+use crate::made::{Made, Unplayable};
 use crate::point::Point;
 use crate::sweep::{Instead, Sweep};
 
-use level::{duration_ns_of, number, parsed, said, text};
+use level::{InvalidLevel, duration_ns_of, number, parsed, said, text};
 
-/// Most runs of a sweep: about a day on two cores.
-const RUNS_MAX: usize = 10_000_000;
 /// Fewest and most samples of a response: enough to compare its quarters, and few enough to fit into
 /// memory once per core.
 const SAMPLES: std::ops::RangeInclusive<u64> = 40..=20_000_000;
 /// How long a made link's jitter keeps its value by default: within the range that suits diego-vpn.
-const HOLD: &str = "50ms";
+const HOLD_NS: u64 = 50_000_000;
 
 /// Looks up texts by name or path, or says why it cannot.
 type Texts<'a> = &'a mut dyn Library;
@@ -42,16 +40,19 @@ impl Sweep {
     /// `origin` names the text in errors, `instead` replaces parts of it.
     ///
     /// # Errors
-    /// [`InvalidFile`], with line and column, if the text is not a sweep that can run.
+    /// [`Diagnostic`], with line and column, if the text is not a sweep that can run.
     pub fn resolve(
         source: &str,
         origin: &str,
         instead: &Instead,
         mut library: impl Library,
-    ) -> Result<Sweep, InvalidFile> {
-        let text = plan::Reader { source, origin };
+    ) -> Result<Sweep, Diagnostic> {
+        let text = plan::Reader(TomlText {
+            text: source,
+            origin,
+        });
         let mut file: SweepFile =
-            text.parse("see the sweeps in orchestrator/sweeps for examples")?;
+            text.parse("the book's page Virtual time and sweeps has an example")?;
         for (axis, word) in &instead.fixed {
             let axes = file.axes.get_mut();
             let span = axes.get(*axis).map_or(0..0, Spanned::span);
@@ -63,7 +64,7 @@ impl Sweep {
             name: text.name(&file.name)?,
             about: file.about.clone(),
             duration_ns: text.duration(&file.duration)?,
-            repeats: reader.repeats()?,
+            repeats: file.repeats.get(),
             seed: instead.seed.unwrap_or(file.seed),
             rho: reader.rho()?,
             grid: reader.grid(&mut library)?,
@@ -80,22 +81,11 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn invalid<T>(&self, at: &Spanned<T>, problem: impl Into<String>, remedy: &str) -> InvalidFile {
+    fn invalid<T>(&self, at: &Spanned<T>, problem: impl Into<String>, remedy: &str) -> Diagnostic {
         self.text.invalid(at, problem, remedy)
     }
 
-    fn repeats(&self) -> Result<u32, InvalidFile> {
-        match *self.file.repeats.get_ref() {
-            0 => Err(self.invalid(
-                &self.file.repeats,
-                "`repeats` is 0, so nothing would be run",
-                "give 1 or more",
-            )),
-            repeats => Ok(repeats),
-        }
-    }
-
-    fn rho(&self) -> Result<f64, InvalidFile> {
+    fn rho(&self) -> Result<f64, Diagnostic> {
         let rho = *self.file.rho.get_ref();
         if rho.is_finite() && rho >= 0.0 {
             Ok(rho)
@@ -108,7 +98,7 @@ impl Reader<'_> {
         }
     }
 
-    fn grid(&self, library: Texts<'_>) -> Result<Grid, InvalidFile> {
+    fn grid(&self, library: Texts<'_>) -> Result<Grid, Diagnostic> {
         let links = self.links(library)?;
         // Over a named link the question is what `run` would see; over a made link, what the delay does.
         let client = match &links {
@@ -124,7 +114,7 @@ impl Reader<'_> {
                 Ok((machine, said(machine)))
             })?,
             h: self.numbers(Axis::H, Some("3ms"), duration_ns_of, |ns| {
-                let h = SampleTime::try_new(ns as u64).map_err(|why| why.to_string())?;
+                let h = SampleTime::try_new(ns as u64)?;
                 Ok((h, number(h.ns() as f64 / 1e6)))
             })?,
             outstanding: self.words(Axis::Outstanding, Some("unlimited"), |word| {
@@ -145,7 +135,7 @@ impl Reader<'_> {
     }
 
     /// The links: whole ones, or ones made of numbers, but not both.
-    fn links(&self, library: Texts<'_>) -> Result<Links, InvalidFile> {
+    fn links(&self, library: Texts<'_>) -> Result<Links, Diagnostic> {
         let axes = self.file.axes.get_ref();
         let made = Axis::ALL
             .into_iter()
@@ -167,42 +157,50 @@ impl Reader<'_> {
         }
     }
 
-    fn topologies(&self, library: Texts<'_>) -> Result<Levels<Arc<link::Profile>>, InvalidFile> {
+    fn topologies(&self, library: Texts<'_>) -> Result<Levels<Arc<link::Profile>>, Diagnostic> {
         self.words(Axis::Topology, None, |asked| {
-            let text = library.profile(asked)?;
-            let parsed = text.profile(asked).map_err(|findings| {
-                let problems = findings.iter().map(|finding| finding.message.as_str());
-                format!(
-                    "the profile `{asked}` cannot be played: {}; `webloop link lint {asked}` shows where",
-                    problems.collect::<Vec<_>>().join("; ")
-                )
+            let text = library.profile(asked).map_err(|problem| {
+                let names = link::Profile::BUILTIN.join(", ");
+                let remedy = format!("use one of {names}, or the path of a profile file");
+                InvalidLevel::Text(format!("{problem}; {remedy}"))
             })?;
+            let parsed = text
+                .profile(asked)
+                .map_err(|findings| InvalidLevel::Profile {
+                    name: asked.to_owned(),
+                    problem: Unplayable(findings),
+                })?;
             let level = said(parsed.name());
             Ok((Arc::new(parsed), level))
         })
     }
 
-    fn systems(&self, library: Texts<'_>) -> Result<Levels<Arc<System>>, InvalidFile> {
+    fn systems(&self, library: Texts<'_>) -> Result<Levels<Arc<System>>, Diagnostic> {
         self.words(Axis::System, Some(System::PAPER), |asked| {
-            let system = System::read(&library.system(asked)?)
-                .map_err(|fault| format!("`{asked}` is not a valid system: line {fault}"))?;
+            let text = library.system(asked).map_err(|problem| {
+                let names: Vec<&str> = System::built_in_names().collect();
+                let names = names.join(", ");
+                let remedy = format!("use one of {names}, or the path of a system file");
+                InvalidLevel::Text(format!("{problem}; {remedy}"))
+            })?;
+            let system = System::read(&text).map_err(|problem| InvalidLevel::System {
+                name: asked.to_owned(),
+                problem: Box::new(problem),
+            })?;
             let is_plain = system.surroundings().is_none() && system.reference().is_none();
             if !system.is_single() || !is_plain {
-                return Err(format!(
-                    "`{asked}` has a program, a second input or output, an actuator, a disturbance, a sensor, an x0 or a reference that \
-                     moves, which a sweep leaves out; run it as an experiment with --backend sim"
-                ));
+                return Err(InvalidLevel::LeftOut(asked.to_owned()));
             }
             let level = said(system.name());
             Ok((Arc::new(system), level))
         })
     }
 
-    fn made(&self) -> Result<Links, InvalidFile> {
+    fn made(&self) -> Result<Links, Diagnostic> {
         let time = |ns: f64| Ok((ns.round() as u64, number(ns.round() / 1e6)));
         let hold_ns = match &self.file.hold {
             Some(hold) => self.text.duration(hold)?,
-            None => duration_ns(HOLD).map_or(1, |ns| ns as u64),
+            None => HOLD_NS,
         };
         Ok(Links::Made {
             rtt_ns: self.numbers(Axis::Rtt, Some("0ms"), duration_ns_of, time)?,
@@ -210,7 +208,7 @@ impl Reader<'_> {
             loss: self.numbers(
                 Axis::Loss,
                 Some("0%"),
-                |word| share(text(word)?).map_err(|why| why.to_string()),
+                |word| Ok(share(text(word)?)?),
                 |loss| Ok((loss, number(loss * 100.0))),
             )?,
             rate_bps: self.numbers(
@@ -218,9 +216,7 @@ impl Reader<'_> {
                 Some("none"),
                 |word| match text(word)? {
                     "none" => Ok(f64::INFINITY),
-                    rate => rate_bps(rate)
-                        .map(|bps| bps as f64)
-                        .map_err(|why| why.to_string()),
+                    rate => Ok(rate_bps(rate)? as f64),
                 },
                 |bps| {
                     if bps.is_infinite() {
@@ -236,7 +232,7 @@ impl Reader<'_> {
 
     /// Checks what depends on several values: made links that cannot be played, loops that do not
     /// exist, responses with too few or too many samples.
-    fn check(&self, grid: &Grid) -> Result<(), InvalidFile> {
+    fn check(&self, grid: &Grid) -> Result<(), Diagnostic> {
         let duration_ns = self.text.duration(&self.file.duration)?;
         for h in grid.h.values() {
             let samples = duration_ns / h.ns();
@@ -293,9 +289,9 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn size(&self, sweep: &Sweep) -> Result<(), InvalidFile> {
+    fn size(&self, sweep: &Sweep) -> Result<(), Diagnostic> {
         let runs = sweep.grid.points().saturating_mul(sweep.repeats as usize);
-        if runs <= RUNS_MAX {
+        if runs <= RUNS_MAX as usize {
             Ok(())
         } else {
             Err(self.invalid(

@@ -1,7 +1,7 @@
 //! A run as a line of `points.csv`: its number, the levels of its axes, its result.
 
 use crate::number::brief;
-use crate::outcome::{COLUMNS, Outcome};
+use crate::outcome::{COLUMNS, Figures};
 use crate::sweep::{Run, Sweep};
 
 /// One run and its result.
@@ -10,7 +10,43 @@ pub struct Row {
     /// The run.
     pub run: Run,
     /// Its result.
-    pub outcome: Outcome,
+    pub outcome: Figures,
+}
+
+/// Why a line is not a row of a sweep.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum InvalidRow {
+    /// Fields are missing.
+    #[error("it has too few fields")]
+    Short,
+    /// There are others behind the last.
+    #[error("it has too many fields")]
+    Long,
+    /// A number of its run is none.
+    #[error("`{0}` is not the number of a run")]
+    RunNumber(String),
+    /// The sweep has no such run.
+    #[error("the sweep has no run {repeat} of a point {point}")]
+    Run {
+        /// The point's number.
+        point: usize,
+        /// The repeat's.
+        repeat: usize,
+    },
+    /// It does not begin as the row of its point does.
+    #[error("point {point} is another: its row begins with {key}")]
+    Point {
+        /// The point's number.
+        point: usize,
+        /// How its row begins.
+        key: String,
+    },
+    /// It does not say whether the loop is stable.
+    #[error("`stable` is `{0}`; it must be yes or no")]
+    Stable(String),
+    /// A figure is none.
+    #[error("`{0}` is not a number")]
+    Figure(String),
 }
 
 impl Sweep {
@@ -40,18 +76,18 @@ impl Sweep {
     /// Reads a line; it gives the values that were written, to nine digits.
     ///
     /// # Errors
-    /// A sentence that says what is wrong with the row.
-    pub fn read(&self, line: &str) -> Result<Row, String> {
+    /// [`InvalidRow`] if the line is not a row of this sweep.
+    pub fn read(&self, line: &str) -> Result<Row, InvalidRow> {
         let mut fields = line.split(',');
-        let mut field = || fields.next().ok_or("it has too few fields");
+        let mut field = || fields.next().ok_or(InvalidRow::Short);
         let whole = |text: &str| {
             text.parse::<usize>()
-                .map_err(|_| format!("`{text}` is not the number of a run"))
+                .map_err(|_| InvalidRow::RunNumber(text.to_owned()))
         };
         let point = whole(field()?)?;
         let repeat = whole(field()?)?;
         if point >= self.grid.points() || !(1..=self.repeats as usize).contains(&repeat) {
-            return Err(format!("the sweep has no run {repeat} of a point {point}"));
+            return Err(InvalidRow::Run { point, repeat });
         }
         let run = Run {
             point,
@@ -62,9 +98,7 @@ impl Sweep {
             .strip_prefix(&key)
             .is_some_and(|rest| rest.starts_with(','))
         {
-            return Err(format!(
-                "point {point} is another: its row begins with {key}"
-            ));
+            return Err(InvalidRow::Point { point, key });
         }
         for _ in 2..key.split(',').count() {
             field()?;
@@ -72,7 +106,7 @@ impl Sweep {
         let stable = match field()? {
             "yes" => true,
             "no" => false,
-            other => return Err(format!("`stable` is `{other}`; it must be yes or no")),
+            other => return Err(InvalidRow::Stable(other.to_owned())),
         };
         let mut figures = [None; COLUMNS.len()];
         for figure in &mut figures {
@@ -80,16 +114,16 @@ impl Sweep {
                 "" => None,
                 text => Some(
                     text.parse()
-                        .map_err(|_| format!("`{text}` is not a number"))?,
+                        .map_err(|_| InvalidRow::Figure(text.to_owned()))?,
                 ),
             };
         }
         match fields.next() {
             None => Ok(Row {
                 run,
-                outcome: Outcome::of(stable, figures),
+                outcome: Figures::of(stable, figures),
             }),
-            Some(_) => Err("it has too many fields".to_owned()),
+            Some(_) => Err(InvalidRow::Long),
         }
     }
 

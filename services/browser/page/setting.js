@@ -154,8 +154,8 @@ const READERS = {
     const n = /^\d+$/.test(word) ? Number(word) : NaN;
     if (!(n >= 1 && n <= OUTSTANDING_CAP)) {
       throw new InvalidSettings(
-        `outstanding \`${excerpt(word)}\` is unknown; ` +
-          `choose a number from 1 to ${OUTSTANDING_CAP}, or unlimited`,
+        `outstanding is \`${excerpt(word)}\`; ` +
+          `give 1 to ${OUTSTANDING_CAP}, or \`unlimited\``,
       );
     }
     return n;

@@ -5,7 +5,7 @@
 
 use std::{net::SocketAddr, path::Path};
 
-use crate::Engine;
+use endpoint::report::Engine;
 
 /// Flags for every start of Chromium.
 const CHROMIUM: &[&str] = &[

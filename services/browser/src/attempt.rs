@@ -4,17 +4,16 @@
 
 use std::{future::Future, io, pin::Pin, time::Duration};
 
-use endpoint::report::{self, Confinement};
-use pace::now_ns;
+use clock::now::now_ns;
+use endpoint::report::{self, Confinement, Engine};
 use tokio::time::{MissedTickBehavior, interval, sleep};
 
 use crate::{
-    Engine,
     address::{Times, url},
     argument::{Circumstance, arguments},
     clock::clock_ns,
     config::{Config, VisitError, refused},
-    engine::Program,
+    engine::Browser,
     plant::{Plant, Status},
     preference::user_js,
     process::{Process, has_shared_memory},
@@ -46,7 +45,7 @@ pub(crate) struct Attempt {
 /// The state of a visit of a browser to a plant.
 pub(crate) struct Visit<'a> {
     pub(crate) config: &'a Config,
-    pub(crate) program: Program,
+    pub(crate) program: Browser,
     pub(crate) plant: Plant,
     /// Whether Chromium should use its own sandbox.
     pub(crate) sandbox: bool,

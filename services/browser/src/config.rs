@@ -8,9 +8,12 @@ use std::{
     time::Duration,
 };
 
-use endpoint::{ControllerSettings, InvalidSetting, PageSettings};
+use endpoint::{
+    ControllerSettings, InvalidSetting, PageSettings,
+    report::{Engine, Version},
+};
 
-use crate::{Engine, Missing, Version};
+use crate::engine::Missing;
 
 /// Ties a command to this process before it is started, so that the command cannot outlive the
 /// process. A function, because another crate has to do this between fork and exec.

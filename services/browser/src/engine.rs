@@ -65,7 +65,7 @@ pub struct Missing {
 
 /// A browser on this machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Program {
+pub(crate) struct Browser {
     pub(crate) path: PathBuf,
     pub(crate) version: Version,
 }
@@ -79,7 +79,7 @@ pub fn found(engine: Engine) -> Result<String, Missing> {
 }
 
 /// Finds the browser and asks for its version.
-pub(crate) fn find(engine: Engine) -> Result<Program, Missing> {
+pub(crate) fn find(engine: Engine) -> Result<Browser, Missing> {
     let missing = |why: String| Missing {
         engine,
         why,
@@ -113,7 +113,7 @@ pub(crate) fn find(engine: Engine) -> Result<Program, Missing> {
             said.trim()
         ))
     })?;
-    Ok(Program { path, version })
+    Ok(Browser { path, version })
 }
 
 /// The first of `names` that is a program in the folders of `path`.

@@ -5,7 +5,7 @@
 
 use std::{error::Error, net::SocketAddr, time::Duration};
 
-use reqwest::{Client, redirect, retry};
+use reqwest::{Client, StatusCode, redirect, retry};
 use serde::Deserialize;
 
 /// A link may stall for five seconds without being broken.
@@ -47,6 +47,28 @@ pub(crate) struct Status {
     pub(crate) reason: Option<String>,
 }
 
+/// Why the plant gave no answer, or not the one asked for.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Unanswered {
+    #[error("no attempt ended")]
+    Pending,
+    #[error("{}", sentence(.0))]
+    Request(reqwest::Error),
+    #[error("{path}: {status}")]
+    Refused {
+        path: &'static str,
+        status: StatusCode,
+    },
+    #[error("/session: {0}")]
+    Status(serde_json::Error),
+}
+
+impl From<reqwest::Error> for Unanswered {
+    fn from(error: reqwest::Error) -> Self {
+        Self::Request(error.without_url())
+    }
+}
+
 /// A client for the plant's status.
 #[derive(Clone, Debug)]
 pub(crate) struct Plant {
@@ -69,8 +91,8 @@ impl Plant {
     }
 
     /// Waits until the plant is ready; otherwise returns the result of the last attempt.
-    pub(crate) async fn is_well_within(&self, within: Duration) -> Result<(), String> {
-        let mut why = String::from("no attempt ended");
+    pub(crate) async fn is_well_within(&self, within: Duration) -> Result<(), Unanswered> {
+        let mut why = Unanswered::Pending;
         let well = async {
             while let Err(error) = self.get("/health").await {
                 why = error;
@@ -81,27 +103,26 @@ impl Plant {
     }
 
     /// The state of the control session.
-    pub(crate) async fn status(&self) -> Result<Status, String> {
+    pub(crate) async fn status(&self) -> Result<Status, Unanswered> {
         let text = self.get("/session").await?;
-        serde_json::from_str(&text).map_err(|error| format!("/session: {error}"))
+        serde_json::from_str(&text).map_err(Unanswered::Status)
     }
 
-    async fn get(&self, path: &str) -> Result<String, String> {
+    async fn get(&self, path: &'static str) -> Result<String, Unanswered> {
         let url = format!("http://{}{path}", self.address);
-        let response = self.client.get(url).send().await.map_err(sentence)?;
+        let response = self.client.get(url).send().await?;
         let status = response.status();
-        let text = response.text().await.map_err(sentence)?;
+        let text = response.text().await?;
         if status.is_success() {
             Ok(text)
         } else {
-            Err(format!("{path}: {status}"))
+            Err(Unanswered::Refused { path, status })
         }
     }
 }
 
 /// The outermost error only says that a request failed; its sources say why.
-fn sentence(error: reqwest::Error) -> String {
-    let error = error.without_url();
+fn sentence(error: &reqwest::Error) -> String {
     let mut why = error.to_string();
     let mut source = error.source();
     while let Some(inner) = source {

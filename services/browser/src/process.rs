@@ -18,7 +18,7 @@ use thread_priority::{
     set_thread_priority_and_policy, thread_native_id, thread_schedule_policy,
 };
 
-use crate::{config::Leash, engine::Program, family::Family, words::Words};
+use crate::{config::Leash, engine::Browser, family::Family, words::Words};
 
 /// Interval at which the end is checked.
 const POLL: Duration = Duration::from_millis(20);
@@ -45,7 +45,7 @@ pub(crate) struct Process {
 impl Process {
     /// Starts `program` with its files in `home`, as another user if one is given.
     pub(crate) fn start(
-        program: &Program,
+        program: &Browser,
         arguments: &[String],
         home: &Path,
         user: Option<u32>,
@@ -105,7 +105,10 @@ impl Process {
 
     /// Its last output.
     pub(crate) fn last_words(&self) -> String {
-        self.words.last(self.members().is_empty())
+        if self.members().is_empty() {
+            self.words.drain();
+        }
+        self.words.last()
     }
 
     /// Ends the browser and all processes that it started: sends SIGTERM, waits for `within`, then kills.
@@ -187,7 +190,7 @@ mod tests {
         // In a thread of its own, since the scheduling stays with the thread.
         let (policy, niceness) = thread::spawn(|| {
             // If it is not granted, there is nothing to give up.
-            pace::ask(Some(10));
+            clock::scheduling::ask(Some(10));
             leave_real_time();
             let niceness = rustix::process::getpriority_process(None);
             (thread_schedule_policy(), niceness)

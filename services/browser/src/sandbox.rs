@@ -5,9 +5,10 @@
 
 use std::{fs, path::PathBuf};
 
+use endpoint::report::{Confinement, Engine};
 use rustix::process::Pid;
 
-use crate::{Confinement, Engine, engine::runs_a_page};
+use crate::engine::runs_a_page;
 
 /// The weakest confinement among those processes that run a page. Confinement that this process has
 /// too, such as a container's, does not count.

@@ -8,7 +8,7 @@ use crate::{
     attempt::{Attempt, Visit},
     config::{Config, VisitError, refused},
     engine::find,
-    plant::{Plant, State, Status},
+    plant::{Plant, State, Status, Unanswered},
     watch::Watch,
 };
 
@@ -18,7 +18,7 @@ use crate::{
 /// # Errors
 /// [`VisitError`] names every failure, each after a bounded time. The browser is gone by then, too.
 pub fn visit(config: &Config, ready: impl FnOnce()) -> Result<report::Visit, VisitError> {
-    visit_until(config, pace::told_to_end(), ready)
+    visit_until(config, clock::stop::told_to_end(), ready)
 }
 
 /// Like [`visit`], but runs until `stop` is done instead of a signal.
@@ -73,10 +73,10 @@ impl Visit<'_> {
     /// Waits for the plant, and makes sure that no other client controls it.
     async fn plant_is_free(&self) -> Result<(), VisitError> {
         let (plant, within) = (self.config.plant, self.config.limits.plant);
-        let unreachable = |why| VisitError::Unreachable {
+        let unreachable = |why: Unanswered| VisitError::Unreachable {
             plant,
             waited_s: within.as_secs(),
-            why,
+            why: why.to_string(),
         };
         let well = self.plant.is_well_within(within);
         well.await.map_err(unreachable)?;

@@ -58,12 +58,16 @@ impl Words {
         Self { lines, reader }
     }
 
-    /// The last lines joined into one. If the program has ended, waits for all its output, at most `DRAIN`.
-    pub(crate) fn last(&self, ended: bool) -> String {
+    /// Waits for all output of a program that has ended, at most `DRAIN`.
+    pub(crate) fn drain(&self) {
         let deadline = Instant::now() + DRAIN;
-        while ended && !self.reader.is_finished() && Instant::now() < deadline {
+        while !self.reader.is_finished() && Instant::now() < deadline {
             thread::sleep(Duration::from_millis(5));
         }
+    }
+
+    /// The last lines joined into one.
+    pub(crate) fn last(&self) -> String {
         let lines = self.lines.lock().unwrap_or_else(PoisonError::into_inner);
         if lines.is_empty() {
             "none".to_owned()
@@ -79,7 +83,11 @@ mod tests {
 
     #[test]
     fn the_last_lines_are_kept_and_none_is_endless() {
-        let words = |text: Vec<u8>| Words::of(std::io::Cursor::new(text)).last(true);
+        let words = |text: Vec<u8>| {
+            let words = Words::of(std::io::Cursor::new(text));
+            words.drain();
+            words.last()
+        };
         assert_eq!(words(b"a\n\nb\r\n c \nd".to_vec()), "b / c / d");
         assert_eq!(words(Vec::new()), "none");
         assert!(words(vec![b'x'; 1 << 20]).len() <= 1000);

@@ -8,12 +8,12 @@ use std::collections::VecDeque;
 use std::num::NonZeroUsize;
 
 use crate::law::Law;
-use crate::margin::margins;
+use crate::margin::{InvalidDeadTime, Margins, of_scan};
+use crate::open_loop::OpenLoop;
 use crate::plant::SampledPlant;
-use crate::polynomial::{is_schur_stable, sum};
+use crate::scan::{Scan, Unsure};
 use crate::signals::Signals;
-use crate::timebase::{Discrete, Timebase};
-use crate::transfer::TransferFunction;
+use crate::winding::unstable_poles;
 
 /// Number of ticks from a plant output to the first output that depends on a command computed from
 /// it, if every message has the same round trip and both ends run every `h_ns`.
@@ -63,45 +63,126 @@ pub fn step_response(
 ///
 /// Infinite if no delay can make the loop unstable. `None` if not even the shortest round trip (two
 /// ticks) can be shown to be stable.
-///
-/// Jury's test decides the case of two ticks. From there the delay margin is exact, since stability
-/// can only be lost where the delayed loop passes through -1. If the gain at the Nyquist frequency is
-/// one or more, each further tick changes the sign of the response there, so no two consecutive
-/// delays are stable.
 #[must_use]
-pub fn largest_stable_round_trip_s(system: &TransferFunction<Discrete>) -> Option<f64> {
-    const SHORTEST_TICKS: usize = 2;
-    let h_s = system.timebase().h_s();
-    let at_nyquist = system
-        .timebase()
-        .nyquist_rad_s()
-        .map(|nyquist| system.frequency_response(nyquist).norm());
-    if !is_stable_with_delay(system, SHORTEST_TICKS) {
-        return None;
-    }
-    if at_nyquist.is_none_or(|gain| gain >= 1.0) {
-        return Some((SHORTEST_TICKS as f64 - 1.0) * h_s);
-    }
-    let margin = margins(system, SHORTEST_TICKS as f64 * h_s).ok()?.delay_s;
-    // A further delay of exactly the margin leaves a pole on the unit circle, so that tick does not count.
-    let further_ticks = (margin / h_s).ceil() - 1.0;
-    Some((SHORTEST_TICKS as f64 - 1.0 + further_ticks.max(0.0)) * h_s)
+pub fn largest_stable_round_trip_s(system: impl Into<OpenLoop>) -> Option<f64> {
+    Analysis::of(&system.into())
+        .ok()
+        .and_then(|found| found.longest_s)
 }
 
-/// Whether all poles of the closed loop, the roots of den(z) z^ticks + num(z), lie inside the unit circle.
-pub(crate) fn is_stable_with_delay(system: &TransferFunction<Discrete>, ticks: usize) -> bool {
-    let mut delayed = system.den().to_vec();
-    delayed.resize(delayed.len() + ticks, 0.0);
-    is_schur_stable(&sum(&delayed, system.num()))
+/// What is computed of a sampled loop: margins, and the longest round trip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Analysis {
+    /// The margins of the loop without a network, which itself takes two ticks.
+    pub margins: Margins,
+    /// The longest constant round trip at which the loop is stable, as at every shorter one, in seconds;
+    /// infinite if none makes it unstable, `None` if it is unstable even at the shortest.
+    pub longest_s: Option<f64>,
+}
+
+impl Analysis {
+    /// Ticks around a loop without a network: two free-running ends.
+    pub const SHORTEST_TICKS: usize = 2;
+
+    /// Stability with two ticks and on both sides of the border is by the number of closed-loop poles outside the
+    /// unit circle. Between them the delay margin is exact, since stability can only be lost where the delayed
+    /// loop passes through -1. Beyond it a whole tick may hold again, if a pole that left at a fraction of it is back
+    /// before: the border is the first whole tick that does not hold. If the gain at the Nyquist frequency is one or
+    /// more, each further tick changes the sign of the response there, so no two consecutive delays are stable.
+    ///
+    /// # Errors
+    /// [`InvalidDeadTime`] if the figures cannot be known to three digits.
+    pub fn of(system: &OpenLoop) -> Result<Self, InvalidDeadTime> {
+        let h_s = system.h_s().ok_or(Unsure::Border)?;
+        let scan = Scan::new(system, 0.0)?;
+        let margins = of_scan(&scan, Self::SHORTEST_TICKS as f64 * h_s)?;
+        Ok(Self {
+            margins,
+            longest_s: longest_s(&scan, margins.delay_s, h_s)?,
+        })
+    }
+}
+
+/// So many times stability may be lost and be back between two whole ticks; then the longest that was shown counts.
+const MOST_RETURNS: usize = 1000;
+/// Ticks that are counted to the last one; a longer delay is said to be as long as these.
+const MOST_TICKS: f64 = 1e15;
+/// A delay as near as this part of it to one that puts a pole on the circle has it there.
+const ON_CIRCLE: f64 = 1e-9;
+
+fn longest_s(scan: &Scan<'_>, delay_s: f64, h_s: f64) -> Result<Option<f64>, InvalidDeadTime> {
+    let shortest = Analysis::SHORTEST_TICKS;
+    // With a pole on the border itself the loop is not stable.
+    let is_stable = |ticks| match unstable_poles(scan, ticks) {
+        Ok(count) => Ok(count == 0),
+        Err(Unsure::Border) => Ok(false),
+        Err(other) => Err(other),
+    };
+    if scan.of.grows_unseen() || !is_stable(shortest)? {
+        return Ok(None);
+    }
+    let at_nyquist = scan.nodes.last().map(|node| node.at.loci);
+    if at_nyquist.is_some_and(|loci| loci.iter().any(|l| l.norm() >= 1.0)) {
+        return Ok(Some((shortest as f64 - 1.0) * h_s));
+    }
+    if !delay_s.is_finite() {
+        return Ok(Some(f64::INFINITY));
+    }
+    // A further delay of exactly the margin leaves a pole on the unit circle, so that tick does not count.
+    let mut further = ((delay_s / h_s).ceil() - 1.0).clamp(0.0, MOST_TICKS) as usize;
+    let mut nearer = 0;
+    while further > 0 && !is_stable(shortest + further)? {
+        nearer += 1;
+        if nearer > MOST_RETURNS {
+            return Err(Unsure::Border.into());
+        }
+        further -= 1;
+    }
+    let own_s = scan.of.dead_time_s() + shortest as f64 * h_s;
+    let mut lost_s = delay_s;
+    for _ in 0..MOST_RETURNS {
+        let next = further.saturating_add(1);
+        let next_s = next as f64 * h_s;
+        if next_s - lost_s <= ON_CIRCLE * next_s || !is_stable(shortest.saturating_add(next))? {
+            break;
+        }
+        // Until a further delay puts a pole on the circle again, nothing changes.
+        lost_s = next_crossing_s(scan, own_s, next_s);
+        let ticks = (lost_s / h_s).ceil().min(MOST_TICKS) as usize;
+        further = next.max(ticks.saturating_sub(1));
+    }
+    let longest = further.saturating_add(shortest - 1);
+    Ok(Some(longest as f64 * h_s))
+}
+
+/// The least further delay beyond `after_s` at which a loop that waits `own_s` has a pole on the unit circle.
+fn next_crossing_s(scan: &Scan<'_>, own_s: f64, after_s: f64) -> f64 {
+    use std::f64::consts::PI;
+    let crossings = scan.crossovers.iter().map(|(node, locus)| {
+        let lead = node.at.loci[*locus].arg() - node.rad_s * own_s + PI;
+        let beyond = (lead - node.rad_s * after_s).rem_euclid(2.0 * PI);
+        after_s + beyond / node.rad_s
+    });
+    crossings.fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::polynomial::{is_schur_stable, sum};
     use crate::preset::{
         BARE_SETTLING_1MS_S, BARE_SETTLING_3MS_S, paper_gains, paper_pi, paper_plant,
     };
     use crate::step_info::{StepSettings, step_info};
+    use crate::timebase::Discrete;
+    use crate::transfer::TransferFunction;
+
+    /// Whether all poles of the closed loop, the roots of den(z) z^ticks + num(z), lie inside the unit circle.
+    fn is_stable_with_delay(system: &TransferFunction<Discrete>, ticks: usize) -> bool {
+        let mut delayed = system.den().to_vec();
+        delayed.resize(delayed.len() + ticks, 0.0);
+        is_schur_stable(&sum(&delayed, system.num()))
+    }
 
     fn plant(h_s: f64) -> SampledPlant {
         paper_plant()

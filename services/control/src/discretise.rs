@@ -125,7 +125,8 @@ fn bilinear(
     Ok((a, b, c, d))
 }
 
-/// The exponential of [A B; 0 0] h has the sampled A and B in its upper blocks (C. Van Loan, 1978).
+/// The exponential of [A B; 0 0] h has the sampled A and B in its upper blocks (C. Van Loan, 1978). NaN if the
+/// tenth power overflows, by which the exponential is scaled.
 pub(crate) fn held(system: &StateSpace<Continuous>, h_s: f64) -> (DMatrix<f64>, DMatrix<f64>) {
     let (n, m) = (system.order(), system.inputs());
     let mut block = DMatrix::<f64>::zeros(n + m, n + m);
@@ -135,7 +136,14 @@ pub(crate) fn held(system: &StateSpace<Continuous>, h_s: f64) -> (DMatrix<f64>, 
     block
         .view_mut((0, n), (n, m))
         .copy_from(&(system.b() * h_s));
-    let exponential = block.exp();
+    let square = &block * &block;
+    let fourth = &square * &square;
+    let tenth = &fourth * &fourth * square;
+    let exponential = if tenth.iter().all(|x| x.is_finite()) {
+        block.exp()
+    } else {
+        block * f64::NAN
+    };
     (
         exponential.view((0, 0), (n, n)).into_owned(),
         exponential.view((0, n), (n, m)).into_owned(),

@@ -12,6 +12,7 @@
 
 mod feedback;
 mod smith;
+pub(crate) mod swept;
 mod transfer;
 
 use thiserror::Error;
@@ -103,6 +104,17 @@ impl Law {
             Self::StateFeedback(law) => law.update(r, y),
         };
         (u.first, u.second.unwrap_or_default())
+    }
+
+    /// The same law at rest with all gains times `factor`, within the same limits: what a gain margin is about.
+    /// `None` for a law with a model of its plant, and where a gain would not be finite.
+    #[must_use]
+    pub fn times(&self, factor: f64) -> Option<Self> {
+        match self {
+            Self::Pid(pid) => pid.times(factor).map(Self::Pid),
+            Self::Transfer(law) => law.times(factor).map(Self::Transfer),
+            Self::Smith(_) | Self::StateFeedback(_) => None,
+        }
     }
 
     /// Number of outputs that it expects, and of inputs that it gives.

@@ -14,7 +14,10 @@
 //! - [`law`]: the PID and other laws: a transfer function, a Smith predictor, state feedback with a
 //!   Kalman filter;
 //! - [`preset`]: the plant and the controller of the paper;
-//! - [`margin`]: gain, phase and delay margin, with dead time;
+//! - [`open_loop`]: plant and law as a function of frequency, by their states; `swept` and `hessenberg` have the
+//!   parts, `wide` the numbers of 32 digits; [`minimal`] tells the modes that a zero cancels;
+//! - [`scan`]: that function along all frequencies, and where its gain passes 1;
+//! - [`margin`]: gain, phase and delay margin, with dead time; `winding`: how many closed-loop poles are unstable;
 //! - [`closed_loop`]: the loop with a constant delay, and the longest round trip at which it is stable;
 //! - [`blocking`]: the same for a client that waits for each answer;
 //! - [`mod@step_info`]: rise, settling, overshoot and the other figures, with python-control's names
@@ -32,29 +35,39 @@
 pub mod blocking;
 pub mod closed_loop;
 pub mod discretise;
+mod hessenberg;
 pub mod law;
 pub mod margin;
+pub mod minimal;
+pub mod open_loop;
 pub mod pid;
 pub mod plant;
 mod polynomial;
 pub mod preset;
 mod riccati;
+pub mod scan;
 pub mod signals;
 pub mod state_space;
 pub mod step_info;
 pub mod stepper;
+mod swept;
 pub mod timebase;
 pub mod transfer;
+mod wide;
+mod winding;
 
 pub use blocking::{Untold, largest_stable_blocking_round_trip_s};
-pub use closed_loop::{largest_stable_round_trip_s, loop_delay_ticks, step_response};
+pub use closed_loop::{Analysis, largest_stable_round_trip_s, loop_delay_ticks, step_response};
 pub use discretise::{InvalidDiscretisation, Method, discretise};
 pub use law::{Estimator, InvalidLaw, Law, Smith, StateFeedback, Transfer, Weights};
 pub use margin::{InvalidDeadTime, Margins, margins};
+pub use minimal::{Fate, Hidden};
 pub use nalgebra::Complex;
+pub use open_loop::OpenLoop;
 pub use pid::{AntiWindup, Gains, InvalidPid, Pid, Saturation};
 pub use plant::{Plant, SampledPlant};
 pub use riccati::NoSolution;
+pub use scan::Unsure;
 pub use signals::Signals;
 pub use state_space::{InvalidStateSpace, StateSpace};
 pub use step_info::{InvalidResponse, StepInfo, StepSettings, sampled_step_info, step_info};

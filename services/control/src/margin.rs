@@ -1,18 +1,17 @@
 //! Gain, phase and delay margin of a loop L, continuous or sampled, with dead time.
 //!
 //! python-control's `stability_margins` finds crossovers as roots of polynomials. A dead time has no
-//! polynomial, and for sampled loops with a short h the method fails. This module therefore scans the
-//! frequency response itself, densely around the corners of poles and zeros, and bisects every change
-//! of sign to the last bit. A response that only touches the unit circle or the real axis has no
-//! crossover there.
+//! polynomial, and for sampled loops with a short h the coefficients lose all digits. This module therefore asks
+//! the loop itself, frequency by frequency ([`crate::open_loop`]), and bisects every change of sign to the last
+//! bit. A response that only touches the unit circle or the real axis has no crossover there.
 
 use std::f64::consts::PI;
 
 use nalgebra::Complex;
 use thiserror::Error;
 
-use crate::timebase::Timebase;
-use crate::transfer::TransferFunction;
+use crate::open_loop::OpenLoop;
+use crate::scan::{Node, Scan, Unsure, level};
 
 /// The margins of a loop, in python-control's order gm, pm, wpc, wgc, and the delay margin.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +29,7 @@ pub struct Margins {
     pub delay_s: f64,
 }
 
-/// A dead time for which margins cannot be found.
+/// Why there are no margins.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum InvalidDeadTime {
     /// The dead time is negative or not finite.
@@ -39,7 +38,7 @@ pub enum InvalidDeadTime {
         /// The dead time in seconds.
         dead_time_s: f64,
     },
-    /// The phase turns too often below the highest frequency of interest to examine every turn.
+    /// The phase turns so often below the highest frequency of interest that its digits are lost.
     #[error(
         "a dead time of {dead_time_s} s turns the phase by {radians:.1e} rad below {end_rad_s} rad/s; shorten it"
     )]
@@ -51,41 +50,39 @@ pub enum InvalidDeadTime {
         /// Dead time times frequency, in radians.
         radians: f64,
     },
+    /// They cannot be known to the digits that would be printed.
+    #[error(transparent)]
+    Unsure(#[from] Unsure),
 }
 
-/// Points per decade between corners: without a corner nearby a response bends over a whole decade.
-const POINTS_PER_DECADE: f64 = 200.0;
-/// The scan extends beyond the outermost corners by this factor; there the magnitude is a power law.
-const BEYOND_CORNERS: f64 = 1e3;
-/// Most decades by which the scan may grow to find an outer crossover: a gain of 10^30 has one there.
-const MOST_DECADES: usize = 30;
-/// Around each corner the points approach it to this power of ten of its frequency, so that lightly
-/// damped resonances are found.
-const CLOSEST_DECADES: i32 = 8;
-/// Phase of the dead time between two points, rad: thirty points per turn.
-const TURN_PER_POINT: f64 = 0.2;
-/// The greatest phase of a dead time, rad (five million points, about a second).
+/// The greatest phase of a dead time, rad.
 const MOST_TURN: f64 = 1e6;
+/// A computation of which another that rounds differently differs by more than this part is not relied upon.
+const MOST_DOUBT: f64 = 1e-6;
 
-/// The margins of `system` followed by a dead time of `dead_time_s` seconds, in the loop with
-/// negative feedback.
+/// The margins of a loop followed by a dead time of `dead_time_s` seconds, with negative feedback. Of a loop with
+/// two inputs and two outputs: what changes both channels at once.
 ///
 /// # Errors
-/// [`InvalidDeadTime`] if the dead time is negative, not finite, or too long to follow its phase.
-pub fn margins<T: Timebase>(
-    system: &TransferFunction<T>,
-    dead_time_s: f64,
-) -> Result<Margins, InvalidDeadTime> {
+/// [`InvalidDeadTime`] if the dead time is negative, not finite, or too long to follow its phase, or if the
+/// margins cannot be known to three digits.
+pub fn margins(system: impl Into<OpenLoop>, dead_time_s: f64) -> Result<Margins, InvalidDeadTime> {
     if !(dead_time_s.is_finite() && dead_time_s >= 0.0) {
         return Err(InvalidDeadTime::Invalid { dead_time_s });
     }
-    let response = |omega: f64| {
-        system.frequency_response(omega) * Complex::from_polar(1.0, -omega * dead_time_s)
-    };
-    let grid = grid(system);
-    let gain_crossovers = crossings(grid.iter().copied(), |omega| response(omega).norm() - 1.0);
+    let of = system.into();
+    let scan = Scan::new(&of, reach(&of, dead_time_s)?)?;
+    of_scan(&scan, dead_time_s)
+}
 
-    let end_rad_s = end_of_interest(system, &grid, &gain_crossovers, dead_time_s);
+/// Of a continuous loop the dead time causes phase crossovers at all high frequencies, of which only the first
+/// can be the margin; two turns beyond the last corner or gain crossover contain it.
+fn reach(of: &OpenLoop, dead_time_s: f64) -> Result<f64, InvalidDeadTime> {
+    let highest = of
+        .corners()
+        .iter()
+        .fold(0.0, |most: f64, corner| most.max(corner.rad_s));
+    let end_rad_s = of.nyquist_rad_s().unwrap_or(10.0 * highest);
     let radians = end_rad_s * dead_time_s;
     if radians > MOST_TURN {
         return Err(InvalidDeadTime::TooLong {
@@ -94,29 +91,43 @@ pub fn margins<T: Timebase>(
             radians,
         });
     }
-    let fine = refined(&grid, end_rad_s, dead_time_s);
-    let mut phase_crossovers = crossings(fine, |omega| response(omega).im);
-    phase_crossovers.push(0.0);
-    phase_crossovers.extend(system.timebase().nyquist_rad_s());
-    phase_crossovers.retain(|omega| on_negative_axis(response(*omega)));
+    Ok(if dead_time_s > 0.0 && of.nyquist_rad_s().is_none() {
+        end_rad_s + 4.0 * PI / dead_time_s
+    } else {
+        0.0
+    })
+}
 
-    let gain = phase_crossovers
-        .into_iter()
-        .map(|omega| (response(omega).norm().recip(), omega))
-        .min_by(|a, b| a.0.ln().abs().total_cmp(&b.0.ln().abs()));
-    let phases = gain_crossovers
-        .iter()
-        .map(|omega| (response(*omega).arg().to_degrees() + 180.0, *omega));
-    let lags = phases
-        .clone()
-        .map(|(lead_deg, omega)| lead_deg.rem_euclid(360.0).to_radians() / omega);
-    let phase = phases
-        .map(|(lead_deg, omega)| ((lead_deg + 180.0).rem_euclid(360.0) - 180.0, omega))
-        .min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+/// The margins by a scan that is there.
+pub(crate) fn of_scan(scan: &Scan<'_>, dead_time_s: f64) -> Result<Margins, InvalidDeadTime> {
+    let dead_s = dead_time_s + scan.of.dead_time_s();
     let absent = (f64::INFINITY, f64::NAN);
-    let (gain, phase_crossover_rad_s) = gain.unwrap_or(absent);
-    let (phase_deg, gain_crossover_rad_s) = phase.unwrap_or(absent);
+    // Where L is that small, what rounding makes of it is no crossover.
+    const FAINT: f64 = 1e9;
+    let is_there = |&(gain, rad_s): &(f64, f64)| {
+        gain < FAINT || rad_s == 0.0 || scan.of.doubt(rad_s) <= MOST_DOUBT
+    };
+    let (gain, phase_crossover_rad_s) = gain(scan, dead_s).filter(is_there).unwrap_or(absent);
+    let leads = scan.crossovers.iter().map(|(node, locus)| {
+        let angle = node.at.loci[*locus].arg() - node.rad_s * dead_s;
+        (angle + PI, node.rad_s)
+    });
+    let lags = leads
+        .clone()
+        .map(|(lead, rad_s)| lead.rem_euclid(2.0 * PI) / rad_s);
     let delay_s = lags.fold(f64::INFINITY, f64::min);
+    let phase = leads
+        .map(|(lead, rad_s)| (((lead + PI).rem_euclid(2.0 * PI) - PI).to_degrees(), rad_s))
+        .min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+    let (phase_deg, gain_crossover_rad_s) = phase.unwrap_or(absent);
+    let crossovers = scan.crossovers.iter().map(|(node, _)| node.rad_s);
+    for rad_s in crossovers.chain(Some(phase_crossover_rad_s).filter(|x| *x > 0.0)) {
+        let off = scan.of.doubt(rad_s);
+        // A doubt that is no number is one.
+        if off.is_nan() || off > MOST_DOUBT {
+            return Err(Unsure::Rounding { rad_s, off }.into());
+        }
+    }
     Ok(Margins {
         gain,
         phase_deg,
@@ -126,143 +137,157 @@ pub fn margins<T: Timebase>(
     })
 }
 
-/// Whether a point where the imaginary part changes sign lies on the negative real axis. At a pole on
-/// the frequency axis the sign changes through infinity instead.
-fn on_negative_axis(l: Complex<f64>) -> bool {
-    const ROUNDING: f64 = 1e-6;
-    l.is_finite() && l.re < 0.0 && l.im.abs() <= ROUNDING * l.re.abs()
+/// A gap in which the phase passes -180 degrees, whole turns aside, and by how little the gain has to change there.
+struct Passing {
+    from: Node,
+    to: Node,
+    locus: usize,
+    /// The odd number of half turns.
+    half_turns: f64,
+    least: f64,
 }
 
-/// The frequencies to examine, in ascending order: evenly spaced on a log scale, and denser around
-/// every corner.
-fn grid<T: Timebase>(system: &TransferFunction<T>) -> Vec<f64> {
-    let timebase = system.timebase();
-    let mut corners: Vec<f64> = system
-        .poles()
-        .into_iter()
-        .chain(system.zeros())
-        .map(|root| timebase.corner_rad_s(root))
-        .collect();
-    corners.retain(|corner| corner.is_finite() && *corner > 0.0);
-    let first = corners.iter().copied().fold(f64::INFINITY, f64::min);
-    let last = corners.iter().copied().fold(0.0, f64::max);
-    let (first, last) = if corners.is_empty() {
-        (1.0, 1.0)
-    } else {
-        (first, last)
+/// The gain nearest to 1, and its frequency.
+fn gain(scan: &Scan<'_>, dead_s: f64) -> Option<(f64, f64)> {
+    let mut best: Option<(f64, f64)> = None;
+    let mut consider = |l: Complex<f64>, rad_s: f64| {
+        let off = level(l).abs();
+        if off.is_finite() && best.is_none_or(|(gain, _)| off < gain.ln().abs()) {
+            best = Some((l.norm().recip(), rad_s));
+        }
+        best.map_or(f64::INFINITY, |(gain, _)| gain.ln().abs())
     };
-
-    let level = |omega: f64| system.frequency_response(omega).norm().ln();
-    let low = walk(first / BEYOND_CORNERS, 0.1, level);
-    let high = match timebase.nyquist_rad_s() {
-        Some(nyquist) => nyquist,
-        None => walk(last * BEYOND_CORNERS, 10.0, level),
-    };
-    let low = low.min(high / BEYOND_CORNERS);
-    let points = ((high / low).log10() * POINTS_PER_DECADE).ceil();
-    let mut grid: Vec<f64> = (0..=points as usize)
-        .map(|i| low * (high / low).powf(i as f64 / points))
-        .collect();
-    for corner in corners {
-        let steps = (1..=4 * CLOSEST_DECADES).map(|k| 10f64.powf(-f64::from(k) / 4.0));
-        grid.extend(steps.flat_map(|step| [corner * (1.0 - step), corner * (1.0 + step)]));
+    for (l, rad_s) in at_the_ends(scan, dead_s) {
+        consider(l, rad_s);
     }
-    grid.retain(|omega| (low..=high).contains(omega));
-    grid.sort_by(f64::total_cmp);
-    grid
-}
-
-/// Moves from an outermost frequency outward, decade by decade, as long as the magnitude approaches one.
-fn walk(from: f64, factor: f64, level: impl Fn(f64) -> f64) -> f64 {
-    // A smaller change per decade is no slope: a slope is at least one power of ten.
-    const FLAT: f64 = 0.1;
-    let mut omega = from;
-    for _ in 0..MOST_DECADES {
-        let (here, next) = (level(omega), level(omega * factor));
-        let approaching = if here > 0.0 {
-            next < here - FLAT
-        } else {
-            next > here + FLAT
-        };
-        if !approaching {
+    let mut passings = passings(scan, dead_s);
+    passings.sort_by(|a, b| a.least.total_cmp(&b.least));
+    let mut least = f64::INFINITY;
+    for passing in passings {
+        // Between two nodes the gain lies between theirs, but for its slight bend.
+        const BEND: f64 = 0.05;
+        if passing.least > least + BEND {
             break;
         }
-        omega *= factor;
+        let angle = |node: &Node| turned(&passing.from, node, passing.locus, dead_s);
+        let is_below = |node: &Node| angle(node) < passing.half_turns * PI;
+        let starts = is_below(&passing.from);
+        let found = scan.bisect(passing.from, passing.to, |node| is_below(node) == starts);
+        if let Some(node) = found {
+            let off = angle(&node) - passing.half_turns * PI;
+            // At a pole on the axis the phase jumps past.
+            if off.abs() < 1e-3 {
+                least = consider(node.at.loci[passing.locus], node.rad_s);
+            }
+        }
     }
-    omega
+    best
 }
 
-/// Beyond the last corner and the last gain crossover the magnitude only falls. Of the many phase
-/// crossovers that a dead time causes there, only the first can be the margin; two turns contain it.
-fn end_of_interest<T: Timebase>(
-    system: &TransferFunction<T>,
-    grid: &[f64],
-    gain: &[f64],
-    dead_time_s: f64,
-) -> f64 {
-    let high = grid.last().copied().unwrap_or(0.0);
-    if dead_time_s == 0.0 || system.timebase().nyquist_rad_s().is_some() {
-        return high;
-    }
-    let last_corner = high / BEYOND_CORNERS;
-    let last_gain = gain.last().copied().unwrap_or(0.0);
-    (10.0 * last_corner).max(2.0 * last_gain) + 4.0 * PI / dead_time_s
+/// The phase of a node that is close to `from`, without a jump between the two.
+fn turned(from: &Node, node: &Node, locus: usize, dead_s: f64) -> f64 {
+    let (a, b) = (from.at.loci[locus], node.at.loci[locus]);
+    a.arg() - from.rad_s * dead_s + (b / a).arg() - (node.rad_s - from.rad_s) * dead_s
 }
 
-/// The grid up to `end`, with each gap divided so finely that no turn of the dead time is missed.
-fn refined(grid: &[f64], end: f64, dead_time_s: f64) -> impl Iterator<Item = f64> {
-    let first = grid.first().copied().into_iter();
-    let last = grid.last().copied().filter(|last| *last < end);
-    let stretched = last.map(|last| [last, end]);
-    let pairs = grid
-        .windows(2)
-        .map(|pair| [pair[0], pair[1]])
-        .chain(stretched);
-    let gaps = pairs
-        .take_while(move |pair| pair[0] < end)
-        .flat_map(move |[from, to]| {
-            let to = to.min(end);
-            let parts = ((to - from) * dead_time_s / TURN_PER_POINT).ceil().max(1.0);
-            (1..=parts as usize).map(move |i| from + (to - from) * (i as f64 / parts))
-        });
-    first.chain(gaps)
-}
-
-/// Every zero of `f` between two neighbouring points with different signs.
-fn crossings(points: impl Iterator<Item = f64>, f: impl Fn(f64) -> f64) -> Vec<f64> {
+/// The gaps in which the phase passes an odd number of half turns: the first and the last time in each.
+fn passings(scan: &Scan<'_>, dead_s: f64) -> Vec<Passing> {
     let mut found = Vec::new();
-    let mut last: Option<(f64, f64)> = None;
-    for omega in points {
-        let value = f(omega);
-        if value.is_nan() {
-            continue;
+    let mut add = |from: Node, to: Node, locus: usize| {
+        let [a, b] = [from, to].map(|node| node.at.loci[locus]);
+        if a.norm() == 0.0 || b.norm() == 0.0 {
+            return;
         }
-        if let Some((from, before)) = last.filter(|(_, before)| (*before < 0.0) != (value < 0.0)) {
-            found.push(bisect(from, omega, before < 0.0, &f));
+        let (start, end) = (
+            turned(&from, &from, locus, dead_s),
+            turned(&from, &to, locus, dead_s),
+        );
+        let (low, high) = (start.min(end) / PI, start.max(end) / PI);
+        let first = 2.0 * ((low - 1.0) / 2.0).ceil() + 1.0;
+        let last = 2.0 * ((high - 1.0) / 2.0).floor() + 1.0;
+        if first > last {
+            return;
         }
-        last = Some((omega, value));
+        let least = level(a).abs().min(level(b).abs());
+        for half_turns in [first, last] {
+            found.push(Passing {
+                from,
+                to,
+                locus,
+                half_turns,
+                least,
+            });
+        }
+    };
+    for pair in scan.nodes.windows(2) {
+        if let Some([a, b]) = pair.first_chunk::<2>() {
+            for locus in 0..2 {
+                add(*a, *b, locus);
+            }
+        }
+    }
+    for trio in scan.nodes.windows(3) {
+        if let Some([a, b, c]) = trio.first_chunk::<3>() {
+            for locus in 0..2 {
+                if let Some(top) = turning(scan, [*a, *b, *c], locus, dead_s) {
+                    add(*a, top, locus);
+                    add(top, *c, locus);
+                }
+            }
+        }
     }
     found
 }
 
-fn bisect(mut from: f64, mut to: f64, starts_negative: bool, f: impl Fn(f64) -> f64) -> f64 {
-    loop {
-        let middle = from + (to - from) / 2.0;
-        if middle <= from || middle >= to {
-            return middle;
-        }
-        if (f(middle) < 0.0) == starts_negative {
-            from = middle;
-        } else {
-            to = middle;
+/// Where the phase turns back close to an odd number of half turns that no node reaches.
+fn turning(scan: &Scan<'_>, [a, b, c]: [Node; 3], locus: usize, dead_s: f64) -> Option<Node> {
+    const CLOSE_RAD: f64 = 0.1;
+    let [x, y, z] = [a, b, c].map(|node| turned(&a, &node, locus, dead_s));
+    let sign = match (y - x, z - y) {
+        (up, down) if up > 0.0 && down < 0.0 => 1.0,
+        (down, up) if down < 0.0 && up > 0.0 => -1.0,
+        _ => return None,
+    };
+    let odd = 2.0 * ((y / PI - 1.0) / 2.0).round() + 1.0;
+    if (y - odd * PI).abs() > CLOSE_RAD {
+        return None;
+    }
+    let top = scan.extremum((a, c), |node| sign * turned(&a, node, locus, dead_s))?;
+    let is_past = |node: &Node| sign * (turned(&a, node, locus, dead_s) - odd * PI) > 0.0;
+    (is_past(&top) && ![a, b, c].iter().any(is_past)).then_some(top)
+}
+
+/// L at frequency 0 and at the highest there is, where it is a negative number.
+fn at_the_ends(scan: &Scan<'_>, dead_s: f64) -> Vec<(Complex<f64>, f64)> {
+    let mut ends = Vec::new();
+    // With an integrator there is no gain at 0.
+    const SAME: f64 = 0.5;
+    if let (Some(first), Some(rest)) = (scan.nodes.first(), scan.of.at(0.0)) {
+        for l in rest.loci {
+            let is_near = |other: &Complex<f64>| (l / other - 1.0).norm() < SAME;
+            if first.at.loci.iter().any(is_near) {
+                ends.push((l, 0.0));
+            }
         }
     }
+    if let (Some(last), Some(_)) = (scan.nodes.last(), scan.of.nyquist_rad_s()) {
+        let later = Complex::from_polar(1.0, -last.rad_s * dead_s);
+        ends.extend(last.at.loci.map(|l| (l * later, last.rad_s)));
+    }
+    ends.retain(|(l, _)| on_negative_axis(*l));
+    ends
+}
+
+fn on_negative_axis(l: Complex<f64>) -> bool {
+    const ROUNDING: f64 = 1e-6;
+    l.is_finite() && l.re < 0.0 && l.im.abs() <= ROUNDING * l.re.abs()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::timebase::{Continuous, Discrete};
+    use crate::transfer::TransferFunction;
 
     #[test]
     fn an_integrator_and_a_lag_have_the_margins_of_the_textbook() {

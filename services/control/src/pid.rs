@@ -219,6 +219,17 @@ impl Pid {
         self.output
     }
 
+    /// A controller at rest with all gains times `factor`, within the same limits; `None` if one is not finite then.
+    pub(crate) fn times(&self, factor: f64) -> Option<Self> {
+        let gains = Gains {
+            kp: self.gains.kp * factor,
+            ki: self.gains.ki * factor,
+            kd: self.gains.kd * factor,
+            ..self.gains
+        };
+        Self::try_new(gains, self.saturation).ok()
+    }
+
     /// The gains of the law.
     #[must_use]
     pub fn gains(&self) -> Gains {

@@ -1,5 +1,5 @@
 //! Real polynomials as slices of coefficients, highest power first: products, values, roots, and
-//! Jury's test.
+//! for tests, Jury's.
 
 use nalgebra::Complex;
 
@@ -25,6 +25,12 @@ pub(crate) fn product(a: &[f64], b: &[f64]) -> Vec<f64> {
         }
     }
     out
+}
+
+/// (s - root) (s - root) ..
+pub(crate) fn from_roots(roots: &[f64]) -> Vec<f64> {
+    let factors = roots.iter().map(|root| [1.0, -root]);
+    factors.fold(vec![1.0], |all, factor| product(&all, &factor))
 }
 
 /// The sum of two polynomials, aligned at their lowest powers.
@@ -162,6 +168,7 @@ fn first_guesses(p: &[f64]) -> Vec<Complex<f64>> {
 
 /// Whether every root lies strictly inside the unit circle: Jury's test as the step-down recursion,
 /// whose reflection coefficients must all be smaller than one in magnitude (E. I. Jury, 1964).
+#[cfg(test)]
 pub(crate) fn is_schur_stable(coefficients: &[f64]) -> bool {
     let mut p = trimmed(coefficients).to_vec();
     while p.len() > 1 {

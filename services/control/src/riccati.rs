@@ -4,6 +4,8 @@
 use nalgebra::DMatrix;
 use thiserror::Error;
 
+use crate::hessenberg::eigenvalues;
+
 /// The equation has no stabilising solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error(
@@ -56,9 +58,9 @@ pub(crate) fn solve(
             // Symmetric except for rounding.
             let x = (&h + h.transpose()) / 2.0;
             let gains = gains(original, b, &x, r)?;
-            let poles = (original - b * gains).complex_eigenvalues();
+            let poles = eigenvalues(&(original - b * gains));
             // An uncontrollable mode converges too, but to a solution that does not stabilise it.
-            return if poles.iter().all(|pole| pole.norm() < 1.0) {
+            return if poles.len() == n && poles.iter().all(|pole| pole.norm() < 1.0) {
                 Ok(x)
             } else {
                 Err(NoSolution)

@@ -144,41 +144,16 @@ fn figures(
             end.max(greatest(after, |y| y)),
         )
     });
-    let threshold = settings.settling_threshold;
-    // Most samples are so well inside that the quotient, whose division takes most of the time, is too, however
-    // it is rounded.
-    let is_plain = threshold > 1e-6 && end.abs() > 1e-200;
-    let well_inside = if is_plain {
-        0.99 * threshold * end.abs()
-    } else {
-        -1.0
-    };
-    let outside = y
-        .iter()
-        .rposition(|y| (y - end).abs() > well_inside && (y / end - 1.0).abs() >= threshold);
-    let inside = outside.map_or(0, |last| last + 1);
+    let inside = settled_from(y, end, settings.settling_threshold);
     let settling_time = if inside < y.len() {
         t(inside)
     } else {
         f64::NAN
     };
-
-    // In the direction of the final value.
-    let (highest, lowest) = (greatest(y, |y| sign * y), -greatest(y, |y| -(sign * y)));
     let peak = greatest(y, f64::abs);
     let peak_at = y.iter().position(|y| y.abs() == peak).unwrap_or_default();
     let peak_time = t(peak_at);
-    let beyond = highest.abs() - end.abs();
-    let overshoot = if beyond > 0.0 {
-        (100.0 * beyond / end).abs()
-    } else {
-        0.0
-    };
-    let undershoot = if lowest < 0.0 {
-        -100.0 * lowest / end.abs()
-    } else {
-        0.0
-    };
+    let (overshoot, undershoot) = overshoots(y, end, sign);
     Ok(StepInfo {
         rise_time,
         settling_time,
@@ -190,6 +165,40 @@ fn figures(
         peak_time,
         steady_state_value: end,
     })
+}
+
+/// The number of the first sample from which on all are within the threshold of the final value.
+fn settled_from(y: &[f64], end: f64, threshold: f64) -> usize {
+    // Most samples are so well inside that the quotient, whose division takes most of the time, is too, however
+    // it is rounded.
+    let is_plain = threshold > 1e-6 && end.abs() > 1e-200;
+    let well_inside = if is_plain {
+        0.99 * threshold * end.abs()
+    } else {
+        -1.0
+    };
+    let outside = y
+        .iter()
+        .rposition(|y| (y - end).abs() > well_inside && (y / end - 1.0).abs() >= threshold);
+    outside.map_or(0, |last| last + 1)
+}
+
+/// The overshoot and the undershoot, in percent of the final value, which has this sign.
+fn overshoots(y: &[f64], end: f64, sign: f64) -> (f64, f64) {
+    // In the direction of the final value.
+    let (highest, lowest) = (greatest(y, |y| sign * y), -greatest(y, |y| -(sign * y)));
+    let beyond = highest.abs() - end.abs();
+    let overshoot = if beyond > 0.0 {
+        (100.0 * beyond / end).abs()
+    } else {
+        0.0
+    };
+    let undershoot = if lowest < 0.0 {
+        -100.0 * lowest / end.abs()
+    } else {
+        0.0
+    };
+    (overshoot, undershoot)
 }
 
 /// The greatest of a figure of all samples, without those for which it is no number; of none, negative infinity.

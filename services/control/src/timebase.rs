@@ -16,6 +16,9 @@ pub trait Timebase: Copy + PartialEq {
 
     /// The highest possible frequency, π/h, if there is one.
     fn nyquist_rad_s(self) -> Option<f64>;
+
+    /// The sample time in seconds, if there is one.
+    fn sample_time_s(self) -> Option<f64>;
 }
 
 /// Continuous time: the variable is s.
@@ -84,6 +87,10 @@ impl Timebase for Continuous {
     fn nyquist_rad_s(self) -> Option<f64> {
         None
     }
+
+    fn sample_time_s(self) -> Option<f64> {
+        None
+    }
 }
 
 impl Timebase for Discrete {
@@ -107,5 +114,9 @@ impl Timebase for Discrete {
 
     fn nyquist_rad_s(self) -> Option<f64> {
         Some(std::f64::consts::PI / self.h_s)
+    }
+
+    fn sample_time_s(self) -> Option<f64> {
+        Some(self.h_s)
     }
 }

@@ -4,7 +4,7 @@
 use nalgebra::Complex;
 use thiserror::Error;
 
-use crate::polynomial::{product, roots, sum, trimmed, value};
+use crate::polynomial::{from_roots, product, roots, sum, trimmed, value};
 use crate::timebase::{Continuous, Timebase};
 
 /// A proper transfer function with finite coefficients, in the variable of its [`Timebase`].
@@ -140,6 +140,20 @@ impl<T: Timebase> TransferFunction<T> {
     pub fn dc_gain(&self) -> f64 {
         let at = self.timebase.point(0.0);
         value(&self.num, at).re / value(&self.den, at).re
+    }
+
+    /// By its gain, zeros and poles, all real: gain (s - zero) .. / ((s - pole) ..).
+    ///
+    /// # Errors
+    /// [`InvalidTransferFunction`] as [`try_new`](Self::try_new).
+    pub fn try_from_roots(
+        gain: f64,
+        zeros: &[f64],
+        poles: &[f64],
+        timebase: T,
+    ) -> Result<Self, InvalidTransferFunction> {
+        let num: Vec<f64> = from_roots(zeros).iter().map(|x| gain * x).collect();
+        Self::try_new(num, from_roots(poles), timebase)
     }
 
     /// The complex gain at a frequency in rad/s.

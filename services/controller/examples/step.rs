@@ -54,7 +54,6 @@ fn step(h: SampleTime, seconds: u64, transport: Transport) -> Result<(), Box<dyn
     });
     let config = controller::Config {
         plant: format!("http://{}", is_ready.recv()?.address),
-        client: controller::Client::Own,
         settings: ControllerSettings {
             transport,
             ..Preset::PaperPython.settings(Mode::Closed, h)

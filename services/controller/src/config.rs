@@ -2,27 +2,15 @@
 
 use std::{io, path::PathBuf};
 
+use clock::journal::JournalError;
 use control::Law;
 use endpoint::{ControllerSettings, InvalidSetting, InvalidSettings, Reference};
-use journal::JournalError;
-
-/// What sends requests: they are the same, and what it costs differs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Client {
-    /// The connections of this crate's own.
-    #[default]
-    Own,
-    /// reqwest, as a program has it that does not write its own.
-    Reqwest,
-}
 
 /// Settings of a controller.
 #[derive(Clone, Debug)]
 pub struct Config {
     /// The plant, as `http://10.77.0.2:8080`.
     pub plant: String,
-    /// What sends its requests.
-    pub client: Client,
     /// How the controller sends.
     pub settings: ControllerSettings,
     /// Whether to claim the plant for a session first, and again after losing it.

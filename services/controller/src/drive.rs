@@ -9,14 +9,16 @@ use std::{
     time::Duration,
 };
 
+use clock::journal::{Journal, Kept, Recorder};
+use clock::{alarm::Alarm, now::now_ns, scheduling::Granted};
+use column::Row;
 use endpoint::{ControllerEnd, Loss, MessageRow, Signals, Step, report};
 use futures_util::{StreamExt, stream::FuturesUnordered};
-use journal::{Journal, Recorder};
-use pace::{Alarm, now_ns};
+use tokio::runtime::LocalOptions;
 
 use crate::{
-    config::{Client, Config, DriveError},
-    transport::{self, Address, Ended, ExchangeError, Http, Pool, Reqwest, Transport, WebSocket},
+    config::{Config, DriveError},
+    transport::{Address, Ended, ExchangeError, Http, Pool, Transport, WebSocket},
 };
 
 /// Just below the plant's ticker, like the plant's own HTTP thread.
@@ -38,7 +40,7 @@ const START_AHEAD_NS: u64 = 200_000_000;
 /// [`DriveError`], with what was not available or which rows are missing. A message that fails is a
 /// row, not an error.
 pub fn drive(config: &Config) -> Result<report::Native, DriveError> {
-    drive_until(config, pace::told_to_end())
+    drive_until(config, clock::stop::told_to_end())
 }
 
 /// Like [`drive`], but runs until `stop` is done instead of a signal.
@@ -52,22 +54,11 @@ pub fn drive_until(
     let settings = &config.settings;
     settings.check()?;
     let address = Address::parse(&config.plant)?;
-    match config.client {
-        Client::Own => drive_with(Pool::new(&address, config), &address, config, stop),
-        Client::Reqwest => drive_with(Reqwest::try_new(&address, config)?, &address, config, stop),
-    }
-}
-
-fn drive_with(
-    client: impl transport::Client,
-    address: &Address,
-    config: &Config,
-    stop: impl Future<Output = io::Result<()>>,
-) -> Result<report::Native, DriveError> {
-    match config.settings.transport {
-        endpoint::Transport::Http => drive_by(Http::new(client, config), config, stop),
+    let http = Http::new(Pool::new(&address, config), config);
+    match settings.transport {
+        endpoint::Transport::Http => drive_by(http, config, stop),
         endpoint::Transport::WebSocket => {
-            drive_by(WebSocket::try_new(client, address, config)?, config, stop)
+            drive_by(WebSocket::try_new(http, &address, config)?, config, stop)
         }
     }
 }
@@ -79,12 +70,13 @@ fn drive_by(
 ) -> Result<report::Native, DriveError> {
     // The journal's thread must not inherit real-time scheduling.
     let path = config.out.join(MessageRow::FILE);
-    let (rows, journal, _) = Journal::open::<MessageRow>(&path, MessageRow::COLUMNS, config.again)?;
+    let (rows, journal, _) =
+        Journal::open(&path, MessageRow::COLUMNS, MessageRow::write, config.again)?;
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
-        .build()?;
-    let scheduling = pace::ask(config.fifo.then_some(FIFO_PRIORITY));
-    let open_files = pace::raise_open_files();
+        .build_local(LocalOptions::default())?;
+    let granted = clock::scheduling::ask(config.fifo.then_some(FIFO_PRIORITY));
+    let open_files = clock::limit::raise_open_files();
 
     runtime.block_on(async {
         // Polled when it is woken itself, and not with every message.
@@ -109,17 +101,23 @@ fn drive_by(
             rows,
             first_failure: None,
         };
-        let interrupted = stopped || run.deadlines(&scheduling, stop).await?;
+        let interrupted = stopped || run.deadlines(&granted, stop).await?;
         run.transport.close().await;
+        let Kept { rows, overflow } = journal.finish(run.rows)?;
         Ok(report::Native {
             start_ns,
             stop_ns,
             counts: run.end.counts(),
             first_failure: run.first_failure,
             interrupted,
-            rows: journal.finish(run.rows)?,
+            rows: report::Written { rows, overflow },
             granted: report::ControllerGranted {
-                controller: scheduling,
+                controller: report::Scheduling::new(
+                    granted.asked_priority,
+                    granted.fifo_priority,
+                    granted.slack_ns,
+                    granted.refused,
+                ),
                 open_files,
             },
         })
@@ -162,10 +160,10 @@ impl<T: Transport> Run<T> {
     /// Runs through all deadlines and waits for all messages; returns whether `stop` came first.
     async fn deadlines(
         &mut self,
-        scheduling: &report::Scheduling,
+        granted: &Granted,
         mut stop: Pin<&mut impl Future<Output = io::Result<()>>>,
     ) -> io::Result<bool> {
-        let mut alarm = Alarm::new(scheduling)?;
+        let mut alarm = Alarm::new(granted)?;
         loop {
             match self.end.poll(now_ns()) {
                 Step::Send(command) => {
@@ -208,8 +206,9 @@ impl<T: Transport> Run<T> {
         let row = match result {
             Ok(answer) => self.end.answered(&answer, t_ns),
             Err(ExchangeError::Timeout) => self.end.lost(seq, Loss::Timeout, t_ns),
-            Err(ExchangeError::Failed(why)) => {
+            Err(problem) => {
                 if self.first_failure.is_none() {
+                    let why = problem.to_string();
                     tracing::warn!(seq, why, "the first message failed");
                     self.first_failure = Some(why);
                 }
@@ -228,5 +227,35 @@ impl<T: Transport> Run<T> {
                 self.rows.record(row);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clock::journal::ROW_BYTES;
+    use endpoint::MessageOutcome;
+
+    use super::*;
+
+    #[test]
+    fn the_longest_row_of_a_run_fits_into_its_part_of_the_buffer() {
+        let number = Some(-f64::MIN_POSITIVE);
+        let row = MessageRow {
+            seq: u64::MAX,
+            t_due_ns: u64::MAX,
+            t_send_ns: Some(u64::MAX),
+            t_receive_ns: Some(u64::MAX),
+            t_arrive_ns: Some(u64::MAX),
+            r: -f64::MIN_POSITIVE,
+            y: number,
+            e: number,
+            u: number,
+            tick: Some(u64::MAX),
+            outcome: MessageOutcome::Answered,
+        };
+        let mut text = Vec::new();
+        MessageRow::write(&row, &mut text);
+        let bytes = text.len();
+        assert!((200..=ROW_BYTES).contains(&bytes), "{bytes}");
     }
 }

@@ -11,5 +11,5 @@ mod config;
 mod drive;
 mod transport;
 
-pub use config::{Client, Config, DriveError};
+pub use config::{Config, DriveError};
 pub use drive::{drive, drive_until};

@@ -4,11 +4,13 @@
 //! each as a request, [`WebSocket`] uses one socket for all. Both use the plant's [`Address`], and a [`session`]
 //! where the plant is to be claimed.
 
+mod error;
 mod http;
 mod session;
 mod websocket;
 
-pub(crate) use http::{Client, Http, Pool, Reqwest};
+pub(crate) use error::ExchangeError;
+pub(crate) use http::{Http, Pool};
 pub(crate) use websocket::WebSocket;
 
 use std::{
@@ -17,23 +19,9 @@ use std::{
 };
 
 use endpoint::{Answer, Command, Observation};
-use reqwest::Url;
+use url::Url;
 
-use crate::DriveError;
-
-/// Number of characters of an error text that are quoted.
-const EXCERPT_CHARS: usize = 200;
-
-/// Why a message has no valid answer.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum ExchangeError {
-    /// No answer in time.
-    #[error("no answer in time")]
-    Timeout,
-    /// The connection broke, or the answer is invalid.
-    #[error("{0}")]
-    Failed(String),
-}
+use crate::config::DriveError;
 
 /// The end of a message: its number, its time, and its result.
 #[derive(Debug)]
@@ -122,10 +110,4 @@ impl Address {
             why: why.to_string(),
         }
     }
-}
-
-/// The beginning of a plant's text, short enough for a line.
-fn excerpt(text: &str) -> String {
-    let start: String = text.trim_end().chars().take(EXCERPT_CHARS).collect();
-    endpoint::plain(&start).into_owned()
 }

@@ -90,7 +90,7 @@ mod tests {
         assert_eq!(checked("u=1", false), Ok(("u=1", false)));
         assert_eq!(checked("u=1", true), Err(InvalidMessage::NoChecksum));
         let error = checked("u=1&crc=12345678", false).expect_err("another's");
-        assert!(error.to_string().contains("`crc` says 12345678"), "{error}");
+        assert!(error.to_string().contains("`crc` 12345678"), "{error}");
     }
 
     proptest! {

@@ -5,7 +5,10 @@
 //! declared with their types.
 
 use std::fmt::{self, Display};
+use std::ops::RangeInclusive;
 use std::str::FromStr;
+
+use text::duration_ns;
 
 /// A setting of `S` by its name.
 #[derive(Debug)]
@@ -14,7 +17,7 @@ pub struct Field<S> {
     pub name: &'static str,
     /// What it decides, and its possible words, in one line.
     pub about: &'static str,
-    /// The placeholder for its value in a help text.
+    /// The placeholder for its value in a help text; empty for a switch, which is set without a value.
     pub placeholder: &'static str,
     /// Whether its words are clear without the setting's name: `websocket` is, `new` is not.
     pub is_telling: bool,
@@ -43,6 +46,19 @@ impl InvalidSetting {
             name,
             problem: error.to_string(),
             remedy: "",
+        })
+    }
+
+    /// Reads a time in a range.
+    pub(crate) fn time(
+        name: &'static str,
+        text: &str,
+        range: RangeInclusive<u64>,
+    ) -> Result<u64, Self> {
+        duration_ns(text, range).map_err(|invalid| Self {
+            name,
+            problem: invalid.to_string(),
+            remedy: invalid.remedy,
         })
     }
 }
@@ -91,23 +107,20 @@ macro_rules! word_field {
     };
 }
 
-/// A setting that is a duration.
+/// A setting that is a time of `$least_ns` or more.
 macro_rules! span_field {
-    ($name:literal, $field:ident, $about:literal, $read:path) => {
+    ($name:literal, $field:ident, $about:literal, $least_ns:literal) => {
         $crate::Field {
             name: $name,
             about: $about,
             placeholder: "TIME",
             is_telling: false,
             read: |settings, text| {
-                settings.$field = $read(text).map_err(|problem| $crate::InvalidSetting {
-                    name: $name,
-                    problem,
-                    remedy: $crate::DURATION_REMEDY,
-                })?;
+                settings.$field =
+                    $crate::InvalidSetting::time($name, text, $least_ns..=text::WEEK_NS)?;
                 Ok(())
             },
-            text: |settings| $crate::duration_text(settings.$field),
+            text: |settings| text::duration_text(settings.$field),
         }
     };
 }

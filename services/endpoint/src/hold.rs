@@ -8,9 +8,9 @@ use std::{fmt, str::FromStr};
 use control::Signals;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use text::{duration_ns, span_text};
 
 use crate::SampleTime;
-use crate::span::{span_ns, span_text};
 
 /// What the plant's input is while no command comes. Written `last`, as a time, `100ms`, after which it is 0, or
 /// as a time and an action: `100ms then ramp 1s`.
@@ -97,7 +97,7 @@ impl FromStr for Action {
 
     fn from_str(text: &str) -> Result<Self, ()> {
         if let Some(time) = text.strip_prefix("ramp ") {
-            let ns = span_ns(time).filter(|ns| *ns > 0).ok_or(())?;
+            let ns = duration_ns(time, 1..=u64::MAX).map_err(|_| ())?;
             return Ok(Self::Ramp { ns });
         }
         match text {
@@ -119,8 +119,8 @@ impl FromStr for Hold {
             return Ok(Self::Last);
         }
         let (time, action) = text.split_once(" then ").unwrap_or((text, "zero"));
-        match (span_ns(time), action.parse()) {
-            (Some(ns), Ok(then)) if ns > 0 => Ok(Self::For { ns, then }),
+        match (duration_ns(time, 1..=u64::MAX), action.parse()) {
+            (Ok(ns), Ok(then)) => Ok(Self::For { ns, then }),
             _ => Err(InvalidHold {
                 text: text.to_owned(),
             }),

@@ -5,7 +5,7 @@
 //! So a server answers to addresses, to `localhost` and to the names that it was given. It looks nothing up:
 //! whoever makes the list says what the machine is called.
 
-use std::net::{Ipv4Addr, Ipv6Addr};
+use std::net::{IpAddr, Ipv6Addr};
 
 /// The longest name (RFC 1035, 3.1).
 const NAME_BYTES: usize = 253;
@@ -38,31 +38,35 @@ impl Hosts {
     /// # Errors
     /// [`NotServed`], if it is foreign or not a host at all.
     pub fn check(&self, host: &[u8]) -> Result<(), NotServed> {
-        let host = std::str::from_utf8(host).map_err(|_| NotServed::Malformed)?;
-        let name = match host.strip_prefix('[') {
-            Some(rest) => {
-                let (address, port) = rest.split_once(']').ok_or(NotServed::Malformed)?;
-                let port = port.strip_prefix(':').map_or(port.is_empty(), is_port);
-                let is_address = address.parse::<Ipv6Addr>().is_ok();
-                return (is_address && port)
-                    .then_some(())
-                    .ok_or(NotServed::Malformed);
-            }
-            None => match host.split_once(':') {
-                Some((name, port)) if is_port(port) => name,
-                Some(_) => return Err(NotServed::Malformed),
-                None => host,
-            },
-        };
-        if !is_name(name) {
-            return Err(NotServed::Malformed);
-        }
-        let own = name.parse::<Ipv4Addr>().is_ok()
+        let name = name_of(host)?;
+        let own = name.parse::<IpAddr>().is_ok()
             || name.eq_ignore_ascii_case("localhost")
             || self.0.iter().any(|own| own.eq_ignore_ascii_case(name));
         own.then_some(())
             .ok_or_else(|| NotServed::Foreign(name.to_owned()))
     }
+}
+
+/// The name or the address in the value of a `Host` header, without brackets and port.
+///
+/// # Errors
+/// [`NotServed::Malformed`], if it is not a host at all.
+pub fn name_of(host: &[u8]) -> Result<&str, NotServed> {
+    let host = std::str::from_utf8(host).map_err(|_| NotServed::Malformed)?;
+    let (name, port, is_one) = match host.strip_prefix('[') {
+        Some(rest) => {
+            let (address, port) = rest.split_once(']').ok_or(NotServed::Malformed)?;
+            (address, port, address.parse::<Ipv6Addr>().is_ok())
+        }
+        None => {
+            let (name, port) = host.split_at(host.find(':').unwrap_or(host.len()));
+            (name, port, is_name(name))
+        }
+    };
+    let has_port = port.strip_prefix(':').map_or(port.is_empty(), is_port);
+    (is_one && has_port)
+        .then_some(name)
+        .ok_or(NotServed::Malformed)
 }
 
 /// Whether a text is a host's name, without a port.
@@ -72,8 +76,9 @@ pub fn is_name(text: &str) -> bool {
     (1..=NAME_BYTES).contains(&text.len()) && text.bytes().all(letter)
 }
 
+/// Digits, or nothing: that is the default port (RFC 3986, 3.2.3).
 fn is_port(text: &str) -> bool {
-    text.bytes().all(|byte| byte.is_ascii_digit()) && text.parse::<u16>().is_ok()
+    text.is_empty() || text.bytes().all(|byte| byte.is_ascii_digit()) && text.parse::<u16>().is_ok()
 }
 
 #[cfg(test)]
@@ -93,6 +98,10 @@ mod tests {
             "plant",
             "PLANT:1",
             "bench-3.lab:65535",
+            "127.0.0.1:",
+            "[::1]:",
+            "plant:",
+            "plant:0080",
         ] {
             assert_eq!(hosts.check(own.as_bytes()), Ok(()), "{own}");
         }
@@ -116,7 +125,7 @@ mod tests {
             "",
             ":",
             ":80",
-            "plant:",
+            "plant::",
             "plant:80:80",
             "plant:65536",
             "plant:+80",
@@ -124,7 +133,7 @@ mod tests {
             "::1",
             "[::1",
             "[::1]80",
-            "[::1]:",
+            "[::1]:x",
             "[plant]",
             "[fe80::1%25eth0]",
             "me@plant",

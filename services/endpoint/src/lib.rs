@@ -4,12 +4,11 @@
 //!   ends, and their text form ([`message`], [`query`]), which may end with a [`checksum`].
 //! * [`ControllerEnd`] and [`PlantEnd`]: what each end does, as state machines that get the time as
 //!   an argument ([`controller`], [`plant`]). A plant steps a [`Model`], which may have
-//!   [`Surroundings`].
-//! * [`TickRow`], [`SecondRow`], [`ArrivalRow`], [`MessageRow`]: what each end records ([`mod@row`]), as
-//!   [lines](mod@line) of a file.
-//! * [`ControllerSettings`], [`PlantSettings`]: how an experiment configures them ([`setting`]),
-//!   [`PageSettings`] for a page as controller ([`page`]), [`Preset`] for named settings
-//!   ([`preset`]), [`Field`] for settings by name ([`mod@field`]).
+//!   [`Surroundings`]. `age` tells which command is too old.
+//! * [`TickRow`], [`SecondRow`], [`ArrivalRow`], [`MessageRow`]: what each end records ([`mod@row`]).
+//! * [`ControllerSettings`], [`PlantSettings`]: how an experiment configures them ([`setting`],
+//!   [`plant_setting`]), [`PageSettings`] for a page as controller ([`page`]), [`Preset`] for named
+//!   settings ([`preset`]), [`Field`] for settings by name ([`mod@field`]).
 //! * [`Shape`], [`Reference`]: a reference that moves ([`mod@reference`]).
 //! * [`Hosts`]: which host names a server answers to ([`mod@host`]).
 //! * [`plain()`]: a text from outside, made harmless where it is shown.
@@ -20,19 +19,19 @@
 //! name ends in `_ns`.
 #![forbid(unsafe_code)]
 
+mod age;
 pub mod checksum;
 pub mod controller;
-pub mod duration;
 pub mod field;
 pub mod hold;
 pub mod host;
-pub mod line;
 pub mod message;
 pub mod model;
 pub mod noise;
 pub mod page;
 pub mod plain;
 pub mod plant;
+pub mod plant_setting;
 pub mod preset;
 pub mod query;
 pub mod reference;
@@ -40,12 +39,10 @@ pub mod report;
 pub mod row;
 pub mod sample_time;
 pub mod setting;
-pub mod span;
 pub mod surroundings;
 
 pub use control::Signals;
 pub use controller::{ControllerEnd, Counts, Deadline, InvalidSettings, Loss, Next, Step};
-pub use duration::{DURATION_MAX_NS, DURATION_REMEDY, duration_ns, duration_text};
 pub use field::{Field, InvalidSetting};
 pub use hold::{Action, Hold};
 pub use host::{Hosts, NotServed};
@@ -53,15 +50,16 @@ pub use message::{Acknowledgement, Answer, Command, Observation, Request, State}
 pub use model::Model;
 pub use noise::{InvalidNoise, NoiseLaw, TickNoise};
 pub use page::{PageSettings, Sender, Thread, Timer};
-pub use plain::plain;
+pub use plain::{is_active, plain};
 pub use plant::{Inbox, Input, Output, PlantEnd, Process};
+pub use plant_setting::{Concern, PlantField, PlantSettings};
 pub use preset::Preset;
 pub use query::InvalidMessage;
 pub use reference::{InvalidReference, Reference, Shape};
 pub use row::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, SecondRow, TickRow};
 pub use sample_time::{InvalidSampleTime, SampleTime};
 pub use setting::{
-    Connection, ControllerSettings, Integrate, Late, Lease, Mode, Outstanding, PlantSettings,
-    Schedule, Transport, UnknownWord,
+    Clock, Connection, ControllerSettings, Integrate, Late, Lease, Mode, Outstanding, Schedule,
+    Transport, UnknownWord,
 };
 pub use surroundings::{Disturbance, Surrounded, Surroundings};

@@ -53,7 +53,7 @@ impl Request {
             field: "u",
             given: self.u.count(),
             needed: if inputs == 1 {
-                "this plant has one input, and a decimal point is no comma"
+                "this plant has one input; write its decimal point as `.`"
             } else {
                 "this plant has two inputs; write both, like u=0.35,0.1"
             },

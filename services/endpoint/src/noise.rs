@@ -9,8 +9,7 @@ use std::{fmt, str::FromStr};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-use crate::span::{span_ns, span_text};
+use text::{duration_ns, span_text};
 
 /// Greatest parameter of a law, ns: anything longer is more likely a typing error than a plant.
 const SIZE_MAX_NS: u64 = 10_000_000_000;
@@ -105,7 +104,7 @@ impl FromStr for NoiseLaw {
 
     fn from_str(text: &str) -> Result<Self, InvalidNoise> {
         let law = text.split_once(' ').and_then(|(word, size)| {
-            let ns = span_ns(size.trim()).filter(|ns| (1..=SIZE_MAX_NS).contains(ns))?;
+            let ns = duration_ns(size, 1..=SIZE_MAX_NS).ok()?;
             match word {
                 "uniform" => Some(Self::Uniform { max_ns: ns }),
                 "normal" => Some(Self::Normal { sd_ns: ns }),

@@ -6,7 +6,6 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::duration::floor_ns;
 use crate::field::{span_field, word_field};
 use crate::setting::{Connection, ControllerSettings, Outstanding, Schedule, Transport, choice};
 use crate::{Field, InvalidSetting};
@@ -119,7 +118,7 @@ impl PageSettings {
         word_field!(thread, "Where in the page the loop runs: main or worker", "THREAD", false),
         word_field!(sender, "What sends its requests: xhr or fetch", "SENDER", true),
         word_field!(timer, "How it waits for a deadline: timeout, interval, channel or wait", "TIMER", true),
-        span_field!("timer_floor", floor_ns, "The least delay of a timer, like 10ms for a browser of 2011", floor_ns),
+        span_field!("timer_floor", floor_ns, "The least delay of a timer, like 10ms for a browser of 2011", 0),
     ];
 }
 

@@ -4,15 +4,19 @@
 //! and gives the input that is held, the [`Process`] steps the model at its deadlines. [`PlantEnd`] is both
 //! together, for virtual time and for the test vectors. The HTTP around it is elsewhere.
 
+use std::net::IpAddr;
+
 use control::{Signals, Stepper};
 
 use crate::{
+    age::{Ages, Stamped},
     hold::Hold,
     message::{Acknowledgement, Answer, Command, Observation, Request, State},
     model::Model,
     noise::TickNoise,
+    plant_setting::PlantSettings,
     row::{ArrivalOutcome, ArrivalRow, SecondRow, TickRow},
-    setting::{Late, Mode, PlantSettings},
+    setting::{Late, Lease, Mode},
 };
 
 /// The plant's input between two commands.
@@ -57,38 +61,19 @@ impl Output {
     }
 }
 
-/// The quickest way of a controller's commands, by the clocks of both ends: the smallest difference of
-/// arrival and sending. The clocks need not agree, as long as they run alike.
-#[derive(Clone, Copy, Debug)]
-struct Quickest {
-    way_ns: i128,
-    at_ns: u64,
-}
-
-impl Quickest {
-    /// The clocks of two machines part by no more than this, in parts of a million. So a quickest way is let
-    /// go by as much, or a command would seem to age while its controller runs for hours.
-    const DRIFT_PPM: i128 = 100;
-
-    /// How long it is at `now_ns`.
-    fn now(self, now_ns: u64) -> i128 {
-        let passed_ns = i128::from(now_ns.saturating_sub(self.at_ns));
-        self.way_ns + passed_ns * Self::DRIFT_PPM / 1_000_000
-    }
-}
-
 /// Where commands arrive: numbers them, judges late ones, holds the input.
 ///
 /// The age of a command is its sequence number. With [`Late::Drop`] all commands of a controller that
 /// starts again from 0 are therefore stale, unless [`Inbox::welcome`] was called for it.
 ///
-/// With `max_age` a command is aged if it was that much longer under way than the quickest of its controller.
+/// With `max_age` a command that is older is aged, as `age` tells it, whoever is welcome.
 #[derive(Clone, Debug)]
 pub struct Inbox {
     late: Late,
-    max_age_ns: Option<u64>,
+    ages: Option<Ages>,
+    /// Since when the commands that are heard can have been sent, if that is known.
+    since_ns: Option<u64>,
     input: Input,
-    quickest: Option<Quickest>,
     /// The newest command of this controller that was applied.
     newest: Option<u64>,
     arrivals: u64,
@@ -100,8 +85,10 @@ impl Inbox {
     pub fn new(settings: &PlantSettings, inputs: usize) -> Self {
         Self {
             late: settings.late,
-            max_age_ns: settings.max_age_ns,
-            quickest: None,
+            ages: settings
+                .max_age_ns
+                .map(|max_age_ns| Ages::new(max_age_ns, settings.clock)),
+            since_ns: None,
             input: Input {
                 u: Signals::zeros(inputs),
                 ..Input::default()
@@ -117,10 +104,20 @@ impl Inbox {
         Self { arrivals, ..self }
     }
 
-    /// Accepts another controller, whose commands count from 0. The input is held.
+    /// Accepts another controller, whose commands count from 0. The input is held, and what is known of clocks
+    /// stays: an old command is old for whomever it is.
     pub fn welcome(&mut self) {
         self.newest = None;
-        self.quickest = None;
+    }
+
+    /// The next commands come from this address, whose clock is its own, or this machine's if it is loopback; and
+    /// none of them was sent before `since_ns`, if a session says so.
+    #[inline]
+    pub fn hear(&mut self, address: IpAddr, since_ns: Option<u64>) {
+        if let Some(ages) = &mut self.ages {
+            ages.hear(address);
+            self.since_ns = since_ns;
+        }
     }
 
     /// Returns to the input that was held before the first command, and accepts any controller.
@@ -132,27 +129,20 @@ impl Inbox {
         };
     }
 
-    /// Whether a command that was sent at `t_send_ns` was too long under way; without a time it cannot be told,
-    /// so it was.
+    /// Learns from a command that was sent at `t_send_ns`, and tells whether it is too old; without a time it is.
     #[inline]
-    fn is_aged(&mut self, t_send_ns: Option<u64>, now_ns: u64) -> bool {
-        let Some(max_age_ns) = self.max_age_ns else {
+    fn ages(&mut self, t_send_ns: Option<u64>, now_ns: u64) -> bool {
+        let since_ns = self.since_ns;
+        let Some(ages) = &mut self.ages else {
             return false;
         };
-        let Some(t_send_ns) = t_send_ns else {
-            return true;
-        };
-        let way_ns = i128::from(now_ns) - i128::from(t_send_ns);
-        let quickest_ns = self
-            .quickest
-            .map_or(way_ns, |quickest| quickest.now(now_ns));
-        if way_ns <= quickest_ns {
-            self.quickest = Some(Quickest {
-                way_ns,
-                at_ns: now_ns,
-            });
-        }
-        way_ns - quickest_ns > i128::from(max_age_ns)
+        t_send_ns.is_none_or(|t_send_ns| {
+            ages.refuses(Stamped {
+                t_send_ns,
+                now_ns,
+                since_ns,
+            })
+        })
     }
 
     /// Takes a command that arrived at `now_ns`, while the output of the process was `output`;
@@ -168,7 +158,7 @@ impl Inbox {
         let &Request { seq, t_send_ns, u } = request;
         let seq = seq.unwrap_or(self.arrivals);
         let overtaken = self.newest.is_some_and(|newest| seq <= newest);
-        let is_aged = mode == Mode::Closed && self.is_aged(t_send_ns, now_ns);
+        let is_aged = mode == Mode::Closed && self.ages(t_send_ns, now_ns);
         let outcome = match (mode, self.late) {
             (Mode::Open, _) => ArrivalOutcome::Acknowledged,
             (Mode::Closed, Late::Drop) if overtaken => ArrivalOutcome::Stale,
@@ -362,11 +352,14 @@ impl<M: Model> Process<M> {
     }
 }
 
-/// The whole plant's end, for one thread.
+/// The whole plant's end, for one thread, with one controller.
 #[derive(Clone, Debug)]
 pub struct PlantEnd<M = Stepper> {
     inbox: Inbox,
     process: Process<M>,
+    lease: Lease,
+    /// When a command was last taken.
+    taken_ns: u64,
 }
 
 impl<M: Model> PlantEnd<M> {
@@ -376,6 +369,8 @@ impl<M: Model> PlantEnd<M> {
         Self {
             inbox: Inbox::new(settings, model.inputs()),
             process: Process::new(settings, model, start_ns),
+            lease: settings.lease,
+            taken_ns: 0,
         }
     }
 
@@ -403,11 +398,23 @@ impl<M: Model> PlantEnd<M> {
         self.process.second()
     }
 
-    /// Takes a command; see [`Inbox::command`].
+    /// Takes a command; see [`Inbox::command`]. After a silence a lease by address is over, and begins anew.
     #[inline]
     pub fn command(&mut self, mode: Mode, command: &Command, now_ns: u64) -> (ArrivalRow, Answer) {
-        self.inbox
-            .command(mode, &command.into(), self.process.output(), now_ns)
+        let silent_ns = now_ns.saturating_sub(self.taken_ns);
+        if silent_ns >= Lease::SILENCE_NS && self.lease == Lease::Address {
+            self.inbox.welcome();
+            self.taken_ns = now_ns;
+        }
+        let output = self.process.output();
+        let (row, answer) = self.inbox.command(mode, &command.into(), output, now_ns);
+        if matches!(
+            row.outcome,
+            ArrivalOutcome::Applied | ArrivalOutcome::Acknowledged
+        ) {
+            self.taken_ns = now_ns;
+        }
+        (row, answer)
     }
 
     /// Reads the plant's state without a command.

@@ -46,7 +46,7 @@ pub enum InvalidMessage {
         expected: String,
     },
     /// The value is not a whole number from 0 to 2^64 - 1.
-    #[error("field `{field}`: `{value}` is not a whole number from 0 to 18446744073709551615")]
+    #[error("field `{field}`: `{value}` is not {}{}", whole(field), plus(value))]
     NotCount {
         /// Name of the field.
         field: &'static str,
@@ -55,7 +55,8 @@ pub enum InvalidMessage {
     },
     /// The value is not a finite number.
     #[error(
-        "field `{field}`: `{value}` is not a finite decimal number; write it like 0.35 or -1e-3"
+        "field `{field}`: `{value}` is not a finite decimal number; write it like 0.35 or -1e-3{}",
+        plus(value)
     )]
     NotFinite {
         /// Name of the field.
@@ -82,9 +83,7 @@ pub enum InvalidMessage {
         value: String,
     },
     /// The message is not the one that was sent.
-    #[error(
-        "field `crc` says {told}, and the message's checksum is {own}: it was changed on its way"
-    )]
+    #[error("checksum mismatch (`crc` {told}, computed {own}): the message was altered on its way")]
     Checksum {
         /// What the message says, shortened.
         told: String,
@@ -104,6 +103,24 @@ pub enum InvalidMessage {
         /// The sequence number in the answer.
         got: u64,
     },
+}
+
+/// What a field that is counted must be.
+fn whole(field: &str) -> &'static str {
+    if field.ends_with("_ns") {
+        "a time in whole nanoseconds, without a unit, from 0 to 18446744073709551615"
+    } else {
+        "a whole number from 0 to 18446744073709551615"
+    }
+}
+
+/// What to do about a space in a number, which was a plus.
+fn plus(value: &str) -> &'static str {
+    if value.contains(' ') {
+        "; a + in a query is a space, so write %2B, or leave it out"
+    } else {
+        ""
+    }
 }
 
 /// The values of the fields `names`, in that order.

@@ -54,15 +54,21 @@ pub struct Scheduling {
 }
 
 impl Scheduling {
-    /// The scheduling of a thread that requested nothing, with Linux's defaults.
+    /// What was asked for, the `SCHED_FIFO` priority that the thread has, if any, the slack of its timers, and why
+    /// it has less.
     #[must_use]
-    pub fn ordinary() -> Self {
+    pub fn new(
+        asked_priority: Option<u8>,
+        fifo_priority: Option<i32>,
+        slack_ns: u64,
+        refused: Option<String>,
+    ) -> Self {
         Self {
-            asked_priority: None,
-            policy: Policy::Other,
-            priority: 0,
-            slack_ns: 50_000,
-            refused: None,
+            asked_priority,
+            policy: fifo_priority.map_or(Policy::Other, |_| Policy::Fifo),
+            priority: fifo_priority.unwrap_or(0),
+            slack_ns,
+            refused,
         }
     }
 }

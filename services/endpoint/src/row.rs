@@ -3,58 +3,34 @@
 //! The plant writes `ticks.csv` and `arrivals.csv`, and `second.csv` if it has a second input or output; the
 //! controller writes `messages.csv`. Inputs and outputs in the others are the first. All times are
 //! nanoseconds on the run's monotonic clock; an empty field means that there was nothing to record.
-//! A row writes itself as a [line](crate::line); writing and reading files is the task of others.
+//! The comment on a column is what the data package and the book say of it. Writing and reading files is the task of
+//! others.
+
+use column::row;
 
 use crate::setting::choice;
-
-/// Declares a row: a struct with a field for each column, and the names of the columns.
-#[macro_export]
-macro_rules! row {
-    ($(#[$meta:meta])* $name:ident { $($(#[$field_meta:meta])* $field:ident: $type:ty,)+ }) => {
-        $(#[$meta])*
-        #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-        pub struct $name {
-            $($(#[$field_meta])* pub $field: $type,)+
-        }
-
-        impl $name {
-            /// The columns of its file, in order.
-            pub const COLUMNS: &'static [&'static str] = &[$(stringify!($field)),+];
-        }
-
-        impl $crate::line::Line for $name {
-            #[inline]
-            fn write(&self, text: &mut Vec<u8>) {
-                $(
-                    $crate::line::Value::write(&self.$field, text);
-                    text.push(b',');
-                )+
-                // In place of the last comma.
-                if let Some(end) = text.last_mut() {
-                    *end = b'\n';
-                }
-            }
-        }
-    };
-}
 
 row!(
     /// One tick of the plant (`ticks.csv`): a row every h, whatever happens.
     TickRow {
         /// Number of the tick, from 0.
         k: u64,
-        /// When the tick was due: start + k h.
+        /// When the tick was due, monotonic: start + k h.
         t_due_ns: u64,
-        /// When it actually happened.
+        /// When it happened.
         t_tick_ns: u64,
-        /// The commanded input that is held.
+        /// The commanded input that the plant held.
         u: f64,
-        /// The output after the step, without the sensor's noise.
+        /// The output after the step.
+        ///
+        /// Without the sensor's noise.
         y: f64,
-        /// Sequence number of the command that set `u`; empty before the first.
+        /// The command that set u; empty before the first.
         seq: Option<u64>,
-        /// The input of the step, behind watchdog and actuator, without a disturbance. Older files do
-        /// not have it.
+    } later {
+        /// The input that the plant was stepped with, behind watchdog and actuator; older files do not have it.
+        ///
+        /// Without a disturbance.
         u_applied: Option<f64>,
     }
 );
@@ -63,13 +39,16 @@ row!(
     /// The second input and output at a tick (`second.csv`), of a plant that has one of them; the first are in
     /// [`TickRow`].
     SecondRow {
-        /// Number of the tick.
+        /// Number of the tick, from 0.
         k: u64,
-        /// The second commanded input; empty if the plant has one input.
+        /// The second commanded input; empty where it has one input.
         u2: Option<f64>,
-        /// The second output after the step, without the sensor's noise; empty if the plant has one output.
+        /// The second output after the step; empty where it has one output.
+        ///
+        /// Without the sensor's noise.
         y2: Option<f64>,
-        /// The second input of the step, as `u_applied` is the first.
+    } later {
+        /// The second input that the plant was stepped with; older files do not have it.
         u2_applied: Option<f64>,
     }
 );
@@ -81,15 +60,16 @@ row!(
         n: u64,
         /// The command's sequence number; that of the arrival if the controller gave none.
         seq: u64,
-        /// When the controller sent the command, by the controller; empty if it did not say.
+        /// When the controller says that it sent the command; empty if it does not say.
         t_send_ns: Option<u64>,
-        /// When the plant had received the whole request.
+        /// When the plant had the whole request.
         t_arrive_ns: u64,
-        /// The plant's latest tick at that time.
+        /// The plant's latest tick at that moment.
         tick: u64,
         /// The commanded input.
         u: f64,
-        /// Its outcome at the plant.
+        /// What became of it: the plant's input from the next tick on, dropped as no newer than one applied or as too
+        /// long under way, or in open loop only acknowledged.
         outcome: ArrivalOutcome,
     }
 );
@@ -113,28 +93,30 @@ row!(
     ///
     /// Rows are in the order in which the messages ended, not in order of `seq`.
     MessageRow {
-        /// Number of the deadline, from 0, and the sequence number of its message.
+        /// Number of the deadline and of its message, from 0.
         seq: u64,
-        /// When the message was due.
+        /// When the message was due, monotonic.
         t_due_ns: u64,
-        /// When it was actually sent; empty if it was not.
+        /// When it was sent; empty if it was not.
         t_send_ns: Option<u64>,
         /// When its answer was received.
         t_receive_ns: Option<u64>,
-        /// When it reached the plant, from the plant's answer.
+        /// When it reached the plant, by the plant's answer.
         t_arrive_ns: Option<u64>,
         /// The reference.
         r: f64,
-        /// The newest output known when the message was sent, from which `u` follows; empty in open
-        /// loop. (The answer's own `y` is used in the next message.)
+        /// The newest output known when it was sent; empty in open loop.
+        ///
+        /// The commanded input follows from it. (The answer's own `y` is used in the next message.)
         y: Option<f64>,
         /// The error r - y.
         e: Option<f64>,
         /// The commanded input.
         u: Option<f64>,
-        /// The plant's latest tick when the message arrived there, from its answer.
+        /// The plant's latest tick when it arrived, by the answer.
         tick: Option<u64>,
-        /// Its outcome.
+        /// What became of it: answered, no answer in time, connection or answer broken, nothing sent, or it reached the
+        /// plant and more only its controller knows.
         outcome: MessageOutcome,
     }
 );

@@ -1,4 +1,5 @@
-//! How an experiment configures the two ends. [`crate::preset`] has named settings.
+//! How an experiment configures the two ends. [`crate::preset`] has named settings, [`crate::plant_setting`] those of
+//! the plant.
 //!
 //! Each choice is a word in kebab-case, the same on the command line, in TOML and in a manifest.
 //! [`crate::controller`] and [`crate::plant`] have the effects of the words.
@@ -8,9 +9,8 @@ use std::{borrow::Cow, fmt, num::NonZeroU16, str::FromStr};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-use crate::duration::duration_ns;
 use crate::field::{span_field, word_field};
-use crate::{Field, Hold, InvalidSetting, SampleTime, TickNoise};
+use crate::{Field, InvalidSetting, SampleTime};
 
 /// A word that is not one of a setting's choices.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -25,7 +25,7 @@ pub struct UnknownWord {
 }
 
 /// Declares a setting that is a choice of words: the enum, and how it is read and written (`FromStr`,
-/// `Display`, serde), from one list.
+/// `Display`, serde, and as an entry of a column), from one list.
 #[macro_export]
 macro_rules! choice {
     ($(#[$meta:meta])* $name:ident, $setting:literal, $choices:literal, {
@@ -49,27 +49,34 @@ macro_rules! choice {
             type Err = $crate::UnknownWord;
 
             fn from_str(word: &str) -> Result<Self, Self::Err> {
-                match word {
-                    $($word => Ok(Self::$variant),)+
-                    _ => Err($crate::UnknownWord {
-                        setting: $setting,
-                        word: word.to_owned(),
-                        choices: $choices,
-                    }),
-                }
+                column::Word::of(word).ok_or_else(|| $crate::UnknownWord {
+                    setting: $setting,
+                    word: word.to_owned(),
+                    choices: $choices,
+                })
             }
         }
 
         impl std::fmt::Display for $name {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.pad(match self { $(Self::$variant => $word,)+ })
+                f.pad(column::Word::word(self))
             }
         }
 
-        impl $crate::line::Value for $name {
+        impl column::Word for $name {
+            const WORDS: &'static [&'static str] = &[$($word),+];
+
             #[inline]
-            fn write(&self, text: &mut Vec<u8>) {
-                text.extend_from_slice(match self { $(Self::$variant => $word.as_bytes(),)+ });
+            fn word(&self) -> &'static str {
+                match self { $(Self::$variant => $word,)+ }
+            }
+
+            #[inline]
+            fn of(word: &str) -> Option<Self> {
+                match word {
+                    $($word => Some(Self::$variant),)+
+                    _ => None,
+                }
             }
         }
     };
@@ -145,6 +152,16 @@ choice!(
 );
 
 choice!(
+    /// Whose clock stamps the commands that a plant gets.
+    Clock, "clock", "own or shared", {
+        /// Each controller's own, which runs like the plant's and may show another time.
+        Own = "own",
+        /// The plant's: both ends are on one machine.
+        Shared = "shared",
+    }
+);
+
+choice!(
     /// What carries the messages.
     Transport, "transport", "http or websocket", {
         /// A request a message.
@@ -168,7 +185,25 @@ impl Default for Lease {
     }
 }
 
+impl Default for Clock {
+    /// What is true of any controller.
+    fn default() -> Self {
+        Self::Own
+    }
+}
+
+impl Clock {
+    /// Whether it is the controller's own.
+    #[must_use]
+    pub fn is_own(&self) -> bool {
+        *self == Self::Own
+    }
+}
+
 impl Lease {
+    /// One address holds the lease until no command of it was taken for this long.
+    pub const SILENCE_NS: u64 = 2_000_000_000;
+
     /// Whether it is that of the paper's server.
     #[must_use]
     pub fn is_none(&self) -> bool {
@@ -182,6 +217,11 @@ impl Default for Transport {
         Self::Http
     }
 }
+
+/// A text that is no number of requests.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("outstanding is `{0}`; give 1 to 8192, or `unlimited`")]
+pub struct InvalidOutstanding(String);
 
 /// How many requests the controller may have under way.
 ///
@@ -214,7 +254,7 @@ impl Outstanding {
 }
 
 impl FromStr for Outstanding {
-    type Err = UnknownWord;
+    type Err = InvalidOutstanding;
 
     fn from_str(word: &str) -> Result<Self, Self::Err> {
         if word == "unlimited" {
@@ -222,11 +262,7 @@ impl FromStr for Outstanding {
         }
         match word.parse::<NonZeroU16>() {
             Ok(n) if n.get() <= Self::CAP => Ok(Self::Limited(n)),
-            _ => Err(UnknownWord {
-                setting: "outstanding",
-                word: word.to_owned(),
-                choices: "a number from 1 to 8192, or unlimited",
-            }),
+            _ => Err(InvalidOutstanding(word.to_owned())),
         }
     }
 }
@@ -273,7 +309,7 @@ impl<'de> Deserialize<'de> for Outstanding {
             type Value = Outstanding;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number from 1 to 8192, or \"unlimited\"")
+                f.write_str("1 to 8192, or `unlimited`")
             }
 
             fn visit_str<E: de::Error>(self, word: &str) -> Result<Outstanding, E> {
@@ -364,61 +400,8 @@ impl ControllerSettings {
         word_field!(schedule, "absolute, relative or since-send", "SCHEDULE", true),
         word_field!(integrate, "h or elapsed", "INTEGRATE", false),
         word_field!(late, "Overtaken answers: apply or drop", "LATE", false),
-        span_field!("timeout", timeout_ns, "A request is given up after this time", duration_ns),
+        span_field!("timeout", timeout_ns, "A request is given up after this time", 1),
     ];
-}
-
-/// Everything that the plant's end is set up with.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PlantSettings {
-    /// Sample time.
-    pub h: SampleTime,
-    /// What becomes of a command that a newer one has overtaken.
-    pub late: Late,
-    /// How long a command is held when no other comes, and what comes then.
-    #[serde(default, skip_serializing_if = "Hold::is_last")]
-    pub hold: Hold,
-    /// How much older than the quickest a command may be; `None` is any age.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub max_age_ns: Option<u64>,
-    /// Who may command at a time.
-    #[serde(default, skip_serializing_if = "Lease::is_none")]
-    pub lease: Lease,
-    /// Whether every command needs a checksum.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub check: bool,
-    /// How late it ticks by its own machine; `None` is as punctual as it can be.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tick_noise: Option<TickNoise>,
-}
-
-impl PlantSettings {
-    /// Settings of a plant that does what the paper's did.
-    #[must_use]
-    pub fn new(h: SampleTime) -> Self {
-        Self {
-            h,
-            late: Late::Apply,
-            hold: Hold::Last,
-            max_age_ns: None,
-            lease: Lease::None,
-            check: false,
-            tick_noise: None,
-        }
-    }
-
-    /// Settings of a plant that is safe against a controller that goes wrong, as far as it can be without
-    /// the controller's help.
-    #[must_use]
-    pub fn safe(h: SampleTime) -> Self {
-        Self {
-            late: Late::Drop,
-            hold: Hold::safe(h),
-            lease: Lease::Address,
-            ..Self::new(h)
-        }
-    }
 }
 
 #[cfg(test)]
@@ -446,6 +429,7 @@ mod tests {
         check(Integrate::ALL);
         check(Late::ALL);
         check(Transport::ALL);
+        check(Clock::ALL);
         check(Lease::ALL);
         check(Preset::ALL);
         check(Thread::ALL);

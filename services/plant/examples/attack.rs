@@ -17,9 +17,9 @@ use std::{
     time::{Duration, Instant},
 };
 
+use clock::now::now_ns;
 use control::preset;
 use endpoint::PlantSettings;
-use pace::now_ns;
 use plant::{Config, serve_until};
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
@@ -277,7 +277,7 @@ fn drive(plant: &Part, duration: Duration) -> Outcome<Seen> {
             Outcome::Ok((rss_kib, fresh_ms))
         });
         let driver = scope.spawn(|| {
-            pace::ask(Some(FIFO_PRIORITY));
+            clock::scheduling::ask(Some(FIFO_PRIORITY));
             let (mut took, mut lost) = (Vec::new(), 0);
             let mut stream = connect(plant.address)?;
             let mut buffer = [0; 1024];
@@ -402,7 +402,7 @@ fn plant() -> Outcome<()> {
 }
 
 fn runtime() -> std::io::Result<tokio::runtime::Runtime> {
-    pace::raise_open_files();
+    clock::limit::raise_open_files();
     tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()

@@ -1,15 +1,17 @@
-//! The responses of the API: made from a text or a message.
+//! The responses of the API: made from a text or a message, and written.
 
 use std::{cell::RefCell, fmt, rc::Rc, time::SystemTime};
 
+use http::{
+    framing::{Afterwards, Protocol},
+    lines::{Lines, text},
+};
 use hyper::{
-    Response,
+    Response, StatusCode,
     body::Bytes,
-    header::{self, HeaderMap, HeaderValue},
+    header::{self, HeaderValue},
 };
 use serde::Serialize;
-
-use crate::head::{self, Lines};
 
 const FORM: &str = "application/x-www-form-urlencoded";
 /// The kind of a JSON answer.
@@ -18,24 +20,58 @@ pub const JSON: &str = "application/json";
 pub const TEXT: &str = "text/plain; charset=utf-8";
 
 /// A message in the form that the client accepts: a query, unless it asks for JSON.
-pub fn message<M: fmt::Display + Serialize>(message: &M, headers: &HeaderMap) -> Response<Bytes> {
-    let accepted = headers.get_all(header::ACCEPT).iter();
-    if is_json(accepted.map(HeaderValue::as_bytes)) {
-        as_json(message)
-    } else {
-        respond(FORM, message.to_string())
-    }
+pub fn message<M: fmt::Display + Serialize>(message: &M, lines: Lines<'_>) -> Response<Bytes> {
+    let Short { kind, body } = Short::new(message, message.to_string(), lines);
+    respond(kind, body)
 }
 
-/// Whether one of the headers `Accept` asks for JSON.
-fn is_json<'a>(mut accepted: impl Iterator<Item = &'a [u8]>) -> bool {
-    let is_json = |range: &str| {
-        range
-            .split(';')
-            .next()
-            .is_some_and(|kind| kind.trim() == JSON)
-    };
-    accepted.any(|value| head::text(value).is_some_and(|value| value.split(',').any(is_json)))
+/// Whether the headers `Accept` ask for JSON: they name it, and want nothing else that a message can be more (RFC 9110,
+/// 12.5.1).
+fn is_json<'a>(accepted: impl Iterator<Item = &'a [u8]>) -> bool {
+    let (mut json, mut form) = (None, None);
+    let ranges = accepted.filter_map(text);
+    for range in ranges.flat_map(|value| value.split(',')) {
+        let (kind, parameters) = range.split_once(';').unwrap_or((range, ""));
+        let kind = kind.trim();
+        // What is more specific counts.
+        let (wanted, rank) = if kind.eq_ignore_ascii_case(JSON) {
+            (&mut json, 2)
+        } else if kind.eq_ignore_ascii_case(FORM) {
+            (&mut form, 2)
+        } else if kind.eq_ignore_ascii_case("application/*") {
+            (&mut form, 1)
+        } else if kind == "*/*" {
+            (&mut form, 0)
+        } else {
+            continue;
+        };
+        let Some(weight) = weight(parameters) else {
+            continue;
+        };
+        *wanted = (*wanted).max(Some((rank, weight)));
+    }
+    let weight = |wanted: Option<(u8, u16)>| wanted.map_or(0, |(_, weight)| weight);
+    weight(json) > 0 && weight(json) >= weight(form)
+}
+
+/// The weight among a range's parameters, in thousandths; `None` if it is none.
+fn weight(parameters: &str) -> Option<u16> {
+    for parameter in parameters.split(';') {
+        let (name, value) = parameter.split_once('=').unwrap_or((parameter, ""));
+        if !name.trim().eq_ignore_ascii_case("q") {
+            continue;
+        }
+        let value = value.trim();
+        let (whole, part) = value.split_once('.').unwrap_or((value, ""));
+        let is_digits = part.bytes().all(|byte| byte.is_ascii_digit());
+        if !matches!(whole, "0" | "1") || part.len() > 3 || !is_digits {
+            return None;
+        }
+        let digits = part.bytes().chain(*b"000").take(3);
+        let part = digits.fold(0, |sum, digit| 10 * sum + u16::from(digit - b'0'));
+        return Some(u16::from(whole == "1") * 1000 + part).filter(|all| *all <= 1000);
+    }
+    Some(1000)
 }
 
 /// A message as a plant answers most requests: it is written without a [`Response`].
@@ -46,7 +82,7 @@ pub(crate) struct Short {
 }
 
 impl Short {
-    /// [`message`], for the lines of a head; `text` is the message as a query.
+    /// The message for a request with these lines; `text` is the message as a query.
     pub(crate) fn new(message: &impl Serialize, text: String, lines: Lines<'_>) -> Self {
         if is_json(lines.all("accept")) {
             let kind = JSON;
@@ -60,48 +96,31 @@ impl Short {
     }
 
     /// As it is sent.
-    pub(crate) fn written(&self, is_new: bool, keeps: bool) -> Vec<u8> {
-        let mut text = Vec::with_capacity(256 + self.body.len());
-        let mut digits = [0; 20];
-        text.extend_from_slice(if is_new {
-            b"HTTP/1.1 200 OK\r\ncontent-type: "
-        } else {
-            b"HTTP/1.0 200 OK\r\ncontent-type: "
-        });
-        for part in [
-            self.kind.as_bytes(),
-            b"\r\ncache-control: no-store\r\ncontent-length: ",
-            decimal(self.body.len(), &mut digits),
-            match (keeps, is_new) {
-                (false, true) => b"\r\nconnection: close\r\ndate: ",
-                (true, false) => b"\r\nconnection: keep-alive\r\ndate: ",
-                _ => b"\r\ndate: ",
-            },
-            date().as_bytes(),
-            b"\r\n\r\n",
-            self.body.as_bytes(),
-        ] {
-            text.extend_from_slice(part);
-        }
-        text
+    pub(crate) fn written(&self, protocol: Protocol, then: Afterwards) -> Vec<u8> {
+        let lines = [
+            "content-type: ",
+            self.kind,
+            "\r\ncache-control: no-store\r\n",
+        ];
+        let (lines, body) = (lines.map(str::as_bytes), self.body.as_bytes());
+        http::written::written(StatusCode::OK, protocol, Some(then), &lines, &date(), body)
     }
 }
 
-/// A number in decimal digits.
-fn decimal(mut number: usize, digits: &mut [u8; 20]) -> &[u8] {
-    let mut at = digits.len();
-    loop {
-        at -= 1;
-        digits[at] = b'0' + (number % 10) as u8;
-        number /= 10;
-        if number == 0 {
-            return &digits[at..];
-        }
-    }
+/// A response as it is sent.
+pub fn written(response: &Response<Bytes>, protocol: Protocol, then: Afterwards) -> Vec<u8> {
+    let headers = response.headers();
+    let lines = headers
+        .iter()
+        .flat_map(|(name, value)| [name.as_str().as_bytes(), b": ", value.as_bytes(), b"\r\n"]);
+    let lines: Vec<&[u8]> = lines.collect();
+    let says = then == Afterwards::Close && headers.contains_key(header::CONNECTION);
+    let (status, then) = (response.status(), (!says).then_some(then));
+    http::written::written(status, protocol, then, &lines, &date(), response.body())
 }
 
 /// The time of day, written once a second.
-pub(crate) fn date() -> Rc<str> {
+fn date() -> Rc<str> {
     thread_local! {
         static DATE: RefCell<(u64, Rc<str>)> = RefCell::new((u64::MAX, "".into()));
     }
@@ -134,4 +153,55 @@ pub fn respond(kind: &'static str, body: impl Into<Bytes>) -> Response<Bytes> {
     // A GET that moves a plant must reach it, and each answer holds only for its moment.
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// RFC 9110, 12.4.2 and 12.5.1.
+    #[test]
+    fn json_is_for_who_names_it_and_wants_nothing_more() {
+        for (accept, expected) in [
+            ("application/json", true),
+            ("Application/JSON", true),
+            ("application/json;q=0.5", true),
+            ("APPLICATION/JSON; Q=0.5", true),
+            ("application/json ; charset=utf-8 ; q=1.000", true),
+            ("application/json, text/plain, */*", true),
+            ("text/html, application/json;q=0.9", true),
+            ("application/json;q=0.9, */*;q=0.1", true),
+            ("application/json;q=0.001", true),
+            ("", false),
+            ("*/*", false),
+            ("application/*", false),
+            ("text/html", false),
+            ("application/jsonp", false),
+            ("application/json;q=0", false),
+            ("application/json;q=0.000, */*", false),
+            ("application/json;q=0.5, */*", false),
+            (
+                "application/json;q=0.5, application/x-www-form-urlencoded",
+                false,
+            ),
+            (
+                "application/x-www-form-urlencoded;q=0.8, application/json;q=0.2",
+                false,
+            ),
+            ("application/json;q=2", false),
+            ("application/json;q=1.001", false),
+            ("application/json;q=0.0001", false),
+            ("application/json;q=x", false),
+            ("application/json;q=-1", false),
+            ("application/json;q=", false),
+        ] {
+            assert_eq!(
+                is_json([accept.as_bytes()].into_iter()),
+                expected,
+                "{accept}"
+            );
+        }
+        let both = [b"*/*;q=0.1".as_slice(), b"application/json"];
+        assert!(is_json(both.into_iter()), "two lines are one list");
+    }
 }

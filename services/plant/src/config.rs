@@ -2,8 +2,8 @@
 
 use std::{io, net::SocketAddr, path::PathBuf};
 
+use clock::journal::JournalError;
 use endpoint::{PlantSettings, Reference};
-use journal::JournalError;
 use serde::{Deserialize, Serialize};
 
 /// Settings of a plant beside the model that it steps.

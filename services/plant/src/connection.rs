@@ -1,6 +1,6 @@
 //! One connection: reads requests, sends answers, and gives up on a peer that does neither.
 //!
-//! It speaks HTTP/1.1 by itself, on top of `head` and `body`. A general server keeps two buffers of 8 KiB for each
+//! It speaks HTTP/1.1 by itself, on top of the crate `http`. A general server keeps two buffers of 8 KiB for each
 //! connection, serves what is pipelined without a pause, waits for ever for a peer that does not read, and hides
 //! how a length was written. Here a connection that has sent nothing has no buffer, and no step takes longer
 //! than [`WITHIN`].
@@ -17,9 +17,14 @@ use std::{
     time::Duration,
 };
 
-use hyper::{Response, StatusCode, body::Bytes, header};
-use pace::{Patience, now_ns};
-use rustix::net::sockopt::set_socket_recv_buffer_size;
+use clock::{now::now_ns, patience::Patience};
+use http::{
+    body::Body,
+    framing::{Afterwards, Protocol, Rest},
+    lines,
+    request::{self, Framing, Malformed},
+};
+use hyper::{Response, body::Bytes, header};
 use tokio::{
     io::{AsyncRead, AsyncWriteExt, ReadBuf},
     net::TcpStream,
@@ -28,56 +33,22 @@ use tokio::{
 };
 
 use crate::{
-    answer::date,
-    body::Body,
+    answer::written,
     handler::Handler,
-    head::{self, Framing, Malformed},
     place::Place,
     refusal::Refusal,
     route::Reply,
+    shared::{Shared, WITHIN},
     socket,
-    turn::{Turn, Turns},
+    turn::Turn,
     upload::{self, Upload},
 };
-
-/// How long each step may take: waiting for a request, its head, its body, sending the answer. Clients must close
-/// idle connections earlier, or a request could be sent just as the plant closes its connection.
-///
-/// Where others of the same peer move the plant, one may be idle for twice as long: a controller keeps those that
-/// it needed when its link stood still, and the request on one may be under way for that long again.
-pub(crate) const WITHIN: Duration = Duration::from_secs(5);
-
-/// How long the other end has to read why the connection is closed, and how much of what it still sends is
-/// discarded meanwhile: closing earlier would lose the reason.
-pub(crate) const LINGER: Duration = Duration::from_secs(1);
-const LINGER_BYTES: usize = 256 * 1024;
-
-/// How much of it is discarded at a time.
-const DISCARD_BYTES: usize = 32 * 1024;
 
 /// How much is taken at a time of what arrives.
 const ROOM: usize = 4096;
 
 /// The most bytes of bodies that are being read, over all connections.
 const BODIES_BYTES: usize = 8 * 1024 * 1024;
-
-/// What all connections share.
-pub(crate) struct Shared {
-    pub(crate) handler: Rc<RefCell<Handler>>,
-    pub(crate) turns: Turns,
-    /// The bytes of bodies that are being read.
-    pub(crate) bodies: Cell<usize>,
-}
-
-impl Shared {
-    pub(crate) fn new(handler: Rc<RefCell<Handler>>) -> Self {
-        Self {
-            handler,
-            turns: Turns::new(),
-            bodies: Cell::new(0),
-        }
-    }
-}
 
 /// A connection with what has arrived on it and is not taken yet.
 struct Connection {
@@ -127,17 +98,14 @@ impl Connection {
                 Next::Request(asked, turn) => (asked, turn),
                 Next::Nothing => return Ok(None),
                 Next::Wrong(refusal) => {
-                    shared.handler.borrow_mut().refuse(refusal.kind());
-                    let refused = written(&refusal.response(true), true, false, false);
-                    let mut turn = shared.turns.wait(place).await;
-                    self.part(&refused, &mut turn, shared, place).await;
+                    self.refuse(&refusal, shared, place).await;
                     return Ok(None);
                 }
             };
             let Asked {
                 reply,
                 framing,
-                is_new,
+                protocol,
                 is_head,
                 ..
             } = asked;
@@ -146,8 +114,8 @@ impl Connection {
                     if let Some(now_ns) = asked.commanded_ns {
                         place.on_command(now_ns);
                     }
-                    let text = short.written(is_new, framing.keeps);
-                    if !framing.keeps {
+                    let text = short.written(protocol, framing.then);
+                    if framing.then == Afterwards::Close {
                         self.part(&text, &mut turn, shared, place).await;
                         return Ok(None);
                     }
@@ -163,23 +131,40 @@ impl Connection {
                     done
                 }
                 Reply::Socket(response, opening) => {
-                    let text = written(&response, is_new, true, false);
+                    let text = written(&response, protocol, Afterwards::Keep);
                     self.send(&text, &mut turn).await?;
                     place.on_answer();
                     return Ok(Some(*opening));
                 }
             };
             let closes = response.headers().get(header::CONNECTION);
-            let keeps = framing.keeps && !is_unread && closes.is_none_or(|word| word != "close");
-            let text = written(&response, is_new, keeps, is_head);
+            let is_last = is_unread || closes.is_some_and(|word| word == "close");
+            let then = if is_last {
+                Afterwards::Close
+            } else {
+                framing.then
+            };
+            let mut text = written(&response, protocol, then);
+            if is_head {
+                text.truncate(text.len() - response.body().len());
+            }
             drop(response);
-            if !keeps {
+            if then == Afterwards::Close {
                 self.part(&text, &mut turn, shared, place).await;
                 return Ok(None);
             }
             self.send(&text, &mut turn).await?;
             place.on_answer();
         }
+    }
+
+    /// Refuses what is no request, and with it the connection.
+    async fn refuse(&mut self, refusal: &Refusal, shared: &Shared, place: &Place) {
+        shared.handler.borrow_mut().refuse(refusal.kind());
+        let response = refusal.last_response();
+        let text = written(&response, Protocol::Http11, Afterwards::Close);
+        let mut turn = shared.turns.wait(place).await;
+        self.part(&text, &mut turn, shared, place).await;
     }
 
     /// The next request, in its turn, when its head is whole.
@@ -190,7 +175,7 @@ impl Connection {
         loop {
             if !self.bytes.is_empty() {
                 let mut turn = shared.turns.wait(place).await;
-                match self.take(&shared.handler) {
+                match self.take(&shared.handler, Rest::MayCome) {
                     Ok(Some(asked)) => return Ok(Next::Request(asked, turn)),
                     Ok(None) => turn.end().await,
                     Err(malformed) => return Ok(Next::Wrong(malformed.into())),
@@ -208,6 +193,11 @@ impl Connection {
                     until = idle_until;
                 }
                 None if is_begun => {
+                    let turn = shared.turns.wait(place).await;
+                    if let Ok(Some(asked)) = self.take(&shared.handler, Rest::IsMissing) {
+                        return Ok(Next::Request(asked, turn));
+                    }
+                    drop(turn);
                     let refusal = Refusal::Slow {
                         part: "head",
                         seconds: WITHIN.as_secs(),
@@ -220,20 +210,23 @@ impl Connection {
     }
 
     /// Takes the next head, if it is whole, and what its request gets.
-    fn take(&mut self, handler: &RefCell<Handler>) -> Result<Option<Asked>, Malformed> {
-        let mut room = head::room();
-        let Some(head) = head::read(&self.bytes, &mut room)? else {
+    fn take(&mut self, handler: &RefCell<Handler>, rest: Rest) -> Result<Option<Asked>, Malformed> {
+        let mut room = lines::room();
+        let Some(head) = request::read(&self.bytes, &mut room)? else {
+            return Ok(None);
+        };
+        let behind = &self.bytes[head.bytes..];
+        let Some(head) = head.settled(behind, rest) else {
             return Ok(None);
         };
         let now_ns = now_ns();
-        let has_body = head.framing.length != head::Length::Bytes(0);
         let mut handler = handler.borrow_mut();
         let asked = Asked {
-            reply: handler.answer(&head, self.peer, has_body, now_ns),
+            reply: handler.answer(&head, self.peer, now_ns),
             commanded_ns: matches!(head.target.path, "/closed" | "/open").then_some(now_ns),
             framing: head.framing,
-            has_body,
-            is_new: head.is_new,
+            has_body: head.has_body(),
+            protocol: head.protocol,
             is_head: head.method == "HEAD",
         };
         let bytes = head.bytes;
@@ -263,7 +256,7 @@ impl Connection {
                     seconds: WITHIN.as_secs(),
                 }))
             }
-            Err(refusal) => Err(refusal),
+            Err(problem) => Err(problem.into()),
         };
         match read {
             Ok(bytes) => {
@@ -275,7 +268,7 @@ impl Connection {
             }
             Err(refusal) => {
                 shared.handler.borrow_mut().refuse(refusal.kind());
-                Ok((refusal.response(true), true))
+                Ok((refusal.last_response(), true))
             }
         }
     }
@@ -327,7 +320,7 @@ impl Connection {
     async fn part(&mut self, text: &[u8], turn: &mut Turn<'_>, shared: &Shared, place: &Place) {
         if self.send(text, turn).await.is_ok() {
             self.bytes = Vec::new();
-            Box::pin(linger(&mut self.stream, &shared.turns, place)).await;
+            Box::pin(shared.linger(&mut self.stream, place)).await;
         }
     }
 }
@@ -366,7 +359,7 @@ struct Asked {
     commanded_ns: Option<u64>,
     framing: Framing,
     has_body: bool,
-    is_new: bool,
+    protocol: Protocol,
     is_head: bool,
 }
 
@@ -391,32 +384,6 @@ impl Drop for Held<'_> {
     }
 }
 
-/// Ends what we send, and reads what the other end still sends.
-pub(crate) async fn linger(stream: &mut TcpStream, turns: &Turns, place: &Place) {
-    let rest = async {
-        stream.shutdown().await?;
-        // The kernel need not keep what is discarded.
-        set_socket_recv_buffer_size(&*stream, DISCARD_BYTES)?;
-        let mut left = LINGER_BYTES;
-        while left > 0 {
-            stream.readable().await?;
-            let mut turn = turns.wait(place).await;
-            let read = stream.try_read_buf(&mut Vec::with_capacity(DISCARD_BYTES));
-            turn.on_bytes(read.as_ref().map_or(0, |read| *read));
-            turn.end().await;
-            match read {
-                Ok(0) => break,
-                Ok(read) => left = left.saturating_sub(read),
-                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
-                Err(error) => return Err(error),
-            }
-        }
-        io::Result::Ok(())
-    };
-    // It does not matter whether the other end listens.
-    let _ = timeout(LINGER, rest).await;
-}
-
 async fn within(sent: impl Future<Output = io::Result<()>>) -> io::Result<()> {
     timeout(WITHIN, sent).await.unwrap_or_else(|_| {
         Err(io::Error::new(
@@ -424,40 +391,4 @@ async fn within(sent: impl Future<Output = io::Result<()>>) -> io::Result<()> {
             "the client does not read",
         ))
     })
-}
-
-/// An answer as it is sent.
-fn written(response: &Response<Bytes>, is_new: bool, keeps: bool, is_head: bool) -> Vec<u8> {
-    let (status, body) = (response.status(), response.body());
-    let mut text = Vec::with_capacity(256 + body.len());
-    let minor = u8::from(is_new);
-    let reason = status.canonical_reason().unwrap_or_default();
-    let mut line = |name: &str, value: &[u8]| {
-        text.extend_from_slice(name.as_bytes());
-        text.extend_from_slice(value);
-        text.extend_from_slice(b"\r\n");
-    };
-    line(
-        &format!("HTTP/1.{minor} {} ", status.as_str()),
-        reason.as_bytes(),
-    );
-    for (name, value) in response.headers() {
-        line(&format!("{name}: "), value.as_bytes());
-    }
-    let has_length = !status.is_informational() && status != StatusCode::NO_CONTENT;
-    if has_length {
-        line("content-length: ", body.len().to_string().as_bytes());
-    }
-    let says = response.headers().contains_key(header::CONNECTION);
-    match (keeps, is_new) {
-        (false, true) if !says => line("connection: ", b"close"),
-        (true, false) => line("connection: ", b"keep-alive"),
-        _ => {}
-    }
-    line("date: ", date().as_bytes());
-    text.extend_from_slice(b"\r\n");
-    if !is_head {
-        text.extend_from_slice(body);
-    }
-    text
 }

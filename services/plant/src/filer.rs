@@ -15,9 +15,10 @@ use std::{
     thread::{self, JoinHandle},
 };
 
+use clock::journal::{Journal, JournalError, Kept, Recorder};
+use column::Row;
 use endpoint::{MessageRow, report::Written};
 use hyper::body::Bytes;
-use journal::{Journal, JournalError, Recorder};
 use tokio::sync::oneshot;
 
 use crate::{
@@ -171,7 +172,8 @@ impl Files {
     fn open(&mut self, number: u64) -> Result<(), FilingError> {
         self.close();
         let path = self.out.join(name("messages", number, "csv"));
-        let (rows, journal, _) = Journal::open(&path, MessageRow::COLUMNS, self.again)?;
+        let (rows, journal, _) =
+            Journal::open(&path, MessageRow::COLUMNS, MessageRow::write, self.again)?;
         self.open = Some(Folder {
             number,
             chunks: Chunks::default(),
@@ -210,7 +212,7 @@ impl Files {
             return;
         };
         match open.journal.finish(open.rows) {
-            Ok(Written { rows, overflow }) => {
+            Ok(Kept { rows, overflow }) => {
                 self.filed.written.rows += rows;
                 self.filed.written.overflow += overflow;
             }

@@ -2,9 +2,9 @@
 
 use std::{cell::OnceCell, collections::BTreeMap};
 
+use clock::journal::Recorder;
 use endpoint::{ArrivalRow, Hosts, Inbox, Output, PlantSettings, Reference, Signals};
 use hyper::body::Bytes;
-use journal::Recorder;
 use tokio::sync::watch;
 
 use crate::{

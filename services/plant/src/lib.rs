@@ -3,10 +3,10 @@
 //! * [`serve()`], [`serve_until`]: the entry points; [`Config`] and a model in, [`endpoint::report::Plant`] out.
 //! * `ticker`: the thread that steps the model at its deadlines.
 //! * `server`: the thread that accepts connections, each with its `place`; `connection` serves HTTP/1 on one,
-//!   request by request when it is its `turn`, with a `head` and perhaps a `body`.
+//!   request by request when it is its `turn`, which the crate `http` reads; `shared` is what all have in common.
 //! * `route`: what each request gets, as an [`answer`] or a `refusal`; `origin` keeps foreign pages
 //!   out; `openapi` describes the API.
-//! * `socket`: commands over a WebSocket.
+//! * `socket`: commands over a WebSocket, after its [`handshake`].
 //! * `page`: the files of the page that closes the loop in a browser.
 //! * `session`: who is in control, proved by a `token`.
 //! * `upload`: requests of a page that have a body; `filer`: the thread that stores their data,
@@ -19,14 +19,13 @@
 #![forbid(unsafe_code)]
 
 pub mod answer;
-mod body;
 mod chunk;
 mod config;
 mod connection;
 mod ending;
 mod filer;
 mod handler;
-mod head;
+pub mod handshake;
 mod latest;
 mod openapi;
 mod origin;
@@ -38,6 +37,7 @@ mod rows;
 mod serve;
 mod server;
 mod session;
+mod shared;
 mod socket;
 mod ticker;
 mod token;
@@ -46,23 +46,3 @@ mod upload;
 
 pub use config::{Config, Ready, ServeError};
 pub use serve::{serve, serve_until};
-
-/// Reads bytes as the head of a request; it must be the same however it arrives.
-#[cfg(fuzzing)]
-pub fn fuzz(bytes: &[u8]) {
-    let mut room = head::room();
-    let Ok(Some(whole)) = head::read(bytes, &mut room) else {
-        return;
-    };
-    assert!(whole.bytes <= bytes.len());
-    for end in 0..whole.bytes {
-        let mut room = head::room();
-        assert!(
-            !matches!(head::read(&bytes[..end], &mut room), Ok(Some(_))),
-            "{end}"
-        );
-    }
-    let mut room = head::room();
-    let exact = head::read(&bytes[..whole.bytes], &mut room);
-    assert!(matches!(exact, Ok(Some(head)) if head.framing == whole.framing));
-}

@@ -27,6 +27,13 @@ const CHECKSUM: &str = "^[0-9a-f]{8}$";
 const COUNT: &str = "[0-9]{1,19}";
 const NUMBER: &str = "-?[0-9]{1,20}(\\.[0-9]{1,20})?(e[+-]?[0-9]{1,2})?";
 
+/// What fields say that several messages have.
+const SEQ: &str = "number of the controller's deadline; of the arrival, if it gives none";
+const ARRIVE: &str = "when the command arrived, on the plant's clock, in nanoseconds";
+const TICK: &str = "the plant's latest tick";
+const OUTPUT: &str = "the output after that tick, or both of them";
+const HELD: &str = "the input that the plant holds, or both of them";
+
 /// The responses that reject a body.
 const BODY: [(u16, &str); 5] = [
     (408, "the body did not come within 5 s"),
@@ -41,95 +48,7 @@ const BODY: [(u16, &str); 5] = [
 
 /// The description of a plant with so many inputs and outputs; of any plant, if they are not told.
 pub(crate) fn describe(signals: Option<[usize; 2]>) -> Value {
-    // A number for each input or output, in a query with a comma between them.
-    let number = |of: usize, what: &str| {
-        let one = json!({"type": "number", "format": "double"});
-        let two = json!({"type": "array", "items": one, "minItems": 2, "maxItems": 2});
-        let mut schema = match signals.map(|counts| counts[of]) {
-            None => json!({"oneOf": [one, two]}),
-            Some(1) => one,
-            Some(_) => two,
-        };
-        schema["description"] = what.into();
-        schema
-    };
-    let (input, output) = (0, 1);
-    let t_send = || count("when the command was sent, on the controller's clock, in nanoseconds");
-    let seq = || count("number of the controller's deadline; of the arrival, if it gives none");
-    let arrive = || count("when the command arrived, on the plant's clock, in nanoseconds");
-    let tick = || count("the plant's latest tick");
-    let y = || number(output, "the output after that tick, or both of them");
-    let u = || number(input, "the input, finite, or both of them");
-    let held = || number(input, "the input that the plant holds, or both of them");
-    // The last field of an answer to a command that has one.
-    let signed = |mut message: Value| {
-        message["properties"]["crc"] = json!({"type": "string", "pattern": CHECKSUM, "description": "CRC-32C of the \
-            answer before `&crc=`, its last field; only of an answer that is a query, to a command with `crc`"});
-        message
-    };
-
-    let state = signed(object(
-        &json!({"seq": seq(), "tick": tick(), "t_arrive_ns": arrive(), "y": y(), "u": held()}),
-    ));
-    let acknowledgement = signed(object(&json!({"seq": seq(), "t_arrive_ns": arrive()})));
-    let now = count("when the state was read, on the plant's clock, in nanoseconds");
-    let observation = object(&json!({
-        "t_ns": now,
-        "tick": tick(),
-        "y": y(),
-        "u": held(),
-        "u_applied": number(input, "the input of the latest tick, behind watchdog and actuator, or both of them"),
-        "safe": {"type": "boolean", "description": "whether the watchdog acts, since no command has come for too long"},
-        "trips": count("how often it has begun to act"),
-    }));
-
-    let crc = json!({"type": "string", "pattern": CHECKSUM, "description": "CRC-32C of the query before \
-                     `&crc=`, its last field; an answer that is a query then ends with its own"});
-    let command = || {
-        let mut parameters = vec![
-            parameter("query", "u", &u()),
-            parameter("query", "seq", &seq()),
-            parameter("query", "t_send_ns", &t_send()),
-            parameter("query", "crc", &crc),
-            session_header(false),
-        ];
-        // Two numbers stand in one field.
-        parameters[0]["style"] = "form".into();
-        parameters[0]["explode"] = false.into();
-        // A simple controller need not know them.
-        for optional in &mut parameters[1..4] {
-            optional["required"] = false.into();
-        }
-        parameters
-    };
-    let refusals = [
-        (409, "another client is in control, or the session is over"),
-        (413, "a body, where a command has none"),
-        (500, "the plant's output is not finite any more"),
-    ];
-    let operation = |summary: &str, parameters: Vec<Value>, content: Value| {
-        let done = json!({"description": "done", "content": content});
-        json!({"get": {
-            "summary": summary,
-            "parameters": parameters,
-            "responses": responses("200", &done, &refusals),
-        }})
-    };
-    let message = |name: &str| {
-        let schema = json!({"schema": {"$ref": format!("#/components/schemas/{name}")}});
-        json!({"application/x-www-form-urlencoded": schema, "application/json": schema})
-    };
-
-    let mut health = operation(
-        "Say ok, and what was refused by kind",
-        vec![],
-        json!({"text/plain": {"schema": {"type": "string"}}}),
-    );
-    health["get"]["responses"]["503"] = json!({
-        "description": "the plant's output is not finite any more",
-        "content": {"text/plain": {"schema": {"type": "string"}}},
-    });
-
+    let [inputs, outputs] = signals.map_or([None; 2], |counts| counts.map(Some));
     json!({
         "openapi": "3.1.0",
         "info": {
@@ -141,23 +60,115 @@ pub(crate) fn describe(signals: Option<[usize; 2]>) -> Value {
                             need its token, as always where the plant's lease is token. The page itself is at /.",
         },
         "paths": {
-            "/closed": operation("Use this input and give the state", command(), message("State")),
-            "/open": operation("Acknowledge a command without using it", command(), message("Acknowledgement")),
+            "/closed": operation("Use this input and give the state", &command(inputs), &message("State")),
+            "/open": operation("Acknowledge a command without using it", &command(inputs), &message("Acknowledgement")),
             "/reset": reset(),
             "/socket": socket(),
-            "/state": operation("Give the state", vec![], message("Observation")),
+            "/state": operation("Give the state", &[], &message("Observation")),
             "/session": session(),
             "/session/rows": rows(),
             "/session/end": end(),
-            "/health": health,
-            "/openapi.json": operation("Give this description", vec![], json!({"application/json": {"schema": {"type": "object"}}})),
+            "/health": health(),
+            "/openapi.json": operation("Give this description", &[], &json!({"application/json": {"schema": {"type": "object"}}})),
         },
         "components": {"schemas": {
-            "State": state,
-            "Acknowledgement": acknowledgement,
-            "Observation": observation,
+            "State": state(inputs, outputs),
+            "Acknowledgement": acknowledgement(),
+            "Observation": observation(inputs, outputs),
         }},
     })
+}
+
+fn state(inputs: Option<usize>, outputs: Option<usize>) -> Value {
+    signed(object(&json!({
+        "seq": count(SEQ),
+        "tick": count(TICK),
+        "t_arrive_ns": count(ARRIVE),
+        "y": number(outputs, OUTPUT),
+        "u": number(inputs, HELD),
+    })))
+}
+
+fn acknowledgement() -> Value {
+    signed(object(
+        &json!({"seq": count(SEQ), "t_arrive_ns": count(ARRIVE)}),
+    ))
+}
+
+/// An answer with the last field that it has if its command has it.
+fn signed(mut answer: Value) -> Value {
+    answer["properties"]["crc"] = json!({"type": "string", "pattern": CHECKSUM, "description": "CRC-32C of the \
+        answer before `&crc=`, its last field; only of an answer that is a query, to a command with `crc`"});
+    answer
+}
+
+fn observation(inputs: Option<usize>, outputs: Option<usize>) -> Value {
+    object(&json!({
+        "t_ns": count("when the state was read, on the plant's clock, in nanoseconds"),
+        "tick": count(TICK),
+        "y": number(outputs, OUTPUT),
+        "u": number(inputs, HELD),
+        "u_applied": number(inputs, "the input of the latest tick, behind watchdog and actuator, or both of them"),
+        "safe": {"type": "boolean", "description": "whether the watchdog acts, since no command has come for too long"},
+        "trips": count("how often it has begun to act"),
+    }))
+}
+
+/// The parameters of a command.
+fn command(inputs: Option<usize>) -> Vec<Value> {
+    let u = number(inputs, "the input, finite, or both of them");
+    let t_send = count("when the command was sent, on the controller's clock, in nanoseconds");
+    let crc = json!({"type": "string", "pattern": CHECKSUM, "description": "CRC-32C of the query before \
+                     `&crc=`, its last field; an answer that is a query then ends with its own"});
+    let mut parameters = vec![
+        parameter("query", "u", &u),
+        parameter("query", "seq", &count(SEQ)),
+        parameter("query", "t_send_ns", &t_send),
+        parameter("query", "crc", &crc),
+        optional_session_header(),
+    ];
+    // Two numbers stand in one field.
+    parameters[0]["style"] = "form".into();
+    parameters[0]["explode"] = false.into();
+    // A simple controller need not know them.
+    for optional in &mut parameters[1..4] {
+        optional["required"] = false.into();
+    }
+    parameters
+}
+
+/// A GET of a command, or of something to look at.
+fn operation(summary: &str, parameters: &[Value], content: &Value) -> Value {
+    let done = json!({"description": "done", "content": content});
+    let refusals = [
+        (409, "another client is in control, or the session is over"),
+        (413, "a body, where a command has none"),
+        (500, "the plant's output is not finite any more"),
+    ];
+    json!({"get": {
+        "summary": summary,
+        "parameters": parameters,
+        "responses": responses("200", &done, &refusals),
+    }})
+}
+
+/// An answer in either form.
+fn message(name: &str) -> Value {
+    let schema = json!({"schema": {"$ref": format!("#/components/schemas/{name}")}});
+    json!({"application/x-www-form-urlencoded": schema, "application/json": schema})
+}
+
+fn health() -> Value {
+    let mut health = operation(
+        "Say ok, and what was refused by kind",
+        &[],
+        &json!({"text/plain": {"schema": {"type": "string"}}}),
+    );
+    health["get"]["responses"]["503"] = json!({
+        "description": "the plant's output is not finite any more",
+        "content": {"text/plain": {"schema": {"type": "string"}}},
+    });
+    health
 }
 
 fn reset() -> Value {
@@ -170,7 +181,7 @@ fn reset() -> Value {
     ];
     json!({"post": {
         "summary": "Put the plant back to rest",
-        "parameters": [session_header(false)],
+        "parameters": [optional_session_header()],
         "responses": responses("204", &done, &refusals),
     }})
 }
@@ -262,7 +273,7 @@ fn rows() -> Value {
     });
     told(
         "Take message rows of the page",
-        &[parameter("query", "chunk", &chunk), session_header(true)],
+        &[parameter("query", "chunk", &chunk), session_header()],
         &json!({"text/csv": {"schema": schema}}),
     )
 }
@@ -270,7 +281,7 @@ fn rows() -> Value {
 fn end() -> Value {
     told(
         "Take the page's report and end the session",
-        &[session_header(true)],
+        &[session_header()],
         &json!({"application/json": {"schema": {"description": "any JSON; where it is an object, `outcome` and `reason` are passed on"}}}),
     )
 }
@@ -292,13 +303,33 @@ fn count(what: &str) -> Value {
     json!({"type": "integer", "minimum": 0, "maximum": u64::MAX, "description": what})
 }
 
+/// A number for each of so many inputs or outputs, in a query with a comma between them.
+fn number(count: Option<usize>, what: &str) -> Value {
+    let one = json!({"type": "number", "format": "double"});
+    let two = json!({"type": "array", "items": one, "minItems": 2, "maxItems": 2});
+    let mut schema = match count {
+        None => json!({"oneOf": [one, two]}),
+        Some(1) => one,
+        Some(_) => two,
+    };
+    schema["description"] = what.into();
+    schema
+}
+
 fn parameter(place: &str, name: &str, schema: &Value) -> Value {
     json!({"name": name, "in": place, "required": true, "schema": schema})
 }
 
-fn session_header(required: bool) -> Value {
+fn session_header() -> Value {
     let schema = json!({"type": "string", "pattern": TOKEN, "description": "the session's token"});
-    json!({"name": "Webloop-Session", "in": "header", "required": required, "schema": schema})
+    json!({"name": "Webloop-Session", "in": "header", "required": true, "schema": schema})
+}
+
+/// The same, where a request may be without it.
+fn optional_session_header() -> Value {
+    let mut header = session_header();
+    header["required"] = false.into();
+    header
 }
 
 /// The response on success, and those that reject: `refusals`, and the ones that every path has.

@@ -4,7 +4,7 @@
 //! plant, where a GET moves it. Browsers say which page sent a request. A request without this
 //! information does not come from a browser and is permitted.
 
-use crate::head::Lines;
+use http::lines::Lines;
 
 /// Why a request is foreign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -16,9 +16,8 @@ pub(crate) struct Foreign {
     header: &'static str,
 }
 
-/// Rejects requests from a page of another origin.
-pub(crate) fn check(lines: Lines<'_>) -> Result<(), Foreign> {
-    let host = lines.first("host");
+/// Rejects requests from a page of another origin than `host`.
+pub(crate) fn check(lines: Lines<'_>, host: Option<&[u8]>) -> Result<(), Foreign> {
     let all = |name: &'static str, own: &dyn Fn(&[u8]) -> bool| {
         if lines.all(name).all(own) {
             Ok(())
@@ -56,7 +55,10 @@ mod tests {
                 value: value.as_bytes(),
             })
             .collect();
-        check(Lines(&lines)).err().map(|foreign| foreign.header)
+        let lines = Lines(&lines);
+        check(lines, lines.first("host"))
+            .err()
+            .map(|foreign| foreign.header)
     }
 
     #[test]

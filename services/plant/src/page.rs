@@ -10,10 +10,9 @@ use hyper::{
     header::{self, HeaderName, HeaderValue},
 };
 
-use crate::{
-    answer::respond,
-    head::{self, Lines},
-};
+use http::lines::{Lines, text};
+
+use crate::answer::respond;
 
 /// Headers of every file.
 const HEADERS: [(HeaderName, &str); 5] = [
@@ -50,7 +49,7 @@ pub(crate) fn file(path: &str, lines: Lines<'_>) -> Option<Response<Bytes>> {
 /// What the page may load and connect to. Not every browser applies `'self'` to `ws:` too, so the
 /// plant is named.
 fn policy(lines: Lines<'_>) -> HeaderValue {
-    let host = lines.first("host").and_then(head::text).filter(|host| {
+    let host = lines.first("host").and_then(text).filter(|host| {
         host.bytes()
             .all(|b| b.is_ascii_alphanumeric() || b".:-[]".contains(&b))
     });

@@ -2,6 +2,7 @@
 //! WebSocket as a close frame.
 
 use endpoint::{InvalidMessage, NotServed, Signals};
+use http::{body::InvalidBody, request::Malformed};
 use hyper::{
     Method, Response, StatusCode,
     body::Bytes,
@@ -12,7 +13,7 @@ use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 use crate::{
     answer::{TEXT, respond},
     filer::FilingError,
-    head::Malformed,
+    handshake::InvalidHandshake,
     openapi::PATHS,
     origin::Foreign,
     session::{Denied, InvalidClient},
@@ -68,8 +69,8 @@ pub(crate) enum Refusal {
     FilingError(#[from] FilingError),
     #[error("cannot make a session token: {0}; claim again")]
     Randomness(#[from] std::io::Error),
-    #[error("`{field}` is not a WebSocket's; /socket takes the handshake of RFC 6455, version 13")]
-    Handshake { field: &'static str },
+    #[error(transparent)]
+    Handshake(#[from] InvalidHandshake),
     #[error(
         "the plant's output is {y}: the loop has diverged; POST /reset puts the plant back to rest, if it is no \
          program of one's own, and else start it again"
@@ -84,6 +85,15 @@ impl From<NotServed> for Refusal {
         match problem {
             NotServed::Foreign(_) => Self::Misdirected(problem),
             NotServed::Malformed => Self::NoHost(problem),
+        }
+    }
+}
+
+impl From<InvalidBody> for Refusal {
+    fn from(problem: InvalidBody) -> Self {
+        match problem {
+            InvalidBody::Long { limit } => Self::Long { limit },
+            InvalidBody::Broken => Self::Broken,
         }
     }
 }
@@ -116,7 +126,7 @@ impl Refusal {
             }
             Self::Body | Self::Long { .. } => StatusCode::PAYLOAD_TOO_LARGE,
             Self::Kind { .. } => StatusCode::UNSUPPORTED_MEDIA_TYPE,
-            Self::Handshake { .. } => StatusCode::UPGRADE_REQUIRED,
+            Self::Handshake(_) => StatusCode::UPGRADE_REQUIRED,
             Self::Reset => StatusCode::NOT_IMPLEMENTED,
             Self::Diverged { .. }
             | Self::Randomness(_)
@@ -146,14 +156,14 @@ impl Refusal {
             Self::Claim(_) | Self::Client(_) | Self::FilingError(_) | Self::Randomness(_) => {
                 "session"
             }
-            Self::Handshake { .. } => "websocket",
+            Self::Handshake(_) => "websocket",
             Self::Diverged { .. } => "diverged",
             Self::Reset => "reset",
         }
     }
 
-    /// The refusal as a response. `unread` tells whether the request has a body that has not been read.
-    pub(crate) fn response(&self, unread: bool) -> Response<Bytes> {
+    /// The refusal as a response to a request that has no body, or whose body has been read.
+    pub(crate) fn response(&self) -> Response<Bytes> {
         let mut response = respond(TEXT, format!("{self}\n"));
         *response.status_mut() = self.status();
         let mut tell = |name: HeaderName, value: &'static str| {
@@ -162,16 +172,25 @@ impl Refusal {
         };
         match self {
             Self::Method { allowed, .. } => tell(header::ALLOW, allowed),
-            Self::Handshake { .. } => {
+            Self::Handshake(_) => {
+                tell(header::CONNECTION, "upgrade");
                 tell(header::UPGRADE, "websocket");
                 tell(header::SEC_WEBSOCKET_VERSION, "13");
             }
             _ => {}
         }
-        if unread || matches!(self, Self::Target | Self::Long { .. } | Self::Slow { .. }) {
-            // The bytes that follow on this connection may not be a request.
-            tell(header::CONNECTION, "close");
+        let is_astray = matches!(self, Self::Host(_) | Self::NoHost(_) | Self::Misdirected(_));
+        let is_torn = matches!(self, Self::Target | Self::Long { .. } | Self::Slow { .. });
+        if is_astray || is_torn {
+            close(&mut response);
         }
+        response
+    }
+
+    /// The refusal as a response to a request with a body that has not been read.
+    pub(crate) fn last_response(&self) -> Response<Bytes> {
+        let mut response = self.response();
+        close(&mut response);
         response
     }
 
@@ -182,4 +201,10 @@ impl Refusal {
             _ => CloseCode::Policy,
         }
     }
+}
+
+/// Lets the connection end: what follows on it may not be a request, or is for somebody else too.
+fn close(response: &mut Response<Bytes>) {
+    let headers = response.headers_mut();
+    headers.insert(header::CONNECTION, HeaderValue::from_static("close"));
 }

@@ -7,8 +7,13 @@
 use std::{fmt::Write, net::IpAddr};
 
 use endpoint::{
-    Answer, ArrivalOutcome, Hosts, InvalidMessage, Mode, Output, Request, checksum,
+    Answer, ArrivalOutcome, Hosts, InvalidMessage, Mode, NotServed, Output, Request, checksum,
     query::MAX_BYTES,
+};
+use http::{
+    framing::Protocol,
+    lines::{Lines, text},
+    request::{Authority, Head},
 };
 use hyper::{Method, Response, StatusCode, body::Bytes};
 use serde::Serialize;
@@ -16,7 +21,7 @@ use serde::Serialize;
 use crate::{
     answer::{JSON, Short, TEXT, as_json, respond},
     handler::Handler,
-    head::{Head, Lines, text},
+    handshake::{self, InvalidHandshake},
     openapi::{self, PATHS},
     origin, page,
     refusal::Refusal,
@@ -43,17 +48,15 @@ pub(crate) enum Reply {
 
 impl Handler {
     /// The continuation of a request whose head arrived from `address` at `now_ns`.
-    pub(crate) fn answer(
-        &mut self,
-        head: &Head<'_>,
-        address: IpAddr,
-        has_body: bool,
-        now_ns: u64,
-    ) -> Reply {
-        self.try_answer(head, address, has_body, now_ns)
+    pub(crate) fn answer(&mut self, head: &Head<'_>, address: IpAddr, now_ns: u64) -> Reply {
+        self.try_answer(head, address, now_ns)
             .unwrap_or_else(|refusal| {
                 self.refuse(refusal.kind());
-                Reply::Done(Box::new(refusal.response(has_body)))
+                Reply::Done(Box::new(if head.has_body() {
+                    refusal.last_response()
+                } else {
+                    refusal.response()
+                }))
             })
     }
 
@@ -61,7 +64,6 @@ impl Handler {
         &mut self,
         head: &Head<'_>,
         address: IpAddr,
-        has_body: bool,
         now_ns: u64,
     ) -> Result<Reply, Refusal> {
         let query = check(head, &self.hosts)?;
@@ -71,15 +73,14 @@ impl Handler {
         {
             return Ok(Reply::Upload(upload));
         }
-        let wrong_method = || Refusal::Method {
-            method: Method::from_bytes(method.as_bytes()).unwrap_or_default(),
-            allowed: allowed(path),
-        };
         // HEAD is not permitted either: a GET here moves the plant, and HEAD would do the same.
         if PATHS.contains(&path) && !allowed(path).split(", ").any(|word| word == method) {
-            return Err(wrong_method());
+            return Err(wrong_method(method, path));
         }
-        if has_body {
+        if !PATHS.contains(&path) {
+            return page(head);
+        }
+        if head.has_body() {
             return Err(Refusal::Body);
         }
         let sender = || Sender {
@@ -97,23 +98,30 @@ impl Handler {
                 return Ok(Reply::Short(Short::new(&told, told.text(), lines)));
             }
             "/reset" => self.reset(query, &sender(), now_ns)?,
-            "/state" => return Ok(Reply::Short(self.observe(lines, now_ns)?)),
-            "/health" => self.health(),
+            "/state" => {
+                none(query)?;
+                return Ok(Reply::Short(self.observe(lines, now_ns)?));
+            }
+            "/health" => {
+                none(query)?;
+                self.health()
+            }
             "/openapi.json" => {
+                none(query)?;
                 let describe = || openapi::describe(Some(self.signals)).to_string().into();
                 respond(JSON, self.description.get_or_init(describe).clone())
             }
-            "/session" => as_json(&self.control.status(now_ns)),
+            "/session" => {
+                none(query)?;
+                as_json(&self.control.status(now_ns))
+            }
+            // An Upgrade in HTTP/1.0 is to be ignored (RFC 9110, 7.8).
+            "/socket" if head.protocol == Protocol::Http10 => {
+                return Err(InvalidHandshake { field: "HTTP/1.0" }.into());
+            }
             "/socket" => return self.socket(query, lines, address, now_ns),
-            path => match page::file(path, lines) {
-                Some(file) if method == "GET" => file,
-                Some(_) => return Err(wrong_method()),
-                None => {
-                    return Err(Refusal::Path {
-                        path: path.chars().take(40).collect(),
-                    });
-                }
-            },
+            // `PATHS` has no others.
+            _ => return page(head),
         };
         Ok(Reply::Done(Box::new(response)))
     }
@@ -144,6 +152,7 @@ impl Handler {
         if self.control.command(sender, now_ns)? {
             self.inbox.welcome();
         }
+        self.inbox.hear(sender.address, self.control.since_ns());
         let output = self.output();
         let (row, answer) = self.inbox.command(mode, &request, output, now_ns);
         match row.outcome {
@@ -216,7 +225,7 @@ impl Handler {
         now_ns: u64,
     ) -> Result<Reply, Refusal> {
         let (mode, pass) = socket::query(query)?;
-        let response = socket::handshake(lines)?;
+        let response = handshake::response(lines)?;
         let session = self.control.open(&pass, now_ns)?;
         let over = self.over.subscribe();
         let opening = socket::Opening {
@@ -270,24 +279,69 @@ impl Handler {
 
 /// Rejects all but plain requests to one host, its own, that do not come from a foreign page; returns the query.
 fn check<'a>(head: &Head<'a>, hosts: &Hosts) -> Result<&'a str, Refusal> {
-    if head.target.has_authority {
-        return Err(Refusal::Target);
-    }
+    let target = head.target;
     let count = head.lines.all("host").count();
-    // HTTP/1.0 is older than this header (RFC 9112, 3.2).
-    if count > 1 || (count == 0 && head.is_new) {
+    // HTTP/1.0 is older than this header (RFC 9112, 3.2). It may look, as a health check does; where a request
+    // changes something, its host is to be known.
+    let may_lack = head.protocol == Protocol::Http10 && !changes(head.method, target.path);
+    if count > 1 || (count == 0 && !may_lack) {
         return Err(Refusal::Host(count));
     }
-    for host in head.lines.all("host") {
+    let named = head.lines.first("host");
+    let host = match target.authority {
+        Authority::Absent => named,
+        Authority::Proxys => return Err(Refusal::Target),
+        Authority::Http(host) => {
+            if hosts.check(host.as_bytes()).is_err() {
+                return Err(Refusal::Target);
+            }
+            // It counts in place of `Host`, which must be a host all the same (RFC 9112, 3.2 and 3.2.2).
+            if let Some(Err(problem @ NotServed::Malformed)) = named.map(|named| hosts.check(named))
+            {
+                return Err(problem.into());
+            }
+            Some(host.as_bytes())
+        }
+    };
+    if let (Authority::Absent, Some(host)) = (target.authority, host) {
         hosts.check(host)?;
     }
-    origin::check(head.lines)?;
-    let query = head.target.query;
-    let bytes = head.target.path.len().max(query.len());
+    origin::check(head.lines, host)?;
+    let query = target.query;
+    let bytes = target.path.len().max(query.len());
     if bytes > MAX_BYTES {
         return Err(InvalidMessage::TooLong { bytes }.into());
     }
     Ok(query)
+}
+
+/// A file of the page, or why there is none.
+fn page(head: &Head<'_>) -> Result<Reply, Refusal> {
+    let (method, path) = (head.method, head.target.path);
+    let Some(file) = page::file(path, head.lines) else {
+        return Err(Refusal::Path {
+            path: path.chars().take(40).collect(),
+        });
+    };
+    if method != "GET" {
+        return Err(wrong_method(method, path));
+    }
+    if head.has_body() {
+        return Err(Refusal::Body);
+    }
+    Ok(Reply::Done(Box::new(file)))
+}
+
+fn wrong_method(method: &str, path: &str) -> Refusal {
+    Refusal::Method {
+        method: Method::from_bytes(method.as_bytes()).unwrap_or_default(),
+        allowed: allowed(path),
+    }
+}
+
+/// Whether a request does more than look.
+fn changes(method: &str, path: &str) -> bool {
+    method != "GET" || matches!(path, "/closed" | "/open" | "/socket")
 }
 
 fn allowed(path: &str) -> &'static str {

@@ -4,12 +4,9 @@
 //! have exactly the fields that its outcome requires. The columns are those of [`MessageRow`]; there
 //! is no header, and no quotes, since no field needs them.
 
-use std::str::FromStr;
-
+use column::strict::BadLine;
+use column::{BadEntry, Row};
 use endpoint::{MessageOutcome, MessageRow};
-
-/// Number of characters of a rejected text that an error quotes.
-const EXCERPT_CHARS: usize = 40;
 
 /// Why rows were rejected.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -24,25 +21,19 @@ pub(crate) struct InvalidRow {
 enum Problem {
     #[error("not UTF-8; rows are digits, commas and words")]
     Text,
-    #[error("{given} fields; a row has the {}: {}", MessageRow::COLUMNS.len(), MessageRow::COLUMNS.join(","))]
-    Fields { given: usize },
-    #[error("field `{field}`: `{value}` is not a whole number from 0 to 18446744073709551615")]
-    NotCount { field: &'static str, value: String },
-    #[error(
-        "field `{field}`: `{value}` is not a finite decimal number; write it like 0.35 or -1e-3"
-    )]
-    NotFinite { field: &'static str, value: String },
+    #[error(transparent)]
+    Line(#[from] BadLine),
     #[error("field `outcome`: `{0}` is unknown; choose answered, timeout, failed or missed")]
     Outcome(String),
     #[error("field `{field}` is empty; in this {outcome} row it has a value")]
     Empty {
         field: &'static str,
-        outcome: &'static str,
+        outcome: MessageOutcome,
     },
     #[error("field `{field}` has a value; in this {outcome} row it is empty")]
     Surplus {
         field: &'static str,
-        outcome: &'static str,
+        outcome: MessageOutcome,
     },
     #[error("field `t_receive_ns`: {t_receive_ns} is before t_send_ns = {t_send_ns}")]
     Order { t_send_ns: u64, t_receive_ns: u64 },
@@ -65,49 +56,26 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Vec<MessageRow>, InvalidRow> {
 }
 
 fn row(line: &str) -> Result<MessageRow, Problem> {
-    let mut fields = [""; MessageRow::COLUMNS.len()];
-    let mut given = 0;
-    for value in line.split(',') {
-        if let Some(field) = fields.get_mut(given) {
-            *field = value;
-        }
-        given += 1;
-    }
-    if given != fields.len() {
-        return Err(Problem::Fields { given });
-    }
-    let [seq, due, send, receive, arrive, r, y, e, u, tick, outcome] = fields;
-    let row = MessageRow {
-        seq: count("seq", seq)?,
-        t_due_ns: count("t_due_ns", due)?,
-        t_send_ns: maybe(send, |value| count("t_send_ns", value))?,
-        t_receive_ns: maybe(receive, |value| count("t_receive_ns", value))?,
-        t_arrive_ns: maybe(arrive, |value| count("t_arrive_ns", value))?,
-        r: finite("r", r)?,
-        y: maybe(y, |value| finite("y", value))?,
-        e: maybe(e, |value| finite("e", value))?,
-        u: maybe(u, |value| finite("u", value))?,
-        tick: maybe(tick, |value| count("tick", value))?,
-        outcome: match outcome {
-            "answered" => MessageOutcome::Answered,
-            "timeout" => MessageOutcome::Timeout,
-            "failed" => MessageOutcome::Failed,
-            "missed" => MessageOutcome::Missed,
-            _ => return Err(Problem::Outcome(excerpt(outcome))),
-        },
-    };
+    let row = MessageRow::strict(line).map_err(|problem| match problem {
+        // A page knows of its answers, so a message of its has not just arrived.
+        BadLine::Entry {
+            problem: BadEntry::Word { text, .. },
+            ..
+        } => Problem::Outcome(text),
+        problem => Problem::Line(problem),
+    })?;
     consistent(&row)?;
     Ok(row)
 }
 
 /// Checks that a row has exactly the fields that its outcome requires.
 fn consistent(row: &MessageRow) -> Result<(), Problem> {
-    let (sent, answered, outcome) = match row.outcome {
-        MessageOutcome::Answered => (true, true, "answered"),
-        MessageOutcome::Timeout => (true, false, "timeout"),
-        MessageOutcome::Failed => (true, false, "failed"),
-        MessageOutcome::Missed => (false, false, "missed"),
-        MessageOutcome::Arrived => (true, false, "arrived"),
+    let outcome = row.outcome;
+    let (sent, answered) = match outcome {
+        MessageOutcome::Answered => (true, true),
+        MessageOutcome::Timeout | MessageOutcome::Failed => (true, false),
+        MessageOutcome::Missed => (false, false),
+        MessageOutcome::Arrived => return Err(Problem::Outcome(outcome.to_string())),
     };
     // In open loop no row has any of y, e and tick.
     let closed = row.y.is_some();
@@ -134,45 +102,6 @@ fn consistent(row: &MessageRow) -> Result<(), Problem> {
         }),
         _ => Ok(()),
     }
-}
-
-fn maybe<T>(
-    value: &str,
-    read: impl FnOnce(&str) -> Result<T, Problem>,
-) -> Result<Option<T>, Problem> {
-    if value.is_empty() {
-        Ok(None)
-    } else {
-        read(value).map(Some)
-    }
-}
-
-/// Digits only, so neither `+7` nor ` 7`.
-fn count(field: &'static str, value: &str) -> Result<u64, Problem> {
-    let digits = value.bytes().all(|byte| byte.is_ascii_digit());
-    match u64::from_str(value) {
-        Ok(number) if digits => Ok(number),
-        _ => Err(Problem::NotCount {
-            field,
-            value: excerpt(value),
-        }),
-    }
-}
-
-fn finite(field: &'static str, value: &str) -> Result<f64, Problem> {
-    match f64::from_str(value) {
-        Ok(number) if number.is_finite() => Ok(number),
-        _ => Err(Problem::NotFinite {
-            field,
-            value: excerpt(value),
-        }),
-    }
-}
-
-/// The beginning of a text from outside, escaped for one line.
-fn excerpt(text: &str) -> String {
-    let start = text.chars().take(EXCERPT_CHARS);
-    start.flat_map(char::escape_debug).collect()
 }
 
 #[cfg(test)]

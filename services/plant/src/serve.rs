@@ -6,15 +6,17 @@ use std::{
     future::{Future, poll_fn},
     io,
     net::SocketAddr,
+    path::PathBuf,
     pin::pin,
     rc::Rc,
     task::Poll,
 };
 
-use endpoint::{ArrivalRow, Hosts, Inbox, Model, Process, SecondRow, TickRow, report};
+use clock::journal::{Journal, JournalError, Kept, Recorder};
+use clock::{now::now_ns, scheduling::Granted};
+use column::Row;
+use endpoint::{ArrivalRow, Hosts, Inbox, Model, Process, SampleTime, SecondRow, TickRow, report};
 use futures_util::{StreamExt, stream::FuturesUnordered};
-use journal::{Journal, JournalError};
-use pace::now_ns;
 use tokio::{net::TcpListener, runtime::Runtime, sync::watch, task::LocalSet};
 
 use crate::{
@@ -45,7 +47,7 @@ pub fn serve(
     model: impl Model + Send + 'static,
     ready: impl FnOnce(Ready),
 ) -> Result<report::Plant, ServeError> {
-    serve_until(config, model, pace::told_to_end(), ready)
+    serve_until(config, model, clock::stop::told_to_end(), ready)
 }
 
 /// Like [`serve`], but runs until `stop` is done instead of a signal.
@@ -63,24 +65,16 @@ pub fn serve_until(
         .build()?;
     let (listener, address) = listen(config.listen, &runtime)?;
     // No files are created for a plant that cannot listen.
-    let Started {
-        start_ns,
-        mut ticker,
-        tick_journal,
-        second_journal,
-        arrival_journal,
-        handler,
-        server: server_scheduling,
-    } = Started::new(config, Box::new(model))?;
-    let open_files = pace::raise_open_files();
+    let mut plant = Started::new(config, Box::new(model))?;
+    let (start_ns, open_files) = (plant.start_ns, plant.open_files);
 
-    let handler = Rc::new(RefCell::new(handler));
+    let handler = Rc::clone(&plant.handler);
     let accepted = RefCell::new(0);
     let tasks = LocalSet::new();
     let served = async {
         tokio::select! {
-            _ = &mut ticker.ended => ServeError::Ticker,
-            never = server::accept(listener, Rc::clone(&handler), &accepted, open_files) => match never {},
+            _ = &mut plant.ticker.ended => ServeError::Ticker,
+            never = server::accept(listener, handler, &accepted, open_files) => match never {},
         }
     };
     let ready = || ready(Ready { address, start_ns });
@@ -91,48 +85,7 @@ pub fn serve_until(
     drop(end);
     // The connections hold the handler, so they end here.
     drop(tasks);
-    let ticked = Running::stop(ticker).ok_or(ServeError::Ticker)?;
-    let handler = Rc::into_inner(handler)
-        .expect("all connections are gone")
-        .into_inner();
-
-    // All files are closed before the first error is returned.
-    let tick_written = tick_journal.finish(ticked.rows);
-    let second = second_journal.zip(ticked.second);
-    let second_written = second.map(|(journal, rows)| journal.finish(rows));
-    let arrival_written = arrival_journal.finish(handler.rows);
-    let filed = handler.filer.finish();
-    ended?;
-    let (tick_rows, arrival_rows) = (tick_written?, arrival_written?);
-    if let Some(problem) = filed.problem {
-        return Err(problem.into());
-    }
-    Ok(report::Plant {
-        address,
-        start_ns,
-        ticks: ticked.ticks,
-        missed: ticked.missed,
-        arrivals: arrival_rows.rows + arrival_rows.overflow,
-        refused: handler.refusals.values().sum(),
-        refusals: handler
-            .refusals
-            .iter()
-            .map(|(kind, count)| ((*kind).to_owned(), *count))
-            .collect(),
-        trips: ticked.trips,
-        connections: accepted.into_inner(),
-        tick_rows,
-        second_rows: second_written.transpose()?,
-        arrival_rows,
-        sessions: handler.control.sessions(),
-        page_rows: filed.written,
-        granted: report::PlantGranted {
-            ticker: ticked.scheduling,
-            server: server_scheduling,
-            open_files,
-        },
-        program: None,
-    })
+    plant.finish(ended, address, accepted.into_inner())
 }
 
 /// The started threads of a plant, the data that they share, and their files.
@@ -144,9 +97,11 @@ struct Started {
     /// If there is a second input or output.
     second_journal: Option<Journal>,
     arrival_journal: Journal,
-    handler: Handler,
+    handler: Rc<RefCell<Handler>>,
     /// The scheduling granted to the calling thread, which serves HTTP.
-    server: report::Scheduling,
+    server: Granted,
+    /// Files and sockets that may be open.
+    open_files: u64,
 }
 
 impl Started {
@@ -156,40 +111,20 @@ impl Started {
         let again = config.again;
         let ticks = config.out.join(TickRow::FILE);
         let (tick_rows, tick_journal, last_tick) =
-            Journal::open::<TickRow>(&ticks, TickRow::COLUMNS, again)?;
+            Journal::open(&ticks, TickRow::COLUMNS, TickRow::write, again)?;
         let inputs = model.inputs();
         let has_second = model.has_second();
         let (at_rest, can_reset) = (model.at_rest(), model.can_reset());
-        let second = || {
-            let path = config.out.join(SecondRow::FILE);
-            let (rows, journal, _) = Journal::open::<SecondRow>(&path, SecondRow::COLUMNS, again)?;
-            Ok::<_, JournalError>((rows, journal))
-        };
-        let (second_rows, second_journal) = has_second.then(second).transpose()?.unzip();
+        let second = has_second.then(|| open_second(config)).transpose()?;
+        let (second_rows, second_journal) = second.unzip();
         let path = config.out.join(ArrivalRow::FILE);
         let (arrival_rows, arrival_journal, last_arrival) =
-            Journal::open::<ArrivalRow>(&path, ArrivalRow::COLUMNS, again)?;
+            Journal::open(&path, ArrivalRow::COLUMNS, ArrivalRow::write, again)?;
         let filer = Filer::start(&config.out, again)?;
         let arrivals = last_arrival.map_or(0, |row| row.n.saturating_add(1));
         let inbox = Inbox::new(&settings, inputs).resumed(arrivals);
         let (input, input_reader) = latest(input_words(inbox.input(), 0));
-        let now_ns = now_ns();
-        let first_ns = now_ns + START_AHEAD_NS;
-        let (start_ns, k) = match last_tick {
-            None => (first_ns, 0),
-            Some(TickRow { t_due_ns, .. }) if t_due_ns > now_ns => {
-                return Err(ServeError::Ahead {
-                    path: ticks,
-                    t_due_ns,
-                    now_ns,
-                });
-            }
-            Some(TickRow { k, t_due_ns, .. }) => {
-                let since_start_ns = k.saturating_mul(settings.h.ns());
-                let start_ns = t_due_ns.saturating_sub(since_start_ns);
-                (start_ns, settings.h.next_k(start_ns, first_ns))
-            }
-        };
+        let (start_ns, k) = start(ticks, last_tick, settings.h)?;
         let process = Process::new(&settings, model, start_ns).resumed(k);
         let (output_publisher, output) = latest(output_words(process.output(), 0));
         let ticker = Ticker {
@@ -202,13 +137,9 @@ impl Started {
             fifo: config.fifo,
         }
         .start()?;
-        let own = rustix::system::uname()
-            .nodename()
-            .to_string_lossy()
-            .into_owned();
         let handler = Handler {
             settings,
-            hosts: Hosts::new(config.hosts.iter().cloned().chain([own])),
+            hosts: hosts(config),
             law: config.law.clone(),
             reference: config.reference.clone(),
             signals: [inputs, at_rest.count()],
@@ -231,10 +162,114 @@ impl Started {
             tick_journal,
             second_journal,
             arrival_journal,
-            handler,
-            server: pace::ask(config.fifo.then_some(FIFO_PRIORITY)),
+            handler: Rc::new(RefCell::new(handler)),
+            server: clock::scheduling::ask(config.fifo.then_some(FIFO_PRIORITY)),
+            open_files: clock::limit::raise_open_files(),
         })
     }
+
+    /// Stops the ticker, completes the files and reports; `ended` is how serving came to its end. No connection may
+    /// be left.
+    fn finish(
+        self,
+        ended: Result<(), ServeError>,
+        address: SocketAddr,
+        connections: u64,
+    ) -> Result<report::Plant, ServeError> {
+        let ticked = Running::stop(self.ticker).ok_or(ServeError::Ticker)?;
+        let handler = Rc::into_inner(self.handler)
+            .expect("all connections are gone")
+            .into_inner();
+
+        // All files are closed before the first error is returned.
+        let tick_written = self.tick_journal.finish(ticked.rows);
+        let second = self.second_journal.zip(ticked.second);
+        let second_written = second.map(|(journal, rows)| journal.finish(rows));
+        let arrival_written = self.arrival_journal.finish(handler.rows);
+        let filed = handler.filer.finish();
+        ended?;
+        let (tick_rows, arrival_rows) = (tick_written?, arrival_written?);
+        if let Some(problem) = filed.problem {
+            return Err(problem.into());
+        }
+        Ok(report::Plant {
+            address,
+            start_ns: self.start_ns,
+            ticks: ticked.ticks,
+            missed: ticked.missed,
+            arrivals: arrival_rows.rows + arrival_rows.overflow,
+            refused: handler.refusals.values().sum(),
+            refusals: handler
+                .refusals
+                .iter()
+                .map(|(kind, count)| ((*kind).to_owned(), *count))
+                .collect(),
+            trips: ticked.trips,
+            connections,
+            tick_rows: written(tick_rows),
+            second_rows: second_written.transpose()?.map(written),
+            arrival_rows: written(arrival_rows),
+            sessions: handler.control.sessions(),
+            page_rows: filed.written,
+            granted: report::PlantGranted {
+                ticker: scheduling(ticked.granted),
+                server: scheduling(self.server),
+                open_files: self.open_files,
+            },
+            program: None,
+        })
+    }
+}
+
+/// What a journal did, as the report has it.
+fn written(Kept { rows, overflow }: Kept) -> report::Written {
+    report::Written { rows, overflow }
+}
+
+/// What a thread was granted, as the report has it.
+fn scheduling(granted: Granted) -> report::Scheduling {
+    report::Scheduling::new(
+        granted.asked_priority,
+        granted.fifo_priority,
+        granted.slack_ns,
+        granted.refused,
+    )
+}
+
+/// Opens the file of the second input and output.
+fn open_second(config: &Config) -> Result<(Recorder<SecondRow>, Journal), JournalError> {
+    let path = config.out.join(SecondRow::FILE);
+    let (rows, journal, _) =
+        Journal::open(&path, SecondRow::COLUMNS, SecondRow::write, config.again)?;
+    Ok((rows, journal))
+}
+
+/// When tick 0 is due, and which tick is next: behind the last one of an earlier life, if there was one.
+fn start(ticks: PathBuf, last: Option<TickRow>, h: SampleTime) -> Result<(u64, u64), ServeError> {
+    let now_ns = now_ns();
+    let first_ns = now_ns + START_AHEAD_NS;
+    match last {
+        None => Ok((first_ns, 0)),
+        Some(TickRow { t_due_ns, .. }) if t_due_ns > now_ns => Err(ServeError::Ahead {
+            path: ticks,
+            t_due_ns,
+            now_ns,
+        }),
+        Some(TickRow { k, t_due_ns, .. }) => {
+            let since_start_ns = k.saturating_mul(h.ns());
+            let start_ns = t_due_ns.saturating_sub(since_start_ns);
+            Ok((start_ns, h.next_k(start_ns, first_ns)))
+        }
+    }
+}
+
+/// The names that the plant answers to, its machine's among them.
+fn hosts(config: &Config) -> Hosts {
+    let own = rustix::system::uname()
+        .nodename()
+        .to_string_lossy()
+        .into_owned();
+    Hosts::new(config.hosts.iter().cloned().chain([own]))
 }
 
 fn listen(address: SocketAddr, runtime: &Runtime) -> Result<(TcpListener, SocketAddr), ServeError> {

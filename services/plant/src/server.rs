@@ -5,19 +5,14 @@
 
 use std::{cell::RefCell, convert::Infallible, io, net::SocketAddr, rc::Rc, time::Duration};
 
-use pace::now_ns;
+use clock::now::now_ns;
 use tokio::{
     net::{TcpListener, TcpSocket},
     task,
     time::sleep,
 };
 
-use crate::{
-    connection::{self, Shared},
-    handler::Handler,
-    place::Places,
-    turn::Bucket,
-};
+use crate::{connection, handler::Handler, place::Places, shared::Shared, turn::Bucket};
 
 /// Most simultaneous connections: a controller that opens one for each message needs 5000 at 1 kHz, when its link
 /// stands still for as long as it waits for an answer.

@@ -21,7 +21,7 @@ pub(crate) const SILENCE_NS: u64 = 15_000_000_000;
 
 /// A controller without a session is in control until no command of it was taken for this long. One that only
 /// repeats old commands does not keep others out, nor itself when it starts anew.
-const PLAIN_NS: u64 = 2_000_000_000;
+const PLAIN_NS: u64 = Lease::SILENCE_NS;
 
 /// Greatest length of a client's name. However it is written in JSON, it fits into a claim.
 pub(crate) const CLIENT_CHARS: usize = 80;
@@ -139,6 +139,7 @@ enum State {
 struct Session {
     token: Token,
     client: Client,
+    begun_ns: u64,
     heard_ns: u64,
     commands: u64,
     rows: u64,
@@ -180,6 +181,7 @@ impl Control {
         self.state = State::Held(Session {
             token,
             client,
+            begun_ns: now_ns,
             heard_ns: now_ns,
             commands: 0,
             rows: 0,
@@ -243,6 +245,14 @@ impl Control {
         let plain = self.plain?;
         let idle_ns = now_ns.saturating_sub(plain.heard_ns);
         (idle_ns < PLAIN_NS).then_some((plain.address, idle_ns / 1_000_000))
+    }
+
+    /// When the session in control began, if one is: its token was told then, so no command with it is older.
+    pub(crate) fn since_ns(&self) -> Option<u64> {
+        match &self.state {
+            State::Held(session) => Some(session.begun_ns),
+            State::Free | State::Ended(_) => None,
+        }
     }
 
     /// Takes notice that a command of the present holder was taken.

@@ -7,14 +7,10 @@
 
 use std::{cell::RefCell, time::Duration};
 
+use clock::{now::now_ns, patience::Patience};
 use endpoint::{Mode, query::MAX_BYTES};
 use futures_util::{SinkExt, StreamExt};
-use hyper::{
-    Response, StatusCode,
-    body::Bytes,
-    header::{self, HeaderValue},
-};
-use pace::{Patience, now_ns};
+use hyper::body::Bytes;
 use tokio::{
     net::TcpStream,
     sync::watch,
@@ -25,18 +21,16 @@ use tokio_tungstenite::{
     tungstenite::{
         Error, Message,
         error::{CapacityError, ProtocolError},
-        handshake::derive_accept_key,
         protocol::{CloseFrame, Role, WebSocketConfig, frame::coding::CloseCode},
     },
 };
 
 use crate::{
-    connection::{self, LINGER, Shared},
     handler::Handler,
-    head::Lines,
     place::Place,
     refusal::Refusal,
     session::Sender,
+    shared::{LINGER, Shared, WITHIN},
     token::Pass,
     turn::Turn,
 };
@@ -49,7 +43,7 @@ const REASON_BYTES: usize = 123;
 const SILENCE: Duration = Duration::from_secs(2);
 
 /// How long it may take to answer that, by a pong or any message. One that is gone must not keep its place.
-const PONG_WITHIN: Duration = connection::WITHIN;
+const PONG_WITHIN: Duration = WITHIN;
 
 /// How much is read at a time, and how many pongs and answers may wait for an end that does not read.
 const READ_BYTES: usize = 512;
@@ -92,41 +86,6 @@ pub(crate) fn query(query: &str) -> Result<(Mode, Pass), Refusal> {
     Ok((mode.ok_or_else(refuse)?, pass.unwrap_or(Pass::Nothing)))
 }
 
-/// The response that opens a socket, if the request asks for one.
-pub(crate) fn handshake(lines: Lines<'_>) -> Result<Response<Bytes>, Refusal> {
-    let expect = |field, given| {
-        if given {
-            Ok(())
-        } else {
-            Err(Refusal::Handshake { field })
-        }
-    };
-    expect("Connection", lines.says("connection", "upgrade"))?;
-    expect("Upgrade", lines.says("upgrade", "websocket"))?;
-    let version = lines.first("sec-websocket-version");
-    expect("Sec-WebSocket-Version", version == Some(b"13"))?;
-    let key = lines
-        .first("sec-websocket-key")
-        .filter(|key| is_key(key))
-        .ok_or(Refusal::Handshake {
-            field: "Sec-WebSocket-Key",
-        })?;
-    let accept = HeaderValue::try_from(derive_accept_key(key)).expect("base64 is ASCII");
-    let mut response = Response::new(Bytes::new());
-    *response.status_mut() = StatusCode::SWITCHING_PROTOCOLS;
-    let answer = response.headers_mut();
-    answer.insert(header::CONNECTION, HeaderValue::from_static("upgrade"));
-    answer.insert(header::UPGRADE, HeaderValue::from_static("websocket"));
-    answer.insert(header::SEC_WEBSOCKET_ACCEPT, accept);
-    Ok(response)
-}
-
-/// Whether this is the base64 encoding of 16 bytes.
-fn is_key(key: &[u8]) -> bool {
-    let digit = |byte: &u8| byte.is_ascii_alphanumeric() || b"+/".contains(byte);
-    key.len() == 24 && key.ends_with(b"==") && key[..22].iter().all(digit)
-}
-
 /// Serves a socket to its end.
 ///
 /// `arrived` is what came behind its handshake.
@@ -162,15 +121,9 @@ async fn converse(
         mode,
         sender,
         session,
-        mut over,
+        over,
     } = opening;
-    let on_end_of = async {
-        match session {
-            Some(number) => drop(over.wait_for(|over| *over >= number).await),
-            None => std::future::pending().await,
-        }
-    };
-    let mut on_end_of = std::pin::pin!(on_end_of);
+    let mut on_end_of = std::pin::pin!(wait_for_end(session, over));
     let (mut heard, mut is_asked) = (Instant::now(), false);
     let mut patience = Patience::default();
     loop {
@@ -191,19 +144,8 @@ async fn converse(
             (heard, is_asked) = (Instant::now(), false);
         }
         let mut turn = shared.turns.wait(place).await;
-        let now_ns = now_ns();
-        let text = match message {
-            Some(Some(Ok(Message::Text(text)))) => text,
-            Some(Some(Ok(Message::Binary(_)))) => {
-                let reason = "a binary message; a command is text";
-                let code = CloseCode::Unsupported;
-                return Some(Closing::refused(handler, "websocket", code, reason));
-            }
-            // The crate answers pings and close frames.
-            Some(Some(Ok(_))) => {
-                turn.end().await;
-                continue;
-            }
+        let message = match message {
+            Some(Some(Ok(message))) => message,
             Some(Some(Err(error))) => return broken(handler, &error),
             Some(None) => return None,
             None if !is_asked => {
@@ -217,19 +159,49 @@ async fn converse(
                 return Some(Closing::new(CloseCode::Away, reason));
             }
         };
-        let answer = handler.borrow_mut().command(mode, &text, &sender, now_ns);
-        let answer = match answer {
-            Ok(told) => Message::text(told.text()),
-            Err(refusal) => {
-                let code = refusal.close_code();
-                let kind = refusal.kind();
-                return Some(Closing::refused(handler, kind, code, refusal.to_string()));
-            }
-        };
-        place.on_command(now_ns);
-        place.on_answer();
-        send(socket, answer, &mut turn, &mut patience).await?;
+        match answer(message, mode, &sender, handler, place) {
+            Ok(Some(answer)) => send(socket, answer, &mut turn, &mut patience).await?,
+            Ok(None) => turn.end().await,
+            Err(closing) => return Some(closing),
+        }
     }
+}
+
+/// Waits for the end of a socket's session; for ever, if it belongs to none.
+async fn wait_for_end(session: Option<u64>, mut over: watch::Receiver<u64>) {
+    match session {
+        Some(number) => drop(over.wait_for(|over| *over >= number).await),
+        None => std::future::pending().await,
+    }
+}
+
+/// Executes a message that is a command, and gives its answer; or why we close the socket.
+fn answer(
+    message: Message,
+    mode: Mode,
+    sender: &Sender,
+    handler: &RefCell<Handler>,
+    place: &Place,
+) -> Result<Option<Message>, Closing> {
+    let now_ns = now_ns();
+    let text = match message {
+        Message::Text(text) => text,
+        Message::Binary(_) => {
+            let reason = "a binary message; a command is text";
+            let code = CloseCode::Unsupported;
+            return Err(Closing::refused(handler, "websocket", code, reason));
+        }
+        // The crate answers pings and close frames.
+        _ => return Ok(None),
+    };
+    let told = handler.borrow_mut().command(mode, &text, sender, now_ns);
+    let told = told.map_err(|refusal| {
+        let code = refusal.close_code();
+        Closing::refused(handler, refusal.kind(), code, refusal.to_string())
+    })?;
+    place.on_command(now_ns);
+    place.on_answer();
+    Ok(Some(Message::text(told.text())))
 }
 
 /// Sends a message: into the socket at once, and what does not fit after the turn. `None` if the other end does
@@ -240,7 +212,7 @@ async fn send(
     turn: &mut Turn<'_>,
     patience: &mut Patience,
 ) -> Option<()> {
-    let until = Instant::now() + connection::WITHIN;
+    let until = Instant::now() + WITHIN;
     let is_free = patience.before(until, |context| socket.poll_ready_unpin(context));
     is_free.await?.ok()?;
     socket.start_send_unpin(message).ok()?;
@@ -294,7 +266,7 @@ async fn close(mut socket: Socket, closing: Closing, shared: &Shared, place: &Pl
     };
     let parting = async {
         if socket.close(Some(frame)).await.is_ok() {
-            connection::linger(&mut socket.into_inner(), &shared.turns, place).await;
+            shared.linger(&mut socket.into_inner(), place).await;
         }
     };
     // It does not matter whether the other end listens.

@@ -14,9 +14,8 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use endpoint::{Input, Model, Output, Process, SecondRow, Signals, TickRow, report::Scheduling};
-use journal::Recorder;
-use pace::{Pacer, now_ns};
+use clock::{journal::Recorder, now::now_ns, pacer::Pacer, scheduling::Granted};
+use endpoint::{Input, Model, Output, Process, SecondRow, Signals, TickRow};
 use tokio::sync::oneshot;
 
 use crate::latest::{Publisher, Reader};
@@ -124,7 +123,7 @@ pub(crate) struct Ticked {
     pub(crate) trips: u64,
     pub(crate) rows: Recorder<TickRow>,
     pub(crate) second: Option<Recorder<SecondRow>>,
-    pub(crate) scheduling: Scheduling,
+    pub(crate) granted: Granted,
 }
 
 /// The running thread.
@@ -155,15 +154,15 @@ impl Ticker {
     }
 
     fn run(mut self, stop: &AtomicBool) -> Ticked {
-        let scheduling = pace::ask(self.fifo.then_some(FIFO_PRIORITY));
-        let mut pacer = Pacer::new(&scheduling);
+        let granted = clock::scheduling::ask(self.fifo.then_some(FIFO_PRIORITY));
+        let mut pacer = Pacer::new(&granted);
         let (mut held, mut resets) = input(self.input.read());
         let (mut ticks, mut missed) = (0, 0);
         loop {
             let (due_ns, at_ns) = (self.process.next_due_ns(), self.process.next_tick_ns());
             pacer.sleep_until(at_ns.min(now_ns().saturating_add(NAP_NS)));
             if stop.load(Ordering::Relaxed) {
-                return self.ended(ticks, missed, scheduling);
+                return self.ended(ticks, missed, granted);
             }
             let tick_ns = now_ns();
             if tick_ns < at_ns {
@@ -177,11 +176,12 @@ impl Ticker {
                     resets = asked;
                 }
             }
-            let row = self.process.tick(held, tick_ns);
+            // Between the two looks other threads may have run. A tick that has a command took place after it came.
+            let row = self.process.tick(held, tick_ns.max(held.t_ns));
             // Ending early is an error, whose cause the model's owner knows.
             let is_broken = self.process.model().is_broken();
             if is_broken {
-                return self.ended(ticks, missed, scheduling);
+                return self.ended(ticks, missed, granted);
             }
             self.output
                 .publish(output_words(self.process.output(), resets));
@@ -194,14 +194,14 @@ impl Ticker {
         }
     }
 
-    fn ended(self, ticks: u64, missed: u64, scheduling: Scheduling) -> Ticked {
+    fn ended(self, ticks: u64, missed: u64, granted: Granted) -> Ticked {
         Ticked {
             ticks,
             missed,
             trips: self.process.output().trips,
             rows: self.rows,
             second: self.second,
-            scheduling,
+            granted,
         }
     }
 }

@@ -7,7 +7,7 @@
 
 use std::cell::RefCell;
 
-use pace::now_ns;
+use clock::now::now_ns;
 use tokio::{
     sync::{Semaphore, SemaphorePermit},
     task::yield_now,

@@ -5,8 +5,8 @@
 
 use std::{cell::RefCell, rc::Rc, time::Duration};
 
+use clock::now::now_ns;
 use hyper::{Response, StatusCode, body::Bytes};
-use pace::now_ns;
 use serde::{Deserialize, Serialize, de::Error};
 use tokio::{task, time::sleep};
 
@@ -112,7 +112,7 @@ pub(crate) async fn run(
     };
     done.unwrap_or_else(|refusal| {
         handler.borrow_mut().refuse(refusal.kind());
-        refusal.response(false)
+        refusal.response()
     })
 }
 

@@ -137,7 +137,7 @@ class Arguments(unittest.TestCase):
             ("--h 1us", "h = 1000 ns", "write 3ms"),
             ("--mode opened", "mode `opened`", "choose open or closed"),
             ("--transport carrier", "transport `carrier`", "choose http or websocket"),
-            ("--outstanding 0", "outstanding `0`", "from 1 to 8192"),
+            ("--outstanding 0", "outstanding is `0`", "give 1 to 8192"),
             ("--r nan", "`nan`", "like 1 or -0.5"),
             ("--law pi", "`pi` is not JSON", "write it like"),
             ('--law {"law":"pi"}', "`law`: `\"pi\"`", "one of pid, transfer"),

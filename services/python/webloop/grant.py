@@ -1,6 +1,6 @@
 """Asking the kernel for real-time scheduling and many sockets, and what it granted.
 
-The words are those of the crate `pace`. It is best effort, since many machines
+The words are those of the crate `clock`. It is best effort, since many machines
 and most containers refuse it: a run goes on without, and its report says so.
 """
 

@@ -23,7 +23,7 @@ def parse_outstanding(word: str) -> int:
     if word.isascii() and word.isdigit() and len(word) <= 5 and 1 <= int(word) <= UNLIMITED:
         return int(word)
     raise ValueError(
-        f"outstanding `{word}` is unknown; choose a number from 1 to {UNLIMITED}, or unlimited"
+        f"outstanding is `{word}`; give 1 to {UNLIMITED}, or `unlimited`"
     )
 
 

@@ -1,16 +1,17 @@
 //! What surrounds a plant's model, in a system's text.
 
 use endpoint::{Disturbance, Surroundings};
+use text::Diagnostic;
 use toml::Spanned;
 
-use crate::fault::{Fault, Source};
+use crate::fault::Source;
 use crate::file::PlantFile;
 
 /// Reads actuator, disturbance and sensor; `None` if the plant has none of them.
 pub(crate) fn read(
     source: Source,
     asked: &Spanned<PlantFile>,
-) -> Result<Option<Surroundings>, Fault> {
+) -> Result<Option<Surroundings>, Diagnostic> {
     let file = asked.get_ref();
     let is_bare = file.actuator.is_none() && file.disturbance.is_none() && file.sensor.is_none();
     if is_bare && file.x0.is_none() {
@@ -41,7 +42,7 @@ pub(crate) fn read(
         surroundings.disturbance = Some(Disturbance {
             size: source.finite("size", &asked.size)?,
             from_ns: match &asked.from {
-                Some(text) => source.span_ns("from", text)?,
+                Some(text) => source.span_ns(text)?,
                 None => 0,
             },
         });

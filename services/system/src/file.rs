@@ -3,8 +3,7 @@
 //! Values keep their position in the text, so that a fault can refer to it.
 
 use schemars::JsonSchema;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 use toml::Spanned;
 
 type Number = Option<Spanned<f64>>;
@@ -12,7 +11,7 @@ type Numbers = Option<Spanned<Vec<f64>>>;
 
 /// A number, or one for each input or output.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "expected a number, or a list of numbers")]
 pub(crate) enum Each {
     One(f64),
     List(Vec<f64>),
@@ -20,7 +19,10 @@ pub(crate) enum Each {
 
 /// A list of numbers, or a list of rows.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "expected a list of numbers, or a list of such lists"
+)]
 pub(crate) enum Rows {
     List(Vec<f64>),
     Rows(Vec<Vec<f64>>),
@@ -28,10 +30,35 @@ pub(crate) enum Rows {
 
 /// A number, or a list of rows.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "expected a number, or a list of lists of numbers"
+)]
 pub(crate) enum Feed {
     One(f64),
     Rows(Vec<Vec<f64>>),
+}
+
+/// A band: a number in units of y, or a share of the step such as `"2%"`.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "expected a number, or a share in quotes such as \"2%\""
+)]
+pub(crate) enum BandFile {
+    Absolute(f64),
+    Share(String),
+}
+
+/// A band, or one for each output.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "expected a number, a share in quotes such as \"2%\", or a list of them"
+)]
+pub(crate) enum BandsFile {
+    One(BandFile),
+    List(Vec<BandFile>),
 }
 
 impl Each {
@@ -43,16 +70,6 @@ impl Each {
     }
 }
 
-/// Reads a sentence. It is shown as it stands, so it has no character that would act on a terminal.
-fn sentence<'de, D: Deserializer<'de>>(text: D) -> Result<String, D::Error> {
-    let text = String::deserialize(text)?;
-    let acts = |letter: char| letter.is_control() && !matches!(letter, '\n' | '\t');
-    if text.contains(acts) {
-        return Err(D::Error::custom("a control character; write plain text"));
-    }
-    Ok(text)
-}
-
 /// A plant, the law that controls it, and the reference.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -62,7 +79,7 @@ pub(crate) struct SystemFile {
     #[schemars(with = "String")]
     pub(crate) name: Spanned<String>,
     /// A sentence on what it is.
-    #[serde(default, deserialize_with = "sentence")]
+    #[serde(default, deserialize_with = "text::sentence")]
     pub(crate) about: String,
     /// The reference of the output, or a list of one for each output; 1 if not given.
     #[schemars(with = "Option<Each>")]
@@ -137,6 +154,20 @@ pub(crate) struct PlantFile {
     /// What is between the model's output and what controllers get.
     #[schemars(with = "Option<SensorFile>")]
     pub(crate) sensor: Option<Spanned<SensorFile>>,
+    /// How far from r the output may be and count as there: a number in units of y, or a share of the step such as
+    /// `"2%"`; a list of one for each output. 2 % of a step, 10 % where r is 0, if not given.
+    #[schemars(with = "Option<BandsFile>")]
+    pub(crate) band: Option<Spanned<BandsFile>>,
+    /// The least and the greatest output: beyond them the loop is lost. A list of two, or of two for each output;
+    /// no limit, if not given.
+    #[schemars(with = "Option<Rows>")]
+    pub(crate) limits: Option<Spanned<Rows>>,
+    /// The greatest overshoot of a loop that holds well, such as `"50%"` of the step; `"100%"` if not given.
+    #[schemars(with = "Option<String>")]
+    pub(crate) overshoot: Option<Spanned<String>>,
+    /// The greatest magnitude of the first input of a loop that holds well, in units of u; any, if not given.
+    #[schemars(with = "Option<f64>")]
+    pub(crate) effort: Number,
 }
 
 /// `[reference]`: a shape, and the numbers that it needs.

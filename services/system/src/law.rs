@@ -1,24 +1,22 @@
 //! The law in a system's text, and the resulting law at a sample time.
 
 use control::{
-    Estimator, Gains, InvalidLaw, Law, Method, Pid, SampledPlant, Saturation, Smith, StateFeedback,
-    StateSpace, Transfer, Weights, discretise, loop_delay_ticks, seconds,
+    Gains, InvalidLaw, Law, Method, Pid, SampledPlant, Saturation, Smith, StateSpace, Transfer,
+    discretise, loop_delay_ticks, seconds,
 };
-use nalgebra::DMatrix;
+use text::Diagnostic;
 use toml::Spanned;
 
-use crate::design::{Design, Limits, Matrices, Model, PidNumbers, to_rows};
-use crate::fault::{Fault, Source};
-use crate::file::{ControllerFile, Rows};
+use crate::design::{Design, Limits, Model, PidNumbers};
+use crate::fault::Source;
+use crate::feedback::Feedback;
+use crate::file::ControllerFile;
 use crate::limits;
-use crate::obstacle::Obstacle;
+use crate::obstacle::{Obstacle, within};
 use crate::plant::{PlantModel, counted, method, ratio};
 
 /// A predictor keeps one number per tick; this limit also holds in Python and on the page.
 const SMITH_TICKS: usize = 1_000_000;
-
-/// Computing a filter's gains takes time with the cube of their number: with this many, seconds.
-const FILTER_TICKS: usize = 300;
 
 /// A law before the sample time is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,21 +36,9 @@ pub(crate) enum Recipe {
         rtt_ns: u64,
     },
     StateFeedback {
-        by: Choice,
-        estimator: Estimator,
-        /// The references of the outputs after the first.
-        others: Vec<f64>,
-        limits: Option<Saturation>,
+        feedback: Feedback,
         rtt_ns: u64,
     },
-}
-
-/// Where the gains of a state feedback come from.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Choice {
-    /// A row for each input.
-    Gains(Vec<Vec<f64>>),
-    Weights(Weights),
 }
 
 /// The keys of each law besides `law` and `limits`.
@@ -73,7 +59,7 @@ impl Recipe {
         asked: &Spanned<ControllerFile>,
         plant: &PlantModel,
         others: &[f64],
-    ) -> Result<Self, Fault> {
+    ) -> Result<Self, Diagnostic> {
         let file = asked.get_ref();
         let law = file.law.get_ref().as_str();
         let Some((_, words)) = WORDS.iter().find(|(name, _)| *name == law) else {
@@ -104,7 +90,7 @@ impl Recipe {
             .map(|limits| limits::read(source, limits, law));
         let limits = limits.transpose()?;
         let rtt_ns = match &file.round_trip {
-            Some(text) => source.span_ns("round_trip", text)?,
+            Some(text) => source.span_ns(text)?,
             None => 0,
         };
         match law {
@@ -131,7 +117,10 @@ impl Recipe {
                     limits,
                 })
             }
-            _ => read_feedback(source, asked, others, limits, rtt_ns),
+            _ => Ok(Self::StateFeedback {
+                feedback: Feedback::read(source, asked, others, limits)?,
+                rtt_ns,
+            }),
         }
     }
 
@@ -154,7 +143,7 @@ impl Recipe {
     /// The references of the outputs after the first.
     pub(crate) fn other_r(&self) -> &[f64] {
         match self {
-            Self::StateFeedback { others, .. } => others,
+            Self::StateFeedback { feedback, .. } => &feedback.others,
             _ => &[],
         }
     }
@@ -206,67 +195,12 @@ impl Recipe {
                 };
                 (Law::Smith(Smith::new(pid, model.clone(), ticks)), design)
             }
-            Self::StateFeedback {
-                by,
-                estimator,
-                others,
-                limits,
-                rtt_ns,
-            } => {
+            Self::StateFeedback { feedback, rtt_ns } => {
                 let plant = modelled("law `state-feedback`")?;
-                let model = &plant.system;
-                let gains = match by {
-                    Choice::Gains(gains) => from_rows(gains)?,
-                    Choice::Weights(weights) => weights.gains(model)?,
-                };
                 let delay = loop_delay_ticks(*rtt_ns, h_ns).get() + plant.delay_ticks;
-                let delay = within("state-feedback", delay, FILTER_TICKS)?;
-                let observer = estimator.observer(model, delay)?;
-                let law = StateFeedback::try_new(
-                    model.clone(),
-                    gains.clone(),
-                    observer.clone(),
-                    others.clone(),
-                    *limits,
-                )?;
-                let design = Design::StateFeedback {
-                    model: Matrices::from(model),
-                    gains: to_rows(&gains),
-                    observer: to_rows(&observer),
-                    reference: to_rows(law.reference()),
-                    others: others.clone(),
-                    limits: limits.as_ref().map(Limits::from),
-                };
-                (Law::StateFeedback(law), design)
+                feedback.at(&plant.system, delay)?
             }
         })
-    }
-}
-
-/// Gains as a matrix, if the rows are equally long.
-fn from_rows(rows: &[Vec<f64>]) -> Result<DMatrix<f64>, InvalidLaw> {
-    let width = rows.first().map_or(0, Vec::len);
-    match rows.iter().find(|row| row.len() != width) {
-        None => Ok(DMatrix::from_row_iterator(
-            rows.len(),
-            width,
-            rows.iter().flatten().copied(),
-        )),
-        Some(row) => Err(InvalidLaw::Length {
-            list: "gains",
-            given: row.len(),
-            needed: width,
-            why: "as many as in its first row",
-        }),
-    }
-}
-
-/// Checks that a law spans at most `most` ticks of dead time and round trip.
-fn within(law: &'static str, ticks: usize, most: usize) -> Result<usize, Obstacle> {
-    if ticks <= most {
-        Ok(ticks)
-    } else {
-        Err(Obstacle::Ticks { law, ticks, most })
     }
 }
 
@@ -293,7 +227,7 @@ fn read_gains(
     source: Source,
     asked: &Spanned<ControllerFile>,
     limits: Option<Saturation>,
-) -> Result<Gains, Fault> {
+) -> Result<Gains, Diagnostic> {
     let file = asked.get_ref();
     let Some(kp) = &file.kp else {
         let remedy = "give kp, and ki and kd if wanted";
@@ -316,46 +250,4 @@ fn read_gains(
         Ok(_) => Ok(gains),
         Err(problem) => Err(source.fault(asked, problem.to_string(), "choose others")),
     }
-}
-
-fn read_feedback(
-    source: Source,
-    asked: &Spanned<ControllerFile>,
-    others: &[f64],
-    limits: Option<Saturation>,
-    rtt_ns: u64,
-) -> Result<Recipe, Fault> {
-    let file = asked.get_ref();
-    let by = match (&file.gains, &file.weights) {
-        (Some(gains), None) => Choice::Gains(match gains.get_ref() {
-            Rows::List(list) => vec![list.clone()],
-            Rows::Rows(rows) => rows.clone(),
-        }),
-        (None, Some(weights)) => Choice::Weights(Weights {
-            output: source.positives("weights.output", &weights.get_ref().output)?,
-            input: source.positives("weights.input", &weights.get_ref().input)?,
-        }),
-        _ => {
-            let remedy = "give gains, one for each state, or weights = { output = .., input = .. }";
-            return Err(source.fault(asked, "the law needs either gains or weights", remedy));
-        }
-    };
-    let Some(noise) = &file.noise else {
-        let remedy = "give noise = { disturbance = .., measurement = .. }, as standard deviations";
-        return Err(source.fault(
-            asked,
-            "`noise` is missing: the law's Kalman filter needs it",
-            remedy,
-        ));
-    };
-    Ok(Recipe::StateFeedback {
-        by,
-        estimator: Estimator {
-            disturbance: source.positives("noise.disturbance", &noise.get_ref().disturbance)?,
-            noise: source.positives("noise.measurement", &noise.get_ref().measurement)?,
-        },
-        others: others.to_vec(),
-        limits,
-        rtt_ns,
-    })
 }

@@ -2,17 +2,20 @@
 //!
 //! - [`System`] is a system, read and found valid; the built-in ones are in `systems/`;
 //! - [`PlantModel`] is its plant: a linear model, or a program of somebody's own;
+//! - [`Holding`] is what of its outputs counts as holding: band, limits, overshoot, effort;
 //! - [`Loop`] is a system at a sample time: what a plant steps, and what a controller runs;
 //! - [`Design`] is the law as numbers, in the form in which clients in other languages get it.
 //!
-//! `file` has the keys of the TOML, `plant` and `law` interpret them. The caller provides the text:
+//! `file` has the keys of the TOML, `plant`, `law` and `feedback` interpret them. The caller provides the text:
 //! there is no file, clock or socket here. `control` has what plants and laws do.
 #![forbid(unsafe_code)]
 
 mod around;
 mod design;
 mod fault;
+mod feedback;
 mod file;
+mod holding;
 mod law;
 mod limits;
 mod obstacle;
@@ -22,9 +25,10 @@ mod reference;
 mod system;
 
 pub use design::{Design, Limits, Matrices, Model, PidNumbers};
-pub use fault::Fault;
 pub use file::schema;
+pub use holding::{Band, Holding};
 pub use obstacle::Obstacle;
 pub use plant::PlantModel;
 pub use program::Program;
-pub use system::{Loop, NotOpened, System, Unfit, is_name};
+pub use system::{Loop, System, Unfit};
+pub use text::Diagnostic;

@@ -1,9 +1,10 @@
 //! The actuator's limits, and a law's behaviour at them.
 
 use control::{AntiWindup, Saturation};
+use text::Diagnostic;
 use toml::Spanned;
 
-use crate::fault::{Fault, Source};
+use crate::fault::Source;
 use crate::file::LimitsFile;
 
 /// Reads the limits for the law of this name: anti-windup is only for laws with an integral.
@@ -11,7 +12,7 @@ pub(crate) fn read(
     source: Source,
     asked: &Spanned<LimitsFile>,
     law: &str,
-) -> Result<Saturation, Fault> {
+) -> Result<Saturation, Diagnostic> {
     let file = asked.get_ref();
     let has_integral = matches!(law, "pid" | "smith");
     let anti_windup = match (&file.anti_windup, &file.gain) {

@@ -12,13 +12,19 @@ pub enum Obstacle {
     #[error(transparent)]
     Law(#[from] InvalidLaw),
     /// The plant is a program, and what is asked for needs a model of it.
-    #[error("its plant is a program, and {what} needs a linear model of it")]
+    #[error(
+        "its plant is a program, and {what} needs a linear model of it; give the plant as num and den or as matrices, \
+         or a law without a model"
+    )]
     NoModel {
         /// What needs the model.
         what: &'static str,
     },
     /// Dead time and round trip have more ticks than the law can span.
-    #[error("law `{law}` must span {ticks} ticks of dead time and round trip; the limit is {most}")]
+    #[error(
+        "law `{law}` must span {ticks} ticks of dead time and round trip; the limit is {most}: give a longer h, or a \
+         shorter round_trip"
+    )]
     Ticks {
         /// Name of the law.
         law: &'static str,
@@ -27,4 +33,13 @@ pub enum Obstacle {
         /// Most ticks that the law can span.
         most: usize,
     },
+}
+
+/// Checks that a law spans at most `most` ticks of dead time and round trip.
+pub(crate) fn within(law: &'static str, ticks: usize, most: usize) -> Result<usize, Obstacle> {
+    if ticks <= most {
+        Ok(ticks)
+    } else {
+        Err(Obstacle::Ticks { law, ticks, most })
+    }
 }

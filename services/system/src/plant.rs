@@ -2,11 +2,12 @@
 
 use control::{Continuous, Method, Plant, Signals, StateSpace, TransferFunction};
 use nalgebra::DMatrix;
+use text::Diagnostic;
 use toml::Spanned;
 
-use crate::Program;
-use crate::fault::{Fault, Source};
+use crate::fault::Source;
 use crate::file::{Feed, PlantFile, Rows};
+use crate::program::Program;
 
 /// No plant needs more states than this.
 const MOST_STATES: usize = 20;
@@ -24,7 +25,7 @@ pub enum PlantModel {
 }
 
 impl PlantModel {
-    pub(crate) fn read(source: Source, asked: &Spanned<PlantFile>) -> Result<Self, Fault> {
+    pub(crate) fn read(source: Source, asked: &Spanned<PlantFile>) -> Result<Self, Diagnostic> {
         let PlantFile { run, image, .. } = asked.get_ref();
         if run.is_none() && image.is_none() {
             return linear(source, asked).map(Self::Linear);
@@ -42,7 +43,7 @@ impl PlantModel {
     }
 }
 
-fn program(source: Source, asked: &Spanned<PlantFile>) -> Result<Program, Fault> {
+fn program(source: Source, asked: &Spanned<PlantFile>) -> Result<Program, Diagnostic> {
     let file = asked.get_ref();
     let others = [
         ("gain", file.gain.is_some()),
@@ -76,7 +77,7 @@ fn program(source: Source, asked: &Spanned<PlantFile>) -> Result<Program, Fault>
     })
 }
 
-fn linear(source: Source, asked: &Spanned<PlantFile>) -> Result<Plant, Fault> {
+fn linear(source: Source, asked: &Spanned<PlantFile>) -> Result<Plant, Diagnostic> {
     let file = asked.get_ref();
     let by_poles = file.gain.is_some() || file.zeros.is_some() || file.poles.is_some();
     let by_ratio = file.num.is_some() || file.den.is_some();
@@ -102,7 +103,7 @@ fn linear(source: Source, asked: &Spanned<PlantFile>) -> Result<Plant, Fault> {
     Ok(Plant {
         model,
         dead_time_ns: match &file.dead_time {
-            Some(text) => source.span_ns("dead_time", text)?,
+            Some(text) => source.span_ns(text)?,
             None => 0,
         },
         method: match &file.sampling {
@@ -130,12 +131,13 @@ pub(crate) fn inputs(
     source: Source,
     asked: &Spanned<PlantFile>,
     plant: &PlantModel,
-) -> Result<usize, Fault> {
+) -> Result<usize, Diagnostic> {
     match (plant, &asked.get_ref().inputs) {
         (PlantModel::Linear(plant), None) => Ok(plant.model.inputs()),
         (PlantModel::Linear(_), Some(inputs)) => {
+            let problem = "`inputs` is only for a plant that is a program";
             let remedy = "leave it out: a model's inputs are the columns of its matrix b";
-            Err(source.fault(inputs, "the plant is no program, and has `inputs`", remedy))
+            Err(source.fault(inputs, problem, remedy))
         }
         (PlantModel::Program(_), None) => Ok(1),
         (PlantModel::Program(_), Some(inputs)) => match *inputs.get_ref() {
@@ -154,7 +156,7 @@ pub(crate) fn initial(
     source: Source,
     asked: &Spanned<PlantFile>,
     plant: &PlantModel,
-) -> Result<Vec<f64>, Fault> {
+) -> Result<Vec<f64>, Diagnostic> {
     let (Some(x0), Some(plant)) = (&asked.get_ref().x0, plant.linear()) else {
         return Ok(Vec::new());
     };
@@ -174,7 +176,7 @@ pub(crate) fn initial(
     Ok(given.clone())
 }
 
-pub(crate) fn method(source: Source, word: &Spanned<String>) -> Result<Method, Fault> {
+pub(crate) fn method(source: Source, word: &Spanned<String>) -> Result<Method, Diagnostic> {
     match word.get_ref().as_str() {
         "zero-order-hold" => Ok(Method::ZeroOrderHold),
         "backward-euler" => Ok(Method::BackwardEuler),
@@ -192,7 +194,7 @@ pub(crate) fn ratio(
     source: Source,
     num: &Spanned<Vec<f64>>,
     den: &Spanned<Vec<f64>>,
-) -> Result<TransferFunction, Fault> {
+) -> Result<TransferFunction, Diagnostic> {
     TransferFunction::try_new(num.get_ref().clone(), den.get_ref().clone(), Continuous).map_err(
         |problem| {
             let text = problem.to_string();
@@ -202,7 +204,7 @@ pub(crate) fn ratio(
     )
 }
 
-fn from_poles(source: Source, asked: &Spanned<PlantFile>) -> Result<StateSpace, Fault> {
+fn from_poles(source: Source, asked: &Spanned<PlantFile>) -> Result<StateSpace, Diagnostic> {
     let file = asked.get_ref();
     let (Some(gain), Some(poles)) = (&file.gain, &file.poles) else {
         let remedy = "give gain and poles, such as gain = 2.0 and poles = [-1.0, -5.0]";
@@ -210,8 +212,7 @@ fn from_poles(source: Source, asked: &Spanned<PlantFile>) -> Result<StateSpace, 
     };
     let gain_value = source.finite("gain", gain)?;
     let zeros = file.zeros.as_ref().map_or(&[][..], |zeros| zeros.get_ref());
-    let num: Vec<f64> = from_roots(zeros).iter().map(|x| gain_value * x).collect();
-    TransferFunction::try_new(num, from_roots(poles.get_ref()), Continuous)
+    TransferFunction::try_from_roots(gain_value, zeros, poles.get_ref(), Continuous)
         .map(|model| StateSpace::from(&model))
         .map_err(|problem| {
             source.fault(
@@ -222,21 +223,7 @@ fn from_poles(source: Source, asked: &Spanned<PlantFile>) -> Result<StateSpace, 
         })
 }
 
-/// (s - root) (s - root) .., highest power first.
-fn from_roots(roots: &[f64]) -> Vec<f64> {
-    let mut polynomial = vec![1.0];
-    for root in roots {
-        let mut next = polynomial.clone();
-        next.push(0.0);
-        for (i, x) in polynomial.iter().enumerate() {
-            next[i + 1] -= root * x;
-        }
-        polynomial = next;
-    }
-    polynomial
-}
-
-fn from_matrices(source: Source, asked: &Spanned<PlantFile>) -> Result<StateSpace, Fault> {
+fn from_matrices(source: Source, asked: &Spanned<PlantFile>) -> Result<StateSpace, Diagnostic> {
     let file = asked.get_ref();
     let (Some(a), Some(b), Some(c)) = (&file.a, &file.b, &file.c) else {
         let remedy = "give a as a list of rows, and b and c as lists of as many numbers; d is 0 if not given";
@@ -278,7 +265,7 @@ fn rows<T>(
     given: &[Vec<f64>],
     count: usize,
     width: usize,
-) -> Result<DMatrix<f64>, Fault> {
+) -> Result<DMatrix<f64>, Diagnostic> {
     if given.len() != count {
         let problem = format!("{name} has {} rows; it needs {count}", given.len());
         return Err(source.fault(
@@ -311,7 +298,7 @@ fn column<T>(
     at: &Spanned<T>,
     list: &[f64],
     n: usize,
-) -> Result<DMatrix<f64>, Fault> {
+) -> Result<DMatrix<f64>, Diagnostic> {
     if list.len() != n {
         let problem = format!("b has {} numbers; it needs {n}", list.len());
         return Err(source.fault(at, problem, "give one for each state"));

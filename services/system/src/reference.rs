@@ -1,9 +1,10 @@
 //! The reference in a system's text: a number for each output, or one that moves.
 
 use endpoint::{Reference, Shape};
+use text::Diagnostic;
 use toml::Spanned;
 
-use crate::fault::{Fault, Source};
+use crate::fault::Source;
 use crate::file::{Each, ReferenceFile};
 use crate::plant::PlantModel;
 
@@ -12,7 +13,7 @@ pub(crate) fn each(
     source: Source,
     asked: Option<&Spanned<Each>>,
     plant: &PlantModel,
-) -> Result<Vec<f64>, Fault> {
+) -> Result<Vec<f64>, Diagnostic> {
     let Some(asked) = asked else {
         return Ok(vec![1.0]);
     };
@@ -42,7 +43,7 @@ pub(crate) fn each(
 }
 
 /// Reads a reference. Each shape takes its own keys, and no other.
-pub(crate) fn read(source: Source, asked: &Spanned<ReferenceFile>) -> Result<Shape, Fault> {
+pub(crate) fn read(source: Source, asked: &Spanned<ReferenceFile>) -> Result<Shape, Diagnostic> {
     let file = asked.get_ref();
     let keys = [
         ("from", file.from.is_some()),
@@ -81,7 +82,7 @@ pub(crate) fn read(source: Source, asked: &Spanned<ReferenceFile>) -> Result<Sha
     };
     let span = |key, value: &Option<Spanned<String>>| {
         let value = value.as_ref().ok_or_else(|| lacks(key))?;
-        source.span_ns(key, value)
+        source.span_ns(value)
     };
     let period_ns = || match (span("period", &file.period)?, &file.period) {
         (0 | 1, Some(period)) => Err(source.fault(
@@ -116,8 +117,8 @@ pub(crate) fn read(source: Source, asked: &Spanned<ReferenceFile>) -> Result<Sha
 fn points(
     source: Source,
     file: &ReferenceFile,
-    lacks: &dyn Fn(&str) -> Fault,
-) -> Result<Reference, Fault> {
+    lacks: &dyn Fn(&str) -> Diagnostic,
+) -> Result<Reference, Diagnostic> {
     const NS_PER_S: f64 = 1e9;
     let t_s = file.t_s.as_ref().ok_or_else(|| lacks("t_s"))?;
     let r = file.r.as_ref().ok_or_else(|| lacks("r"))?;
@@ -142,5 +143,5 @@ fn points(
         .map(at_ns)
         .zip(r.get_ref().iter().copied());
     Reference::try_from(changes.collect::<Vec<_>>())
-        .map_err(|problem| source.fault(t_s, problem.to_string(), "see docs/your-plant.md"))
+        .map_err(|problem| source.fault(t_s, problem.to_string(), ""))
 }

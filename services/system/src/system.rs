@@ -1,18 +1,22 @@
 //! A valid system, and its plant and law at a sample time.
 
-use control::{Discrete, InvalidTransferFunction, Law, SampledPlant, TransferFunction};
+use control::{InvalidDiscretisation, Law, OpenLoop, Plant, SampledPlant};
 use endpoint::{
     ControllerSettings, Integrate, InvalidReference, InvalidSetting, Reference, SampleTime, Shape,
     Surroundings,
 };
 
+use text::Diagnostic;
+
 use crate::around;
 use crate::design::Design;
-use crate::fault::{Fault, Source};
+use crate::fault::Source;
 use crate::file::SystemFile;
+use crate::holding::{self, Holding};
 use crate::law::Recipe;
 use crate::obstacle::Obstacle;
-use crate::plant::{self, PlantModel};
+use crate::plant;
+use crate::plant::PlantModel;
 use crate::program::Program;
 use crate::reference;
 
@@ -26,6 +30,7 @@ pub struct System {
     plant: PlantModel,
     inputs: usize,
     surroundings: Option<Surroundings>,
+    holding: Holding,
     x0: Vec<f64>,
     recipe: Recipe,
     text: String,
@@ -40,6 +45,9 @@ pub struct Loop {
     pub law: Law,
     /// The law as numbers, for clients in other languages.
     pub design: Design,
+    /// The plant before it was sampled, with all its digits.
+    model: Plant,
+    h_ns: u64,
 }
 
 /// A system that cannot be run at a sample time.
@@ -52,41 +60,6 @@ pub struct Unfit {
     pub h: SampleTime,
     /// Why it cannot run.
     pub obstacle: Obstacle,
-}
-
-/// Testing stability takes time with the square of the number of coefficients: with this many, seconds.
-const PLANT_TICKS: usize = 50_000;
-/// Margins are searched for around a law's poles, which must all be found first.
-const LAW_ORDER: usize = 1_000;
-
-/// Why a loop cannot be written as one transfer function.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum NotOpened {
-    /// A coefficient overflows.
-    #[error(transparent)]
-    Overflow(#[from] InvalidTransferFunction),
-    /// The plant has two inputs or outputs.
-    #[error(
-        "its plant has {}, and a loop is opened at one input and one output", plant::counted(*inputs, *outputs)
-    )]
-    Several {
-        /// Number of inputs.
-        inputs: usize,
-        /// Number of outputs.
-        outputs: usize,
-    },
-    /// It would have too many coefficients.
-    #[error(
-        "its {what} has order {order}, and margins can be computed up to order {most}; use a longer h"
-    )]
-    Order {
-        /// The plant or the law.
-        what: &'static str,
-        /// Its order.
-        order: usize,
-        /// The limit.
-        most: usize,
-    },
 }
 
 macro_rules! built_in {
@@ -136,27 +109,15 @@ impl System {
     /// Reads a system's TOML.
     ///
     /// # Errors
-    /// [`Fault`], with line and column, if the text is not a valid system.
-    pub fn read(text: &str) -> Result<Self, Fault> {
-        let file: SystemFile = toml::from_str(text).map_err(|error| {
-            Fault::new(
-                text,
-                error.span().unwrap_or(0..0),
-                error.message(),
-                "see `webloop system show motor` for an example",
-            )
-        })?;
+    /// [`Diagnostic`], with line and column, if the text is not a valid system.
+    pub fn read(text: &str) -> Result<Self, Diagnostic> {
         let source = Source(text);
-        let name = file.name.get_ref();
-        if !is_name(name) {
-            return Err(source.fault(
-                &file.name,
-                format!("`{name}` is not a valid system name"),
-                "use up to 40 of a-z, 0-9 and -",
-            ));
-        }
+        let file: SystemFile = source
+            .text()
+            .read("see `webloop system show motor` for an example")?;
+        let name = source.text().name(&file.name)?;
         // By this name every end knows it, and asks for no text.
-        if name == Self::PAPER && Self::built_in(name) != Some(text) {
+        if name == Self::PAPER && Self::built_in(&name) != Some(text) {
             return Err(source.fault(
                 &file.name,
                 format!("`{name}` is the name of the paper's system"),
@@ -182,10 +143,11 @@ impl System {
             x0: plant::initial(source, &file.plant, &plant)?,
             inputs: plant::inputs(source, &file.plant, &plant)?,
             surroundings: around::read(source, &file.plant)?,
+            holding: holding::read(source, &file.plant, &plant)?,
             recipe: Recipe::read(source, &file.controller, &plant, others)?,
             plant,
             about: file.about,
-            name: name.clone(),
+            name,
             text: text.to_owned(),
         })
     }
@@ -260,7 +222,7 @@ impl System {
         self.inputs == 1 || self.plant.linear().is_some()
     }
 
-    /// Whether its plant is a linear model with one input and one output, as margins and sweeps need it.
+    /// Whether its plant is a linear model with one input and one output, as sweeps need it.
     #[must_use]
     pub fn is_single(&self) -> bool {
         self.plant
@@ -287,6 +249,21 @@ impl System {
     #[must_use]
     pub fn surroundings(&self) -> Option<Surroundings> {
         self.surroundings
+    }
+
+    /// What of its outputs counts as holding.
+    #[must_use]
+    pub fn holding(&self) -> &Holding {
+        &self.holding
+    }
+
+    /// What a reader should know of it before a run, in sentences: see [`Holding::warnings`].
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let noise = self.surroundings.map_or(0.0, |around| around.noise);
+        let moving = self.reference.is_some();
+        let found = self.holding.warnings(self.r, self.y0(), noise);
+        found.into_iter().filter(|_| !moving).collect()
     }
 
     /// The state of the plant's model at the loop's start; empty at rest.
@@ -379,9 +356,16 @@ impl System {
 
     fn loop_at(&self, h: SampleTime) -> Result<Loop, Obstacle> {
         let what = "computing the loop";
-        let plant = self.sampled(h)?.ok_or(Obstacle::NoModel { what })?;
+        let model = self.plant.linear().ok_or(Obstacle::NoModel { what })?;
+        let plant = model.sampled(h.ns())?;
         let (law, design) = self.recipe.at(Some(&plant), h.ns())?;
-        Ok(Loop { plant, law, design })
+        Ok(Loop {
+            plant,
+            law,
+            design,
+            model: model.clone(),
+            h_ns: h.ns(),
+        })
     }
 
     /// The plant at a sample time; `None` if it is a program.
@@ -399,38 +383,13 @@ impl System {
     }
 }
 
-/// Whether a text can name a system, an experiment or a sweep, and so a folder of results: up to 40
-/// of a-z, 0-9 and -.
-#[must_use]
-pub fn is_name(text: &str) -> bool {
-    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-    (1..=40).contains(&text.len()) && text.chars().all(plain)
-}
-
 impl Loop {
     /// The open loop: the plant followed by the law, from an error to the next command's effect,
     /// without a network.
     ///
     /// # Errors
-    /// [`NotOpened`] if a coefficient overflows, there are too many coefficients, or the plant has two inputs or
-    /// outputs.
-    pub fn open(&self) -> Result<TransferFunction<Discrete>, NotOpened> {
-        let model = &self.plant.system;
-        if !model.is_single() {
-            return Err(NotOpened::Several {
-                inputs: model.inputs(),
-                outputs: model.outputs(),
-            });
-        }
-        for (what, order, most) in [
-            ("plant", self.plant.delay_ticks, PLANT_TICKS),
-            ("law", self.law.order(), LAW_ORDER),
-        ] {
-            if order > most {
-                return Err(NotOpened::Order { what, order, most });
-            }
-        }
-        let law = self.law.transfer_function(self.plant.h_s())?;
-        Ok(self.plant.transfer_function()?.series(&law)?)
+    /// [`InvalidDiscretisation`] if a number overflows.
+    pub fn open(&self) -> Result<OpenLoop, InvalidDiscretisation> {
+        OpenLoop::new(&self.model, &self.law, self.h_ns)
     }
 }

@@ -46,18 +46,12 @@ pub(super) fn delay(
         return None;
     }
     let (Some(form), Some(spread)) = (spread?, &at.spread) else {
-        for (name, idle) in [("hold", &at.hold), ("min", &at.min), ("max", &at.max)] {
-            if let Some(idle) = idle {
-                let message = format!("`{name}` has no effect without a spread");
-                let remedy = "add a spread, or drop this key";
-                findings.error(&key(name), idle.span(), message, remedy);
-            }
-        }
+        check_idle(field, at, findings);
         return Some(Delay::Constant {
             delay_ns: base_ns as u64,
         });
     };
-    let Some(hold_ns) = hold_ns else {
+    let (Some(hold), Some(hold_ns)) = (&at.hold, hold_ns) else {
         let message = "a spread needs a `hold`: how long a drawn delay stays";
         let remedy = "add hold, such as hold = \"100ms\"";
         findings.error(&key("hold"), spread.span(), message, remedy);
@@ -76,25 +70,45 @@ pub(super) fn delay(
         findings.error(&key("spread"), spread.span(), message, remedy);
         return None;
     }
-    if let Some(hold) = &at.hold
-        && reach_ns / hold_ns > MOST_HOLDS_IN_FLIGHT
-    {
-        let message = format!(
-            "the level is redrawn {:.0} times while a packet is under way",
-            reach_ns / hold_ns
-        );
-        let remedy = format!(
-            "write a hold of {:.3} ms or more, or a smaller max",
-            reach_ns / MOST_HOLDS_IN_FLIGHT / 1e6
-        );
-        findings.error(&key("hold"), hold.span(), message, remedy);
-        return None;
-    }
+    check_redraws(&key("hold"), hold, hold_ns, reach_ns, findings)?;
     Some(Delay::Held(Level {
         base_ns: base_ns as u64,
         spread: law,
         hold_ns: hold_ns as u64,
     }))
+}
+
+/// Reports keys that do nothing where the delay is constant.
+fn check_idle(field: &str, at: &DelayFile, findings: &mut Findings<'_>) {
+    for (name, idle) in [("hold", &at.hold), ("min", &at.min), ("max", &at.max)] {
+        if let Some(idle) = idle {
+            let message = format!("`{name}` has no effect without a spread");
+            let remedy = "add a spread, or drop this key";
+            findings.error(&format!("{field}.{name}"), idle.span(), message, remedy);
+        }
+    }
+}
+
+/// `None`, after an error, if the level is redrawn too often while a packet is under way.
+fn check_redraws(
+    field: &str,
+    hold: &Spanned<String>,
+    hold_ns: f64,
+    reach_ns: f64,
+    findings: &mut Findings<'_>,
+) -> Option<()> {
+    let redraws = reach_ns / hold_ns;
+    if redraws > MOST_HOLDS_IN_FLIGHT {
+        let message =
+            format!("the level is redrawn {redraws:.0} times while a packet is under way");
+        let remedy = format!(
+            "write a hold of {:.3} ms or more, or a smaller max",
+            reach_ns / MOST_HOLDS_IN_FLIGHT / 1e6
+        );
+        findings.error(field, hold.span(), message, remedy);
+        return None;
+    }
+    Some(())
 }
 
 /// Reports draws that the profile's limits clip.

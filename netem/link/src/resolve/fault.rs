@@ -4,7 +4,7 @@ use toml::Spanned;
 
 use super::delay::{LONGEST_DELAY_NS, MOST_HOLDS_IN_FLIGHT, optional};
 use crate::fault::{Again, Effect, Fault, SLOT_NS};
-use crate::file::FaultFile;
+use crate::file::{FaultFile, ProfileFile};
 use crate::finding::Findings;
 use crate::profile::{Delay, PathLaw};
 use crate::way::Way;
@@ -18,12 +18,9 @@ const BY_NS: u64 = 5_000_000;
 pub(super) type Placed = (Option<Way>, Fault);
 
 /// The valid faults of a profile, in the order of its source.
-pub(super) fn faults(
-    files: &[Spanned<FaultFile>],
-    loopback: bool,
-    findings: &mut Findings<'_>,
-) -> Vec<Placed> {
-    if let (true, Some(first)) = (loopback, files.first()) {
+pub(super) fn faults(profile: &ProfileFile, findings: &mut Findings<'_>) -> Vec<Placed> {
+    let files = &profile.fault;
+    if let (true, Some(first)) = (profile.loopback, files.first()) {
         let message = "the link is loopback, where nothing is played";
         let remedy = "drop the faults or `loopback`";
         findings.error("fault", first.span(), message, remedy);
@@ -179,7 +176,7 @@ fn effect(file: &Spanned<FaultFile>, findings: &mut Findings<'_>) -> Option<Effe
     ] {
         let Some(is_on) = key else { continue };
         if !is_on.get_ref() {
-            let message = format!("`{word} = false` is no effect");
+            let message = format!("`{word} = false` does nothing");
             let remedy = format!("write {word} = true, or drop this key");
             findings.error(&format!("fault.{word}"), is_on.span(), message, remedy);
         }

@@ -42,77 +42,90 @@ pub(super) fn form(
             let mean_ns = findings.positive_ns(&key("exponential.mean"), mean)?;
             Some(Form::Exponential { mean_ns })
         }
-        LawFile::Gamma { mean, sd } => {
-            let mean_ns = findings.positive_ns(&key("gamma.mean"), mean);
-            let sd_ns = findings.positive_ns(&key("gamma.sd"), sd);
-            let (mean_ns, sd_ns) = (mean_ns?, sd_ns?);
-            let shape = (mean_ns / sd_ns) * (mean_ns / sd_ns);
-            if !GAMMA_SHAPES.contains(&shape) {
-                let message = format!("the gamma law's shape (mean/sd)^2 is {shape:.3e}");
-                let remedy = "keep sd between a thousandth of the mean and ten times it";
-                findings.error(&key("gamma.sd"), sd.span(), message, remedy);
-                return None;
-            }
-            Some(Form::Gamma { mean_ns, sd_ns })
-        }
-        LawFile::Beta { min, max, mean, sd } => {
-            let min_ns = findings.duration_ns(&key("beta.min"), min);
-            let max_ns = findings.duration_ns(&key("beta.max"), max);
-            let mean_ns = findings.duration_ns(&key("beta.mean"), mean);
-            let sd_ns = findings.positive_ns(&key("beta.sd"), sd);
-            let (min_ns, max_ns, mean_ns, sd_ns) = (min_ns?, max_ns?, mean_ns?, sd_ns?);
-            ordered(&key("beta.max"), min_ns, max, max_ns, findings)?;
-            if mean_ns <= min_ns || mean_ns >= max_ns {
-                let message = "the mean is not between min and max";
-                findings.error(
-                    &key("beta.mean"),
-                    mean.span(),
-                    message,
-                    "correct mean, min or max",
-                );
-                return None;
-            }
-            let most_ns = ((mean_ns - min_ns) * (max_ns - mean_ns)).sqrt();
-            let total = most_ns * most_ns / (sd_ns * sd_ns) - 1.0;
-            let share = (mean_ns - min_ns) / (max_ns - min_ns);
-            let shapes = [share * total, (1.0 - share) * total];
-            if !shapes.iter().all(|shape| BETA_SHAPES.contains(shape)) {
-                let message = format!(
-                    "a beta law with this min, max and mean needs an sd below {:.3} ms",
-                    most_ns / 1e6
-                );
-                let remedy = "write a smaller sd, though not a thousandth of the range";
-                findings.error(&key("beta.sd"), sd.span(), message, remedy);
-                return None;
-            }
-            Some(Form::Beta {
-                min_ns,
-                max_ns,
-                mean_ns,
-                sd_ns,
-            })
-        }
-        LawFile::Pareto { scale, shape } => {
-            let scale_ns = findings.positive_ns(&key("pareto.scale"), scale);
-            let exponent = *shape.get_ref();
-            // Not "<= 0", since NaN must be rejected too.
-            if !(exponent > 0.0 && exponent.is_finite()) {
-                let message = format!("the Pareto law's shape is {exponent}");
-                findings.error(
-                    &key("pareto.shape"),
-                    shape.span(),
-                    message,
-                    "write more than zero",
-                );
-                return None;
-            }
-            Some(Form::Pareto {
-                scale_ns: scale_ns?,
-                shape: exponent,
-            })
-        }
+        LawFile::Gamma { mean, sd } => gamma(&key("gamma"), mean, sd, findings),
+        LawFile::Beta { min, max, mean, sd } => beta(&key("beta"), [min, max, mean, sd], findings),
+        LawFile::Pareto { scale, shape } => pareto(&key("pareto"), scale, shape, findings),
         LawFile::Table(points) => table(&key("table"), points, file, findings),
     }
+}
+
+fn gamma(
+    field: &str,
+    mean: &Spanned<String>,
+    sd: &Spanned<String>,
+    findings: &mut Findings<'_>,
+) -> Option<Form> {
+    let mean_ns = findings.positive_ns(&format!("{field}.mean"), mean);
+    let sd_ns = findings.positive_ns(&format!("{field}.sd"), sd);
+    let (mean_ns, sd_ns) = (mean_ns?, sd_ns?);
+    let shape = (mean_ns / sd_ns) * (mean_ns / sd_ns);
+    if !GAMMA_SHAPES.contains(&shape) {
+        let message = format!("the gamma law's shape (mean/sd)^2 is {shape:.3e}");
+        let remedy = "keep sd between a thousandth of the mean and ten times it";
+        findings.error(&format!("{field}.sd"), sd.span(), message, remedy);
+        return None;
+    }
+    Some(Form::Gamma { mean_ns, sd_ns })
+}
+
+fn beta(
+    field: &str,
+    [min, max, mean, sd]: [&Spanned<String>; 4],
+    findings: &mut Findings<'_>,
+) -> Option<Form> {
+    let key = |name: &str| format!("{field}.{name}");
+    let min_ns = findings.duration_ns(&key("min"), min);
+    let max_ns = findings.duration_ns(&key("max"), max);
+    let mean_ns = findings.duration_ns(&key("mean"), mean);
+    let sd_ns = findings.positive_ns(&key("sd"), sd);
+    let (min_ns, max_ns, mean_ns, sd_ns) = (min_ns?, max_ns?, mean_ns?, sd_ns?);
+    ordered(&key("max"), min_ns, max, max_ns, findings)?;
+    if mean_ns <= min_ns || mean_ns >= max_ns {
+        let message = "the mean is not between min and max";
+        let remedy = "correct mean, min or max";
+        findings.error(&key("mean"), mean.span(), message, remedy);
+        return None;
+    }
+    let most_ns = ((mean_ns - min_ns) * (max_ns - mean_ns)).sqrt();
+    let total = most_ns * most_ns / (sd_ns * sd_ns) - 1.0;
+    let share = (mean_ns - min_ns) / (max_ns - min_ns);
+    let shapes = [share * total, (1.0 - share) * total];
+    if !shapes.iter().all(|shape| BETA_SHAPES.contains(shape)) {
+        let message = format!(
+            "a beta law with this min, max and mean needs an sd below {:.3} ms",
+            most_ns / 1e6
+        );
+        let remedy = "write a smaller sd, though not a thousandth of the range";
+        findings.error(&key("sd"), sd.span(), message, remedy);
+        return None;
+    }
+    Some(Form::Beta {
+        min_ns,
+        max_ns,
+        mean_ns,
+        sd_ns,
+    })
+}
+
+fn pareto(
+    field: &str,
+    scale: &Spanned<String>,
+    shape: &Spanned<f64>,
+    findings: &mut Findings<'_>,
+) -> Option<Form> {
+    let scale_ns = findings.positive_ns(&format!("{field}.scale"), scale);
+    let exponent = *shape.get_ref();
+    // Not "<= 0", since NaN must be rejected too.
+    if !(exponent > 0.0 && exponent.is_finite()) {
+        let message = format!("the Pareto law's shape is {exponent}");
+        let remedy = "write more than zero";
+        findings.error(&format!("{field}.shape"), shape.span(), message, remedy);
+        return None;
+    }
+    Some(Form::Pareto {
+        scale_ns: scale_ns?,
+        shape: exponent,
+    })
 }
 
 fn table(

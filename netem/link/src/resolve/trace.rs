@@ -1,29 +1,29 @@
-//! Traces: written in the profile, or in a CSV file beside it.
-
-use std::ops::Range;
+//! Traces: written in the profile, or in a CSV file beside it; where they begin and what follows their end.
 
 use toml::Spanned;
 
-use super::Files;
 use super::delay::optional;
-use super::loss::too_slow;
+use super::step::{MOST_STEPS, Wrong, follows};
+use super::{Reading, csv};
+use crate::describe::time;
 use crate::file::{StepFile, TraceFile};
 use crate::finding::Findings;
-use crate::trace::{Step, Trace};
-use crate::unit;
+use crate::trace::{Edition, Start, Step, Then, Trace};
+
+/// The word for a trace whose last step is held.
+const NEVER: &str = "never";
+/// The word for a trace whose start the seed draws.
+const DRAWN: &str = "drawn";
 
 pub(super) fn trace(
     field: &str,
     file: &Spanned<TraceFile>,
-    files: Files<'_>,
+    reading: Reading<'_>,
     findings: &mut Findings<'_>,
 ) -> Option<Trace> {
     let at = file.get_ref();
-    let repeat_ns = optional(&at.repeat, |repeat| {
-        findings.positive_ns(&format!("{field}.repeat"), repeat)
-    });
     let steps = match (&at.file, at.steps.is_empty()) {
-        (Some(name), true) => from_csv(&format!("{field}.file"), name, files, findings)?,
+        (Some(name), true) => from_csv(&format!("{field}.file"), name, reading, findings)?,
         (None, false) => from_toml(&format!("{field}.steps"), &at.steps, findings)?,
         _ => {
             let message = "a trace has either steps or a file";
@@ -32,20 +32,84 @@ pub(super) fn trace(
             return None;
         }
     };
+    if steps.iter().all(|step| step.loss >= 1.0) {
+        let message = "every packet is lost";
+        let remedy = "write a loss of less than 100 % in some step";
+        findings.warning(field, file.span(), message, remedy);
+    }
+    let then = then(&format!("{field}.repeat"), file, &steps, reading, findings)?;
+    let start = start(&format!("{field}.start"), at, then, reading, findings)?;
+    Some(Trace::new(steps, then, start))
+}
+
+/// What follows the last step.
+fn then(
+    field: &str,
+    file: &Spanned<TraceFile>,
+    steps: &[Step],
+    reading: Reading<'_>,
+    findings: &mut Findings<'_>,
+) -> Option<Then> {
     let last_ns = steps.last()?.t_ns;
-    let repeat_ns = repeat_ns?.map(|repeat_ns| repeat_ns as u64);
-    if repeat_ns.is_some_and(|repeat_ns| repeat_ns <= last_ns) {
-        let span = at.repeat.as_ref().map_or(file.span(), Spanned::span);
+    let repeat = match &file.get_ref().repeat {
+        None => {
+            let usual_ns = Trace::usual_length_ns(steps).filter(|_| !reading.edition.is_first());
+            return Some(usual_ns.map_or(Then::Hold, |usual_ns| Then::Again {
+                span_ns: last_ns.saturating_add(usual_ns),
+            }));
+        }
+        Some(repeat) if repeat.get_ref() == NEVER => return Some(Then::Hold),
+        Some(repeat) => repeat,
+    };
+    let span_ns = findings.positive_ns(field, repeat)? as u64;
+    if span_ns <= last_ns {
         let message = "the trace repeats before its last step";
+        let remedy = format!("write a time after {}", time(last_ns as f64));
+        findings.error(field, repeat.span(), message, remedy);
+        return None;
+    }
+    Some(Then::Again { span_ns })
+}
+
+/// Where the link begins in the trace.
+fn start(
+    field: &str,
+    file: &TraceFile,
+    then: Then,
+    reading: Reading<'_>,
+    findings: &mut Findings<'_>,
+) -> Option<Start> {
+    let Some(start) = &file.start else {
+        return Some(match (then, reading.edition) {
+            (Then::Again { .. }, Edition::Second) => Start::Drawn,
+            (Then::Hold, _) | (_, Edition::First) => Start::At { t_ns: 0 },
+        });
+    };
+    if start.get_ref() == DRAWN {
+        if then == Then::Hold {
+            let message = "no start is drawn in a trace that does not begin again";
+            findings.error(
+                field,
+                start.span(),
+                message,
+                "drop this key, or give it a `repeat`",
+            );
+            return None;
+        }
+        return Some(Start::Drawn);
+    }
+    let t_ns = findings.duration_ns(field, start)? as u64;
+    if matches!(then, Then::Again { span_ns } if t_ns >= span_ns) {
+        let message = "the start is behind the end of the trace";
         findings.error(
-            &format!("{field}.repeat"),
-            span,
+            field,
+            start.span(),
             message,
-            "write a later time",
+            "write an earlier time, or \"drawn\"",
         );
         return None;
     }
-    Some(Trace::new(steps, repeat_ns))
+    Some(Start::At { t_ns })
 }
 
 fn from_toml(field: &str, files: &[StepFile], findings: &mut Findings<'_>) -> Option<Vec<Step>> {
@@ -63,8 +127,12 @@ fn from_toml(field: &str, files: &[StepFile], findings: &mut Findings<'_>) -> Op
             loss: loss?.unwrap_or(0.0),
             rate_bps: rate_bps?,
         };
-        if let Err(wrong) = follows(&steps, &step) {
-            refuse(field, file.t.span(), "", wrong, findings);
+        let fits = match steps.len() == MOST_STEPS {
+            true => Err(Wrong::too_many_steps()),
+            false => follows(&steps, &step),
+        };
+        if let Err(wrong) = fits {
+            findings.error(field, file.t.span(), wrong.message, wrong.remedy);
             return None;
         }
         steps.push(step);
@@ -72,21 +140,13 @@ fn from_toml(field: &str, files: &[StepFile], findings: &mut Findings<'_>) -> Op
     Some(steps)
 }
 
-/// The columns of a trace file, by their position in its header.
-struct Columns {
-    t: usize,
-    delay: usize,
-    loss: Option<usize>,
-    rate: Option<usize>,
-}
-
 fn from_csv(
     field: &str,
     name: &Spanned<String>,
-    files: Files<'_>,
+    reading: Reading<'_>,
     findings: &mut Findings<'_>,
 ) -> Option<Vec<Step>> {
-    let text = match files(name.get_ref()) {
+    let text = match (reading.files)(name.get_ref()) {
         Ok(text) => text,
         Err(why) => {
             let message = format!("cannot read `{}`: {why}", name.get_ref());
@@ -95,114 +155,16 @@ fn from_csv(
             return None;
         }
     };
-    let mut lines = text.lines().enumerate().filter(|(_, line)| {
-        let line = line.trim();
-        !line.is_empty() && !line.starts_with('#')
-    });
-    let header = lines.next().map_or("", |(_, line)| line);
-    let place = |column: &str| header.split(',').position(|cell| cell.trim() == column);
-    let (Some(t), Some(delay)) = (place("t_ms"), place("delay_ms")) else {
-        let wrong = "the header lacks `t_ms` or `delay_ms`";
-        refuse(
-            field,
-            name.span(),
-            name.get_ref(),
-            wrong.to_owned(),
-            findings,
-        );
-        return None;
-    };
-    let columns = Columns {
-        t,
-        delay,
-        loss: place("loss_percent"),
-        rate: place("rate_bps"),
-    };
-    let mut steps = Vec::new();
-    for (index, line) in lines {
-        let read = row(line, &columns).and_then(|step| follows(&steps, &step).map(|()| step));
-        match read {
-            Ok(step) => steps.push(step),
-            Err(wrong) => {
-                let place = format!("{}:{}", name.get_ref(), index + 1);
-                refuse(field, name.span(), &place, wrong, findings);
-                return None;
-            }
+    match csv::steps(&text) {
+        Ok(steps) => Some(steps),
+        Err(csv::Place(line, wrong)) => {
+            let place = match line {
+                0 => name.get_ref().clone(),
+                line => format!("{}:{line}", name.get_ref()),
+            };
+            let message = format!("{place}: {}", wrong.message);
+            findings.error(field, name.span(), message, wrong.remedy);
+            None
         }
     }
-    if steps.is_empty() {
-        refuse(
-            field,
-            name.span(),
-            name.get_ref(),
-            "the trace has no steps".to_owned(),
-            findings,
-        );
-        return None;
-    }
-    Some(steps)
-}
-
-fn row(line: &str, columns: &Columns) -> Result<Step, String> {
-    let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-    let cell = |place: usize, column: &str, with_unit: &str| match cells.get(place) {
-        Some(text) => Ok(format!("{text}{with_unit}")),
-        None => Err(format!("no `{column}`")),
-    };
-    let time_ns = |place, column| {
-        let text = cell(place, column, "ms")?;
-        unit::duration_ns(&text).map_err(|why| format!("{column}: {why}"))
-    };
-    let loss = match columns.loss {
-        None => 0.0,
-        Some(place) => unit::share(&cell(place, "loss_percent", "%")?)
-            .map_err(|why| format!("loss_percent: {why}"))?,
-    };
-    let rate_bps = match columns.rate {
-        None => None,
-        Some(place) => Some(
-            unit::rate_bps(&cell(place, "rate_bps", "bit")?)
-                .map_err(|why| format!("rate_bps: {why}"))?,
-        ),
-    };
-    Ok(Step {
-        t_ns: time_ns(columns.t, "t_ms")? as u64,
-        delay_ns: time_ns(columns.delay, "delay_ms")? as u64,
-        loss,
-        rate_bps,
-    })
-}
-
-/// Checks that a step can follow those before it.
-fn follows(before: &[Step], step: &Step) -> Result<(), String> {
-    match before.last() {
-        None if step.t_ns != 0 => return Err("the first step is not at time 0".to_owned()),
-        Some(last) if step.t_ns <= last.t_ns => {
-            return Err("a step is not later than the one before it".to_owned());
-        }
-        Some(last) if step.rate_bps.is_some() != last.rate_bps.is_some() => {
-            return Err("give every step a rate, or none".to_owned());
-        }
-        _ => {}
-    }
-    match step.rate_bps.and_then(too_slow) {
-        Some(wrong) => Err(wrong),
-        None => Ok(()),
-    }
-}
-
-fn refuse(
-    field: &str,
-    span: Range<usize>,
-    place: &str,
-    wrong: String,
-    findings: &mut Findings<'_>,
-) {
-    let message = if place.is_empty() {
-        wrong
-    } else {
-        format!("{place}: {wrong}")
-    };
-    let remedy = "steps run from time 0 on, each later than the one before";
-    findings.error(field, span, message, remedy);
 }

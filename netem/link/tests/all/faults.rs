@@ -147,7 +147,7 @@ proptest! {
             format!("{{ t = '{}ms', delay = '{level_ms}ms' }}", 13 * k)
         }).collect();
         let link = |order: &str, faults: &str| over(&format!(
-            "name = 'p'\nabout = ''\n[both]\norder = '{order}'\ntrace = {{ repeat = '130ms', steps = [{}] }}\n",
+            "name = 'p'\nabout = ''\n[both]\norder = '{order}'\ntrace = {{ start = '0s', repeat = '130ms', steps = [{}] }}\n",
             steps.join(", ")
         ), faults);
         let [mut kept, mut free] = ["kept", "free"].map(|order| up(&link(order, &faults), seed));

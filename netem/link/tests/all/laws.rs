@@ -237,7 +237,8 @@ fn a_stall_holds_packets_until_its_end() {
 
 #[test]
 fn a_trace_is_played_as_it_was_recorded() {
-    let source = "name = 'p'\nabout = ''\n[both.trace]\nfile = 'walk.csv'\nrepeat = '30ms'";
+    let source =
+        "name = 'p'\nabout = ''\n[both.trace]\nfile = 'walk.csv'\nstart = '0s'\nrepeat = '30ms'";
     let csv = "# a walk\nt_ms,delay_ms,loss_percent,rate_bps\n0,5,0,8000000\n10,1,100,8000000\n20,2.5,0,4000000\n";
     let files = |name: &str| {
         (name == "walk.csv")

@@ -10,7 +10,7 @@ fn path(keys: &str) -> String {
     format!("name = 'p'\nabout = ''\n[both]\n{keys}\n")
 }
 
-fn findings(source: &str) -> Vec<link::Finding> {
+fn findings(source: &str) -> Vec<link::Diagnostic> {
     let files = |_: &str| Ok("t_ms,delay_ms\n0,1\n5,oops\n".to_owned());
     Profile::read(source, "p.toml", &files).1
 }

@@ -6,3 +6,4 @@ mod lint;
 mod profiles;
 mod staircase;
 mod table2;
+mod trace;

@@ -1,5 +1,5 @@
 //! The files in `netem/profiles`: valid, described, and their schema current.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 
 use link::{Link, LinkTime, Profile, describe, schema};
 
@@ -35,10 +35,16 @@ fn the_smallest_profile_is_three_lines() {
 
 #[test]
 fn the_committed_schema_is_current() {
-    assert_eq!(
-        schema(),
-        SCHEMA,
-        "write link::schema() to profile.schema.json"
+    if std::env::var_os("WEBLOOP_TEST_WRITE").is_some() {
+        let path = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../profiles/profile.schema.json"
+        );
+        return std::fs::write(path, schema()).unwrap();
+    }
+    assert!(
+        schema() == SCHEMA,
+        "WEBLOOP_TEST_WRITE=1 writes profile.schema.json anew"
     );
 }
 

@@ -62,7 +62,7 @@ fn the_shaped_links_are_told_to_tc() {
 #[test]
 fn a_stall_is_a_staircase_of_equal_steps_down_to_its_end() {
     let stall = read(
-        "name = 'stall'\nabout = ''\n\
+        "name = 'stall'\nabout = ''\nboth.trace.repeat = 'never'\n\
          [[both.trace.steps]]\nt = '0s'\ndelay = '1ms'\n\
          [[both.trace.steps]]\nt = '200ms'\ndelay = '2s'\n\
          [[both.trace.steps]]\nt = '201ms'\ndelay = '1ms'\n",

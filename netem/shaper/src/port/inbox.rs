@@ -3,9 +3,9 @@
 use std::io;
 use std::os::fd::OwnedFd;
 
-use crate::clock::StampClock;
 use crate::port::Arrival;
 use crate::port::frame::{Frame, Pool, new_frame, new_segment};
+use crate::stamp::StampClock;
 use crate::sys::{self, Received};
 
 /// Frames taken from a port with one system call.

@@ -16,13 +16,13 @@ use std::os::unix::fs::OpenOptionsExt;
 use link::Way;
 use rustix::io::Errno;
 
-use crate::clock::StampClock;
 use crate::error::{Doing, Error, Result};
 use crate::network::netlink::Netlink;
 use crate::network::veth::{CONTROLLER_ADDRESS, END_INTERFACE, PLANT_ADDRESS, PREFIX_LEN};
 use crate::port::inbox::Inbox;
 use crate::port::udp::UDP_HEADERS;
 use crate::port::{Arrival, Port, PortCounters, is_ipv4, packet_socket};
+use crate::stamp::StampClock;
 use crate::sys;
 
 /// The kernel's file for TUN devices.

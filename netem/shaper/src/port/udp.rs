@@ -10,10 +10,10 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use rustix::io::Errno;
 use rustix::net::{AddressFamily, SendFlags, SocketFlags, SocketType};
 
-use crate::clock::StampClock;
 use crate::error::{Doing, Result};
 use crate::port::inbox::Inbox;
 use crate::port::{Arrival, Port, PortCounters, is_ipv4, widen};
+use crate::stamp::StampClock;
 use crate::sys;
 
 /// Bytes that a datagram adds to a packet: an IPv4 header without options, and a UDP header.
@@ -110,8 +110,8 @@ impl AsFd for UdpPort {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::now_ns;
     use crate::port::frame::{FRAME_MAX, Frame, Pool};
+    use clock::now::now_ns;
     use rustix::event::{PollFd, PollFlags, Timespec, poll};
     use std::net::{Ipv4Addr, UdpSocket};
 

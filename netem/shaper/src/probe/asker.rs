@@ -7,11 +7,11 @@ use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use certificate::Echo;
+use clock::now::{now_ns, timespec};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
 use rustix::net::SendFlags;
 
-use crate::clock::{now_ns, timespec};
 use crate::error::{Doing, Result};
 use crate::probe::hearer::Hearer;
 use crate::probe::icmp::{self, EchoId};

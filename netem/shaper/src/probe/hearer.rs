@@ -3,12 +3,13 @@
 
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 
+use clock::now::now_ns;
 use rustix::net::{AddressFamily, SocketFlags, SocketType, ipproto};
 
-use crate::clock::{StampClock, now_ns};
 use crate::error::{Doing, Error, Result};
 use crate::port::widen;
 use crate::probe::icmp::{self, EchoId};
+use crate::stamp::StampClock;
 use crate::sys;
 
 /// The socket. It stays in the namespace in which it was opened.

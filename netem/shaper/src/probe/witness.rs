@@ -6,10 +6,10 @@ use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use certificate::Sighting;
+use clock::now::timespec;
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
 
-use crate::clock::timespec;
 use crate::error::{Doing, Result};
 use crate::probe::hearer::Hearer;
 use crate::probe::icmp;

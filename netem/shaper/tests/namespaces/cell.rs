@@ -6,10 +6,11 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use certificate::{Baseline, Certificate, Echo, LinkRow, PlayerReport, certify};
+use clock::now::now_ns;
 use link::{Epoch, LinkTime, Profile};
 use shaper::{
     CONTROLLER_INTERFACE, Namespace, PLANT_ADDRESS, PLANT_INTERFACE, PacketPort, PlayerConfig,
-    ProbePlan, join, now_ns, play, probe,
+    ProbePlan, join, play, probe,
 };
 
 pub(crate) const MS: u64 = 1_000_000;

@@ -3,8 +3,9 @@
 use std::net::Ipv4Addr;
 
 use certificate::{Baseline, Verdict, certify};
+use clock::now::now_ns;
 use link::{Epoch, Profile};
-use shaper::{Namespace, ProbePlan, now_ns, probe};
+use shaper::{Namespace, ProbePlan, probe};
 
 use crate::attempt::{held, holds};
 use crate::cell::{Cell, MS, SECOND, builtin, constant, parse, print};

@@ -8,10 +8,11 @@ use std::sync::mpsc::channel;
 use std::thread::{self, JoinHandle};
 
 use certificate::{Baseline, Echo, TcReport, TcRow, Verdict, certify_within};
+use clock::now::now_ns;
 use link::{Epoch, LinkTime, Profile, Timeline, Way};
 use shaper::{
     CONTROLLER_INTERFACE, Error, Namespace, PLANT_INTERFACE, TcConfig, TcPlayer, bridge, join,
-    now_ns, probe, tc_available,
+    probe, tc_available,
 };
 
 use crate::attempt::{held, holds};

@@ -9,9 +9,10 @@ use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::Duration;
 
+use clock::now::now_ns;
 use link::Way;
 use shaper::{
-    CONTROLLER_ADDRESS, Error, Namespace, PLANT_ADDRESS, PLANT_INTERFACE, TcPlayer, now_ns,
+    CONTROLLER_ADDRESS, Error, Namespace, PLANT_ADDRESS, PLANT_INTERFACE, TcPlayer,
     prefill_neighbour, tc_available,
 };
 
@@ -33,7 +34,7 @@ fn trace(order: &str, steps: &[(u64, &str, &str)]) -> link::Profile {
         })
         .collect();
     parse(&format!(
-        "name = \"trace\"\nabout = \"a\"\n[both]\norder = \"{order}\"\n{steps}"
+        "name = \"trace\"\nabout = \"a\"\n[both]\norder = \"{order}\"\ntrace.repeat = \"never\"\n{steps}"
     ))
 }
 

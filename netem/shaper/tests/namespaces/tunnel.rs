@@ -11,10 +11,10 @@ use certificate::{
     Baseline, Certificate, Echo, LinkRow, PlayerReport, Sighting, WayPlayed, WayReport, certify,
     merge,
 };
+use clock::now::now_ns;
 use link::{Epoch, LinkTime, Profile, Way};
 use shaper::{
-    Asker, Error, Namespace, TUNNEL_PORT, TunPort, UdpPort, WayConfig, Witness, connect, now_ns,
-    play_way,
+    Asker, Error, Namespace, TUNNEL_PORT, TunPort, UdpPort, WayConfig, Witness, connect, play_way,
 };
 
 use crate::cell::{MS, in_time, print, series};

@@ -33,7 +33,7 @@ fn foreign() -> Vec<(String, u16)> {
         "",
         ":",
         ":7070",
-        "agent:",
+        "agent::",
         "agent:x",
         "agent:70700",
         "[::1",
@@ -125,6 +125,85 @@ fn nothing_foreign_changes_the_agent_and_no_answer_has_a_token() {
     println!(
         "row 20: agent, {count} lines in 5 requests: all refused, no change of state, no token in answers"
     );
+}
+
+/// Each in a connection that only sends a part of a head.
+#[test]
+fn a_claim_is_answered_at_once_beside_more_half_heads_than_there_are_places() {
+    let served = Served::claimed();
+    let held: Vec<TcpStream> = (0..200)
+        .map(|n| {
+            let mut stream = TcpStream::connect(served.address).unwrap();
+            let text = if n % 2 == 0 {
+                "GET /health HTTP/1.1\r\nHost: "
+            } else {
+                ""
+            };
+            stream.write_all(text.as_bytes()).unwrap();
+            stream
+        })
+        .collect();
+    for _ in 0..20 {
+        let begun = Instant::now();
+        assert_eq!(served.ask("GET", "/run/r1/files", b"").status, 200);
+        let took = begun.elapsed();
+        // A half head is let go after five.
+        assert!(took < Duration::from_secs(2), "{took:?}");
+    }
+    drop(held);
+}
+
+#[test]
+fn a_refused_host_ends_its_connection_and_an_own_one_may_be_in_the_target() {
+    let served = Served::claimed();
+    let own = format!("Authorization: Bearer {TOKEN}\r\n");
+    for (start, lines, status) in [
+        ("GET /run/r1/files HTTP/1.1", "Host: example.org\r\n", 421),
+        ("GET /run/r1/files HTTP/1.1", "Host: a b\r\n", 400),
+        ("GET /run/r1/files HTTP/1.1", "", 400),
+        (
+            "GET /run/r1/files HTTP/1.0",
+            "Connection: keep-alive\r\n",
+            400,
+        ),
+        ("DELETE /run/r1 HTTP/1.0", "", 400),
+        (
+            "GET http://example.org/run/r1/files HTTP/1.1",
+            "Host: agent\r\n",
+            400,
+        ),
+        (
+            "GET https://agent/run/r1/files HTTP/1.1",
+            "Host: agent\r\n",
+            400,
+        ),
+        (
+            "GET http://agent/run/r1/files HTTP/1.1",
+            "Host: a/b\r\n",
+            400,
+        ),
+    ] {
+        let answer = served.raw(format!("{start}\r\n{lines}{own}\r\n").as_bytes());
+        assert_eq!(answer.status, status, "{start} {lines}");
+        let head = answer.head.to_lowercase();
+        assert!(
+            head.contains("connection: close") || start.ends_with("1.0"),
+            "{head}"
+        );
+    }
+    for (start, lines) in [
+        ("GET http://agent/run/r1/files HTTP/1.1", "Host: agent\r\n"),
+        (
+            "GET http://AGENT:7070/run/r1/files HTTP/1.1",
+            "Host: example.org\r\n",
+        ),
+        ("GET /run/r1/files HTTP/1.1", "Host: 127.0.0.1:\r\n"),
+        ("GET /health HTTP/1.0", ""),
+    ] {
+        let text = format!("{start}\r\nConnection: close\r\n{lines}{own}\r\n");
+        let answer = served.raw(text.as_bytes());
+        assert_eq!(answer.status, 200, "{start}: {}", answer.text());
+    }
 }
 
 #[test]

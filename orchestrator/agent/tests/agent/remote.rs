@@ -6,7 +6,7 @@ use std::net::TcpListener;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use agent::{AgentName, Error, Kind, Remote, RoleState, Token};
+use agent::{AgentName, Error, ProblemKind, Remote, RoleState, Token};
 use serde_json::json;
 
 use crate::served::{OTHER, SOON, Served, TOKEN};
@@ -61,9 +61,9 @@ fn what_an_agent_refuses_comes_with_its_reason_and_kind() {
     let served = Served::unclaimed(|_| {});
     let run = served.remote().begin("r1").unwrap();
     for (how, expected) in [
-        ("ends-3", Kind::Unsupported),
-        ("ends-2", Kind::Usage),
-        ("ends-1", Kind::Failed),
+        ("ends-3", ProblemKind::Unsupported),
+        ("ends-2", ProblemKind::Usage),
+        ("ends-1", ProblemKind::Failed),
     ] {
         match run.start(how, "plant", settings(how)) {
             Err(Error::Refused {

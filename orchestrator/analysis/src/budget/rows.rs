@@ -1,19 +1,21 @@
 //! Matches messages, answers and ticks: which y a command follows from, and when it took effect.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use endpoint::{MessageOutcome, MessageRow, TickRow};
 use link::{Timeline, Way};
 
 use super::{Budget, Crossing, Part, Sample, Trip, between};
+use crate::numbered::Numbered;
 
 /// When the plant ticked, and when each command took effect.
 #[derive(Debug, Default)]
 pub(super) struct Ticks {
     /// The instant of each tick, ns, by its number.
     t_ns: Vec<u64>,
-    /// When a command was first the plant's input, ns, by its number.
-    pub(super) effect_ns: BTreeMap<u64, u64>,
+    /// When a command became the plant's input, ns, with its number.
+    effects_ns: Vec<(u64, u64)>,
     newest: Option<u64>,
 }
 
@@ -22,7 +24,7 @@ impl Ticks {
         self.t_ns.push(row.t_tick_ns);
         if let Some(seq) = row.seq.filter(|_| row.seq != self.newest) {
             self.newest = row.seq;
-            self.effect_ns.entry(seq).or_insert(row.t_tick_ns);
+            self.effects_ns.push((seq, row.t_tick_ns));
         }
     }
 
@@ -47,11 +49,16 @@ struct Known {
 /// The link comes with the lengths of a message's packets up and down, which matter if it has a rate limit.
 pub(super) fn of_rows(
     messages: Vec<MessageRow>,
-    arrived: &BTreeMap<u64, u64>,
+    arrived: &Numbered<u64>,
     ticks: &Ticks,
     link: Option<(Timeline, [u32; 2])>,
 ) -> Budget {
-    let mut budget = Budget::default();
+    // When each command was first the plant's input.
+    let effect_ns: Numbered<u64> = ticks.effects_ns.iter().copied().collect();
+    let mut budget = Budget {
+        effect_ns: effect_ns.values().min().copied(),
+        ..Budget::default()
+    };
     let mut sent = messages;
     sent.retain(|row| match (row.outcome, row.t_send_ns) {
         (MessageOutcome::Missed, _) => {
@@ -62,34 +69,10 @@ pub(super) fn of_rows(
         (_, Some(_)) => true,
     });
     sent.sort_by_key(|row| (row.t_send_ns, row.seq));
-    let arrive_ns = |row: &MessageRow| row.t_arrive_ns.or_else(|| arrived.get(&row.seq).copied());
+    let arrive_ns = |row: &MessageRow| row.t_arrive_ns.or_else(|| arrived.get(row.seq).copied());
     // A timeline forgets what lies far behind its newest query: one for each way, asked in order.
     let mut way_up = Share::of(Way::Up, link.clone());
-    let mut way_down = Share::of(Way::Down, link);
-    let mut answers: Vec<(u64, &MessageRow)> = sent
-        .iter()
-        .filter_map(|row| Some((arrive_ns(row)?, row)))
-        .filter(|(_, row)| row.t_receive_ns.is_some())
-        .collect();
-    answers.sort_by_key(|(t_arrive_ns, _)| *t_arrive_ns);
-    let downs: BTreeMap<u64, Crossing> = answers
-        .iter()
-        .filter_map(|(t_arrive_ns, row)| {
-            Some((row.seq, way_down.crossing(*t_arrive_ns, row.t_receive_ns?)))
-        })
-        .collect();
-    let mut known: Vec<Known> = answers
-        .iter()
-        .filter_map(|(t_arrive_ns, row)| {
-            Some(Known {
-                tick: row.tick?,
-                t_arrive_ns: *t_arrive_ns,
-                t_receive_ns: row.t_receive_ns?,
-                down: *downs.get(&row.seq)?,
-            })
-        })
-        .collect();
-    known.sort_by_key(|one| one.t_receive_ns);
+    let (downs, known) = answers(&sent, arrive_ns, Share::of(Way::Down, link));
     let mut known = known.into_iter().peekable();
     let mut newest: Option<Known> = None;
     for row in &sent {
@@ -114,35 +97,71 @@ pub(super) fn of_rows(
             down: downs.get(&row.seq).copied(),
         };
         budget.trips.push(trip);
-        budget
-            .samples
-            .extend(newest.and_then(|newest| sample(row, &trip, t_arrive_ns, &newest, ticks)));
+        let sample = newest.and_then(|newest| {
+            let measured_ns = ticks.at(newest.tick)?;
+            let effect_ns = *effect_ns.get(row.seq)?;
+            sample(row, &trip, t_arrive_ns, &newest, &(measured_ns..effect_ns))
+        });
+        budget.samples.extend(sample);
     }
     budget
 }
 
-/// The sample of a command; `None` if it never took effect, as when a newer one came before the tick.
+/// The ways down of all answers, by the number of their message, and those answers that bring a y, in the order of
+/// their receipt.
+fn answers(
+    sent: &[MessageRow],
+    arrive_ns: impl Fn(&MessageRow) -> Option<u64>,
+    mut way_down: Share,
+) -> (BTreeMap<u64, Crossing>, Vec<Known>) {
+    let mut answers: Vec<(u64, &MessageRow)> = sent
+        .iter()
+        .filter_map(|row| Some((arrive_ns(row)?, row)))
+        .filter(|(_, row)| row.t_receive_ns.is_some())
+        .collect();
+    answers.sort_by_key(|(t_arrive_ns, _)| *t_arrive_ns);
+    let downs: BTreeMap<u64, Crossing> = answers
+        .iter()
+        .filter_map(|(t_arrive_ns, row)| {
+            Some((row.seq, way_down.crossing(*t_arrive_ns, row.t_receive_ns?)))
+        })
+        .collect();
+    let mut known: Vec<Known> = answers
+        .iter()
+        .filter_map(|(t_arrive_ns, row)| {
+            Some(Known {
+                tick: row.tick?,
+                t_arrive_ns: *t_arrive_ns,
+                t_receive_ns: row.t_receive_ns?,
+                down: *downs.get(&row.seq)?,
+            })
+        })
+        .collect();
+    known.sort_by_key(|one| one.t_receive_ns);
+    (downs, known)
+}
+
+/// The sample of a command, from the tick that measured its y to the one that took it; `None` if it has no y. A command
+/// has no sample that never took effect, as when a newer one came before the tick.
 fn sample(
     row: &MessageRow,
     trip: &Trip,
     t_arrive_ns: u64,
     of: &Known,
-    ticks: &Ticks,
+    whole_ns: &Range<u64>,
 ) -> Option<Sample> {
     row.y?;
-    let effect_ns = *ticks.effect_ns.get(&row.seq)?;
-    let measured_ns = ticks.at(of.tick)?;
     let ready_ns = trip.t_due_ns.clamp(of.t_receive_ns, trip.t_send_ns);
     let mut parts_ns = [0; 8];
     for (part, ns) in [
-        (Part::Read, between(measured_ns, of.t_arrive_ns)),
+        (Part::Read, between(whole_ns.start, of.t_arrive_ns)),
         (Part::Answer, of.down.ends_ns),
         (Part::Down, of.down.link_ns),
         (Part::Law, between(of.t_receive_ns, ready_ns)),
         (Part::Client, between(ready_ns, trip.t_send_ns)),
         (Part::Up, trip.up.link_ns),
         (Part::Request, trip.up.ends_ns),
-        (Part::Tick, between(t_arrive_ns, effect_ns)),
+        (Part::Tick, between(t_arrive_ns, whole_ns.end)),
     ] {
         parts_ns[part as usize] = ns;
     }
@@ -200,6 +219,10 @@ mod tests {
         }
     }
 
+    fn no_arrivals() -> Numbered<u64> {
+        [].into_iter().collect()
+    }
+
     fn ticks(rows: &[(u64, Option<u64>)]) -> Ticks {
         let mut ticks = Ticks::default();
         for (k, (t_tick_ns, seq)) in (0..).zip(rows) {
@@ -225,7 +248,7 @@ mod tests {
             message(2, 95, 100, 140, 120, 2),
         ];
         let ticks = ticks(&[(10, None), (40, Some(0)), (80, Some(1)), (125, Some(2))]);
-        let budget = of_rows(rows, &BTreeMap::new(), &ticks, None);
+        let budget = of_rows(rows, &no_arrivals(), &ticks, None);
         assert_eq!(budget.trips.len(), 3);
         // Nothing was known when 0 and 1 were sent.
         let [sample] = budget.samples[..] else {
@@ -243,7 +266,7 @@ mod tests {
         (missed.outcome, missed.t_send_ns) = (MessageOutcome::Missed, None);
         let mut lost = message(1, 10, 11, 0, 0, 0);
         (lost.outcome, lost.t_arrive_ns, lost.t_receive_ns) = (MessageOutcome::Timeout, None, None);
-        let budget = of_rows(vec![missed, lost], &BTreeMap::new(), &ticks(&[]), None);
+        let budget = of_rows(vec![missed, lost], &no_arrivals(), &ticks(&[]), None);
         assert_eq!((budget.missed_ns, budget.lost_ns), (vec![7], vec![11]));
         assert_eq!((budget.trips, budget.samples), (vec![], vec![]));
     }
@@ -265,7 +288,7 @@ mod tests {
                 rows.push(message(seq, due, due + late, arrive + down, arrive, seq));
                 at.push((due, seq.checked_sub(3)));
             }
-            let budget = of_rows(rows.clone(), &BTreeMap::new(), &ticks(&at), Some((link, [150; 2])));
+            let budget = of_rows(rows.clone(), &no_arrivals(), &ticks(&at), Some((link, [150; 2])));
             prop_assert_eq!(budget.trips.len(), rows.len());
             for trip in &budget.trips {
                 let row = rows[trip.seq as usize];

@@ -5,6 +5,16 @@ use std::fmt;
 use plan::{Client, Figure};
 
 use crate::layout::digits;
+use crate::variety::Variety;
+
+/// Bounds of a share, the lower and the upper one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Bounds {
+    /// Each by itself with the confidence of the clause, which asks one of them.
+    OneSide((f64, f64)),
+    /// Both together with the confidence.
+    Interval((f64, f64)),
+}
 
 /// A clause and a group of runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,32 +33,48 @@ pub struct Answer {
     pub met: usize,
     /// Complete runs.
     pub runs: usize,
-    /// Lower and upper bound of the share of all runs that meet it.
-    pub bounds: (f64, f64),
+    /// Bounds of the share of all runs that meet it.
+    pub bounds: Bounds,
     /// The confidence of each bound.
     pub confidence: f64,
-    /// What the runs show; `None` without a complete run, and of loops that are all stable.
+    /// What these runs are of all that there could be.
+    pub drawn: Drawn,
+    /// What the runs show; `None` without a complete run, and of loops that all hold.
     pub shown: Option<Shown>,
     /// Runs that are not complete: why, and the cell's id.
     pub incomplete: Vec<(String, String)>,
     /// Number of runs that the machine does not support.
     pub unsupported: usize,
     /// What became of it.
-    pub outcome: Outcome,
+    pub outcome: ClauseOutcome,
     /// Why a failure is known, or is not any more.
     pub note: Option<String>,
 }
 
+/// What the complete runs of a group are of all that there could be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drawn {
+    /// There is none.
+    Nothing,
+    /// A single one.
+    Once,
+    /// One run that was made several times: nothing varies between them.
+    Again,
+    /// Several, which this distinguishes.
+    Of(Variety),
+}
+
 /// What became of a clause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
+pub enum ClauseOutcome {
     /// It holds.
     Met,
     /// It does not.
     NotMet,
     /// It cannot be told with the confidence asked for.
     NotTold {
-        /// The number of runs that would do if no more of them miss it; `None` if a plan cannot have as many.
+        /// The number of runs that would do if no more of them miss it; `None` if a plan cannot have as many, or if
+        /// nothing varies between them.
         enough: Option<usize>,
     },
     /// It does not hold, but only because of known failures.
@@ -57,22 +83,22 @@ pub enum Outcome {
     Unsupported,
 }
 
-impl Outcome {
+impl ClauseOutcome {
     /// Whether a gate lets it through.
     #[must_use]
     pub fn holds(self) -> bool {
-        !matches!(self, Outcome::NotMet | Outcome::NotTold { .. })
+        !matches!(self, ClauseOutcome::NotMet | ClauseOutcome::NotTold { .. })
     }
 
     /// Its word, before an answer.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
-            Outcome::Met => "met",
-            Outcome::NotMet => "NOT MET",
-            Outcome::NotTold { .. } => "NOT TOLD",
-            Outcome::Known => "known",
-            Outcome::Unsupported => "not asked",
+            ClauseOutcome::Met => "met",
+            ClauseOutcome::NotMet => "NOT MET",
+            ClauseOutcome::NotTold { .. } => "NOT TOLD",
+            ClauseOutcome::Known => "known",
+            ClauseOutcome::Unsupported => "not asked",
         }
     }
 }
@@ -86,17 +112,13 @@ pub struct Shown {
     pub worst: String,
     /// The worst run's cell.
     pub cell: String,
+    /// Which repeat that is.
+    pub repeat: u32,
 }
 
-/// A figure with its unit; an infinite one is not there.
+/// A figure with its unit.
 pub(super) fn figure_words(figure: Figure, value: f64) -> String {
-    if value.is_finite() {
-        format!("{}{}", digits(Some(value)), figure.unit().suffix())
-    } else if figure.to_string().starts_with("rtt") {
-        format!("too few answers for {figure}")
-    } else {
-        format!("no {figure}")
-    }
+    format!("{}{}", digits(Some(value)), figure.unit().suffix())
 }
 
 impl Answer {
@@ -111,34 +133,32 @@ impl Answer {
     pub fn details(&self) -> String {
         let mut parts = Vec::new();
         parts.extend(self.note.clone());
-        if let Outcome::NotTold { enough } = self.outcome {
+        if let ClauseOutcome::NotTold { enough } = self.outcome {
             let runs = self.runs;
             parts.push(match enough {
-                Some(enough) => format!(
-                    "it cannot be told from {runs} runs; {enough} would do if no more of them miss it"
-                ),
-                None => format!("it cannot be told from {runs} runs, nor from any number that can be made"),
+                Some(enough) if self.met == runs => {
+                    format!("{runs} runs cannot tell, {enough} would if all of them meet it")
+                }
+                Some(enough) => {
+                    format!("{runs} runs cannot tell, {enough} would if no more of them miss it")
+                }
+                None if self.drawn == Drawn::Again => "no number of equal runs can tell".to_owned(),
+                None => format!("{runs} runs cannot tell, nor any number that can be made"),
             });
         }
         let asked = self.cells.len();
         if self.runs == 0 && asked > 0 {
             parts.push("no complete run".to_owned());
         } else if self.runs > 0 {
-            let (lower, upper) = self.bounds;
-            parts.push(format!(
-                "by {} of {} runs, so by {} to {} % of all at {} %",
-                self.met,
-                self.runs,
-                digits(Some(lower * 100.0)),
-                digits(Some(upper * 100.0)),
-                // Without the noise of a division by 100.
-                (self.confidence * 1e8).round() / 1e6
-            ));
+            parts.push(self.share());
         }
         if let Some(shown) = &self.shown {
-            let median = shown.median.as_ref();
-            let median = median.map_or(String::new(), |median| format!("median {median}, "));
-            parts.push(format!("{median}worst {} in {}", shown.worst, shown.cell));
+            let (worst, repeat) = (&shown.worst, shown.repeat);
+            parts.push(match &shown.median {
+                _ if self.runs == 1 => worst.clone(),
+                None => format!("worst in run {repeat}: {worst}"),
+                Some(median) => format!("median {median}, worst in run {repeat}: {worst}"),
+            });
         }
         if !self.incomplete.is_empty() {
             parts.push(format!(
@@ -158,6 +178,34 @@ impl Answer {
             parts.push(format!("{count} of {all} runs are not supported here"));
         }
         parts.join("; ")
+    }
+
+    /// How many runs meet it, and what that says of all that there could be.
+    fn share(&self) -> String {
+        let (met, n) = (self.met, self.runs);
+        match self.drawn {
+            Drawn::Once if met == n => "1 of 1 met it, with one run nothing is sure".to_owned(),
+            Drawn::Once => "1 of 1 missed it, with one run nothing is sure".to_owned(),
+            Drawn::Nothing => format!("{met} of {n}"),
+            Drawn::Again => {
+                format!("{met} of {n}, but 1 distinct run: nothing varies between them")
+            }
+            Drawn::Of(variety) => {
+                let percent = |of: f64| digits(Some(of * 100.0));
+                let range = match self.bounds {
+                    Bounds::Interval((lower, upper)) => {
+                        format!("{} to {}", percent(lower), percent(upper))
+                    }
+                    Bounds::OneSide((_, upper)) if self.outcome == ClauseOutcome::NotMet => {
+                        format!("at most {}", percent(upper))
+                    }
+                    Bounds::OneSide((lower, _)) => format!("at least {}", percent(lower)),
+                };
+                // Without the noise of a division by 100.
+                let confidence = (self.confidence * 1e8).round() / 1e6;
+                format!("{met} of {n}, so {range} % of all {variety} at {confidence} %")
+            }
+        }
     }
 
     /// The first few runs that are not complete, each with its reason.

@@ -11,7 +11,11 @@ struct Case {
     name: String,
     differences: Vec<f64>,
     sign: f64,
+    sign_above: f64,
+    sign_below: f64,
     signed_rank: f64,
+    signed_rank_above: f64,
+    signed_rank_below: f64,
 }
 
 fn close(own: f64, reference: f64) -> bool {
@@ -21,24 +25,26 @@ fn close(own: f64, reference: f64) -> bool {
 #[test]
 fn both_tests_say_what_scipy_says() {
     let cases: Vec<Case> = serde_json::from_str(REFERENCE).expect("the fixture");
-    assert!(cases.len() > 20);
+    assert!(cases.len() > 2000);
     for case in cases {
         let (sign, rank) = (
             sign_test(&case.differences),
             signed_rank_test(&case.differences),
         );
-        assert!(
-            close(sign, case.sign),
-            "{}: {sign}, not {}",
-            case.name,
-            case.sign
-        );
-        assert!(
-            close(rank, case.signed_rank),
-            "{}: {rank}, not {}",
-            case.name,
-            case.signed_rank
-        );
+        for (own, reference) in [
+            (sign.either(), case.sign),
+            (sign.above, case.sign_above),
+            (sign.below, case.sign_below),
+            (rank.either(), case.signed_rank),
+            (rank.above, case.signed_rank_above),
+            (rank.below, case.signed_rank_below),
+        ] {
+            assert!(
+                close(own, reference),
+                "{}: {own}, not {reference}",
+                case.name
+            );
+        }
     }
 }
 
@@ -51,24 +57,52 @@ fn an_infinite_difference_is_the_largest_and_as_large_as_another() {
     assert_eq!(signed_rank_test(&infinite), signed_rank_test(&equal));
     assert_eq!(sign_test(&infinite), sign_test(&far));
     let either = [f64::INFINITY, f64::NEG_INFINITY];
-    assert_eq!((sign_test(&either), signed_rank_test(&either)), (1.0, 1.0));
+    let (sign, rank) = (sign_test(&either), signed_rank_test(&either));
+    assert_eq!((sign.either(), rank.either()), (1.0, 1.0));
 }
 
 #[test]
 fn of_nothing_and_of_no_difference_nothing_is_told() {
     for differences in [&[][..], &[0.0, 0.0, -0.0]] {
-        assert_eq!(sign_test(differences), 1.0);
-        assert_eq!(signed_rank_test(differences), 1.0);
+        assert_eq!(sign_test(differences), Sides::NONE);
+        assert_eq!(signed_rank_test(differences), Sides::NONE);
     }
     assert_eq!(holm(&[]), Vec::<f64>::new());
     assert_eq!(worth_making(&[], 0.05), Vec::<bool>::new());
 }
 
 #[test]
-fn six_pairs_are_the_fewest_that_can_tell() {
-    assert_eq!(least_probability(6), 2.0 / 64.0);
-    assert!(least_probability(5) > 0.05 && least_probability(6) < 0.05);
+fn five_pairs_are_the_fewest_that_can_tell_of_one_side() {
+    assert_eq!(least_probability(5), 1.0 / 32.0);
+    assert!(least_probability(4) > 0.05 && least_probability(5) < 0.05);
     assert_eq!((least_probability(0), least_probability(5000)), (1.0, 0.0));
+    // Six of six in three groups, which are tested together; in four groups it takes seven.
+    assert!(3.0 * least_probability(6) < 0.05 && 4.0 * least_probability(6) > 0.05);
+}
+
+#[test]
+fn the_number_of_pairs_that_would_tell_is_that_of_the_sign_test() {
+    // All beyond: 0.5^n below 0.05 in one test of one, of four, of eight.
+    assert_eq!(to_tell(1, 1, 1, 0.05), Some(5));
+    assert_eq!(to_tell(6, 6, 4, 0.05), Some(7));
+    assert_eq!(to_tell(6, 6, 8, 0.05), Some(8));
+    // None beyond needs no correction.
+    assert_eq!(to_tell(2, 0, 8, 0.05), Some(5));
+    // A quarter of them beyond: scipy.stats.binom.cdf(4, 16, 0.5) is 0.038, cdf(4, 15, 0.5) 0.059.
+    assert_eq!(to_tell(8, 2, 1, 0.05), Some(16));
+    // Half of them, and so near to half that a plan cannot have as many.
+    assert_eq!(to_tell(8, 4, 1, 0.05), None);
+    assert_eq!(to_tell(9_999, 5_000, 1, 0.05), None);
+}
+
+#[test]
+fn the_median_s_bound_is_an_order_statistic_and_infinite_with_too_few() {
+    assert_eq!(median_at_most(&[1.0, 2.0, 3.0, 4.0], 0.05), f64::INFINITY);
+    assert_eq!(median_at_most(&[5.0, 2.0, 3.0, 4.0, 1.0], 0.05), 5.0);
+    // binom.cdf(1, 10, 0.5) = 0.011 and cdf(2, 10, 0.5) = 0.055: the second largest of ten.
+    let ten: Vec<f64> = (1..=10).map(f64::from).collect();
+    assert_eq!(median_at_most(&ten, 0.05), 9.0);
+    assert_eq!(median_at_most(&[], 0.05), f64::INFINITY);
 }
 
 #[test]
@@ -87,17 +121,17 @@ fn holm_raises_by_how_many_are_left_and_never_turns_the_order() {
 
 #[test]
 fn tests_that_cannot_tell_do_not_cost_those_that_can() {
-    let least = [20, 5, 5, 5, 5, 5, 6].map(least_probability);
-    // Six pairs give 0.031 at least, which becomes 0.062 beside a second such test.
+    let least = [20, 4, 4, 4, 4, 4, 5].map(least_probability);
+    // Five pairs give 0.031 at least, which becomes 0.062 beside a second such test.
     let worth = [true, false, false, false, false, false, false];
     assert_eq!(worth_making(&least, 0.05), worth);
-    assert_eq!(worth_making(&[6].map(least_probability), 0.05), [true]);
+    assert_eq!(worth_making(&[5].map(least_probability), 0.05), [true]);
     assert_eq!(
-        worth_making(&[6, 6].map(least_probability), 0.05),
+        worth_making(&[5, 5].map(least_probability), 0.05),
         [false, false]
     );
     assert_eq!(
-        worth_making(&[7, 7, 7].map(least_probability), 0.05),
+        worth_making(&[6, 6, 6].map(least_probability), 0.05),
         [true, true, true]
     );
 }
@@ -126,7 +160,7 @@ proptest! {
             off(chosen.map(|(_, rank)| rank).sum()) >= off(above)
         });
         let share = as_far.count() as f64 / f64::from(signs);
-        prop_assert!((signed_rank_test(&differences) - share).abs() < 1e-12);
+        prop_assert!((signed_rank_test(&differences).either() - share).abs() < 1e-12);
     }
 
     #[test]
@@ -134,9 +168,22 @@ proptest! {
         let turned: Vec<f64> = differences.iter().map(|d| -d).collect();
         let least = least_probability(differences.len());
         for test in [sign_test, signed_rank_test] {
-            prop_assert_eq!(test(&differences), test(&turned));
-            prop_assert!((least..=1.0).contains(&test(&differences)));
+            let (own, other) = (test(&differences), test(&turned));
+            prop_assert_eq!((own.above, own.below), (other.below, other.above));
+            for side in [own.above, own.below] {
+                prop_assert!((least * (1.0 - 1e-12)..=1.0).contains(&side));
+            }
         }
+    }
+
+    /// Whatever the distribution: the true median is above the bound in at most 5 % of draws.
+    #[test]
+    fn the_median_s_bound_leaves_out_no_more_than_its_level(n in 5usize..40) {
+        // A draw is below the true median or not: all that counts. Each pattern has the same probability.
+        let outside = outside_median(n, 0.9);
+        prop_assert!(at_most(outside, n, 0.5) <= 0.05 && at_most(outside + 1, n, 0.5) > 0.05);
+        let values: Vec<f64> = (0..n).map(|i| i as f64).collect();
+        prop_assert_eq!(median_at_most(&values, 0.05), (n - 1 - outside) as f64);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use analysis::{CellFacts, LoopVerdict, Metrics, Summary};
+use analysis::{Aim, CellFacts, LoopVerdict, Metrics, Summary};
 use control::preset::{paper_pi, paper_plant};
 use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, Mode, TickRow};
 use serde::Serialize;
@@ -98,11 +98,8 @@ fn write_run(folder: &Path) {
 
 fn facts() -> CellFacts {
     CellFacts {
-        y0: 0.0,
-        reference: None,
-        h_ns: H_NS,
         mode: Mode::Closed,
-        r: 1.0,
+        aim: Aim::step(H_NS),
     }
 }
 
@@ -165,7 +162,7 @@ fn every_figure_of_a_run_that_is_known_by_hand() {
 
     // The command that acts at tick k was computed from the output of tick k - 3.
     let response = m.response.expect("commands came");
-    assert_eq!(response.verdict, LoopVerdict::Stable);
+    assert_eq!(response.verdict, LoopVerdict::Holds);
     let delay = control::loop_delay_ticks(4_000_000, H_NS);
     assert_eq!(delay.get(), 3);
     let plant = paper_plant().sampled(H_NS).expect("regular");

@@ -2,6 +2,7 @@
 //!
 //! It only counts; `judge` says what it means.
 
+use std::ops::Range;
 use std::thread;
 
 use judge::Watched;
@@ -12,18 +13,17 @@ use crate::RunError;
 
 /// Who used the processors while the controller ran.
 pub(super) struct Shares {
-    from_ns: u64,
-    to_ns: u64,
+    /// When it ran, monotonic.
+    loop_ns: Range<u64>,
     /// The first count and the last: when it was made, how long all processors had been busy, and how
     /// long this process and its descendants had run, in ns.
     taken: Option<[[u64; 3]; 2]>,
 }
 
 impl Shares {
-    pub(super) fn new(from_ns: u64, to_ns: u64) -> Shares {
+    pub(super) fn new(loop_ns: Range<u64>) -> Shares {
         Shares {
-            from_ns,
-            to_ns,
+            loop_ns,
             taken: None,
         }
     }
@@ -87,20 +87,20 @@ impl PartSeen {
     /// For a controller that descends from this process, and may be a browser, this includes how long it waited
     /// while others had the processors. Elsewhere, those others cannot be told from the other parts of the run.
     pub(super) fn watched(self, shares: &Shares, end_faults: &[EndFaultDone]) -> (String, Watched) {
-        let Shares { from_ns, to_ns, .. } = *shares;
+        let Range { start, end } = shares.loop_ns;
         let own = || end_faults.iter().filter(|one| Some(one.end) == self.end);
         let is_asked = |t_ns: &u64| own().any(|one| one.shows_at(*t_ns));
-        let stops = self.seen.stops_within(from_ns, to_ns);
+        let stops = self.seen.stops_within(start, end);
         let mut stops = stops.filter(|t_ns| !is_asked(t_ns)).peekable();
         let mut watched = Watched {
-            looks: self.seen.looks_within(from_ns, to_ns),
+            looks: self.seen.looks_within(start, end),
             stopped_at_ns: stops.peek().copied().unwrap_or_default(),
             stopped: stops.count() as u64,
             ..Watched::default()
         };
         if self.end == Some(End::Controller)
             && self.is_beneath
-            && let Some(strain) = self.seen.strain_within(from_ns, to_ns)
+            && let Some(strain) = self.seen.strain_within(start, end)
         {
             watched.ran_ms = strain.ran_ns as f64 * 1e-6;
             watched.waited_ms = strain.waited_ns as f64 * 1e-6;

@@ -13,6 +13,7 @@ fn link_check(profile: &Profile, seed: u64) -> LinkCheck<'_> {
         seed,
         epoch: EPOCH,
         opens: LinkTime::ZERO,
+        closes: LinkTime::from_ns(u64::MAX),
         entered: &NOTHING_ENTERED,
     }
 }

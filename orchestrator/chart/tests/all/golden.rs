@@ -279,23 +279,23 @@ fn map() -> Chart {
 
 #[test]
 fn a_map_is_drawn_as_looked_at() {
-    check("map.svg", &map().to_svg());
+    check("map.svg", &map().draw().to_svg());
 }
 
 #[test]
 fn what_is_beyond_a_panel_is_drawn_as_looked_at() {
-    check("beyond.svg", &beyond().to_svg());
+    check("beyond.svg", &beyond().draw().to_svg());
     // It is drawn, as a mark with its number, so it is in the file too.
     assert!(
-        beyond().to_csv().contains(",9500000000000.0,"),
+        beyond().draw().to_csv().contains(",9500000000000.0,"),
         "{}",
-        beyond().to_csv()
+        beyond().draw().to_csv()
     );
 }
 
 #[test]
 fn csv_has_a_map_and_what_lies_over_it() {
-    let csv = map().to_csv();
+    let csv = map().draw().to_csv();
     let starts = "panel,series,x,y,low,high,value,state\n\
                   a,settling/s,10.0,0.0,,,0.8,value\n\
                   a,settling/s,20.0,0.0,,,0.9,value\n";
@@ -321,18 +321,18 @@ fn pictures_are_what_was_looked_at() {
 
 #[test]
 fn lines_are_drawn_as_looked_at() {
-    check("lines.svg", &lines().to_svg());
+    check("lines.svg", &lines().draw().to_svg());
 }
 
 #[test]
 fn logs_are_drawn_as_looked_at() {
-    check("logs.svg", &logs().to_svg());
+    check("logs.svg", &logs().draw().to_svg());
 }
 
 #[test]
 fn csv_has_what_is_drawn() {
     assert_eq!(
-        logs().to_csv(),
+        logs().draw().to_csv(),
         "panel,series,x,y,low,high\n\
          1,python,2.0,0.01,,\n\
          1,python,3.0,0.9,,\n\
@@ -342,7 +342,7 @@ fn csv_has_what_is_drawn() {
          1,firefox,5.0,0.1,,\n\
          1,h = 3 ms,3.0,,,\n"
     );
-    let lines = lines().to_csv();
+    let lines = lines().draw().to_csv();
     assert!(
         lines.contains("a,native,0.1,1.1,,\na,native,,,,\na,native,0.3,1.0,,\n"),
         "the gap is a row without numbers: {lines}"

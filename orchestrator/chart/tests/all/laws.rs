@@ -179,7 +179,7 @@ fn places(path: &str) -> Vec<(f64, f64)> {
 proptest! {
     #[test]
     fn any_chart_is_well_formed_and_inside_its_page(chart in any_chart()) {
-        let svg = chart.to_svg();
+        let svg = chart.draw().to_svg();
         let document = roxmltree::Document::parse(&svg).expect("well-formed");
         let view = document.root_element().attribute("viewBox").expect("has a view box");
         let sizes: Vec<f64> = view
@@ -204,7 +204,7 @@ proptest! {
 
     #[test]
     fn every_pdf_finds_its_objects(chart in any_chart()) {
-        let pdf = chart.to_pdf();
+        let pdf = chart.draw().to_pdf();
         // Fonts are bytes like any; each is one character here, so that places stay places.
         let text: String = pdf.iter().map(|byte| if byte.is_ascii() { char::from(*byte) } else { '?' }).collect();
         let (_, end) = text.rsplit_once("startxref\n").expect("says where its table is");
@@ -225,11 +225,11 @@ proptest! {
 
     #[test]
     fn a_chart_is_the_same_whatever_was_drawn_before(first in any_chart(), other in any_chart()) {
-        let (svg, pdf, csv) = (first.to_svg(), first.to_pdf(), first.to_csv());
-        let _ = (other.to_svg(), other.to_pdf(), other.to_csv());
-        prop_assert_eq!(svg, first.to_svg());
-        prop_assert_eq!(pdf, first.to_pdf());
-        prop_assert_eq!(csv, first.to_csv());
+        let (svg, pdf, csv) = (first.draw().to_svg(), first.draw().to_pdf(), first.draw().to_csv());
+        let _ = (other.draw().to_svg(), other.draw().to_pdf(), other.draw().to_csv());
+        prop_assert_eq!(svg, first.draw().to_svg());
+        prop_assert_eq!(pdf, first.draw().to_pdf());
+        prop_assert_eq!(csv, first.draw().to_csv());
     }
 
     #[test]
@@ -243,7 +243,7 @@ proptest! {
                 given.extend(series.points.iter().copied());
             }
         }
-        for row in chart.to_csv().lines().skip(1) {
+        for row in chart.draw().to_csv().lines().skip(1) {
             let fields: Vec<&str> = row.split(',').collect();
             prop_assert_eq!(fields.len(), 6);
             if fields[2].is_empty() {
@@ -263,7 +263,7 @@ proptest! {
     fn any_chart_is_a_picture_and_always_the_same(chart in any_chart()) {
         let picture = picture(&chart);
         prop_assert!(picture.inked() > 0 || chart.panels.is_empty());
-        prop_assert!(chart.to_png() == chart.to_png());
+        prop_assert!(chart.draw().to_png() == chart.draw().to_png());
     }
 }
 
@@ -306,14 +306,14 @@ fn large(mark: Mark) -> Chart {
 #[test]
 fn sixty_thousand_points_are_a_small_file() {
     for mark in [Mark::Line, Mark::Steps, Mark::Dots, Mark::Bars(1.0)] {
-        let size = large(mark).to_svg().len();
+        let size = large(mark).draw().to_svg().len();
         assert!(size < 300_000, "{mark:?} takes {size} bytes");
     }
 }
 
 #[test]
 fn ids_have_the_name_of_the_chart() {
-    let svg = large(Mark::Line).to_svg();
+    let svg = large(Mark::Line).draw().to_svg();
     let document = roxmltree::Document::parse(&svg).expect("well-formed");
     let ids: Vec<&str> = document
         .descendants()
@@ -329,5 +329,5 @@ fn a_panel_without_data_says_so() {
         panel.series.clear();
         panel.empty = "not run".to_owned();
     }
-    assert!(chart.to_svg().contains(">not run</text>"));
+    assert!(chart.draw().to_svg().contains(">not run</text>"));
 }

@@ -135,7 +135,7 @@ proptest! {
                 ((column + 0.5) / columns as f64, (row + 0.5) / rows as f64)
             })
             .collect();
-        let svg = chart(vec![panel(map(columns, tiles.clone(), scale))]).to_svg();
+        let svg = chart(vec![panel(map(columns, tiles.clone(), scale))]).draw().to_svg();
         let mut levels: Vec<(f64, String)> = Vec::new();
         for (tile, seen) in tiles.into_iter().zip(seen(&svg, &middles)) {
             match (tile, seen) {
@@ -164,7 +164,7 @@ proptest! {
         columns in 1..9_usize,
     ) {
         prop_assume!(tiles.iter().any(|tile| *tile != Tile::None));
-        let csv = chart(vec![panel(map(columns, tiles.clone(), Scale::Log))]).to_csv();
+        let csv = chart(vec![panel(map(columns, tiles.clone(), Scale::Log))]).draw().to_csv();
         let expected = (0..tiles.len().next_multiple_of(columns)).map(|n| {
             let at = format!("1,settling/s,{:?},row {},,", (n % columns + 1) as f64, n / columns);
             match tiles.get(n) {
@@ -183,7 +183,7 @@ proptest! {
 fn maps_of_one_quantity_share_a_legend_and_levels() {
     let of = |value: f64| panel(map(1, vec![Tile::Value(value)], Scale::Log));
     let named = |svg: &str, name: &str| svg.matches(&format!(">{name}</text>")).count();
-    let shared = chart(vec![of(0.03), of(18.0)]).to_svg();
+    let shared = chart(vec![of(0.03), of(18.0)]).draw().to_svg();
     assert_eq!(named(&shared, "settling/s"), 1);
     assert!(shared.contains("<title>settling/s: 0.02 to 0.05</title>"));
     assert!(shared.contains("<title>settling/s: 10 to 20</title>"));
@@ -192,14 +192,18 @@ fn maps_of_one_quantity_share_a_legend_and_levels() {
     if let Some(map) = &mut other.map {
         map.value.label = "overshoot/%".to_owned();
     }
-    let apart = chart(vec![of(0.03), of(0.04), other]).to_svg();
+    let apart = chart(vec![of(0.03), of(0.04), other]).draw().to_svg();
     assert_eq!(named(&apart, "settling/s"), 2);
     assert_eq!(named(&apart, "overshoot/%"), 1);
 }
 
 #[test]
 fn the_legend_has_what_the_map_has_and_no_more() {
-    let svg = |tiles: Vec<Tile>| chart(vec![panel(map(2, tiles, Scale::Linear))]).to_svg();
+    let svg = |tiles: Vec<Tile>| {
+        chart(vec![panel(map(2, tiles, Scale::Linear))])
+            .draw()
+            .to_svg()
+    };
     let all = svg(vec![Tile::Value(1.0), Tile::Hatched, Tile::None]);
     assert!(all.contains(">unstable</text>") && all.contains(">no data</text>"));
     let values = svg(vec![Tile::Value(1.0), Tile::Value(2.0)]);
@@ -223,7 +227,7 @@ fn a_line_over_a_map_has_a_rim_and_is_cut_to_it() {
         points: vec![(-50.0, -50.0), (50.0, 50.0)],
         band: Vec::new(),
     });
-    let svg = chart(vec![panel]).to_svg();
+    let svg = chart(vec![panel]).draw().to_svg();
     let document = roxmltree::Document::parse(&svg).expect("well-formed");
     let layer = document
         .descendants()
@@ -253,6 +257,7 @@ fn eight_thousand_tiles_are_a_small_file() {
         })
         .collect();
     let size = chart(vec![panel(map(columns, tiles, Scale::Log))])
+        .draw()
         .to_svg()
         .len();
     assert!(size < 40_000, "{size} bytes");
@@ -280,7 +285,7 @@ fn names_that_are_crowded_stand_upright() {
         let named = |text: &str| names.iter().any(|name| text.contains(&format!(">{name}<")));
         texts.filter(|text| named(text)).count()
     };
-    assert_eq!(upright(&chart(vec![crowded()]).to_svg()), 0);
+    assert_eq!(upright(&chart(vec![crowded()]).draw().to_svg()), 0);
     let three = chart(vec![crowded(), crowded(), crowded()]);
-    assert_eq!(upright(&three.to_svg()), 3 * names.len());
+    assert_eq!(upright(&three.draw().to_svg()), 3 * names.len());
 }

@@ -106,8 +106,8 @@ impl Picture {
 
 /// The picture of a chart, which is as large as its SVG, at 192 pixels per inch.
 pub(crate) fn picture(chart: &Chart) -> Picture {
-    let picture = Picture::read(&chart.to_png());
-    let svg = chart.to_svg();
+    let picture = Picture::read(&chart.draw().to_png());
+    let svg = chart.draw().to_svg();
     let svg = roxmltree::Document::parse(&svg).expect("an SVG");
     for (name, length) in [("width", picture.width), ("height", picture.height)] {
         let points = svg.root_element().attribute(name).expect("a length");

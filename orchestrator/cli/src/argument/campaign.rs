@@ -1,4 +1,4 @@
-//! Arguments for running experiments and for looking at their results.
+//! Arguments for running experiments.
 
 // The comments on arguments are their help, printed as they stand.
 #![allow(clippy::doc_markdown)]
@@ -9,11 +9,10 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use clap::{Args, ValueEnum};
-use endpoint::SampleTime;
 use plan::{Clause, EXPERIMENTS, Selection, Shard};
 
 /// What an experiment can be: a built-in one, or a file.
-static EXPERIMENT: LazyLock<String> = LazyLock::new(|| {
+pub(super) static EXPERIMENT: LazyLock<String> = LazyLock::new(|| {
     let names: Vec<&str> = EXPERIMENTS.iter().map(|(name, _)| *name).collect();
     format!(
         "{}, or the path of an experiment or of a plan.json",
@@ -24,10 +23,10 @@ static EXPERIMENT: LazyLock<String> = LazyLock::new(|| {
 #[derive(Debug, Clone, Args)]
 pub(crate) struct Run {
     #[arg(default_value = "smoke", help = EXPERIMENT.as_str())]
-    experiment: String,
+    pub(super) experiment: String,
     /// A first table in 20 s: the experiment `quick`
     #[arg(long, conflicts_with = "experiment")]
-    quick: bool,
+    pub(super) quick: bool,
     #[command(flatten)]
     pub(crate) choice: Choice,
     /// Run the full experiment, not its scaled form (paper: 600 s instead of 120)
@@ -62,7 +61,7 @@ pub(crate) struct Run {
     #[arg(long, value_name = "FILE")]
     pub(crate) timing: Option<PathBuf>,
     /// Maximum number of tries for a cell that is disturbed; each try is kept
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = Run::TRIES, value_parser = clap::value_parser!(u8).range(1..))]
     pub(crate) tries: u8,
     /// Print the cells and how long they will take, and run nothing
     #[arg(long)]
@@ -79,18 +78,24 @@ pub(crate) struct Run {
     /// Continue the newest folder in results/ that has this plan
     #[arg(long, conflicts_with = "out")]
     pub(crate) resume: bool,
-    /// Repeat only runs that are incomplete or damaged; without --out, in the folder of --resume
+    /// Repeat incomplete and damaged runs only, in --out or the newest folder of this plan
     #[arg(long)]
     pub(crate) failed: bool,
     /// How progress is shown
     #[arg(long, value_enum, default_value_t = Progress::Auto, value_name = "HOW")]
     pub(crate) progress: Progress,
-    /// Exit with 1 unless the runs show this too: stable, "settling <= 400ms", "sent >= 99% in 90% at 95%"
+    /// Exit with 1 unless the runs show this too: holds, "settling <= 400ms", "sent >= 99% in 90% at 95%"
     #[arg(long, value_name = "CLAUSE")]
     pub(crate) require: Vec<Clause>,
+    /// Set by a gate.
+    #[arg(skip)]
+    pub(crate) undecided: Undecided,
 }
 
 impl Run {
+    /// How often a cell that is disturbed is tried, if nothing else is asked.
+    pub(crate) const TRIES: u8 = 3;
+
     /// Name or path of the experiment to run.
     pub(crate) fn experiment(&self) -> &str {
         if self.quick {
@@ -101,6 +106,19 @@ impl Run {
     }
 }
 
+/// What to make of an answer that cannot be told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Undecided {
+    /// It fails.
+    #[default]
+    Fails,
+    /// It passes, as `--allow undecided` asks.
+    Passes,
+}
+
+/// The word behind `--allow` for an answer that cannot be told.
+pub(crate) const UNDECIDED: &str = "undecided";
+
 #[derive(Debug, Args)]
 pub(crate) struct Gate {
     #[command(flatten)]
@@ -108,6 +126,16 @@ pub(crate) struct Gate {
     /// Stop after virtual time
     #[arg(long)]
     pub(crate) sim_only: bool,
+    /// Let pass what is not to fail: that a clause with a confidence cannot be told from so few runs
+    #[arg(long, value_enum, value_name = "WHAT")]
+    pub(crate) allow: Option<Allowed>,
+}
+
+/// What a gate lets pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Allowed {
+    /// An answer that cannot be told
+    Undecided,
 }
 
 /// Where cells run.
@@ -230,12 +258,12 @@ pub(crate) struct RunCell {
     #[arg(long, value_name = "FILE")]
     pub(crate) timing: Option<PathBuf>,
     /// Maximum number of tries for a cell that is disturbed; each try is kept
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = Run::TRIES, value_parser = clap::value_parser!(u8).range(1..))]
     pub(crate) tries: u8,
     /// How many cells run at the same time, with this one, for the manifest
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) together: u16,
-    /// With --backend netns, earliest start of the link, in ns of the monotonic clock, when the cells beside it are ready
+    /// Do not open the link before this instant (monotonic clock, ns): the other cells of its batch are ready then
     #[arg(long, default_value_t = 0, value_name = "NS")]
     pub(crate) not_before_ns: u64,
 }
@@ -254,182 +282,10 @@ pub(crate) struct Gc {
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct Show {
-    /// A results folder
-    pub(crate) folder: PathBuf,
-    /// How it is printed
-    #[arg(long, value_enum, default_value_t = ShowFormat::Table)]
-    pub(crate) format: ShowFormat,
-    /// Include disturbed runs in medians
-    #[arg(long)]
-    pub(crate) with_disturbed: bool,
-    /// Exit with 1 unless the runs show this too: stable, "settling <= 400ms", "sent >= 99% in 90% at 95%"
-    #[arg(long, value_name = "CLAUSE")]
-    pub(crate) require: Vec<Clause>,
-}
-
-/// How a results folder is printed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ShowFormat {
-    /// For people
-    Table,
-    /// Every figure, as in summary.csv
-    Csv,
-    /// As CSV, the lateness of each message against its schedule
-    Lateness,
-    /// As CSV, histograms of the time between arrivals, in ms and in ticks of the plant
-    Intervals,
-    /// As CSV, each message's round trip and its sample's delay in parts
-    Budget,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Matrix {
-    #[arg(default_value = "smoke", help = EXPERIMENT.as_str())]
-    pub(crate) experiment: String,
-    #[command(flatten)]
-    pub(crate) choice: Choice,
-    /// The campaign's seed; equal seeds give equal links
-    #[arg(long)]
-    pub(crate) seed: Option<u64>,
-    /// Take the full experiment, not its scaled form
-    #[arg(long)]
-    pub(crate) full: bool,
-    /// N jobs that take about equally long, instead of one for each topology
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Shard::MOST)), conflicts_with = "shard")]
-    pub(crate) shards: Option<u32>,
-    /// How the jobs are printed
-    #[arg(long, value_enum, default_value_t = MatrixFormat::List)]
-    pub(crate) format: MatrixFormat,
-    /// Write the plan that the jobs share, for `webloop run FILE --cells I,...`
-    #[arg(long, value_name = "FILE")]
-    pub(crate) plan: Option<PathBuf>,
-    /// Print the JSON schema of experiment files, or of plans, and nothing else
-    #[arg(long, value_enum, value_name = "WHAT", num_args = 0..=1, require_equals = true, default_missing_value = "experiment")]
-    pub(crate) schema: Option<Document>,
-}
-
-/// What a JSON schema describes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Document {
-    /// An experiment, as it is written
-    Experiment,
-    /// What it comes to, as --plan writes it
-    Plan,
-}
-
-/// How jobs are printed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum MatrixFormat {
-    /// For people
-    List,
-    /// One line for `strategy.matrix` of a GitHub workflow
-    Github,
-    /// For other programs
-    Json,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Collect {
-    /// Results folders of one plan, or folders that contain them
-    #[arg(required = true, value_name = "DIR")]
-    pub(crate) folders: Vec<PathBuf>,
-    /// Where to merge them; may be one of them
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: PathBuf,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Compare {
-    /// The results folder to compare with
-    pub(crate) a: PathBuf,
-    /// The results folder that may be worse
-    pub(crate) b: PathBuf,
-    /// Smallest change that matters, in percent
-    #[arg(long = "change", value_name = "PERCENT", default_value = "5", value_parser = percent)]
-    pub(crate) change_pct: f64,
-    /// Ignore missing and incomplete runs instead of failing
-    #[arg(long)]
-    pub(crate) allow_missing: bool,
-    /// Ignore missing, incomplete and damaged runs of cells whose id contains PATTERN, or matches it if it has a * (repeatable)
-    #[arg(long, value_name = "PATTERN")]
-    pub(crate) allow: Vec<String>,
-    /// How the comparison is printed
-    #[arg(long, value_enum, default_value_t = CompareFormat::Table)]
-    pub(crate) format: CompareFormat,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Agree {
-    /// A results folder, such as one in virtual time
-    pub(crate) a: PathBuf,
-    /// The results folder that it should agree with, such as one over real sockets
-    pub(crate) b: PathBuf,
-    /// Ignore missing and incomplete runs instead of failing
-    #[arg(long)]
-    pub(crate) allow_missing: bool,
-    /// How the agreement is printed
-    #[arg(long, value_enum, default_value_t = AgreeFormat::Table)]
-    pub(crate) format: AgreeFormat,
-}
-
-/// How an agreement is printed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum AgreeFormat {
-    /// For people
-    Table,
-    /// All of it, for other programs
-    Json,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Margin {
-    /// Sample times of plant and controller
-    #[arg(
-        long,
-        value_name = "TIME,...",
-        value_delimiter = ',',
-        default_value = "1ms,3ms,10ms"
-    )]
-    pub(crate) h: Vec<SampleTime>,
-    /// The plant with its law: a built-in system, or the path of a system file
-    #[arg(long, default_value = "motor", value_name = "NAME")]
-    pub(crate) system: String,
-    /// Proportional gain, instead of the system's
-    #[arg(long, allow_negative_numbers = true)]
-    pub(crate) kp: Option<f64>,
-    /// Integral gain in 1/s, instead of the system's
-    #[arg(long, allow_negative_numbers = true)]
-    pub(crate) ki: Option<f64>,
-    /// Topologies or profile files to hold against the margin (default: all built-in ones)
-    #[arg(long, value_name = "NAME")]
-    pub(crate) topology: Vec<String>,
-}
-
-#[derive(Debug, Args)]
 pub(crate) struct Calibrate {
     /// The results folder of a finished experiment `calibrate` (default: run it now)
     pub(crate) folder: Option<PathBuf>,
     /// File to write the timings to, for `run --backend sim --timing FILE`
     #[arg(long, value_name = "FILE", default_value = "timings.toml")]
     pub(crate) out: PathBuf,
-}
-
-/// How a comparison is printed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum CompareFormat {
-    /// For people
-    Table,
-    /// A row for each measure of each group
-    Csv,
-    /// All of it, for other programs
-    Json,
-}
-
-/// Parses a percentage that serves as a limit.
-fn percent(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|percent| (0.0..=1000.0).contains(percent))
-        .ok_or_else(|| "give a number of percent from 0 to 1000".to_owned())
 }

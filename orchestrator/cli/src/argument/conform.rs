@@ -5,6 +5,7 @@
 
 use std::path::PathBuf;
 
+use anyhow::{Context, bail};
 use clap::Args;
 use endpoint::{SampleTime, Signals};
 
@@ -33,19 +34,19 @@ pub(crate) struct Conform {
     pub(crate) list: bool,
 }
 
-fn inputs(text: &str) -> Result<usize, String> {
-    let inputs = text.parse().ok();
+fn inputs(text: &str) -> anyhow::Result<usize> {
+    let inputs = text.parse::<usize>().ok();
     let known = inputs.filter(|inputs| (1..=Signals::MOST).contains(inputs));
-    known.ok_or_else(|| "give 1 or 2".to_owned())
+    known.context("give 1 or 2")
 }
 
-fn sample_time(text: &str) -> Result<SampleTime, String> {
+fn sample_time(text: &str) -> anyhow::Result<SampleTime> {
     const MS: u64 = 1_000_000;
-    let h: SampleTime = text.parse().map_err(|problem| format!("{problem}"))?;
+    let h: SampleTime = text.parse()?;
     // A trial lasts some seconds, so a longer h leaves too few messages to judge.
     if (MS..=100 * MS).contains(&h.ns()) {
         Ok(h)
     } else {
-        Err("give a time from 1ms to 100ms, like 10ms".to_owned())
+        bail!("give a time from 1ms to 100ms, like 10ms")
     }
 }

@@ -5,8 +5,8 @@
 
 use std::path::PathBuf;
 
+use anyhow::anyhow;
 use clap::{Args, Subcommand, ValueEnum};
-use jiff::SignedDuration;
 
 use super::Player;
 
@@ -35,16 +35,12 @@ pub(crate) struct LinkShow {
     pub(crate) way: Way,
     /// How long a time of the link to print
     #[arg(long = "for", default_value = "10s", value_name = "TIME", value_parser = span, requires = "tc")]
-    pub(crate) span: SignedDuration,
+    pub(crate) span_ns: u64,
 }
 
-fn span(text: &str) -> Result<SignedDuration, String> {
-    match text.parse::<SignedDuration>() {
-        Ok(span) if span > SignedDuration::ZERO && span <= SignedDuration::from_hours(1) => {
-            Ok(span)
-        }
-        _ => Err("give a time up to an hour, like 10s".to_owned()),
-    }
+fn span(text: &str) -> anyhow::Result<u64> {
+    let span_ns = text::duration_ns(text, 1..=60 * text::MINUTE_NS);
+    span_ns.map_err(|_| anyhow!("give a time up to an hour, like 10s"))
 }
 
 #[derive(Debug, Args)]
@@ -75,10 +71,10 @@ pub(crate) struct Probe {
     pub(crate) quiet: bool,
 }
 
-fn interval(text: &str) -> Result<f64, String> {
+fn interval(text: &str) -> anyhow::Result<f64> {
     match text.parse::<f64>() {
         Ok(seconds) if (0.001..=3600.0).contains(&seconds) => Ok(seconds),
-        _ => Err("give seconds between 0.001 and 3600".to_owned()),
+        _ => Err(anyhow!("give seconds between 0.001 and 3600")),
     }
 }
 

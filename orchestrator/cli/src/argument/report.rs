@@ -15,7 +15,7 @@ pub(crate) struct Report {
     /// Write the report here instead of into the folder's `report`; the folder stays unchanged
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Exit with 1 unless the runs show this too: stable, "settling <= 400ms", "sent >= 99% in 90% at 95%"
+    /// Exit with 1 unless the runs show this too: holds, "settling <= 400ms", "sent >= 99% in 90% at 95%"
     #[arg(long, value_name = "CLAUSE")]
     pub(crate) require: Vec<Clause>,
     /// Open the page in the desktop's browser

@@ -7,13 +7,13 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use agent::AgentName;
+use anyhow::{Context, bail};
 use browser::Engine;
 use clap::{Args, Subcommand};
-use endpoint::{ControllerSettings, Hold, Late, Lease, Mode, NoiseLaw, PageSettings, SampleTime};
-use jiff::SignedDuration;
+use endpoint::{ControllerSettings, Mode, PageSettings, PlantSettings, SampleTime};
 
 use super::field::Fields;
-use super::{Player, ServeEnd, Way};
+use super::{Player, Way, time};
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum ServeCommand {
@@ -40,9 +40,6 @@ pub(crate) enum ServeCommand {
     Hear(ServeHalf),
     /// An agent: starts the other roles for an orchestrator on another machine or container
     Agent(ServeAgent),
-    /// An end that a peer is measured with, for `webloop bench`
-    #[command(hide = true)]
-    End(ServeEnd),
     /// Exit with 0 if an agent answers: for containers' health checks
     Health(ServeHealth),
 }
@@ -60,25 +57,8 @@ pub(crate) struct ServePlant {
     /// Sample time
     #[arg(long, default_value = "3ms", value_name = "TIME")]
     pub(crate) h: SampleTime,
-    /// Commands that are repeated or older than the newest: apply or drop
-    #[arg(long, default_value = "drop")]
-    pub(crate) late: Late,
-    /// How long a command holds when no other comes: last (for ever), or a time, then 0, or "100ms then hold",
-    /// "100ms then 0.5", "100ms then ramp 1s" (default: 10 h, and 1s at the least)
-    #[arg(long, value_name = "TIME")]
-    pub(crate) hold: Option<Hold>,
-    /// How much longer than the quickest a command may be under way (default: any time)
-    #[arg(long, value_name = "TIME")]
-    pub(crate) max_age: Option<SignedDuration>,
-    /// Who may command at a time: none (whoever sends), address (one IP address) or token (one session)
-    #[arg(long, default_value = "address")]
-    pub(crate) lease: Lease,
-    /// Take only commands that end with their checksum
-    #[arg(long)]
-    pub(crate) check: bool,
-    /// Law of each tick's extra delay, like "uniform 3ms" or "normal 1ms"
-    #[arg(long, value_name = "LAW")]
-    pub(crate) tick_noise: Option<NoiseLaw>,
+    #[command(flatten)]
+    pub(crate) settings: Fields<PlantSettings>,
     /// The seed of these delays, and of what is random in a program that is the plant
     #[arg(long, default_value_t = 0, value_name = "SEED")]
     pub(crate) noise_seed: u64,
@@ -115,8 +95,8 @@ pub(crate) struct ServeController {
     #[arg(long, value_parser = reference, allow_negative_numbers = true)]
     pub(crate) r: Option<f64>,
     /// How long to send
-    #[arg(long, default_value = "6s", value_name = "TIME")]
-    pub(crate) duration: SignedDuration,
+    #[arg(long = "duration", default_value = "6s", value_name = "TIME", value_parser = time)]
+    pub(crate) duration_ns: u64,
     #[command(flatten)]
     pub(crate) settings: Fields<ControllerSettings>,
     /// Claim the plant for a session, as its lease "token" asks; a page always does
@@ -125,9 +105,6 @@ pub(crate) struct ServeController {
     /// End each command with its checksum, and take only answers with theirs; the native controller only
     #[arg(long)]
     pub(crate) check: bool,
-    /// Send requests with reqwest, to compare; the native controller only
-    #[arg(long, hide = true, env = "WEBLOOP_REQWEST")]
-    pub(crate) reqwest: bool,
     /// The system whose law to use: a built-in one, or the path of a system file; a page uses the plant's
     #[arg(long, default_value = "motor")]
     pub(crate) system: String,
@@ -161,6 +138,9 @@ pub(crate) struct ServeProgram {
 
 #[derive(Debug, Args)]
 pub(crate) struct ServeFirst {
+    /// Do not start it before this instant (monotonic clock, ns)
+    #[arg(long, default_value_t = 0, value_name = "NS")]
+    pub(crate) not_before_ns: u64,
     /// The program and its arguments
     #[arg(last = true, value_name = "COMMAND")]
     pub(crate) run: Vec<String>,
@@ -228,12 +208,13 @@ pub(crate) struct ServeAgent {
     pub(crate) scratch: PathBuf,
     /// End if no orchestrator claims the agent within this time; a slow machine needs more
     #[arg(
-        long,
+        long = "patience",
         env = "WEBLOOP_PATIENCE",
         default_value = "60s",
-        value_name = "TIME"
+        value_name = "TIME",
+        value_parser = time
     )]
-    pub(crate) patience: SignedDuration,
+    pub(crate) patience_ns: u64,
 }
 
 #[derive(Debug, Args)]
@@ -246,15 +227,15 @@ pub(crate) struct ServeHealth {
     pub(crate) hold: bool,
 }
 
-fn host(text: &str) -> Result<String, String> {
+fn host(text: &str) -> anyhow::Result<String> {
     endpoint::host::is_name(text)
         .then(|| text.to_owned())
-        .ok_or_else(|| "give a host's name, like plant or bench.lab, without a port".to_owned())
+        .context("give a host's name, like plant or bench.lab, without a port")
 }
 
-fn reference(text: &str) -> Result<f64, String> {
+fn reference(text: &str) -> anyhow::Result<f64> {
     match text.parse::<f64>() {
         Ok(r) if r.is_finite() => Ok(r),
-        _ => Err("give a finite number, like 1 or -0.5".to_owned()),
+        _ => bail!("give a finite number, like 1 or -0.5"),
     }
 }

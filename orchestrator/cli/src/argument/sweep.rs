@@ -6,6 +6,7 @@
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
+use anyhow::Context;
 use clap::Args;
 
 use super::Progress;
@@ -50,13 +51,9 @@ pub(crate) struct Sweep {
 }
 
 /// Parses an axis and the value that it is fixed to.
-fn fixed(text: &str) -> Result<(sweep::Axis, String), String> {
+fn fixed(text: &str) -> anyhow::Result<(sweep::Axis, String)> {
     let (axis, value) = text
         .split_once('=')
-        .ok_or_else(|| "write an axis and its value, such as kp=0.17".to_owned())?;
-    let axis = axis
-        .trim()
-        .parse()
-        .map_err(|error: sweep::UnknownAxis| error.to_string())?;
-    Ok((axis, value.trim().to_owned()))
+        .context("write an axis and its value, such as kp=0.17")?;
+    Ok((axis.trim().parse()?, value.trim().to_owned()))
 }

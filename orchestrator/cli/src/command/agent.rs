@@ -7,7 +7,7 @@ use agent::{Config, Token};
 use anyhow::anyhow;
 
 use crate::argument::{ServeAgent, ServeHealth};
-use crate::command::serve::{ns, say_ready};
+use crate::command::serve::say_ready;
 use crate::exit::{Exit, Failure, Outcome};
 
 /// Serves an orchestrator until it ends the agent, is not heard for too long, or a signal comes.
@@ -24,7 +24,7 @@ pub(crate) fn serve(argument: &ServeAgent) -> Outcome {
         name: argument.name,
         scratch: argument.scratch.clone(),
         token: Token::from_environment().map_err(Failure::usage)?,
-        unclaimed: Duration::from_nanos(ns("patience", argument.patience)?),
+        unclaimed: Duration::from_nanos(argument.patience_ns),
         silence: Config::SILENCE,
         program: std::env::current_exe()?,
     };

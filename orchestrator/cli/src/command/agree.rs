@@ -8,12 +8,11 @@ use report::agree::Agreement;
 
 use crate::argument::{Agree, AgreeFormat};
 use crate::exit::{Exit, Failure, Outcome};
-use crate::results::{are_whole, tell_damage};
+use crate::results::{self, are_whole, tell_damage};
 
 /// Reads both folders and prints where they agree and where they differ.
 pub(crate) fn run(argument: &Agree) -> Outcome {
-    let read = |folder| Campaign::read(folder).map_err(Failure::usage);
-    let (a, b) = (read(&argument.a)?, read(&argument.b)?);
+    let (a, b) = (results::read(&argument.a)?, results::read(&argument.b)?);
     let agreement = Agreement::of(&a, &b);
     let mut out = crate::console::out();
     match argument.format {

@@ -43,7 +43,11 @@ pub(crate) fn python(argument: &ServeController) -> Outcome {
 pub(crate) fn browser(argument: &ServeBrowser) -> Outcome {
     let is_asked = |client: &Client| client.spec().engine == Some(argument.engine);
     let client = Client::ALL.into_iter().find(is_asked);
-    let page = client.map(|client| (client, argument.page.0));
+    let page = argument
+        .page
+        .at(argument.controller.h)
+        .map_err(Failure::usage)?;
+    let page = client.map(|client| (client, page));
     let (role, _) = controller_role(&argument.controller, page)?;
     let (engine, page) = of_page(&role)?;
     let config = ::browser::Config {

@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 use std::io::Write;
 
 use analysis::Run;
+use analysis::repeats::Over;
 use campaign::{CampaignFolder, Merged, Results, Sources};
 use plan::{Verdict, file_name};
 
@@ -26,8 +27,8 @@ pub(crate) fn run(argument: &Collect) -> Outcome {
 
     let read = analysis::Campaign::read(folder)?;
     let results = Results::of(&read, |_| false)?;
-    campaign.leave(file_name::SUMMARY, results.csv().as_bytes())?;
-    campaign.leave(file_name::TABLE, results.table(false).as_bytes())?;
+    campaign.leave_parts(file_name::SUMMARY, results.csv())?;
+    campaign.leave(file_name::TABLE, results.table(Over::Complete).as_bytes())?;
 
     let mut out = crate::console::out();
     let Merged {

@@ -5,11 +5,11 @@ use std::io::Write;
 use analysis::{Campaign, Run};
 use anyhow::anyhow;
 use plan::Selection;
-use report::compare::{Comparison, lost};
+use report::compare::{Answer, Comparison, lost};
 
-use crate::argument::{Compare, CompareFormat};
+use crate::argument::{Compare, CompareFormat, UNDECIDED, Undecided};
 use crate::exit::{Exit, Failure, Outcome};
-use crate::results::{are_whole, tell_damage};
+use crate::results::{self, are_whole, tell_damage};
 
 /// Reads both folders and prints how they compare.
 pub(crate) fn run(argument: &Compare) -> Outcome {
@@ -21,9 +21,9 @@ pub(crate) fn run(argument: &Compare) -> Outcome {
         allow,
         format,
     } = argument;
-    let read = |folder| Campaign::read(folder).map_err(Failure::usage);
-    let both = (read(a)?, read(b)?);
-    let is_allowed = allowed(allow, [&both.0, &both.1])?;
+    let both = (results::read(a)?, results::read(b)?);
+    let (undecided, allow) = split(allow);
+    let is_allowed = allowed(&allow, [&both.0, &both.1])?;
     let comparison = Comparison::of(&both.0, &both.1, change_pct / 1e2);
     let paths = (a.as_path(), b.as_path());
     let (a, b) = (a.display().to_string(), b.display().to_string());
@@ -53,11 +53,31 @@ pub(crate) fn run(argument: &Compare) -> Outcome {
     let lost = lost.count();
     let campaigns = [(&both.0, paths.0), (&both.1, paths.1)];
     let are_whole = are_whole(campaigns, *allow_missing, is_allowed);
-    if are_whole && lost == 0 && !comparison.is_worse() {
+    let passes = match comparison.answer {
+        Answer::Worse => false,
+        Answer::NotWorse => true,
+        Answer::CannotTell => undecided == Undecided::Passes,
+    };
+    if are_whole && lost == 0 && passes {
         Ok(Exit::Fine)
     } else {
         Ok(Exit::Failed)
     }
+}
+
+/// The word `undecided` among what is allowed, and the other words, which are patterns of cells.
+fn split(allow: &[String]) -> (Undecided, Vec<String>) {
+    let patterns: Vec<String> = allow
+        .iter()
+        .filter(|word| *word != UNDECIDED)
+        .cloned()
+        .collect();
+    let undecided = if patterns.len() < allow.len() {
+        Undecided::Passes
+    } else {
+        Undecided::Fails
+    };
+    (undecided, patterns)
 }
 
 /// Whether `--allow` accepts that a run is not there. Each pattern has to name a cell, or it would accept nothing

@@ -6,6 +6,7 @@ use std::io::Write;
 use std::net::SocketAddr;
 use std::path::{Path, absolute};
 
+use ::conform::PlantFault;
 use ::conform::{NAME, PLANT_TRIALS, Trial, Verdict, run_plant};
 use agent::{Launch, Role};
 use anyhow::{Context, anyhow};
@@ -103,7 +104,10 @@ fn test_plant(argument: &Conform) -> Outcome {
     }
     let stop = stop::told_to_end()?;
     let program = Program::new(argument.command.clone());
-    let start = |h| start_plant(&program, argument.inputs, h, SEED);
+    let start = |h| {
+        start_plant(&program, argument.inputs, h, SEED, None)
+            .map_err(|problem| PlantFault::Broken(problem.to_string()))
+    };
     match run_plant(&start, argument.h, &stop) {
         Ok(outcomes) if tell(argument, &outcomes)? => Ok(Exit::Fine),
         Ok(_) => Ok(Exit::Failed),
@@ -113,7 +117,7 @@ fn test_plant(argument: &Conform) -> Outcome {
 }
 
 /// Prints the outcomes, and writes them where that is asked for. Returns whether no trial failed.
-fn tell(argument: &Conform, outcomes: &[::conform::Outcome]) -> Result<bool, Failure> {
+fn tell(argument: &Conform, outcomes: &[::conform::TrialResult]) -> Result<bool, Failure> {
     if let Some(file) = &argument.junit {
         fs::write(file, ::conform::junit(outcomes))
             .with_context(|| format!("cannot write {}; give another --junit", file.display()))

@@ -1,5 +1,6 @@
 //! `webloop doctor`: what this machine can do, what is missing, and what to do about it.
 
+use std::fmt::Display;
 use std::io::Write;
 
 use backend::ability::{Need, abilities};
@@ -24,7 +25,7 @@ pub(crate) fn run() -> Outcome {
     )?;
     let mut missing = false;
     for ability in abilities(&authority) {
-        let (mark, text) = match (&ability.found, ability.need) {
+        let (mark, text): (_, &dyn Display) = match (&ability.found, ability.need) {
             (Ok(text), _) => ("ok", text),
             (Err(text), Need::Must) => ("MISSING", text),
             (Err(text), Need::Better) => ("without", text),

@@ -13,9 +13,7 @@ pub(crate) fn show(show: &LinkShow) -> Outcome {
     let profile = source::profile(&show.profile)?;
     let text = if show.tc {
         let way = show.way.into();
-        // The argument's parser has limited it.
-        let span_ns = show.span.as_nanos().unsigned_abs() as u64;
-        ::link::script(&profile, show.seed, way, span_ns)
+        ::link::script(&profile, show.seed, way, show.span_ns)
     } else {
         ::link::describe(&profile)
     };
@@ -31,13 +29,19 @@ pub(crate) fn lint(lint: &LinkLint) -> Outcome {
         let text =
             source::profile_text(&origin).map_err(|problem| Failure::usage(anyhow!(problem)))?;
         let (profile, findings) = source::read(&text, &origin);
-        diagnostic::findings(&text.source, &findings);
+        for finding in &findings {
+            diagnostic::draw(&text.source, &origin, finding);
+        }
         match profile {
-            Some(profile) => writeln!(
-                crate::console::out(),
-                "{origin}: {} can be played",
-                profile.name()
-            )?,
+            Some(profile) => {
+                let name = profile.name();
+                let traces = ::link::traces(&profile);
+                let traces = traces.map_or(String::new(), |words| format!("; {words}"));
+                writeln!(
+                    crate::console::out(),
+                    "{origin}: {name} can be played{traces}"
+                )?;
+            }
             None => unplayable += 1,
         }
     }

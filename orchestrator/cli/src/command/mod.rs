@@ -2,7 +2,6 @@
 
 pub(crate) mod agent;
 pub(crate) mod agree;
-pub(crate) mod bench;
 pub(crate) mod calibrate;
 pub(crate) mod client;
 pub(crate) mod collect;

@@ -11,11 +11,11 @@ use ::link::{PacketRow, Profile, Way};
 use anyhow::{Context, anyhow};
 use backend::{LinkRole, Player};
 use certificate::{Beside, OneWay};
+use clock::now::now_ns;
 use link::{Epoch, LinkTime};
 use serde::Serialize;
 use shaper::{
     PacketPort, PlayerConfig, Record, TUNNEL_PORT, TcConfig, TcPlayer, TunPort, UdpPort, WayConfig,
-    now_ns,
 };
 
 use crate::argument::ServeLink;

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use ::link::{Asked, Band, Pings, Prediction, Profile, predict};
+use ::link::{Asked, Band, LinkTime, Pings, Prediction, Profile, predict};
 use anyhow::anyhow;
 use backend::Probed;
 use certificate::{ANSWERS_NEEDED, Certificate, Echo, RttStatistics, Verdict};
@@ -48,15 +48,22 @@ pub(crate) fn run(argument: &Probe) -> Outcome {
     })?;
     broken_pipe?;
     summary(&mut out, &profile, &probed, interval_ns)?;
-    let judged = probed
-        .certificate
-        .filter(|certificate| certificate.sent >= ANSWERS_NEEDED);
+    let judged = probed.certificate.filter(is_judged);
     match judged.map(|certificate| certificate.verdict) {
         Some(Verdict::Broken(reasons)) => {
             Err(anyhow!("the link did not hold: {}", reasons.join("; ")).into())
         }
         _ => Ok(Exit::Fine),
     }
+}
+
+/// Whether there are enough answers to judge the link by: so many as it should have let through, or as many
+/// as it did although it should not.
+fn is_judged(certificate: &Certificate) -> bool {
+    let due = certificate.sent as f64 * (1.0 - certificate.predicted.loss);
+    let is_as_due = certificate.fates.came_though_lost + certificate.fates.lost_though_due == 0;
+    let is_lossy = is_as_due && due.round() < ANSWERS_NEEDED as f64;
+    certificate.sent >= ANSWERS_NEEDED && !is_lossy
 }
 
 fn answer(out: &mut impl Write, echo: &Echo) -> io::Result<()> {
@@ -99,11 +106,13 @@ fn summary(
         "{sent} packets transmitted, {received} received, {:.1}% packet loss",
         measured.loss * 100.0
     )?;
-    writeln!(
-        out,
-        "rtt min/avg/max/mdev = {:.3}/{:.3}/{:.3}/{:.3} ms",
-        measured.min_ms, measured.avg_ms, measured.max_ms, measured.sd_ms
-    )?;
+    match measured.times_ms() {
+        Some([min, avg, max, sd]) => writeln!(
+            out,
+            "rtt min/avg/max/mdev = {min:.3}/{avg:.3}/{max:.3}/{sd:.3} ms"
+        )?,
+        None => writeln!(out, "no echo was answered, so there are no round trips")?,
+    }
     writeln!(
         out,
         "\n{:<26}{:>11}{:>11}{:>11}{:>11}{:>9}",
@@ -120,7 +129,11 @@ fn summary(
         return writeln!(out, "\nNo link to judge: both ends are on one machine.");
     };
     let count = u32::try_from(sent).unwrap_or(u32::MAX);
-    if sent > 0 {
+    let until = LinkTime::from_ns(interval_ns.saturating_mul(u64::from(count)));
+    if sent == 0 {
+        return writeln!(out, "\nNo echo was sent: there is nothing to judge.");
+    }
+    if profile.varies_by_seed(until) {
         let prediction = predict(profile, Pings { count, interval_ns });
         bands(
             out,
@@ -129,19 +142,26 @@ fn summary(
             probed.baseline.rtt_ms,
             profile.asked(),
         )?;
+    } else {
+        writeln!(out, "\nNothing in this link depends on the seed.")?;
     }
     proof(out, certificate)
 }
 
 fn row(out: &mut impl Write, name: &str, rtt: &RttStatistics) -> io::Result<()> {
+    line(out, name, rtt.times_ms().unwrap_or([f64::NAN; 4]), rtt.loss)
+}
+
+/// A row of the table; a time that is not there is a dash.
+fn line(out: &mut dyn Write, name: &str, times_ms: [f64; 4], loss: f64) -> io::Result<()> {
+    let [min, avg, max, sd] = times_ms.map(|ms| match ms.is_finite() {
+        true => format!("{ms:.3}"),
+        false => "-".to_owned(),
+    });
     writeln!(
         out,
-        "{name:<26}{:>11.3}{:>11.3}{:>11.3}{:>11.3}{:>9.2}",
-        rtt.min_ms,
-        rtt.avg_ms,
-        rtt.max_ms,
-        rtt.sd_ms,
-        rtt.loss * 100.0
+        "{name:<26}{min:>11}{avg:>11}{max:>11}{sd:>11}{:>9.2}",
+        loss * 100.0
     )
 }
 
@@ -165,65 +185,83 @@ fn bands(
     own_ms: f64,
     asked: Option<Asked>,
 ) -> io::Result<()> {
-    let columns = [
-        ("min", model.min_ms, measured.min_ms - own_ms),
-        ("avg", model.avg_ms, measured.avg_ms - own_ms),
-        ("max", model.max_ms, measured.max_ms - own_ms),
-        ("sd", model.sd_ms, measured.sd_ms),
-        ("loss", model.loss, measured.loss),
-    ];
+    let times = [model.min_ms, model.avg_ms, model.max_ms, model.sd_ms];
     let end = |name: &str, pick: fn(&Band) -> f64, out: &mut dyn Write| {
-        let [min, avg, max, sd, loss] = columns.each_ref().map(|(_, band, _)| pick(band));
-        writeln!(
-            out,
-            "{name:<26}{min:>11.3}{avg:>11.3}{max:>11.3}{sd:>11.3}{:>9.2}",
-            loss * 100.0
-        )
+        line(out, name, times.each_ref().map(pick), pick(&model.loss))
     };
-    if model.avg_ms.low == model.avg_ms.high {
-        return writeln!(out, "\nNothing in this link depends on the seed.");
-    }
     end("99 % of seeds: from", |band| band.low, out)?;
     end("               to", |band| band.high, out)?;
-    let outside: Vec<_> = columns
-        .iter()
-        .filter(|(_, band, value)| !band.contains(*value))
-        .map(|(name, _, _)| *name)
-        .collect();
     writeln!(out)?;
-    match outside.as_slice() {
-        [] => writeln!(
+    // Where all seeds agree, what is measured differs by the machine alone.
+    let judged: Vec<_> = columns(model, measured, own_ms)
+        .filter(|(_, band, _)| band.low < band.high)
+        .collect();
+    let names = |is_inside: bool| {
+        let judged = judged.iter();
+        let some = judged.filter(|(_, band, value)| band.contains(*value) == is_inside);
+        some.map(|(name, ..)| *name).collect::<Vec<_>>().join(", ")
+    };
+    let (inside, outside) = (names(true), names(false));
+    let own = format!("less {own_ms:.3} ms, the player's own cost");
+    match (judged.len(), outside.is_empty()) {
+        (0, _) => writeln!(out, "No figure of these echoes depends on the seed.")?,
+        (5, true) => writeln!(
             out,
-            "All five are inside the band of 99 % of seeds (less {own_ms:.3} ms, the player's own cost)."
+            "All five are inside the band of 99 % of seeds ({own})."
         )?,
-        names => writeln!(
+        (_, true) => writeln!(
             out,
-            "Outside the band of 99 % of seeds: {} (less {own_ms:.3} ms, the player's own cost).",
-            names.join(", ")
+            "Inside the band of 99 % of seeds: {inside}; nothing else depends on the seed."
         )?,
+        (_, false) => writeln!(out, "Outside the band of 99 % of seeds: {outside} ({own}).")?,
     }
-    if let Some(asked) = asked {
-        let factor = measured.max_ms / asked.rtt_max_ms;
+    if let (Some(asked), Some([.., max_ms, _])) = (asked, measured.times_ms())
+        && asked.rtt_max_ms > 0.0
+    {
+        let factor = max_ms / asked.rtt_max_ms;
         writeln!(out, "The greatest RTT is {factor:.2} times the profile's.")?;
     }
     Ok(())
 }
 
+/// What can be held against a band: the loss, and the times if there are any.
+fn columns(
+    model: &Prediction,
+    measured: &RttStatistics,
+    own_ms: f64,
+) -> impl Iterator<Item = (&'static str, Band, f64)> {
+    let times = measured.times_ms().map(|[min, avg, max, sd]| {
+        [
+            ("min", model.min_ms, min - own_ms),
+            ("avg", model.avg_ms, avg - own_ms),
+            ("max", model.max_ms, max - own_ms),
+            ("sd", model.sd_ms, sd),
+        ]
+    });
+    let loss = ("loss", model.loss, measured.loss);
+    times.into_iter().flatten().chain([loss])
+}
+
 fn proof(out: &mut impl Write, certificate: &Certificate) -> io::Result<()> {
     let rtt = &certificate.residuals.rtt;
     let fates = certificate.fates.came_though_lost + certificate.fates.lost_though_due;
+    let told = certificate.sent - fates.min(certificate.sent);
+    if certificate.answered > 0 {
+        write!(
+            out,
+            "Against the model, echo by echo: median {:.3} ms, 99 % {:.3} ms, greatest {:.3} ms; ",
+            rtt.median_ms, rtt.p99_ms, rtt.max_ms
+        )?;
+    } else {
+        write!(out, "No delay to hold against the model; ")?;
+    }
     writeln!(
         out,
-        "Against the model, echo by echo: median {:.3} ms, 99 % {:.3} ms, greatest {:.3} ms; the \
-         model predicted the fate of {} of {}.",
-        rtt.median_ms,
-        rtt.p99_ms,
-        rtt.max_ms,
-        certificate.sent - fates.min(certificate.sent),
+        "the model predicted the fate of {told} of {}.",
         certificate.sent
     )?;
     match &certificate.verdict {
-        _ if certificate.sent < ANSWERS_NEEDED => {
+        _ if !is_judged(certificate) => {
             writeln!(
                 out,
                 "Too few answers to judge the link; it takes {ANSWERS_NEEDED}."

@@ -3,15 +3,16 @@
 
 use std::ffi::OsString;
 use std::fs::{self, File};
+use std::io;
 use std::path::{Path, absolute};
 use std::process::ExitCode;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use agent::program::{Ended, OWN, Program, supervise};
+use agent::program::{Ended, OWN, Supervised, supervise};
 use anyhow::{Context, anyhow};
 use backend::ControllerRole;
+use clock::now::now_ns;
 use endpoint::report::Own;
-use shaper::now_ns;
 use system::System;
 
 use crate::argument::{ServeFirst, ServeProgram};
@@ -50,15 +51,24 @@ pub(crate) fn program(argument: &ServeProgram) -> Outcome {
     let out = absolute(&argument.controller.out)?;
     // Open until the program has ended, since its path leads to this descriptor.
     let archive = python::package()?;
-    let supervised = Program {
+    let supervised = Supervised {
         run,
         environment: environment(&role, &system, start_ns, &out, &archive)?,
         plant_port: role.plant.port(),
+        start_ns,
         stop_ns,
+        hidden: backend::hidden(&out, Some(&out.join(OWN))),
     };
     let ready = || say_ready(&format!("http://{}", role.plant));
-    let ended = supervise(&supervised, ready, &stop)
-        .with_context(|| format!("`{}` cannot be run", run.join(" ")))?;
+    let ended = supervise(&supervised, ready, &stop).map_err(|problem| {
+        let is_forbidden = problem.kind() == io::ErrorKind::PermissionDenied;
+        let error = anyhow!(problem).context(format!("`{}` cannot be run", run.join(" ")));
+        if is_forbidden {
+            Failure::unsupported(error)
+        } else {
+            error.into()
+        }
+    })?;
     let is_early = ended.t_ns < stop_ns;
     let report = Own {
         client: role.client.to_string(),
@@ -150,7 +160,7 @@ fn environment(
 
 /// Runs the first process beside a program.
 pub(crate) fn first(argument: &ServeFirst) -> ExitCode {
-    match agent::first::run(&argument.run) {
+    match agent::first::run(&argument.run, argument.not_before_ns) {
         Ok(code) => ExitCode::from(code),
         Err(problem) => {
             say!("webloop: cannot wait for the program: {problem}");

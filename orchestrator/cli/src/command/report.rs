@@ -4,22 +4,25 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use analysis::{Campaign, Run};
+use analysis::Campaign;
+use analysis::outline::{self, Outlined};
+use analysis::repeats::Over;
 use anyhow::{Context, anyhow, bail};
 use campaign::Results;
 use plan::file_name;
 use report::claim::{Finding, Verdict};
 use report::deposit::{package, provenance};
-use report::figure::Figure;
+use report::figure::LaidOut;
 use report::{Exhibits, Report, answer::Answer};
 
 use crate::argument::{self, Publication};
-use crate::command::run::{judged, print};
 use crate::exit::{Exit, Failure, Outcome};
+use crate::expectation::{judged, print};
+use crate::results;
 
 /// Makes the report. Prints where it is, and what is missing or damaged in the folder.
 pub(crate) fn run(argument: &argument::Report) -> Outcome {
-    let campaign = Campaign::read(&argument.folder).map_err(Failure::usage)?;
+    let campaign = results::read(&argument.folder)?;
     // If a folder was kept without its rows, leave the files that were derived from them.
     if campaign.absent().count() == campaign.runs.len() {
         return Err(Failure::usage(anyhow!(
@@ -30,14 +33,16 @@ pub(crate) fn run(argument: &argument::Report) -> Outcome {
         )));
     }
     let report = of(&campaign, argument.with)?;
-    let runs: Vec<&Run> = campaign.runs.iter().collect();
-    let expectations = judged(&campaign.plan, &runs, &argument.require);
+    let rows = outline::of(&campaign);
+    let asked: Vec<&Outlined> = rows.iter().collect();
+    let expectations = judged(&campaign.plan, &asked, &argument.require);
     let report = report.with_expectations(expectations);
     let own = argument.folder.join(file_name::REPORT);
     let out = argument.out.as_deref().unwrap_or(&own);
-    let mut files = report.files();
+    let drawn = report.draw();
+    let mut files = report.files(&drawn);
     if argument.png {
-        files.extend(report.figures.iter().map(Figure::picture));
+        files.extend(drawn.iter().map(LaidOut::picture));
     }
     // Under its own name, the report goes into this folder and not to where a link leads.
     file::check_folder(&own).map_err(Failure::usage)?;
@@ -122,8 +127,8 @@ fn describe(
             .with_context(|| format!("cannot write {}", path.display()))
     };
     let results = Results::of(report.campaign, |_| false)?;
-    leave(file_name::SUMMARY, results.csv())?;
-    leave(file_name::TABLE, results.table(false))?;
+    leave(file_name::SUMMARY, results.csv().collect())?;
+    leave(file_name::TABLE, results.table(Over::Complete))?;
     // These two list what is there, so they come last.
     leave(package::FILE, package::json(report, files))?;
     leave(provenance::FILE, provenance::json(report, files))
@@ -165,7 +170,7 @@ fn troubles(report: &Report<'_>) -> Vec<String> {
 }
 
 /// The first few ids, and the number of the others.
-fn shortened(ids: &[&str]) -> String {
+pub(crate) fn shortened(ids: &[&str]) -> String {
     const SHOWN: usize = 5;
     let first = ids[..ids.len().min(SHOWN)].join(", ");
     match ids.len().saturating_sub(SHOWN) {

@@ -2,26 +2,28 @@
 //!
 //! The crate `campaign` runs the cells; `run_cell` is the program of a cell in real time.
 
-use std::collections::BTreeSet;
+mod conclusion;
+mod pending;
+mod ran;
+
 use std::io::Write;
-use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use analysis::Campaign;
-use analysis::expect::{Judgement, judge};
-use anyhow::{Context, anyhow};
-use backend::{Agents, Virtual};
-use campaign::{
-    CampaignFolder, CellRun, ComposeRunner, Inside, Pace, Processes, Queue, Results, expected,
-    time_ns,
-};
-use plan::{Cell, Clause, Day, Instead, Plan, Verdict, file_name};
+use anyhow::anyhow;
+use backend::Agents;
+use campaign::{CampaignFolder, ComposeRunner, Pace, expected, time_ns};
+use plan::{Cell, Instead, Plan};
 
-use crate::argument::{Backend, Choice, Progress as How, Run, word};
-use crate::command::{self, run_cell};
+use crate::argument::{Backend, Choice, Progress as How, Run};
+use crate::command::run_cell;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::progress::{Progress, people};
 use crate::{live, source, stop};
+
+use self::conclusion::conclude;
+pub(crate) use self::conclusion::page;
+use self::pending::Pending;
+pub(crate) use self::ran::{Ran, Read, exit};
 
 /// Resolves the experiment, runs its cells, prints the table.
 pub(crate) fn run(argument: &Run) -> Outcome {
@@ -56,17 +58,10 @@ pub(crate) fn plan(argument: &Run) -> Result<Plan, Failure> {
     source::plan_of(argument.experiment(), &instead)
 }
 
-/// Cells that were run, and their folder.
-pub(crate) struct Ran<'a> {
-    chosen: &'a [&'a Cell],
-    folder: CampaignFolder,
-    is_interrupted: bool,
-}
-
 /// Runs the chosen cells of a plan.
 pub(crate) fn execute<'a>(
     argument: &Run,
-    plan: &Plan,
+    plan: &'a Plan,
     chosen: &'a [&'a Cell],
     agents: Option<&Agents>,
 ) -> Result<Ran<'a>, Failure> {
@@ -81,11 +76,14 @@ pub(crate) fn execute<'a>(
     };
     let folder = open(argument, plan)?;
     let stop = stop::told_to_end()?;
-    if agents.is_some() {
-        stop::give_up_soon_after(&stop)?;
+    match agents {
+        Some(_) => stop::give_up_soon_after(&stop)?,
+        // Nothing runs yet, and to see which of a hundred thousand cells are done takes a minute.
+        None => stop::at_once(),
     }
     let own = run_cell::own(argument.backend, agents, argument.player);
-    let pending = campaign::pending(chosen, &folder, &own, argument.failed)?;
+    let pending = campaign::pending(plan, chosen, &folder, &own, argument.failed)?;
+    stop::by_flag();
     if argument.progress != How::Quiet {
         announce(plan, chosen, &pending, pace, &folder);
     }
@@ -94,62 +92,32 @@ pub(crate) fn execute<'a>(
         say!("Live: http://{address}/");
     }
     let progress = Progress::start(argument.progress, &pending, pace);
-    match containers {
-        Some(containers) => {
-            let tries = argument.tries.to_string();
-            let inside = Inside {
-                plan,
-                campaign: folder.path(),
-                tries: argument.tries,
-                options: &["--player", &word(&argument.player), "--tries", &tries],
-            };
-            containers.run(&pending, &inside, &stop, &progress)?;
-        }
-        None if argument.backend == Backend::Sim => {
-            let queue = Queue::unmeasured(&pending, pace.jobs.unwrap_or(1));
-            let how = CellRun {
-                campaign: folder.path(),
-                backend: &backend::Backend::Sim(Box::new(Virtual::new(timings))),
-                player: argument.player.into(),
-                own,
-                tries: argument.tries,
-                together: 1,
-            };
-            let words = |problem: campaign::Error| crate::exit::words(&problem.into());
-            campaign::simulate(&queue, plan, &how, &stop, &progress, words)?;
-        }
-        None => {
-            let queue = Queue::new(&pending, pace.jobs, shaper::now_ns);
-            let program = Processes(run_cell::command(argument, agents, &folder)?);
-            let tries = argument.tries;
-            campaign::run(&queue, folder.path(), &program, tries, &stop, &progress)?;
-        }
+    let left = Pending {
+        argument,
+        plan,
+        cells: &pending,
+        folder: &folder,
+        pace,
+        stop: &stop,
+        progress: &progress,
+    };
+    match (containers, argument.backend) {
+        (Some(containers), _) => left.in_containers(&containers)?,
+        (None, Backend::Sim) => left.in_virtual_time(timings, own)?,
+        (None, _) => left.in_processes(agents)?,
     }
     progress.finish();
+    if agents.is_none() {
+        // Agents are still to be dismissed.
+        stop::at_once();
+    }
     Ok(Ran {
+        plan,
         chosen,
         folder,
         is_interrupted: stop.load(Ordering::Relaxed),
+        progress: argument.progress,
     })
-}
-
-impl Ran<'_> {
-    /// Reads the folder.
-    pub(crate) fn read(&self) -> Result<Campaign, Failure> {
-        Ok(Campaign::read(self.folder.path())?)
-    }
-
-    /// The runs of the chosen cells.
-    pub(crate) fn asked<'a>(&self, read: &'a Campaign) -> Vec<&'a analysis::Run> {
-        let asked: BTreeSet<&str> = self.chosen.iter().map(|cell| cell.id.as_str()).collect();
-        let is_asked = |run: &&analysis::Run| asked.contains(run.cell.id.as_str());
-        read.runs.iter().filter(is_asked).collect()
-    }
-
-    /// The exit code of the runs alone.
-    pub(crate) fn exit(&self, asked: &[&analysis::Run]) -> Exit {
-        exit(asked.iter().map(|run| run.verdict()), self.is_interrupted)
-    }
 }
 
 /// How many cells run at a time, and in real or virtual time.
@@ -194,70 +162,6 @@ fn announce(plan: &Plan, chosen: &[&Cell], pending: &[&Cell], pace: Pace, folder
         people(expected(pending, pace)),
         folder.path().display()
     );
-}
-
-/// Prints the table and where the results are, and writes the table into the folder, also as CSV.
-fn conclude(argument: &Run, ran: &Ran<'_>) -> Outcome {
-    let read = ran.read()?;
-    let asked = ran.asked(&read);
-    let ids: BTreeSet<&str> = asked.iter().map(|run| run.cell.id.as_str()).collect();
-    let results = Results::of(&read, |run| ids.contains(run.cell.id.as_str()))?;
-    let table = results.table(false);
-    let mut out = crate::console::out();
-    write!(out, "{table}")?;
-    let folder = ran.folder.path().display();
-    writeln!(out, "\nResults: {folder}")?;
-    let did_not_hold = |run: &&&analysis::Run| {
-        let verdict = run.verdict();
-        verdict.is_some_and(|verdict| !matches!(verdict, Verdict::Complete | Verdict::Unsupported))
-    };
-    match asked.iter().filter(did_not_hold).count() {
-        0 => {}
-        count => writeln!(
-            out,
-            "{} did not hold; again: webloop run {} --out {folder} --failed",
-            cells(count),
-            argument.experiment()
-        )?,
-    }
-    let judgement = judged(&read.plan, &asked, &argument.require);
-    print(&judgement, &mut out)?;
-    // Written after the table is printed, so that a full disk does not hide it.
-    ran.folder
-        .leave(file_name::SUMMARY, results.csv().as_bytes())?;
-    ran.folder.leave(file_name::TABLE, table.as_bytes())?;
-    if !argument.no_report && !ran.is_interrupted {
-        let page = leave_report(&read, judgement.clone())?;
-        writeln!(out, "Report: {}", page.display())?;
-    }
-    Ok(match ran.exit(&asked) {
-        Exit::Fine | Exit::Unsupported if !judgement.holds() => Exit::Failed,
-        exit => exit,
-    })
-}
-
-/// Writes the report into the campaign's folder; returns the path of its page.
-pub(crate) fn leave_report(read: &Campaign, judgement: Judgement) -> Result<PathBuf, Failure> {
-    let report = command::report::of(read, None)?.with_expectations(judgement);
-    let folder = read.folder.join(file_name::REPORT);
-    file::check_folder(&folder).map_err(Failure::usage)?;
-    report::write(&report.files(), &folder)
-        .with_context(|| format!("cannot write the report into {}", folder.display()))?;
-    Ok(folder.join("report.html"))
-}
-
-/// Asks runs what is expected of them today.
-pub(crate) fn judged(plan: &Plan, runs: &[&analysis::Run], required: &[Clause]) -> Judgement {
-    let now = jiff::Timestamp::now().to_zoned(jiff::tz::TimeZone::UTC);
-    judge(plan, runs, required, Day::from(now.date()))
-}
-
-/// Prints whether the runs show what is expected: a line for each clause and group that it is asked of.
-pub(crate) fn print(judgement: &Judgement, out: &mut impl Write) -> std::io::Result<()> {
-    if judgement.is_empty() {
-        return Ok(());
-    }
-    write!(out, "\n{judgement}")
 }
 
 /// The selected cells, at least one.
@@ -310,21 +214,6 @@ fn dry_run(chosen: &[&Cell], pace: Pace) -> Outcome {
         people(expected(chosen, pace))
     )?;
     Ok(Exit::Fine)
-}
-
-/// The exit code of the worst verdict. A cell without a verdict left no manifest, so it failed.
-pub(crate) fn exit(verdicts: impl Iterator<Item = Option<Verdict>>, interrupted: bool) -> Exit {
-    if interrupted {
-        return Exit::Interrupted;
-    }
-    match verdicts
-        .map(|verdict| verdict.unwrap_or(Verdict::Failed))
-        .max()
-    {
-        Some(Verdict::Complete) | None => Exit::Fine,
-        Some(Verdict::Unsupported) => Exit::Unsupported,
-        Some(_) => Exit::Failed,
-    }
 }
 
 /// Number of processors that this process may use.

@@ -3,17 +3,13 @@
 //! A role prints `ready ...` when it can be used, and writes its report to `<role>.json`.
 
 use std::io::{Read, Write};
-use std::path::Path;
+use std::path::{Path, absolute};
 
 use ::system::{Design, Loop, System};
 use anyhow::{Context, anyhow};
 use backend::{ControllerRole, PlantRole, start_plant};
 use control::Law;
-use endpoint::{
-    ControllerSettings, Hold, PageSettings, PlantSettings, SampleTime, Surrounded, TickNoise,
-    report,
-};
-use jiff::SignedDuration;
+use endpoint::{ControllerSettings, PageSettings, SampleTime, Surrounded, report};
 use plan::Client;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -49,7 +45,8 @@ pub(crate) fn plant(argument: &ServePlant) -> Outcome {
         }
         Some(program) => {
             let program = source::with_command(program, "WEBLOOP_PLANT_RUN")?;
-            let own = start_plant(&program, system.inputs(), h, role.seed)
+            let hidden = backend::hidden(&absolute(&argument.out)?, None);
+            let own = start_plant(&program, system.inputs(), h, role.seed, hidden)
                 .map_err(|problem| anyhow!(problem))?;
             let model = Surrounded::new(own.clone(), around, role.seed, role.start_ns);
             let served = ::plant::serve(&config, model, ready);
@@ -89,11 +86,6 @@ pub(crate) fn controller(argument: &ServeController) -> Outcome {
     let (role, system) = controller_role(argument, None)?;
     let config = ::controller::Config {
         plant: format!("http://{}", role.plant),
-        client: if argument.reqwest {
-            ::controller::Client::Reqwest
-        } else {
-            ::controller::Client::Own
-        },
         settings: role.settings,
         claim: role.claim,
         check: role.check,
@@ -123,21 +115,11 @@ fn plant_role(argument: &ServePlant) -> Result<PlantRole, Failure> {
         return read(file);
     }
     let system = source::system(&argument.system)?;
+    let settings = argument.settings.at(argument.h).map_err(Failure::usage)?;
     Ok(PlantRole {
         listen: argument.listen,
         hosts: argument.hosts.clone(),
-        settings: PlantSettings {
-            h: argument.h,
-            late: argument.late,
-            hold: argument.hold.unwrap_or(Hold::safe(argument.h)),
-            max_age_ns: argument.max_age.map(|age| ns("max-age", age)).transpose()?,
-            lease: argument.lease,
-            check: argument.check,
-            tick_noise: argument.tick_noise.map(|law| TickNoise {
-                law,
-                seed: argument.noise_seed,
-            }),
-        },
+        settings: settings.drawn_by(argument.noise_seed),
         program: source::plant_program(&argument.system, &system),
         seed: argument.noise_seed,
         start_ns: None,
@@ -177,21 +159,21 @@ fn by_options(
     page: Option<(Client, PageSettings)>,
 ) -> Result<ControllerRole, Failure> {
     let system = source::system(&argument.system)?;
-    let duration_ns = ns("duration", argument.duration)?;
+    let duration_ns = argument.duration_ns;
     let (r, reference) = match argument.r {
         Some(r) => (r, None),
         None => system
             .reference_over(argument.h, duration_ns)
             .map_err(Failure::usage)?,
     };
+    let settings = argument.settings.at(argument.h).map_err(Failure::usage)?;
     Ok(ControllerRole {
         client: page.map(|(client, _)| client).unwrap_or_default(),
         plant: argument.plant,
         settings: ControllerSettings {
             mode: argument.mode,
-            h: argument.h,
             r,
-            ..argument.settings.0
+            ..settings
         },
         claim: argument.claim,
         check: argument.check,
@@ -231,7 +213,7 @@ fn system(text: Option<&str>) -> Result<System, Failure> {
         return Ok(System::paper());
     };
     System::read(text)
-        .map_err(|fault| Failure::usage(anyhow!("the settings' `system`, line {fault}")))
+        .map_err(|fault| Failure::usage(anyhow!("the settings' `system`, {}", fault.inside())))
 }
 
 fn own_text(system: &System) -> Option<String> {
@@ -281,15 +263,4 @@ pub(crate) fn leave(folder: &Path, role: &str, report: &impl Serialize) -> Outco
     let text = serde_json::to_string_pretty(report)? + "\n";
     backend::write_whole(&folder.join(format!("{role}.json")), text.as_bytes())?;
     Ok(Exit::Fine)
-}
-
-pub(crate) fn ns(name: &str, duration: SignedDuration) -> Result<u64, Failure> {
-    u64::try_from(duration.as_nanos())
-        .ok()
-        .filter(|ns| *ns > 0)
-        .ok_or_else(|| {
-            Failure::usage(anyhow!(
-                "--{name} is {duration:#}; give a time above zero, like 5s"
-            ))
-        })
 }

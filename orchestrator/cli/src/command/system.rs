@@ -41,13 +41,15 @@ pub(crate) fn lint(lint: &SystemLint) -> Outcome {
         let text =
             source::system_text(&origin).map_err(|problem| Failure::usage(anyhow!(problem)))?;
         match System::read(&text) {
-            Ok(system) => writeln!(
-                crate::console::out(),
-                "{origin}: {} can be run",
-                system.name()
-            )?,
+            Ok(system) => {
+                let mut out = crate::console::out();
+                writeln!(out, "{origin}: {} can be run", system.name())?;
+                for warning in system.warnings() {
+                    writeln!(out, "{origin}: warning: {warning}")?;
+                }
+            }
             Err(fault) => {
-                diagnostic::fault(&text, &origin, &fault);
+                diagnostic::draw(&text, &origin, &fault);
                 unfit += 1;
             }
         }

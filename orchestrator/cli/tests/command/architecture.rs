@@ -37,6 +37,37 @@ fn every_decision_that_the_map_names_is_there_and_every_one_that_is_there_is_nam
     assert_eq!(named, there.collect());
 }
 
+/// What `cargo test` leaves out, nobody would run if an alias forgot it.
+#[test]
+fn cargo_real_names_each_test_that_cargo_test_leaves_out() {
+    let left_out: BTreeSet<String> = folders()
+        .iter()
+        .flat_map(|folder| tests(folder))
+        .filter(|test| {
+            test.get("test")
+                .is_some_and(|is_in| is_in.as_bool() == Some(false))
+        })
+        .map(|test| test["name"].as_str().unwrap().to_owned())
+        .collect();
+    let config: toml::Table = read(&Path::new(TOP).join(".cargo/config.toml"));
+    for alias in ["real", "real-clippy"] {
+        let words = config["alias"][alias].as_str().unwrap();
+        let named = words.split(" --test ").skip(1).map(str::to_owned);
+        assert_eq!(named.collect::<BTreeSet<_>>(), left_out, "{alias}");
+    }
+}
+
+/// The tests that a crate's manifest has something to say of.
+fn tests(folder: &Path) -> Vec<toml::Value> {
+    let manifest: toml::Table = read(&folder.join("Cargo.toml"));
+    let tests = manifest.get("test").and_then(toml::Value::as_array);
+    tests.cloned().unwrap_or_default()
+}
+
+fn read(file: &Path) -> toml::Table {
+    fs::read_to_string(file).unwrap().parse().unwrap()
+}
+
 /// The rows `| `folder/name` | what it is (pure) | uses |`.
 fn said() -> BTreeMap<String, Known> {
     let map = fs::read_to_string(Path::new(TOP).join("ARCHITECTURE.md")).unwrap();
@@ -80,7 +111,8 @@ fn found() -> BTreeMap<String, Known> {
 }
 
 fn folders() -> Vec<PathBuf> {
-    let crates = ["netem", "services", "orchestrator"].map(|part| Path::new(TOP).join(part));
+    let crates =
+        ["base", "netem", "services", "orchestrator"].map(|part| Path::new(TOP).join(part));
     let folders = crates.iter().flat_map(|part| fs::read_dir(part).unwrap());
     let mut folders: Vec<PathBuf> = folders
         .map(|entry| entry.unwrap().path())

@@ -221,7 +221,7 @@ fn its_folder_is_like_any_other_and_agrees_with_itself() {
     let ran = run(place.path(), "ran", &[], &[]);
     let table = String::from_utf8_lossy(&ran.stdout).into_owned();
     assert!(
-        table.contains("12/12") || table.contains("stable"),
+        table.contains("12/12") || table.contains("holds"),
         "{table}"
     );
     let folder = place.path().join("ran");
@@ -235,6 +235,32 @@ fn its_folder_is_like_any_other_and_agrees_with_itself() {
     let said = String::from_utf8_lossy(&agreed.stdout).into_owned();
     assert_eq!(agreed.status.code(), Some(0), "{said}");
     assert!(said.contains("and 0 differ."), "{said}");
+}
+
+#[test]
+fn a_folder_that_lacks_a_cell_is_shown_with_its_name_and_exit_one() {
+    let place = tempfile::tempdir().unwrap();
+    run(place.path(), "ran", &["--no-report"], &[]);
+    let folder = place.path().join("ran");
+    let mut cells = fs::read_dir(folder.join("cells")).unwrap();
+    let gone = cells.next().unwrap().unwrap();
+    fs::remove_dir_all(gone.path()).unwrap();
+    let folder = folder.to_str().unwrap();
+    for format in ["table", "csv", "lateness"] {
+        let shown = webloop(&["show", folder, "--format", format], &[]);
+        let said = String::from_utf8_lossy(&shown.stderr).into_owned();
+        assert_eq!(shown.status.code(), Some(1), "{format}: {said}");
+        let name = gone.file_name().to_string_lossy().into_owned();
+        assert!(
+            said.contains(&format!("1 of 12 cells have not been run: {name}")),
+            "{said}"
+        );
+        let allowed = webloop(
+            &["show", folder, "--format", format, "--allow-missing"],
+            &[],
+        );
+        assert_eq!(allowed.status.code(), Some(0));
+    }
 }
 
 #[test]

@@ -4,8 +4,8 @@ use std::fs;
 use std::process::Child;
 use std::time::{Duration, Instant};
 
+use clock::now::now_ns;
 use jiff::Timestamp;
-use shaper::now_ns;
 
 use crate::docker::{docker, inspect};
 use crate::testbed::{SERVICES, Testbed};

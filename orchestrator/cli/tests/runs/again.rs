@@ -9,8 +9,8 @@ use std::process::{Child, Output, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
+use clock::now::now_ns;
 use endpoint::{ArrivalRow, MessageOutcome, MessageRow, TickRow};
-use pace::now_ns;
 use rustix::process::{Pid, Signal, kill_process};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};

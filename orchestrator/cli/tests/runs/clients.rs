@@ -164,8 +164,8 @@ fn it_was_closed(manifest: &Manifest, cell: &Path) -> bool {
         "  {client}: {answered} answered, {missed} missed, settled in {:?} ms",
         response.settling_ms
     );
-    assert_ne!(response.verdict, LoopVerdict::Unstable, "{client}");
-    response.verdict == LoopVerdict::Stable
+    assert_ne!(response.verdict, LoopVerdict::Lost, "{client}");
+    response.verdict == LoopVerdict::Holds
 }
 
 /// Checks what a browser reports of its name and its clock, and that its page was isolated.

@@ -80,9 +80,16 @@ pub(crate) fn came_to_its_end(manifest: &Manifest) {
     assert_eq!(certificate.fates.came_though_lost, 0, "{certificate:?}");
     // 50 before, 10 a second during and 50 after. 2 % each way lose 4 % of 115 echoes, 4.6 +- 2.1;
     // five deviations more are 15.
-    let sent = 100 + manifest.cell.duration_ns / 100_000_000;
-    assert_eq!(certificate.sent as u64, sent);
-    assert!(certificate.answered as u64 >= sent - 15);
+    let (sent, due) = (
+        certificate.sent as u64,
+        100 + manifest.cell.duration_ns / 100_000_000,
+    );
+    // A machine that stood still as one was due has left it out.
+    assert!(
+        sent == due || sent < due && verdict != Verdict::Complete,
+        "{sent} of {due}: {reasons:?}"
+    );
+    assert!(certificate.answered as u64 + 15 >= sent);
 }
 
 /// Checks that due = sent + missed, each with a row, and that the plant wrote what it counted.

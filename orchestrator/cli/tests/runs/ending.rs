@@ -7,11 +7,11 @@ use std::path::Path;
 use std::process::Child;
 use std::time::{Duration, Instant};
 
+use clock::now::now_ns;
 use plan::Verdict;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};
-use shaper::now_ns;
 
 use crate::complete::came_to_its_end;
 use crate::decoy::Decoys;

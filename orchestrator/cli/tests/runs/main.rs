@@ -8,7 +8,7 @@
 mod again;
 mod alarm;
 mod alone;
-mod bench;
+mod cheat;
 mod clients;
 mod clock;
 mod complete;
@@ -21,6 +21,7 @@ mod matrix;
 mod own;
 mod own_plant;
 mod process;
+mod stranger;
 mod stray;
 mod unprivileged;
 mod webloop;
@@ -35,6 +36,7 @@ fn tests() -> Vec<Trial> {
         unprivileged::an_unprivileged_user_can_run_and_leaves_nothing_when_killed,
         alarm::undisturbed_runs_raise_no_alarm,
         again::a_role_that_is_killed_goes_on_in_its_second_life,
+        stranger::honest_programs_are_not_called_cheats,
         alone::of_two_runs_into_one_folder_one_runs,
         clock::a_wall_clock_that_steps_moves_nothing,
         matrix::jobs_of_one_plan_merge_by_being_copied,
@@ -45,6 +47,8 @@ fn tests() -> Vec<Trial> {
         own::a_controller_that_breaks_the_contract_fails_by_name_and_leaves_nothing,
         own::the_examples_hold_the_loop_and_keep_the_contract,
         own::conformance_names_each_planted_fault,
+        cheat::a_program_of_one_s_own_reaches_no_rows_no_process_and_no_engine,
+        cheat::a_program_that_ends_with_127_makes_the_run_unsupported,
         own_plant::a_motor_of_one_s_own_equals_the_built_in_one,
         own_plant::a_pendulum_of_one_s_own_is_held_over_a_link,
         own_plant::two_inputs_and_outputs_are_held_over_a_link_and_in_virtual_time,
@@ -55,7 +59,6 @@ fn tests() -> Vec<Trial> {
         continued::a_campaign_goes_on_where_it_was_broken_off_and_only_what_failed_is_made_again,
         hit::a_fault_of_an_end_is_done_as_asked,
         stray::a_fault_that_was_asked_for_hides_no_other,
-        bench::a_table_has_each_contender_or_says_why_not,
         disk::a_full_disk_is_told_and_the_run_is_made_once_there_is_space,
     ]
 }

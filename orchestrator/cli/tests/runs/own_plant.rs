@@ -30,13 +30,14 @@ for k, line in enumerate(sys.stdin):
 ";
 
 /// Bad plants: name, what each does at a step, and what is said of it.
-const BAD: [(&str, &str, &str); 5] = [
+const BAD: [(&str, &str, &str); 6] = [
     ("dies", "if k == 100: sys.exit(3)", "exit code 3"),
     (
         "hangs",
         "if k == 100: time.sleep(60)",
         "did not print y of step 100",
     ),
+    ("nan", "if k == 100: y = float('nan')", "is no number"),
     ("words", "if k == 100: print('hot')", "is no number"),
     ("slow", "time.sleep(1.3 * h)", "needed longer than h"),
     (

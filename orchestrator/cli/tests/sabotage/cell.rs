@@ -35,7 +35,10 @@ pub(crate) struct Series {
 pub(crate) struct Setup {
     /// A built-in topology, the path of a profile, or `narrow`.
     pub(crate) topology: String,
+    /// A built-in one, or a program as experiments write it.
     pub(crate) client: String,
+    /// `keep`, or `new` for each message.
+    pub(crate) connection: &'static str,
     pub(crate) h: String,
     pub(crate) duration: String,
     pub(crate) times: usize,
@@ -66,10 +69,16 @@ impl Series {
             folder.path().join("test.toml"),
             folder.path().join("plan.json"),
         );
+        let client = if setup.client.starts_with('{') {
+            stranger(folder.path())?;
+            setup.client.clone()
+        } else {
+            format!("{:?}", setup.client)
+        };
         let text = format!(
-            "name = \"sabotage\"\n[[cells]]\ntopology = [{topology:?}]\nclient = [{:?}]\n\
-             mode = \"closed\"\nh = [{:?}]\nduration = {:?}\nrepeats = {}\n",
-            setup.client, setup.h, setup.duration, setup.times
+            "name = \"sabotage\"\n[[cells]]\ntopology = [{topology:?}]\nclient = [{client}]\n\
+             mode = \"closed\"\nconnection = {:?}\nh = [{:?}]\nduration = {:?}\nrepeats = {}\n",
+            setup.connection, setup.h, setup.duration, setup.times
         );
         fs::write(&experiment, text).unwrap();
         let output = crate::webloop::command()
@@ -82,7 +91,8 @@ impl Series {
         if !output.status.success() {
             return Err(crate::webloop::said(&output));
         }
-        let plan = Plan::from_json(&fs::read_to_string(plan).unwrap())?;
+        let plan = Plan::from_json(&fs::read_to_string(plan).unwrap())
+            .map_err(|wrong| wrong.to_string())?;
         Ok(Self { folder, plan })
     }
 
@@ -219,6 +229,17 @@ fn narrow(folder: &Path) -> String {
     let path = folder.join("narrow.toml");
     fs::write(&path, text + NARROW).unwrap();
     path.display().to_string()
+}
+
+/// Compiles the stranger in C into `folder`: a program in Python is too slow for h = 3 ms on a small machine.
+fn stranger(folder: &Path) -> Result<(), String> {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/strangers/stranger.c");
+    let mut compiler = Command::new("cc");
+    compiler.arg("-O1").arg("-o").arg(folder.join("stranger"));
+    match compiler.arg(source).status() {
+        Ok(status) if status.success() => Ok(()),
+        other => Err(format!("no C compiler made the stranger: {other:?}")),
+    }
 }
 
 fn joined<T>(thread: thread::ScopedJoinHandle<'_, T>) -> T {

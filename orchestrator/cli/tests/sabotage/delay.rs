@@ -6,8 +6,8 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
+use clock::now::now_ns;
 use link::Way;
-use pace::now_ns;
 
 use crate::packets::tcp;
 use crate::queue::Queue;
@@ -28,6 +28,26 @@ pub(crate) enum Held {
     Tcp,
     /// Everything except echoes.
     AllButEchoes,
+    /// This percentage of the TCP segments that carry a request or an answer.
+    Share(u32),
+    /// The TCP segments that open a connection.
+    Opening,
+}
+
+impl Held {
+    /// The iptables match for these packets of a way.
+    fn matched(self, way: Way) -> String {
+        match self {
+            Self::Tcp => tcp(way),
+            Self::AllButEchoes => "! -p icmp".to_owned(),
+            Self::Share(percent) => format!(
+                "{} --tcp-flags PSH PSH -m statistic --mode random --probability {}",
+                tcp(way),
+                f64::from(percent) / 100.0
+            ),
+            Self::Opening => format!("{} --tcp-flags SYN SYN", tcp(way)),
+        }
+    }
 }
 
 /// Delays the packets of these `ways`.
@@ -39,10 +59,7 @@ pub(crate) fn delay(
 ) -> Result<String, String> {
     let rule = |verb: &str| {
         ways.iter().try_for_each(|way| {
-            let matched = match held {
-                Held::Tcp => tcp(*way),
-                Held::AllButEchoes => "! -p icmp".to_owned(),
-            };
+            let matched = held.matched(*way);
             let number = NUMBERS[*way as usize];
             let line = format!("iptables -{verb} OUTPUT {matched} -j NFQUEUE --queue-num {number}");
             inside(target.source(*way), || tool(&line)).map(drop)
@@ -102,7 +119,7 @@ pub(crate) fn delay(
 /// Holds and releases packets until `done`. Returns how many, and how late the latest release was.
 fn hold(queue: &Queue, delay_ns: u64, done: &AtomicBool) -> Result<(u64, u64), String> {
     let fail = |problem| format!("the netfilter queue broke: {problem}");
-    pace::ask(Some(PRIORITY));
+    clock::scheduling::ask(Some(PRIORITY));
     let (mut count, mut latest_ns) = (0, 0);
     let mut held = VecDeque::new();
     while !done.load(Ordering::Relaxed) {

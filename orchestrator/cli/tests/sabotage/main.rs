@@ -52,8 +52,9 @@ struct Arguments {
     /// So many of each kind, and no judgement.
     #[arg(long)]
     times: Option<NonZeroUsize>,
-    #[arg(long, default_value = "native")]
-    client: String,
+    /// A built-in one, or a program as experiments write it, instead of each kind's own.
+    #[arg(long)]
+    client: Option<String>,
     /// A built-in one or a profile's path, instead of each kind's own.
     #[arg(long)]
     topology: Option<String>,
@@ -72,10 +73,10 @@ impl Arguments {
             [] => self.times.is_some() || kind.tested,
             // A whole name selects only that kind, even if other names contain it.
             names => names.iter().any(|name| {
-                if KINDS.iter().any(|kind| kind.name == name) {
-                    kind.name == name
+                if KINDS.iter().any(|kind| kind.name == *name) {
+                    kind.name == *name
                 } else {
-                    kind.name.contains(name)
+                    kind.name.contains(name.as_str())
                 }
             }),
         })
@@ -121,7 +122,7 @@ fn test() -> ExitCode {
     let rows = Arc::new(Mutex::new(Vec::new()));
     let test = |kind: &'static Kind| {
         let rows = Arc::clone(&rows);
-        let test = serial::test(kind.name, move || {
+        let test = serial::test(&kind.name, move || {
             let row = make(kind, &Arguments::parse_from(["sabotage"]));
             let (skipped, is_missed) = (row.skipped.clone(), row.is_missed());
             let result = row.result();
@@ -145,7 +146,12 @@ fn make(kind: &'static Kind, arguments: &Arguments) -> Row {
     let topology = arguments.topology.as_deref().unwrap_or(kind.topology);
     let setup = Setup {
         topology: topology.to_owned(),
-        client: arguments.client.clone(),
+        client: arguments
+            .client
+            .as_deref()
+            .unwrap_or(kind.client)
+            .to_owned(),
+        connection: kind.connection,
         h: arguments.h.clone(),
         duration: arguments.duration.clone(),
         times: tries,

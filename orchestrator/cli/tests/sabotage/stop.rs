@@ -2,7 +2,8 @@
 
 use std::thread;
 
-use pace::{Pacer, now_ns};
+use clock::now::now_ns;
+use clock::pacer::Pacer;
 use rustix::process::{Pid, Signal, kill_process};
 use rustix::thread::{CpuSet, sched_setaffinity};
 
@@ -104,7 +105,7 @@ pub(crate) fn stop(target: &Target, who: Who, beat: Beat) -> Result<String, Stri
         let sent = family.iter().map(|member| kill_process(*member, signal));
         sent.filter(Result::is_ok).count() > 0
     };
-    let mut pacer = Pacer::new(&pace::ask(Some(PRIORITY)));
+    let mut pacer = Pacer::new(&clock::scheduling::ask(Some(PRIORITY)));
     let done = beat.play(
         target,
         &mut pacer,
@@ -128,7 +129,7 @@ pub(crate) fn hog(target: &Target, beat: Beat) -> Result<String, String> {
                     only.set(processor);
                     sched_setaffinity(None, &only)
                         .map_err(|problem| format!("processor {processor}: {problem}"))?;
-                    let scheduling = pace::ask(Some(HIGHEST));
+                    let scheduling = clock::scheduling::ask(Some(HIGHEST));
                     if let Some(refused) = &scheduling.refused {
                         return Err(format!("no SCHED_FIFO {HIGHEST}: {refused}"));
                     }

@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use clock::now::now_ns;
 use link::Way;
-use pace::now_ns;
 use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
 
 const MS: u64 = 1_000_000;

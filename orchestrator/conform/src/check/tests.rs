@@ -54,7 +54,7 @@ fn good(trial: &Trial) -> Record {
 
 /// Names of the faults in a record.
 fn names(trial: &Trial, record: &Record) -> Vec<String> {
-    let name = |fault: &Fault| {
+    let name = |fault: &Breach| {
         let text = format!("{fault:?}");
         let end = text.find(' ').unwrap_or(text.len());
         text[..end].to_owned()

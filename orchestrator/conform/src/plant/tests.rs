@@ -39,7 +39,14 @@ fn connect(plant: &Plant) -> TcpStream {
 
 /// The next response on this connection; empty if the plant has closed it.
 fn get(stream: &mut TcpStream, target: &str) -> String {
-    let request = format!("GET {target} HTTP/1.1\r\nHost: plant\r\n\r\n");
+    say(
+        stream,
+        &format!("GET {target} HTTP/1.1\r\nHost: plant\r\n\r\n"),
+    )
+}
+
+/// The same for a request in these words.
+fn say(stream: &mut TcpStream, request: &str) -> String {
     if stream.write_all(request.as_bytes()).is_err() {
         return String::new();
     }
@@ -89,6 +96,35 @@ fn messages_are_answered_and_recorded_with_what_they_said() {
     assert_eq!(heard.refused, 4);
     let first = heard.first_refused.expect("the first");
     assert!(first.contains("`u=nan`"), "{first}");
+}
+
+#[test]
+fn a_request_is_taken_or_refused_as_the_plant_does() {
+    let plant = open("steady", 0);
+    for (request, status) in [
+        (
+            "GET /state HTTP/1.1\r\nHost: plant\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n",
+            200,
+        ),
+        ("GET /state HTTP/1.0\r\n\r\n", 200),
+        ("GET /state HTTP/1.1\r\n\r\n", 400),
+        ("GET /state HTTP/1.1\nHost: plant\n\n", 400),
+        (
+            "GET http://plant/state HTTP/1.1\r\nHost: plant\r\n\r\n",
+            400,
+        ),
+        (
+            "GET /state HTTP/1.1\r\nHost: plant\r\nContent-Length: 3\r\n\r\nu=1",
+            413,
+        ),
+        ("HEAD /state HTTP/1.1\r\nHost: plant\r\n\r\n", 405),
+    ] {
+        let mut stream = connect(&plant);
+        let answer = say(&mut stream, request);
+        let start = format!(" {status} ");
+        assert!(answer.contains(&start), "{request:?}: {answer}");
+    }
+    assert_eq!(plant.close().expect("it listened").refused, 5);
 }
 
 #[test]

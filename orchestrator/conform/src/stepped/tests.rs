@@ -45,7 +45,7 @@ const BAD: [(&str, &str, &str, &str); 12] = [
         "nan",
         "say(y)\nfor k, line in enumerate(sys.stdin): say(repr(step(float(line)) if k < 9 else float('nan')))",
         "steps",
-        "y is NaN after 10 steps",
+        "as y of step 9, which is no number",
     ),
     (
         "twice",
@@ -100,7 +100,7 @@ const BAD: [(&str, &str, &str, &str); 12] = [
 ];
 
 /// The outcomes of a plant with this text.
-fn outcomes(folder: &Path, name: &str, text: &str) -> Vec<Outcome> {
+fn outcomes(folder: &Path, name: &str, text: &str) -> Vec<TrialResult> {
     let file = folder.join(format!("{name}.py"));
     std::fs::write(&file, format!("{BEGIN}{text}\n")).unwrap();
     let kept = folder.join(format!("{name}.kept"));
@@ -117,8 +117,9 @@ fn outcomes(folder: &Path, name: &str, text: &str) -> Vec<Outcome> {
             h_ns: h.ns(),
             start_within: Duration::from_secs(10),
             step_within: Duration::from_secs(1),
-            is_confined: false,
+            confinement: agent::plant::Confinement::None,
         })
+        .map_err(|problem| PlantFault::Broken(problem.to_string()))
     };
     let h = SampleTime::try_new(10_000_000).unwrap();
     run_plant(&start, h, &AtomicBool::new(false)).unwrap()

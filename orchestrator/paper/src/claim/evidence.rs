@@ -1,71 +1,11 @@
 //! From parts to a finding: which runs were used, which parts decide, and the reason in words.
 
-use analysis::Campaign;
-
+use super::source::Source;
 use super::words;
-use crate::printed;
-use crate::subject::Asked;
-use report::claim::{Finding, Limits, Part, Verdict};
-use report::group::{Estimate, Group};
+use report::claim::{Finding, Part, Verdict};
 
 /// One stall can shift a median over fewer runs than this.
 const RUNS_ASKED: usize = 20;
-
-/// A group of runs, and its label in a part.
-#[derive(Debug, Clone)]
-pub(super) struct Source<'a> {
-    pub(super) group: Group<'a>,
-    pub(super) asked: Asked<'static>,
-    label: String,
-}
-
-impl<'a> Source<'a> {
-    pub(super) fn of(campaign: &'a Campaign, asked: Asked<'static>) -> Self {
-        let rate = match asked.h_ns {
-            printed::H_3_HZ_NS => "3.3 Hz",
-            printed::H_10_HZ_NS => "10 Hz",
-            printed::H_100_HZ_NS => "100 Hz",
-            printed::H_333_HZ_NS => "333 Hz",
-            printed::H_1_KHZ_NS => "1 kHz",
-            _ => "another rate",
-        };
-        let first = campaign.runs.iter().find(|run| asked.is_for(run));
-        let law = first.and_then(|run| run.cell.tick_noise);
-        let noise = law.map_or_else(String::new, |law| format!(", tick noise {law}"));
-        let who = asked.subject.label();
-        Source {
-            group: asked.group(campaign),
-            asked,
-            label: format!("{who}, {}, {rate}{noise}", asked.topology),
-        }
-    }
-
-    /// A number of these runs, judged by the rule in `rule`.
-    pub(super) fn part(
-        &self,
-        quantity: &str,
-        unit: &'static str,
-        paper: Option<f64>,
-        ours: Option<Estimate>,
-        limits: impl Into<Limits>,
-    ) -> Part {
-        Part::judged(quantity, unit, paper, ours, limits).at(&self.label)
-    }
-
-    /// Client, topology and rate: `python, diego-vpn, 333 Hz`.
-    pub(super) fn label(&self) -> &str {
-        &self.label
-    }
-
-    pub(super) fn is_empty(&self) -> bool {
-        self.group.runs.is_empty()
-    }
-
-    /// The sample time, s.
-    pub(super) fn h_s(&self) -> f64 {
-        self.asked.h_ns as f64 / 1e9
-    }
-}
 
 /// All that was found about a claim.
 #[derive(Debug, Default)]
@@ -77,6 +17,7 @@ pub(super) struct Evidence {
     few: Vec<String>,
     notes: Vec<String>,
     explanations: Vec<String>,
+    reason: Option<String>,
 }
 
 impl Evidence {
@@ -85,8 +26,8 @@ impl Evidence {
         self.ask_beside(source);
         if source.is_empty() {
             self.lack(match source.group.planned {
-                0 => format!("{} (not in the plan)", source.label),
-                n => format!("{} (none of {n} planned complete)", source.label),
+                0 => format!("{} (not in the plan)", source.label()),
+                n => format!("{} (none of {n} planned complete)", source.label()),
             });
         }
     }
@@ -125,7 +66,7 @@ impl Evidence {
     /// Records whether there are fewer runs than a median needs.
     pub(super) fn few(&mut self, source: &Source<'_>) {
         let n = source.group.runs.len();
-        let words = format!("{n} of {}", source.label);
+        let words = format!("{n} of {}", source.label());
         if (1..RUNS_ASKED).contains(&n) && !self.few.contains(&words) {
             self.few.push(words);
         }
@@ -139,6 +80,11 @@ impl Evidence {
         }
     }
 
+    /// Says this in the place of all sentences.
+    pub(super) fn say(&mut self, reason: String) {
+        self.reason = Some(reason);
+    }
+
     /// Adds a sentence for the case that the claim differs.
     pub(super) fn explain(&mut self, sentence: impl Into<String>) {
         let sentence = sentence.into();
@@ -148,7 +94,7 @@ impl Evidence {
     }
 
     /// The finding. Its verdict is the worst of the deciding parts; without any, the claim was not run.
-    pub(super) fn on(self, claim: impl Into<Finding>) -> Finding {
+    pub(super) fn on(self, claim: Finding) -> Finding {
         let worst = self.deciding.iter().map(|part| part.verdict).max();
         let verdict = worst.unwrap_or(Verdict::NotRun);
         let mut sentences = vec![self.numbers(verdict)];
@@ -166,10 +112,10 @@ impl Evidence {
         }
         Finding {
             verdict,
-            reason: sentences.join(" "),
+            reason: self.reason.unwrap_or_else(|| sentences.join(" ")),
             parts: self.deciding.into_iter().chain(self.beside).collect(),
             runs: self.runs,
-            ..claim.into()
+            ..claim
         }
     }
 

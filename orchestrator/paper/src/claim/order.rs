@@ -4,16 +4,19 @@ use analysis::Campaign;
 use endpoint::Outstanding;
 
 use super::evidence::Evidence;
-use super::row::Claim;
-use report::claim::{Finding, Part};
+use report::claim::Part;
 use report::group::Estimate;
 
 /// Counts over all complete cells, separately for clients with one outstanding request and with
 /// several.
-pub(super) fn out_of_order(campaign: &Campaign) -> Finding {
+pub(super) fn out_of_order(campaign: &Campaign) -> Evidence {
     let mut evidence = Evidence::default();
-    let one = overtaken(campaign, &mut evidence, true);
-    let several = overtaken(campaign, &mut evidence, false);
+    let one = overtaken(campaign, &mut evidence, |outstanding| {
+        outstanding == Outstanding::ONE
+    });
+    let several = overtaken(campaign, &mut evidence, |outstanding| {
+        outstanding != Outstanding::ONE
+    });
     evidence.decide(Part::judged(
         "messages out of order, several outstanding",
         "",
@@ -28,23 +31,19 @@ pub(super) fn out_of_order(campaign: &Campaign) -> Finding {
         one,
         (0.0, 0.0),
     ));
-    evidence.on(Claim {
-        id: "text-out-of-order",
-        place: "Section 4",
-        claim: "Control commands can be applied out of order.",
-        check: "some messages were overtaken where a client may have several under way, and none \
-                where it waits for each answer"
-            .to_owned(),
-        ..Claim::default()
-    })
+    evidence
 }
 
-/// Messages that a later one overtook, out of all messages of cells with one outstanding request
-/// (`one`) or with several.
-fn overtaken(campaign: &Campaign, evidence: &mut Evidence, one: bool) -> Option<Estimate> {
-    let runs = campaign.runs.iter().filter(|run| {
-        run.is_complete() && (run.cell.settings.outstanding == Outstanding::ONE) == one
-    });
+/// Messages that a later one overtook, out of all messages of cells with so many outstanding requests.
+fn overtaken(
+    campaign: &Campaign,
+    evidence: &mut Evidence,
+    is_asked: fn(Outstanding) -> bool,
+) -> Option<Estimate> {
+    let runs = campaign
+        .runs
+        .iter()
+        .filter(|run| run.is_complete() && is_asked(run.cell.settings.outstanding));
     let (mut overtaken, mut messages) = (0, 0);
     for run in runs {
         evidence.ask_cell(&run.cell.id);

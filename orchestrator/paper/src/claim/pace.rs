@@ -6,102 +6,26 @@ use analysis::statistics::{median, ms_between, share};
 use analysis::{ReadError, Run, rows};
 use endpoint::ArrivalRow;
 
-use super::evidence::{Evidence, Source};
-use super::row::{Claim, Judged, Metric, Row};
-use super::words::{between, fraction, percent};
+use super::evidence::Evidence;
+use super::metric::Metric;
+use super::row::Judged;
+use super::source::Source;
 use crate::printed;
-use crate::subject::{CHROMIUM_2011, FIREFOX_2011, Subject};
 use report::number::number;
 
-/// "Two seconds late", read to half a second.
-const READ_TO_S: f64 = 0.5;
-/// "Just shy of 400" is no less than this.
-const JUST_SHY: f64 = 380.0;
-/// Share of the paper's number by which a count may differ.
-const COUNT_WITHIN: f64 = 0.05;
-/// Share of the paper's number by which a number may differ that the paper calls "roughly" so.
-const ROUGHLY: f64 = 0.2;
-
-const ORDINAL_600: Metric = Metric::each("from the first to the 600th message", "s", |run| {
-    Ok(Start::read(run)?.ordinal_600_s)
-});
-const IN_SIX_S: Metric = Metric::each("messages in the first 6 s", "", |run| {
-    Ok(Some(Start::read(run)?.in_six_s as f64))
-});
-const SENT: Metric = Metric::each("sent of due", "", |run| Ok(sent(run)));
-const LAG: Metric = Metric::each("lag of sending", "s/s", |run| {
-    let lag_s = Start::read(run)?.lag_s;
-    Ok(lag_s.filter(|(_, s)| *s > 0.0).map(|(lag_s, s)| lag_s / s))
-});
-
-/// Figure 2 and the text on it: 100 Hz from JavaScript on arima.
-pub(super) fn figure_2() -> Vec<Claim> {
-    let rows = |metric, paper, accepted: (f64, f64)| {
-        let row = |subject: Subject| {
-            let asked = subject.open("arima", printed::H_100_HZ_NS);
-            Row::new(asked, metric, accepted).paper(paper)
-        };
-        vec![row(FIREFOX_2011), row(CHROMIUM_2011).beside()]
-    };
-    let within = |x: f64, part: f64| (x * (1.0 - part), x * (1.0 + part));
-    let late_s = printed::FIG_2_600TH_S;
-    let late = (late_s - READ_TO_S, late_s + READ_TO_S);
-    let shy = (JUST_SHY, printed::FIG_2_IN_6_S);
-    let share = printed::SENT_IN_600_S / printed::DUE_IN_600_S;
-    let lag = printed::LAG_AFTER_600_S / printed::OPEN_LOOP_S;
-    vec![
-        Claim {
-            id: "fig-2-600th",
-            place: "Fig 2",
-            claim: "The JavaScript client at 100 Hz on arima sends its 600th message two seconds late.",
-            check: format!(
-                "the 600th message arrives {} s after the first; on time is 5.99 s",
-                between(late)
-            ),
-            rows: rows(ORDINAL_600, late_s, late),
-            remark: Some(explain_start),
-            ..Claim::default()
-        },
-        Claim {
-            id: "fig-2-in-6-s",
-            place: "Fig 2",
-            claim: "In the first six seconds it sends just under 400 messages.",
-            check: format!(
-                "{} messages arrive in the first 6 s; on time are 600",
-                between(shy)
-            ),
-            rows: rows(IN_SIX_S, printed::FIG_2_IN_6_S, shy),
-            remark: Some(explain_start),
-            ..Claim::default()
-        },
-        Claim {
-            id: "text-sent",
-            place: "Section 4.1",
-            claim: "In ten minutes it sends 55 thousand of 60 thousand messages.",
-            check: format!(
-                "the share of due messages that were sent is {} within {}, however long the run",
-                number(share),
-                percent(COUNT_WITHIN)
-            ),
-            rows: rows(SENT, share, within(share, COUNT_WITHIN)),
-            remark: Some(explain_whole),
-            ..Claim::default()
-        },
-        Claim {
-            id: "text-lag",
-            place: "Section 4.1",
-            claim: "After ten minutes its open-loop control is roughly 50 s behind.",
-            check: format!(
-                "the last message is sent {} s late for each second that has passed, within {}",
-                fraction(lag),
-                percent(ROUGHLY)
-            ),
-            rows: rows(LAG, lag, within(lag, ROUGHLY)),
-            remark: Some(explain_whole),
-            ..Claim::default()
-        },
-    ]
-}
+pub(super) const FIGURES: &[Metric] = &[
+    Metric::each("from the first to the 600th message", "s", |run| {
+        Ok(Start::read(run)?.ordinal_600_s)
+    }),
+    Metric::each("messages in the first 6 s", "", |run| {
+        Ok(Some(Start::read(run)?.in_six_s as f64))
+    }),
+    Metric::each("sent of due", "", |run| Ok(sent(run))),
+    Metric::each("lag of sending", "s/s", |run| {
+        let lag_s = Start::read(run)?.lag_s;
+        Ok(lag_s.filter(|(_, s)| *s > 0.0).map(|(lag_s, s)| lag_s / s))
+    }),
+];
 
 /// The numbers of a run's arrivals that Figure 2 and its text are about.
 #[derive(Default)]
@@ -164,7 +88,7 @@ fn whole_ms() -> f64 {
 
 /// Explains the pace: the client's one thread waits for each answer, so any time beyond its timer
 /// delays the next message.
-fn explain_whole(evidence: &mut Evidence, judged: &[Judged<'_>]) {
+pub(super) fn explain_whole(evidence: &mut Evidence, judged: &[Judged<'_>]) {
     let Some(Judged { source, .. }) = judged.first() else {
         return;
     };
@@ -187,7 +111,7 @@ fn explain_whole(evidence: &mut Evidence, judged: &[Judged<'_>]) {
 }
 
 /// Explains a difference: the paper's numbers for this client have two paces, and ours has one of them.
-fn explain_start(evidence: &mut Evidence, judged: &[Judged<'_>]) {
+pub(super) fn explain_start(evidence: &mut Evidence, judged: &[Judged<'_>]) {
     let ours_ms = judged.first().and_then(|judged| pace_ms(&judged.source));
     let Some(ours_ms) = ours_ms else {
         return;

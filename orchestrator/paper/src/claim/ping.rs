@@ -1,46 +1,33 @@
 //! Pings through the links: Table 2, and the text on couva.
 
-use analysis::{Campaign, ReadError, parallel};
+use analysis::{Campaign, ReadError};
 use link::{Band, Pings, Profile, predict};
 
 use super::echo::{ECHOES_MIN, Series};
 use super::evidence::Evidence;
-use super::row::Claim;
-use super::words::between;
 use crate::printed::{Ping, TABLE_2};
+use crate::subject::Topology;
 use report::claim::rule::ANY;
-use report::claim::{Finding, Part, Verdict};
+use report::claim::{Part, Verdict};
 use report::group::Estimate;
-use report::number::{number, spelled};
+use report::number::number;
 
 /// Greatest mean on loopback, ms: what a machine may take. There is no law, so there is no band.
-const LOOPBACK_AVG_MS: f64 = 1.0;
+pub(super) const LOOPBACK_AVG_MS: f64 = 1.0;
 /// Table 2's maximum is a single sample: it may be off the band by this factor.
-const MAX_WITHIN: f64 = 2.0;
+pub(super) const MAX_WITHIN: f64 = 2.0;
 /// The paper's "up to seconds", ms.
 const SECONDS_MS: f64 = 1000.0;
 /// The paper's "tens of milliseconds": from a handful to a hundred.
-const TENS_MS: (f64, f64) = (5.0, 100.0);
+pub(super) const TENS_MS: (f64, f64) = (5.0, 100.0);
 
-/// Table 2, a finding for each position.
-pub(super) fn table_2(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
-    let positions: Vec<_> = TABLE_2.iter().zip(POSITIONS).collect();
-    // Each predicts thousands of pings, which takes more time than all the rest of a report.
-    let findings = parallel::each(&positions, |&(row, (id, claim))| {
-        let claim = Claim {
-            id,
-            place: "Table 2",
-            claim,
-            check: check(row),
-            ..Claim::default()
-        };
-        Ok(position(campaign, row)?.on(claim))
-    });
-    findings.into_iter().collect()
-}
-
-fn position(campaign: &Campaign, row: &Ping) -> Result<Evidence, ReadError> {
+/// A position of Table 2.
+pub(super) fn position(campaign: &Campaign, topology: Topology) -> Result<Evidence, ReadError> {
     let mut evidence = Evidence::default();
+    let Some(row) = TABLE_2.iter().find(|row| row.topology == topology.name()) else {
+        evidence.lack(format!("a row of Table 2 for {}", topology.name()));
+        return Ok(evidence);
+    };
     let profile = campaign.plan.profiles.get(row.topology);
     let profile = profile.and_then(|text| text.profile(row.topology).ok());
     match (Series::longest(campaign, row.topology)?, profile) {
@@ -55,44 +42,6 @@ fn position(campaign: &Campaign, row: &Ping) -> Result<Evidence, ReadError> {
         _ => evidence.lack(format!("{ECHOES_MIN} echoes or more on {}", row.topology)),
     }
     Ok(evidence)
-}
-
-/// Table 2's positions: the id of each claim, and what the paper's row says.
-const POSITIONS: [(&str, &str); 5] = [
-    (
-        "table-2-arima",
-        "Ping on arima itself takes 0.1 ms and loses nothing.",
-    ),
-    (
-        "table-2-buccoo",
-        "Ping from buccoo, wired, takes 3.4 ms and loses nothing.",
-    ),
-    (
-        "table-2-couva",
-        "Ping from couva, on wireless, takes 104 ms with an sd of 336, and loses 1.6 %.",
-    ),
-    (
-        "table-2-diego-lan",
-        "Ping from the data centre over the campus takes 3.2 ms and loses 0.9 %.",
-    ),
-    (
-        "table-2-diego-vpn",
-        "Ping from the data centre through the VPN takes 53 ms, at least 39, and loses nothing.",
-    ),
-];
-
-/// What counts as agreement at a position, in words.
-fn check(row: &Ping) -> String {
-    if row.topology == "arima" {
-        format!("there is no link: less than {LOOPBACK_AVG_MS} ms in the mean, and nothing lost")
-    } else {
-        format!(
-            "min, avg, max, sd and loss of the echoes, less what the empty link takes, are where 99 % of \
-             the profile's realisations have them, to what this machine plays exactly; Table 2's are \
-             where those of a thousand pings are (its max, a single sample, within a factor of {})",
-            spelled(MAX_WITHIN)
-        )
-    }
 }
 
 fn loopback(evidence: &mut Evidence, series: &Series<'_>, row: &Ping) {
@@ -205,7 +154,7 @@ fn modelled(
 }
 
 /// The text on Table 2: up to seconds, and tens of milliseconds as a rule.
-pub(super) fn couva(campaign: &Campaign) -> Result<Finding, ReadError> {
+pub(super) fn couva(campaign: &Campaign) -> Result<Evidence, ReadError> {
     let mut evidence = Evidence::default();
     let row = TABLE_2.iter().find(|row| row.topology == "couva");
     let longest = row.map(|row| row.max_ms);
@@ -233,24 +182,5 @@ pub(super) fn couva(campaign: &Campaign) -> Result<Finding, ReadError> {
             ));
         }
     }
-    Ok(evidence.on(Claim {
-        id: "text-couva-ping",
-        place: "Section 3.1",
-        claim: "An exchange can take up to seconds, and takes tens of milliseconds as a rule.",
-        check: format!(
-            "on couva the longest echo takes {} or more, and the median {} ms",
-            seconds(SECONDS_MS),
-            between(TENS_MS)
-        ),
-        ..Claim::default()
-    }))
-}
-
-/// A time in whole seconds, in words: `a second`.
-fn seconds(ms: f64) -> String {
-    if ms == 1000.0 {
-        "a second".to_owned()
-    } else {
-        format!("{} seconds", spelled(ms / 1e3))
-    }
+    Ok(evidence)
 }

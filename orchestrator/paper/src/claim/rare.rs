@@ -3,7 +3,7 @@
 use analysis::Metrics;
 use analysis::statistics::share;
 
-use super::evidence::Source;
+use super::source::Source;
 use report::group::Estimate;
 
 /// How often something was found, and in how many.

@@ -4,81 +4,62 @@
 //! at 100 Hz, so they decide; finer ones are only shown.
 
 use analysis::{Campaign, ReadError};
+use endpoint::SampleTime;
 
-use super::evidence::{Evidence, Source};
+use super::evidence::Evidence;
 use super::interval::neighbours;
-use super::rare::{Count, TAIL, alike};
-use super::row::Claim;
-use super::words::{fraction, percent};
+use super::rare::{Count, alike};
+use super::source::Source;
 use crate::printed::{self, SameTime, TABLE_3};
 use crate::subject::{CHROMIUM_2011, FIREFOX_2011, Subject};
 use report::claim::rule::COUNT_MIN;
-use report::claim::{Finding, Part, Verdict};
-use report::number::{number, spelled};
+use report::claim::{Part, Verdict};
+use report::number::number;
 
 /// Share of the paper's value by which a value may differ, if that is more than chance explains.
 pub(super) const WITHIN: f64 = 0.2;
 /// The assumed step of the paper's timestamps, ns.
 const STAMP_NS: u64 = 10_000_000;
+/// The step of a desktop's clock in the paper's years, 1/64 s: that of timestamps in Windows XP, and
+/// so in its browsers.
+const COARSE_NS: u64 = 1_000_000_000 / 64;
 
-/// Table 3, a finding for each rate.
-pub(super) fn table_3(campaign: &Campaign) -> Result<Vec<Finding>, ReadError> {
-    let rare = |messages: &str| {
-        format!(
-            "the count of neighbours in the same 10 ms and the paper's, of {messages} messages, \
-             can have one rate (conditional binomial test, {}); where fewer than {} are to be \
-             expected, some cannot be distinguished from none",
-            percent(2.0 * TAIL),
-            spelled(COUNT_MIN)
-        )
-    };
-    let claims = [
-        (
-            printed::H_100_HZ_NS,
-            "table-3-100-hz",
-            "At 100 Hz a quarter of JavaScript's messages on arima come at the same time as the one \
-             before, 7 to 9 % on buccoo and couva.",
-            format!(
-                "the share of neighbours in the same 10 ms is the paper's within {}, or as far off as \
-                 chance explains",
-                fraction(WITHIN)
-            ),
-        ),
-        (
-            printed::H_10_HZ_NS,
-            "table-3-10-hz",
-            "At 10 Hz none do on arima and buccoo, and 0.5 % on couva.",
-            rare("some 6000"),
-        ),
-        (
-            printed::H_3_HZ_NS,
-            "table-3-3-hz",
-            "At 3.3 Hz none do on arima, and one or two of 2000 on buccoo and couva.",
-            rare("2000"),
-        ),
-    ];
-    let finding = |(h_ns, id, claim, check)| {
-        let mut evidence = Evidence::default();
-        let mut close = Vec::new();
-        for row in TABLE_3.iter().filter(|row| row.h_ns == h_ns) {
-            close.extend(cell(&mut evidence, campaign, row)?);
-        }
-        if !close.is_empty() {
-            evidence.explain(format!(
-                "Two share a stamp of 10 ms only where they come within 10 ms of each other; the share \
-                 that does is {}.",
-                close.join(", ")
-            ));
-        }
-        Ok(evidence.on(Claim {
-            id,
-            place: "Table 3",
-            claim,
-            check,
-            ..Claim::default()
-        }))
-    };
-    claims.into_iter().map(finding).collect()
+/// Table 3 at one rate.
+pub(super) fn table_3(campaign: &Campaign, h: SampleTime) -> Result<Evidence, ReadError> {
+    let mut evidence = Evidence::default();
+    let mut close = Vec::new();
+    for row in TABLE_3.iter().filter(|row| row.h_ns == h.ns()) {
+        close.extend(cell(&mut evidence, campaign, row)?);
+    }
+    if !close.is_empty() {
+        evidence.explain(format!(
+            "Two share a stamp of 10 ms only where they come within 10 ms of each other; the share \
+             that does is {}.",
+            close.join(", ")
+        ));
+    }
+    Ok(evidence)
+}
+
+/// A reading of Table 3's first number, with the timestamps of a clock of those years; `None` without runs.
+pub(super) fn coarse(campaign: &Campaign) -> Result<Option<Evidence>, ReadError> {
+    let [row, ..] = &TABLE_3;
+    let source = Source::of(campaign, FIREFOX_2011.open(row.topology, row.h_ns));
+    if source.is_empty() {
+        return Ok(None);
+    }
+    let mut evidence = Evidence::default();
+    evidence.ask(&source);
+    let mut count = Count { found: 0, of: 0 };
+    for run in &source.group.runs {
+        neighbours(run, |last, row| {
+            count.of += 1;
+            count.found += u64::from(last.t_arrive_ns / COARSE_NS == row.t_arrive_ns / COARSE_NS);
+        })?;
+    }
+    let count = (count.of > 0).then_some(count);
+    evidence.decide(counted(&source, row, "1/64 s", count));
+    Ok(Some(evidence))
 }
 
 fn cell(
@@ -116,12 +97,7 @@ fn cell(
 }
 
 /// A count compared with the paper's share.
-pub(super) fn counted(
-    source: &Source<'_>,
-    row: &SameTime,
-    clock: &str,
-    count: Option<Count>,
-) -> Part {
+fn counted(source: &Source<'_>, row: &SameTime, clock: &str, count: Option<Count>) -> Part {
     let chance = count.map_or((row.share, row.share), |ours| {
         alike(paper_count(row), ours.of)
     });

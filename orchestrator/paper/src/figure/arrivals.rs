@@ -2,11 +2,11 @@
 //! network.
 
 use analysis::{Campaign, ReadError, Run, lateness};
-use chart::{Guide, GuideAt, Mark, Series, Tone};
+use chart::{Guide, GuideAt, Mark, Series};
 use endpoint::Mode;
 
+use super::entry::Shown;
 use crate::printed;
-use crate::subject::{CHROMIUM_2011, FIREFOX_2011, FIREFOX_WORKER, Subject};
 use report::figure::{Figure, panel};
 use report::origin::Origin;
 use report::tone::OTHER_TONE;
@@ -14,19 +14,17 @@ use report::tone::OTHER_TONE;
 /// Number of messages that the paper's figure shows.
 const MESSAGES: u64 = 600;
 
-/// The clients that are shown, and their tone if it is not their own: the browsers' clients of 2011,
-/// and in a quiet tone one of today.
-const SUBJECTS: [(Subject, Option<Tone>); 3] = [
-    (FIREFOX_WORKER, Some(OTHER_TONE)),
-    (CHROMIUM_2011, None),
-    (FIREFOX_2011, None),
-];
-
-pub(super) fn figure(campaign: &Campaign) -> Result<Figure, ReadError> {
+pub(super) fn figure(
+    campaign: &Campaign,
+    shown: &[Shown],
+    figure: Figure,
+) -> Result<Figure, ReadError> {
     let mut panel = panel("", "", "message", "arrival/s");
     let (mut origin, mut sentences) = (Origin::beside(printed::OPEN_LOOP_S), Vec::new());
-    for (subject, quiet) in SUBJECTS {
-        let group = subject.runs(campaign, "arima", Mode::Open, printed::H_100_HZ_NS);
+    let groups = shown
+        .iter()
+        .flat_map(|shown| shown.groups(campaign, Mode::Open));
+    for (subject, group) in groups {
         let Some(run) = origin.first(&group) else {
             continue;
         };
@@ -38,7 +36,12 @@ pub(super) fn figure(campaign: &Campaign) -> Result<Figure, ReadError> {
                 due_s(*n),
             ));
         }
-        let tone = quiet.unwrap_or(subject.tone());
+        // Beside the clients of 2011, one of today is quiet.
+        let tone = if subject.preset.is_of_the_paper() {
+            subject.tone()
+        } else {
+            OTHER_TONE
+        };
         panel
             .series
             .push(Series::new(subject.name(), Mark::Line, tone, points));
@@ -56,18 +59,6 @@ pub(super) fn figure(campaign: &Campaign) -> Result<Figure, ReadError> {
             },
         ];
     }
-    let figure = Figure::new(
-        "2",
-        "First 600 arrivals, JavaScript at 100 Hz on arima",
-        1,
-        "Arrival of the first 600 messages at the plant, from the first on. The client of \
-         2011 sets its timer anew for each message, so what each is late adds up; the \
-         worker of today sleeps until its deadlines.",
-        Some(
-            "Firefox on arima: the 600th message is two seconds late, at 8 s, and not quite 400 \
-         arrive in the first six.",
-        ),
-    );
     Ok(figure.drawn(vec![panel], &sentences, &origin, campaign))
 }
 

@@ -7,79 +7,33 @@ use analysis::{Campaign, ReadError, trace};
 use chart::{Guide, GuideAt, Mark, Panel, Scale, Series};
 use endpoint::Mode;
 
+use super::entry::Shown;
 use crate::printed;
-use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON, Subject};
+use crate::subject::Subject;
 use report::figure::{Figure, panel};
 use report::origin::Origin;
 
 const H_MS: f64 = printed::H_333_HZ_NS as f64 / 1e6;
 
-/// A panel's letter, subject and topology, and how far its bins reach, in h.
-type Shown = (&'static str, Subject, &'static str, u32);
-
-/// Figure 8: Python at the near positions.
-pub(super) fn near(campaign: &Campaign) -> Result<Figure, ReadError> {
-    let shown: [Shown; 3] = [
-        ("a", PYTHON, "arima", 5),
-        ("b", PYTHON, "buccoo", 5),
-        ("c", PYTHON, "couva", 5),
-    ];
-    figure(
-        campaign,
-        &shown,
-        Figure::new(
-            "8",
-            "Control intervals of Python at 333 Hz",
-            3,
-            "Share of the intervals between commands that reach the plant, by their \
-             length, all repeats together. The scale is logarithmic: a bar at 1 % is a \
-             hundredth of all. Where some are longer than the axis, the title says how many.",
-            Some(
-                "On arima intervals gather at multiples of h, with some zeros; on buccoo and \
-             couva they are spread more flatly, with more zeros.",
-            ),
-        ),
-    )
-}
-
-/// Figure 9: JavaScript, and Python over the VPN.
-pub(super) fn far(campaign: &Campaign) -> Result<Figure, ReadError> {
-    let shown: [Shown; 3] = [
-        ("a", FIREFOX_2011, "arima", 10),
-        ("b", PYTHON, "diego-vpn", 10),
-        ("", CHROMIUM_2011, "arima", 10),
-    ];
-    figure(
-        campaign,
-        &shown,
-        Figure::new(
-            "9",
-            "Control intervals of JavaScript and over the VPN, 333 Hz",
-            3,
-            "The same from the JavaScript client of 2011, and from Python over the VPN. \
-             The third panel is the same page in another browser.",
-            Some(
-                "JavaScript's intervals are spread widely and have no peak at h = 3 ms; over \
-             the VPN there are more zeros, gaps of 40 ms and no peak at h either.",
-            ),
-        ),
-    )
-}
-
-fn figure(campaign: &Campaign, shown: &[Shown], figure: Figure) -> Result<Figure, ReadError> {
+pub(super) fn figure(
+    campaign: &Campaign,
+    shown: &[Shown],
+    figure: Figure,
+) -> Result<Figure, ReadError> {
     let (mut origin, mut sentences, mut panels) =
         (Origin::beside(printed::OPEN_LOOP_S), Vec::new(), Vec::new());
-    for (letter, subject, topology, reach) in shown {
-        let group = subject.runs(campaign, topology, Mode::Closed, printed::H_333_HZ_NS);
-        origin.all(&group);
-        let title = format!("{}, {topology}", subject.client);
-        let mut panel = panel(letter, title, "interval/ms", "share/%");
-        let mut histogram = Histogram::new(*reach);
-        for run in &group.runs {
+    for shown in shown {
+        let groups = shown.groups(campaign, Mode::Closed);
+        let mut panel = panel(&shown.letter, shown.title(), "interval/ms", "share/%");
+        let mut histogram = Histogram::new(shown.reach);
+        for run in groups.iter().flat_map(|(_, group)| &group.runs) {
             let intervals_ms = trace::control_intervals_ms(&run.folder)?;
             intervals_ms.into_iter().for_each(|ms| histogram.push(ms));
         }
-        if histogram.total > 0 {
+        groups.iter().for_each(|(_, group)| origin.all(group));
+        if histogram.total > 0
+            && let [subject, ..] = shown.who[..]
+        {
             sentences.push(format!(
                 "{}: of {} intervals {:.1} % are zero to within {:.3} ms, {:.1} % are h to within \
                  as much, and {:.1} % are longer than {} ms.",
@@ -89,9 +43,9 @@ fn figure(campaign: &Campaign, shown: &[Shown], figure: Figure) -> Result<Figure
                 histogram.width_ms / 2.0,
                 histogram.percent(histogram.counts.get(Histogram::PER_H).copied()),
                 histogram.percent(Some(histogram.beyond)),
-                f64::from(*reach) * H_MS,
+                f64::from(shown.reach) * H_MS,
             ));
-            draw(&mut panel, *subject, &histogram);
+            draw(&mut panel, subject, &histogram);
         }
         panels.push(panel);
     }

@@ -5,100 +5,32 @@ use analysis::{Campaign, ReadError, Run, lateness};
 use chart::{Mark, Panel, Series};
 use endpoint::Mode;
 
+use super::entry::Shown;
 use crate::printed;
-use crate::subject::{CHROMIUM_2011, FIREFOX_2011, PYTHON, Subject};
+use crate::subject::Subject;
 use report::figure::{Figure, panel};
 use report::number::significant;
 use report::origin::Origin;
 
-const TOPOLOGIES: [&str; 3] = ["arima", "buccoo", "couva"];
-
-/// The last is drawn on top: Python, which is nearly level.
-const SUBJECTS: [Subject; 3] = [FIREFOX_2011, CHROMIUM_2011, PYTHON];
-
-/// One rate, with its letters in the paper's figure.
-struct Rate {
-    words: &'static str,
-    h_ns: u64,
-    letters: [&'static str; 3],
-}
-
-/// Figure 3: at 3.3 and 10 Hz.
-pub(super) fn slow(campaign: &Campaign) -> Result<Figure, ReadError> {
-    let rates = [
-        Rate {
-            words: "3.3 Hz",
-            h_ns: printed::H_3_HZ_NS,
-            letters: ["a", "b", "c"],
-        },
-        Rate {
-            words: "10 Hz",
-            h_ns: printed::H_10_HZ_NS,
-            letters: ["d", "e", "f"],
-        },
-    ];
-    figure(
-        campaign,
-        &rates,
-        Figure::new(
-            "3",
-            "Lateness against the schedule at 3.3 and 10 Hz",
-            TOPOLOGIES.len(),
-            "How much later each message came than its schedule has it, from the first \
-             on. Each slope is that of the least-squares line: how much later messages come \
-             with each second. The browsers' client is that of 2011.",
-            Some(
-                "Python stays on a level line everywhere, at 10 Hz but for impulses; JavaScript \
-             climbs away from it in all six panels.",
-            ),
-        ),
-    )
-}
-
-/// Figure 4: at 100 Hz.
-pub(super) fn fast(campaign: &Campaign) -> Result<Figure, ReadError> {
-    let rates = [Rate {
-        words: "100 Hz",
-        h_ns: printed::H_100_HZ_NS,
-        letters: ["a", "b", "c"],
-    }];
-    figure(
-        campaign,
-        &rates,
-        Figure::new(
-            "4",
-            "Lateness against the schedule at 100 Hz",
-            TOPOLOGIES.len(),
-            "The same at 100 Hz, where a millisecond is a tenth of the interval. A line ends \
-             where the client had got to when its time was over.",
-            Some(
-                "JavaScript diverges much faster than at 10 Hz, and Python's line is no longer \
-             level.",
-            ),
-        ),
-    )
-}
-
-/// The figure with its panels, a row for each rate.
-fn figure(campaign: &Campaign, rates: &[Rate], figure: Figure) -> Result<Figure, ReadError> {
+pub(super) fn figure(
+    campaign: &Campaign,
+    shown: &[Shown],
+    figure: Figure,
+) -> Result<Figure, ReadError> {
     let (mut origin, mut sentences, mut panels) =
         (Origin::beside(printed::OPEN_LOOP_S), Vec::new(), Vec::new());
-    for rate in rates {
-        for (topology, letter) in TOPOLOGIES.into_iter().zip(rate.letters) {
-            let title = format!("{topology}, {}", rate.words);
-            let mut panel = panel(letter, title, "schedule/s", "late/s");
-            for subject in SUBJECTS {
-                let group = subject.runs(campaign, topology, Mode::Open, rate.h_ns);
-                if let Some(run) = origin.first(&group) {
-                    draw(&mut panel, subject, run, rate.h_ns)?;
-                }
+    for shown in shown {
+        let mut panel = panel(&shown.letter, shown.title(), "schedule/s", "late/s");
+        for (subject, group) in shown.groups(campaign, Mode::Open) {
+            if let Some(run) = origin.first(&group) {
+                draw(&mut panel, subject, run, shown.h.ns())?;
             }
-            if !panel.series.is_empty() {
-                let names: Vec<&str> = panel.series.iter().map(|s| s.name.as_str()).collect();
-                sentences.push(format!("{}: {}.", panel.title, names.join(", ")));
-            }
-            panels.push(panel);
         }
+        if !panel.series.is_empty() {
+            let names: Vec<&str> = panel.series.iter().map(|s| s.name.as_str()).collect();
+            sentences.push(format!("{}: {}.", panel.title, names.join(", ")));
+        }
+        panels.push(panel);
     }
     Ok(figure.drawn(panels, &sentences, &origin, campaign))
 }

@@ -4,50 +4,32 @@ use analysis::{Campaign, ReadError, Run, trace};
 use chart::{Guide, GuideAt, Mark, Panel, Series};
 use endpoint::Mode;
 
+use super::entry::Shown;
 use crate::printed::{self, SampleIntervals};
-use crate::subject::{NATIVE, PYTHON};
 use report::figure::{Figure, panel};
-use report::group::Group;
 use report::origin::Origin;
 use report::tone::PLANT_TONE;
 
-pub(super) fn figure(campaign: &Campaign) -> Result<Figure, ReadError> {
+pub(super) fn figure(
+    campaign: &Campaign,
+    shown: &[Shown],
+    figure: Figure,
+) -> Result<Figure, ReadError> {
     let (mut origin, mut sentences, mut panels) =
         (Origin::beside(printed::OPEN_LOOP_S), Vec::new(), Vec::new());
-    for (letter, h_ns, words) in [
-        ("a", printed::H_1_KHZ_NS, "h = 1 ms"),
-        ("b", printed::H_333_HZ_NS, "h = 3 ms"),
-    ] {
-        let mut panel = panel(letter, words, "tick", "interval/ms");
-        let group = runs(campaign, h_ns);
-        if let Some(run) = origin.first(&group) {
-            draw(&mut panel, run, h_ns)?;
+    for shown in shown {
+        let mut panel = panel(&shown.letter, shown.title(), "tick", "interval/ms");
+        let groups = shown.groups(campaign, Mode::Closed);
+        let run = groups.iter().find(|(_, group)| !group.runs.is_empty());
+        if let Some((_, group)) = run.or(groups.last())
+            && let Some(run) = origin.first(group)
+        {
+            draw(&mut panel, run, shown.h.ns())?;
             sentences.push(format!("{}.", panel.title));
         }
         panels.push(panel);
     }
-    let figure = Figure::new(
-        "7",
-        "The plant's sample intervals",
-        2,
-        "Time from each tick of the plant to the next, in the first closed loop without \
-         a network. The paper's mean and standard deviation are lines.",
-        Some(
-            "Scattered widely about h on a desktop's operating system: mean 3.0 and 1.004 ms, \
-         standard deviation 2.984 and 3.705 ms.",
-        ),
-    );
     Ok(figure.drawn(panels, &sentences, &origin, campaign))
-}
-
-/// Python's runs on arima, as in the paper; native's if there are none.
-fn runs(campaign: &Campaign, h_ns: u64) -> Group<'_> {
-    let python = PYTHON.runs(campaign, "arima", Mode::Closed, h_ns);
-    if python.runs.is_empty() {
-        NATIVE.runs(campaign, "arima", Mode::Closed, h_ns)
-    } else {
-        python
-    }
 }
 
 fn draw(panel: &mut Panel, run: &Run, h_ns: u64) -> Result<(), ReadError> {

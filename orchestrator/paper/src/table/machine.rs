@@ -20,7 +20,7 @@ const THE_PAPERS: [[&str; 4]; 4] = [
 
 /// What the runs of one row have in common. Rows are sorted by these fields.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Kind {
+struct RowKey {
     client: Client,
     program: String,
     processor: String,
@@ -94,13 +94,13 @@ fn padded(mut row: Vec<Entry>, length: usize) -> Vec<Entry> {
 }
 
 fn here(campaign: &Campaign) -> Vec<Vec<Entry>> {
-    let mut kinds: BTreeMap<Kind, (BTreeSet<&str>, u64)> = BTreeMap::new();
+    let mut kinds: BTreeMap<RowKey, (BTreeSet<&str>, u64)> = BTreeMap::new();
     for manifest in campaign.runs.iter().filter_map(|run| run.manifest.as_ref()) {
         let (players, runs) = kinds.entry(kind(manifest)).or_default();
         players.insert(&manifest.player);
         *runs += 1;
     }
-    let row = |(kind, (players, runs)): (Kind, (BTreeSet<&str>, u64))| {
+    let row = |(kind, (players, runs)): (RowKey, (BTreeSet<&str>, u64))| {
         let players: Vec<&str> = players.into_iter().collect();
         vec![
             Entry::text("here"),
@@ -130,10 +130,10 @@ fn known(words: String) -> Entry {
     }
 }
 
-fn kind(manifest: &Manifest) -> Kind {
+fn kind(manifest: &Manifest) -> RowKey {
     let machine = &manifest.machine;
     let client = manifest.cell.client;
-    Kind {
+    RowKey {
         client,
         program: program(client, manifest),
         processor: machine.processor.clone(),

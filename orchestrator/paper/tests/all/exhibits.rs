@@ -9,7 +9,7 @@ use manifest::{ControllerReport, Manifest, PlantReport};
 use plan::{Cell, Client, Phase, ProbeRow, Verdict};
 use report::{Report, figure, table};
 
-use crate::lab::{Lab, Rows, plant, python};
+use crate::lab::{Lab, Rows, START_NS, plant, python};
 
 /// A part of the paper's matrix: something of each kind of figure.
 const EXPERIMENT: &str = r#"
@@ -75,13 +75,14 @@ fn write(lab: &Lab, cell: &Cell, verdict: Verdict) {
     };
     let tau_s = 0.08 * slower * (1.0 + 0.1 * f64::from(cell.repeat - 1));
     let ticks = (0..cell.duration_ns / h_ns).map(|k| {
-        let t_due_ns = k * h_ns;
+        let t_ns = k * h_ns;
+        let t_due_ns = START_NS + t_ns;
         TickRow {
             k,
             t_due_ns,
             t_tick_ns: t_due_ns + 5_000 * (k % 2),
             u: 1.0,
-            y: 1.0 - (-(t_due_ns as f64) / 1e9 / tau_s).exp(),
+            y: 1.0 - (-(t_ns as f64) / 1e9 / tau_s).exp(),
             seq: closed.then_some(k),
             u_applied: None,
         }
@@ -309,7 +310,7 @@ fn the_same_folder_gives_the_same_bytes_under_the_same_names() {
     let files = |campaign: &Campaign| {
         let report =
             Report::of(campaign, paper::exhibits(campaign).expect("rows")).expect("readable");
-        let mut files = report.files();
+        let mut files = report.files(&report.draw());
         files.retain(|(path, _)| path.starts_with("tables") || path.starts_with("figures"));
         files
     };

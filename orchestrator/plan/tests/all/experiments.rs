@@ -15,7 +15,7 @@ fn builtin(name: &str) -> Result<ProfileText, String> {
         .ok_or_else(|| format!("there is no topology `{name}`"))
 }
 
-fn resolve(source: &str) -> Result<Plan, plan::InvalidFile> {
+fn resolve(source: &str) -> Result<Plan, plan::Diagnostic> {
     Plan::resolve(source, "mine.toml", &Instead::default(), builtin)
 }
 
@@ -246,9 +246,14 @@ fn a_mistake_is_placed_and_answered() {
             "no repeats",
             block("mode = \"open\"\nh = [\"3ms\"]\nduration = \"1s\"\nrepeats = 0"),
         ),
+        ("no h", block("mode = \"open\"\nh = []\nduration = \"1s\"")),
+        (
+            "too many repeats",
+            block("mode = \"open\"\nh = [\"3ms\"]\nduration = \"1s\"\nrepeats = 4000000000"),
+        ),
         (
             "too many cells",
-            block("mode = \"open\"\nh = [\"3ms\"]\nduration = \"1s\"\nrepeats = 4000000000"),
+            block("mode = \"open\"\nh = [\"3ms\", \"4ms\"]\nduration = \"1s\"\nrepeats = 100000"),
         ),
         (
             "the same cell twice",
@@ -290,7 +295,8 @@ fn a_mistake_is_placed_and_answered() {
         ("no cells", "name = \"mine\"".to_owned()),
         (
             "a name that is a path",
-            "name = \"../../etc\"\n[[cells]]".to_owned(),
+            block("mode = \"open\"\nh = [\"3ms\"]\nduration = \"1s\"")
+                .replace("name = \"mine\"", "name = \"../../etc\""),
         ),
     ];
     let answers: Vec<_> = mistakes

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use endpoint::{Action, Hold, Late, Lease, NoiseLaw, PlantSettings};
-use plan::{Instead, InvalidFile, Library, Plan, ProfileText};
+use plan::{Diagnostic, Instead, Library, Plan, ProfileText};
 use system::System;
 
 /// The built-in profiles and systems, and one that is somebody's own.
@@ -28,7 +28,7 @@ impl Library for Shelf {
 
 const MINE: &str = "name = \"mine\"\nr = 2.0\n[plant]\nnum = [1.0]\nden = [1.0, 1.0]\ndead_time = \"20ms\"\nsampling = \"tustin\"\n[controller]\nlaw = \"transfer\"\nnum = [1.0]\nden = [1.0, 0.0]\n";
 
-fn resolve(words: &str, mine: &'static str) -> Result<Plan, InvalidFile> {
+fn resolve(words: &str, mine: &'static str) -> Result<Plan, Diagnostic> {
     let source = format!(
         "name = \"mine\"\n[[cells]]\ntopology = [\"arima\"]\nclient = [\"native\"]\nmode = \"closed\"\n\
          h = [\"10ms\"]\nduration = \"1s\"\n{words}"
@@ -81,7 +81,7 @@ fn a_plant_may_be_told_how_to_be_safe() {
     assert_eq!(settings.hold.to_string(), "50ms then ramp 1s");
     assert_eq!(settings.max_age_ns, Some(20_000_000));
     assert_eq!(settings.lease, Lease::Token);
-    let setup = plan.cells[0].setup();
+    let setup = plan.cells[0].setup().to_string();
     assert!(
         setup.contains("hold 50ms then ramp 1s, max age 20ms, lease token"),
         "{setup}"
@@ -89,7 +89,7 @@ fn a_plant_may_be_told_how_to_be_safe() {
     assert_eq!(Plan::from_json(&plan.to_json()).unwrap(), plan);
     for (words, says) in [
         ("lease = \"mine\"", "lease `mine` is unknown"),
-        ("max_age = \"soon\"", "`soon` is not a duration"),
+        ("max_age = \"soon\"", "`soon` is not a number with a unit"),
     ] {
         let problem = resolve(words, MINE).unwrap_err().problem;
         assert!(problem.contains(says), "{problem}");
@@ -108,7 +108,8 @@ fn the_plant_of_any_but_the_paper_s_clients_is_safe_by_default() {
         let own = of(&words);
         assert_eq!(own, PlantSettings::safe(own.h), "{preset}");
         let cell = &resolve(&words, MINE).unwrap().cells[0];
-        assert!(cell.setup().contains("safe plant"), "{}", cell.setup());
+        let setup = cell.setup().to_string();
+        assert!(setup.contains("safe plant"), "{setup}");
         assert_eq!((own.late, own.lease), (Late::Drop, Lease::Address));
         let written = of(&format!(
             "{words}\nlate = \"apply\"\nhold = \"last\"\nlease = \"none\""
@@ -122,7 +123,8 @@ fn a_plant_may_be_late_by_its_own_machine() {
     let noisy = resolve("tick_noise = \"uniform 3ms\"", MINE).unwrap();
     let law = NoiseLaw::Uniform { max_ns: 3_000_000 };
     assert_eq!(noisy.cells[0].tick_noise, Some(law));
-    assert!(noisy.cells[0].setup().ends_with(", tick noise uniform 3ms"));
+    let setup = noisy.cells[0].setup().to_string();
+    assert!(setup.ends_with(", tick noise uniform 3ms"), "{setup}");
     assert_eq!(Plan::from_json(&noisy.to_json()).unwrap(), noisy);
     // Without it a plan is what it was before there was any.
     let plan = resolve("", MINE).unwrap();
@@ -144,7 +146,7 @@ fn what_cannot_be_run_is_told_where_it_stands() {
     );
     let broken = told("system = [\"mine.toml\"]", "name = 3");
     assert!(
-        broken.starts_with("it is not a valid system: line 1:8:"),
+        broken.starts_with("it is not a valid system: line 1, name: `name` is `3`"),
         "{broken}"
     );
     let elapsed = told("system = [\"pendulum\"]\nintegrate = \"elapsed\"", MINE);

@@ -3,15 +3,22 @@
 use analysis::Campaign;
 
 use super::words::listed;
-use crate::outcome::Kind;
+use crate::outcome::OutcomeKind;
 
 /// How the runs of a campaign ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Coverage(Vec<Kind>);
+pub struct Coverage(Vec<OutcomeKind>);
 
 impl Coverage {
-    pub(super) fn of(campaign: &Campaign) -> Coverage {
-        Coverage(campaign.runs.iter().map(Kind::of).collect())
+    /// Of all runs of the plan.
+    #[must_use]
+    pub fn of(campaign: &Campaign) -> Coverage {
+        Coverage(campaign.runs.iter().map(OutcomeKind::of).collect())
+    }
+
+    /// How many runs the plan has.
+    pub(super) fn planned(&self) -> usize {
+        self.0.len()
     }
 
     /// `Of 248 runs 240 are complete, 5 failed and 3 were not made.`
@@ -19,7 +26,7 @@ impl Coverage {
     pub fn words(&self) -> String {
         let planned = self.0.len();
         let count = |kind| self.0.iter().filter(|of| **of == kind).count();
-        if count(Kind::Complete) == planned {
+        if count(OutcomeKind::Complete) == planned {
             return match planned {
                 0 => "The plan has no runs.".to_owned(),
                 1 => "The one run is complete.".to_owned(),
@@ -33,14 +40,18 @@ impl Coverage {
             n => Some(format!("{n} {more}")),
         };
         let parts: Vec<String> = [
-            some(Kind::Complete, "is complete", "are complete")
+            some(OutcomeKind::Complete, "is complete", "are complete")
                 .or_else(|| Some("none is complete".to_owned())),
-            some(Kind::Disturbed, "was disturbed", "were disturbed"),
-            some(Kind::Invalid, "is invalid", "are invalid"),
-            some(Kind::Failed, "failed", "failed"),
-            some(Kind::Unsupported, "is unsupported", "are unsupported"),
-            some(Kind::Damaged, "cannot be read", "cannot be read"),
-            some(Kind::NotRun, "was not made", "were not made"),
+            some(OutcomeKind::Disturbed, "was disturbed", "were disturbed"),
+            some(OutcomeKind::Invalid, "is invalid", "are invalid"),
+            some(OutcomeKind::Failed, "failed", "failed"),
+            some(
+                OutcomeKind::Unsupported,
+                "is unsupported",
+                "are unsupported",
+            ),
+            some(OutcomeKind::Damaged, "cannot be read", "cannot be read"),
+            some(OutcomeKind::NotRun, "was not made", "were not made"),
         ]
         .into_iter()
         .flatten()

@@ -1,6 +1,7 @@
 use analysis::LoopVerdict;
 use plan::Client;
 
+use super::headline::LINE;
 use super::*;
 use crate::sample::{Outcome, campaign};
 
@@ -51,8 +52,8 @@ fn the_answer_s_words_fit_what_the_runs_say() {
             campaign(CLOSED, |cell| {
                 let is_lost = cell.topology == "couva" && cell.settings.h.ns() == 1_000_000;
                 match (is_lost, cell.client, cell.repeat) {
-                    (true, Client::Python, _) => Outcome::Lost(LoopVerdict::Unstable),
-                    (true, _, 2) => Outcome::Lost(LoopVerdict::NotSettled),
+                    (true, Client::Python, _) => Outcome::Lost(LoopVerdict::Lost),
+                    (true, _, 2) => Outcome::Lost(LoopVerdict::Unsettled),
                     _ => stable(cell),
                 }
             }),
@@ -60,13 +61,13 @@ fn the_answer_s_words_fit_what_the_runs_say() {
         (
             "one client lost",
             campaign(CLOSED, |cell| match cell.client {
-                Client::Firefox => Outcome::Lost(LoopVerdict::NotSettled),
+                Client::Firefox => Outcome::Lost(LoopVerdict::Unsettled),
                 _ => stable(cell),
             }),
         ),
         (
             "none stable",
-            campaign(CLOSED, |_| Outcome::Lost(LoopVerdict::Unstable)),
+            campaign(CLOSED, |_| Outcome::Lost(LoopVerdict::Lost)),
         ),
         (
             "some run",
@@ -123,11 +124,38 @@ fn settling_is_held_against_both_references_without_a_network() {
 #[test]
 fn a_step_that_never_settled_counts_as_later_than_any() {
     let answer = Answer::of(&campaign(CLOSED, |cell| match cell.repeat {
-        1 => Outcome::Lost(LoopVerdict::NotSettled),
+        1 => Outcome::Lost(LoopVerdict::Unsettled),
         _ => Outcome::Stable(320.0),
     }));
     let (_, _, standing) = answer.loops().next().expect("a loop");
-    assert_eq!((standing.complete, standing.stable), (2, 1));
+    assert_eq!((standing.complete, standing.holds), (2, 1));
     assert_eq!(standing.survival(), Survival::Sometimes);
     assert_eq!(standing.settling_ms, None, "half of them never settled");
+}
+
+#[test]
+fn the_headline_stays_one_line_whatever_failed_or_is_missing() {
+    let kinds = [
+        LoopVerdict::HoldsBadly,
+        LoopVerdict::Unsettled,
+        LoopVerdict::Silent,
+        LoopVerdict::Lost,
+    ];
+    let long = CLOSED.replace("repeats = 2", "repeats = 200");
+    for (cells, every, missing) in (1..7).flat_map(|every| {
+        [
+            (CLOSED, every, 0),
+            (CLOSED, every, 3),
+            (long.as_str(), every, 2),
+        ]
+    }) {
+        let campaign = campaign(cells, |cell| match cell.index {
+            index if missing > 0 && index % missing == 1 => Outcome::Absent,
+            index if index % every == 0 => Outcome::Lost(kinds[index / every % kinds.len()]),
+            _ => stable(cell),
+        });
+        let words = Answer::of(&campaign).words();
+        let length = words[0].chars().count();
+        assert!(length <= LINE, "{length}: {}", words[0]);
+    }
 }

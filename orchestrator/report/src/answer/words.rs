@@ -1,8 +1,7 @@
 //! The answer in sentences.
 
-use std::collections::BTreeSet;
-
-use plan::Client;
+use analysis::LoopVerdict;
+use plan::{Client, Setup};
 
 use super::{Answer, Row, Standing, Survival};
 use crate::number::{duration, significant, spelled};
@@ -16,11 +15,14 @@ impl Answer {
     pub fn words(&self) -> Vec<String> {
         [
             Some(self.headline()),
-            self.simulated
-                .then(|| "All runs are simulated, in virtual time.".to_owned()),
+            self.simulated.then(|| match self.is_one_run() {
+                true => "The run is simulated, in virtual time.".to_owned(),
+                false => "All runs are simulated, in virtual time.".to_owned(),
+            }),
             self.exceptions(),
             self.settling(),
-            Some(self.coverage.words()),
+            // Of one run the rest says so.
+            (!self.is_one_run()).then(|| self.coverage.words()),
         ]
         .into_iter()
         .flatten()
@@ -33,174 +35,74 @@ impl Answer {
         all_of(self.loops().map(|(_, _, standing)| standing))
     }
 
-    fn headline(&self) -> String {
-        let runs = |figure: fn(&Standing) -> usize| -> usize {
-            self.loops().map(|(_, _, standing)| figure(standing)).sum()
-        };
-        let Some(survival) = self.survival() else {
-            return "No loop was closed: this experiment has open loops only.".to_owned();
-        };
-        match survival {
-            Survival::Unknown => {
-                let planned = runs(|standing| standing.planned);
-                return match planned {
-                    1 => "Whether the loop survives is not known: its one run is not complete."
-                        .to_owned(),
-                    _ => format!(
-                        "Whether the loop survives is not known: none of {planned} runs is complete."
-                    ),
-                };
-            }
-            Survival::Never => {
-                let complete = runs(|standing| standing.complete);
-                return match complete {
-                    1 => {
-                        "The loop does not survive: the one complete run is not stable.".to_owned()
-                    }
-                    _ => format!(
-                        "The loop does not survive: none of {complete} complete runs is stable."
-                    ),
-                };
-            }
-            Survival::Always | Survival::Sometimes => {}
-        }
-        let is_partial = self
-            .loops()
-            .any(|(_, _, standing)| standing.survival() == Survival::Unknown);
-        let opening = if is_partial {
-            "As far as it was run, the loop survives"
-        } else {
-            "The loop survives"
-        };
-        let places = self.places();
-        if places.is_empty() {
-            return format!("{opening} in some runs only: no client keeps it stable in all.");
-        }
-        let but = self.elsewhere();
-        if but.is_empty() {
-            format!("{opening} {}.", listed(&places))
-        } else {
-            format!("{opening} {}, but {}.", listed(&places), listed(&but))
-        }
+    /// Whether one complete run of a closed loop is all that was planned.
+    fn is_one_run(&self) -> bool {
+        self.coverage.planned() == 1 && self.complete() == 1
     }
 
-    /// Where the loop does not always survive: `not always on couva`, or, if this is not so for all
-    /// clients, `never with Chromium on arima`.
-    fn elsewhere(&self) -> Vec<String> {
-        let mut places = Vec::new();
-        for topology in &self.topologies {
-            let of = |client: &Client| Some((*client, self.survival_of(*client, topology)?));
-            let clients: Vec<(Client, Survival)> = self.clients().iter().filter_map(of).collect();
-            for (survival, how) in [
-                (Survival::Sometimes, "not always"),
-                (Survival::Never, "never"),
-            ] {
-                let such: Vec<&str> = clients
-                    .iter()
-                    .filter(|(_, own)| *own == survival)
-                    .map(|(client, _)| client.prose())
-                    .collect();
-                match such.len() {
-                    0 => {}
-                    n if n == clients.len() => places.push(format!("{how} on {topology}")),
-                    _ => places.push(format!("{how} with {} on {topology}", listed(&such))),
-                }
-            }
-        }
-        places
-    }
-
-    /// The clients of the runs, webloop's first.
-    fn clients(&self) -> Vec<Client> {
-        let all: BTreeSet<Client> = self.rows.iter().map(|row| row.client).collect();
-        all.into_iter().collect()
-    }
-
-    /// Whether a client keeps the loop stable on a topology, at all rates and in all setups; `None`
-    /// without a complete run.
-    fn survival_of(&self, client: Client, topology: &str) -> Option<Survival> {
-        let own = self
-            .loops()
-            .filter(|(row, place, _)| row.client == client && *place == topology);
-        let survival = all_of(own.map(|(_, _, standing)| standing))?;
-        Some(survival).filter(|survival| *survival != Survival::Unknown)
-    }
-    /// `on all five topologies with native and Python`: for each client, the topologies on which
-    /// every complete run is stable, at every rate and in every setup. Clients with the same
-    /// topologies are joined.
-    fn places(&self) -> Vec<String> {
-        let mut together: Vec<(Vec<&str>, Vec<Client>)> = Vec::new();
-        for client in self.clients() {
-            let topologies: Vec<&str> = self
-                .topologies
-                .iter()
-                .map(String::as_str)
-                .filter(|topology| self.survival_of(client, topology) == Some(Survival::Always))
-                .collect();
-            if topologies.is_empty() {
-                continue;
-            }
-            match together.iter_mut().find(|(same, _)| *same == topologies) {
-                Some((_, clients)) => clients.push(client),
-                None => together.push((topologies, vec![client])),
-            }
-        }
-        let part = |(topologies, clients): &(Vec<&str>, Vec<Client>)| {
-            let clients: Vec<&str> = clients.iter().map(Client::prose).collect();
-            format!("{} with {}", self.on(topologies), listed(&clients))
-        };
-        together.iter().map(part).collect()
-    }
-
-    /// `on all five topologies`, `on arima and couva`.
-    fn on(&self, topologies: &[&str]) -> String {
-        let all = topologies.len() == self.topologies.len();
-        match (topologies.len(), all) {
-            (2, true) => format!("on both topologies, {},", listed(topologies)),
-            (n @ 3.., true) => format!("on all {} topologies", spelled(n as f64)),
-            _ => format!("on {}", listed(topologies)),
-        }
-    }
-
-    /// The loops that do not always survive; `None` unless others do.
+    /// The loops that do not always hold, each with the worst that happened to it; `None` if all do.
     fn exceptions(&self) -> Option<String> {
-        if self.survival() != Some(Survival::Sometimes) {
-            return None;
+        if self.is_one_run() {
+            let (_, _, standing) = self.loops().next()?;
+            let (verdict, reason) = standing.worst.as_ref()?;
+            let reason = reason.as_deref();
+            return Some(match reason {
+                Some(reason) => format!("It {}: {reason}.", said(*verdict)),
+                None => format!("It {}.", said(*verdict)),
+            });
         }
         let failing: Vec<String> = self
             .loops()
-            .filter(|(_, _, standing)| {
-                matches!(standing.survival(), Survival::Sometimes | Survival::Never)
-            })
-            .map(|(row, topology, standing)| {
+            .filter_map(|(row, topology, standing)| {
+                let (verdict, reason) = standing.worst.as_ref()?;
+                let reason = reason
+                    .as_deref()
+                    .map_or_else(String::new, |of| format!(" ({of})"));
                 let Standing {
-                    stable, complete, ..
+                    holds, complete, ..
                 } = standing;
-                let loop_ = self.named(row, topology);
-                match (stable, complete) {
-                    (0, 1) => format!("{loop_} (its one run is not stable)"),
-                    (0, _) => format!("{loop_} (none of {complete} runs stable)"),
-                    _ => format!("{loop_} ({stable} of {complete} runs stable)"),
-                }
+                let count = match (holds, complete) {
+                    (_, 1) => String::new(),
+                    (0, _) => format!("none of {complete}, at worst "),
+                    _ => format!("{holds} of {complete}, at worst "),
+                };
+                let named = self.named(row, topology);
+                Some(format!("{named}: {count}{verdict}{reason}"))
             })
             .collect();
+        if failing.is_empty() {
+            return None;
+        }
         let mut named: Vec<String> = failing.iter().take(NAMED).cloned().collect();
         if failing.len() > NAMED {
             named.push(format!("{} more", spelled((failing.len() - NAMED) as f64)));
         }
-        Some(format!("It does not always survive {}.", listed(&named)))
+        Some(format!("Not always well {}.", named.join("; ")))
     }
 
-    /// `with Chromium (paper-2011) on arima at 333 Hz`.
+    /// `with Chromium (paper-2011) on arima at 333 Hz`; without what all loops have in common.
     fn named(&self, row: &Row, topology: &str) -> String {
-        let same = |other: &&Row| other.client == row.client && other.setup != row.setup;
-        let setup = if self.rows.iter().any(|other| same(&other)) || !row.is_usual() {
-            format!(" ({})", row.setup)
+        let setup = match self.unlike(row) {
+            words if words.is_empty() => String::new(),
+            words => format!(" ({words})"),
+        };
+        let rate = if self.rows.iter().any(|other| other.h_ns != row.h_ns) {
+            format!(" at {}", row.rate)
         } else {
             String::new()
         };
         let client = row.client.prose();
-        format!("with {client}{setup} on {topology} at {}", row.rate)
+        format!("with {client}{setup} on {topology}{rate}")
+    }
+
+    /// What a row's setup has that not all setups of its client have. A browser's is named whole.
+    fn unlike(&self, row: &Row) -> Setup {
+        if row.client.is_browser() && !row.is_plain {
+            return row.setup.clone();
+        }
+        let same = self.rows.iter().filter(|other| other.client == row.client);
+        let setups: Vec<&Setup> = same.map(|other| &other.setup).collect();
+        row.setup.apart_from(&setups)
     }
 
     /// Median settling, from the fastest loop to the slowest.
@@ -215,8 +117,17 @@ impl Answer {
         let (fastest, row, topology, _) = *settled.first()?;
         let fast = format!("{} {}", duration(fastest), self.named(row, topology));
         let (slowest, row, topology, standing) = *settled.last()?;
+        if self.is_one_run() {
+            return Some(format!("It settles in {}.", duration(fastest)));
+        }
         if settled.len() == 1 {
             return Some(format!("In the median it settles in {fast}."));
+        }
+        if duration(fastest) == duration(slowest) {
+            return Some(format!(
+                "In the median all settle in {}.",
+                duration(slowest)
+            ));
         }
         let slow = format!("{} {}", duration(slowest), self.named(row, topology));
         // Python is the paper's yardstick; native is used where Python was not run.
@@ -238,13 +149,21 @@ impl Answer {
     }
 }
 
+/// A verdict as what a loop does or is.
+fn said(verdict: LoopVerdict) -> String {
+    match verdict {
+        LoopVerdict::Silent | LoopVerdict::Lost => format!("is {verdict}"),
+        _ => verdict.to_string(),
+    }
+}
+
 /// Whether several loops survive, taken together; `None` if there are none.
 fn all_of<'a>(standings: impl Iterator<Item = &'a Standing>) -> Option<Survival> {
     let sum = standings.fold(None, |sum: Option<Standing>, standing| {
         let sum = sum.unwrap_or_default();
         Some(Standing {
             complete: sum.complete + standing.complete,
-            stable: sum.stable + standing.stable,
+            holds: sum.holds + standing.holds,
             ..sum
         })
     });

@@ -9,7 +9,7 @@ use crate::number::duration;
 
 /// The quickest client where several closed the same loop; `None` if none can be compared.
 pub(super) fn best(loops: &[Loop<'_>]) -> Option<String> {
-    let places = analysis::grouped(loops, |one| (one.topology, one.system, one.h_ns));
+    let places = analysis::grouped(loops, |one| (one.topology, one.system, one.fault, one.h_ns));
     // What can be told comes first, then by how much quicker the first is than the second.
     let mut told: Vec<(bool, f64, String)> = Vec::new();
     for (_, here) in &places {
@@ -65,7 +65,10 @@ pub(super) fn best(loops: &[Loop<'_>]) -> Option<String> {
         .collect();
     let mut words = named.join("; ") + ".";
     if more > 0 {
-        words += &format!(" {more} more places are in the table.");
+        words += &match more {
+            1 => " 1 more place is in the table.".to_owned(),
+            more => format!(" {more} more places are in the table."),
+        };
     }
     Some(words)
 }

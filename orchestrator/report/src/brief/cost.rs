@@ -46,17 +46,46 @@ pub(super) fn cost(loops: &[Loop<'_>], delays: &[Delays<'_>]) -> Option<String> 
         .take(NAMED)
         .map(|(_, words)| words)
         .collect();
-    let mut words = if named.is_empty() {
+    let is_alone = !loops.is_empty() && loops.iter().all(|one| !one.is_local);
+    let mut words = if named.is_empty() && is_alone {
+        "No loop without a network ran here, so there is nothing to hold settling against: run arima beside it \
+         (--topology arima). "
+            .to_owned()
+    } else if named.is_empty() {
         String::new()
     } else {
         named.join("; ") + ". "
     };
     if more > 0 {
-        words += &format!("{more} more are in the table. ");
+        words += &match more {
+            1 => "1 more is in the table. ".to_owned(),
+            more => format!("{more} more are in the table. "),
+        };
     }
-    let shares: Vec<String> = delays
+    let shares = shares(loops, delays);
+    if !shares.is_empty() {
+        words += &format!(
+            "Of the time from a measurement to its effect the link took {}.",
+            shares.join(", ")
+        );
+    }
+    let words = words.trim_end();
+    if words.is_empty() {
+        let is_local = over_links().next().is_none();
+        return is_local.then(|| "There was no network: all loops ran on one machine.".to_owned());
+    }
+    Some(words.to_owned())
+}
+
+/// The link's share of a sample's delay, of one loop over each link.
+fn shares(loops: &[Loop<'_>], delays: &[Delays<'_>]) -> Vec<String> {
+    delays
         .iter()
-        .filter(|of| over_links().any(|one| one.topology == of.topology))
+        .filter(|of| {
+            loops
+                .iter()
+                .any(|one| !one.is_local && one.topology == of.topology)
+        })
         .filter_map(|of| {
             let whole: f64 = of.parts_ms?.iter().sum();
             Some((of, whole, of.link_ms()?))
@@ -75,17 +104,5 @@ pub(super) fn cost(loops: &[Loop<'_>], delays: &[Delays<'_>]) -> Option<String> 
             format!("{link} of {whole} on {} ({})", of.topology, of.label)
         })
         .take(NAMED)
-        .collect();
-    if !shares.is_empty() {
-        words += &format!(
-            "Of the time from a measurement to its effect the link took {}.",
-            shares.join(", ")
-        );
-    }
-    let words = words.trim_end();
-    if words.is_empty() {
-        let is_local = over_links().next().is_none();
-        return is_local.then(|| "There was no network: all loops ran on one machine.".to_owned());
-    }
-    Some(words.to_owned())
+        .collect()
 }

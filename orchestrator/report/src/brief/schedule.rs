@@ -1,6 +1,7 @@
 //! Of open loops: which clients keep their schedule?
 
 use analysis::Campaign;
+use plan::SetBy;
 
 use super::Brief;
 use crate::number::duration;
@@ -11,7 +12,8 @@ pub(super) fn schedule(campaign: &Campaign) -> Option<Brief> {
     const KEPT: f64 = 1e-3;
     let complete = campaign.runs.iter().filter(|run| run.is_complete());
     let clients = analysis::grouped(complete, |run| {
-        (run.cell.client, run.cell.setup_beside_system())
+        let setup = run.summary.setup.beside(&[SetBy::System]);
+        (run.cell.client, setup)
     });
     let mut told: Vec<(f64, String)> = Vec::new();
     for ((client, setup), runs) in &clients {

@@ -18,7 +18,7 @@ pub enum Measure {
     Slope,
     /// Messages that an open loop sent, as a share of those due, %.
     Sent,
-    /// Median round trip of the messages, ms.
+    /// Median round trip of the messages, ms; infinite if half of them had no answer.
     Rtt,
 }
 
@@ -68,7 +68,7 @@ impl Measure {
             Measure::Iae => closed(run.iae_s),
             Measure::Slope => open(run.schedule_slope).map(|slope| slope * 1e3),
             Measure::Sent => open(run.sent_share).map(|share| share * 1e2),
-            Measure::Rtt => run.message_rtt_p50_ms,
+            Measure::Rtt => run.or_never(0.5, run.message_rtt_p50_ms),
         }
     }
 
@@ -110,9 +110,14 @@ impl Measure {
     /// Whether a change of this sign is for the worse.
     #[must_use]
     pub fn is_worse(self, change: f64) -> bool {
+        self.badness(change) > 0.0
+    }
+
+    /// A change or a difference, positive if it is for the worse.
+    pub(super) fn badness(self, change: f64) -> f64 {
         match self {
-            Measure::Sent => change < 0.0,
-            _ => change > 0.0,
+            Measure::Sent => -change,
+            _ => change,
         }
     }
 }

@@ -3,18 +3,18 @@
 use analysis::layout::{Column, Shown, number, text};
 use analysis::{Campaign, Run, grouped};
 use endpoint::Mode;
-use plan::{Cell, Client, Verdict};
+use plan::{Cell, Client, Setup, Verdict};
 use serde::Serialize;
 
 /// What the runs of a group have in common.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Kind {
+pub struct GroupKey {
     /// The topology.
     pub topology: String,
     /// The client.
     pub client: Client,
     /// The client's preset, and the settings that the experiment changed.
-    pub setup: String,
+    pub setup: Setup,
     /// `open` or `closed`.
     pub mode: Mode,
     /// The rate for people, such as `333 Hz`.
@@ -23,7 +23,7 @@ pub struct Kind {
     pub h_ns: u64,
 }
 
-impl Kind {
+impl GroupKey {
     /// The columns that name a group.
     pub(crate) const COLUMNS: [Column; 5] = [
         text("topology"),
@@ -38,14 +38,14 @@ impl Kind {
         [
             self.topology.clone(),
             self.client.to_string(),
-            self.setup.clone(),
+            self.setup.to_string(),
             self.mode.to_string(),
             self.rate.clone(),
         ]
     }
 
-    fn of(cell: &Cell) -> Kind {
-        Kind {
+    fn of(cell: &Cell) -> GroupKey {
+        GroupKey {
             topology: cell.topology.clone(),
             client: cell.client,
             setup: cell.setup(),
@@ -56,9 +56,9 @@ impl Kind {
     }
 }
 
-impl std::fmt::Display for Kind {
+impl std::fmt::Display for GroupKey {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Kind {
+        let GroupKey {
             topology,
             client,
             setup,
@@ -75,14 +75,14 @@ impl std::fmt::Display for Kind {
 pub struct Lone {
     /// The group.
     #[serde(flatten)]
-    pub kind: Kind,
+    pub kind: GroupKey,
     /// The reason, in a sentence.
     pub reason: String,
 }
 
 /// A group with its pairs.
 pub(crate) struct Paired<'a> {
-    pub(crate) kind: Kind,
+    pub(crate) kind: GroupKey,
     /// Pairs that are complete in both, in order of repeat: A's run and B's.
     pub(crate) runs: Vec<(&'a Run, &'a Run)>,
     /// Number of pairs if all runs of either plan were complete in both.
@@ -94,7 +94,7 @@ pub(crate) fn pair<'a>(a: &'a Campaign, b: &'a Campaign) -> (Vec<Paired<'a>>, Ve
     let of_a = a.runs.iter().map(|run| (run, true));
     let runs = of_a.chain(b.runs.iter().map(|run| (run, false)));
     let (mut paired, mut lone) = (Vec::new(), Vec::new());
-    for (kind, runs) in grouped(runs, |(run, _)| Kind::of(&run.cell)) {
+    for (kind, runs) in grouped(runs, |(run, _)| GroupKey::of(&run.cell)) {
         let own = |of_a| runs.iter().filter(move |(_, is_a)| *is_a == of_a);
         let members = Members {
             a: own(true).map(|(run, _)| *run).collect(),
@@ -115,7 +115,7 @@ pub(crate) fn pair<'a>(a: &'a Campaign, b: &'a Campaign) -> (Vec<Paired<'a>>, Ve
 /// Complete runs of A that B's plan does not have: it has no run of their kind and repeat, whatever its link.
 #[must_use]
 pub fn lost<'a>(a: &'a Campaign, b: &Campaign) -> Vec<&'a Run> {
-    let key = |run: &Run| (Kind::of(&run.cell), run.cell.repeat);
+    let key = |run: &Run| (GroupKey::of(&run.cell), run.cell.repeat);
     let there: Vec<_> = b.runs.iter().map(key).collect();
     let complete = a.runs.iter().filter(|run| is_complete(run));
     complete.filter(|run| !there.contains(&key(run))).collect()
@@ -141,7 +141,7 @@ impl<'a> Members<'a> {
     }
 
     /// Why there is no pair; `None` if there is.
-    fn reason_against(&self, a: &Campaign, b: &Campaign, kind: &Kind) -> Option<String> {
+    fn reason_against(&self, a: &Campaign, b: &Campaign, kind: &GroupKey) -> Option<String> {
         let (Some(one), Some(other)) = (self.a.first(), self.b.first()) else {
             let (has, lacks) = if self.b.is_empty() {
                 ("A", "B")

@@ -3,10 +3,12 @@
 use analysis::LoopVerdict;
 use analysis::layout::{Column, align, digits, number, text};
 use endpoint::Mode;
-use plan::Client;
+use plan::{Client, Setup};
 use serde::Serialize;
 
-use super::{Comparison, Group, Kind, LEVEL, Measure, Outcome, Side};
+use super::{
+    Answer, Compared, Comparison, Conclusion, GroupKey, LEVEL, Measure, PairedMeasures, Side,
+};
 
 /// The columns after those of the group's name.
 const COLUMNS: [Column; 9] = [
@@ -21,8 +23,8 @@ const COLUMNS: [Column; 9] = [
     text("B is"),
 ];
 
-const TOO_FEW_LEGEND: &str = "\
-Too few pairs: a single group needs six, and more groups need more each.
+const OPEN_LEGEND: &str = "\
+cannot tell: so many pairs would, if they go like these.
 ";
 
 /// A row of the CSV.
@@ -30,7 +32,7 @@ Too few pairs: a single group needs six, and more groups need more each.
 struct Row<'a> {
     topology: &'a str,
     client: Client,
-    setup: &'a str,
+    setup: &'a Setup,
     mode: Mode,
     rate: &'a str,
     h_ns: u64,
@@ -44,7 +46,9 @@ struct Row<'a> {
     p_sign: f64,
     p_rank: f64,
     p_holm: Option<f64>,
-    outcome: Outcome,
+    outcome: Conclusion,
+    at_worst: Option<f64>,
+    would_tell: Option<usize>,
 }
 
 impl Comparison {
@@ -52,15 +56,18 @@ impl Comparison {
     #[must_use]
     pub fn to_text(&self, a: &str, b: &str) -> String {
         let mut out = format!("A: {}\nB: {}\n", self.a.words(a), self.b.words(b));
-        let rows: Vec<Vec<String>> = self.groups.iter().flat_map(lines).collect();
+        let rows: Vec<Vec<String>> = {
+            let lines = |group| lines(group, self.least_change);
+            self.groups.iter().flat_map(lines).collect()
+        };
         if !rows.is_empty() {
             out += &format!(
                 "\n{}\n{}",
-                align(&[&Kind::COLUMNS[..], &COLUMNS].concat(), &rows),
+                align(&[&GroupKey::COLUMNS[..], &COLUMNS].concat(), &rows),
                 legend(self.least_change)
             );
-            if self.count(Outcome::TooFew) > 0 {
-                out += TOO_FEW_LEGEND;
+            if self.open().next().is_some() {
+                out += OPEN_LEGEND;
             }
         }
         if !self.changed.is_empty() {
@@ -105,35 +112,60 @@ impl Comparison {
                 p_rank: of.p_rank,
                 p_holm: of.p_holm,
                 outcome: of.outcome,
+                at_worst: finite(of.at_worst),
+                would_tell: of.would_tell,
             })
         });
         analysis::csv(rows)
     }
 
-    /// The result in a sentence or two.
+    /// The answer in a sentence or two, which begins with it.
     fn answer(&self) -> String {
         let all: usize = self.groups.iter().map(|group| group.measures.len()).sum();
         if all == 0 {
             return "There is nothing to compare.".to_owned();
         }
-        let unstable = |to: LoopVerdict| self.changed.iter().filter(move |one| one.to == to);
-        let loops: usize = unstable(LoopVerdict::Unstable)
-            .map(|one| one.repeats.len())
-            .sum();
-        let loops = match loops {
-            0 => String::new(),
-            1 => " One loop has become unstable.".to_owned(),
-            n => format!(" {n} loops have become unstable."),
+        let [worse, better] = [Conclusion::Worse, Conclusion::Better].map(|of| self.count(of));
+        let open = self.open().count();
+        let answer = match self.answer {
+            Answer::Worse => "B is worse",
+            Answer::NotWorse => "B is not worse",
+            Answer::CannotTell => "Whether B is worse cannot be told",
         };
-        format!(
-            "Of {all} measures B is worse in {} and better in {}: {} alike, {} unclear, {} with too few \
-             pairs to tell.{loops}",
-            self.count(Outcome::Worse),
-            self.count(Outcome::Better),
-            self.count(Outcome::Alike),
-            self.count(Outcome::Unclear),
-            self.count(Outcome::TooFew),
-        )
+        let counts =
+            format!("{answer}: {worse} worse, {better} better and {open} open of {all} measures.");
+        [counts, self.more_pairs(), self.lost_loops()].concat()
+    }
+
+    /// How many pairs would tell; empty if the answer does not need them.
+    fn more_pairs(&self) -> String {
+        if self.answer != Answer::CannotTell {
+            return String::new();
+        }
+        let needs = || self.open().map(|of| of.would_tell);
+        let most = needs().flatten().max();
+        let never = needs().filter(Option::is_none).count();
+        let pairs = most.map_or(String::new(), |most| {
+            format!(" {most} pairs of each would tell, if they go like these.")
+        });
+        match never {
+            0 => pairs,
+            1 => pairs + " For one of them no number of pairs would.",
+            n => pairs + &format!(" For {n} of them no number of pairs would."),
+        }
+    }
+
+    /// How many loops are lost in B.
+    fn lost_loops(&self) -> String {
+        let unstable = self
+            .changed
+            .iter()
+            .filter(|one| one.to == LoopVerdict::Lost);
+        match unstable.map(|one| one.repeats.len()).sum() {
+            0 => String::new(),
+            1 => " One loop is lost in B.".to_owned(),
+            n => format!(" {n} loops are lost in B."),
+        }
     }
 }
 
@@ -150,8 +182,8 @@ impl Side {
     }
 }
 
-fn lines(group: &Group) -> Vec<Vec<String>> {
-    let line = |of: &super::Compared| {
+fn lines(group: &PairedMeasures, least_change: f64) -> Vec<Vec<String>> {
+    let line = |of: &Compared| {
         let mut line = group.kind.entries().to_vec();
         line.extend([
             format!("{}/{}", of.pairs, group.planned),
@@ -162,7 +194,7 @@ fn lines(group: &Group) -> Vec<Vec<String>> {
             chance(of.p_sign),
             chance(of.p_rank),
             of.p_holm.map_or("-".to_owned(), chance),
-            words(of.outcome).to_owned(),
+            words(of, least_change),
         ]);
         line
     };
@@ -172,7 +204,7 @@ fn lines(group: &Group) -> Vec<Vec<String>> {
 fn value(measure: Measure, value: f64) -> String {
     match (measure, value.is_finite()) {
         (_, true) => digits(Some(value)),
-        (Measure::Settling, false) => "never".to_owned(),
+        (Measure::Settling | Measure::Rtt, false) => "never".to_owned(),
         (_, false) => "-".to_owned(),
     }
 }
@@ -194,14 +226,18 @@ fn chance(p: f64) -> String {
     }
 }
 
-fn words(outcome: Outcome) -> &'static str {
-    match outcome {
-        Outcome::Worse => "WORSE",
-        Outcome::Better => "better",
-        Outcome::Alike => "alike",
-        Outcome::Unclear => "unclear",
-        Outcome::TooFew => "too few pairs to tell",
-    }
+fn words(of: &Compared, least_change: f64) -> String {
+    let fixed = match of.outcome {
+        Conclusion::Worse => "WORSE",
+        Conclusion::Better => "better",
+        Conclusion::Alike => "alike",
+        Conclusion::Unclear | Conclusion::TooFew if !of.is_open(least_change) => "not worse",
+        Conclusion::Unclear | Conclusion::TooFew => {
+            let pairs = of.would_tell.map(|pairs| format!(": {pairs} pairs would"));
+            return format!("cannot tell{}", pairs.unwrap_or_default());
+        }
+    };
+    fixed.to_owned()
 }
 
 fn legend(least_change: f64) -> String {
@@ -210,8 +246,8 @@ fn legend(least_change: f64) -> String {
 Pairs met the same second of the same link. RTT: a message's median, closed loop and open.
 change: the median over the pairs of B against A, as a share of the reference for overshoot, of the
 schedule for slope and sent, and of A's value for the others. Below {:.1} % it does not matter.
-chance: the probability of such a difference by chance: sign test, signed-rank test, and the latter
-corrected for all groups (Holm). From {LEVEL} on a difference may be chance.
+chance: the probability of such a difference in its direction by chance: sign test, signed-rank test,
+and the latter corrected for all groups (Holm). From {LEVEL} on a difference may be chance.
 ",
         least_change * 1e2
     )

@@ -1,5 +1,6 @@
 //! A column of a CSV file, as Table Schema describes it.
 
+use column::{Column, EntryType};
 use serde::Serialize;
 
 /// A column.
@@ -9,7 +10,7 @@ pub struct Field {
     pub name: String,
     /// The type of its entries.
     #[serde(rename = "type")]
-    pub kind: Kind,
+    pub kind: EntryType,
     /// The unit, from its name; `None` for counts, shares, words, and dimensionless quantities.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
@@ -21,20 +22,6 @@ pub struct Field {
     pub constraints: Constraints,
 }
 
-/// The type of a column's entries.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Kind {
-    /// Whole numbers. Times in ns have up to 16 digits, which a double just holds.
-    Integer,
-    /// Numbers.
-    Number,
-    /// `true` or `false`.
-    Boolean,
-    /// Words.
-    String,
-}
-
 /// Constraints on every entry of a column.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Constraints {
@@ -44,18 +31,6 @@ pub struct Constraints {
     /// The words that are allowed; empty if any are.
     #[serde(rename = "enum", skip_serializing_if = "Vec::is_empty")]
     pub words: Vec<&'static str>,
-}
-
-impl Kind {
-    /// The type with this name; `String` for an unknown name.
-    pub(super) fn of(word: &str) -> Kind {
-        match word {
-            "integer" => Kind::Integer,
-            "number" => Kind::Number,
-            "boolean" => Kind::Boolean,
-            _ => Kind::String,
-        }
-    }
 }
 
 impl Constraints {
@@ -73,13 +48,25 @@ fn is_false(x: &bool) -> bool {
 impl Field {
     /// A column with its unit from its name.
     #[must_use]
-    pub fn new(name: &str, kind: Kind, description: &str) -> Field {
+    pub fn new(name: &str, kind: EntryType, description: &str) -> Field {
         Field {
             name: name.to_owned(),
             kind,
             unit: unit(name).map(str::to_owned),
             description: description.to_owned(),
             constraints: Constraints::default(),
+        }
+    }
+
+    /// A column of a file that webloop writes, as its rows declare it.
+    #[must_use]
+    pub fn of(column: &Column) -> Field {
+        Field {
+            constraints: Constraints {
+                required: column.is_required,
+                words: column.words.to_vec(),
+            },
+            ..Field::new(column.name, column.entry, &column.meaning())
         }
     }
 }

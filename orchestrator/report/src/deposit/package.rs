@@ -6,14 +6,15 @@
 
 use std::path::{Path, PathBuf};
 
-use analysis::Run;
+use analysis::{Run, Summary};
+use column::EntryType;
 use manifest::FileFact;
 use serde::Serialize;
 
-use super::field::{Field, Kind};
-use super::schema::{self, ROW_FILES, RowFile};
+use super::field::Field;
+use super::schema::{ROW_FILES, RowFile};
 use super::{LICENCE, REPORT, SUMMARY, slashed};
-use crate::Report;
+use crate::report::Report;
 
 /// The name of the file.
 pub const FILE: &str = "datapackage.json";
@@ -115,7 +116,7 @@ pub fn json(report: &Report<'_>, files: &[(PathBuf, Vec<u8>)]) -> String {
 fn summary(report: &Report<'_>) -> Option<Resource> {
     let file = file::open(&report.campaign.folder.join(SUMMARY)).ok()?;
     let fact = FileFact::of(file).ok()?;
-    let schema = Schema::of(schema::columns("summary"));
+    let schema = Schema::of(Summary::SCHEMA.iter().map(Field::of).collect());
     Some(Resource {
         bytes: Some(fact.bytes),
         hash: Some(format!("sha256:{}", fact.sha256)),
@@ -136,7 +137,7 @@ fn rows(report: &Report<'_>, kind: &RowFile) -> Option<Resource> {
     let runs = report.campaign.runs.iter();
     let paths: Vec<String> = runs.flat_map(|run| files(run, kind)).collect();
     let first = report.campaign.folder.join(paths.first()?);
-    let mut fields = schema::columns(kind.name);
+    let mut fields: Vec<Field> = kind.columns.iter().map(Field::of).collect();
     // Files of an older version do not have the newest columns. All runs of a folder are of one version.
     if let Some(header) = header(&first) {
         fields.retain(|field| header.iter().any(|name| name == field.name));
@@ -216,14 +217,14 @@ fn columns(content: &[u8]) -> Vec<Field> {
             let number = entry.parse::<f64>().is_ok_and(f64::is_finite);
             match (entry.is_empty(), number) {
                 (true, _) => {}
-                (false, true) => *kind = kind.or(Some(Kind::Number)),
-                (false, false) => *kind = Some(Kind::String),
+                (false, true) => *kind = kind.or(Some(EntryType::Number)),
+                (false, false) => *kind = Some(EntryType::String),
             }
         }
     }
     let columns = names.iter().zip(kinds);
     columns
-        .map(|(name, kind)| Field::new(name, kind.unwrap_or(Kind::String), ""))
+        .map(|(name, kind)| Field::new(name, kind.unwrap_or(EntryType::String), ""))
         .collect()
 }
 

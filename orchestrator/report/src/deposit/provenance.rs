@@ -17,7 +17,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::{LICENCE, PLAN, REPORT, SUMMARY, package, slashed};
-use crate::Report;
+use crate::report::Report;
 
 /// The name of the file.
 pub const FILE: &str = "ro-crate-metadata.json";

@@ -1,37 +1,12 @@
-//! The columns of the files that webloop writes, and their meaning.
+//! The kinds of files of rows that webloop writes. Their columns are declared with their rows.
 //!
-//! They are in `columns.tsv`, one per line. Names and order are those of the row types, which a test
-//! checks. A report's own tables and figures describe themselves by their headers and are not there.
+//! A report's own tables and figures describe themselves by their headers and are not here.
 
-use plan::file_name;
-
-use super::field::{Constraints, Field, Kind};
-
-/// For each column: the kind of its file, its name, the type of its entries, `always` if no entry is
-/// empty, the words that are allowed, and its meaning.
-const COLUMNS: &str = include_str!("schema/columns.tsv");
-
-/// The columns of a kind of file, `summary` or one of [`ROW_FILES`]; empty for an unknown kind.
-#[must_use]
-pub fn columns(file: &str) -> Vec<Field> {
-    let lines = COLUMNS.lines().skip(1);
-    lines.filter_map(|line| column(line, file)).collect()
-}
-
-/// The column on a line, if it belongs to that kind of file.
-fn column(line: &'static str, file: &str) -> Option<Field> {
-    let entries: Vec<&'static str> = line.split('\t').collect();
-    let [of, name, kind, entry, words, description] = entries[..] else {
-        return None;
-    };
-    (of == file).then(|| Field {
-        constraints: Constraints {
-            required: entry == "always",
-            words: words.split_whitespace().collect(),
-        },
-        ..Field::new(name, Kind::of(kind), description)
-    })
-}
+use certificate::{LinkRow, TcRow};
+use column::Column;
+use endpoint::{ArrivalRow, MessageRow, SecondRow, TickRow};
+use link::PacketRow;
+use plan::{ProbeRow, file_name};
 
 /// A kind of file that cells leave.
 #[derive(Debug, Clone)]
@@ -42,6 +17,8 @@ pub struct RowFile {
     pub files: &'static [&'static str],
     /// The player whose files these are; `None` if the player makes no difference.
     pub player: Option<&'static str>,
+    /// Its columns.
+    pub columns: &'static [Column],
     /// What a row is.
     pub description: &'static str,
 }
@@ -52,24 +29,28 @@ pub const ROW_FILES: [RowFile; 8] = [
         name: "ticks",
         files: &[file_name::TICKS],
         player: None,
+        columns: TickRow::SCHEMA,
         description: "The plant: a row for each tick, one every h.",
     },
     RowFile {
         name: "second",
         files: &[file_name::SECOND],
         player: None,
+        columns: SecondRow::SCHEMA,
         description: "The plant, where it has a second input or output: a row for each tick.",
     },
     RowFile {
         name: "arrivals",
         files: &[file_name::ARRIVALS],
         player: None,
+        columns: ArrivalRow::SCHEMA,
         description: "The plant: a row for each command that reached it, in order of arrival.",
     },
     RowFile {
         name: "messages",
         files: &[file_name::MESSAGES],
         player: None,
+        columns: MessageRow::SCHEMA,
         description: "The controller: a row for each deadline and its message, in the order in \
                       which they ended.",
     },
@@ -77,6 +58,7 @@ pub const ROW_FILES: [RowFile; 8] = [
         name: "probes",
         files: &[file_name::PROBES],
         player: None,
+        columns: ProbeRow::SCHEMA,
         description: "The link's proof: a row for each echo, with the delay that the link had for \
                       it.",
     },
@@ -84,6 +66,7 @@ pub const ROW_FILES: [RowFile; 8] = [
         name: "packets",
         files: &[file_name::PACKETS],
         player: None,
+        columns: PacketRow::SCHEMA,
         description: "The queue's history, where a link has a rate limit: a row for each packet \
                       that entered it.",
     },
@@ -91,32 +74,17 @@ pub const ROW_FILES: [RowFile; 8] = [
         name: "link",
         files: LINK_FILES,
         player: Some("user"),
+        columns: LinkRow::SCHEMA,
         description: "The link played by webloop: a row for each way and second.",
     },
     RowFile {
         name: "link-tc",
         files: LINK_FILES,
         player: Some("tc"),
+        columns: TcRow::SCHEMA,
         description: "The link played by the kernel's netem: a row for each way and second.",
     },
 ];
 
 /// One file if one process plays both directions, or one for each direction if two do.
 const LINK_FILES: &[&str] = &[file_name::LINK, file_name::LINK_UP, file_name::LINK_DOWN];
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_line_is_a_column_of_a_kind_of_file() {
-        let kinds = ROW_FILES.iter().map(|kind| kind.name).chain(["summary"]);
-        let known: usize = kinds.map(|kind| columns(kind).len()).sum();
-        assert_eq!(known, COLUMNS.lines().count() - 1);
-        for line in COLUMNS.lines().skip(1) {
-            let kind = line.split('\t').nth(2).unwrap_or_default();
-            let word = serde_json::to_value(Kind::of(kind)).expect("a word");
-            assert_eq!(word, kind, "{line}");
-        }
-    }
-}

@@ -5,8 +5,9 @@ use analysis::Campaign;
 use analysis::budget::{Budget, Part};
 use chart::{Axis, Mark, Panel, Series};
 
+use super::scale::{Which, share_all};
 use super::{Figure, panel};
-use crate::delays::{Delays, percentile};
+use crate::delays::{Delays, percentile, unstamped};
 use crate::number::duration;
 use crate::origin::Origin;
 use crate::tone::{OTHER_TONE, PART_TONES};
@@ -60,8 +61,9 @@ pub(super) fn medians(delays: &[Delays<'_>], campaign: &Campaign) -> Option<Figu
         }
         panels.push(panel);
     }
+    share_all(&mut panels, Which::Y);
     let columns = topologies.len().min(3);
-    let figure = Figure::new(
+    let mut figure = Figure::new(
         "D",
         "Where a sample's delay comes from",
         columns,
@@ -69,9 +71,11 @@ pub(super) fn medians(delays: &[Delays<'_>], campaign: &Campaign) -> Option<Figu
          from it took effect, from below: y waits to be read; the answer's way down, at the ends and through the \
          link; it waits for the controller's next deadline; the client is late; the command's way up, through the \
          link and at the ends; u waits for the plant's next tick. The link's share is what it had at the instant of \
-         sending; the ends' is the rest: processes, kernel, a connection that is opened, and what is sent again.",
+         sending; the ends' is the rest: processes, kernel, a connection that is opened, and what is sent again. Panels have the same axes, unless they \
+         differ tenfold.",
         None,
     );
+    figure.caption += &unstamped(delays);
     Some(
         figure
             .with_parts()
@@ -116,6 +120,8 @@ pub(super) fn samples(delays: &[Delays<'_>], campaign: &Campaign) -> Option<Figu
         ));
         panels.push(over_time(title, budget, run.cell.settings.h.seconds()));
     }
+    share_all(&mut panels, Which::X);
+    share_all(&mut panels, Which::Y);
     let mut figure = Figure::new(
         "E",
         "The delay of each sample, and what it is made of",

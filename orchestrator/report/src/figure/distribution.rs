@@ -2,8 +2,9 @@
 
 use chart::{Guide, GuideAt, Mark, Panel, Scale, Series};
 
+use super::scale::{Which, share};
 use super::{Figure, panel};
-use crate::delays::{Delays, percentile};
+use crate::delays::{Delays, percentile, unstamped};
 use crate::number::duration;
 use crate::origin::Origin;
 
@@ -56,16 +57,22 @@ pub(super) fn figure(delays: &[Delays<'_>], campaign: &analysis::Campaign) -> Op
             panels.push(panel);
         }
     }
-    let figure = Figure::new(
+    for column in 0..columns.len() {
+        let places: Vec<usize> = (column..panels.len()).step_by(columns.len()).collect();
+        share(&mut panels, Which::X, &places);
+        share(&mut panels, Which::Y, &places);
+    }
+    let mut figure = Figure::new(
         "C",
         "How long messages took",
         columns.len(),
         "Share of messages that took longer than a time, all repeats together; both scales are logarithmic. Half \
          of them take longer than p50, one of a hundred longer than p99. A curve ends at its longest message; \
          a percentile that is said has five messages beyond it: p99 needs 500, p99.9 needs 5000. The table of delays has the numbers. Measurement to effect: from the tick at which y was measured to the tick at which the u that follows from \
-         it took effect.",
+         it took effect. Panels of a column have the same axes, unless they differ tenfold.",
         None,
     );
+    figure.caption += &unstamped(delays);
     Some(figure.drawn(panels, &sentences, &origin, campaign))
 }
 

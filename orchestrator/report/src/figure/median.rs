@@ -25,7 +25,13 @@ impl Traces {
     fn of(&mut self, run: &Run, signal: Signal) -> Result<&[f64], ReadError> {
         let id = &run.cell.id;
         if !self.0.contains_key(id) {
-            self.0.insert(id.clone(), trace::response(&run.folder)?);
+            let start_ns = run
+                .manifest
+                .as_ref()
+                .map_or(0, |manifest| manifest.start_ns);
+            let run_ns = start_ns..start_ns.saturating_add(run.cell.duration_ns);
+            self.0
+                .insert(id.clone(), trace::response(&run.folder, &run_ns)?);
         }
         Ok(self.0.get(id).map_or(&[], |response| match signal {
             Signal::Y => &response.y,
@@ -46,10 +52,14 @@ impl Traces {
         end_s: f64,
     ) -> Result<Series, ReadError> {
         let samples = samples(end_s, h_ns);
-        let mut at = vec![Vec::new(); samples];
-        for run in &group.runs {
+        let mut at: Vec<Vec<f64>> = Vec::new();
+        for (n, run) in group.runs.iter().enumerate() {
             let values = self.of(run, signal)?;
-            at.truncate(values.len());
+            let length = values.len().min(samples);
+            if n == 0 {
+                at.resize(length, Vec::new());
+            }
+            at.truncate(length);
             for (values, value) in at.iter_mut().zip(values) {
                 values.push(*value);
             }

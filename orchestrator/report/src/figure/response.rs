@@ -3,14 +3,18 @@
 //! Whatever ran at one place is in one panel, so that controllers are compared over the same links.
 
 use analysis::{Campaign, LoopVerdict, ReadError, Run, grouped};
-use chart::{Mark, Panel, Series};
+use chart::{Mark, Panel, Scale, Series};
+use endpoint::Reference;
 use system::System;
 
 use super::median::{Signal, Traces};
+use super::reach::{about, held_ends, held_range, left_at, within};
+use super::scale::{Which, share_all, shared};
 use super::step::{guides, horizon_s, range, settled};
 use super::{Figure, fault, panel};
+use crate::called::{is_kept, kept};
 use crate::delays::nearest_to_failing;
-use crate::group::Group;
+use crate::group::{Estimate, Group};
 use crate::loops::{self, Loop};
 use crate::origin::Origin;
 use crate::tone::{OTHER_TONE, Tones};
@@ -53,30 +57,36 @@ pub(super) fn figures(campaign: &Campaign, traces: &mut Traces) -> Result<Vec<Fi
         let left_out = places.len().saturating_sub(most);
         let places = chosen(&places, most);
         let (mut origin, mut sentences, mut panels) = (Origin::default(), Vec::new(), Vec::new());
-        for place in &places {
+        let ends: Vec<_> = places
+            .iter()
+            .map(|place| Some((0.0, place.end_s())))
+            .collect();
+        let ends = shared(&ends, Scale::Linear);
+        for (place, end) in places.iter().zip(ends) {
             for one in &place.loops {
                 origin.all(&one.group);
             }
-            let panel = place.draw(signal, campaign, &tones, traces)?;
+            let end_s = end.map_or(0.0, |(_, end_s)| end_s);
+            let panel = place.draw(signal, end_s, campaign, &tones, traces)?;
             let curves = panel.series.iter().map(|series| series.name.as_str());
             let curves: Vec<&str> = curves.filter(|name| !name.is_empty()).collect();
-            if !curves.is_empty() {
+            if !curves.is_empty() && signal == Signal::Y {
                 sentences.push(format!("{}: {}.", panel.title, curves.join("; ")));
             }
             panels.push(panel);
         }
+        if signal == Signal::U {
+            sentences.push("The inputs of the loops of figure A.".to_owned());
+        }
+        share_all(&mut panels, Which::Y);
         if panels.is_empty() {
             continue;
         }
-        let (number, title, what) = match signal {
-            Signal::Y => ("A", "Step responses", "Outputs"),
-            Signal::U => ("B", "Inputs of the plant", "Inputs"),
+        let (number, title) = match signal {
+            Signal::Y => ("A", "Step responses"),
+            Signal::U => ("B", "Inputs of the plant"),
         };
-        let mut caption = format!(
-            "{what} from the first command that the plant applied, all that ran at one place together: the median \
-             over the repeats at each instant, and the band in which half of them lie; dashed, the repeat nearest to failing. The time is the median settling into 2 % of the reference, after its last step \
-             where it moves. A loop that leaves the range of those that hold is cut."
-        );
+        let mut caption = caption(signal, &places);
         if left_out > 0 {
             caption +=
                 &format!(" {left_out} more places, where the loops held, are in the tables alone.");
@@ -85,6 +95,34 @@ pub(super) fn figures(campaign: &Campaign, traces: &mut Traces) -> Result<Vec<Fi
         figures.push(figure.drawn(panels, &sentences, &origin, campaign));
     }
     Ok(figures)
+}
+
+/// What the curves are, without what is not there: repeats, loops that do not hold, other panels.
+fn caption(signal: Signal, places: &[&Place<'_>]) -> String {
+    let mut loops = places.iter().flat_map(|place| &place.loops);
+    let is_repeated = loops.any(|one| one.group.runs.len() > 1);
+    let mut caption = match (signal, is_repeated) {
+        (Signal::Y, true) => "Outputs from the first deadline to the planned end of the run, all that ran at one place together: the \
+             median over the repeats at each instant, and the band in which half of them lie; dashed, the repeat \
+             nearest to failing. The time is the median settling into the band about the reference, after its last \
+             step where it moves."
+            .to_owned(),
+        (Signal::Y, false) => "Outputs from the first deadline to the planned end of the run, all that ran at one place together. The \
+             time is the settling into the band about the reference, after its last step where it moves."
+            .to_owned(),
+        (Signal::U, true) => "Inputs of the same loops, over the same time: medians, the bands in which half of them lie, and dashed \
+             the repeat nearest to failing."
+            .to_owned(),
+        (Signal::U, false) => "Inputs of the same loops, over the same time.".to_owned(),
+    };
+    if signal == Signal::Y && places.iter().any(|place| !place.held()) {
+        caption += " A loop that does not hold is cut where it leaves the range of those that do, or, where none does, \
+                    twice as far out as its limits; no loop that holds is.";
+    }
+    if places.len() > 1 {
+        caption += " Panels have the same axes, unless they differ tenfold.";
+    }
+    caption
 }
 
 /// The places that are shown, in the plan's order: those where a loop did not hold are chosen first.
@@ -100,20 +138,31 @@ impl Place<'_> {
     /// Whether all loops held here.
     fn held(&self) -> bool {
         let mut loops = self.loops.iter();
-        loops.all(|one| one.stable() == one.group.runs.len())
+        loops.all(|one| one.holding() == one.group.runs.len())
     }
 
-    /// The panel of this place; empty if nothing here is complete.
-    fn draw(
-        &self,
-        signal: Signal,
-        campaign: &Campaign,
-        tones: &Tones,
-        traces: &mut Traces,
-    ) -> Result<Panel, ReadError> {
-        let kinds = &self.loops;
-        let first = kinds.iter().find_map(|kind| kind.group.runs.first());
-        let rate = first.map_or_else(String::new, |run| format!(", {}", run.cell.rate()));
+    /// A run, if one is complete.
+    fn first(&self) -> Option<&Run> {
+        let mut runs = self.loops.iter().flat_map(|one| &one.group.runs);
+        runs.next().copied()
+    }
+
+    /// Until when its loops are worth showing, s.
+    fn end_s(&self) -> f64 {
+        let Some(first) = self.first() else {
+            return 0.0;
+        };
+        match (first.cell.moving_reference(), self.fault) {
+            (None, None) => horizon_s(self.loops.iter().map(|kind| &kind.group)),
+            _ => first.cell.duration_ns as f64 / 1e9,
+        }
+    }
+
+    /// Its topology, with fault, system and rate.
+    fn title(&self, campaign: &Campaign) -> String {
+        let rate = self
+            .first()
+            .map_or_else(String::new, |run| format!(", {}", run.cell.rate()));
         // A fault's name takes its place in the title, unless there are several systems.
         let is_alone = self.fault.is_some() && campaign.plan.systems.len() == 1;
         let system = if self.system == System::PAPER || is_alone {
@@ -124,119 +173,144 @@ impl Place<'_> {
         let fault = self
             .fault
             .map_or_else(String::new, |name| format!(", {name}"));
-        let title = format!("{}{fault}{system}{rate}", self.topology);
-        let mut panel = panel(
-            "",
-            title,
-            "time/s",
-            if signal == Signal::Y { "y" } else { "u" },
-        );
-        let Some(first) = first else {
+        format!("{}{fault}{system}{rate}", self.topology)
+    }
+
+    /// The panel of this place up to a time; empty if nothing here is complete.
+    fn draw(
+        &self,
+        signal: Signal,
+        end_s: f64,
+        campaign: &Campaign,
+        tones: &Tones,
+        traces: &mut Traces,
+    ) -> Result<Panel, ReadError> {
+        let y = if signal == Signal::Y { "y" } else { "u" };
+        let mut panel = panel("", self.title(campaign), "time/s", y);
+        let Some(first) = self.first() else {
             return Ok(panel);
-        };
-        let moving = first.cell.moving_reference();
-        let end_s = match (&moving, self.fault) {
-            (None, None) => horizon_s(kinds.iter().map(|kind| &kind.group)),
-            _ => first.cell.duration_ns as f64 / 1e9,
         };
         panel.x.range = Some((0.0, end_s));
         panel.guides = fault::guides(&campaign.plan.fault_spells(&first.cell));
-        let mut held = Vec::new();
-        for kind in kinds {
+        let (series, held) = self.curves(signal, end_s, tones, traces)?;
+        panel.series = series;
+        match (signal, first.cell.moving_reference()) {
+            (Signal::U, _) => panel.y.range = held_range(&panel.series, &held),
+            (Signal::Y, Some(moving)) => show_moving(&mut panel, &moving, end_s, &held),
+            (Signal::Y, None) => self.show_resting(&mut panel, first.cell.settings.r, &held),
+        }
+        Ok(panel)
+    }
+
+    /// The curves: the median of each loop and, of several runs, the one nearest to failing. Of each, too, whether
+    /// what it shows holds.
+    fn curves(
+        &self,
+        signal: Signal,
+        end_s: f64,
+        tones: &Tones,
+        traces: &mut Traces,
+    ) -> Result<(Vec<Series>, Vec<bool>), ReadError> {
+        let (mut curves, mut held) = (Vec::new(), Vec::new());
+        for kind in &self.loops {
             let Some(settling_ms) = kind.group.settling_ms() else {
                 continue;
             };
-            let is_alone = kinds.iter().filter(|one| one.client == kind.client).count() == 1;
-            let setup = if is_alone {
-                String::new()
-            } else {
-                format!(", {}", kind.setup)
-            };
             let tone = tones.tone(kind.client);
-            held.push(settling_ms.value.is_finite());
-            panel.series.push(Series {
-                name: format!(
-                    "{}{setup}: {}",
-                    kind.client,
-                    end(&kind.group, settled(settling_ms))
-                ),
+            held.push(is_held(&kind.group.runs));
+            curves.push(Series {
+                name: self.curve(kind, signal, settling_ms),
                 tone,
                 ..traces.median(&kind.group, signal, self.h_ns, end_s)?
             });
             let worst = nearest_to_failing(kind.group.runs.iter().copied());
             if let Some(worst) = worst.filter(|_| kind.group.runs.len() > 1) {
-                held.push(false);
-                panel.series.push(Series {
+                held.push(is_held(&[worst]));
+                curves.push(Series {
                     tone,
                     ..traces.single(worst, signal, self.h_ns, end_s)?
                 });
             }
         }
-        if signal == Signal::U {
-            panel.y.range = held_range(&panel.series, &held);
-            return Ok(panel);
-        }
-        match moving {
-            Some(moving) => {
-                let changes = moving.changes().iter();
-                let changes = changes.map(|(t_ns, r)| (*t_ns as f64 / 1e9, *r));
-                let mut points: Vec<_> = changes.filter(|(t_s, _)| *t_s <= end_s).collect();
-                points.extend(points.last().map(|(_, r)| (end_s, *r)));
-                let r = Series::new("r".to_owned(), Mark::Steps, OTHER_TONE, points);
-                panel.series.insert(0, r);
-                let values = moving.changes().iter().map(|(_, r)| *r);
-                panel.y.range = range(&panel.series, 0.0).map(|seen| within(seen, values));
-            }
-            None => {
-                let r = first.cell.settings.r;
-                panel.guides.extend(guides(r));
-                panel.y.range = range(&panel.series, r).map(|seen| within(seen, [r]));
-            }
-        }
-        Ok(panel)
+        Ok((curves, held))
+    }
+
+    /// Shows a reference that rests, with its band, and as much of the outputs as there is to see.
+    fn show_resting(&self, panel: &mut Panel, r: f64, held: &[bool]) {
+        let band = widest_band(&self.loops);
+        panel.guides.extend(guides(r, band));
+        // What asks for room: the loops that hold, and the band that they are judged by.
+        let held = held_ends(&panel.series, held);
+        let half = band.unwrap_or_default();
+        let held = held.map(|(low, high)| (low.min(r - half), high.max(r + half)));
+        let seen = range(&panel.series, r, band).map(|seen| within(seen, [r], held));
+        panel.y.range = match held {
+            Some(_) => seen,
+            None => seen.map(|seen| about(seen, r, farthest(&self.loops, r))),
+        };
     }
 }
 
-/// A range that shows the inputs of the loops that settle, with as much again above and below; `None` if that
-/// cuts nothing, or none settles.
-fn held_range(series: &[Series], held: &[bool]) -> Option<(f64, f64)> {
-    let ends = |all: bool| {
-        let shown = series.iter().zip(held).filter(|(_, held)| all || **held);
-        let values = shown.flat_map(|(series, _)| series.points.iter().map(|(_, u)| *u));
-        let ends = (f64::INFINITY, f64::NEG_INFINITY);
-        values
-            .filter(|u| u.is_finite())
-            .fold(ends, |(low, high), u| (low.min(u), high.max(u)))
-    };
-    let ((low, high), whole) = (ends(false), ends(true));
-    let (low, high) = (2.0 * low - high, 2.0 * high - low);
-    (low < high && (whole.0 < low || whole.1 > high)).then_some((low, high))
-}
-
-/// The part of a range that shows a loop that holds: a loop that does not leaves the panel, and would
-/// flatten the others.
-fn within((low, high): (f64, f64), r: impl IntoIterator<Item = f64>) -> (f64, f64) {
-    /// Farthest from r, in units of its largest step from rest.
-    const FARTHEST: f64 = 2.0;
-    let widen = |(least, most): (f64, f64), r: f64| (r.min(least), r.max(most));
-    let (least, most) = r.into_iter().fold((0.0, 0.0), widen);
-    let span = FARTHEST * (most - least);
-    if span > 0.0 {
-        (low.max(least - span), high.min(most + span))
-    } else {
-        (low, high)
+impl Place<'_> {
+    /// What a curve is called: its client, and in the figure of outputs how it ended.
+    fn curve(&self, kind: &Loop<'_>, signal: Signal, settling_ms: Estimate) -> String {
+        let alike = self.loops.iter().filter(|one| one.client == kind.client);
+        let who = match alike.count() {
+            1 => kind.client.to_string(),
+            _ => format!("{}, {}", kind.client, kind.setup),
+        };
+        match signal {
+            Signal::Y => format!("{who}: {}", end(&kind.group, settling_ms)),
+            Signal::U => who,
+        }
     }
 }
 
-/// How a loop's runs ended, in words: when they settled, or that they follow a reference that does not rest.
-fn end(group: &Group<'_>, settled: String) -> String {
-    let follows = |run: &&Run| {
-        let summary = &run.summary;
-        summary.loop_verdict == Some(LoopVerdict::Stable) && summary.settling_ms.is_none()
-    };
-    if group.runs.iter().all(follows) {
-        "follows r".to_owned()
-    } else {
-        settled
+/// Shows a reference that moves, up to a time, and as much of the outputs as there is to see.
+fn show_moving(panel: &mut Panel, moving: &Reference, end_s: f64, held: &[bool]) {
+    let held = held_ends(&panel.series, held);
+    let changes = moving.changes().iter();
+    let changes = changes.map(|(t_ns, r)| (*t_ns as f64 / 1e9, *r));
+    let mut points: Vec<_> = changes.filter(|(t_s, _)| *t_s <= end_s).collect();
+    points.extend(points.last().map(|(_, r)| (end_s, *r)));
+    let r = Series::new("r".to_owned(), Mark::Steps, OTHER_TONE, points);
+    panel.series.insert(0, r);
+    let values = moving.changes().iter().map(|(_, r)| *r);
+    panel.y.range = range(&panel.series, 0.0, None).map(|seen| within(seen, values, held));
+}
+
+/// Whether more than half of these runs hold, well or badly.
+fn is_held(runs: &[&Run]) -> bool {
+    let holds = |run: &&&Run| run.summary.loop_verdict.is_some_and(LoopVerdict::is_held);
+    2 * runs.iter().filter(holds).count() > runs.len()
+}
+
+/// The widest band that a run at one place was judged by: they differ where a program's plant begins elsewhere.
+fn widest_band(loops: &[Loop<'_>]) -> Option<f64> {
+    let runs = loops.iter().flat_map(|one| &one.group.runs);
+    let bands = runs.filter_map(|run| run.summary.band);
+    bands.max_by(f64::total_cmp)
+}
+
+/// How far from r outputs were when they left their limits, the farthest; `None` if none did.
+fn farthest(loops: &[Loop<'_>], r: f64) -> Option<f64> {
+    let runs = loops.iter().flat_map(|one| &one.group.runs);
+    runs.filter_map(|run| left_at(run, r))
+        .max_by(f64::total_cmp)
+}
+
+/// How a loop's runs ended, in words: when they settled, what they do instead, or how all of them failed.
+fn end(group: &Group<'_>, settling_ms: Estimate) -> String {
+    let first = group.runs.first();
+    let all = |is: &dyn Fn(&Run) -> bool| group.runs.iter().all(|run| is(run));
+    let verdict = first.and_then(|run| run.summary.loop_verdict);
+    match (first, verdict) {
+        (Some(first), _) if all(&is_kept) => kept(first).to_owned(),
+        (_, Some(verdict))
+            if !verdict.is_held() && all(&|run| run.summary.loop_verdict == Some(verdict)) =>
+        {
+            verdict.to_string()
+        }
+        _ => settled(settling_ms),
     }
 }

@@ -38,18 +38,23 @@ const ROWS: [(&str, &str, &[&str]); 5] = [
 
 pub(super) fn render(campaign: &Campaign) -> Markup {
     let plan = &campaign.plan;
+    // Without it the runs would be real ones.
+    let backend = match campaign.is_simulated() {
+        true => " --backend sim",
+        false => "",
+    };
     html! {
         p { "The plan has every setting, profile and seed. In the results folder, one above this report’s, or wherever " code { "plan.json" } " was taken to:" }
         (commands(&[
-            "webloop run plan.json --out again",
+            &format!("webloop run plan.json{backend} --out again"),
             "webloop report again",
         ]))
         p { "One run, by its id:" }
-        (commands(&["webloop run plan.json --only ID --out again"]))
+        (commands(&[&format!("webloop run plan.json --only ID{backend} --out again")]))
         p { "Equal seeds give equal links; what the machine adds is its own. By name, with " code { "--full" } " if it was run so:" }
-        (commands(&[&format!("webloop run {} --seed {} --out again", plan.experiment, plan.seed)]))
+        (commands(&[&format!("webloop run {} --seed {}{backend} --out again", plan.experiment, plan.seed)]))
         p { "The runs that are not complete once more, and this report again:" }
-        (commands(&["webloop run plan.json --out . --failed", "webloop report ."]))
+        (commands(&[&format!("webloop run plan.json{backend} --out . --failed"), "webloop report ."]))
         h3 { "The raw rows" }
         p {
             "Each cell has a folder in " code { "cells/" } " with its rows as CSV: a header, a row a \

@@ -2,9 +2,8 @@
 
 use maud::{Markup, html};
 
-use crate::answer::Survival;
 use crate::claim;
-use crate::outcome::answered;
+use crate::outcome::{OutcomeKind, answered};
 use analysis::LoopVerdict;
 
 /// How good the news is, which decides the colour.
@@ -39,8 +38,24 @@ impl Tone {
 
 /// A sign, and the word for it.
 pub(super) fn badge(tone: Tone, word: &str) -> Markup {
+    signed(tone, &html! { (word) })
+}
+
+/// The same with words that are markup.
+pub(super) fn signed(tone: Tone, words: &Markup) -> Markup {
     html! {
-        span.badge.(tone.class()) { span aria-hidden="true" { (tone.sign()) } " " (word) }
+        span.badge.(tone.class()) { span aria-hidden="true" { (tone.sign()) } " " (words) }
+    }
+}
+
+/// How a run ended, in a word. What was not run is still to come, where the page is served while runs go on.
+pub(super) fn ended(kind: OutcomeKind) -> Markup {
+    html! {
+        @if kind == OutcomeKind::NotRun {
+            span.over { (kind.word()) } span.coming { "still to come" }
+        } @else {
+            (kind.word())
+        }
     }
 }
 
@@ -63,26 +78,18 @@ pub(super) fn of_run(verdict: Option<plan::Verdict>) -> Markup {
         Some(plan::Verdict::Invalid | plan::Verdict::Failed) => Tone::Bad,
         None => Tone::Quiet,
     };
-    let word = verdict.map_or_else(|| "not run".to_owned(), |verdict| verdict.to_string());
-    badge(tone, &word)
+    match verdict {
+        Some(verdict) => badge(tone, &verdict.to_string()),
+        None => signed(tone, &ended(OutcomeKind::NotRun)),
+    }
 }
 
 /// The verdict on a loop.
 pub(super) fn of_loop(verdict: LoopVerdict) -> Markup {
     let tone = match verdict {
-        LoopVerdict::Stable => Tone::Good,
-        LoopVerdict::NotSettled => Tone::Mixed,
-        LoopVerdict::Unstable => Tone::Bad,
+        LoopVerdict::Holds => Tone::Good,
+        LoopVerdict::HoldsBadly => Tone::Mixed,
+        LoopVerdict::Unsettled | LoopVerdict::Silent | LoopVerdict::Lost => Tone::Bad,
     };
     badge(tone, &verdict.to_string())
-}
-
-/// The tone of a loop's survival.
-pub(super) fn tone_of(survival: Survival) -> Tone {
-    match survival {
-        Survival::Always => Tone::Good,
-        Survival::Sometimes => Tone::Mixed,
-        Survival::Never => Tone::Bad,
-        Survival::Unknown => Tone::Quiet,
-    }
 }

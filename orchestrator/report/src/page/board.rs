@@ -1,10 +1,12 @@
 //! The claims board: each claim of the paper with its verdict, the numbers and the runs behind it.
 
 use maud::{Markup, html};
+use text::counted;
 
 use super::badge::of_claim;
 use super::place::anchor_of;
 use super::scroll::scroll;
+
 use crate::claim::{Finding, Part, Verdict};
 use crate::group::Estimate;
 use crate::number::{brief, significant};
@@ -76,7 +78,7 @@ fn filter(findings: &[&Finding]) -> Markup {
         .collect();
     html! {
         p {
-            "Of " (findings.len()) @if findings.len() == 1 { " claim" } @else { " claims" } ": "
+            "Of " (counted(findings.len(), "claim", "claims")) ": "
             @for (at, verdict) in present.iter().enumerate() {
                 @if at > 0 { ", " }
                 (count(findings, *verdict)) " " (said_of(*verdict, count(findings, *verdict)))
@@ -109,8 +111,8 @@ fn card(report: &Report<'_>, finding: &Finding) -> Markup {
                     summary {
                         "Check, numbers and runs"
                         span.fine {
-                            (finding.parts.len()) @if finding.parts.len() == 1 { " number, " } @else { " numbers, " }
-                            (finding.runs.len()) @if finding.runs.len() == 1 { " run" } @else { " runs" }
+                            (counted(finding.parts.len(), "number", "numbers")) ", "
+                            (counted(finding.runs.len(), "run", "runs"))
                         }
                     }
                     p { b { "Agrees if: " } (finding.check) }

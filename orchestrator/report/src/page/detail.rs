@@ -104,13 +104,20 @@ fn proof(certificate: &Certificate) -> Markup {
         p {
             @if certificate.verdict == Verdict::Holds { "Holds" } @else { "Does not hold" }
             ": " (certificate.answered) " of " (certificate.sent) " echoes answered"
-            ", mean RTT " (duration(measured.avg_ms)) " where the link had " (duration(predicted.avg_ms))
+            @if measured.times_ms().is_some() {
+                ", mean RTT " (duration(measured.avg_ms))
+                @if predicted.times_ms().is_some() {
+                    " where the link had " (duration(predicted.avg_ms))
+                }
+            }
             ", loss " (percent(measured.loss)) " where it had " (percent(predicted.loss))
-            "; from " (duration(measured.min_ms)) " to " (duration(measured.max_ms))
-            ", sd " (duration(measured.sd_ms))
-            "; off by " (duration(residual.median_ms)) " in the median, 99 % by less than "
-            (duration(residual.p99_ms)) ", at most by " (duration(residual.max_ms))
-            ", on average by " (duration(residual.bias_ms))
+            @if measured.times_ms().is_some() {
+                "; from " (duration(measured.min_ms)) " to " (duration(measured.max_ms))
+                ", sd " (duration(measured.sd_ms))
+                "; off by " (duration(residual.median_ms)) " in the median, 99 % by less than "
+                (duration(residual.p99_ms)) ", at most by " (duration(residual.max_ms))
+                ", on average by " (duration(residual.bias_ms))
+            }
             "."
         }
     }

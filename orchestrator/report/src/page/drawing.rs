@@ -2,34 +2,57 @@
 
 use chart::Panel;
 use maud::{Markup, PreEscaped, html};
+use text::counted;
 
+use super::prose::{NO_BREAK, kept};
 use super::trace;
-use crate::figure::Figure;
+use crate::figure::{Figure, LaidOut};
 
-pub(super) fn render(figures: &[Figure]) -> Option<Markup> {
-    (!figures.is_empty()).then(|| {
-        html! { @for figure in figures { (drawing(figure)) } }
-    })
+/// All figures but the one that stands at the top.
+pub(super) fn render(all: &[LaidOut<'_>], top: Option<&LaidOut<'_>>) -> Option<Markup> {
+    let others = || {
+        let is_top = |drawn: &LaidOut<'_>| {
+            top.is_some_and(|top| top.figure.chart.name == drawn.figure.chart.name)
+        };
+        all.iter().filter(move |drawn| !is_top(drawn))
+    };
+    others().next()?;
+    Some(html! { @for drawn in others() { (drawing(drawn, Level::Section)) } })
 }
 
-fn drawing(figure: &Figure) -> Markup {
+/// The figure at the top of the page.
+pub(super) fn top(drawn: &LaidOut<'_>) -> Markup {
+    drawing(drawn, Level::Top)
+}
+
+/// Below which heading a figure stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Level {
+    Top,
+    Section,
+}
+
+fn drawing(drawn: &LaidOut<'_>, level: Level) -> Markup {
+    let LaidOut { figure, svg, .. } = drawn;
     let name = &figure.chart.name;
     let title = format!("Figure {}: {}", figure.number, figure.chart.title);
-    let svg = figure.chart.to_svg();
     html! {
         figure.drawing id=(name) aria-labelledby={ (name) "-heading" } {
             // The drawing contains its title, but a list of headings needs it too.
-            h3 id={ (name) "-heading" } { "Figure " (figure.number) span.unseen { ": " (figure.chart.title) } }
+            @match level {
+                Level::Top => { h2 id={ (name) "-heading" } { (heading(figure)) } }
+                Level::Section => { h3 id={ (name) "-heading" } { (heading(figure)) } }
+            }
             @if trace::is_zoomable(figure) { (zoom(figure)) }
-            div.scroll.paper role="region" tabindex="0" aria-label=(title) style=[width(&svg)] {
-                (PreEscaped(inline(&svg)))
+            div.scroll.paper role="region" tabindex="0" aria-label=(title) style=[width(svg)] {
+                (PreEscaped(inline(svg)))
             }
             figcaption {
-                p { (figure.caption) }
+                p { (kept(&figure.caption)) }
                 @if let Some(paper) = figure.paper { p.beside { b { "In the paper: " } (paper) } }
                 details {
                     summary { "In words" }
-                    p { (figure.chart.about) }
+                    p { (kept(&figure.chart.about)) }
                 }
                 p.files {
                     "As files: "
@@ -37,11 +60,15 @@ fn drawing(figure: &Figure) -> Markup {
                         @if at > 0 { ", " }
                         a href={ "figures/" (name) "." (ending) } { (name) "." (ending) }
                     }
-                    " · " (figure.runs.len()) @if figure.runs.len() == 1 { " run" } @else { " runs" }
+                    " · " (counted(figure.runs.len(), "run", "runs"))
                 }
             }
         }
     }
+}
+
+fn heading(figure: &Figure) -> Markup {
+    html! { "Figure" (NO_BREAK) (figure.number) span.unseen { ": " (figure.chart.title) } }
 }
 
 /// A button for each panel that can be zoomed into, and the data for it.

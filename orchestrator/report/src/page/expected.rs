@@ -1,6 +1,6 @@
 //! What is expected of the runs, and whether they show it: a line for each clause and group.
 
-use analysis::expect::{Answer, Outcome};
+use analysis::expect::{Answer, ClauseOutcome};
 use maud::{Markup, html};
 
 use super::badge::{Tone, badge};
@@ -55,11 +55,11 @@ fn worst(report: &Report<'_>, answer: &Answer) -> Markup {
     }
 }
 
-fn tone(outcome: Outcome) -> Tone {
+fn tone(outcome: ClauseOutcome) -> Tone {
     match outcome {
-        Outcome::Met => Tone::Good,
-        Outcome::NotMet => Tone::Bad,
-        Outcome::NotTold { .. } | Outcome::Known => Tone::Mixed,
-        Outcome::Unsupported => Tone::Quiet,
+        ClauseOutcome::Met => Tone::Good,
+        ClauseOutcome::NotMet => Tone::Bad,
+        ClauseOutcome::NotTold { .. } | ClauseOutcome::Known => Tone::Mixed,
+        ClauseOutcome::Unsupported => Tone::Quiet,
     }
 }

@@ -3,10 +3,14 @@
 use analysis::{Campaign, Run, grouped};
 use maud::{Markup, html};
 use plan::Verdict;
+use text::counted;
 
 use super::badge;
 use super::place::anchor;
-use crate::outcome::without_folder;
+use super::prose::kept;
+
+use crate::called::called;
+use crate::outcome::{OutcomeKind, without_folder};
 use crate::report::Report;
 
 pub(super) fn render(report: &Report<'_>) -> Option<Markup> {
@@ -25,7 +29,7 @@ pub(super) fn render(report: &Report<'_>) -> Option<Markup> {
     Some(html! {
         @if !report.damage.is_empty() { (damage(report)) }
         @if !bad.is_empty() { (incomplete(campaign, &bad)) }
-        @if !absent.is_empty() { (never(&absent)) }
+        @if !absent.is_empty() { (never(campaign, &absent)) }
     })
 }
 
@@ -60,18 +64,10 @@ fn incomplete(campaign: &Campaign, runs: &[&Run]) -> Markup {
                         (counted(runs.len(), "run", "runs")) " " (badge::of_run(*verdict))
                         @for reason in reasons { " " span.reason { (reason) } }
                     }
-                    ul.ids { @for run in runs { li { a href={ "#" (anchor(run)) } { (run.cell.id) } } } }
+                    ul.ids { @for run in runs { li { a href={ "#" (anchor(run)) } { (kept(&called(campaign, run))) } } } }
                 }
             }
         }
-    }
-}
-
-/// `1 run`, `49 runs`.
-fn counted(n: usize, one: &str, more: &str) -> String {
-    match n {
-        1 => format!("1 {one}"),
-        n => format!("{n} {more}"),
     }
 }
 
@@ -85,13 +81,13 @@ pub(super) fn reasons(campaign: &Campaign, run: &Run) -> Vec<String> {
         .collect()
 }
 
-fn never(runs: &[&Run]) -> Markup {
+fn never(campaign: &Campaign, runs: &[&Run]) -> Markup {
     html! {
         div.notice.quiet role="note" {
-            h3 { (counted(runs.len(), "cell that was", "cells that were")) " not run" }
+            h3 { (counted(runs.len(), "cell that was", "cells that were")) " " (badge::ended(OutcomeKind::NotRun)) }
             details {
                 summary { "Which" }
-                ul.ids { @for run in runs { li { (run.cell.id) } } }
+                ul.ids { @for run in runs { li { (kept(&called(campaign, run))) } } }
             }
         }
     }

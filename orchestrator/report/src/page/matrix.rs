@@ -1,36 +1,89 @@
 //! The top of the page: the answer in words, and as a table of loops.
 
+use analysis::LoopVerdict;
 use maud::{Markup, html};
 use plan::{Client, Plan};
 
-use super::badge::{badge, tone_of};
+use super::badge::{Tone, badge, ended, signed};
+use super::prose::{NO_BREAK, kept};
 use super::scroll::scroll;
 use crate::answer::{Answer, Row, Standing, Survival};
 use crate::number::{duration, significant};
+use crate::outcome::OutcomeKind;
 
-pub(super) fn render(answer: &Answer, plan: &Plan) -> Markup {
+/// The answer in one line, over the picture.
+pub(super) fn headline(answer: &Answer, plan: &Plan) -> Markup {
     let words = answer.words();
-    let tone = answer
-        .survival()
-        .map_or("quiet", |survival| tone_of(survival).class());
+    let tone = tone_of_all(answer).class();
     html! {
         header.answer.(tone) {
             p.origin { "webloop report · experiment " b { (plan.experiment) } " · seed " (plan.seed) }
-            h1 { (words.first().map_or("", String::as_str)) }
-            @for sentence in words.iter().skip(1) { p.lead { (sentence) } }
-            p.about { "The experiment: " (plan.about) }
+            h1 { (kept(words.first().map_or("", String::as_str))) }
         }
-        @if !answer.rows.is_empty() { (scroll("Where the loop survives", &table(answer))) (legend(answer)) }
     }
+}
+
+/// The rest of the answer: sentences, and a table of loops.
+pub(super) fn render(answer: &Answer, plan: &Plan) -> Markup {
+    let words = answer.words();
+    html! {
+        div.leads {
+            @for sentence in words.iter().skip(1) { p.lead { (kept(sentence)) } }
+            @if !plan.about.is_empty() { p.about { "The experiment: " (kept(&plan.about)) } }
+        }
+        @if !answer.rows.is_empty() {
+            p.caption #matrix-caption {
+                "Runs that hold well, of complete ones; median settling, and overshoot"
+                @if answer.simulated { ", simulated" }
+            }
+            (scroll("Where the loop holds", &table(answer)))
+            (legend(answer))
+        }
+    }
+}
+
+fn tone_of_all(answer: &Answer) -> Tone {
+    let complete = || {
+        answer
+            .loops()
+            .filter(|(_, _, standing)| standing.complete > 0)
+    };
+    let is = |tone: Tone| complete().all(|(_, _, standing)| tone_of(standing) == tone);
+    if complete().next().is_none() {
+        Tone::Quiet
+    } else if is(Tone::Good) {
+        Tone::Good
+    } else if is(Tone::Bad) {
+        Tone::Bad
+    } else {
+        Tone::Mixed
+    }
+}
+
+/// How good the news of a loop is: an overshoot of more than the step itself is none, even if it is held.
+fn tone_of(standing: &Standing) -> Tone {
+    match standing.survival() {
+        Survival::Unknown => Tone::Quiet,
+        Survival::Always if !is_wild(standing) => Tone::Good,
+        _ if !is_held_by_some(standing) => Tone::Bad,
+        _ => Tone::Mixed,
+    }
+}
+
+/// Whether some of its runs hold: of one that always fails, the verdict says all.
+fn is_held_by_some(standing: &Standing) -> bool {
+    standing.verdicts[..2].iter().any(|count| *count > 0)
+}
+
+/// Whether it overshoots by more than the step.
+fn is_wild(standing: &Standing) -> bool {
+    standing.overshoot_pct.is_some_and(|pct| pct > 100.0)
 }
 
 fn table(answer: &Answer) -> Markup {
     html! {
-        table.matrix {
-            caption {
-                "Where the loop survives: stable runs of complete ones, and median settling"
-                @if answer.simulated { ", simulated" }
-            }
+        // The style sheet gives each topology room for its words, and no more, so that few fit on a telephone.
+        table.matrix aria-describedby="matrix-caption" style=(format!("--places: {}", answer.topologies.len())) {
             thead {
                 tr {
                     th scope="col" { "client" }
@@ -66,20 +119,23 @@ fn entry(standing: Option<&Standing>) -> Markup {
     let Some(standing) = standing else {
         return html! { td.none { span aria-hidden="true" { "·" } span.unseen { "not planned" } } };
     };
-    let survival = standing.survival();
-    let word = match survival {
-        Survival::Unknown => "not run".to_owned(),
-        _ => format!("{} of {}", standing.stable, standing.complete),
-    };
+    let is_known = standing.complete > 0;
+    let word = format!("{} of {}", standing.holds, standing.complete);
     html! {
-        td.(tone_of(survival).class()) {
-            (badge(tone_of(survival), &word))
-            @if standing.unstable > 0 { span.fine { (standing.unstable) " unstable" } }
-            @if standing.not_settled > 0 { span.fine { (standing.not_settled) " not settled" } }
+        td.(tone_of(standing).class()) {
+            @if is_known { (badge(tone_of(standing), &word)) }
+            @for (verdict, count) in LoopVerdict::ALL.iter().zip(standing.verdicts).skip(1) {
+                @if count > 0 { span.fine { (count) (NO_BREAK) (verdict) } }
+            }
             @if let Some(settling) = standing.settling_ms {
-                span.settling { (duration(settling.value)) }
-            } @else if survival != Survival::Unknown {
-                span.settling { "not settled" }
+                span.settling { (kept(&duration(settling.value))) }
+            } @else if let Some(kept) = standing.kept {
+                span.settling { (kept) }
+            } @else if is_held_by_some(standing) {
+                span.settling { "no median settling" }
+            }
+            @if let Some(pct) = standing.overshoot_pct.filter(|pct| *pct >= 0.5) {
+                span.fine.wild[is_wild(standing)] { (kept(&format!("overshoot {pct:.0} %"))) }
             }
             @if !standing.times.is_empty() {
                 span.fine {
@@ -89,9 +145,23 @@ fn entry(standing: Option<&Standing>) -> Markup {
                     }
                 }
             }
-            @if standing.complete < standing.planned && survival != Survival::Unknown {
-                span.fine { (standing.planned - standing.complete) " of " (standing.planned) " missing" }
-            }
+            @for (kind, count) in &standing.others { (other(standing, *kind, *count)) }
+        }
+    }
+}
+
+/// How many runs ended otherwise than complete: with a sign, where nothing else is there.
+fn other(standing: &Standing, kind: OutcomeKind, count: usize) -> Markup {
+    let tone = match kind {
+        OutcomeKind::Complete | OutcomeKind::NotRun => Tone::Quiet,
+        OutcomeKind::Disturbed | OutcomeKind::Unsupported => Tone::Mixed,
+        OutcomeKind::Invalid | OutcomeKind::Failed | OutcomeKind::Damaged => Tone::Bad,
+    };
+    html! {
+        @if standing.complete > 0 {
+            span.fine { (count) (NO_BREAK) (ended(kind)) }
+        } @else {
+            span.other { (signed(tone, &html! { (count) (NO_BREAK) (ended(kind)) })) }
         }
     }
 }
@@ -104,8 +174,8 @@ fn legend(answer: &Answer) -> Markup {
     };
     html! {
         p.legend {
-            "Settling is into 2 % of the reference, the median of the complete runs; one that never \
-             settled counts as later than any."
+            "Settling is into " (kept("2 %")) " of the reference, or the band that the system asks for: the median of the complete runs; one that never \
+             settled counts as later than any. Overshoot is their median in parts of the step; beyond 100" (NO_BREAK) "% it is amber."
             @if let Some(reference) = &answer.reference {
                 @if Client::YARDSTICKS.into_iter().any(times) {
                     " × native, × python: divided by that client’s median on " (reference)

@@ -6,7 +6,9 @@ use maud::{Markup, html};
 
 use super::badge::{Tone, badge};
 use super::place::anchor;
+use super::prose::kept;
 use super::scroll::scroll;
+use crate::called::called;
 use crate::number::significant;
 
 pub(super) fn render(campaign: &Campaign) -> Option<Markup> {
@@ -22,7 +24,10 @@ pub(super) fn render(campaign: &Campaign) -> Option<Markup> {
         (scroll("Certificates by topology", &certificates(campaign)))
         p.legend {
             "Residual: how far an echo’s round trip lay from what the link had for it at that instant; of \
-             each figure the worst among the runs."
+             each figure the worst among the runs. A link is judged by the half: the median must lie within "
+            (kept("0.5 ms")) ", and at most one echo in fifty may miss by more than " (kept("10 ms")) " and a tenth of its round \
+             trip. So the 99 % may be large where the machine held an echo up for a time slice, and the link was the right one \
+             all the same."
         }
         (broken(campaign))
         @for (name, text) in &campaign.plan.profiles {
@@ -70,6 +75,9 @@ fn sum(campaign: &Campaign, topology: &str) -> Sum {
         sum.echoes += certificate.sent;
         sum.answered += certificate.answered;
         let worst = |so_far: Option<f64>, own: f64| Some(so_far.map_or(own, |most| most.max(own)));
+        if certificate.answered == 0 {
+            continue;
+        }
         let residual = certificate.residuals.rtt;
         sum.median_ms = worst(sum.median_ms, residual.median_ms);
         sum.p99_ms = worst(sum.p99_ms, residual.p99_ms);
@@ -112,7 +120,6 @@ fn row(campaign: &Campaign, topology: &str) -> Markup {
     let profile = campaign.plan.profiles.get(topology);
     let profile = profile.and_then(|text| text.profile(topology).ok());
     let asked = profile.as_ref().and_then(link::Profile::asked);
-    let is_loopback = profile.as_ref().is_some_and(link::Profile::is_loopback);
     let or_none = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), |x| significant(x, 3));
     html! {
         tr {
@@ -122,7 +129,7 @@ fn row(campaign: &Campaign, topology: &str) -> Markup {
             td.number { (or_none(asked.map(|asked| asked.rtt_max_ms))) }
             td.number { (or_none(asked.map(|asked| asked.rtt_sd_ms))) }
             td.number { (asked.map_or_else(|| "–".to_owned(), |asked| significant(100.0 * asked.loss, 2))) }
-            td { (held(&sum, is_loopback)) }
+            td { (held(&sum, profile.as_ref())) }
             td.number { (sum.echoes) @if sum.answered < sum.echoes { " (" (sum.echoes - sum.answered) " lost)" } }
             td.number { (or_none(sum.median_ms)) }
             td.number { (or_none(sum.p99_ms)) }
@@ -131,10 +138,10 @@ fn row(campaign: &Campaign, topology: &str) -> Markup {
     }
 }
 
-fn held(sum: &Sum, is_loopback: bool) -> Markup {
+fn held(sum: &Sum, profile: Option<&link::Profile>) -> Markup {
     match (sum.runs, sum.certificates) {
         (0, _) => badge(Tone::Quiet, "not run"),
-        (_, 0) if is_loopback => badge(Tone::Quiet, "no link"),
+        (_, 0) if profile.is_some_and(link::Profile::is_loopback) => badge(Tone::Quiet, "no link"),
         (_, 0) => badge(Tone::Quiet, "none"),
         (_, all) => {
             let tone = if sum.held == all {
@@ -161,7 +168,7 @@ fn broken(campaign: &Campaign) -> Markup {
     html! {
         @if !broken.is_empty() {
             p { "These did not hold:" }
-            ul.ids { @for run in broken { li { a href={ "#" (anchor(run)) } { (run.cell.id) } } } }
+            ul.ids { @for run in broken { li { a href={ "#" (anchor(run)) } { (kept(&called(campaign, run))) } } } }
         }
     }
 }

@@ -1,9 +1,7 @@
 //! Every run: a line each, by topology and client, with its details folded in.
 
 use analysis::{Campaign, Run, grouped};
-use endpoint::Mode;
 use maud::{Markup, html};
-use plan::Client;
 
 use super::badge;
 use super::detail;
@@ -16,8 +14,8 @@ pub(super) fn render(campaign: &Campaign) -> Option<Markup> {
     }
     let topologies = grouped(&campaign.runs, |run| run.cell.topology.as_str());
     let topologies = topologies.into_iter().map(|(topology, runs)| {
-        let mut groups = grouped(runs, kind);
-        groups.sort_by_key(|((client, ..), _)| *client);
+        let mut groups = grouped(runs, |run| run.summary.condition());
+        groups.sort_by_key(|(condition, _)| condition.client);
         (topology, groups)
     });
     Some(html! {
@@ -30,13 +28,6 @@ pub(super) fn render(campaign: &Campaign) -> Option<Markup> {
             @for (_, group) in &groups { (folded(campaign, group)) }
         }
     })
-}
-
-/// What the runs of a group have in common.
-fn kind<'a>(run: &&'a Run) -> (Client, Mode, u64, &'a str) {
-    let Run { cell, summary, .. } = *run;
-    let settings = &cell.settings;
-    (cell.client, settings.mode, settings.h.ns(), &summary.setup)
 }
 
 fn folded(campaign: &Campaign, group: &[&Run]) -> Markup {
@@ -58,6 +49,19 @@ fn folded(campaign: &Campaign, group: &[&Run]) -> Markup {
     }
 }
 
+/// The median round trip of a run's messages; if it falls among those without an answer, that it is beyond the
+/// time-out.
+fn rtt(run: &Run) -> Option<String> {
+    let summary = &run.summary;
+    let rtt_ms = summary.or_never(0.5, summary.message_rtt_p50_ms)?;
+    let timeout_ms = run.cell.settings.timeout_ns as f64 / 1e6;
+    Some(if rtt_ms.is_finite() {
+        duration(rtt_ms)
+    } else {
+        format!("> {}", duration(timeout_ms))
+    })
+}
+
 fn line(campaign: &Campaign, run: &Run) -> Markup {
     let summary = &run.summary;
     html! {
@@ -68,7 +72,7 @@ fn line(campaign: &Campaign, run: &Run) -> Markup {
                 @if let Some(verdict) = summary.loop_verdict { span { (badge::of_loop(verdict)) } }
                 @if let Some(settling) = summary.settling_ms { span { "settled in " (duration(settling)) } }
                 @if let Some(sent) = summary.messages_sent { span { "sent " (sent) " of " (summary.messages_due) } }
-                @if let Some(rtt) = summary.message_rtt_p50_ms { span { "RTT " (duration(rtt)) } }
+                @if let Some(rtt) = rtt(run) { span { "RTT " (rtt) } }
             }
             (detail::render(campaign, run))
         }

@@ -1,4 +1,5 @@
-// What the page can do with a script: filter the claims, switch the colours, open what a link names.
+// What the page can do with a script: filter the claims, switch the colours, open what a link names, show
+// which boxes have more to scroll to.
 "use strict";
 (() => {
   const root = document.documentElement;
@@ -49,6 +50,20 @@
   };
   addEventListener("hashchange", unfold);
   if (location.hash) unfold();
+
+  // Where a box has more beside what it shows.
+  const boxes = [...document.querySelectorAll(".scroll")];
+  const edge = (box) => {
+    const hidden = box.scrollWidth - box.clientWidth;
+    box.classList.toggle("is-before", box.scrollLeft > 4);
+    box.classList.toggle("is-behind", hidden - box.scrollLeft > 4);
+  };
+  const watch = new ResizeObserver((entries) => entries.forEach((entry) => edge(entry.target)));
+  for (const box of boxes) {
+    edge(box);
+    box.addEventListener("scroll", () => edge(box), { passive: true });
+    watch.observe(box);
+  }
 
   // Where in the contents one is.
   const links = new Map(

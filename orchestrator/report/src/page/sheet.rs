@@ -3,6 +3,7 @@
 use analysis::layout::Column;
 use maud::{Markup, html};
 
+use super::prose::kept;
 use super::scroll::scroll;
 use crate::number::significant;
 use crate::table::{Entry, Table};
@@ -18,7 +19,7 @@ fn sheet(table: &Table) -> Markup {
         div.sheet id=(table.name) {
             h3 { (table.title) }
             (scroll(&table.title, &grid(table)))
-            @for note in &table.notes { p.note { (note) } }
+            @for note in &table.notes { p.note { (kept(note)) } }
             p.files {
                 "As a file: "
                 a href={ "tables/" (table.name) ".csv" } { (table.name) ".csv" } ", "
@@ -60,20 +61,20 @@ fn grid(table: &Table) -> Markup {
             }
             tbody {
                 @for row in &table.rows {
-                    tr { @for (at, entry) in row.iter().enumerate() { (cell(at, entry, table.is_number(at))) } }
+                    tr { @for (at, entry) in row.iter().enumerate() { (cell(table, at, entry)) } }
                 }
             }
         }
     }
 }
 
-fn cell(at: usize, entry: &Entry, is_number: bool) -> Markup {
+fn cell(table: &Table, at: usize, entry: &Entry) -> Markup {
     html! {
         @match entry {
             Entry::Text(text) if at == 0 => { th scope="row" { (text) } }
             Entry::Text(text) => { td { (text) } }
             Entry::Number(x, digits) => { td.number { (significant(*x, *digits)) } }
-            Entry::None => { td.none.number[is_number] { "–" } }
+            Entry::None => { td.none.number[table.is_number(at)] { "–" } }
         }
     }
 }

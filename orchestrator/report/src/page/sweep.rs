@@ -4,7 +4,7 @@ use chart::Chart;
 use maud::{Markup, PreEscaped, html};
 
 use super::drawing::{inline, width};
-use super::{Section, frame};
+use super::{Section, Zoom, frame};
 
 /// What the page of a sweep shows.
 #[derive(Debug, Clone, Copy)]
@@ -58,12 +58,12 @@ impl Sweep<'_> {
             sections.push(section("findings", "Findings", html! { pre { (tables) } }));
         }
         sections.push(section("files", "Files", files));
-        frame(self.name, &top, &sections, false)
+        frame(self.name, &top, &sections, Zoom::None)
     }
 }
 
 fn drawing(map: &Chart) -> Markup {
-    let svg = map.to_svg();
+    let svg = map.draw().to_svg();
     html! {
         figure.drawing id=(map.name) aria-label=(map.title) {
             div.scroll.paper role="region" tabindex="0" aria-label=(map.title) style=[width(&svg)] {

@@ -5,7 +5,6 @@ use analysis::layout::number as column;
 use analysis::{Campaign, Damage, LoopVerdict};
 use chart::{Axis, Chart, Guide, GuideAt, Mark, Panel, Scale, Series, Tone};
 
-use super::render;
 use crate::claim::{Finding, Part, Verdict};
 use crate::figure::Figure;
 use crate::group::Estimate;
@@ -23,11 +22,15 @@ duration = \"4s\"
 repeats = 3
 ";
 
+fn render(report: &Report<'_>) -> String {
+    super::render(report, &report.draw())
+}
+
 /// A campaign with every outcome, and a topology whose name would be markup.
 fn sample() -> Campaign {
     let mut campaign = campaign(CELLS, |cell| match cell.repeat {
         1 => Outcome::Stable(320.0),
-        2 if cell.topology == "couva" => Outcome::Lost(LoopVerdict::Unstable),
+        2 if cell.topology == "couva" => Outcome::Lost(LoopVerdict::Lost),
         2 => Outcome::Failed("it was <i>interrupted</i>"),
         _ => Outcome::Absent,
     });
@@ -251,7 +254,9 @@ fn a_campaign_without_anything_has_a_page_all_the_same() {
     };
     let page = render(&report);
     balanced(&page);
-    assert!(page.contains("12 cells that were not run"));
+    assert!(page.contains("12 cells that were <span class=\"over\">not run</span>"));
+    // Of a page that is served while runs go on, the style sheet shows the other words.
+    assert!(page.contains("<span class=\"coming\">still to come</span>"));
     assert!(!page.contains(super::UPLOT), "nothing to zoom into");
 }
 

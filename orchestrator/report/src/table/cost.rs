@@ -19,46 +19,62 @@ pub fn table(campaign: &Campaign, delays: &[Delays<'_>]) -> Option<Table> {
     let first = loops.first()?;
     let differ = |key: fn(&Loop<'_>) -> String| loops.iter().any(|one| key(one) != key(first));
     let names: Vec<Name> = NAMES.into_iter().filter(|(_, key)| differ(*key)).collect();
-    let mut columns: Vec<Column> = names.iter().map(|(name, _)| text(name)).collect();
     let baselines: Vec<Option<&Loop<'_>>> = loops.iter().map(|one| baseline(&loops, one)).collect();
-    let is_compared = baselines.iter().any(Option::is_some);
-    columns.extend([
-        number("", "stable"),
+    let rows = loops.iter().zip(&baselines).map(|(one, baseline)| {
+        let mut row: Vec<Entry> = names.iter().map(|(_, key)| Entry::text(key(one))).collect();
+        row.extend(cost(one));
+        if are_some(&baselines) {
+            row.extend(beside(one, *baseline));
+        }
+        row.extend(delay(one, delays));
+        row
+    });
+    let table = Table {
+        name: "control".to_owned(),
+        title: "What control cost".to_owned(),
+        notes: notes(&baselines),
+        columns: columns(&names, &baselines),
+        rows: rows.collect(),
+    };
+    Some(table.filled())
+}
+
+/// Whether any loop is beside a baseline.
+fn are_some(baselines: &[Option<&Loop<'_>>]) -> bool {
+    baselines.iter().any(Option::is_some)
+}
+
+/// The columns: what names the loops, what they cost, that beside the baselines, and their delays.
+fn columns(names: &[Name], baselines: &[Option<&Loop<'_>>]) -> Vec<Column> {
+    let names = names.iter().map(|(name, _)| text(name));
+    let cost = [
+        number("", "holds"),
         number("", "of"),
         number("settling/ms", "median"),
         number("settling/ms", "interval"),
         number("", "overshoot/%"),
         number("", "IAE"),
         number("", "ISE"),
-    ]);
-    if is_compared {
-        columns.extend([
-            number("× baseline", "settling"),
-            number("× baseline", "interval"),
-            number("× baseline", "IAE"),
-        ]);
-    }
-    columns.extend([
+    ];
+    let beside = [
+        number("× baseline", "settling"),
+        number("× baseline", "interval"),
+        number("× baseline", "IAE"),
+    ];
+    let beside = beside.into_iter().filter(|_| are_some(baselines));
+    let delay = [
         number("sample's delay/ms", "median"),
         number("sample's delay/ms", "of the link"),
-    ]);
-    let rows = loops.iter().zip(&baselines).map(|(one, baseline)| {
-        let mut row: Vec<Entry> = names.iter().map(|(_, key)| Entry::text(key(one))).collect();
-        row.extend(cost(one));
-        if is_compared {
-            row.extend(beside(one, *baseline));
-        }
-        let here = delays
-            .iter()
-            .find(|of| one.group.runs.iter().any(|run| of.has(run)));
-        let middle = here.and_then(|of| of.parts_ms.map(|parts| parts.iter().sum()));
-        row.push(Entry::measured(middle, 3));
-        row.push(Entry::measured(here.and_then(Delays::link_ms), 3));
-        row
-    });
+    ];
+    names.chain(cost).chain(beside).chain(delay).collect()
+}
+
+/// What the figures are, and which loops they are held against.
+fn notes(baselines: &[Option<&Loop<'_>>]) -> Vec<String> {
     let mut notes = vec![
         "Medians over the complete runs; an interval holds the median of all such runs with 95 % and needs six of \
-         them. Settling is into 2 % of the reference. IAE, ISE: integrals of the absolute and of the squared error."
+         them. Settling is into 2 % of the reference, or the band that the system asks for. IAE, ISE: integrals of \
+         the absolute and of the squared error."
             .to_owned(),
         "A sample's delay is from the tick at which y was measured to the tick at which the u that follows from it \
          took effect; the sum of the medians of its parts."
@@ -71,20 +87,25 @@ pub fn table(campaign: &Campaign, delays: &[Delays<'_>]) -> Option<Table> {
             named.push(words);
         }
     }
-    if is_compared {
+    if !named.is_empty() {
         notes.push(format!(
             "Baseline: of the same system at the same rate, {}.",
             named.join("; ")
         ));
     }
-    let table = Table {
-        name: "control".to_owned(),
-        title: "What control cost".to_owned(),
-        notes,
-        columns,
-        rows: rows.collect(),
-    };
-    Some(table.filled())
+    notes
+}
+
+/// The median delay of a loop's samples, and the link's share of it.
+fn delay(one: &Loop<'_>, delays: &[Delays<'_>]) -> [Entry; 2] {
+    let here = delays
+        .iter()
+        .find(|of| one.group.runs.iter().any(|run| of.has(run)));
+    let middle = here.and_then(|of| of.parts_ms.map(|parts| parts.iter().sum()));
+    [
+        Entry::measured(middle, 3),
+        Entry::measured(here.and_then(Delays::link_ms), 3),
+    ]
 }
 
 /// A column that names a loop.
@@ -94,7 +115,7 @@ const NAMES: [Name; 5] = [
     ("topology", |one| one.topology.to_owned()),
     ("system", |one| one.system.to_owned()),
     ("client", |one| one.client.to_string()),
-    ("setup", |one| one.setup.clone()),
+    ("setup", |one| one.setup.to_string()),
     ("rate", |one| one.rate.clone()),
 ];
 
@@ -105,12 +126,12 @@ fn cost(one: &Loop<'_>) -> [Entry; 7] {
         Entry::measured(estimate.map(|of| of.value).filter(|x| x.is_finite()), 3)
     };
     [
-        Entry::count(one.stable() as u64),
+        Entry::count(one.holding() as u64),
         Entry::count(group.runs.len() as u64),
         median(settling),
         interval(settling),
         // Of a loop that ran away it says nothing.
-        if one.stable() > 0 {
+        if one.holding() > 0 {
             median(group.median(|run| run.summary.overshoot_pct))
         } else {
             Entry::None

@@ -3,7 +3,7 @@
 use analysis::layout::{number, text};
 
 use super::{Entry, Table};
-use crate::delays::{Delays, percentile};
+use crate::delays::{Delays, percentile, unstamped};
 
 /// A row for each loop; `None` without a message.
 #[must_use]
@@ -40,7 +40,8 @@ pub fn table(delays: &[Delays<'_>]) -> Option<Table> {
         }
         row
     });
-    let table = Table {
+    let unstamped = unstamped(delays);
+    let mut table = Table {
         name: "delays".to_owned(),
         title: "How long messages took".to_owned(),
         notes: vec![
@@ -52,5 +53,8 @@ pub fn table(delays: &[Delays<'_>]) -> Option<Table> {
         columns,
         rows: rows.collect(),
     };
+    if !unstamped.is_empty() {
+        table.notes.push(unstamped.trim_start().to_owned());
+    }
     Some(table.filled())
 }

@@ -54,7 +54,7 @@ fn the_tables_read_like_this() {
 }
 
 #[test]
-fn five_questions_are_answered_from_the_runs() {
+fn the_questions_are_answered_from_the_runs() {
     let lab = own();
     let campaign = lab.campaign();
     let report = Report::of(&campaign, Exhibits::default()).expect("readable");

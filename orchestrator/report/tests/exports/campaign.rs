@@ -126,6 +126,7 @@ pub(crate) fn folder() -> tempfile::TempDir {
             pulse: None,
             watched: None,
             end_faults: Vec::new(),
+            ends: None,
             certificate: None,
             plant: None,
             controller: None,

@@ -1,37 +1,19 @@
-//! The columns of the schemas are those of the rows.
+//! The columns that a data package describes are those of the files: the header that is written, and the one that
+//! serde derives from the rows.
 
-use analysis::Summary;
-use endpoint::{ArrivalRow, MessageRow, SecondRow, TickRow};
+use analysis::{LoopVerdict, Summary};
+use certificate::{LinkRow, TcRow};
+use column::{Column, Typed};
 use link::{PacketRow, Way};
-use plan::ProbeRow;
-use report::deposit::field::Field;
-use report::deposit::schema;
+use report::deposit::schema::ROW_FILES;
 
-#[test]
-fn the_columns_of_the_schemas_are_those_of_the_rows() {
-    let names = |fields: Vec<Field>| -> Vec<String> {
-        fields.into_iter().map(|field| field.name).collect()
-    };
-    assert_eq!(names(schema::columns("ticks")), TickRow::COLUMNS);
-    assert_eq!(names(schema::columns("second")), SecondRow::COLUMNS);
-    assert_eq!(names(schema::columns("arrivals")), ArrivalRow::COLUMNS);
-    assert_eq!(names(schema::columns("messages")), MessageRow::COLUMNS);
-    assert_eq!(names(schema::columns("probes")), ProbeRow::COLUMNS);
-    assert_eq!(names(schema::columns("packets")), PacketRow::COLUMNS);
-    let summary = Summary::to_csv(&[Summary::default()]);
-    assert_eq!(
-        names(schema::columns("summary")).join(","),
-        header(&summary)
-    );
+fn names(columns: &[Column]) -> Vec<&'static str> {
+    columns.iter().map(|column| column.name).collect()
 }
 
 #[test]
-fn the_columns_of_a_link_s_file_are_those_of_its_player() {
-    let names = |fields: Vec<Field>| {
-        let names = fields.into_iter().map(|field| field.name);
-        names.collect::<Vec<_>>().join(",")
-    };
-    let user = certificate::LinkRow {
+fn the_columns_of_a_link_s_files_are_those_of_its_player() {
+    let user = LinkRow {
         t_ns: 0,
         way: Way::Up,
         packets: 0,
@@ -44,7 +26,7 @@ fn the_columns_of_a_link_s_file_are_those_of_its_player() {
         late_mean_us: 0.0,
         late_max_us: 0.0,
     };
-    let tc = certificate::TcRow {
+    let tc = TcRow {
         t_ns: 0,
         way: Way::Up,
         delivered: 0,
@@ -57,8 +39,39 @@ fn the_columns_of_a_link_s_file_are_those_of_its_player() {
         late_mean_us: 0.0,
         late_max_us: 0.0,
     };
-    assert_eq!(names(schema::columns("link")), header(&csv_of(user)));
-    assert_eq!(names(schema::columns("link-tc")), header(&csv_of(tc)));
+    let packet = PacketRow {
+        t_ns: 0,
+        way: Way::Up,
+        bytes: 0,
+    };
+    assert_eq!(names(LinkRow::SCHEMA).join(","), header(&csv_of(user)));
+    assert_eq!(names(TcRow::SCHEMA).join(","), header(&csv_of(tc)));
+    assert_eq!(names(PacketRow::SCHEMA).join(","), header(&csv_of(packet)));
+}
+
+#[test]
+fn the_columns_of_the_summary_are_those_that_are_written() {
+    let summary = Summary::to_csv(&[Summary::default()]);
+    assert_eq!(names(Summary::SCHEMA).join(","), header(&summary));
+    assert_eq!(names(Summary::SCHEMA), Summary::COLUMNS);
+}
+
+#[test]
+fn the_words_of_a_column_are_those_that_are_written() {
+    let verdicts = LoopVerdict::ALL.map(|verdict| serde_json::to_value(verdict).expect("a word"));
+    assert_eq!(verdicts.as_slice(), LoopVerdict::WORDS);
+    let ways = Way::BOTH.map(|way| serde_json::to_value(way).expect("a word"));
+    assert_eq!(ways.as_slice(), Way::WORDS);
+}
+
+#[test]
+fn every_column_says_what_it_means() {
+    let files = ROW_FILES.iter().map(|kind| kind.columns);
+    for column in files.chain([Summary::SCHEMA]).flatten() {
+        let meaning = column.meaning();
+        assert!(!meaning.is_empty(), "{}", column.name);
+        assert!(!meaning.ends_with('.'), "{}: {meaning}", column.name);
+    }
 }
 
 fn csv_of(row: impl serde::Serialize) -> String {

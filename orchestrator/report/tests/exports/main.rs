@@ -145,7 +145,7 @@ proptest! {
         let rows: Vec<&str> = markdown.lines().filter(|line| line.starts_with('|')).collect();
         let bars = |line: &str| line.replace("\\|", "").matches('|').count();
         for row in rows {
-            prop_assert!([3, 4, 5, 12].contains(&bars(row)), "{}", row);
+            prop_assert!([3, 4, 5, 14].contains(&bars(row)), "{}", row);
         }
         prop_assert!(!markdown.contains('<'), "{}", markdown);
     }

@@ -1,6 +1,6 @@
 //! Faults of the link as a run meets them.
 
-use endpoint::{MessageRow, TickRow};
+use endpoint::{ArrivalOutcome, Late, Lease, MessageRow, PlantSettings, TickRow};
 use link::Profile;
 use sim::{Setup, Timing, Unfit, run};
 
@@ -29,6 +29,49 @@ fn took_ms(rows: &[MessageRow], from_ms: u64, to_ms: u64) -> Vec<f64> {
     let took = |row: &MessageRow| (row.t_receive_ns? - row.t_send_ns?).checked_div(1_000);
     let rows = rows.iter().filter(sent).filter_map(took);
     rows.map(|us| us as f64 / 1e3).collect()
+}
+
+/// Whatever comes between: from the first message on, in the middle, up or both ways, with a silence that ends the lease.
+#[test]
+fn over_a_slow_link_no_command_older_than_its_limit_is_applied_and_a_young_one_is_heard_at_once() {
+    for fault in [
+        "way = 'up'\nat = '0s'\nfor = '2s'\ndelay = '3s'",
+        "way = 'up'\nat = '2s'\nfor = '2500ms'\ndelay = '3s'",
+        "at = '2s'\nfor = '2500ms'\ndelay = '2100ms'",
+        "at = '2s'\nfor = '2500ms'\ndown = true",
+    ] {
+        let link = faulty(&format!("[[fault]]\n{fault}"));
+        for lease in [Lease::None, Lease::Address, Lease::Token] {
+            let mut settings = closed("10ms");
+            settings.late = Late::Drop;
+            let setup = Setup {
+                plant_settings: PlantSettings {
+                    max_age_ns: Some(50 * MS),
+                    lease,
+                    ..PlantSettings::new(settings.h)
+                },
+                ..setup(&link, settings, &Timing::IDEAL, 9_000 * MS)
+            };
+            let rows = simulate(&setup).0;
+            let age_ns = |row: &endpoint::ArrivalRow| {
+                row.t_send_ns.map(|t_send_ns| row.t_arrive_ns - t_send_ns)
+            };
+            let (mut aged, mut last_ns) = (0, 0);
+            for row in &rows.arrivals {
+                let is_old = age_ns(row).is_none_or(|age_ns| age_ns > 50 * MS);
+                let is_applied = row.outcome == ArrivalOutcome::Applied;
+                assert!(!(is_old && is_applied), "{fault}, {lease}: {row:?}");
+                aged += u64::from(is_old);
+                last_ns = if is_applied { row.t_arrive_ns } else { last_ns };
+            }
+            assert!(aged > 50, "{fault}, {lease}: {aged}");
+            let end_ns = rows.arrivals.last().map_or(0, |row| row.t_arrive_ns);
+            assert!(
+                end_ns - last_ns < 50 * MS,
+                "{fault}, {lease}: heard to the end"
+            );
+        }
+    }
 }
 
 fn longest(ms: &[f64]) -> f64 {

@@ -2,18 +2,51 @@
 
 use std::collections::BTreeSet;
 
-use link::duration_ns;
-use plan::InvalidFile;
+use endpoint::InvalidSampleTime;
+use text::{DAY_NS, Diagnostic, InvalidQuantity, duration_ns};
 use toml::Spanned;
 
 use super::Reader;
 use crate::axis::Axis;
 use crate::given::{Given, Word};
 use crate::grid::{Level, Levels};
+use crate::made::Unplayable;
 use crate::number::brief;
 
-/// Most levels of one axis: more than the points of a figure.
-const LEVELS_MAX: u32 = 10_000;
+/// Why a value of an axis is no level of it.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum InvalidLevel {
+    #[error("`{0}` is not a number; give one, such as 0.5")]
+    NotANumber(String),
+    #[error("the gain {0} is not finite; give a finite number")]
+    Infinite(f64),
+    #[error("{0} has no unit; write it as a text, like \"3ms\", \"1%\" or \"1mbit\"")]
+    NoUnit(f64),
+    #[error("{}; {}", .0, .0.remedy)]
+    Quantity(#[from] InvalidQuantity),
+    #[error(transparent)]
+    SampleTime(#[from] InvalidSampleTime),
+    /// A word of another type than the axis's, in that type's words.
+    #[error("{0}")]
+    Word(String),
+    /// No text is found under this name or path, in the library's words.
+    #[error("{0}")]
+    Text(String),
+    #[error(
+        "the profile `{name}` cannot be played: {problem}; `webloop link lint {name}` shows where"
+    )]
+    Profile { name: String, problem: Unplayable },
+    #[error("`{name}` is not a valid system: {}", .problem.inside())]
+    System {
+        name: String,
+        problem: Box<Diagnostic>,
+    },
+    #[error(
+        "`{0}` has a program, a second input or output, an actuator, a disturbance, a sensor, an x0 or a reference that \
+         moves, which a sweep leaves out; run it as an experiment with --backend sim"
+    )]
+    LeftOut(String),
+}
 
 impl Reader<'_> {
     /// The levels of a gain; if the file gives none, `otherwise`, or each system's own gain.
@@ -21,7 +54,7 @@ impl Reader<'_> {
         &self,
         axis: Axis,
         otherwise: Option<f64>,
-    ) -> Result<Levels<Option<f64>>, InvalidFile> {
+    ) -> Result<Levels<Option<f64>>, Diagnostic> {
         if self.file.axes.get_ref().get(axis).is_none() && otherwise.is_none() {
             return Ok(Levels::new((None, said("own")), []));
         }
@@ -32,13 +65,13 @@ impl Reader<'_> {
                 Word::Number(number) => Ok(*number),
                 Word::Text(text) => text
                     .parse()
-                    .map_err(|_| format!("`{text}` is not a number")),
+                    .map_err(|_| InvalidLevel::NotANumber(text.clone())),
             },
             |gain: f64| {
                 if gain.is_finite() {
                     Ok((Some(gain), number(gain)))
                 } else {
-                    Err(format!("the gain {gain} is not finite"))
+                    Err(InvalidLevel::Infinite(gain))
                 }
             },
         )
@@ -49,8 +82,8 @@ impl Reader<'_> {
         &self,
         axis: Axis,
         otherwise: Option<&str>,
-        mut read: impl FnMut(&str) -> Result<(T, Level), String>,
-    ) -> Result<Levels<T>, InvalidFile> {
+        mut read: impl FnMut(&str) -> Result<(T, Level), InvalidLevel>,
+    ) -> Result<Levels<T>, Diagnostic> {
         let given = self.given(axis, otherwise);
         if let Given::Range(range) = given.get_ref() {
             return Err(self.invalid(
@@ -66,7 +99,8 @@ impl Reader<'_> {
                 Word::Text(text) => text.clone(),
                 Word::Number(number) => brief(*number),
             };
-            let level = read(&text).map_err(|problem| self.invalid(&word, problem, ""))?;
+            let level =
+                read(&text).map_err(|problem| self.invalid(&word, problem.to_string(), ""))?;
             levels.push((word, level));
         }
         self.levels(axis, &given, levels)
@@ -77,12 +111,12 @@ impl Reader<'_> {
         &self,
         axis: Axis,
         otherwise: Option<&str>,
-        read: impl Fn(&Word) -> Result<f64, String>,
-        make: impl Fn(f64) -> Result<(T, Level), String>,
-    ) -> Result<Levels<T>, InvalidFile> {
+        read: impl Fn(&Word) -> Result<f64, InvalidLevel>,
+        make: impl Fn(f64) -> Result<(T, Level), InvalidLevel>,
+    ) -> Result<Levels<T>, Diagnostic> {
         let given = self.given(axis, otherwise);
         let number = |word: &Spanned<Word>| {
-            read(word.get_ref()).map_err(|problem| self.invalid(word, problem, ""))
+            read(word.get_ref()).map_err(|problem| self.invalid(word, problem.to_string(), ""))
         };
         let mut found = Vec::new();
         match given.get_ref() {
@@ -92,14 +126,7 @@ impl Reader<'_> {
                     let problem = "steps need two finite numbers";
                     return Err(self.invalid(&range.from, problem, "give numbers, or a list"));
                 }
-                let steps = *range.steps.get_ref();
-                if !(2..=LEVELS_MAX).contains(&steps) {
-                    return Err(self.invalid(
-                        &range.steps,
-                        format!("`steps` is {steps}, but from and to alone are two"),
-                        &format!("give 2 to {LEVELS_MAX}"),
-                    ));
-                }
+                let steps = range.steps.get();
                 let is_log = match &range.scale {
                     None => false,
                     Some(scale) => match scale.get_ref().as_str() {
@@ -134,7 +161,8 @@ impl Reader<'_> {
         }
         let mut levels = Vec::new();
         for (word, value) in found {
-            let level = make(value).map_err(|problem| self.invalid(&word, problem, ""))?;
+            let level =
+                make(value).map_err(|problem| self.invalid(&word, problem.to_string(), ""))?;
             levels.push((word, level));
         }
         self.levels(axis, &given, levels)
@@ -155,7 +183,7 @@ impl Reader<'_> {
         axis: Axis,
         given: &Spanned<Given>,
         levels: Vec<(Spanned<Word>, (T, Level))>,
-    ) -> Result<Levels<T>, InvalidFile> {
+    ) -> Result<Levels<T>, Diagnostic> {
         let mut seen = BTreeSet::new();
         for (word, (_, level)) in &levels {
             if !seen.insert(level.text.clone()) {
@@ -184,23 +212,22 @@ fn listed(given: &Spanned<Given>) -> Vec<Spanned<Word>> {
     }
 }
 
-pub(super) fn text(word: &Word) -> Result<&str, String> {
+pub(super) fn text(word: &Word) -> Result<&str, InvalidLevel> {
     match word {
         Word::Text(text) => Ok(text),
-        Word::Number(number) => Err(format!(
-            "{number} has no unit; write it as a text, like \"3ms\", \"1%\" or \"1mbit\""
-        )),
+        Word::Number(number) => Err(InvalidLevel::NoUnit(*number)),
     }
 }
 
-pub(super) fn duration_ns_of(word: &Word) -> Result<f64, String> {
-    duration_ns(text(word)?).map_err(|why| why.to_string())
+pub(super) fn duration_ns_of(word: &Word) -> Result<f64, InvalidLevel> {
+    Ok(duration_ns(text(word)?, 0..=DAY_NS)? as f64)
 }
 
 pub(super) fn parsed<T: std::str::FromStr<Err: std::fmt::Display>>(
     word: &str,
-) -> Result<T, String> {
-    word.parse().map_err(|why: T::Err| why.to_string())
+) -> Result<T, InvalidLevel> {
+    word.parse()
+        .map_err(|why: T::Err| InvalidLevel::Word(why.to_string()))
 }
 
 pub(super) fn said(word: impl std::fmt::Display) -> Level {

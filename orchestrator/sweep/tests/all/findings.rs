@@ -2,7 +2,7 @@
 
 use plan::ProfileText;
 use proptest::prelude::*;
-use sweep::{Axis, Cell, Instead, Outcome, Row, Sweep, findings};
+use sweep::{Axis, Cell, Figures, Instead, Row, Sweep, findings};
 
 /// Three axes of three levels each.
 fn sweep() -> Sweep {
@@ -20,7 +20,7 @@ fn cells(sweep: &Sweep, settling_ms: impl Fn([usize; 3]) -> Option<f64>) -> Vec<
             let axes = sweep.grid.dimensions();
             let of = |axis| place[axes.iter().position(|d| d.axis == axis).expect("varied")];
             let at = [of(Axis::H), of(Axis::Outstanding), of(Axis::Kp)];
-            let mut outcome = Outcome {
+            let mut outcome = Figures {
                 stable: true,
                 growth: Some(0.0),
                 settling_ms: settling_ms(at),

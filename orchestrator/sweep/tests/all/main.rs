@@ -4,3 +4,4 @@ mod findings;
 mod invalid;
 mod laws;
 mod summary;
+mod wrong;

@@ -56,7 +56,7 @@ fn waiting_for_each_answer_over_the_vpn_is_found_and_drawn() {
     let named = panel.map.as_ref().map(|map| &map.x);
     let levels = ["unlimited", "4", "1"].map(str::to_owned);
     assert_eq!(named, Some(&Along::Names(levels.into())));
-    assert!(charts[0].to_svg().contains("unlimited"));
+    assert!(charts[0].draw().to_svg().contains("unlimited"));
 }
 
 #[test]

@@ -4,10 +4,12 @@
 //! [`crate::closed_loop::loop_delay_ticks`]). The filter's model is therefore the plant followed by a
 //! delay line of its last outputs: the filter corrects all of them by the oldest, and the gains act
 //! on the plant's present state. An update corrects, acts, and predicts, in this order (R. E. Kalman,
-//! 1960). There is no integral, so a load that the model does not include leaves an offset.
+//! 1960). The filter is designed for outputs of one tick, and its corrections are carried on over the others:
+//! with a state for each tick the design would take time with their cube. There is no integral, so a load that the model does not include leaves an offset.
 
 use nalgebra::{DMatrix, DVector};
 
+use super::swept::SweptFeedback;
 use super::{InvalidLaw, limited};
 use crate::pid::Saturation;
 use crate::riccati;
@@ -94,7 +96,7 @@ impl Estimator {
             INPUTS,
         )?;
         length("noise.measurement", &self.noise, model.outputs(), OUTPUTS)?;
-        let (a, b) = with_line(model, delay.max(1));
+        let (a, b) = with_line(model, 1);
         let c = last_of(a.nrows(), model.outputs());
         let mut q = DMatrix::zeros(a.nrows(), a.nrows());
         for (column, deviation) in b.column_iter().zip(&self.disturbance) {
@@ -106,8 +108,26 @@ impl Estimator {
             .map(|deviation| deviation.powi(2))
             .collect();
         let p = riccati::solve(&a.transpose(), &c.transpose(), &q, &r)?;
-        Ok(riccati::corrections(&c, &p, &r)?)
+        let newest = riccati::corrections(&c, &p, &r)?;
+        Ok(predicted(model, &newest, delay.max(1)))
     }
+}
+
+/// The corrections by outputs that are `delay` ticks old, of those by outputs of one tick: what an output says of
+/// the state after it is carried on by the model, and nothing else is known of the ticks since.
+fn predicted(model: &StateSpace<Discrete>, newest: &DMatrix<f64>, delay: usize) -> DMatrix<f64> {
+    let (n, p) = (model.order(), model.outputs());
+    let mut all = DMatrix::zeros(n + delay * p, p);
+    let mut state = newest.rows(0, n).into_owned();
+    // The line has the newest output first.
+    let oldest = n + (delay - 1) * p;
+    all.rows_mut(oldest, p).copy_from(&newest.rows(n, p));
+    for row in (n..oldest).step_by(p).rev() {
+        all.rows_mut(row, p).copy_from(&(model.c() * &state));
+        state = model.a() * state;
+    }
+    all.rows_mut(0, n).copy_from(&state);
+    all
 }
 
 const INPUTS: &str = "one for each input";
@@ -266,6 +286,11 @@ impl StateFeedback {
         self.output
     }
 
+    /// The law as a function of frequency; `None` if its numbers overflow.
+    pub(super) fn swept(&self) -> Option<SweptFeedback> {
+        SweptFeedback::new(&self.model, &self.gains, &self.observer)
+    }
+
     /// From y to u with r = 0. With the observer L, the corrected state is (I - L C) s + L y, and the
     /// next state is (A - B K) times it.
     pub(super) fn state_space(&self) -> StateSpace<Discrete> {
@@ -295,6 +320,7 @@ fn reference(
     gains: &DMatrix<f64>,
     count: usize,
 ) -> Option<DMatrix<f64>> {
+    const ROUNDS: usize = 10_000;
     let (n, m) = (model.order(), model.inputs());
     if count > model.outputs() || count > m {
         return None;
@@ -314,7 +340,8 @@ fn reference(
         let found = if m == count {
             rest.clone().lu().solve(&wanted)?
         } else {
-            rest.clone().pseudo_inverse(1e-12).ok()? * wanted
+            let parts = rest.clone().try_svd(true, true, f64::EPSILON, ROUNDS)?;
+            parts.pseudo_inverse(1e-12).ok()? * wanted
         };
         for j in 0..m {
             let terms = gains.row(j).into_iter().zip(found.iter());

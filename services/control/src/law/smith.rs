@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use nalgebra::DMatrix;
 
 use crate::closed_loop::loop_delay_ticks;
-use crate::pid::Pid;
+use crate::pid::{Gains, Pid};
 use crate::plant::SampledPlant;
 use crate::polynomial::{product, sum};
 use crate::state_space::StateSpace;
@@ -97,6 +97,21 @@ impl Smith {
             sum(&inner, &outer),
             c.timebase(),
         )
+    }
+
+    /// The gains of its PID.
+    pub(super) fn gains(&self) -> Gains {
+        self.pid.gains()
+    }
+
+    /// Its model of the plant.
+    pub(super) fn model(&self) -> &StateSpace<Discrete> {
+        &self.model
+    }
+
+    /// By how many ticks the model is ahead of the output.
+    pub(super) fn ticks_ahead(&self) -> usize {
+        self.line.len()
     }
 
     /// The states of the PID and the model, `fresh`, and the delay line.

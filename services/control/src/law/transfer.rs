@@ -33,6 +33,19 @@ impl Transfer {
         })
     }
 
+    /// The law at rest with its command times `factor`; `None` if a number is not finite then.
+    pub(super) fn times(&self, factor: f64) -> Option<Self> {
+        let of = &self.system;
+        let (a, b, c, d) = (
+            of.a().clone(),
+            of.b().clone(),
+            of.c() * factor,
+            of.d() * factor,
+        );
+        let system = StateSpace::try_new(a, b, c, d, of.timebase()).ok()?;
+        Self::try_new(system, self.limits).ok()
+    }
+
     pub(super) fn update(&mut self, r: f64, y: f64) -> f64 {
         if !(r.is_finite() && y.is_finite()) {
             return self.output;

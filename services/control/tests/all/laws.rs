@@ -1,8 +1,9 @@
 //! What must hold for every system, gain and sample time.
 
 use control::{
-    AntiWindup, Complex, Continuous, Discrete, Gains, Method, Pid, Saturation, StateSpace, Stepper,
-    Timebase, TransferFunction, discretise, margins,
+    AntiWindup, Complex, Continuous, Discrete, Gains, Law, Method, Pid, Plant, SampledPlant,
+    Saturation, StateSpace, Stepper, Timebase, TransferFunction, discretise,
+    largest_stable_blocking_round_trip_s, margins,
 };
 use nalgebra::DMatrix;
 use proptest::prelude::*;
@@ -37,6 +38,30 @@ fn lag(a: f64) -> TransferFunction {
 /// Log-uniform sample times from a microsecond to ten seconds.
 fn sample_time_s() -> impl Strategy<Value = f64> {
     (-6.0f64..1.0).prop_map(|decade| 10f64.powf(decade))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_dead_time_is_the_same_as_commands_under_way_and_as_states(
+        den in stable_denominator(),
+        delay_ticks in 0usize..25,
+        (kp, ki) in (-2.0f64..2.0, 0.0f64..4.0),
+    ) {
+        // One path counts the commands that are under way, the other has a state for each tick of the dead time.
+        let rest = *den.last().expect("not empty");
+        let model = TransferFunction::try_new([rest], den, Continuous).expect("valid");
+        let law = Law::from(Pid::try_new(Gains::pi(10f64.powf(kp), ki), None).expect("finite"));
+        let mut plant = Plant::new(&model, Method::ZeroOrderHold).sampled(10_000_000).expect("sampled");
+        plant.delay_ticks = delay_ticks;
+        let states = SampledPlant { system: plant.state_space(), delay_ticks: 0 };
+        let [one, other] = [&plant, &states].map(|plant| largest_stable_blocking_round_trip_s(plant, &law));
+        match (one, other) {
+            (Ok(one), Ok(other)) => prop_assert_eq!(one, other),
+            (Err(_), _) | (_, Err(_)) => return Err(TestCaseError::reject("rounding would decide")),
+        }
+    }
 }
 
 proptest! {

@@ -1,6 +1,10 @@
 //! The laws of control theory, and agreement with the reference implementations.
 
+mod border;
 mod design;
+mod drawn;
 mod law;
 mod laws;
 mod reference;
+mod table;
+mod wide;

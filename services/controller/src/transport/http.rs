@@ -1,13 +1,13 @@
 //! Messages over HTTP: one GET each.
 //!
-//! [`Client`] is what sends a request: the connections of this crate's own, a [`Pool`], or [`Reqwest`], to compare
-//! with. What a request says and what its answer means is the same for both.
+//! What a request says and what its answer means is here; a [`Pool`] of connections carries it, as a `request` is
+//! written.
 
-mod answer;
 mod pool;
-mod reqwest;
+mod request;
 
-pub(crate) use self::{pool::Pool, reqwest::Reqwest};
+pub(crate) use self::pool::Pool;
+pub(super) use self::request::Request;
 
 use std::{
     collections::VecDeque,
@@ -15,71 +15,50 @@ use std::{
     task::{Context, Poll, Waker},
 };
 
-use ::reqwest::StatusCode;
+use clock::now::now_ns;
 use endpoint::{Answer, Command, Mode, Observation, checksum};
 use futures_util::{
     StreamExt,
-    future::{BoxFuture, join_all},
+    future::{LocalBoxFuture, join_all},
     stream::FuturesUnordered,
 };
-use pace::now_ns;
 
 use super::{
-    Ended, ExchangeError, Transport, excerpt,
+    Ended, ExchangeError, Transport,
     session::{self, Session},
 };
-use crate::Config;
+use crate::config::Config;
 
 /// Room for the target of most commands, so that a text that grows is not moved.
 const TARGET_BYTES: usize = 128;
 
-/// A request to the plant.
-#[derive(Debug)]
-pub(crate) struct Request<'a> {
-    /// Its path, and its query if it has one.
-    pub(super) target: String,
-    /// The session to which it belongs.
-    pub(super) token: Option<&'a str>,
-    /// JSON to post; without it, the request is a GET.
-    pub(super) body: Option<&'static str>,
-}
-
-/// Sends requests over connections that it keeps. Cheap to clone.
-pub(crate) trait Client: Clone + Send + Sync + 'static {
-    /// Sends a request, and waits for the status and the text of its answer, for the time of a message.
-    fn ask(
-        &self,
-        request: Request<'_>,
-    ) -> impl Future<Output = Result<(StatusCode, String), ExchangeError>> + Send;
-}
-
 /// What all requests have in common. Cheap to clone.
 #[derive(Clone, Debug)]
-struct Asker<C> {
-    client: C,
+struct Asker {
+    pool: Pool,
     mode: Mode,
     /// The session in which it commands, if it has to have one.
-    session: Option<Session<C>>,
+    session: Option<Session>,
     check: bool,
 }
 
 /// One GET per message.
-pub(crate) struct Http<C> {
-    asker: Asker<C>,
-    under_way: FuturesUnordered<BoxFuture<'static, Ended>>,
+pub(crate) struct Http {
+    asker: Asker,
+    under_way: FuturesUnordered<LocalBoxFuture<'static, Ended>>,
     /// What ended while a command was sent.
     ended: VecDeque<Ended>,
 }
 
-impl<C: Client> Http<C> {
-    pub(crate) fn new(client: C, config: &Config) -> Self {
+impl Http {
+    pub(crate) fn new(pool: Pool, config: &Config) -> Self {
         let settings = &config.settings;
         let session = config
             .claim
-            .then(|| Session::new(client.clone(), settings.timeout_ns));
+            .then(|| Session::new(pool.clone(), settings.timeout_ns));
         Self {
             asker: Asker {
-                client,
+                pool,
                 mode: settings.mode,
                 session,
                 check: config.check,
@@ -90,12 +69,12 @@ impl<C: Client> Http<C> {
     }
 
     /// The session in which it commands, if it has to have one.
-    pub(super) fn session(&self) -> Option<&Session<C>> {
+    pub(super) fn session(&self) -> Option<&Session> {
         self.asker.session.as_ref()
     }
 }
 
-impl<C: Client> Asker<C> {
+impl Asker {
     async fn get(&self, target: String) -> Result<String, ExchangeError> {
         let token = match &self.session {
             None => None,
@@ -106,7 +85,7 @@ impl<C: Client> Asker<C> {
             token: token.as_ref().map(|(_, token)| &**token),
             body: None,
         };
-        let (status, text) = self.client.ask(request).await?;
+        let (status, text) = self.pool.ask(&request).await?;
         if status.is_success() {
             return Ok(text);
         }
@@ -115,13 +94,12 @@ impl<C: Client> Asker<C> {
         {
             session.forget(&token).await;
         }
-        Err(refused(status, &text))
+        Err(ExchangeError::refused(status, &text))
     }
 
     async fn observe(&self) -> Result<Observation, ExchangeError> {
         let text = self.get("/state".to_owned()).await?;
-        text.parse()
-            .map_err(|error| ExchangeError::Failed(format!("{error}")))
+        Ok(text.parse()?)
     }
 
     async fn exchange(&self, command: &Command) -> Result<Answer, ExchangeError> {
@@ -138,19 +116,18 @@ impl<C: Client> Asker<C> {
             target
         };
         let text = self.get(target).await?;
-        checksum::checked(&text, self.check)
-            .and_then(|(text, _)| Answer::parse(self.mode, text, command))
-            .map_err(|error| ExchangeError::Failed(error.to_string()))
+        let (text, _) = checksum::checked(&text, self.check)?;
+        Ok(Answer::parse(self.mode, text, command)?)
     }
 }
 
-impl<C: Client> Transport for Http<C> {
+impl Transport for Http {
     async fn observe(&mut self) -> Result<Observation, ExchangeError> {
         self.asker.observe().await
     }
 
     async fn open(&mut self, connections: u16) {
-        // The only way for a client to open a connection is to use it.
+        // The only way to open a connection is to use it.
         join_all((0..connections).map(|_| self.asker.observe())).await;
     }
 
@@ -187,9 +164,4 @@ impl<C: Client> Transport for Http<C> {
             session.end().await;
         }
     }
-}
-
-/// What a plant says to a request that it does not take.
-pub(super) fn refused(status: StatusCode, text: &str) -> ExchangeError {
-    ExchangeError::Failed(format!("{status}: {}", excerpt(text)))
 }

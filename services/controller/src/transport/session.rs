@@ -3,36 +3,34 @@
 //! It is claimed before the first command, and again after the plant has ended it: it does when it has heard
 //! nothing for 15 s, as after a long outage.
 
-use std::{sync::Arc, time::Duration};
+use std::{rc::Rc, time::Duration};
 
-use reqwest::StatusCode;
+use http::StatusCode;
 use tokio::{sync::Mutex, time::timeout};
 
 use super::{
-    ExchangeError, excerpt,
-    http::{Client, Request, refused},
+    ExchangeError,
+    error::excerpt,
+    http::{Pool, Request},
 };
-
-/// The header that carries the token.
-pub(super) const HEADER: &str = "webloop-session";
 
 /// How a controller that is no page introduces itself: its rows stay with it.
 const CLAIM: &str = r#"{"client":"webloop native","rows":false}"#;
 
 /// A session, claimed when it is needed. Cheap to clone.
 #[derive(Clone, Debug)]
-pub(super) struct Session<C> {
-    client: C,
+pub(super) struct Session {
+    pool: Pool,
     timeout: Duration,
-    token: Arc<Mutex<Option<String>>>,
+    token: Rc<Mutex<Option<String>>>,
 }
 
-impl<C: Client> Session<C> {
-    pub(super) fn new(client: C, timeout_ns: u64) -> Self {
+impl Session {
+    pub(super) fn new(pool: Pool, timeout_ns: u64) -> Self {
         Self {
-            client,
+            pool,
             timeout: Duration::from_nanos(timeout_ns),
-            token: Arc::default(),
+            token: Rc::default(),
         }
     }
 
@@ -71,9 +69,8 @@ impl<C: Client> Session<C> {
         serde_json::from_str::<serde_json::Value>(&text)
             .ok()
             .and_then(|grant| Some(grant.get("session")?.as_str()?.to_owned()))
-            .ok_or_else(|| {
-                let text = excerpt(&text);
-                ExchangeError::Failed(format!("the claim's answer has no session: {text}"))
+            .ok_or_else(|| ExchangeError::NoSession {
+                text: excerpt(&text),
             })
     }
 
@@ -88,11 +85,11 @@ impl<C: Client> Session<C> {
             token,
             body: Some(body),
         };
-        let (status, text) = self.client.ask(request).await?;
+        let (status, text) = self.pool.ask(&request).await?;
         if status.is_success() {
             return Ok(text);
         }
-        Err(refused(status, &text))
+        Err(ExchangeError::refused(status, &text))
     }
 }
 

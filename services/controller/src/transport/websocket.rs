@@ -10,33 +10,31 @@ mod under_way;
 use std::{
     collections::VecDeque,
     future::poll_fn,
+    rc::Rc,
     task::{Context, Poll, Waker, ready},
     time::Duration,
 };
 
+use clock::now::now_ns;
 use endpoint::{Command, Mode, Observation};
-use futures_util::future::BoxFuture;
-use pace::now_ns;
+use futures_util::future::LocalBoxFuture;
 use tokio::time::timeout;
 
 use self::{
     socket::{Opener, Socket},
     under_way::UnderWay,
 };
-use super::{
-    Address, Ended, ExchangeError, Transport,
-    http::{Client, Http},
-};
-use crate::{Config, DriveError};
+use super::{Address, Ended, ExchangeError, Transport, error::SocketError, http::Http};
+use crate::config::{Config, DriveError};
 
 /// How long to wait for the plant to close the socket. No rows depend on it.
 const LEAVE: Duration = Duration::from_millis(100);
 
 /// One socket for all messages.
-pub(crate) struct WebSocket<C> {
+pub(crate) struct WebSocket {
     /// Reads the plant's state as in HTTP, and has the session.
-    http: Http<C>,
-    opener: Opener<C>,
+    http: Http,
+    opener: Opener,
     line: Line,
     under_way: UnderWay,
     /// Messages that have ended and are not told yet.
@@ -47,13 +45,13 @@ pub(crate) struct WebSocket<C> {
 /// The current socket.
 enum Line {
     None,
-    Opening(BoxFuture<'static, Result<Socket, String>>),
+    Opening(LocalBoxFuture<'static, Result<Socket, SocketError>>),
     Open(Box<Socket>),
 }
 
-impl<C: Client> WebSocket<C> {
+impl WebSocket {
     pub(crate) fn try_new(
-        client: C,
+        http: Http,
         address: &Address,
         config: &Config,
     ) -> Result<Self, DriveError> {
@@ -65,7 +63,6 @@ impl<C: Client> WebSocket<C> {
         })?;
         url.set_scheme("ws")
             .map_err(|()| address.refused(&"it has no WebSocket"))?;
-        let http = Http::new(client, config);
         Ok(Self {
             opener: Opener {
                 session: http.session().cloned(),
@@ -118,9 +115,9 @@ impl<C: Client> WebSocket<C> {
         if let Line::Open(socket) = std::mem::replace(&mut self.line, Line::None) {
             tokio::spawn(timeout(self.timeout, socket.leave()));
         }
-        let t_ns = now_ns();
+        let (t_ns, why) = (now_ns(), Rc::new(why));
         for seq in self.under_way.give_up() {
-            let result = Err(ExchangeError::Failed(why.clone()));
+            let result = Err(ExchangeError::Socket(Rc::clone(&why)));
             self.ended.push_back(Ended { seq, t_ns, result });
         }
     }
@@ -131,7 +128,7 @@ impl<C: Client> WebSocket<C> {
     }
 }
 
-impl<C: Client> Transport for WebSocket<C> {
+impl Transport for WebSocket {
     async fn observe(&mut self) -> Result<Observation, ExchangeError> {
         self.http.observe().await
     }

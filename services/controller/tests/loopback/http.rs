@@ -102,11 +102,11 @@ pub(crate) fn a_plant_that_goes_away_costs_its_messages_and_not_the_run() {
         ),
         "{last:?}"
     );
-    assert!(
-        report
-            .first_failure
-            .is_some_and(|why| why.contains("onnection"))
-    );
+    let why = report.first_failure.expect("failures");
+    // Mostly nobody listens; one that connects just before is reset.
+    let is_said = why.starts_with("cannot connect to the plant: Connection refused")
+        || why.starts_with("the connection to the plant broke: ");
+    assert!(is_said, "{why}");
 }
 
 pub(crate) fn a_silent_plant_is_timeouts_and_a_full_client_misses() {

@@ -8,9 +8,9 @@
 #![allow(clippy::print_stdout)]
 
 mod answering;
-mod clients;
 mod errors;
 mod http;
+mod outcome;
 mod scripted;
 mod session;
 mod stall;
@@ -27,7 +27,6 @@ const MS: u64 = 1_000_000;
 
 fn main() -> ExitCode {
     let tests = serial::tests![
-        clients::both_clients_make_the_same_of_what_a_plant_says,
         errors::no_bad_answer_is_used_and_each_is_counted,
         http::the_paper_s_loop_settles_at_its_reference_at_333_hz_and_1_khz,
         http::a_new_connection_for_each_message_is_a_new_connection_for_each_message,
@@ -35,6 +34,7 @@ fn main() -> ExitCode {
         http::a_silent_plant_is_timeouts_and_a_full_client_misses,
         http::what_cannot_be_reached_or_is_no_address_is_named,
         http::a_controller_that_is_told_to_end_keeps_its_rows,
+        outcome::whatever_a_plant_says_each_message_has_its_end_and_a_failure_its_words,
         session::a_controller_claims_the_plant_and_gives_it_back,
         session::a_controller_that_is_not_told_to_claim_is_refused_every_message,
         stall::a_stall_is_in_what_messages_took_and_what_was_not_sent_is_counted,
@@ -115,7 +115,6 @@ fn config(
 ) -> Config {
     Config {
         plant: format!("http://{address}"),
-        client: controller::Client::Own,
         settings,
         claim: false,
         check: false,

@@ -7,8 +7,8 @@
 
 use std::{thread, time::Duration};
 
+use clock::now::now_ns;
 use endpoint::{Command, ControllerSettings, MessageRow, Mode, Outstanding, State};
-use pace::now_ns;
 
 use crate::{MS, answering, check, config, drive, h, rows};
 

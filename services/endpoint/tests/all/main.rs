@@ -4,7 +4,9 @@
 // `--nocapture` prints what docs/reliability.md quotes.
 #![allow(clippy::print_stdout)]
 
+mod age;
 mod laws;
 mod message;
+mod row;
 mod safe;
 mod vectors;

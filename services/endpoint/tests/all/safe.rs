@@ -300,7 +300,7 @@ fn clocks_that_part_slowly_do_not_age_commands() {
 }
 
 #[test]
-fn a_new_controller_has_a_quickest_way_and_numbers_of_its_own() {
+fn a_new_controller_has_numbers_of_its_own_and_no_way_around_its_age() {
     let (mut inbox, _) = plant(PlantSettings {
         late: Late::Drop,
         max_age_ns: Some(10 * MS),
@@ -321,6 +321,10 @@ fn a_new_controller_has_a_quickest_way_and_numbers_of_its_own() {
     inbox.welcome();
     assert_eq!(
         outcome(&mut inbox, 0, 100 * MS, 200 * MS),
+        ArrivalOutcome::Aged
+    );
+    assert_eq!(
+        outcome(&mut inbox, 0, 200 * MS, 201 * MS),
         ArrivalOutcome::Applied
     );
 }

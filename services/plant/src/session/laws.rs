@@ -93,6 +93,20 @@ fn a_session_lasts_as_long_as_it_is_heard_and_15_s() {
 }
 
 #[test]
+fn no_command_of_a_session_is_older_than_its_claim() {
+    let mut control = control();
+    assert_eq!(control.command(&by(pass(1)), 110 * S), Ok(false));
+    assert_eq!(control.since_ns(), Some(100 * S));
+    control.end(1, Ending::default());
+    assert_eq!(control.since_ns(), None, "nobody's");
+    assert_eq!(
+        control.claim(Token::of(2), client("second"), 120 * S),
+        Ok(2)
+    );
+    assert_eq!(control.since_ns(), Some(120 * S));
+}
+
+#[test]
 fn silence_is_seen_whatever_comes_first() {
     let late_ns = 116 * S;
     assert_eq!(

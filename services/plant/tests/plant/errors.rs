@@ -6,8 +6,8 @@
 
 use std::{collections::BTreeMap, net::SocketAddr, path::Path};
 
+use clock::now::now_ns;
 use endpoint::{ArrivalOutcome, ArrivalRow, Lease, PlantSettings, SampleTime, checksum, report};
-use pace::now_ns;
 use plant::Config;
 
 use crate::support::{Line, begin, config, observe, rows, with_config};

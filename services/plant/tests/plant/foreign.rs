@@ -31,7 +31,7 @@ const LINES: [(&str, u16); 62] = [
     // What is no name.
     ("Host:", 400),
     ("Host: :80", 400),
-    ("Host: plant:", 400),
+    ("Host: plant::", 400),
     ("Host: plant:x", 400),
     ("Host: plant:65536", 400),
     ("Host: plant example.org", 400),

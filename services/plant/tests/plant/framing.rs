@@ -118,51 +118,248 @@ fn cases() -> Vec<(&'static str, Vec<u8>, Want)> {
             Kept(400),
         ),
         // The host.
-        ("no host", text("GET /state HTTP/1.1\r\n\r\n"), Kept(400)),
+        ("no host", text("GET /state HTTP/1.1\r\n\r\n"), Closed(400)),
         (
             "two hosts",
             text("GET /state HTTP/1.1\r\nHost: plant\r\nHost: plant\r\n\r\n"),
-            Kept(400),
+            Closed(400),
         ),
         (
             "two hosts that differ",
             text("GET /state HTTP/1.1\r\nHost: plant\r\nHost: a\r\n\r\n"),
-            Kept(400),
+            Closed(400),
         ),
         (
             "an empty host",
             text("GET /state HTTP/1.1\r\nHost:\r\n\r\n"),
-            Kept(400),
+            Closed(400),
         ),
         (
             "a host with a path",
             text("GET /state HTTP/1.1\r\nHost: plant/x\r\n\r\n"),
-            Kept(400),
+            Closed(400),
         ),
         (
             "a host with a user",
             text("GET /state HTTP/1.1\r\nHost: me@plant\r\n\r\n"),
-            Kept(400),
+            Closed(400),
         ),
         (
             "a host with two ports",
             text("GET /state HTTP/1.1\r\nHost: plant:1:2\r\n\r\n"),
-            Kept(400),
+            Closed(400),
         ),
         (
             "a host with a port that is none",
             text("GET /state HTTP/1.1\r\nHost: plant:x\r\n\r\n"),
-            Kept(400),
+            Closed(400),
         ),
         (
             "a list of hosts",
             text("GET /state HTTP/1.1\r\nHost: plant, a\r\n\r\n"),
-            Kept(400),
+            Closed(400),
         ),
         (
             "a foreign host",
             text("GET /state HTTP/1.1\r\nHost: example.org\r\n\r\n"),
-            Kept(421),
+            Closed(421),
+        ),
+        // The host's port may be empty (RFC 3986, 3.2.3).
+        (
+            "an empty port",
+            text("GET /state HTTP/1.1\r\nHost: 127.0.0.1:\r\n\r\n"),
+            Kept(200),
+        ),
+        (
+            "an empty port of version 6",
+            text("GET /state HTTP/1.1\r\nHost: [::1]:\r\n\r\n"),
+            Kept(200),
+        ),
+        (
+            "a name in other letters, with an empty port",
+            text("GET /state HTTP/1.1\r\nHost: PLANT:\r\n\r\n"),
+            Kept(200),
+        ),
+        // An absolute target is a request to the host that it names (RFC 9112, 3.2.2).
+        (
+            "an absolute target",
+            text("GET http://plant/state HTTP/1.1\r\nHost: plant\r\n\r\n"),
+            Kept(200),
+        ),
+        (
+            "an absolute target with a port, in other letters",
+            text("GET HTTP://Plant:80/state HTTP/1.1\r\nHost: plant:80\r\n\r\n"),
+            Kept(200),
+        ),
+        (
+            "an absolute target of version 6",
+            text("GET http://[::1]:8080/state HTTP/1.1\r\nHost: [::1]:8080\r\n\r\n"),
+            Kept(200),
+        ),
+        (
+            "an absolute target without a path, which is the page",
+            text("GET http://plant HTTP/1.1\r\nHost: plant\r\n\r\n"),
+            Kept(200),
+        ),
+        (
+            "an absolute target beside another host, which does not count",
+            text("GET http://plant/state HTTP/1.1\r\nHost: example.org\r\n\r\n"),
+            Kept(200),
+        ),
+        (
+            "an absolute target with a query",
+            text("GET http://plant/closed?u=x HTTP/1.1\r\nHost: plant\r\n\r\n"),
+            Kept(400),
+        ),
+        (
+            "an absolute target without a host (RFC 9112, 3.2)",
+            text("GET http://plant/state HTTP/1.1\r\n\r\n"),
+            Closed(400),
+        ),
+        (
+            "an absolute target with two hosts",
+            text("GET http://plant/state HTTP/1.1\r\nHost: plant\r\nHost: plant\r\n\r\n"),
+            Closed(400),
+        ),
+        (
+            "an absolute target beside what is no host",
+            text("GET http://plant/state HTTP/1.1\r\nHost: pl/ant\r\n\r\n"),
+            Closed(400),
+        ),
+        (
+            "an absolute target over TLS",
+            text("GET https://plant/state HTTP/1.1\r\nHost: plant\r\n\r\n"),
+            Closed(400),
+        ),
+        (
+            "an absolute target with a user",
+            text("GET http://me@plant/state HTTP/1.1\r\nHost: plant\r\n\r\n"),
+            Closed(400),
+        ),
+        (
+            "an absolute target without a host in it",
+            text("GET http:///state HTTP/1.1\r\nHost: plant\r\n\r\n"),
+            Closed(400),
+        ),
+        // No chunks are no body (RFC 9112, 7.1).
+        (
+            "a GET with no chunks",
+            text(
+                "GET /state HTTP/1.1\r\nHost: plant\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n",
+            ),
+            Kept(200),
+        ),
+        (
+            "a GET with no chunks, an extension and a trailer",
+            text(
+                "GET /state HTTP/1.1\r\nHost: plant\r\nTransfer-Encoding: chunked\r\n\r\n00;a=b\r\nX: y\r\n\r\n",
+            ),
+            Kept(200),
+        ),
+        (
+            "a GET with a chunk",
+            text(
+                "GET /state HTTP/1.1\r\nHost: plant\r\nTransfer-Encoding: chunked\r\n\r\n1\r\nu\r\n0\r\n\r\n",
+            ),
+            Closed(413),
+        ),
+        (
+            "a GET with chunks that are none",
+            text(
+                "GET /state HTTP/1.1\r\nHost: plant\r\nTransfer-Encoding: chunked\r\n\r\nx\r\n\r\n",
+            ),
+            Closed(413),
+        ),
+        (
+            "a GET with no chunks in HTTP/1.0 (RFC 9112, 6.1)",
+            text("GET /state HTTP/1.0\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"),
+            Closed(400),
+        ),
+        // What is not there is 404 for every method (RFC 9110, 15.5.5), and what is has an Allow (15.5.6).
+        (
+            "a POST to nowhere",
+            text("POST /nowhere HTTP/1.1\r\nHost: plant\r\nContent-Length: 0\r\n\r\n"),
+            Kept(404),
+        ),
+        (
+            "a POST to nowhere with a body",
+            text("POST /nowhere HTTP/1.1\r\nHost: plant\r\nContent-Length: 3\r\n\r\nodd"),
+            Closed(404),
+        ),
+        (
+            "a POST to nowhere with a body that waits",
+            text(
+                "POST /nowhere HTTP/1.1\r\nHost: plant\r\nContent-Length: 3\r\nExpect: 100-continue\r\n\r\n",
+            ),
+            Closed(404),
+        ),
+        (
+            "a path with a slash too many",
+            text("GET /state/ HTTP/1.1\r\nHost: plant\r\n\r\n"),
+            Kept(404),
+        ),
+        (
+            "a POST to the page",
+            text("POST / HTTP/1.1\r\nHost: plant\r\nContent-Length: 0\r\n\r\n"),
+            Kept(405),
+        ),
+        (
+            "a PUT to what is read",
+            text("PUT /health HTTP/1.1\r\nHost: plant\r\nContent-Length: 2\r\n\r\n{}"),
+            Closed(405),
+        ),
+        // HTTP/1.0 without a host may look and not command, since nobody can tell for whom it is.
+        (
+            "a command of HTTP/1.0 without a host",
+            text("GET /closed?u=1 HTTP/1.0\r\n\r\n"),
+            Closed(400),
+        ),
+        (
+            "the same that stays",
+            text("GET /closed?u=1 HTTP/1.0\r\nConnection: keep-alive\r\n\r\n"),
+            Closed(400),
+        ),
+        (
+            "a reset of HTTP/1.0 without a host",
+            text("POST /reset HTTP/1.0\r\nContent-Length: 0\r\n\r\n"),
+            Closed(400),
+        ),
+        (
+            "HTTP/1.0 that stays, in other letters",
+            text("GET /state HTTP/1.0\r\nHost: plant\r\nConnection: Keep-Alive\r\n\r\n"),
+            Kept(200),
+        ),
+        (
+            "HTTP/1.0 that does not know what it wants (RFC 9112, 9.3)",
+            text("GET /state HTTP/1.0\r\nHost: plant\r\nConnection: keep-alive, close\r\n\r\n"),
+            Closed(200),
+        ),
+        (
+            "a WebSocket of HTTP/1.0 (RFC 9110, 7.8)",
+            text(
+                "GET /socket?mode=open HTTP/1.0\r\nHost: plant\r\nConnection: upgrade, keep-alive\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n",
+            ),
+            Kept(426),
+        ),
+        (
+            "no WebSocket at all (RFC 9110, 15.5.22)",
+            text("GET /socket?mode=open HTTP/1.1\r\nHost: plant\r\n\r\n"),
+            Kept(426),
+        ),
+        (
+            "a GET that waits for a word and has no body (RFC 9110, 10.1.1)",
+            text("GET /state HTTP/1.1\r\nHost: plant\r\nExpect: 100-continue\r\n\r\n"),
+            Kept(200),
+        ),
+        (
+            "a query where none is read",
+            text("GET /state?u=1 HTTP/1.1\r\nHost: plant\r\n\r\n"),
+            Kept(400),
+        ),
+        (
+            "an empty query",
+            text("GET /state? HTTP/1.1\r\nHost: plant\r\n\r\n"),
+            Kept(200),
         ),
         // The first line.
         (

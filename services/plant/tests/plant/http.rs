@@ -94,6 +94,18 @@ fn bad_requests_are_refused_by_name_and_leave_the_input_alone() {
         (closed("seq=2&t_send_ns=5&u=fast"), 400, "`u`: `fast`"),
         (closed("seq=-2&t_send_ns=5&u=1"), 400, "`seq`: `-2`"),
         (closed("seq=2&t_send_ns=now&u=1"), 400, "`t_send_ns`: `now`"),
+        (
+            closed("seq=2&t_send_ns=5s&u=1"),
+            400,
+            "whole nanoseconds, without a unit",
+        ),
+        (closed("seq=2&t_send_ns=5&u=1e+3"), 400, "write %2B"),
+        (closed("seq=2&t_send_ns=5&u=+1"), 400, "write %2B"),
+        (closed("seq=+2&t_send_ns=5&u=1"), 400, "write %2B"),
+        (plain("/state?full=1"), 400, "the query is not empty"),
+        (plain("/health?v"), 400, "the query is not empty"),
+        (plain("/openapi.json?v=3"), 400, "the query is not empty"),
+        (plain("/session?s=1"), 400, "the query is not empty"),
         (closed("seq=2&t_send_ns=5"), 400, "`u` is missing"),
         (plain("/closed"), 400, "`u` is missing"),
         (
@@ -199,6 +211,54 @@ fn one_connection_carries_many_commands_in_a_row_and_at_once() {
     })
     .expect("a run without errors");
     assert_eq!((report.arrivals, report.connections), (50, 1));
+}
+
+/// RFC 9112, 9.6 and 11.2: what follows a request that ends its connection, or one for somebody else, is not for this
+/// plant.
+#[test]
+fn nothing_is_done_behind_a_last_request_or_one_for_another_host() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let command = "GET /closed?u=1 HTTP/1.1\r\nHost: plant\r\n\r\n";
+    with_plant(folder.path(), |Ready { address, .. }| {
+        for (before, status) in [
+            (
+                "GET /state HTTP/1.1\r\nHost: plant\r\nConnection: close\r\n\r\n",
+                200,
+            ),
+            ("GET /state HTTP/1.1\r\nHost: example.org\r\n\r\n", 421),
+            ("GET /state HTTP/1.1\r\nHost: a b\r\n\r\n", 400),
+            (
+                "GET /state HTTP/1.1\r\nHost: plant\r\nHost: plant\r\n\r\n",
+                400,
+            ),
+            (
+                "GET /closed?u=1 HTTP/1.0\r\nConnection: keep-alive\r\n\r\n",
+                400,
+            ),
+            (
+                "GET http://example.org/ HTTP/1.1\r\nHost: plant\r\n\r\n",
+                400,
+            ),
+        ] {
+            let answer = exchange(address, &format!("{before}{command}"));
+            let is_one = answer.matches("HTTP/1.").count() == 1;
+            assert!(
+                is_one && answer.contains(&format!(" {status} ")),
+                "{before}: {answer}"
+            );
+            assert!(
+                answer.contains("connection: close") || status == 200,
+                "{answer}"
+            );
+            assert_eq!(observe(address).u, 0.0, "{before}");
+        }
+        // And a plus that is written as one is one.
+        assert!(exchange(address, &command.replace("u=1", "u=%2B5e%2B1")).contains(" 200 "));
+        assert_eq!(observe(address).u, 50.0);
+        let upgrade = get(address, "/socket?mode=open", "*/*").0;
+        assert!(upgrade.contains("upgrade: websocket"), "{upgrade}");
+    })
+    .expect("a run without errors");
 }
 
 #[test]

@@ -4,6 +4,7 @@
 #![allow(clippy::print_stdout)]
 
 mod again;
+mod age;
 mod errors;
 mod foreign;
 mod framing;

@@ -248,7 +248,10 @@ fn a_checksum_is_checked_where_it_is_given_and_the_answer_has_one_too() {
         assert!(answer.starts_with("seq=3&"), "{answer}");
         let (status, text) = line.get("/closed?u=2&seq=4&crc=00000000", "");
         assert_eq!(status, 400);
-        assert!(text.contains("it was changed on its way"), "{text}");
+        assert!(
+            text.contains("the message was altered on its way"),
+            "{text}"
+        );
         let (_, text) = line.get("/closed?u=1&seq=5", "");
         assert!(!text.contains("crc"), "{text}");
         assert_eq!(observe(address).u, 1.0);

@@ -118,7 +118,7 @@ impl Kind {
 fn a_connection_that_stands_still_is_closed_within_five_seconds() {
     let count = env::var("WEBLOOP_TEST_STANDING").ok();
     let count = count.map_or(1, |text| text.parse().expect("a number"));
-    pace::raise_open_files();
+    clock::limit::raise_open_files();
     let of = |kind: &Kind| {
         let took = kind.stand(count);
         for one in &took {

@@ -23,7 +23,7 @@ pub(crate) fn table(folder: &str) -> String {
         let cell = plan.cells.iter().find(|cell| cell.id == row.cell).unwrap();
         (row.system, row.duration_ns) = (cell.system.clone(), cell.duration_ns);
     }
-    let medians = analysis::repeats::render(&rows, false);
+    let medians = analysis::repeats::render(&rows, analysis::repeats::Over::Complete);
     analysis::table::render(&rows, plan.seed)
         + &medians.map_or_else(String::new, |of| format!("\n{of}"))
 }
@@ -158,9 +158,10 @@ fn by_client() -> String {
     for (label, client, setup) in CLIENTS {
         table += &format!("\n{label:29}");
         for topology in TOPOLOGIES {
-            let of_it = |row: &&Summary| row.client.to_string() == client && row.setup == setup;
+            let of_it =
+                |row: &&Summary| row.client.to_string() == client && row.setup.to_string() == setup;
             let settled = |row: &Summary| match row.loop_verdict {
-                Some(LoopVerdict::Stable) => row.settling_ms,
+                Some(LoopVerdict::Holds) => row.settling_ms,
                 _ => None,
             };
             let median = median(steps(&rows, topology).filter(of_it).map(settled));

@@ -1,9 +1,13 @@
-//! The pages of docs/reference, made from the JSON schemas and from what `--help` prints.
+//! The pages of docs/reference, made from the JSON schemas, from what `--help` prints, and from the columns of rows.
 
 use std::fmt::Write;
 use std::fs;
 use std::process::Command;
 
+use analysis::Summary;
+use column::{Column, EntryType};
+use report::deposit::field::Field;
+use report::deposit::schema::ROW_FILES;
 use serde_json::{Map, Value};
 
 use crate::book::page::ROOT;
@@ -48,10 +52,46 @@ pub(crate) fn pages() -> Vec<(&'static str, String)> {
         let value: Value = serde_json::from_str(&text).unwrap();
         (*name, of_schema(title, schema, &value))
     });
-    [("commands", of_commands())]
+    [("commands", of_commands()), ("columns", of_columns())]
         .into_iter()
         .chain(of_files)
         .collect()
+}
+
+fn of_columns() -> String {
+    let mut page = "# Columns\n\nOf the CSV files in a results folder, as its `datapackage.json` describes them. A \
+                    time is on the run's monotonic clock.\n"
+        .to_owned();
+    let summary = "The results folder: a row for each cell.";
+    file(&mut page, "summary.csv", summary, Summary::SCHEMA);
+    for kind in ROW_FILES {
+        let by = kind.player.map(|player| format!(", played by {player}"));
+        let title = kind.files[0].to_owned() + &by.unwrap_or_default();
+        file(&mut page, &title, kind.description, kind.columns);
+    }
+    page
+}
+
+/// A file with its columns.
+fn file(page: &mut String, title: &str, description: &str, columns: &[Column]) {
+    write!(page, "\n## {title}\n\n{description}\n\n").unwrap();
+    page.push_str("| column | unit | entries | meaning |\n|---|---|---|---|\n");
+    for column in columns {
+        let (name, unit) = (column.name, Field::of(column).unit.unwrap_or_default());
+        let entries = match (column.words, column.entry) {
+            ([], EntryType::Integer) => "whole numbers".to_owned(),
+            ([], EntryType::Number) => "numbers".to_owned(),
+            ([], EntryType::Boolean) => "`true`, `false`".to_owned(),
+            ([], EntryType::String) => "text".to_owned(),
+            (words, _) => format!("`{}`", words.join("`, `")),
+        };
+        let empty = match column.is_required {
+            true => "",
+            false => ", or empty",
+        };
+        let meaning = column.meaning();
+        writeln!(page, "| `{name}` | {unit} | {entries}{empty} | {meaning} |").unwrap();
+    }
 }
 
 fn help(command: &str) -> String {
@@ -69,9 +109,10 @@ fn listed(help: &str) -> Vec<&str> {
         return Vec::new();
     };
     let lines = rest.lines().take_while(|line| !line.is_empty());
+    // A name is two spaces in; further in is the rest of a description.
     lines
-        .filter_map(|line| line.strip_prefix("  ")?.split_whitespace().next())
-        .filter(|name| *name != "help")
+        .filter_map(|line| line.strip_prefix("  ")?.split(' ').next())
+        .filter(|name| !name.is_empty() && *name != "help")
         .collect()
 }
 

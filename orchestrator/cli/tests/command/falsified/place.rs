@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Command;
 
 use manifest::FileFact;
 use plan::Plan;
 use serde_json::Value;
 use tempfile::TempDir;
+
+use crate::ended::{Ended, ended};
 
 /// Two links and two systems: a second of each at 100 Hz.
 const EXPERIMENT: &str = "name = \"mine\"\n\
@@ -20,9 +21,6 @@ client = [\"native\"]\n\
 mode = \"closed\"\n\
 h = [\"10ms\"]\n\
 duration = \"1s\"\n";
-
-/// How long a command may take before it hangs; it takes a fraction of a second.
-const LONG: Duration = Duration::from_secs(60);
 
 /// Everything that prints a figure of a folder, or believes one that is there.
 pub(crate) const COMMANDS: [&str; 12] = [
@@ -64,20 +62,12 @@ pub(crate) struct Victim {
     pub(crate) other: PathBuf,
 }
 
-/// How a command ended.
-pub(crate) struct Ended {
-    /// `None` if it had to be killed.
-    pub(crate) code: Option<i32>,
-    /// All that it said.
-    pub(crate) said: String,
-}
-
 impl Place {
     pub(crate) fn new() -> Place {
         let place = tempfile::tempdir().unwrap();
         fs::write(place.path().join("mine.toml"), EXPERIMENT).unwrap();
         let run = ["run", "mine.toml", "--backend", "sim", "--out", "honest"];
-        let ended = ended(place.path(), &run);
+        let ended = ended(webloop().args(run).current_dir(place.path()));
         assert_eq!(ended.code, Some(0), "{}", ended.said);
         let text = fs::read_to_string(place.path().join("honest/plan.json")).unwrap();
         let plan = Plan::from_json(&text).unwrap();
@@ -172,7 +162,7 @@ impl Place {
             "run-cell by netns" => [&cell[..], &["netns"]].concat(),
             other => panic!("{other} is no command here"),
         };
-        ended(self.place.path(), &arguments)
+        ended(webloop().args(&arguments).current_dir(self.place.path()))
     }
 }
 
@@ -229,35 +219,6 @@ pub(crate) fn copy(from: &Path, to: &Path) {
     }
 }
 
-fn ended(place: &Path, arguments: &[&str]) -> Ended {
-    let said = tempfile::tempfile().unwrap();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_webloop"))
-        .args(arguments)
-        .current_dir(place)
-        .env_remove("RUST_LOG")
-        .stdin(Stdio::null())
-        .stdout(Stdio::from(said.try_clone().unwrap()))
-        .stderr(Stdio::from(said.try_clone().unwrap()))
-        .spawn()
-        .unwrap();
-    let begun = Instant::now();
-    let code = loop {
-        match child.try_wait().unwrap() {
-            Some(status) => break status.code(),
-            None if begun.elapsed() > LONG => {
-                child.kill().unwrap();
-                child.wait().unwrap();
-                break None;
-            }
-            None => std::thread::sleep(Duration::from_millis(2)),
-        }
-    };
-    let mut said = said;
-    let mut text = Vec::new();
-    std::io::Seek::rewind(&mut said).unwrap();
-    std::io::Read::read_to_end(&mut said, &mut text).unwrap();
-    Ended {
-        code,
-        said: String::from_utf8_lossy(&text).into_owned(),
-    }
+fn webloop() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_webloop"))
 }

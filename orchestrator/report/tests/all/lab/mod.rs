@@ -204,6 +204,7 @@ fn manifest(
         pulse: None,
         watched: None,
         end_faults: Vec::new(),
+        ends: None,
         certificate: None,
         plant: None,
         controller: None,

@@ -3,43 +3,43 @@
 //! A message takes the idle connection that was used last. If none is idle, one is opened for it, and the message
 //! takes the first that becomes free: that one, or another before. One that the plant has closed while it was idle
 //! is passed over, and a request of which nothing could be sent goes by another. All else that goes wrong is the
-//! message's end: it may have moved the plant. Requests are written and answers are read here, without a buffer
-//! for what waits.
+//! message's end: it may have moved the plant. A message under way has no buffer.
 
 use std::{
+    cell::RefCell,
     collections::VecDeque,
-    fmt::Write,
     io,
     mem::MaybeUninit,
     net::SocketAddr,
     pin::Pin,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    rc::Rc,
     task::{Context, Poll, ready},
     time::Duration,
 };
 
+use clock::patience::Patience;
 use endpoint::Connection;
-use pace::Patience;
-use reqwest::StatusCode;
+use http::{
+    StatusCode, answer,
+    framing::{Afterwards, Rest},
+};
 use tokio::{
     io::{AsyncRead, AsyncWriteExt, ReadBuf},
     net::TcpStream,
     sync::oneshot,
+    task::spawn_local,
     time::{Instant, timeout_at},
 };
 
-use super::{
-    Client, Request,
-    answer::{self, Malformed},
-};
+use super::Request;
 use crate::{
-    Config,
-    transport::{Address, ExchangeError, session},
+    config::Config,
+    transport::{Address, ExchangeError},
 };
 
 /// How long a kept connection may idle. It is below the plant's limit of 5 s; otherwise a request
 /// could be sent just as the plant closes the connection.
-pub(super) const IDLE: Duration = Duration::from_secs(4);
+const IDLE: Duration = Duration::from_secs(4);
 
 /// How many connections that have been idle for that long are closed when one becomes idle: closing takes time.
 const CLOSED_AT_ONCE: usize = 2;
@@ -47,9 +47,12 @@ const CLOSED_AT_ONCE: usize = 2;
 /// How much is read at a time: more than an answer has.
 const ROOM: usize = 2048;
 
-/// This crate's own client. Cheap to clone.
+/// The most bytes of an answer's head, and of its body. A plant's answers have some hundred.
+const ANSWER_BYTES: usize = 64 * 1024;
+
+/// The connections. Cheap to clone.
 #[derive(Clone, Debug)]
-pub(crate) struct Pool(Arc<Shared>);
+pub(crate) struct Pool(Rc<Shared>);
 
 #[derive(Debug)]
 struct Shared {
@@ -59,7 +62,7 @@ struct Shared {
     /// For a whole message, and for opening a connection.
     timeout: Duration,
     keeps: bool,
-    lines: Mutex<Lines>,
+    lines: RefCell<Lines>,
 }
 
 /// A connection.
@@ -70,7 +73,7 @@ struct Line {
 }
 
 /// The status and the text of an answer, and whether another request may follow.
-type Heard = ((StatusCode, String), bool);
+type Heard = ((StatusCode, String), Afterwards);
 
 /// Why a request was not sent.
 enum Unsent {
@@ -100,26 +103,28 @@ struct Waiting {
 impl Pool {
     pub(crate) fn new(address: &Address, config: &Config) -> Self {
         let settings = &config.settings;
-        Self(Arc::new(Shared {
+        Self(Rc::new(Shared {
             address: address.socket,
             host: address.host(),
             timeout: Duration::from_nanos(settings.timeout_ns),
             keeps: settings.connection == Connection::Keep,
-            lines: Mutex::default(),
+            lines: RefCell::default(),
         }))
     }
-}
 
-impl Client for Pool {
-    async fn ask(&self, request: Request<'_>) -> Result<(StatusCode, String), ExchangeError> {
+    /// Sends a request, and waits for the status and the text of its answer, for the time of a message.
+    pub(crate) async fn ask(
+        &self,
+        request: &Request<'_>,
+    ) -> Result<(StatusCode, String), ExchangeError> {
         let until = Instant::now() + self.0.timeout;
-        self.0.exchange(&request, until).await
+        self.0.exchange(request, until).await
     }
 }
 
 impl Shared {
     async fn exchange(
-        self: &Arc<Self>,
+        self: &Rc<Self>,
         request: &Request<'_>,
         until: Instant,
     ) -> Result<(StatusCode, String), ExchangeError> {
@@ -128,41 +133,45 @@ impl Shared {
             match self.write(&mut line, request, until).await {
                 Ok(()) => break line,
                 Err(Unsent::Nothing(_)) if is_kept => {}
-                Err(Unsent::Nothing(error) | Unsent::Some(error)) => return Err(broken(&error)),
+                Err(Unsent::Nothing(error) | Unsent::Some(error)) => {
+                    return Err(ExchangeError::Broken(error));
+                }
                 Err(Unsent::Late) => return Err(ExchangeError::Timeout),
             }
         };
-        let (answer, keeps) = line.read(until).await?;
-        if keeps && self.keeps {
-            self.lines().free(line);
+        let (answer, then) = line.read(until).await?;
+        if then == Afterwards::Keep && self.keeps {
+            self.lines.borrow_mut().free(line);
         }
         Ok(answer)
     }
 
     /// A connection for a message, and whether it was used before.
-    async fn take(self: &Arc<Self>, until: Instant) -> Result<(Line, bool), ExchangeError> {
+    async fn take(self: &Rc<Self>, until: Instant) -> Result<(Line, bool), ExchangeError> {
         let late = |_| Err(ExchangeError::Timeout);
         if !self.keeps {
             let opened = timeout_at(until, open(self.address)).await;
             return Ok((opened.unwrap_or_else(late)?, false));
         }
         let waiting = {
-            let mut lines = self.lines();
+            let mut lines = self.lines.borrow_mut();
             if let Some(line) = lines.take() {
                 return Ok((line, true));
             }
             let (number, waiting) = lines.wait();
-            let own = Arc::clone(self);
+            let own = Rc::clone(self);
             // It is opened to its end, also if the message takes another meanwhile.
-            tokio::spawn(async move {
+            spawn_local(async move {
                 let opened = timeout_at(until, open(own.address)).await;
-                own.lines().on_opened(number, opened.unwrap_or_else(late));
+                own.lines
+                    .borrow_mut()
+                    .on_opened(number, opened.unwrap_or_else(late));
             });
             waiting
         };
         match timeout_at(until, waiting).await {
             Ok(Ok(line)) => Ok((line?, false)),
-            Ok(Err(_)) => Err(ExchangeError::Failed("the controller has ended".into())),
+            Ok(Err(_)) => Err(ExchangeError::Ended),
             Err(_) => Err(ExchangeError::Timeout),
         }
     }
@@ -174,7 +183,7 @@ impl Shared {
         request: &Request<'_>,
         until: Instant,
     ) -> Result<(), Unsent> {
-        let text = self.text(request);
+        let text = request.text(&self.host);
         let sent = match line.stream.try_write(text.as_bytes()) {
             Ok(sent) => sent,
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => 0,
@@ -188,43 +197,6 @@ impl Shared {
             Ok(sent) => sent.map_err(Unsent::Some),
             Err(_) => Err(Unsent::Late),
         }
-    }
-
-    /// A request as it is sent.
-    fn text(&self, request: &Request<'_>) -> String {
-        let mut text = String::with_capacity(256);
-        let method = if request.body.is_some() {
-            "POST"
-        } else {
-            "GET"
-        };
-        for part in [method, " ", &request.target, " HTTP/1.1\r\n"] {
-            text.push_str(part);
-        }
-        if let Some(token) = request.token {
-            for part in [session::HEADER, ": ", token, "\r\n"] {
-                text.push_str(part);
-            }
-        }
-        for part in ["accept: */*\r\nhost: ", &self.host, "\r\n"] {
-            text.push_str(part);
-        }
-        let body = request.body.unwrap_or_default();
-        if !body.is_empty() {
-            let _ = write!(
-                text,
-                "content-type: application/json\r\ncontent-length: {}\r\n",
-                body.len()
-            );
-        }
-        text.push_str("\r\n");
-        text.push_str(body);
-        text
-    }
-
-    /// All is in one thread, so this never blocks.
-    fn lines(&self) -> MutexGuard<'_, Lines> {
-        self.lines.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -306,13 +278,11 @@ impl Lines {
 }
 
 async fn open(address: SocketAddr) -> Result<Line, ExchangeError> {
-    let failed = |error: io::Error| {
-        let why =
-            format!("error sending request: client error (Connect): tcp connect error: {error}");
-        ExchangeError::Failed(why)
-    };
-    let stream = TcpStream::connect(address).await.map_err(failed)?;
-    stream.set_nodelay(true).map_err(failed)?;
+    let stream = TcpStream::connect(address).await;
+    let stream = stream.map_err(ExchangeError::Connecting)?;
+    stream
+        .set_nodelay(true)
+        .map_err(ExchangeError::Connecting)?;
     Ok(Line {
         stream,
         patience: Patience::default(),
@@ -340,39 +310,27 @@ fn poll_answer(
         let mut room = [MaybeUninit::uninit(); ROOM];
         let mut room = ReadBuf::uninit(&mut room);
         let came = ready!(Pin::new(&mut *stream).poll_read(context, &mut room));
-        came.map_err(|error| broken(&error))?;
-        let has_ended = room.filled().is_empty();
+        came.map_err(ExchangeError::Broken)?;
+        let rest = if room.filled().is_empty() {
+            Rest::IsMissing
+        } else {
+            Rest::MayCome
+        };
         let bytes = if held.is_empty() {
             room.filled()
         } else {
             held.extend_from_slice(room.filled());
             &*held
         };
-        if let Some(answer) = answer::read(bytes, has_ended).map_err(malformed)? {
+        if let Some(answer) = answer::read(bytes, rest, ANSWER_BYTES)? {
             let text = match std::str::from_utf8(&answer.body) {
                 Ok(text) => text.to_owned(),
                 Err(_) => String::from_utf8_lossy(&answer.body).into_owned(),
             };
-            return Poll::Ready(Ok(((answer.status, text), answer.keeps)));
+            return Poll::Ready(Ok(((answer.status, text), answer.then)));
         }
         if held.is_empty() {
             *held = room.filled().to_vec();
         }
     }
-}
-
-fn broken(error: &io::Error) -> ExchangeError {
-    ExchangeError::Failed(format!(
-        "error sending request: client error (SendRequest): connection error: {error}"
-    ))
-}
-
-fn malformed(problem: Malformed) -> ExchangeError {
-    let place = match problem {
-        Malformed::Chunk | Malformed::BodyEnded => {
-            "error decoding response body: request or response body error"
-        }
-        _ => "error sending request: client error (SendRequest)",
-    };
-    ExchangeError::Failed(format!("{place}: {problem}"))
 }

@@ -20,8 +20,7 @@ use tokio_tungstenite::{
 
 use super::under_way::UnderWay;
 use crate::transport::{
-    excerpt,
-    http::Client,
+    error::{ExchangeError, OpeningError, SocketError, excerpt},
     session::{self, Session},
 };
 
@@ -35,12 +34,12 @@ const ROUND_TRIPS: u32 = 2;
 
 /// The data needed to open a socket.
 #[derive(Clone, Debug)]
-pub(super) struct Opener<C> {
+pub(super) struct Opener {
     pub(super) url: String,
     pub(super) address: SocketAddr,
     pub(super) mode: Mode,
     /// The session in which it commands, if it has to have one.
-    pub(super) session: Option<Session<C>>,
+    pub(super) session: Option<Session>,
     /// Whether commands have a checksum, and answers need one.
     pub(super) check: bool,
     /// How long to wait for an answer.
@@ -57,14 +56,16 @@ pub(super) struct Socket {
     is_full: bool,
 }
 
-impl<C: Client> Opener<C> {
+impl Opener {
     /// Opens a socket, or returns why it cannot. An attempt without any answer is repeated: messages that
     /// wait for it end by their own timeouts.
-    pub(super) async fn open(&self) -> Result<Socket, String> {
+    pub(super) async fn open(&self) -> Result<Socket, SocketError> {
         loop {
             if let Ok(result) = timeout(ROUND_TRIPS * self.timeout, self.attempt()).await {
-                let stream =
-                    result.map_err(|error| format!("cannot open {}: {error}", self.url))?;
+                let stream = result.map_err(|problem| SocketError::Opening {
+                    url: self.url.clone(),
+                    problem,
+                })?;
                 return Ok(Socket {
                     stream,
                     mode: self.mode,
@@ -75,15 +76,14 @@ impl<C: Client> Opener<C> {
         }
     }
 
-    async fn attempt(&self) -> Result<WebSocketStream<TcpStream>, String> {
-        let broken = |error: std::io::Error| error.to_string();
+    async fn attempt(&self) -> Result<WebSocketStream<TcpStream>, OpeningError> {
         let (mut url, mut token) = (self.url.clone(), String::new());
         if let Some(session) = &self.session {
-            token = session.token().await.map_err(|error| error.to_string())?;
+            token = session.token().await?;
             url += &format!("&session={token}");
         }
-        let stream = TcpStream::connect(self.address).await.map_err(broken)?;
-        stream.set_nodelay(true).map_err(broken)?;
+        let stream = TcpStream::connect(self.address).await?;
+        stream.set_nodelay(true)?;
         let config = WebSocketConfig::default()
             .read_buffer_size(READ_BYTES)
             .write_buffer_size(0)
@@ -99,10 +99,9 @@ impl<C: Client> Opener<C> {
                     session.forget(&token).await;
                 }
                 let text = response.into_body().unwrap_or_default();
-                let text = excerpt(&String::from_utf8_lossy(&text));
-                Err(format!("{status}: {text}"))
+                Err(ExchangeError::refused(status, &String::from_utf8_lossy(&text)).into())
             }
-            Err(error) => Err(error.to_string()),
+            Err(error) => Err(OpeningError::Handshake(Box::new(error))),
         }
     }
 }
@@ -118,13 +117,12 @@ impl Socket {
         &mut self,
         context: &mut Context<'_>,
         under_way: &mut UnderWay,
-    ) -> Result<(), String> {
-        let broken = |error: Error| format!("the socket broke: {error}");
+    ) -> Result<(), SocketError> {
         loop {
             if self.is_full {
                 match Pin::new(&mut self.stream).poll_flush(context) {
                     Poll::Pending => return Ok(()),
-                    Poll::Ready(flushed) => flushed.map_err(broken)?,
+                    Poll::Ready(flushed) => flushed.map_err(SocketError::broken)?,
                 }
                 self.is_full = false;
             }
@@ -135,7 +133,7 @@ impl Socket {
             let message = Message::text(self.text(&command));
             Pin::new(&mut self.stream)
                 .start_send(message)
-                .map_err(broken)?;
+                .map_err(SocketError::broken)?;
             self.is_full = true;
         }
     }
@@ -153,27 +151,36 @@ impl Socket {
     pub(super) fn poll_answer(
         &mut self,
         context: &mut Context<'_>,
-    ) -> Poll<Result<Answer, String>> {
+    ) -> Poll<Result<Answer, SocketError>> {
         loop {
             let message = ready!(Pin::new(&mut self.stream).poll_next(context));
             let why = match message {
-                Some(Ok(Message::Text(text))) => match answer(self.mode, self.check, &text) {
+                Some(Ok(Message::Text(text))) => match self.answer(&text) {
                     Ok(answer) => return Poll::Ready(Ok(answer)),
-                    // Without a number it cannot be assigned to a message, so all of them fail.
-                    Err(error) => format!("the plant's answer cannot be read: {error}"),
+                    Err(error) => SocketError::Invalid(error),
                 },
-                Some(Ok(Message::Binary(_))) => "the plant's answer is bytes, not text".to_owned(),
-                Some(Ok(Message::Close(None))) => "the plant closed the socket".to_owned(),
+                Some(Ok(Message::Binary(_))) => SocketError::Binary,
+                Some(Ok(Message::Close(None))) => SocketError::Closed,
                 Some(Ok(Message::Close(Some(CloseFrame { code, reason })))) => {
-                    let code = u16::from(code);
-                    format!("the plant closed the socket: {code} {}", excerpt(&reason))
+                    SocketError::ClosedFor {
+                        code: code.into(),
+                        reason: excerpt(&reason),
+                    }
                 }
                 Some(Ok(Message::Ping(_) | Message::Pong(_) | Message::Frame(_))) => continue,
-                Some(Err(error)) => format!("the socket broke: {error}"),
-                None => "the plant hung up".to_owned(),
+                Some(Err(error)) => SocketError::broken(error),
+                None => SocketError::HungUp,
             };
             return Poll::Ready(Err(why));
         }
+    }
+
+    fn answer(&self, text: &str) -> Result<Answer, InvalidMessage> {
+        let (text, _) = checksum::checked(text, self.check)?;
+        Ok(match self.mode {
+            Mode::Closed => Answer::State(text.parse()?),
+            Mode::Open => Answer::Acknowledgement(text.parse()?),
+        })
     }
 
     /// Closes the socket by the protocol: each side sends a close frame, then the plant closes the
@@ -188,12 +195,4 @@ impl Socket {
             while let Some(Ok(_)) = self.stream.next().await {}
         }
     }
-}
-
-fn answer(mode: Mode, check: bool, text: &str) -> Result<Answer, InvalidMessage> {
-    let (text, _) = checksum::checked(text, check)?;
-    Ok(match mode {
-        Mode::Closed => Answer::State(text.parse()?),
-        Mode::Open => Answer::Acknowledgement(text.parse()?),
-    })
 }

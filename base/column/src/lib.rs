@@ -1,0 +1,23 @@
+//! The columns of a table, declared once, where the type of its rows is.
+//!
+//! - [`row!`] declares the rows of a raw file: a struct with a field for each column, its header, how a row is
+//!   written and read ([`Row`]), and what the columns say of themselves ([`Column`]);
+//! - [`table!`] declares the rows of a table that serde writes: the struct, its header, its columns;
+//! - [`Typed`], [`Value`], [`Word`]: what an entry can be, how it is written and read;
+//! - [`plain`]: reads the form in which rows are written, as fast as can be; [`strict`]: reads what somebody else
+//!   wrote, and says what is wrong with it, and where.
+//!
+//! The files themselves are the task of others, and so are other forms of CSV.
+#![forbid(unsafe_code)]
+
+mod bad_entry;
+pub mod column;
+pub mod plain;
+pub mod row;
+pub mod strict;
+pub mod value;
+
+pub use bad_entry::BadEntry;
+pub use column::{Column, EntryType, Typed};
+pub use row::Row;
+pub use value::{Value, Word};

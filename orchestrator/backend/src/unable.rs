@@ -1,0 +1,16 @@
+//! Why a machine has not got an ability.
+
+/// The reason, mostly in the words of its kernel or of a program that is missing.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Unable(String);
+
+impl Unable {
+    pub(crate) fn new(why: impl Into<String>) -> Unable {
+        Unable(why.into())
+    }
+
+    pub(crate) fn by(problem: &impl ToString) -> Unable {
+        Unable(problem.to_string())
+    }
+}

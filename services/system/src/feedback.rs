@@ -1,0 +1,127 @@
+//! A state feedback: as a system's text has it, and the resulting law for a sampled plant.
+//!
+//! Which law a text asks for, and the round trip that it assumes, is in `law`.
+
+use control::{
+    Discrete, Estimator, InvalidLaw, Law, Saturation, StateFeedback, StateSpace, Weights,
+};
+use nalgebra::DMatrix;
+use text::Diagnostic;
+use toml::Spanned;
+
+use crate::design::{Design, Limits, Matrices, to_rows};
+use crate::fault::Source;
+use crate::file::{ControllerFile, Rows};
+use crate::obstacle::{Obstacle, within};
+
+/// Each update corrects as many estimates, and a margin sums as many terms at each frequency.
+const FILTER_TICKS: usize = 300;
+
+/// A state feedback before the sample time is known.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Feedback {
+    by: Choice,
+    estimator: Estimator,
+    /// The references of the outputs after the first.
+    pub(crate) others: Vec<f64>,
+    limits: Option<Saturation>,
+}
+
+/// Where the gains of a state feedback come from.
+#[derive(Debug, Clone, PartialEq)]
+enum Choice {
+    /// A row for each input.
+    Gains(Vec<Vec<f64>>),
+    Weights(Weights),
+}
+
+impl Feedback {
+    /// Reads one; `others` are the references of the outputs after the first.
+    pub(crate) fn read(
+        source: Source,
+        asked: &Spanned<ControllerFile>,
+        others: &[f64],
+        limits: Option<Saturation>,
+    ) -> Result<Self, Diagnostic> {
+        let file = asked.get_ref();
+        let by = match (&file.gains, &file.weights) {
+            (Some(gains), None) => Choice::Gains(match gains.get_ref() {
+                Rows::List(list) => vec![list.clone()],
+                Rows::Rows(rows) => rows.clone(),
+            }),
+            (None, Some(weights)) => Choice::Weights(Weights {
+                output: source.positives("weights.output", &weights.get_ref().output)?,
+                input: source.positives("weights.input", &weights.get_ref().input)?,
+            }),
+            _ => {
+                let remedy =
+                    "give gains, one for each state, or weights = { output = .., input = .. }";
+                return Err(source.fault(asked, "the law needs either gains or weights", remedy));
+            }
+        };
+        let Some(noise) = &file.noise else {
+            let remedy =
+                "give noise = { disturbance = .., measurement = .. }, as standard deviations";
+            let problem = "`noise` is missing: the law's Kalman filter needs it";
+            return Err(source.fault(asked, problem, remedy));
+        };
+        Ok(Self {
+            by,
+            estimator: Estimator {
+                disturbance: source.positives("noise.disturbance", &noise.get_ref().disturbance)?,
+                noise: source.positives("noise.measurement", &noise.get_ref().measurement)?,
+            },
+            others: others.to_vec(),
+            limits,
+        })
+    }
+
+    /// The law for a plant as it is sampled, without its dead time, and the law's numbers; `delay` is that time and
+    /// the round trip, in ticks.
+    pub(crate) fn at(
+        &self,
+        model: &StateSpace<Discrete>,
+        delay: usize,
+    ) -> Result<(Law, Design), Obstacle> {
+        let gains = match &self.by {
+            Choice::Gains(gains) => from_rows(gains)?,
+            Choice::Weights(weights) => weights.gains(model)?,
+        };
+        let delay = within("state-feedback", delay, FILTER_TICKS)?;
+        let observer = self.estimator.observer(model, delay)?;
+        let law = StateFeedback::try_new(
+            model.clone(),
+            gains.clone(),
+            observer.clone(),
+            self.others.clone(),
+            self.limits,
+        )?;
+        let design = Design::StateFeedback {
+            model: Matrices::from(model),
+            gains: to_rows(&gains),
+            observer: to_rows(&observer),
+            reference: to_rows(law.reference()),
+            others: self.others.clone(),
+            limits: self.limits.as_ref().map(Limits::from),
+        };
+        Ok((Law::StateFeedback(law), design))
+    }
+}
+
+/// Gains as a matrix, if the rows are equally long.
+fn from_rows(rows: &[Vec<f64>]) -> Result<DMatrix<f64>, InvalidLaw> {
+    let width = rows.first().map_or(0, Vec::len);
+    match rows.iter().find(|row| row.len() != width) {
+        None => Ok(DMatrix::from_row_iterator(
+            rows.len(),
+            width,
+            rows.iter().flatten().copied(),
+        )),
+        Some(row) => Err(InvalidLaw::Length {
+            list: "gains",
+            given: row.len(),
+            needed: width,
+            why: "as many as in its first row",
+        }),
+    }
+}
