@@ -13,6 +13,10 @@ quick:
     cargo fmt --all --check
     cargo test -p webloop-control -p webloop-endpoint -p webloop-system -p webloop-link -p webloop-certificate -p webloop-plan -p webloop-judge -p webloop-manifest -p webloop-sim -p webloop-sweep -p webloop-chart
 
+# New cases of all property tests: as many of each as asked
+laws cases="10000":
+    PROPTEST_CASES={{cases}} cargo test --workspace --release --lib --test all --no-fail-fast
+
 # Real runs in network namespaces
 net:
     cargo test -p webloop-shaper --test namespaces

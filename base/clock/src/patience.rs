@@ -61,7 +61,7 @@ mod tests {
             let mut patience = Patience::default();
             let start = Instant::now();
             for (ms, comes) in [
-                (500, true),
+                (10_000, true),
                 (20, false),
                 (60, false),
                 (40, false),
@@ -78,7 +78,7 @@ mod tests {
                 assert_eq!(came.await, comes.then_some(ms));
                 assert!(comes || Instant::now() >= until, "{ms}");
             }
-            assert!(start.elapsed() < Duration::from_millis(450));
+            assert!(start.elapsed() < Duration::from_secs(9));
         });
     }
 }

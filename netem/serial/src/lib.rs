@@ -8,6 +8,8 @@
 //! One that fails while nothing is seen of the machine is made twice more, and has to pass both times: what a real
 //! network and a real scheduler do is not all seen from one thread. It is told as `FLAKY`, and a program bears two.
 //!
+//! [`timed`] does the same for a test of the usual harness.
+//!
 //! Arguments and output are those of the usual harness, from `libtest-mimic`. Each test runs in the
 //! calling thread; beside it there are those that it starts, and one that watches the machine.
 #![allow(clippy::print_stdout)]
@@ -15,6 +17,7 @@
 mod busy;
 
 use std::any::Any;
+use std::io::Write as _;
 use std::panic::{RefUnwindSafe, catch_unwind, resume_unwind};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -76,6 +79,26 @@ pub fn test<T: Outcome + 'static>(
         };
         Ok(Completion::ignored_with(format!("SKIPPED: {lack}")))
     })
+}
+
+/// Makes a test of the usual harness that takes wall-clock time, as [`test`] does, though beside others of its
+/// program. One that the machine spoilt each time says so on standard error, and passes: the usual harness knows no
+/// test that cannot be made here.
+///
+/// # Panics
+///
+/// If the test fails.
+pub fn timed(name: &'static str, test: impl Fn() + RefUnwindSafe) {
+    match tried(name, &test) {
+        Tried::Came(()) => Quiet::found(),
+        Tried::Panicked(panic) => resume_unwind(panic),
+        Tried::Spoilt(panic) if Quiet::is_hopeless() => resume_unwind(panic),
+        // Written past the harness, which keeps what a test prints that passes.
+        Tried::Spoilt(_) => {
+            let told = format!("SKIPPED {name}: the machine was {BUSY} for this test each time\n");
+            let _ = std::io::stderr().write_all(told.as_bytes());
+        }
+    }
 }
 
 fn fail(name: &str, panic: Box<dyn Any + Send>) -> ! {
@@ -153,7 +176,8 @@ fn twice_more<T>(name: &str, test: &(impl Fn() -> T + RefUnwindSafe), failed: Fa
     let again = once(name, test).and_then(|_| once(name, test));
     match again {
         Ok(outcome) => {
-            println!("  FLAKY: {name} failed once, and passed both times after it");
+            let told = format!("  FLAKY: {name} failed once, and passed both times after it\n");
+            let _ = std::io::stderr().write_all(told.as_bytes());
             Tried::Came(outcome)
         }
         // The first failure is the one that nothing excuses.

@@ -216,23 +216,25 @@ fn two_agents_close_a_loop_whose_rows_are_all_here() {
 
 #[test]
 fn a_signal_ends_an_agent_soon_and_its_roles_with_it() {
-    for signal in [Signal::TERM, Signal::INT] {
-        let (agent, _run, plant) = Agent::with_a_plant();
-        let begun = Instant::now();
-        agent.signal(signal);
-        let output = agent.end();
-        let took = begun.elapsed();
-        println!("{signal:?}: ended after {took:?}");
-        assert_eq!(
-            output.status.code(),
-            Some(0),
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
-        // The plant has only to flush its rows: some ms.
-        assert!(took < Duration::from_secs(1), "{took:?}");
-        gone_soon(plant);
-    }
+    serial::timed("a_signal_ends_an_agent_soon_and_its_roles_with_it", || {
+        for signal in [Signal::TERM, Signal::INT] {
+            let (agent, _run, plant) = Agent::with_a_plant();
+            let begun = Instant::now();
+            agent.signal(signal);
+            let output = agent.end();
+            let took = begun.elapsed();
+            println!("{signal:?}: ended after {took:?}");
+            assert_eq!(
+                output.status.code(),
+                Some(0),
+                "{}",
+                String::from_utf8_lossy(&output.stderr)
+            );
+            // The plant has only to flush its rows: some ms.
+            assert!(took < Duration::from_secs(1), "{took:?}");
+            gone_soon(plant);
+        }
+    });
 }
 
 #[test]

@@ -24,39 +24,41 @@ fn read(folder: &Path, name: &str) -> Vec<u8> {
 
 #[test]
 fn files_that_grow_by_half_rows_arrive_whole() {
-    let served = Served::unclaimed(|_| {});
-    let run = served.remote().begin("r1").unwrap();
-    let (here, there) = (tempfile::tempdir().unwrap(), served.scratch().join("r1"));
-    let files = ["ticks.csv", "arrivals.csv", "plant.json", "never.csv"];
-    let follower = run.follow(&files, here.path()).unwrap();
-    start(&run, "grows");
-    let (begun, mut looks) = (Instant::now(), 0);
-    while begun.elapsed() < Duration::from_secs(2) {
-        let row = read(&there, "ticks.csv");
-        thread::sleep(Duration::from_millis(100));
-        let (copy, now) = (read(here.path(), "ticks.csv"), read(&there, "ticks.csv"));
-        assert!(now.starts_with(&copy));
-        looks += 1;
-        // What was there before must be here soon.
-        let deadline = Instant::now() + FRESH;
-        while !read(here.path(), "ticks.csv").starts_with(&row) {
-            assert!(Instant::now() < deadline, "not here within {FRESH:?}");
-            thread::sleep(Duration::from_millis(10));
+    serial::timed("files_that_grow_by_half_rows_arrive_whole", || {
+        let served = Served::unclaimed(|_| {});
+        let run = served.remote().begin("r1").unwrap();
+        let (here, there) = (tempfile::tempdir().unwrap(), served.scratch().join("r1"));
+        let files = ["ticks.csv", "arrivals.csv", "plant.json", "never.csv"];
+        let follower = run.follow(&files, here.path()).unwrap();
+        start(&run, "grows");
+        let (begun, mut looks) = (Instant::now(), 0);
+        while begun.elapsed() < Duration::from_secs(2) {
+            let row = read(&there, "ticks.csv");
+            thread::sleep(Duration::from_millis(100));
+            let (copy, now) = (read(here.path(), "ticks.csv"), read(&there, "ticks.csv"));
+            assert!(now.starts_with(&copy));
+            looks += 1;
+            // What was there before must be here soon.
+            let deadline = Instant::now() + FRESH;
+            while !read(here.path(), "ticks.csv").starts_with(&row) {
+                assert!(Instant::now() < deadline, "not here within {FRESH:?}");
+                thread::sleep(Duration::from_millis(10));
+            }
         }
-    }
-    assert!(looks > 2);
-    run.stop("plant").unwrap();
-    follower.finish().unwrap();
-    for name in &files[..3] {
-        let original = read(&there, name);
-        assert!(
-            !original.is_empty() && original == read(here.path(), name),
-            "{name}"
-        );
-    }
-    assert!(read(here.path(), "ticks.csv").ends_with(b"last\n"));
-    assert_eq!(read(here.path(), "arrivals.csv").len(), 3_000_000);
-    assert_eq!(fs::read_dir(here.path()).unwrap().count(), 3);
+        assert!(looks > 2);
+        run.stop("plant").unwrap();
+        follower.finish().unwrap();
+        for name in &files[..3] {
+            let original = read(&there, name);
+            assert!(
+                !original.is_empty() && original == read(here.path(), name),
+                "{name}"
+            );
+        }
+        assert!(read(here.path(), "ticks.csv").ends_with(b"last\n"));
+        assert_eq!(read(here.path(), "arrivals.csv").len(), 3_000_000);
+        assert_eq!(fs::read_dir(here.path()).unwrap().count(), 3);
+    });
 }
 
 #[test]
@@ -99,11 +101,13 @@ fn a_file_that_became_shorter_is_not_copied_on() {
 
 #[test]
 fn one_that_is_dropped_ends_at_once() {
-    let served = Served::unclaimed(|_| {});
-    let run = served.remote().begin("r1").unwrap();
-    let here = tempfile::tempdir().unwrap();
-    let follower = run.follow(&["ticks.csv"], here.path()).unwrap();
-    let begun = Instant::now();
-    drop(follower);
-    assert!(begun.elapsed() < Duration::from_secs(5));
+    serial::timed("one_that_is_dropped_ends_at_once", || {
+        let served = Served::unclaimed(|_| {});
+        let run = served.remote().begin("r1").unwrap();
+        let here = tempfile::tempdir().unwrap();
+        let follower = run.follow(&["ticks.csv"], here.path()).unwrap();
+        let begun = Instant::now();
+        drop(follower);
+        assert!(begun.elapsed() < Duration::from_secs(5));
+    });
 }

@@ -130,27 +130,32 @@ fn nothing_foreign_changes_the_agent_and_no_answer_has_a_token() {
 /// Each in a connection that only sends a part of a head.
 #[test]
 fn a_claim_is_answered_at_once_beside_more_half_heads_than_there_are_places() {
-    let served = Served::claimed();
-    let held: Vec<TcpStream> = (0..200)
-        .map(|n| {
-            let mut stream = TcpStream::connect(served.address).unwrap();
-            let text = if n % 2 == 0 {
-                "GET /health HTTP/1.1\r\nHost: "
-            } else {
-                ""
-            };
-            stream.write_all(text.as_bytes()).unwrap();
-            stream
-        })
-        .collect();
-    for _ in 0..20 {
-        let begun = Instant::now();
-        assert_eq!(served.ask("GET", "/run/r1/files", b"").status, 200);
-        let took = begun.elapsed();
-        // A half head is let go after five.
-        assert!(took < Duration::from_secs(2), "{took:?}");
-    }
-    drop(held);
+    serial::timed(
+        "a_claim_is_answered_at_once_beside_more_half_heads_than_there_are_places",
+        || {
+            let served = Served::claimed();
+            let held: Vec<TcpStream> = (0..200)
+                .map(|n| {
+                    let mut stream = TcpStream::connect(served.address).unwrap();
+                    let text = if n % 2 == 0 {
+                        "GET /health HTTP/1.1\r\nHost: "
+                    } else {
+                        ""
+                    };
+                    stream.write_all(text.as_bytes()).unwrap();
+                    stream
+                })
+                .collect();
+            for _ in 0..20 {
+                let begun = Instant::now();
+                assert_eq!(served.ask("GET", "/run/r1/files", b"").status, 200);
+                let took = begun.elapsed();
+                // A half head is let go after five.
+                assert!(took < Duration::from_secs(2), "{took:?}");
+            }
+            drop(held);
+        },
+    );
 }
 
 #[test]
@@ -226,33 +231,38 @@ fn a_run_has_a_limit_of_roles() {
 /// By the clock, for it is about what does not come.
 #[test]
 fn a_client_that_stands_still_is_let_go_within_five_seconds() {
-    let served = Served::claimed();
-    let body = format!(
-        "POST /run/r1/role/a HTTP/1.1\r\nHost: agent\r\nAuthorization: Bearer {TOKEN}\r\nContent-Length: 20\r\n\r\n{{"
-    );
-    let table = [
-        (
-            "half a head",
-            "GET /health HTTP/1.1\r\nHost: agent\r\n".to_owned(),
-        ),
-        (
-            "no second request",
-            "GET /health HTTP/1.1\r\nHost: agent\r\n\r\n".to_owned(),
-        ),
-        ("half a body", body),
-    ];
-    thread::scope(|scope| {
-        for (name, text) in table {
-            let address = served.address;
-            scope.spawn(move || {
-                let mut stream = TcpStream::connect(address).unwrap();
-                stream.set_read_timeout(Some(2 * SOON)).unwrap();
-                stream.write_all(text.as_bytes()).unwrap();
-                let begun = Instant::now();
-                let _ = stream.read_to_end(&mut Vec::new());
-                let took = begun.elapsed();
-                assert!(took < Duration::from_millis(6_500), "{name}: {took:?}");
+    serial::timed(
+        "a_client_that_stands_still_is_let_go_within_five_seconds",
+        || {
+            let served = Served::claimed();
+            let body = format!(
+                "POST /run/r1/role/a HTTP/1.1\r\nHost: agent\r\nAuthorization: Bearer {TOKEN}\r\nContent-Length: 20\r\n\r\n{{"
+            );
+            let table = [
+                (
+                    "half a head",
+                    "GET /health HTTP/1.1\r\nHost: agent\r\n".to_owned(),
+                ),
+                (
+                    "no second request",
+                    "GET /health HTTP/1.1\r\nHost: agent\r\n\r\n".to_owned(),
+                ),
+                ("half a body", body),
+            ];
+            thread::scope(|scope| {
+                for (name, text) in table {
+                    let address = served.address;
+                    scope.spawn(move || {
+                        let mut stream = TcpStream::connect(address).unwrap();
+                        stream.set_read_timeout(Some(2 * SOON)).unwrap();
+                        stream.write_all(text.as_bytes()).unwrap();
+                        let begun = Instant::now();
+                        let _ = stream.read_to_end(&mut Vec::new());
+                        let took = begun.elapsed();
+                        assert!(took < Duration::from_millis(6_500), "{name}: {took:?}");
+                    });
+                }
             });
-        }
-    });
+        },
+    );
 }

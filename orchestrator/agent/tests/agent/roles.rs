@@ -126,61 +126,71 @@ fn a_role_that_breaks_later_shows_its_code_and_words() {
 
 #[test]
 fn while_one_role_starts_and_another_will_not_end_the_agent_answers() {
-    let served = Served::claimed();
-    assert_eq!(served.start("stubborn", "stubborn").status, 201);
-    thread::scope(|scope| {
-        let slow = scope.spawn(|| served.start("slow", "slow"));
-        let stop = scope.spawn(|| {
-            (
-                served.ask("DELETE", "/run/r1/role/stubborn", b""),
-                Instant::now(),
-            )
-        });
-        let begun = Instant::now();
-        let mut asked = 0;
-        while !slow.is_finished() {
-            assert_eq!(served.ask("GET", "/run/r1/files", b"").status, 200);
-            asked += 1;
-        }
-        // Each takes about a millisecond; were they to wait, there would be one or two.
-        assert!(asked > 10, "{asked} answers within {:?}", begun.elapsed());
-        let slow = slow.join().unwrap();
-        assert_eq!(
-            (slow.status, slow.json()),
-            (201, json!({"ready": "at last"}))
-        );
-        let (stopped, at) = stop.join().unwrap();
-        let state = stopped.json();
-        assert_eq!(
-            (&state["state"], &state["code"]),
-            (&json!("ended"), &json!(137))
-        );
-        assert!(
-            state["words"].as_str().unwrap().contains("5s of SIGTERM"),
-            "{state}"
-        );
-        assert!(at.duration_since(begun) > Duration::from_millis(4_500));
-    });
+    serial::timed(
+        "while_one_role_starts_and_another_will_not_end_the_agent_answers",
+        || {
+            let served = Served::claimed();
+            assert_eq!(served.start("stubborn", "stubborn").status, 201);
+            thread::scope(|scope| {
+                let slow = scope.spawn(|| served.start("slow", "slow"));
+                let stop = scope.spawn(|| {
+                    (
+                        served.ask("DELETE", "/run/r1/role/stubborn", b""),
+                        Instant::now(),
+                    )
+                });
+                let begun = Instant::now();
+                let mut asked = 0;
+                while !slow.is_finished() {
+                    assert_eq!(served.ask("GET", "/run/r1/files", b"").status, 200);
+                    asked += 1;
+                }
+                // Each takes about a millisecond; were they to wait, there would be one or two.
+                assert!(asked > 10, "{asked} answers within {:?}", begun.elapsed());
+                let slow = slow.join().unwrap();
+                assert_eq!(
+                    (slow.status, slow.json()),
+                    (201, json!({"ready": "at last"}))
+                );
+                let (stopped, at) = stop.join().unwrap();
+                let state = stopped.json();
+                assert_eq!(
+                    (&state["state"], &state["code"]),
+                    (&json!("ended"), &json!(137))
+                );
+                assert!(
+                    state["words"].as_str().unwrap().contains("5s of SIGTERM"),
+                    "{state}"
+                );
+                assert!(at.duration_since(begun) > Duration::from_millis(4_500));
+            });
+        },
+    );
 }
 
 #[test]
 fn a_run_that_is_ended_ends_the_role_that_somebody_waits_for() {
-    let served = Served::claimed();
-    thread::scope(|scope| {
-        let waiting = scope.spawn(|| served.start("mute", "mute"));
-        let deadline = Instant::now() + SOON;
-        while served.ask("GET", "/run/r1/role/mute", b"").status != 200 {
-            assert!(Instant::now() < deadline && !waiting.is_finished());
-            thread::sleep(Duration::from_millis(5));
-        }
-        let begun = Instant::now();
-        assert_eq!(served.ask("DELETE", "/run/r1", b"").status, 204);
-        assert_eq!(waiting.join().unwrap().status, 422);
-        // It would have waited for 10 s.
-        assert!(
-            begun.elapsed() < Duration::from_secs(5),
-            "{:?}",
-            begun.elapsed()
-        );
-    });
+    serial::timed(
+        "a_run_that_is_ended_ends_the_role_that_somebody_waits_for",
+        || {
+            let served = Served::claimed();
+            thread::scope(|scope| {
+                let waiting = scope.spawn(|| served.start("mute", "mute"));
+                let deadline = Instant::now() + SOON;
+                while served.ask("GET", "/run/r1/role/mute", b"").status != 200 {
+                    assert!(Instant::now() < deadline && !waiting.is_finished());
+                    thread::sleep(Duration::from_millis(5));
+                }
+                let begun = Instant::now();
+                assert_eq!(served.ask("DELETE", "/run/r1", b"").status, 204);
+                assert_eq!(waiting.join().unwrap().status, 422);
+                // It would have waited for 10 s.
+                assert!(
+                    begun.elapsed() < Duration::from_secs(5),
+                    "{:?}",
+                    begun.elapsed()
+                );
+            });
+        },
+    );
 }

@@ -85,6 +85,7 @@ impl Estimate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::group::INTERVAL_MIN;
     use proptest::prelude::*;
 
     #[test]
@@ -111,10 +112,11 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_value_lies_in_its_interval(part in 0u64..1000, more in 0u64..1000) {
+        fn a_share_lies_in_its_interval_unless_it_is_of_too_few_for_one(part in 0u64..1000, more in 0u64..1000) {
             if let Some(share) = Estimate::share(part, part + more) {
-                prop_assert!(0.0 <= share.low && share.low <= share.value);
-                prop_assert!(share.value <= share.high && share.high <= 1.0);
+                prop_assert_eq!(share.has_interval(), share.n >= INTERVAL_MIN);
+                prop_assert!(share.low <= share.value && share.value <= share.high);
+                prop_assert!(!share.has_interval() || 0.0 <= share.low && share.high <= 1.0);
             }
         }
 

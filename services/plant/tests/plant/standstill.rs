@@ -116,38 +116,44 @@ impl Kind {
 
 #[test]
 fn a_connection_that_stands_still_is_closed_within_five_seconds() {
-    let count = env::var("WEBLOOP_TEST_STANDING").ok();
-    let count = count.map_or(1, |text| text.parse().expect("a number"));
-    clock::limit::raise_open_files();
-    let of = |kind: &Kind| {
-        let took = kind.stand(count);
-        for one in &took {
-            assert!(kind.limits().contains(one), "{}: {one:?}", kind.name);
-        }
-        took
-    };
-    let took: Vec<Vec<Duration>> = if count == 1 {
-        thread::scope(|scope| {
-            let kinds = KINDS.each_ref();
-            let standing = kinds.map(|kind| scope.spawn(move || of(kind)));
-            standing.map(|kind| kind.join().expect("no panic")).into()
-        })
-    } else {
-        // One kind after the other, so that none has more connections beside it than its own.
-        KINDS.iter().map(of).collect()
-    };
-    for (kind, took) in KINDS.iter().zip(&took) {
-        let within = Duration::from_millis(kind.after_s * 1000 + 500);
-        let at = |share: f64| took[((took.len() - 1) as f64 * share) as usize].as_secs_f64();
-        println!(
-            "row 14: `{}`, {count} at once: {} closed within {within:?}; p1 {:.2} s, p50 {:.2} s, p99 {:.2} s, \
-             the last after {:.2} s",
-            kind.name,
-            took.iter().filter(|one| **one <= within).count(),
-            at(0.01),
-            at(0.5),
-            at(0.99),
-            at(1.0)
-        );
-    }
+    serial::timed(
+        "a_connection_that_stands_still_is_closed_within_five_seconds",
+        || {
+            let count = env::var("WEBLOOP_TEST_STANDING").ok();
+            let count = count.map_or(1, |text| text.parse().expect("a number"));
+            clock::limit::raise_open_files();
+            let of = |kind: &Kind| {
+                let took = kind.stand(count);
+                for one in &took {
+                    assert!(kind.limits().contains(one), "{}: {one:?}", kind.name);
+                }
+                took
+            };
+            let took: Vec<Vec<Duration>> = if count == 1 {
+                thread::scope(|scope| {
+                    let kinds = KINDS.each_ref();
+                    let standing = kinds.map(|kind| scope.spawn(move || of(kind)));
+                    standing.map(|kind| kind.join().expect("no panic")).into()
+                })
+            } else {
+                // One kind after the other, so that none has more connections beside it than its own.
+                KINDS.iter().map(of).collect()
+            };
+            for (kind, took) in KINDS.iter().zip(&took) {
+                let within = Duration::from_millis(kind.after_s * 1000 + 500);
+                let at =
+                    |share: f64| took[((took.len() - 1) as f64 * share) as usize].as_secs_f64();
+                println!(
+                    "row 14: `{}`, {count} at once: {} closed within {within:?}; p1 {:.2} s, p50 {:.2} s, p99 {:.2} s, \
+                 the last after {:.2} s",
+                    kind.name,
+                    took.iter().filter(|one| **one <= within).count(),
+                    at(0.01),
+                    at(0.5),
+                    at(0.99),
+                    at(1.0)
+                );
+            }
+        },
+    );
 }
