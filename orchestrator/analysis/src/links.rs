@@ -30,7 +30,8 @@ const COLUMNS: [Column; 9] = [
 /// says so.
 const LIKE: f64 = 2.0;
 
-/// Marks figures of runs whose link was unlike itself, and the sentence that says so.
+/// Stands behind the figures of a run whose link stalled more or less than it usually does, and before the sentence
+/// about it.
 const MARK: &str = "*";
 
 /// The table of the links, in the order of the cells, with a legend; empty if no cell has echoes.

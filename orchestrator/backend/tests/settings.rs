@@ -1,4 +1,4 @@
-//! What roles are told, as other programs read of it.
+//! The settings that a role is started with, as programs in other languages read them.
 #![allow(clippy::unwrap_used)]
 
 use std::fs;

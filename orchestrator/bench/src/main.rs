@@ -50,7 +50,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Parser;
 use signal_hook::consts::{SIGINT, SIGTERM};
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
 
 use argument::{BenchCommand, BenchOptions};
 use context::Programs;
@@ -82,15 +84,19 @@ fn main() -> ExitCode {
 /// Log lines on standard error, chosen by `RUST_LOG`; what is measured is told by `info`. The writer has no thread of
 /// its own: a process can only enter a user namespace while it has one.
 fn log() {
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
+    let asked = std::env::var("RUST_LOG").ok();
+    let asked = asked.and_then(|text| text.parse().ok());
+    let shown = asked.unwrap_or_else(|| Targets::new().with_default(LevelFilter::WARN));
+    let lines = tracing_subscriber::fmt::layer()
         .with_ansi(io::stderr().is_terminal())
         .with_writer(io::stderr)
         // It would panic where standard error cannot be written.
         .log_internal_errors(false)
         .with_target(false)
-        .without_time()
+        .without_time();
+    tracing_subscriber::registry()
+        .with(shown)
+        .with(lines)
         .init();
 }
 

@@ -5,7 +5,7 @@ use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 
-/// What makes each, what shows that it is as it was, and what removes it. A machine may refuse some.
+/// Of each decoy its name, and the commands that make it, list it and remove it. A machine may refuse some.
 const MADE: [(&str, &str, &str, &str); 5] = [
     (
         "a named namespace",
