@@ -52,6 +52,5 @@ impl BadEntry {
 
 /// The beginning of a text from outside, escaped for one line.
 fn excerpt(text: &str) -> String {
-    let start = text.chars().take(EXCERPT_CHARS);
-    start.flat_map(char::escape_debug).collect()
+    text::excerpt_of_line(text, EXCERPT_CHARS)
 }

@@ -3,7 +3,8 @@
 //! - [`row!`] declares the rows of a raw file: a struct with a field for each column, its header, how a row is
 //!   written and read ([`Row`]), and what the columns say of themselves ([`Column`]);
 //! - [`table!`] declares the rows of a table that serde writes: the struct, its header, its columns;
-//! - [`Typed`], [`Value`], [`Word`]: what an entry can be, how it is written and read;
+//! - [`Typed`], [`Value`]: what an entry can be, how it is written and read; [`choice!`] declares an entry that is one
+//!   of a few words ([`Word`]), as settings are too;
 //! - [`plain`]: reads the form in which rows are written, as fast as can be; [`strict`]: reads what somebody else
 //!   wrote, and says what is wrong with it, and where.
 //!
@@ -11,6 +12,7 @@
 #![forbid(unsafe_code)]
 
 mod bad_entry;
+pub mod choice;
 pub mod column;
 pub mod plain;
 pub mod row;
@@ -18,6 +20,7 @@ pub mod strict;
 pub mod value;
 
 pub use bad_entry::BadEntry;
+pub use choice::{UnknownWord, Word};
 pub use column::{Column, EntryType, Typed};
 pub use row::Row;
-pub use value::{Value, Word};
+pub use value::Value;

@@ -4,6 +4,7 @@
 //! time. None of it needs a quote.
 
 use crate::bad_entry::BadEntry;
+use crate::choice::Word;
 use crate::column::{EntryType, Typed};
 use crate::plain::Fields;
 
@@ -20,18 +21,6 @@ pub trait Value: Typed + Sized {
     /// # Errors
     /// [`BadEntry`] if it is none.
     fn strict(text: &str) -> Result<Self, BadEntry>;
-}
-
-/// An entry that is one of a few words.
-pub trait Word: Sized {
-    /// All of them.
-    const WORDS: &'static [&'static str];
-
-    /// This one.
-    fn word(&self) -> &'static str;
-
-    /// What a word stands for; `None` if it is unknown.
-    fn of(word: &str) -> Option<Self>;
 }
 
 impl<T: Word> Typed for T {

@@ -121,6 +121,17 @@ impl TomlText<'_> {
         self.about(Severity::Error, field, span, problem, remedy)
     }
 
+    /// What is odd about the bytes `span`, with the key that they are under.
+    pub fn warning(
+        &self,
+        span: Range<usize>,
+        problem: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Diagnostic {
+        let field = field::at(self.text, &span);
+        self.about(Severity::Warning, field, span, problem, remedy)
+    }
+
     /// An error about a value.
     pub fn invalid<T>(
         &self,
@@ -157,10 +168,10 @@ impl TomlText<'_> {
     }
 
     /// What is wrong with the key `field`, or odd, at the bytes `span`.
-    pub fn about(
+    fn about(
         &self,
         severity: Severity,
-        field: impl Into<String>,
+        field: String,
         span: Range<usize>,
         problem: impl Into<String>,
         remedy: impl Into<String>,
@@ -169,7 +180,7 @@ impl TomlText<'_> {
         let line_start = before.rfind('\n').map_or(0, |at| at + 1);
         Diagnostic {
             severity,
-            field: field.into(),
+            field,
             problem: problem.into(),
             remedy: remedy.into().into(),
             origin: self.origin.into(),

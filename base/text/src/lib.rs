@@ -5,15 +5,19 @@
 //! - [`duration_ns`], [`share`], [`rate_bps`]: the one grammar of times, shares and rates. [`duration_text`] and
 //!   [`span_text`] write times.
 //! - [`is_name`]: names of links, systems, experiments and programs. [`Whole`]: a whole number in a range.
-//! - [`counted`]: `1 run`, `2 runs`.
+//! - [`counted`]: `1 run`, `2 runs`; [`one_of`]: `open or closed`. [`significant`]: a number to so many digits.
+//! - [`plain()`], [`excerpt`]: a text from outside, made harmless where it is shown.
 //!
 //! What the words of a setting mean is elsewhere, and so are files, which the caller reads.
 #![forbid(unsafe_code)]
 
 mod diagnostic;
+mod digits;
 mod duration;
 mod field;
+mod list;
 mod name;
+mod plain;
 mod plural;
 mod quantity;
 mod sentence;
@@ -22,8 +26,11 @@ mod span;
 mod whole;
 
 pub use diagnostic::{Diagnostic, Severity, TomlText};
+pub use digits::{decimals, significant};
 pub use duration::{duration_ns, exact_ns};
+pub use list::one_of;
 pub use name::{is_device, is_name, is_plain};
+pub use plain::{excerpt, excerpt_of_line, is_active, plain};
 pub use plural::counted;
 pub use quantity::{Flaw, InvalidQuantity, rate_bps, share};
 pub use sentence::sentence;

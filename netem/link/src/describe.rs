@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use text::decimals;
+
 use crate::drawn::Drawn;
 use crate::fault::{Again, Effect, Fault};
 use crate::law::{Form, Law};
@@ -437,13 +439,8 @@ fn percent(share: f64) -> String {
 
 /// At most four significant digits and three decimals, no trailing zeros.
 fn short(x: f64) -> String {
-    let decimals = match x {
-        _ if x >= 1000.0 => 0,
-        _ if x >= 100.0 => 1,
-        _ if x >= 10.0 => 2,
-        _ => 3,
-    };
-    let text = format!("{x:.decimals$}");
+    let decimals = decimals(x, 4).map_or(0, |all| all.clamp(0, 3));
+    let text = format!("{x:.*}", decimals as usize);
     if text.contains('.') {
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     } else {

@@ -21,26 +21,20 @@ impl<'a> Findings<'a> {
 
     pub(crate) fn error(
         &mut self,
-        field: &str,
         span: Range<usize>,
         message: impl Into<String>,
         remedy: impl Into<String>,
     ) {
-        let severity = Severity::Error;
-        let finding = self.source.about(severity, field, span, message, remedy);
-        self.list.push(finding);
+        self.list.push(self.source.error(span, message, remedy));
     }
 
     pub(crate) fn warning(
         &mut self,
-        field: &str,
         span: Range<usize>,
         message: impl Into<String>,
         remedy: impl Into<String>,
     ) {
-        let severity = Severity::Warning;
-        let finding = self.source.about(severity, field, span, message, remedy);
-        self.list.push(finding);
+        self.list.push(self.source.warning(span, message, remedy));
     }
 
     pub(crate) fn has_errors(&self) -> bool {
@@ -48,35 +42,34 @@ impl<'a> Findings<'a> {
     }
 
     /// A time of up to a day, in ns; `None` after an error, which is recorded.
-    pub(crate) fn duration_ns(&mut self, field: &str, text: &Spanned<String>) -> Option<f64> {
-        self.quantity(field, text, |text| time_ns(text, 0..=DAY_NS))
+    pub(crate) fn duration_ns(&mut self, text: &Spanned<String>) -> Option<f64> {
+        self.quantity(text, |text| time_ns(text, 0..=DAY_NS))
     }
 
     /// A time greater than zero, in ns.
-    pub(crate) fn positive_ns(&mut self, field: &str, text: &Spanned<String>) -> Option<f64> {
-        self.quantity(field, text, |text| time_ns(text, 1..=DAY_NS))
+    pub(crate) fn positive_ns(&mut self, text: &Spanned<String>) -> Option<f64> {
+        self.quantity(text, |text| time_ns(text, 1..=DAY_NS))
     }
 
     /// A share as a fraction from 0 to 1.
-    pub(crate) fn share(&mut self, field: &str, text: &Spanned<String>) -> Option<f64> {
-        self.quantity(field, text, text::share)
+    pub(crate) fn share(&mut self, text: &Spanned<String>) -> Option<f64> {
+        self.quantity(text, text::share)
     }
 
     /// A rate greater than zero, in bit/s.
-    pub(crate) fn rate_bps(&mut self, field: &str, text: &Spanned<String>) -> Option<u64> {
-        self.quantity(field, text, text::rate_bps)
+    pub(crate) fn rate_bps(&mut self, text: &Spanned<String>) -> Option<u64> {
+        self.quantity(text, text::rate_bps)
     }
 
     fn quantity<T>(
         &mut self,
-        field: &str,
         text: &Spanned<String>,
         read: impl Fn(&str) -> Result<T, InvalidQuantity>,
     ) -> Option<T> {
         match read(text.get_ref()) {
             Ok(value) => Some(value),
             Err(why) => {
-                self.error(field, text.span(), why.to_string(), why.remedy);
+                self.error(text.span(), why.to_string(), why.remedy);
                 None
             }
         }

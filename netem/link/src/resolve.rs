@@ -80,7 +80,7 @@ impl Profile {
                 source.len()
             );
             let remedy = "write a long trace into a CSV file beside it";
-            findings.error("", 0..0, message, remedy);
+            findings.error(0..0, message, remedy);
             return (None, findings.list);
         }
         let reading = Reading { files, edition };
@@ -107,31 +107,30 @@ fn profile(
     name(&file.name, findings);
     if file.about.len() > LONGEST_ABOUT {
         let message = format!("`about` has {} bytes", file.about.len());
-        findings.error("about", file.name.span(), message, "write one sentence");
+        findings.error(0..0, message, "write one sentence");
     }
     let asked = file.asked.as_ref().and_then(|a| asked(a, findings));
     let (up, down) = if file.loopback {
-        for (field, path) in [("both", &file.both), ("up", &file.up), ("down", &file.down)] {
-            if let Some(path) = path {
-                let message = "the link is loopback, where nothing is played";
-                findings.error(field, path.span(), message, "drop this table or `loopback`");
-            }
+        for path in [&file.both, &file.up, &file.down].into_iter().flatten() {
+            let message = "the link is loopback, where nothing is played";
+            findings.error(path.span(), message, "drop this table or `loopback`");
         }
         (Some(PathLaw::constant(0)), Some(PathLaw::constant(0)))
     } else {
         match (&file.both, &file.up, &file.down) {
             (Some(both), None, None) => {
-                let law = path("both", both, reading, findings);
+                let law = path(both, reading, findings);
                 (law.clone(), law)
             }
-            (None, Some(up), Some(down)) => (
-                path("up", up, reading, findings),
-                path("down", down, reading, findings),
-            ),
+            (None, Some(up), Some(down)) => {
+                (path(up, reading, findings), path(down, reading, findings))
+            }
             _ => {
                 let message = "a profile has either [both], or [up] and [down]";
                 let remedy = "describe each direction once; `loopback = true` if there is no link";
-                findings.error("both", file.name.span(), message, remedy);
+                let given = [&file.both, &file.up, &file.down].into_iter().flatten();
+                let span = given.map(Spanned::span).next().unwrap_or_default();
+                findings.error(span, message, remedy);
                 (None, None)
             }
         }
@@ -165,11 +164,11 @@ fn name(name: &Spanned<String>, findings: &mut Findings<'_>) {
 
 fn asked(file: &Spanned<AskedFile>, findings: &mut Findings<'_>) -> Option<Asked> {
     let at = file.get_ref();
-    let min_ns = findings.duration_ns("asked.min", &at.min);
-    let avg_ns = findings.duration_ns("asked.avg", &at.avg);
-    let max_ns = findings.duration_ns("asked.max", &at.max);
-    let sd_ns = findings.duration_ns("asked.sd", &at.sd);
-    let loss = findings.share("asked.loss", &at.loss);
+    let min_ns = findings.duration_ns(&at.min);
+    let avg_ns = findings.duration_ns(&at.avg);
+    let max_ns = findings.duration_ns(&at.max);
+    let sd_ns = findings.duration_ns(&at.sd);
+    let loss = findings.share(&at.loss);
     let asked = Asked {
         rtt_min_ms: min_ns? / NS_PER_MS,
         rtt_avg_ms: avg_ns? / NS_PER_MS,
@@ -183,22 +182,12 @@ fn asked(file: &Spanned<AskedFile>, findings: &mut Findings<'_>) -> Option<Asked
     );
     if below < 0.0 || above < 0.0 {
         let message = "avg is not between min and max";
-        findings.error(
-            "asked.avg",
-            at.avg.span(),
-            message,
-            "correct min, avg or max",
-        );
+        findings.error(at.avg.span(), message, "correct min, avg or max");
     } else if asked.rtt_sd_ms * asked.rtt_sd_ms > below * above {
         // Bhatia and Davis: variance <= (max - mean)(mean - min).
         let most_ms = (below * above).sqrt();
         let message = format!("with this min, avg and max the sd is at most {most_ms:.3} ms");
-        findings.error(
-            "asked.sd",
-            at.sd.span(),
-            message,
-            "correct min, avg, max or sd",
-        );
+        findings.error(at.sd.span(), message, "correct min, avg, max or sd");
     }
     Some(asked)
 }
@@ -217,7 +206,7 @@ fn check_floor(
             asked.rtt_min_ms
         );
         let remedy = "lower the bases of the delays";
-        findings.warning("asked.min", at.get_ref().min.span(), message, remedy);
+        findings.warning(at.get_ref().min.span(), message, remedy);
     }
 }
 
@@ -243,22 +232,19 @@ fn check_step(
         let at = down_at.get_ref().trace.as_ref();
         let span = at.map_or(down_at.span(), Spanned::span);
         let remedy = "give both the same `repeat` if they were recorded together";
-        findings.warning("down.trace", span, message, remedy);
+        findings.warning(span, message, remedy);
     }
 }
 
 fn path(
-    field: &str,
     file: &Spanned<PathFile>,
     reading: Reading<'_>,
     findings: &mut Findings<'_>,
 ) -> Option<PathLaw> {
     let at = file.get_ref();
     let delay = match (&at.delay, &at.trace) {
-        (Some(delay), None) => delay::delay(&format!("{field}.delay"), delay, findings),
-        (None, Some(trace)) => {
-            trace::trace(&format!("{field}.trace"), trace, reading, findings).map(Delay::Trace)
-        }
+        (Some(delay), None) => delay::delay(delay, findings),
+        (None, Some(trace)) => trace::trace(trace, reading, findings).map(Delay::Trace),
         (delay, _) => {
             let (message, remedy) = if delay.is_some() {
                 ("a direction has a delay or a trace, not both", "drop one")
@@ -268,25 +254,20 @@ fn path(
                     "write delay.base, even if it is \"0ms\"",
                 )
             };
-            findings.error(&format!("{field}.delay"), file.span(), message, remedy);
+            findings.error(file.span(), message, remedy);
             None
         }
     };
     let stall = match &at.stall {
-        Some(stall) => delay::stall(&format!("{field}.stall"), stall, findings).map(Some),
+        Some(stall) => delay::stall(stall, findings).map(Some),
         None => Some(None),
     };
     let recorded = match &delay {
         Some(Delay::Trace(trace)) => Some(trace),
         _ => None,
     };
-    let loss = loss::loss(
-        &format!("{field}.loss"),
-        at.loss.as_ref(),
-        recorded,
-        findings,
-    );
-    let rate = loss::rate(field, at, recorded, findings);
+    let loss = loss::loss(at.loss.as_ref(), recorded, findings);
+    let rate = loss::rate(at, recorded, findings);
     Some(PathLaw {
         delay: delay?,
         order: match at.order {

@@ -2,25 +2,15 @@
 
 use std::ops::{Index, IndexMut};
 
-/// A direction of the link.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Hash,
-    serde::Deserialize,
-    serde::Serialize,
-    schemars::JsonSchema,
-)]
-#[serde(rename_all = "lowercase")]
-pub enum Way {
-    /// From controller to plant: the paper's `tau_ca`.
-    Up,
-    /// From plant to controller: the paper's `tau_sc`.
-    Down,
-}
+column::choice!(
+    /// A direction of the link.
+    Way, "way", {
+        /// From controller to plant: the paper's `tau_ca`.
+        Up = "up",
+        /// From plant to controller: the paper's `tau_sc`.
+        Down = "down",
+    }
+);
 
 impl Way {
     /// Both directions, up first.
@@ -33,22 +23,6 @@ impl Way {
             Way::Up => Way::Down,
             Way::Down => Way::Up,
         }
-    }
-}
-
-impl column::Word for Way {
-    const WORDS: &'static [&'static str] = &["up", "down"];
-
-    #[inline]
-    fn word(&self) -> &'static str {
-        match self {
-            Way::Up => "up",
-            Way::Down => "down",
-        }
-    }
-
-    fn of(word: &str) -> Option<Way> {
-        Way::BOTH.into_iter().find(|way| way.word() == word)
     }
 }
 
@@ -88,14 +62,5 @@ impl<T> IndexMut<Way> for PerWay<T> {
             Way::Up => &mut self.up,
             Way::Down => &mut self.down,
         }
-    }
-}
-
-impl std::fmt::Display for Way {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(match self {
-            Way::Up => "up",
-            Way::Down => "down",
-        })
     }
 }

@@ -28,18 +28,18 @@ pub use libtest_mimic::Trial;
 use libtest_mimic::{Arguments, Completion};
 
 /// The result of a test: nothing, or the reason why it cannot run on this machine.
-pub trait Outcome {
+pub trait Termination {
     /// Why the test could not run here, if so.
     fn lack(self) -> Option<String>;
 }
 
-impl Outcome for () {
+impl Termination for () {
     fn lack(self) -> Option<String> {
         None
     }
 }
 
-impl Outcome for Result<(), String> {
+impl Termination for Result<(), String> {
     fn lack(self) -> Option<String> {
         self.err()
     }
@@ -54,7 +54,7 @@ macro_rules! tests {
 }
 
 /// A test; it fails if it panics.
-pub fn test<T: Outcome + 'static>(
+pub fn test<T: Termination + 'static>(
     name: &'static str,
     test: impl Fn() -> T + Send + RefUnwindSafe + 'static,
 ) -> Trial {

@@ -59,7 +59,7 @@ pub struct TcConfig {
 }
 
 /// An answer of tc.
-struct Answer {
+struct TcReply {
     asked_ns: u64,
     root: Root,
     text: Value,
@@ -226,7 +226,7 @@ impl TcPlayer {
     }
 
     /// The answer, if it has come. An error if the kernel played another setting than requested.
-    fn take_answer(&mut self) -> Result<Option<Answer>> {
+    fn take_answer(&mut self) -> Result<Option<TcReply>> {
         let Some((asked_ns, setting)) = self.asked else {
             return Ok(None);
         };
@@ -235,11 +235,11 @@ impl TcPlayer {
         };
         self.asked = None;
         self.answers.add(now_ns().saturating_sub(asked_ns), 1);
-        let confirm = || -> io::Result<Answer> {
+        let confirm = || -> io::Result<TcReply> {
             let text: Value = serde_json::from_slice(&answer)?;
             let root = Root::of(&text)?;
             root.confirm(&setting).map_err(io::Error::other)?;
-            Ok(Answer {
+            Ok(TcReply {
                 asked_ns,
                 root,
                 text,
@@ -251,7 +251,7 @@ impl TcPlayer {
     }
 
     /// Asks and waits for the answer. An outstanding answer is awaited first and discarded.
-    fn ask_and_wait(&mut self) -> Result<Answer> {
+    fn ask_and_wait(&mut self) -> Result<TcReply> {
         if self.asked.is_some() {
             self.wait_for_answer()?;
         }
@@ -259,7 +259,7 @@ impl TcPlayer {
         self.wait_for_answer()
     }
 
-    fn wait_for_answer(&mut self) -> Result<Answer> {
+    fn wait_for_answer(&mut self) -> Result<TcReply> {
         let end_ns = now_ns() + ANSWER_NS;
         while now_ns() < end_ns {
             if let Some(answer) = self.take_answer()? {

@@ -8,6 +8,7 @@ use reqwest::header::{AUTHORIZATION, CONTENT_TYPE};
 use reqwest::{Client, Method, RequestBuilder, Response, Url, redirect};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use text::excerpt;
 use tokio::runtime::Runtime;
 
 use crate::error::Error;
@@ -114,7 +115,7 @@ impl Exchange {
     /// Reads an answer's JSON.
     pub(crate) fn read<T: DeserializeOwned>(&self, body: &Bytes) -> Result<T, Error> {
         serde_json::from_slice(body).map_err(|problem| {
-            let text = excerpt(body);
+            let text = beginning(body);
             self.odd(&format!(
                 "`{text}` is not an answer of an agent ({problem})"
             ))
@@ -157,10 +158,10 @@ impl Exchange {
         Err(match serde_json::from_slice::<Problem>(&bytes) {
             Ok(Problem { problem, kind }) => Error::Refused {
                 agent: self.agent.clone(),
-                problem: endpoint::plain(&problem).into_owned(),
+                problem: text::plain(&problem).into_owned(),
                 kind,
             },
-            Err(_) => self.odd(&format!("{status}: {}", excerpt(&bytes))),
+            Err(_) => self.odd(&format!("{status}: {}", beginning(&bytes))),
         })
     }
 
@@ -219,10 +220,8 @@ fn size(response: &Response) -> Option<u64> {
         .ok()
 }
 
-fn excerpt(body: &Bytes) -> String {
-    let text = String::from_utf8_lossy(body);
-    let start: String = text.trim().chars().take(EXCERPT_CHARS).collect();
-    endpoint::plain(&start).into_owned()
+fn beginning(body: &Bytes) -> String {
+    excerpt(String::from_utf8_lossy(body).trim(), EXCERPT_CHARS)
 }
 
 #[cfg(test)]

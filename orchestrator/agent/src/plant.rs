@@ -251,8 +251,7 @@ impl Steps {
 fn shown(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(bytes);
     let line = text.trim().lines().next().unwrap_or_default();
-    let start: String = line.chars().take(60).collect();
-    endpoint::plain(&start).into_owned()
+    text::excerpt(line, 60)
 }
 
 impl Drop for Steps {

@@ -283,5 +283,5 @@ pub fn last_words(folder: &Path, name: &str) -> String {
         .lines()
         .filter(|line| !line.trim().is_empty())
         .collect();
-    endpoint::plain(&lines[lines.len().saturating_sub(3)..].join("\n")).into_owned()
+    text::plain(&lines[lines.len().saturating_sub(3)..].join("\n")).into_owned()
 }

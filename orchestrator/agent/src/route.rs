@@ -17,6 +17,7 @@ use axum::routing::{MethodRouter, get, post, put};
 use endpoint::NotServed;
 use http_body_util::{BodyExt, LengthLimitError, Limited};
 use hyper::body::Body as _;
+use text::excerpt;
 use tokio::time::{Instant, timeout};
 
 use crate::agent::{Agent, off_thread};
@@ -36,8 +37,11 @@ const BODY_BYTES: usize = 16 << 20;
 /// How long a body may take to arrive.
 const BODY_WITHIN: Duration = Duration::from_secs(5);
 
+/// Number of characters that a refusal quotes of a path or a query.
+const EXCERPT_CHARS: usize = 40;
+
 type Shared = State<Arc<Agent>>;
-type Answer = Result<Response, Refusal>;
+type Answered = Result<Response, Refusal>;
 
 /// All routes of an agent.
 pub(crate) fn router(agent: Arc<Agent>) -> Router {
@@ -75,7 +79,7 @@ pub(crate) fn router(agent: Arc<Agent>) -> Router {
 
 /// Refuses requests to a name that is not the agent's, and those that a page in a browser sent: the agent has
 /// none of its own.
-async fn refuse_foreign(State(agent): Shared, request: Request, next: Next) -> Answer {
+async fn refuse_foreign(State(agent): Shared, request: Request, next: Next) -> Answered {
     let (headers, uri) = (request.headers(), request.uri());
     let hosts = headers.get_all(header::HOST);
     let count = hosts.iter().count();
@@ -120,7 +124,7 @@ fn only(allowed: &'static str, methods: MethodRouter<Arc<Agent>>) -> MethodRoute
 
 /// Admits requests of the agent's own orchestrator. Each is completed even if the client goes away
 /// meanwhile: a run must not stay half ended.
-async fn enter(State(agent): Shared, request: Request, next: Next) -> Answer {
+async fn enter(State(agent): Shared, request: Request, next: Next) -> Answered {
     agent.enter(presented(request.headers())?.as_ref())?;
     let answer = tokio::spawn(async move {
         let answer = next.run(request).await;
@@ -144,22 +148,22 @@ fn presented(headers: &HeaderMap) -> Result<Option<Token>, Refusal> {
     }
 }
 
-async fn refuse_query(RawQuery(query): RawQuery, request: Request, next: Next) -> Answer {
+async fn refuse_query(RawQuery(query): RawQuery, request: Request, next: Next) -> Answered {
     match query {
         None => Ok(next.run(request).await),
-        Some(query) => Err(Refusal::Query(excerpt(&query))),
+        Some(query) => Err(Refusal::Query(excerpt(&query, EXCERPT_CHARS))),
     }
 }
 
 async fn nowhere(uri: Uri) -> Refusal {
-    Refusal::Path(excerpt(uri.path()))
+    Refusal::Path(excerpt(uri.path(), EXCERPT_CHARS))
 }
 
 async fn health(State(agent): Shared) -> Response {
     json(StatusCode::OK, &agent.health())
 }
 
-async fn claim(State(agent): Shared, headers: HeaderMap) -> Answer {
+async fn claim(State(agent): Shared, headers: HeaderMap) -> Answered {
     let presented = presented(&headers)?;
     agent.claim().claim(presented, Instant::now())?;
     agent.claimed.notify_one();
@@ -181,14 +185,14 @@ async fn finish(State(agent): Shared, Names([id]): Names<1>) -> Result<StatusCod
     Ok(StatusCode::NO_CONTENT)
 }
 
-async fn files(State(agent): Shared, Names([id]): Names<1>) -> Answer {
+async fn files(State(agent): Shared, Names([id]): Names<1>) -> Answered {
     let folder = agent.run(&id)?.folder.clone();
     let files = off_thread(move || Ok(shelf::list(&folder)?)).await?;
     Ok(json(StatusCode::OK, &files))
 }
 
 /// What a program of somebody's own left in its folder; nothing, if it has none.
-async fn own_files(State(agent): Shared, Names([id]): Names<1>) -> Answer {
+async fn own_files(State(agent): Shared, Names([id]): Names<1>) -> Answered {
     let folder = agent.run(&id)?.folder.join(OWN);
     let files = off_thread(move || match shelf::list(&folder) {
         Err(problem) if problem.kind() == ErrorKind::NotFound => Ok(BTreeMap::new()),
@@ -197,7 +201,7 @@ async fn own_files(State(agent): Shared, Names([id]): Names<1>) -> Answer {
     Ok(json(StatusCode::OK, &files.await?))
 }
 
-async fn read_file(State(agent): Shared, Names([id, name]): Names<2>, query: RawQuery) -> Answer {
+async fn read_file(State(agent): Shared, Names([id, name]): Names<2>, query: RawQuery) -> Answered {
     let folder = agent.run(&id)?.folder.clone();
     part(folder, name, query).await
 }
@@ -206,12 +210,12 @@ async fn read_own_file(
     State(agent): Shared,
     Names([id, name]): Names<2>,
     query: RawQuery,
-) -> Answer {
+) -> Answered {
     let folder = agent.run(&id)?.folder.join(OWN);
     part(folder, name, query).await
 }
 
-async fn part(folder: PathBuf, name: Name, RawQuery(query): RawQuery) -> Answer {
+async fn part(folder: PathBuf, name: Name, RawQuery(query): RawQuery) -> Answered {
     let from = from(query)?;
     let part = off_thread(move || shelf::read(&folder, &name, from)).await?;
     let mut response = respond(StatusCode::OK, "application/octet-stream", part.bytes);
@@ -219,7 +223,7 @@ async fn part(folder: PathBuf, name: Name, RawQuery(query): RawQuery) -> Answer 
     Ok(response)
 }
 
-async fn start(State(agent): Shared, Names([id, instance]): Names<2>, body: Body) -> Answer {
+async fn start(State(agent): Shared, Names([id, instance]): Names<2>, body: Body) -> Answered {
     let run = agent.run(&id)?;
     let asked = content(body).await?;
     let asked: StartRole =
@@ -230,11 +234,11 @@ async fn start(State(agent): Shared, Names([id, instance]): Names<2>, body: Body
     Ok(json(StatusCode::CREATED, &Started { ready }))
 }
 
-async fn state(State(agent): Shared, Names([id, instance]): Names<2>) -> Answer {
+async fn state(State(agent): Shared, Names([id, instance]): Names<2>) -> Answered {
     Ok(json(StatusCode::OK, &agent.run(&id)?.state(&instance)?))
 }
 
-async fn seen(State(agent): Shared, Names([id, instance]): Names<2>) -> Answer {
+async fn seen(State(agent): Shared, Names([id, instance]): Names<2>) -> Answered {
     Ok(json(StatusCode::OK, &agent.run(&id)?.seen(&instance)?))
 }
 
@@ -250,11 +254,11 @@ async fn freeze(
     Ok(StatusCode::NO_CONTENT)
 }
 
-async fn kill(State(agent): Shared, Names([id, instance]): Names<2>) -> Answer {
+async fn kill(State(agent): Shared, Names([id, instance]): Names<2>) -> Answered {
     Ok(json(StatusCode::OK, &agent.run(&id)?.kill(&instance)?))
 }
 
-async fn stop(State(agent): Shared, Names([id, instance]): Names<2>) -> Answer {
+async fn stop(State(agent): Shared, Names([id, instance]): Names<2>) -> Answered {
     let state = agent.run(&id)?.stop(&instance, STOP_WITHIN).await?;
     Ok(json(StatusCode::OK, &state))
 }
@@ -267,7 +271,7 @@ impl<S: Send + Sync, const N: usize> FromRequestParts<S> for Names<N> {
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Refusal> {
         let texts = RawPathParams::from_request_parts(parts, state).await;
-        let nowhere = || Refusal::Path(excerpt(parts.uri.path()));
+        let nowhere = || Refusal::Path(excerpt(parts.uri.path(), EXCERPT_CHARS));
         let texts = texts.map_err(|_| nowhere())?;
         let names: Result<Vec<Name>, _> = texts.iter().map(|(_, text)| text.parse()).collect();
         names?.try_into().map(Names).map_err(|_| nowhere())
@@ -281,7 +285,7 @@ fn from(query: Option<String>) -> Result<u64, Refusal> {
     };
     let digits = query.strip_prefix("from=");
     let from = digits.and_then(|digits| digits.parse().ok());
-    from.ok_or_else(|| Refusal::Query(excerpt(&query)))
+    from.ok_or_else(|| Refusal::Query(excerpt(&query, EXCERPT_CHARS)))
 }
 
 /// Reads a body, unless it is too long or too slow.
@@ -296,8 +300,4 @@ async fn content(body: Body) -> Result<Bytes, Refusal> {
         Ok(Err(problem)) => Err(Refusal::Body(problem.to_string())),
         Err(_) => Err(Refusal::Slow(BODY_WITHIN.as_secs())),
     }
-}
-
-fn excerpt(text: &str) -> String {
-    text.chars().take(40).collect()
 }

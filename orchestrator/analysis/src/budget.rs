@@ -15,6 +15,7 @@ use plan::{Plan, file_name};
 use crate::campaign::Run;
 use crate::numbered::Numbered;
 use crate::rows::{ReadError, read};
+use crate::statistics::upper_median;
 
 use self::rows::{Ticks, of_rows};
 
@@ -231,8 +232,7 @@ impl Budget {
     pub fn medians_ns(&self) -> Option<[i64; 8]> {
         let middle = |part: Part| {
             let mut values: Vec<i64> = self.samples.iter().map(|one| one.part_ns(part)).collect();
-            values.sort_unstable();
-            values.get(values.len() / 2).copied()
+            upper_median(&mut values, Ord::cmp)
         };
         let mut medians = [0; 8];
         for part in Part::ALL {

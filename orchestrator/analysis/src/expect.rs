@@ -130,23 +130,23 @@ impl fmt::Display for Judgement {
 
 /// A run, as far as it is asked.
 #[derive(Clone, Copy)]
-struct Asked<'a> {
+struct AskedRun<'a> {
     index: usize,
     row: &'a Summary,
     damage: &'a [Damage],
 }
 
-impl<'a> Asked<'a> {
-    fn of(run: &'a Run) -> Asked<'a> {
-        Asked {
+impl<'a> AskedRun<'a> {
+    fn of(run: &'a Run) -> AskedRun<'a> {
+        AskedRun {
             index: run.cell.index,
             row: &run.summary,
             damage: &run.damage,
         }
     }
 
-    fn of_row(row: &'a Outlined) -> Asked<'a> {
-        Asked {
+    fn of_row(row: &'a Outlined) -> AskedRun<'a> {
+        AskedRun {
             index: row.index,
             row: &row.summary,
             damage: &row.damage,
@@ -172,18 +172,18 @@ impl<'a> Asked<'a> {
 /// failures are still accepted.
 #[must_use]
 pub fn judge(plan: &Plan, runs: &[&Run], required: &[Clause], today: Day) -> Judgement {
-    let runs: Vec<Asked<'_>> = runs.iter().map(|run| Asked::of(run)).collect();
+    let runs: Vec<AskedRun<'_>> = runs.iter().map(|run| AskedRun::of(run)).collect();
     judge_asked(plan, &runs, required, today)
 }
 
 /// As [`judge`], of runs in their rows.
 #[must_use]
 pub fn judge_rows(plan: &Plan, rows: &[&Outlined], required: &[Clause], today: Day) -> Judgement {
-    let runs: Vec<Asked<'_>> = rows.iter().map(|row| Asked::of_row(row)).collect();
+    let runs: Vec<AskedRun<'_>> = rows.iter().map(|row| AskedRun::of_row(row)).collect();
     judge_asked(plan, &runs, required, today)
 }
 
-fn judge_asked(plan: &Plan, runs: &[Asked<'_>], required: &[Clause], today: Day) -> Judgement {
+fn judge_asked(plan: &Plan, runs: &[AskedRun<'_>], required: &[Clause], today: Day) -> Judgement {
     let indices: BTreeSet<usize> = runs.iter().map(|run| run.index).collect();
     // A clause that is both expected and required is asked once.
     let mut clauses: Vec<(&Clause, BTreeSet<usize>)> = Vec::new();
@@ -197,13 +197,13 @@ fn judge_asked(plan: &Plan, runs: &[Asked<'_>], required: &[Clause], today: Day)
     }
     let mut answers = Vec::new();
     for (clause, cells) in &clauses {
-        let has_it = |run: &&Asked<'_>| clause.figure().is_of(run.row.mode);
+        let has_it = |run: &&AskedRun<'_>| clause.figure().is_of(run.row.mode);
         let of_it = runs.iter().filter(|run| cells.contains(&run.index));
         let groups = grouped(of_it.filter(has_it), |run| {
             (&run.row.topology, run.row.condition())
         });
         for (_, group) in groups {
-            let runs: Vec<Asked<'_>> = group.into_iter().copied().collect();
+            let runs: Vec<AskedRun<'_>> = group.into_iter().copied().collect();
             let group = Question {
                 clause,
                 known: &plan.known,
@@ -243,7 +243,7 @@ fn is_passing(known: &Known, answers: &[Answer]) -> bool {
 }
 
 /// What the complete runs of a group are of all that there could be.
-fn drawn(plan: &Plan, runs: &[Asked<'_>]) -> Drawn {
+fn drawn(plan: &Plan, runs: &[AskedRun<'_>]) -> Drawn {
     let complete = || runs.iter().filter(|run| run.fault().is_none());
     let Some(first) = complete().next() else {
         return Drawn::Nothing;
@@ -273,12 +273,12 @@ struct Question<'a> {
     today: Day,
     drawn: Drawn,
     /// At least one.
-    runs: Vec<Asked<'a>>,
+    runs: Vec<AskedRun<'a>>,
 }
 
 impl<'a> Question<'a> {
     /// The runs that the machine supports.
-    fn asked(&self) -> impl Iterator<Item = &Asked<'a>> {
+    fn asked(&self) -> impl Iterator<Item = &AskedRun<'a>> {
         self.runs.iter().filter(|run| !run.is_unsupported())
     }
 
@@ -323,7 +323,7 @@ impl<'a> Question<'a> {
 
     /// The outcome, and the reason of a failure that is known, or was.
     fn outcome(&self, complete: &[&Summary]) -> (ClauseOutcome, Option<String>) {
-        if self.runs.iter().all(Asked::is_unsupported) {
+        if self.runs.iter().all(AskedRun::is_unsupported) {
             return (ClauseOutcome::Unsupported, None);
         }
         let is_whole = self.asked().all(|run| run.fault().is_none());

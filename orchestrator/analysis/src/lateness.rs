@@ -14,7 +14,7 @@ use plan::file_name;
 use serde::{Deserialize, Serialize};
 
 use crate::rows::{ReadError, read};
-use crate::statistics::{Line, Quantiles, share};
+use crate::statistics::{Line, Quantiles, lower_median, share};
 
 /// One arrival against its schedule.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -134,7 +134,7 @@ impl Drift {
         }
         let mut any_order = due_s;
         any_order.copy_from_slice(&residuals_ms);
-        let middle_ms = middle(&mut any_order);
+        let middle_ms = lower_median(&mut any_order, f64::total_cmp).unwrap_or(0.0);
         let off_ms = |residual_ms: f64| (residual_ms - middle_ms).abs();
         let off_ns = any_order.into_iter().map(|ms| (off_ms(ms) * 1e6) as u64);
         let off = Quantiles::of(off_ns.collect());
@@ -160,16 +160,6 @@ impl Drift {
             ..self
         }
     }
-}
-
-/// The median; the lower of the two middle values if their number is even, 0 if there are none.
-/// Reorders the values.
-fn middle(values: &mut [f64]) -> f64 {
-    let at = values.len().saturating_sub(1) / 2;
-    if values.is_empty() {
-        return 0.0;
-    }
-    *values.select_nth_unstable_by(at, f64::total_cmp).1
 }
 
 #[cfg(test)]

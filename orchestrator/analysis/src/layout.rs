@@ -1,6 +1,7 @@
 //! Formats rows: as aligned columns for people, and as CSV for programs.
 
 use serde::Serialize;
+use text::decimals;
 
 /// One column: its two lines of heading, its alignment, when it is shown, and what the legend says of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -258,9 +259,7 @@ pub fn digits(x: Option<f64>) -> String {
     if x.abs() < 0.5 * 10f64.powi(-MOST_DECIMALS) {
         return "0".to_owned();
     }
-    // The exponent is that of the rounded number: 9.996 is 10.0, not 10.00.
-    let rounded: f64 = format!("{x:.2e}").parse().unwrap_or(x);
-    let decimals = (2 - rounded.abs().log10().floor() as i32).clamp(0, MOST_DECIMALS);
+    let decimals = decimals(x, 3).map_or(0, |all| all.clamp(0, MOST_DECIMALS));
     format!("{x:.*}", decimals as usize)
 }
 

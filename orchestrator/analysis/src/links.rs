@@ -5,7 +5,7 @@
 //! usual, the settling times of that topology are marked in the tables above, and a sentence says why.
 
 use crate::layout::{Column, digits, grouped, number, sheet, text, wrapped};
-use crate::statistics::median;
+use crate::statistics::{mean, median};
 use crate::summary::Summary;
 
 const COLUMNS: [Column; 9] = [
@@ -97,8 +97,7 @@ fn links(rows: &[Summary]) -> Vec<Link<'_>> {
             figures.collect::<Vec<f64>>()
         };
         let middle = |figure| median(&figures(figure));
-        let here = figures(|row| row.stalled_due);
-        let here = here.iter().sum::<f64>() / here.len() as f64;
+        let here = mean(&figures(|row| row.stalled_due));
         Link {
             name,
             p50: [

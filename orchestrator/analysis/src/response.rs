@@ -20,7 +20,8 @@ use serde::{Deserialize, Serialize};
 use crate::asked::STEP_BAND;
 use crate::reason::Reason;
 use crate::silence::{Silence, SilenceTrace, Ticking, least_ns};
-use crate::verdict::{Course, Finding, LoopVerdict, PARTS, judge, judge_following, mean, part};
+use crate::statistics::mean;
+use crate::verdict::{Course, Finding, LoopVerdict, PARTS, judge, judge_following, part};
 
 pub use aim::Aim;
 pub use second::SecondTrace;

@@ -18,7 +18,7 @@ use crate::reason::Reason;
 use crate::silence::Silence;
 
 pub use fifth::PARTS;
-pub(crate) use fifth::{mean, part};
+pub(crate) use fifth::part;
 pub use rule::{judge, judge_following, judge_free};
 
 /// The verdict on a closed loop, from the best to the worst.

@@ -17,10 +17,13 @@ use serde::Deserialize;
 use serde_json::json;
 use shaper::ProbePlan;
 
+use crate::agents::Agents;
+use crate::error::RunError;
+use crate::player::Player;
 use crate::remote_part::RemotePart;
 use crate::role::{LinkRole, RoleSettings};
 use crate::site::{Running, Site};
-use crate::{Agents, Player, RunError, schedule, sighting};
+use crate::{schedule, sighting};
 
 /// How long an agent may take for its first answer: its container may just have been started.
 const HEALTHY_WITHIN: Duration = Duration::from_secs(30);

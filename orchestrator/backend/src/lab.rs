@@ -12,7 +12,7 @@ use std::net::Ipv4Addr;
 use link::Profile;
 use shaper::Namespace;
 
-use crate::Player;
+use crate::player::Player;
 
 /// Namespaces and addresses. They disappear with this value and the processes in them.
 pub struct Lab {

@@ -65,5 +65,5 @@ pub use probe::{Probed, probe};
 pub use role::{ControllerRole, LinkRole, PlantRole, settings_schema};
 pub use run::{Attempt, Backend, Unreadable, cell_folder, manifest, run_cell};
 pub use schedule::{AFTER_OPENING_NS, lead_ns, overhead_ns, stagger_ns};
-pub use timings::{InvalidTimings, Program, Rates, Timings};
+pub use timings::{InvalidTimings, Rates, TimedProgram, Timings};
 pub use virtual_time::Virtual;

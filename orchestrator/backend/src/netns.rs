@@ -13,9 +13,12 @@ use clock::now::now_ns;
 use link::{Profile, Way};
 use shaper::{Namespace, ProbePlan, Prober};
 
+use crate::error::RunError;
+use crate::lab::Lab;
+use crate::player::Player;
 use crate::role::{LinkRole, RoleSettings};
+use crate::schedule;
 use crate::site::{Running, Site};
-use crate::{Lab, Player, RunError, schedule};
 
 /// A run's network on this machine, and where its files are.
 pub(crate) struct Netns {

@@ -4,7 +4,7 @@ use link::Profile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::RunError;
+use crate::error::RunError;
 
 /// A player, as it is asked for.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

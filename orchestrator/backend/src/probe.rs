@@ -10,9 +10,11 @@ use link::{Epoch, LinkTime, Profile, Way};
 use plan::Phase;
 use shaper::{PacketPort, PlayerConfig, Prober, TcConfig, TcPlayer, play};
 
+use crate::error::RunError;
+use crate::lab::Lab;
 use crate::link_check::{LinkCheck, NOTHING_ENTERED};
+use crate::player::Player;
 use crate::schedule::{self, Series, Spacing};
-use crate::{Lab, Player, RunError};
 
 /// What the echoes have shown.
 #[derive(Debug)]

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use agent::{RemoteRun, RoleState, Seen, Stop};
 
-use crate::RunError;
+use crate::error::RunError;
 use crate::role::RoleSettings;
 use crate::site::Running;
 

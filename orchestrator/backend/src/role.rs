@@ -12,7 +12,7 @@ use plan::{Cell, Client, ProfileText, Program};
 use schemars::{JsonSchema, schema_for};
 use serde::{Deserialize, Serialize};
 
-use crate::Player;
+use crate::player::Player;
 use crate::texts::Texts;
 
 /// What the plant is told.

@@ -11,7 +11,7 @@ use plan::file_name;
 use serde::de::DeserializeOwned;
 use shaper::ProbePlan;
 
-use crate::RunError;
+use crate::error::RunError;
 
 /// How often to check for the end of a series that is nearly over.
 const POLL: Duration = Duration::from_millis(100);

@@ -11,7 +11,7 @@ use agent::{Seen, Stop};
 use certificate::Echo;
 use shaper::ProbePlan;
 
-use crate::RunError;
+use crate::error::RunError;
 use crate::role::RoleSettings;
 
 /// Port of the plant. Any port would do, since only one run uses the link's addresses.

@@ -12,7 +12,7 @@ use text::TomlText;
 const BUILT_IN: &str = include_str!("timings.toml");
 
 /// A program that is timed: a client and, if it is a page, its thread.
-pub type Program = (Client, Option<Thread>);
+pub type TimedProgram = (Client, Option<Thread>);
 
 /// How long each client takes, at each measured sample time, by its name: `firefox` is its page in a
 /// worker, and `firefox-main` its page on the main thread, with `setTimeout`.
@@ -122,7 +122,7 @@ impl Timings {
     ///
     /// # Errors
     /// The error of `rates`.
-    pub fn found<E>(rates: impl Fn(Program) -> Result<Rates, E>) -> Result<Timings, E> {
+    pub fn found<E>(rates: impl Fn(TimedProgram) -> Result<Rates, E>) -> Result<Timings, E> {
         let found = programs().map(|program| Ok((name(program), rates(program)?)));
         found.collect::<Result<_, E>>().map(Timings)
     }
@@ -136,13 +136,13 @@ impl Timings {
 
     /// The timings of a program.
     #[must_use]
-    pub fn rates(&self, program: Program) -> &Rates {
+    pub fn rates(&self, program: TimedProgram) -> &Rates {
         &self.0[&name(program)]
     }
 }
 
 /// All programs, in the order of the file.
-fn programs() -> impl Iterator<Item = Program> {
+fn programs() -> impl Iterator<Item = TimedProgram> {
     let of = |client: Client| {
         if client.is_browser() {
             vec![(client, Some(Thread::Worker)), (client, Some(Thread::Main))]
@@ -154,7 +154,7 @@ fn programs() -> impl Iterator<Item = Program> {
 }
 
 /// The program's name in the file.
-fn name((client, thread): Program) -> String {
+fn name((client, thread): TimedProgram) -> String {
     match thread {
         Some(Thread::Main) => format!("{client}-main"),
         Some(Thread::Worker) | None => client.to_string(),

@@ -6,8 +6,9 @@ use link::Profile;
 use plan::{Cell, ProfileText};
 use sim::Timing;
 
+use crate::error::RunError;
 use crate::texts::read_profile;
-use crate::{RunError, Timings};
+use crate::timings::Timings;
 
 /// How long programs take, and the links that cells are simulated over.
 #[derive(Debug)]

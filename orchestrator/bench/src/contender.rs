@@ -8,7 +8,7 @@ use crate::context::Context;
 
 /// What a contender is to the comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum Standing {
     /// What the machine allows: the same thing with as little as possible around it.
     Limit,
     /// Another program.
@@ -17,14 +17,14 @@ pub(crate) enum Kind {
     Webloop,
 }
 
-impl Kind {
+impl Standing {
     /// The word for it in tables and files.
     #[must_use]
     pub(crate) fn word(self) -> &'static str {
         match self {
-            Kind::Limit => "limit",
-            Kind::Peer => "peer",
-            Kind::Webloop => "webloop",
+            Standing::Limit => "limit",
+            Standing::Peer => "peer",
+            Standing::Webloop => "webloop",
         }
     }
 }
@@ -38,14 +38,14 @@ pub(crate) struct Contender {
     /// Its name.
     pub(crate) name: &'static str,
     /// What it is to the comparison.
-    pub(crate) kind: Kind,
+    pub(crate) kind: Standing,
     /// Measures it once.
     pub(crate) measure: Measure,
 }
 
 impl Contender {
     pub(crate) const fn limit(name: &'static str, measure: Measure) -> Contender {
-        let kind = Kind::Limit;
+        let kind = Standing::Limit;
         Contender {
             name,
             kind,
@@ -54,7 +54,7 @@ impl Contender {
     }
 
     pub(crate) const fn peer(name: &'static str, measure: Measure) -> Contender {
-        let kind = Kind::Peer;
+        let kind = Standing::Peer;
         Contender {
             name,
             kind,
@@ -63,7 +63,7 @@ impl Contender {
     }
 
     pub(crate) const fn webloop(name: &'static str, measure: Measure) -> Contender {
-        let kind = Kind::Webloop;
+        let kind = Standing::Webloop;
         Contender {
             name,
             kind,

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::error::BenchError;
-use crate::outcome::Outcome;
+use crate::outcome::MeasuredTable;
 use crate::table;
 
 const VALUES: &str = "bench.csv";
@@ -17,7 +17,7 @@ const MACHINE: &str = "machine.json";
 #[derive(Debug)]
 pub(crate) struct Figures {
     folder: PathBuf,
-    outcomes: Vec<Outcome>,
+    outcomes: Vec<MeasuredTable>,
     tables: String,
 }
 
@@ -56,7 +56,7 @@ impl Figures {
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub(crate) fn add(&mut self, outcome: Outcome, table: &str) -> Result<(), BenchError> {
+    pub(crate) fn add(&mut self, outcome: MeasuredTable, table: &str) -> Result<(), BenchError> {
         self.outcomes.push(outcome);
         self.tables.push_str(table);
         self.tables.push('\n');

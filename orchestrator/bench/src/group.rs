@@ -5,9 +5,9 @@ use crate::{
     browser, cell, crossing, memory, rate, report, rows, step, stream, tick, virtual_time,
 };
 
-endpoint::choice!(
+column::choice!(
     /// A table of contenders.
-    Group, "table", "step, rate, tick, delay, stream, virtual, rows, cell, memory, report, browser or compose", {
+    Group, "table", {
         /// A message and its answer, back to back.
         Step = "step",
         /// A loop at 10 kHz.

@@ -76,7 +76,7 @@ fn main() -> ExitCode {
         }
         let said = format!("webloop-bench: {failure}");
         // Where standard error cannot be written, the code still says it.
-        let _ = writeln!(io::stderr(), "{}", endpoint::plain(&said));
+        let _ = writeln!(io::stderr(), "{}", text::plain(&said));
         failure.code()
     })
 }
@@ -140,7 +140,7 @@ fn end(words: &[String]) -> Result<ExitCode, BenchError> {
 
 /// Prints a text and a line's end, with control characters by their codes.
 fn print(text: &str) -> Result<(), BenchError> {
-    writeln!(io::stdout(), "{}", endpoint::plain(text)).map_err(BenchError::Output)
+    writeln!(io::stdout(), "{}", text::plain(text)).map_err(BenchError::Output)
 }
 
 /// A flag that SIGTERM and SIGINT set.

@@ -100,14 +100,14 @@ pub(crate) struct Ratio {
 
 /// A measured table.
 #[derive(Debug)]
-pub(crate) struct Outcome {
+pub(crate) struct MeasuredTable {
     /// Which one.
     pub(crate) group: Group,
     /// Its contenders, in order.
     pub(crate) series: Vec<Series>,
 }
 
-impl Outcome {
+impl MeasuredTable {
     /// The series of a contender.
     pub(crate) fn of(&self, contender: &str) -> Option<&Series> {
         self.series
@@ -128,11 +128,11 @@ impl Outcome {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contender::Kind;
+    use crate::contender::Standing;
 
     static ONE: Contender = Contender {
         name: "one",
-        kind: Kind::Limit,
+        kind: Standing::Limit,
         measure: |_| Ok(Vec::new()),
     };
 

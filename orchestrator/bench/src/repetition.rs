@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::argument::Settings;
 use crate::context::{Context, Programs};
 use crate::group::Group;
-use crate::outcome::{Outcome, Series};
+use crate::outcome::{MeasuredTable, Series};
 use crate::processor::Processors;
 
 /// Measures a table. Calls `on_contender` with each contender and the number of the repetition before it is measured.
@@ -24,14 +24,14 @@ pub(crate) fn measure(
     programs: &Programs,
     stop: &AtomicBool,
     mut on_contender: impl FnMut(&str, u32),
-) -> io::Result<Outcome> {
+) -> io::Result<MeasuredTable> {
     let table = group.table();
     let mut series: Vec<Series> = table.contenders.iter().map(Series::new).collect();
     let processors = table.processors.map(Processors::last).transpose()?;
     for time in 0..settings.times.min(group.most_times()) {
         for one in &mut series {
             if stop.load(Ordering::Relaxed) {
-                return Ok(Outcome { group, series });
+                return Ok(MeasuredTable { group, series });
             }
             if one.is_skipped() {
                 continue;
@@ -50,5 +50,5 @@ pub(crate) fn measure(
             });
         }
     }
-    Ok(Outcome { group, series })
+    Ok(MeasuredTable { group, series })
 }

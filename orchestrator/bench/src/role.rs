@@ -151,7 +151,7 @@ pub(crate) fn output_in(
     let last = said.lines().rfind(|line| !line.trim().is_empty());
     let name = command.get_program().to_string_lossy();
     Err(Lack(match last {
-        Some(line) => format!("{name}: {}", endpoint::plain(line.trim())),
+        Some(line) => format!("{name}: {}", text::plain(line.trim())),
         None => format!("{name} ended with {}", output.status),
     }))
 }

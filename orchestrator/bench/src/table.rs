@@ -3,14 +3,14 @@
 use std::fmt::Write;
 
 use crate::comparison::{Bound, Goal};
-use crate::outcome::{Outcome, Series};
+use crate::outcome::{MeasuredTable, Series};
 
 /// Columns of the file of values: one row for each repetition's figure.
 const COLUMNS: &str = "table,contender,kind,figure,repetition,value\n";
 
 /// Writes the values of all tables.
 #[must_use]
-pub(crate) fn csv(outcomes: &[Outcome]) -> String {
+pub(crate) fn csv(outcomes: &[MeasuredTable]) -> String {
     let mut text = COLUMNS.to_owned();
     for outcome in outcomes {
         for series in &outcome.series {
@@ -35,7 +35,7 @@ pub(crate) fn csv(outcomes: &[Outcome]) -> String {
 /// Writes a table for people: medians, and the first figure as a multiple of the base's with its least and
 /// greatest repetition.
 #[must_use]
-pub(crate) fn text(outcome: &Outcome) -> String {
+pub(crate) fn text(outcome: &MeasuredTable) -> String {
     let table = outcome.group.table();
     let figures = columns(outcome);
     let mut text = format!("{}: {}\n\n", outcome.group, table.about);
@@ -60,7 +60,7 @@ pub(crate) fn text(outcome: &Outcome) -> String {
 }
 
 /// The figures that any contender has, in order.
-fn columns(outcome: &Outcome) -> Vec<&'static str> {
+fn columns(outcome: &MeasuredTable) -> Vec<&'static str> {
     let mut figures = Vec::new();
     for name in outcome.series.iter().flat_map(Series::figures) {
         if !figures.contains(&name) {
@@ -119,7 +119,7 @@ fn line(text: &mut String, series: &Series, figures: &[&str], base: Option<&Seri
 }
 
 /// A goal, and what was reached.
-fn said(text: &mut String, outcome: &Outcome, goal: &Goal) {
+fn said(text: &mut String, outcome: &MeasuredTable, goal: &Goal) {
     let (word, bound) = match goal.bound {
         Bound::AtMost(most) => ("at most", most),
         Bound::AtLeast(least) => ("at least", least),

@@ -7,8 +7,9 @@
 use std::collections::BTreeMap;
 
 use analysis::rows::read;
+use analysis::statistics::upper_median;
 use analysis::{Campaign, Run};
-use backend::{Program, Rates, Timings};
+use backend::{Rates, TimedProgram, Timings};
 use endpoint::{ArrivalRow, Connection, MessageRow, Mode, SampleTime, Schedule};
 use plan::file_name;
 use sim::{Spread, Timing};
@@ -31,7 +32,7 @@ pub fn timings(campaign: &Campaign) -> Result<Timings, Error> {
 }
 
 /// A program's timings at each sample time of its runs on loopback.
-fn rates(campaign: &Campaign, (client, thread): Program) -> Result<Rates, Error> {
+fn rates(campaign: &Campaign, (client, thread): TimedProgram) -> Result<Rates, Error> {
     let runs = campaign.runs.iter().filter(|run| {
         run.is_complete()
             && run.cell.client == client
@@ -55,7 +56,7 @@ fn rates(campaign: &Campaign, (client, thread): Program) -> Result<Rates, Error>
     let clamp_ns = kept.values().map(Passages::clamp_ns).max().unwrap_or(0);
     let take_ns = bursts.pause_ns(|bursts| &mut bursts.receives_ns);
     let serve_ns = bursts.pause_ns(|bursts| &mut bursts.arrivals_ns);
-    let player_ns = middle(&mut player).unwrap_or(0);
+    let player_ns = upper_median(&mut player, Ord::cmp).unwrap_or(0);
     let of_rate = |passages: &mut Passages| Timing {
         late_ns: Spread::of(&mut passages.late_ns(clamp_ns)),
         up_ns: Spread::of(&mut passages.up_ns),
@@ -202,11 +203,6 @@ impl Bursts {
         let sum: u64 = pauses.iter().map(|ns| u64::from(*ns)).sum();
         u32::try_from(sum / pauses.len() as u64).unwrap_or(u32::MAX)
     }
-}
-
-fn middle(values: &mut [u32]) -> Option<u32> {
-    values.sort_unstable();
-    values.get(values.len() / 2).copied()
 }
 
 /// Time between two instants, ns; saturates above four seconds, which no program takes.

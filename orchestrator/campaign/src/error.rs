@@ -152,7 +152,7 @@ pub enum Error {
 
 /// Whose fault an error is; determines the exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ErrorKind {
     /// The request, or a file that it names, is wrong.
     Usage,
     /// This machine lacks something.
@@ -166,7 +166,7 @@ pub enum Kind {
 impl Error {
     /// Whose fault it is.
     #[must_use]
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> ErrorKind {
         match self {
             Error::Open(_)
             | Error::OtherKind { .. }
@@ -175,15 +175,15 @@ impl Error {
             | Error::BadToken(_)
             | Error::NoOwner { .. }
             | Error::Run(RunError::InUse(_))
-            | Error::Compose(Problem::Usage(_)) => Kind::Usage,
-            Error::Merge(problem) if problem.is_usage() => Kind::Usage,
+            | Error::Compose(Problem::Usage(_)) => ErrorKind::Usage,
+            Error::Merge(problem) if problem.is_usage() => ErrorKind::Usage,
             Error::Compose(Problem::Unsupported { .. }) | Error::NotOwner { .. } => {
-                Kind::Unsupported
+                ErrorKind::Unsupported
             }
             Error::Unfinished {
                 code: Some(code), ..
-            } => Kind::Other(*code),
-            _ => Kind::Failed,
+            } => ErrorKind::Other(*code),
+            _ => ErrorKind::Failed,
         }
     }
 }

@@ -47,7 +47,7 @@ mod workers;
 pub use campaign_folder::CampaignFolder;
 pub use containers::{ComposeRunner, Inside};
 pub use earlier::Own;
-pub use error::{Error, Kind};
+pub use error::{Error, ErrorKind};
 pub use findings::Findings;
 pub use folder::{begun_now, fresh};
 pub use jobs::{Program, run};

@@ -42,7 +42,7 @@ fn wait(child: &mut Child, stop: &AtomicBool) -> Result<String, Error> {
         thread::spawn(move || {
             let mut said = Vec::new();
             let _ = stderr.read_to_end(&mut said);
-            let _ = give.send(endpoint::plain(String::from_utf8_lossy(&said).trim()).into_owned());
+            let _ = give.send(text::plain(String::from_utf8_lossy(&said).trim()).into_owned());
         });
     }
     let mut words: Option<String> = None;

@@ -21,7 +21,7 @@ const BESIDE_VALUE: f64 = 3.0;
 
 /// What one tile shows, the lowest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Shown {
+enum TileFill {
     Nothing,
     Hatched,
     Level(usize),
@@ -68,27 +68,27 @@ impl<'a> Field<'a> {
         self.map.tile(column.index, row.index)
     }
 
-    fn shown(&self, column: &Lane, row: &Lane) -> Shown {
+    fn shown(&self, column: &Lane, row: &Lane) -> TileFill {
         match self.tile(column, row) {
-            Tile::Value(value) => Shown::Level(self.levels.at(value)),
-            Tile::Hatched => Shown::Hatched,
-            Tile::None => Shown::Nothing,
+            Tile::Value(value) => TileFill::Level(self.levels.at(value)),
+            Tile::Hatched => TileFill::Hatched,
+            Tile::None => TileFill::Nothing,
         }
     }
 
     /// The hatched ground, then level by level.
     pub(crate) fn layers(&self) -> Vec<Layer> {
         let mut layers = Vec::new();
-        if self.has(Shown::Hatched) {
-            let all = self.rooms(|shown| shown >= Shown::Hatched);
-            let hatched = self.rooms(|shown| shown == Shown::Hatched);
+        if self.has(TileFill::Hatched) {
+            let all = self.rooms(|shown| shown >= TileFill::Hatched);
+            let hatched = self.rooms(|shown| shown == TileFill::Hatched);
             layers.push(Layer {
                 name: Some(self.map.hatched.to_owned()),
                 shapes: ground(&all, &hatched),
             });
         }
-        for level in (0..self.levels.count()).filter(|level| self.has(Shown::Level(*level))) {
-            let rooms = self.rooms(|shown| shown >= Shown::Level(level));
+        for level in (0..self.levels.count()).filter(|level| self.has(TileFill::Level(*level))) {
+            let rooms = self.rooms(|shown| shown >= TileFill::Level(level));
             layers.push(Layer {
                 name: Some(format!(
                     "{}: {}",
@@ -128,7 +128,7 @@ impl<'a> Field<'a> {
         Layer { name: None, shapes }
     }
 
-    fn has(&self, what: Shown) -> bool {
+    fn has(&self, what: TileFill) -> bool {
         self.rows.iter().any(|row| {
             let mut columns = self.columns.iter();
             columns.any(|column| self.shown(column, row) == what)
@@ -137,7 +137,7 @@ impl<'a> Field<'a> {
 
     /// The tiles for which `is_so` holds, as rectangles: runs of tiles in a row, joined with runs of
     /// the same left end and width in the rows above.
-    fn rooms(&self, is_so: impl Fn(Shown) -> bool) -> Vec<Frame> {
+    fn rooms(&self, is_so: impl Fn(TileFill) -> bool) -> Vec<Frame> {
         let (mut done, mut open) = (Vec::new(), Vec::<Frame>::new());
         for row in &self.rows {
             let tiles: Vec<(bool, &Lane)> = self

@@ -70,7 +70,7 @@ impl Argument {
         Argument::try_parse().unwrap_or_else(|error| {
             // It quotes the command line, in colours of its own.
             let said = error.render().to_string();
-            if error.use_stderr() && said.contains(endpoint::plain::is_active) {
+            if error.use_stderr() && said.contains(text::is_active) {
                 say!("{}", said.trim_end());
                 std::process::exit(error.exit_code());
             }

@@ -15,7 +15,7 @@ macro_rules! say {
 
 /// What [`say!`] does.
 pub(crate) fn line(words: Arguments<'_>) {
-    drawn(&endpoint::plain(&words.to_string()));
+    drawn(&text::plain(&words.to_string()));
 }
 
 /// Prints a text on standard error that has colours of our own, and a line's end.
@@ -25,10 +25,10 @@ pub(crate) fn drawn(text: &str) {
 
 /// Standard output, whose errors say that they are its own. Control characters come out by their codes.
 pub(crate) fn out() -> Out {
-    Out(Shown::of(io::stdout()))
+    Out(PlainWriter::of(io::stdout()))
 }
 
-pub(crate) struct Out(Shown<Stdout>);
+pub(crate) struct Out(PlainWriter<Stdout>);
 
 impl Write for Out {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
@@ -41,13 +41,13 @@ impl Write for Out {
 }
 
 /// Writes text on, with control characters by their codes, however it is cut into pieces.
-struct Shown<W: Write> {
+struct PlainWriter<W: Write> {
     to: W,
     /// The beginning of a letter whose rest comes with the next piece.
     begun: Vec<u8>,
 }
 
-impl<W: Write> Shown<W> {
+impl<W: Write> PlainWriter<W> {
     fn of(to: W) -> Self {
         Self {
             to,
@@ -56,7 +56,7 @@ impl<W: Write> Shown<W> {
     }
 }
 
-impl<W: Write> Write for Shown<W> {
+impl<W: Write> Write for PlainWriter<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         // Of ASCII alone, only what is below the space and DEL act.
         let acts = |byte: &u8| !matches!(byte, b' '..=b'~' | b'\n' | b'\t');
@@ -67,8 +67,7 @@ impl<W: Write> Write for Shown<W> {
         text.extend_from_slice(bytes);
         let mut chunks = text.utf8_chunks().peekable();
         while let Some(chunk) = chunks.next() {
-            self.to
-                .write_all(endpoint::plain(chunk.valid()).as_bytes())?;
+            self.to.write_all(text::plain(chunk.valid()).as_bytes())?;
             let other = chunk.invalid();
             let is_begun = chunks.peek().is_none()
                 && std::str::from_utf8(other).is_err_and(|error| error.error_len().is_none());
@@ -100,19 +99,19 @@ mod tests {
     fn a_text_is_shown_the_same_however_it_is_cut() {
         let text = "a\u{1b}[2J\u{9b}31m \u{e9}\u{20ac}\u{1f980}\u{202e}\r\n\u{7f}z\t.";
         for size in 1..=text.len() {
-            let mut shown = Shown::of(Vec::new());
+            let mut shown = PlainWriter::of(Vec::new());
             for piece in text.as_bytes().chunks(size) {
                 shown.write_all(piece).expect("in memory");
             }
             let shown = String::from_utf8(shown.to).expect("text");
-            assert!(!shown.contains(endpoint::is_active), "{size}: {shown:?}");
-            assert_eq!(shown, endpoint::plain(text), "{size}");
+            assert!(!shown.contains(text::is_active), "{size}: {shown:?}");
+            assert_eq!(shown, text::plain(text), "{size}");
         }
     }
 
     #[test]
     fn bytes_that_are_no_text_are_written_as_they_are() {
-        let mut shown = Shown::of(Vec::new());
+        let mut shown = PlainWriter::of(Vec::new());
         shown
             .write_all(&[0xff, b'a', 0xfe, 0xc3, b'b'])
             .expect("in memory");

@@ -3,8 +3,8 @@
 use std::io::IsTerminal;
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
-use endpoint::plain;
-use endpoint::plain::is_active;
+use text::is_active;
+use text::plain;
 use text::{Diagnostic, Severity};
 
 /// Draws what is wrong with the text `source`, which is called `origin`, or odd.

@@ -3,7 +3,7 @@
 use std::io;
 use std::process::ExitCode;
 
-use campaign::Kind;
+use campaign::ErrorKind;
 
 /// How a command ended, as its caller's shell sees it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,13 +62,13 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
 }
 
 /// The exit code of a campaign's error.
-fn of_kind(kind: Kind) -> Exit {
+fn of_kind(kind: ErrorKind) -> Exit {
     match kind {
-        Kind::Usage => Exit::Usage,
-        Kind::Unsupported => Exit::Unsupported,
-        Kind::Other(code) if code == Exit::Usage as i32 => Exit::Usage,
-        Kind::Other(code) if code == Exit::Unsupported as i32 => Exit::Unsupported,
-        Kind::Failed | Kind::Other(_) => Exit::Failed,
+        ErrorKind::Usage => Exit::Usage,
+        ErrorKind::Unsupported => Exit::Unsupported,
+        ErrorKind::Other(code) if code == Exit::Usage as i32 => Exit::Usage,
+        ErrorKind::Other(code) if code == Exit::Unsupported as i32 => Exit::Unsupported,
+        ErrorKind::Failed | ErrorKind::Other(_) => Exit::Failed,
     }
 }
 

@@ -86,7 +86,7 @@ impl Progress {
 impl campaign::Progress for Progress {
     fn say(&self, words: &str) {
         if let Some((all, _)) = &self.bars {
-            let _ = all.println(endpoint::plain(words));
+            let _ = all.println(text::plain(words));
         } else if self.lines {
             say!("{words}");
         }
@@ -136,7 +136,7 @@ impl campaign::Progress for Progress {
             bar.set_message(standing(done, self.total, left));
             // Bars show what goes well; a line about what does not stays on the screen.
             if verdict != Verdict::Complete {
-                let _ = all.println(endpoint::plain(&line));
+                let _ = all.println(text::plain(&line));
             }
         } else if self.lines {
             say!("{line}");

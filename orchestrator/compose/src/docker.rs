@@ -18,13 +18,13 @@ const INSTALL: &str = "install Docker Engine and its Compose plugin, 2.20 or lat
 
 /// Result of a call.
 #[derive(Debug)]
-pub(crate) struct Answer {
+pub(crate) struct DockerOutput {
     pub(crate) status: ExitStatus,
     pub(crate) out: String,
     pub(crate) err: String,
 }
 
-impl Answer {
+impl DockerOutput {
     /// Its last words, in one line.
     pub(crate) fn words(&self) -> String {
         last_line(&self.err)
@@ -48,14 +48,14 @@ pub(crate) fn docker() -> Command {
 }
 
 /// Calls `docker` and waits for its answer, which may be a failure.
-pub(crate) fn ask(arguments: &[&str], within: Duration) -> Result<Answer, Problem> {
+pub(crate) fn ask(arguments: &[&str], within: Duration) -> Result<DockerOutput, Problem> {
     let mut command = docker();
     command.args(arguments);
     call(command, within)
 }
 
 /// Calls a command made by [`docker`], and kills it when its time is up.
-pub(crate) fn call(mut command: Command, within: Duration) -> Result<Answer, Problem> {
+pub(crate) fn call(mut command: Command, within: Duration) -> Result<DockerOutput, Problem> {
     let mut child = command.spawn().map_err(|problem| unstarted(&problem))?;
     let (out, err) = (read_all(child.stdout.take()), read_all(child.stderr.take()));
     let deadline = Instant::now() + within;
@@ -74,7 +74,7 @@ pub(crate) fn call(mut command: Command, within: Duration) -> Result<Answer, Pro
         }
     };
     let text = |reader: JoinHandle<String>| reader.join().unwrap_or_default();
-    Ok(Answer {
+    Ok(DockerOutput {
         status,
         out: text(out),
         err: text(err),

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use serde::Deserialize;
 
-use crate::docker::{Answer, ask};
+use crate::docker::{DockerOutput, ask};
 use crate::problem::Problem;
 use crate::version::Version;
 
@@ -87,7 +87,7 @@ pub fn serves() -> Result<Server, Problem> {
 }
 
 /// Why an engine does not answer.
-fn silent(answer: &Answer) -> Problem {
+fn silent(answer: &DockerOutput) -> Problem {
     let words = answer.words();
     if words.contains("permission denied") {
         Problem::lacks(

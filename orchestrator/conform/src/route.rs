@@ -34,7 +34,7 @@ pub(crate) enum Then {
 }
 
 /// What a request asks for.
-enum Asked {
+enum Wanted {
     Message(Mode),
     State,
     Socket(Mode),
@@ -50,7 +50,7 @@ pub(crate) fn reply(
 ) -> Reply {
     let (mut at_ns, mut then) = (exchange.released_ns(now_ns), Then::Request);
     let response = match asked(head) {
-        Ok(Asked::Message(mode)) => {
+        Ok(Wanted::Message(mode)) => {
             let said = exchange.message(mode, head.target.query, connection, now_ns);
             at_ns = said.at_ns;
             if said.is_last {
@@ -61,9 +61,9 @@ pub(crate) fn reply(
                 Err(refusal) => refused(refusal),
             }
         }
-        Ok(Asked::State) => message(&exchange.observe(now_ns), head.lines),
-        Ok(Asked::Health) => respond(TEXT, "ok\n"),
-        Ok(Asked::Socket(mode)) => match handshake::response(head.lines) {
+        Ok(Wanted::State) => message(&exchange.observe(now_ns), head.lines),
+        Ok(Wanted::Health) => respond(TEXT, "ok\n"),
+        Ok(Wanted::Socket(mode)) => match handshake::response(head.lines) {
             Ok(response) => {
                 then = Then::Socket(mode);
                 response
@@ -96,7 +96,7 @@ pub(crate) fn reply(
     }
 }
 
-fn asked(head: &Head<'_>) -> Result<Asked, Refusal> {
+fn asked(head: &Head<'_>) -> Result<Wanted, Refusal> {
     let refuse = |status, words: &str| Err(Refusal::new(status, words));
     if head.target.authority != Authority::Absent {
         return refuse(
@@ -122,13 +122,13 @@ fn asked(head: &Head<'_>) -> Result<Asked, Refusal> {
         );
     }
     match head.target.path {
-        "/closed" => Ok(Asked::Message(Mode::Closed)),
-        "/open" => Ok(Asked::Message(Mode::Open)),
-        "/state" => Ok(Asked::State),
-        "/health" => Ok(Asked::Health),
+        "/closed" => Ok(Wanted::Message(Mode::Closed)),
+        "/open" => Ok(Wanted::Message(Mode::Open)),
+        "/state" => Ok(Wanted::State),
+        "/health" => Ok(Wanted::Health),
         "/socket" => match head.target.query {
-            "mode=closed" => Ok(Asked::Socket(Mode::Closed)),
-            "mode=open" => Ok(Asked::Socket(Mode::Open)),
+            "mode=closed" => Ok(Wanted::Socket(Mode::Closed)),
+            "mode=open" => Ok(Wanted::Socket(Mode::Open)),
             _ => refuse(
                 StatusCode::BAD_REQUEST,
                 "the query of /socket is not mode=closed or mode=open",

@@ -65,7 +65,7 @@ impl Subject {
 
 /// Which runs are asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Asked<'a> {
+pub(crate) struct AskedRuns<'a> {
     /// The client with its preset.
     pub(crate) subject: Subject,
     /// The topology.
@@ -161,12 +161,12 @@ impl Subject {
     }
 
     /// Its open loops on one topology, at one rate.
-    pub(crate) const fn open(self, topology: &str, h_ns: u64) -> Asked<'_> {
+    pub(crate) const fn open(self, topology: &str, h_ns: u64) -> AskedRuns<'_> {
         self.at(topology, Mode::Open, h_ns)
     }
 
-    const fn at(self, topology: &str, mode: Mode, h_ns: u64) -> Asked<'_> {
-        Asked {
+    const fn at(self, topology: &str, mode: Mode, h_ns: u64) -> AskedRuns<'_> {
+        AskedRuns {
             subject: self,
             topology,
             mode,
@@ -176,10 +176,10 @@ impl Subject {
     }
 }
 
-impl Asked<'static> {
+impl AskedRuns<'static> {
     /// The same, of another subject or on another topology where one is given.
     pub(crate) fn but(self, who: Option<Subject>, topology: Option<Topology>) -> Self {
-        Asked {
+        AskedRuns {
             subject: who.unwrap_or(self.subject),
             topology: topology.map_or(self.topology, Topology::name),
             ..self
@@ -187,7 +187,7 @@ impl Asked<'static> {
     }
 }
 
-impl Asked<'_> {
+impl AskedRuns<'_> {
     /// The group that is asked for; empty if the plan has none.
     pub(crate) fn group<'a>(&self, campaign: &'a Campaign) -> Group<'a> {
         Group::complete(campaign.runs.iter().filter(|run| self.is_for(run)))

@@ -12,10 +12,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use text::duration_ns;
 
-endpoint::choice!(
+column::choice!(
     /// What a clause is about: the loop's verdict, or a figure of the run.
-    Figure, "figure",
-    "holds, survives, settling, rise, overshoot, iae, sent, rtt.p50, rtt.p90, rtt.p99 or rtt.max", {
+    Figure, "figure", {
         /// The loop holds, and holds well: `stable` is an older word for it.
         #[serde(alias = "stable")]
         Holds = "holds",

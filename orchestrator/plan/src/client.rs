@@ -12,6 +12,7 @@ use endpoint::{Preset, Transport};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use text::one_of;
 
 use crate::allowance::{Allowance, Tail};
 use crate::client_name::{CHROMIUM, FIREFOX, NATIVE, PYTHON};
@@ -276,8 +277,7 @@ impl Client {
     /// The names to choose from: `native, python, chromium or firefox`.
     #[must_use]
     pub fn choices() -> String {
-        let [others @ .., last] = Client::ALL.map(|client| client.spec().name);
-        format!("{} or {last}", others.join(", "))
+        one_of(&Client::ALL.map(|client| client.spec().name))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Describes how two plans differ, for a user who expected them to be the same.
 
-use crate::Plan;
+use crate::plan::Plan;
 
 impl Plan {
     /// Whether it has the runs of `other`: the plans differ in nothing but what is expected of the runs.

@@ -26,9 +26,9 @@ column::row!(
     }
 );
 
-endpoint::choice!(
+column::choice!(
     /// When in a run an echo was sent.
-    Phase, "phase", "empty, before, during or after", {
+    Phase, "phase", {
         /// On the empty link, before link time 0.
         Empty = "empty",
         /// Before the controller's first message.

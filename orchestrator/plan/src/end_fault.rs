@@ -5,7 +5,6 @@
 //! faults, so `link` draws them too: `fault` reads the words, and `faults` draws the instants. Who stops and kills
 //! processes is in `backend` and `agent`; virtual time lets an end wait.
 
-use std::fmt;
 use std::ops::Range;
 
 use schemars::JsonSchema;
@@ -13,31 +12,20 @@ use serde::{Deserialize, Serialize};
 
 use crate::client::Client;
 
-/// An end of the loop.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(rename_all = "kebab-case")]
-pub enum End {
-    /// The process of the controller, with all that it has started: a browser's processes, or a program of one's
-    /// own.
-    Controller,
-    /// The process of the plant.
-    Plant,
-}
+column::choice!(
+    /// An end of the loop.
+    End, "end", {
+        /// The process of the controller, with all that it has started: a browser's processes, or a program of one's
+        /// own.
+        Controller = "controller",
+        /// The process of the plant.
+        Plant = "plant",
+    }
+);
 
 impl End {
     /// Both.
     pub const BOTH: [End; 2] = [End::Controller, End::Plant];
-}
-
-impl fmt::Display for End {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.pad(match self {
-            End::Controller => "controller",
-            End::Plant => "plant",
-        })
-    }
 }
 
 /// What a fault does to an end.

@@ -3,7 +3,9 @@
 //!
 //! How a job is run, and how long that takes, is up to the caller.
 
-use crate::{Cell, Plan, Shard};
+use crate::cell::Cell;
+use crate::plan::Plan;
+use crate::shard::Shard;
 
 /// Some cells of a plan, for one machine.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,7 +2,7 @@
 
 use system::System;
 
-use crate::ProfileText;
+use crate::profile_text::ProfileText;
 
 /// Finds texts by the names or paths that an experiment uses for them.
 ///

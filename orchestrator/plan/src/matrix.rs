@@ -6,16 +6,19 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
 
-use system::System;
+use system::{Program, System};
 use text::{Diagnostic, TomlText};
 use toml::Spanned;
 
 use crate::expect::Expectations;
 use crate::experiment::{Block, ExperimentFile};
 use crate::fault::Fault;
-use crate::invalid::Word;
+use crate::instead::Instead;
+use crate::invalid::{Reader, Word};
+use crate::library::Library;
 use crate::limit::CELLS_MAX;
-use crate::{Instead, Library, OwnName, Plan, Program, Reader};
+use crate::own::OwnName;
+use crate::plan::Plan;
 
 impl Plan {
     /// Resolves an experiment's TOML.
@@ -103,7 +106,7 @@ impl Reader<'_> {
             return Err(self.invalid(
                 &block.place(),
                 "the block of this `mode` describes no cell",
-                "give topology, client, h, mode and duration at least one value, and repeats at least 1",
+                "give topology, client, h, mode and duration at least one value",
             ));
         }
         if plan.cells.len().saturating_add(size) > CELLS_MAX {

@@ -9,7 +9,10 @@ use text::Diagnostic;
 use toml::Spanned;
 
 use crate::experiment::Block;
-use crate::{Library, Plan, ProfileText, Reader};
+use crate::invalid::Reader;
+use crate::library::Library;
+use crate::plan::Plan;
+use crate::profile_text::ProfileText;
 
 /// Maximum bytes of all traces of a plan together, which is one file.
 const TRACES_BYTES: usize = 64 << 20;

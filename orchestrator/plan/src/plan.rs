@@ -6,12 +6,17 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use system::System;
+use system::{Program, System};
 
+use crate::cell::Cell;
+use crate::client::Client;
+use crate::expect::Expectation;
+use crate::fault::Fault;
+use crate::known::Known;
+use crate::own::OwnName;
 use crate::profile_text::ProfileText;
 use crate::selection::Selection;
 use crate::unsound::{NoSystem, NotAPlan};
-use crate::{Cell, Client, Expectation, Fault, Known, OwnName, Program};
 
 /// Everything that a campaign will run.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -142,7 +147,7 @@ mod tests {
     use serde_json::Value;
 
     use super::*;
-    use crate::Instead;
+    use crate::instead::Instead;
     use link::{Link, LinkTime, Profile};
 
     const TRACED: &str = "name = 'traced'\nabout = ''\n[both.trace]\nfile = 'walk.csv'\n";

@@ -7,9 +7,9 @@ use std::borrow::Cow;
 use endpoint::{ControllerSettings, PageSettings};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema, schema_for};
 
-use crate::Plan;
 use crate::expect::Expect;
 use crate::experiment::{Block, ExperimentFile, List, NEEDED, OwnClient, Scaled, lists};
+use crate::plan::Plan;
 
 /// A kind of document that has a schema.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use std::collections::BinaryHeap;
 use std::fmt;
 use std::str::FromStr;
 
-use crate::Cell;
+use crate::cell::Cell;
 
 /// One of n shards, counted from 1: `2/7`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -105,7 +105,9 @@ impl fmt::Display for Shard {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Instead, Plan, ProfileText};
+    use crate::instead::Instead;
+    use crate::plan::Plan;
+    use crate::profile_text::ProfileText;
     use proptest::prelude::*;
 
     /// A plan's cells, `count` of them.

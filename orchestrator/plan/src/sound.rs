@@ -9,10 +9,13 @@ use endpoint::SampleTime;
 use system::System;
 use text::{WEEK_NS, is_device, is_name};
 
+use crate::cell::Cell;
+use crate::file_name;
 use crate::limit::{CELLS_MAX, ID_MAX, TOGETHER_MAX};
+use crate::plan::Plan;
+use crate::seed::link_seed;
 use crate::stall::stalling_seed;
 use crate::unsound::{Unsound, UnsoundCell, UnsoundName};
-use crate::{Cell, Plan, file_name, link_seed};
 
 /// Longest name of a file on any Linux file system, bytes.
 const NAME_MAX: usize = 255;
@@ -220,9 +223,8 @@ fn is_id(text: &str) -> bool {
 pub fn is_file_name(text: &str) -> bool {
     (1..=NAME_MAX).contains(&text.len())
         && !text.starts_with(['.', '-'])
-        && !text.contains(|c: char| {
-            matches!(c, '/' | '\\' | ':') || endpoint::is_active(c) || c == '\t'
-        })
+        && !text
+            .contains(|c: char| matches!(c, '/' | '\\' | ':') || text::is_active(c) || c == '\t')
         && !text.contains('\n')
         && !is_device(text)
 }
@@ -261,7 +263,8 @@ mod tests {
     use serde_json::{Value, json};
 
     use super::*;
-    use crate::{Instead, ProfileText};
+    use crate::instead::Instead;
+    use crate::profile_text::ProfileText;
 
     /// A plan of two cells, one of them with a page.
     fn plan() -> Plan {

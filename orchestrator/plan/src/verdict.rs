@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-endpoint::choice!(
+column::choice!(
     /// The verdict on a run, not on the loop: a loop that goes unstable over a link that held is a
     /// `complete` run with a result.
-    Verdict, "verdict", "complete, unsupported, disturbed, invalid or failed", {
+    Verdict, "verdict", {
         /// It ran to its end, and its link held.
         Complete = "complete",
         /// This machine cannot run it; the reason says what is missing.

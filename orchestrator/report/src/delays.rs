@@ -9,6 +9,7 @@ mod nearest;
 use std::collections::BTreeMap;
 
 use analysis::budget::{self, Budget, Part};
+use analysis::statistics::upper_median;
 use analysis::{Campaign, ReadError, Run, grouped, parallel};
 use chart::Tone;
 
@@ -130,7 +131,7 @@ impl<'a> Delays<'a> {
             values.sort_by(f64::total_cmp);
         }
         delays.parts_ms = (!medians.is_empty())
-            .then(|| Part::ALL.map(|part| middle_ms(medians.iter().map(|of| of[part as usize]))));
+            .then(|| Part::ALL.map(|part| median_ms(medians.iter().map(|of| of[part as usize]))));
         Ok(Some(delays))
     }
 
@@ -182,40 +183,11 @@ pub fn unstamped(delays: &[Delays<'_>]) -> String {
     words
 }
 
-/// The value below which this share of sorted values lies; `None` if there are too few of them for it, by the rule
-/// of all tables: five beyond it, or luck decides.
-#[must_use]
-pub fn percentile(sorted: &[f64], share: f64) -> Option<f64> {
-    sorted
-        .get(analysis::statistics::rank(sorted.len(), share)?)
-        .copied()
-}
-
 fn ms(ns: i64) -> f64 {
     ns as f64 / 1e6
 }
 
-fn middle_ms(values: impl Iterator<Item = i64>) -> f64 {
+fn median_ms(values: impl Iterator<Item = i64>) -> f64 {
     let mut values: Vec<i64> = values.collect();
-    values.sort_unstable();
-    values.get(values.len() / 2).map_or(0.0, |ns| ms(*ns))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// As many as decide that a percentile is not exceeded with 99 % confidence: 459 for the 99th, as `MLPerf` counts.
-    #[test]
-    fn a_percentile_needs_the_values_that_vouch_for_it() {
-        let values: Vec<f64> = (1..=10_000).map(f64::from).collect();
-        for (share, least) in [(0.5_f64, 10), (0.9, 50), (0.99, 500), (0.999, 5_000)] {
-            let vouching = (0.01_f64.ln() / share.ln()).ceil() as usize;
-            assert!(least >= vouching, "{share}: {vouching}");
-            assert_eq!(percentile(&values[..least - 1], share), None, "{share}");
-            let value = percentile(&values[..least], share);
-            assert_eq!(value, Some((least as f64 * share).ceil()), "{share}");
-        }
-        assert_eq!(percentile(&[], 0.5), None);
-    }
+    upper_median(&mut values, Ord::cmp).map_or(0.0, ms)
 }

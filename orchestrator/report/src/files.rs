@@ -51,8 +51,8 @@ fn plain(name: &Path, content: Vec<u8>) -> (PathBuf, Vec<u8>) {
         .extension()
         .is_some_and(|end| TEXTS.iter().any(|text| end == *text));
     let content = match std::str::from_utf8(&content) {
-        Ok(text) if is_text && text.contains(endpoint::is_active) => {
-            endpoint::plain(text).into_owned().into_bytes()
+        Ok(text) if is_text && text.contains(text::is_active) => {
+            text::plain(text).into_owned().into_bytes()
         }
         _ => content,
     };

@@ -4,6 +4,7 @@ mod estimate;
 
 use analysis::Run;
 use analysis::binomial::outside_median;
+use analysis::statistics::quantile_of_sorted;
 use analysis::variety::is_one_run;
 use serde::Serialize;
 
@@ -96,7 +97,7 @@ impl Estimate {
         sorted.sort_by(f64::total_cmp);
         let n = sorted.len();
         let middle = n.checked_sub(1)?;
-        let value = f64::midpoint(sorted[middle / 2], sorted[middle.div_ceil(2)]);
+        let value = quantile_of_sorted(&sorted, 0.5)?;
         let below = outside_median(n, 0.95);
         Some(Estimate::within(
             value,

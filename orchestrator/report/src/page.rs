@@ -124,7 +124,7 @@ fn frame(name: &str, top: &Markup, sections: &[Section], zoom: Zoom) -> String {
     }
     .into_string();
     // What names and reasons would do on a terminal, and to a reader's eye.
-    endpoint::plain(&page).into_owned()
+    text::plain(&page).into_owned()
 }
 
 /// The sections, in order, without empty ones.

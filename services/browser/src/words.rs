@@ -43,7 +43,7 @@ impl Words {
                     Ok(0) | Err(_) => break,
                     Ok(_) => {}
                 }
-                let line = endpoint::plain(String::from_utf8_lossy(&bytes).trim()).into_owned();
+                let line = text::plain(String::from_utf8_lossy(&bytes).trim()).into_owned();
                 if line.is_empty() {
                     continue;
                 }

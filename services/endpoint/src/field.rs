@@ -93,13 +93,13 @@ impl<S> Field<S> {
 /// A setting that is one of several words.
 macro_rules! word_field {
     ($field:ident, $about:literal, $placeholder:literal, $is_telling:literal) => {
-        $crate::Field {
+        $crate::field::Field {
             name: stringify!($field),
             about: $about,
             placeholder: $placeholder,
             is_telling: $is_telling,
             read: |settings, text| {
-                settings.$field = $crate::InvalidSetting::word(stringify!($field), text)?;
+                settings.$field = $crate::field::InvalidSetting::word(stringify!($field), text)?;
                 Ok(())
             },
             text: |settings| settings.$field.to_string(),
@@ -110,14 +110,14 @@ macro_rules! word_field {
 /// A setting that is a time of `$least_ns` or more.
 macro_rules! span_field {
     ($name:literal, $field:ident, $about:literal, $least_ns:literal) => {
-        $crate::Field {
+        $crate::field::Field {
             name: $name,
             about: $about,
             placeholder: "TIME",
             is_telling: false,
             read: |settings, text| {
                 settings.$field =
-                    $crate::InvalidSetting::time($name, text, $least_ns..=text::WEEK_NS)?;
+                    $crate::field::InvalidSetting::time($name, text, $least_ns..=text::WEEK_NS)?;
                 Ok(())
             },
             text: |settings| text::duration_text(settings.$field),
@@ -129,7 +129,9 @@ pub(crate) use {span_field, word_field};
 
 #[cfg(test)]
 mod tests {
-    use crate::{ControllerSettings, Mode, PageSettings, Preset};
+    use crate::page::PageSettings;
+    use crate::preset::Preset;
+    use crate::setting::{ControllerSettings, Mode};
 
     #[test]
     fn every_field_reads_what_it_writes() {

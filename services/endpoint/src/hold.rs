@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use text::{duration_ns, span_text};
 
-use crate::SampleTime;
+use crate::sample_time::SampleTime;
 
 /// What the plant's input is while no command comes. Written `last`, as a time, `100ms`, after which it is 0, or
 /// as a time and an action: `100ms then ramp 1s`.

@@ -11,7 +11,6 @@
 //!   settings ([`preset`]), [`Field`] for settings by name ([`mod@field`]).
 //! * [`Shape`], [`Reference`]: a reference that moves ([`mod@reference`]).
 //! * [`Hosts`]: which host names a server answers to ([`mod@host`]).
-//! * [`plain()`]: a text from outside, made harmless where it is shown.
 //! * [`report`]: what each role reports at its end.
 //!
 //! This crate has no clock, socket, file or thread. Every time is an integer number of nanoseconds on
@@ -29,7 +28,6 @@ pub mod message;
 pub mod model;
 pub mod noise;
 pub mod page;
-pub mod plain;
 pub mod plant;
 pub mod plant_setting;
 pub mod preset;
@@ -41,6 +39,7 @@ pub mod sample_time;
 pub mod setting;
 pub mod surroundings;
 
+pub use column::UnknownWord;
 pub use control::Signals;
 pub use controller::{ControllerEnd, Counts, Deadline, InvalidSettings, Loss, Next, Step};
 pub use field::{Field, InvalidSetting};
@@ -50,7 +49,6 @@ pub use message::{Acknowledgement, Answer, Command, Observation, Request, State}
 pub use model::Model;
 pub use noise::{InvalidNoise, NoiseLaw, TickNoise};
 pub use page::{PageSettings, Sender, Thread, Timer};
-pub use plain::{is_active, plain};
 pub use plant::{Inbox, Input, Output, PlantEnd, Process};
 pub use plant_setting::{Concern, PlantField, PlantSettings};
 pub use preset::Preset;
@@ -60,6 +58,6 @@ pub use row::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, SecondRow,
 pub use sample_time::{InvalidSampleTime, SampleTime};
 pub use setting::{
     Clock, Connection, ControllerSettings, Integrate, Late, Lease, Mode, Outstanding, Schedule,
-    Transport, UnknownWord,
+    Transport,
 };
 pub use surroundings::{Disturbance, Surrounded, Surroundings};

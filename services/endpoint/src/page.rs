@@ -6,13 +6,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::field::{span_field, word_field};
-use crate::setting::{Connection, ControllerSettings, Outstanding, Schedule, Transport, choice};
-use crate::{Field, InvalidSetting};
+use crate::field::{Field, InvalidSetting, span_field, word_field};
+use crate::setting::{Connection, ControllerSettings, Outstanding, Schedule, Transport};
 
-choice!(
+column::choice!(
     /// Where in a page the loop runs.
-    Thread, "thread", "main or worker", {
+    Thread, "thread", {
         /// Where the page is drawn and clicked on, as in 2011.
         Main = "main",
         /// On a thread of its own, a Web Worker.
@@ -20,9 +19,9 @@ choice!(
     }
 );
 
-choice!(
+column::choice!(
     /// What sends a page's requests. A WebSocket needs neither.
-    Sender, "sender", "xhr or fetch", {
+    Sender, "sender", {
         /// A synchronous `XMLHttpRequest`: its thread waits for the answer.
         Xhr = "xhr",
         /// fetch: its thread goes on.
@@ -30,9 +29,9 @@ choice!(
     }
 );
 
-choice!(
+column::choice!(
     /// What a page waits for a deadline with.
-    Timer, "timer", "timeout, interval, channel or wait", {
+    Timer, "timer", {
         /// setTimeout, once a deadline.
         Timeout = "timeout",
         /// setInterval: the browser repeats it, and decides when.
@@ -125,7 +124,8 @@ impl PageSettings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Mode, Preset};
+    use crate::preset::Preset;
+    use crate::setting::Mode;
 
     #[test]
     fn what_a_page_cannot_do_is_said() {

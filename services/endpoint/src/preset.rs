@@ -3,15 +3,13 @@
 //! A preset says how a client sends and, if that client is a page, how the page runs its loop. Native
 //! and Python clients do not use the latter.
 
-use crate::{
-    SampleTime,
-    page::{PageSettings, Sender, Thread, Timer},
-    setting::{ControllerSettings, Mode, Outstanding, Schedule, Transport, choice},
-};
+use crate::page::{PageSettings, Sender, Thread, Timer};
+use crate::sample_time::SampleTime;
+use crate::setting::{ControllerSettings, Mode, Outstanding, Schedule, Transport};
 
-choice!(
+column::choice!(
     /// A client's settings with a name.
-    Preset, "preset", "paper-python, blocking, paper-2011, today, worker or socket", {
+    Preset, "preset", {
         /// The paper's Python client, as its closed loop over the VPN shows it:
         /// it sends every h whatever is outstanding, each message a blocking
         /// request on its own worker, connections kept.

@@ -244,15 +244,7 @@ pub(crate) fn signals(field: &'static str, value: &str) -> Result<Signals, Inval
 
 /// The beginning of a text from outside, escaped for a log line.
 pub(crate) fn excerpt(text: &str) -> String {
-    let mut start: String = text
-        .chars()
-        .take(EXCERPT_CHARS)
-        .flat_map(char::escape_debug)
-        .collect();
-    if text.chars().nth(EXCERPT_CHARS).is_some() {
-        start.push_str("...");
-    }
-    start
+    text::excerpt_of_line(text, EXCERPT_CHARS)
 }
 
 #[cfg(test)]

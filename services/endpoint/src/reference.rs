@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::SampleTime;
+use crate::sample_time::SampleTime;
 
 /// Most changes of a reference in a run: a sine at 1 kHz for 20 s.
 pub const CHANGES_MAX: usize = 20_000;

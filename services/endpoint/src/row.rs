@@ -8,8 +8,6 @@
 
 use column::row;
 
-use crate::setting::choice;
-
 row!(
     /// One tick of the plant (`ticks.csv`): a row every h, whatever happens.
     TickRow {
@@ -74,9 +72,9 @@ row!(
     }
 );
 
-choice!(
+column::choice!(
     /// What became of a command at the plant.
-    ArrivalOutcome, "outcome", "applied, stale, aged or acknowledged", {
+    ArrivalOutcome, "outcome", {
         /// It became the plant's input, held from the next tick on.
         Applied = "applied",
         /// It was older than the newest applied one and was dropped.
@@ -121,9 +119,9 @@ row!(
     }
 );
 
-choice!(
+column::choice!(
     /// What became of a deadline of the controller.
-    MessageOutcome, "outcome", "answered, timeout, failed, missed or arrived", {
+    MessageOutcome, "outcome", {
         /// The message was sent and a valid answer came.
         Answered = "answered",
         /// The message was sent and no answer came within the timeout.

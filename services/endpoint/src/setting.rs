@@ -9,84 +9,12 @@ use std::{borrow::Cow, fmt, num::NonZeroU16, str::FromStr};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-use crate::field::{span_field, word_field};
-use crate::{Field, InvalidSetting, SampleTime};
+use crate::field::{Field, InvalidSetting, span_field, word_field};
+use crate::sample_time::SampleTime;
 
-/// A word that is not one of a setting's choices.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{setting} `{word}` is unknown; choose {choices}")]
-pub struct UnknownWord {
-    /// Name of the setting.
-    pub setting: &'static str,
-    /// The given word.
-    pub word: String,
-    /// The possible words.
-    pub choices: &'static str,
-}
-
-/// Declares a setting that is a choice of words: the enum, and how it is read and written (`FromStr`,
-/// `Display`, serde, and as an entry of a column), from one list.
-#[macro_export]
-macro_rules! choice {
-    ($(#[$meta:meta])* $name:ident, $setting:literal, $choices:literal, {
-        $($(#[$variant_meta:meta])* $variant:ident = $word:literal,)+
-    }) => {
-        $(#[$meta])*
-        #[derive(
-            Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord,
-            serde::Serialize, serde::Deserialize, schemars::JsonSchema,
-        )]
-        pub enum $name {
-            $($(#[$variant_meta])* #[serde(rename = $word)] $variant,)+
-        }
-
-        impl $name {
-            /// Every choice, in the order of the documentation.
-            pub const ALL: &[Self] = &[$(Self::$variant),+];
-        }
-
-        impl std::str::FromStr for $name {
-            type Err = $crate::UnknownWord;
-
-            fn from_str(word: &str) -> Result<Self, Self::Err> {
-                column::Word::of(word).ok_or_else(|| $crate::UnknownWord {
-                    setting: $setting,
-                    word: word.to_owned(),
-                    choices: $choices,
-                })
-            }
-        }
-
-        impl std::fmt::Display for $name {
-            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.pad(column::Word::word(self))
-            }
-        }
-
-        impl column::Word for $name {
-            const WORDS: &'static [&'static str] = &[$($word),+];
-
-            #[inline]
-            fn word(&self) -> &'static str {
-                match self { $(Self::$variant => $word,)+ }
-            }
-
-            #[inline]
-            fn of(word: &str) -> Option<Self> {
-                match word {
-                    $($word => Some(Self::$variant),)+
-                    _ => None,
-                }
-            }
-        }
-    };
-}
-
-pub(crate) use choice;
-
-choice!(
+column::choice!(
     /// Whether the answers steer the plant.
-    Mode, "mode", "open or closed", {
+    Mode, "mode", {
         /// The plant only acknowledges: a study of timing.
         Open = "open",
         /// The plant applies u and answers with its state.
@@ -94,9 +22,9 @@ choice!(
     }
 );
 
-choice!(
+column::choice!(
     /// What a message does for its TCP connection.
-    Connection, "connection", "keep or new", {
+    Connection, "connection", {
         /// Takes an idle one and leaves it open; opens one when none is idle.
         Keep = "keep",
         /// Opens one of its own and closes it.
@@ -104,9 +32,9 @@ choice!(
     }
 );
 
-choice!(
+column::choice!(
     /// Where the next deadline is.
-    Schedule, "schedule", "absolute, relative or since-send", {
+    Schedule, "schedule", {
         /// start + k h: it does not drift, and what is late stays visible.
         Absolute = "absolute",
         /// h after the last message ended (with one outstanding) or was sent
@@ -119,9 +47,9 @@ choice!(
     }
 );
 
-choice!(
+column::choice!(
     /// The time by which the controller's integrator advances at each message.
-    Integrate, "integrate", "h or elapsed", {
+    Integrate, "integrate", {
         /// The nominal sample time, as the paper's difference equation has it.
         H = "h",
         /// The time since the message before.
@@ -129,9 +57,9 @@ choice!(
     }
 );
 
-choice!(
+column::choice!(
     /// What an end does with a message that a newer one has overtaken.
-    Late, "late", "apply or drop", {
+    Late, "late", {
         /// Takes messages in order of arrival, as the paper's server did.
         Apply = "apply",
         /// Leaves out those older than the newest it has taken.
@@ -139,9 +67,9 @@ choice!(
     }
 );
 
-choice!(
+column::choice!(
     /// Who may command a plant at a time.
-    Lease, "lease", "none, address or token", {
+    Lease, "lease", {
         /// Whoever sends, as at the paper's server. A page needs a session all the same.
         None = "none",
         /// One IP address, while it was heard in the last two seconds, or one session.
@@ -151,9 +79,9 @@ choice!(
     }
 );
 
-choice!(
+column::choice!(
     /// Whose clock stamps the commands that a plant gets.
-    Clock, "clock", "own or shared", {
+    Clock, "clock", {
         /// Each controller's own, which runs like the plant's and may show another time.
         Own = "own",
         /// The plant's: both ends are on one machine.
@@ -161,9 +89,9 @@ choice!(
     }
 );
 
-choice!(
+column::choice!(
     /// What carries the messages.
-    Transport, "transport", "http or websocket", {
+    Transport, "transport", {
         /// A request a message.
         Http = "http",
         /// One WebSocket for all messages, each a text in it.
@@ -406,10 +334,12 @@ impl ControllerSettings {
 
 #[cfg(test)]
 mod tests {
+    use column::UnknownWord;
     use proptest::prelude::*;
 
     use super::*;
-    use crate::{Preset, Sender, Thread, Timer};
+    use crate::page::{Sender, Thread, Timer};
+    use crate::preset::Preset;
 
     #[test]
     fn words_read_back_as_they_are_written_and_serde_uses_the_same_ones() {

@@ -102,7 +102,7 @@ impl Connection {
                     return Ok(None);
                 }
             };
-            let Asked {
+            let Served {
                 reply,
                 framing,
                 protocol,
@@ -210,7 +210,11 @@ impl Connection {
     }
 
     /// Takes the next head, if it is whole, and what its request gets.
-    fn take(&mut self, handler: &RefCell<Handler>, rest: Rest) -> Result<Option<Asked>, Malformed> {
+    fn take(
+        &mut self,
+        handler: &RefCell<Handler>,
+        rest: Rest,
+    ) -> Result<Option<Served>, Malformed> {
         let mut room = lines::room();
         let Some(head) = request::read(&self.bytes, &mut room)? else {
             return Ok(None);
@@ -221,7 +225,7 @@ impl Connection {
         };
         let now_ns = now_ns();
         let mut handler = handler.borrow_mut();
-        let asked = Asked {
+        let asked = Served {
             reply: handler.answer(&head, self.peer, now_ns),
             commanded_ns: matches!(head.target.path, "/closed" | "/open").then_some(now_ns),
             framing: head.framing,
@@ -346,14 +350,14 @@ fn poll_more(
 
 /// What comes next on a connection.
 enum Next<'a> {
-    Request(Asked, Turn<'a>),
+    Request(Served, Turn<'a>),
     /// The other end is gone, or it has been silent for too long.
     Nothing,
     Wrong(Refusal),
 }
 
 /// A request with what it gets.
-struct Asked {
+struct Served {
     reply: Reply,
     /// When it arrived, if it is a command.
     commanded_ns: Option<u64>,

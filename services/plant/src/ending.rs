@@ -11,22 +11,21 @@ const EXCERPT_CHARS: usize = 200;
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct Ending {
     /// The page's word for its outcome, such as `complete` or `late`.
-    #[serde(default, deserialize_with = "excerpt")]
+    #[serde(default, deserialize_with = "beginning")]
     #[serde(skip_serializing_if = "Option::is_none")]
     outcome: Option<String>,
     /// The reason, in a sentence.
-    #[serde(default, deserialize_with = "excerpt")]
+    #[serde(default, deserialize_with = "beginning")]
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<String>,
 }
 
 /// The beginning of a text; `None` for other values.
-fn excerpt<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D::Error> {
+fn beginning<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<String>, D::Error> {
     let value = serde_json::Value::deserialize(deserializer)?;
     Ok(value
         .as_str()
-        .map(|text| text.chars().take(EXCERPT_CHARS).collect::<String>())
-        .map(|start| endpoint::plain(&start).into_owned()))
+        .map(|text| text::excerpt(text, EXCERPT_CHARS)))
 }
 
 impl Ending {

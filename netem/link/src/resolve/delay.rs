@@ -18,35 +18,23 @@ pub(super) const MOST_HOLDS_IN_FLIGHT: f64 = 1000.0;
 /// A link that holds packets for longer than this has other problems.
 pub(super) const LONGEST_DELAY_NS: f64 = 3600e9;
 
-pub(super) fn delay(
-    field: &str,
-    file: &Spanned<DelayFile>,
-    findings: &mut Findings<'_>,
-) -> Option<Delay> {
+pub(super) fn delay(file: &Spanned<DelayFile>, findings: &mut Findings<'_>) -> Option<Delay> {
     let at = file.get_ref();
-    let key = |name: &str| format!("{field}.{name}");
-    let base_ns = findings.duration_ns(&key("base"), &at.base);
-    let hold_ns = optional(&at.hold, |hold| findings.positive_ns(&key("hold"), hold));
-    let min_ns = optional(&at.min, |min| findings.duration_ns(&key("min"), min));
-    let max_ns = optional(&at.max, |max| findings.duration_ns(&key("max"), max));
-    let spread = optional(&at.spread, |spread| {
-        law::form(&key("spread"), spread, findings)
-    });
+    let base_ns = findings.duration_ns(&at.base);
+    let hold_ns = optional(&at.hold, |hold| findings.positive_ns(hold));
+    let min_ns = optional(&at.min, |min| findings.duration_ns(min));
+    let max_ns = optional(&at.max, |max| findings.duration_ns(max));
+    let spread = optional(&at.spread, |spread| law::form(spread, findings));
     let (base_ns, hold_ns, min_ns, max_ns) = (base_ns?, hold_ns?, min_ns?, max_ns?);
 
     if let (Some(min_ns), Some(max_ns), Some(max)) = (min_ns, max_ns, &at.max)
         && min_ns > max_ns
     {
-        findings.error(
-            &key("max"),
-            max.span(),
-            "max is below min",
-            "correct min or max",
-        );
+        findings.error(max.span(), "max is below min", "correct min or max");
         return None;
     }
     let (Some(form), Some(spread)) = (spread?, &at.spread) else {
-        check_idle(field, at, findings);
+        check_idle(at, findings);
         return Some(Delay::Constant {
             delay_ns: base_ns as u64,
         });
@@ -54,7 +42,7 @@ pub(super) fn delay(
     let (Some(hold), Some(hold_ns)) = (&at.hold, hold_ns) else {
         let message = "a spread needs a `hold`: how long a drawn delay stays";
         let remedy = "add hold, such as hold = \"100ms\"";
-        findings.error(&key("hold"), spread.span(), message, remedy);
+        findings.error(spread.span(), message, remedy);
         return None;
     };
     let limits = (
@@ -62,15 +50,15 @@ pub(super) fn delay(
         max_ns.map_or(f64::INFINITY, |max_ns| max_ns - base_ns),
     );
     let law = Law::new(form, limits.0, limits.1);
-    check_clipping(field, at, spread, &law, limits, findings);
+    check_clipping(at, spread, &law, limits, findings);
     let reach_ns = base_ns + law.reach_ns();
     if reach_ns > LONGEST_DELAY_NS {
         let message = "draws of this law can exceed an hour";
         let remedy = "write a max beside the spread, such as max = \"1s\"";
-        findings.error(&key("spread"), spread.span(), message, remedy);
+        findings.error(spread.span(), message, remedy);
         return None;
     }
-    check_redraws(&key("hold"), hold, hold_ns, reach_ns, findings)?;
+    check_redraws(hold, hold_ns, reach_ns, findings)?;
     Some(Delay::Held(Level {
         base_ns: base_ns as u64,
         spread: law,
@@ -79,19 +67,18 @@ pub(super) fn delay(
 }
 
 /// Reports keys that do nothing where the delay is constant.
-fn check_idle(field: &str, at: &DelayFile, findings: &mut Findings<'_>) {
+fn check_idle(at: &DelayFile, findings: &mut Findings<'_>) {
     for (name, idle) in [("hold", &at.hold), ("min", &at.min), ("max", &at.max)] {
         if let Some(idle) = idle {
             let message = format!("`{name}` has no effect without a spread");
             let remedy = "add a spread, or drop this key";
-            findings.error(&format!("{field}.{name}"), idle.span(), message, remedy);
+            findings.error(idle.span(), message, remedy);
         }
     }
 }
 
 /// `None`, after an error, if the level is redrawn too often while a packet is under way.
 fn check_redraws(
-    field: &str,
     hold: &Spanned<String>,
     hold_ns: f64,
     reach_ns: f64,
@@ -105,7 +92,7 @@ fn check_redraws(
             "write a hold of {:.3} ms or more, or a smaller max",
             reach_ns / MOST_HOLDS_IN_FLIGHT / 1e6
         );
-        findings.error(field, hold.span(), message, remedy);
+        findings.error(hold.span(), message, remedy);
         return None;
     }
     Some(())
@@ -113,14 +100,12 @@ fn check_redraws(
 
 /// Reports draws that the profile's limits clip.
 fn check_clipping(
-    field: &str,
     at: &DelayFile,
     spread: &Spanned<crate::file::LawFile>,
     law: &Law,
     limits: (f64, f64),
     findings: &mut Findings<'_>,
 ) {
-    let field = format!("{field}.spread");
     let below = share_of_draws(law, |x| x < limits.0);
     let above = share_of_draws(law, |x| x > limits.1);
     if at.min.is_none() && below > CLIPPED_SILENTLY {
@@ -129,14 +114,14 @@ fn check_clipping(
             100.0 * below
         );
         let remedy = "write min = \"0ms\" (or more) to clip them, a greater base or a smaller sd";
-        findings.error(&field, spread.span(), message, remedy);
+        findings.error(spread.span(), message, remedy);
     } else if below + above > CLIPPED_NOTABLY {
         let message = format!(
             "{:.1} % of the draws are clipped: mean and sd are not those of the law",
             100.0 * (below + above)
         );
         let remedy = "check the round trips that `webloop link show` predicts";
-        findings.warning(&field, spread.span(), message, remedy);
+        findings.warning(spread.span(), message, remedy);
     }
 }
 
@@ -163,23 +148,18 @@ fn share_of_draws(law: &Law, is: impl Fn(f64) -> bool) -> f64 {
     }
 }
 
-pub(super) fn stall(
-    field: &str,
-    file: &Spanned<StallFile>,
-    findings: &mut Findings<'_>,
-) -> Option<Stall> {
+pub(super) fn stall(file: &Spanned<StallFile>, findings: &mut Findings<'_>) -> Option<Stall> {
     let at = file.get_ref();
-    let key = |name: &str| format!("{field}.{name}");
-    let every_ns = findings.positive_ns(&key("every"), &at.every);
-    let max_ns = optional(&at.max, |max| findings.positive_ns(&key("max"), max));
-    let form = law::form(&key("length"), &at.length, findings);
+    let every_ns = findings.positive_ns(&at.every);
+    let max_ns = optional(&at.max, |max| findings.positive_ns(max));
+    let form = law::form(&at.length, findings);
     let (every_ns, max_ns, form) = (every_ns?, max_ns?, form?);
     if let Form::Normal { mean_ns, sd_ns } = form {
         // As for a delay, but without a base: five sd keep it above zero.
         if mean_ns < 5.0 * sd_ns {
             let message = "a normal law gives stalls of negative length";
             let remedy = "use a gamma law, or an sd below a fifth of the mean";
-            findings.error(&key("length"), at.length.span(), message, remedy);
+            findings.error(at.length.span(), message, remedy);
             return None;
         }
     }
@@ -187,7 +167,7 @@ pub(super) fn stall(
     if length.reach_ns() > LONGEST_DELAY_NS {
         let message = "draws of this law can exceed an hour";
         let remedy = "write a max beside the length, such as max = \"5s\"";
-        findings.error(&key("length"), at.length.span(), message, remedy);
+        findings.error(at.length.span(), message, remedy);
         return None;
     }
     let mean_ns = length.mean_ns();
@@ -198,13 +178,13 @@ pub(super) fn stall(
             every_ns / 1e6
         );
         let remedy = "write a longer `every` (from start to start) or shorter stalls";
-        findings.error(&key("every"), at.every.span(), message, remedy);
+        findings.error(at.every.span(), message, remedy);
         return None;
     }
     if mean_ns > every_ns / 2.0 {
         let message = "the link is stalled for more than half of the time";
         let remedy = "check `every`: it counts from start to start";
-        findings.warning(&key("every"), at.every.span(), message, remedy);
+        findings.warning(at.every.span(), message, remedy);
     }
     Some(Stall {
         every_ns: every_ns as u64,

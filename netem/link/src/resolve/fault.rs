@@ -23,13 +23,13 @@ pub(super) fn faults(profile: &ProfileFile, findings: &mut Findings<'_>) -> Vec<
     if let (true, Some(first)) = (profile.loopback, files.first()) {
         let message = "the link is loopback, where nothing is played";
         let remedy = "drop the faults or `loopback`";
-        findings.error("fault", first.span(), message, remedy);
+        findings.error(first.span(), message, remedy);
         return Vec::new();
     }
     if let Some(more) = files.get(MOST_FAULTS) {
         let message = format!("there are more than {MOST_FAULTS} faults");
         let remedy = "let a fault come again, with `every` or `period`";
-        findings.error("fault", more.span(), message, remedy);
+        findings.error(more.span(), message, remedy);
         return Vec::new();
     }
     let each = files.iter().zip(0..);
@@ -76,7 +76,9 @@ pub(super) fn share_out(
                 }
             };
             let remedy = "write a smaller `delay`, or let the fault come less often";
-            findings.error("fault.delay", file.span(), message, remedy);
+            let delay = file.get_ref().delay.as_ref();
+            let span = delay.map_or(file.span(), Spanned::span);
+            findings.error(span, message, remedy);
             // Both directions have the same trouble; once is enough.
             return;
         }
@@ -85,8 +87,8 @@ pub(super) fn share_out(
 
 fn fault(file: &Spanned<FaultFile>, number: u32, findings: &mut Findings<'_>) -> Option<Placed> {
     let at = file.get_ref();
-    let at_ns = findings.duration_ns("fault.at", &at.at);
-    let for_ns = findings.positive_ns("fault.for", &at.r#for);
+    let at_ns = findings.duration_ns(&at.at);
+    let for_ns = findings.positive_ns(&at.r#for);
     let again = again(at, for_ns, findings);
     let times = times(at, findings);
     let effect = effect(file, findings);
@@ -103,21 +105,12 @@ fn fault(file: &Spanned<FaultFile>, number: u32, findings: &mut Findings<'_>) ->
 }
 
 fn again(at: &FaultFile, for_ns: Option<f64>, findings: &mut Findings<'_>) -> Option<Again> {
-    let every_ns = optional(&at.every, |every| {
-        findings.positive_ns("fault.every", every)
-    });
-    let period_ns = optional(&at.period, |period| {
-        findings.positive_ns("fault.period", period)
-    });
+    let every_ns = optional(&at.every, |every| findings.positive_ns(every));
+    let period_ns = optional(&at.period, |period| findings.positive_ns(period));
     let (every_ns, period_ns, for_ns) = (every_ns?, period_ns?, for_ns?);
     if let (Some(_), Some(period)) = (&at.every, &at.period) {
         let message = "a fault comes again at random (`every`) or exactly so often (`period`)";
-        findings.error(
-            "fault.period",
-            period.span(),
-            message,
-            "drop one of the two",
-        );
+        findings.error(period.span(), message, "drop one of the two");
         return None;
     }
     for (name, key, ns) in [
@@ -129,7 +122,7 @@ fn again(at: &FaultFile, for_ns: Option<f64>, findings: &mut Findings<'_>) -> Op
         {
             let message = format!("the fault lasts longer than its `{name}`");
             let remedy = format!("write a shorter `for` or a longer `{name}`");
-            findings.error(&format!("fault.{name}"), key.span(), message, remedy);
+            findings.error(key.span(), message, remedy);
             return None;
         }
     }
@@ -159,14 +152,14 @@ fn times(at: &FaultFile, findings: &mut Findings<'_>) -> Option<Option<u64>> {
             "write 1 or more",
         ),
     };
-    findings.error("fault.times", times.span(), message, remedy);
+    findings.error(times.span(), message, remedy);
     None
 }
 
 /// The one effect of a fault.
 fn effect(file: &Spanned<FaultFile>, findings: &mut Findings<'_>) -> Option<Effect> {
     let at = file.get_ref();
-    let by_ns = optional(&at.by, |by| findings.positive_ns("fault.by", by))?;
+    let by_ns = optional(&at.by, |by| findings.positive_ns(by))?;
     let by_ns = by_ns.map_or(BY_NS, |by_ns| by_ns as u64);
     let mut effects: Vec<Option<Effect>> = Vec::new();
     for (word, key, effect) in [
@@ -178,49 +171,39 @@ fn effect(file: &Spanned<FaultFile>, findings: &mut Findings<'_>) -> Option<Effe
         if !is_on.get_ref() {
             let message = format!("`{word} = false` does nothing");
             let remedy = format!("write {word} = true, or drop this key");
-            findings.error(&format!("fault.{word}"), is_on.span(), message, remedy);
+            findings.error(is_on.span(), message, remedy);
         }
         effects.push(is_on.get_ref().then_some(effect));
     }
     if let Some(delay) = &at.delay {
-        let delay_ns = findings.positive_ns("fault.delay", delay);
+        let delay_ns = findings.positive_ns(delay);
         effects.push(delay_ns.map(|delay_ns| Effect::Delay {
             delay_ns: delay_ns as u64,
         }));
     }
     let of_share = [
-        ("loss", &at.loss, Effect::Loss { share: 0.0 }),
-        ("duplicate", &at.duplicate, Effect::Duplicate { share: 0.0 }),
-        (
-            "reorder",
-            &at.reorder,
-            Effect::Reorder { share: 0.0, by_ns },
-        ),
-        ("corrupt", &at.corrupt, Effect::Corrupt { share: 0.0 }),
+        (&at.loss, Effect::Loss { share: 0.0 }),
+        (&at.duplicate, Effect::Duplicate { share: 0.0 }),
+        (&at.reorder, Effect::Reorder { share: 0.0, by_ns }),
+        (&at.corrupt, Effect::Corrupt { share: 0.0 }),
     ];
-    for (word, key, effect) in of_share {
+    for (key, effect) in of_share {
         let Some(text) = key else { continue };
-        let field = format!("fault.{word}");
-        let share = findings.share(&field, text);
+        let share = findings.share(text);
         if share == Some(0.0) {
             let message = "a share of nothing";
-            findings.warning(&field, text.span(), message, "write more than 0%");
+            findings.warning(text.span(), message, "write more than 0%");
         }
         effects.push(share.map(|share| effect.of(share)));
     }
     if let (Some(by), None) = (&at.by, &at.reorder) {
         let message = "`by` without `reorder`: nothing is held back";
-        findings.error(
-            "fault.by",
-            by.span(),
-            message,
-            "add `reorder`, or drop `by`",
-        );
+        findings.error(by.span(), message, "add `reorder`, or drop `by`");
         return None;
     }
     if let (Some(_), Some(way)) = (&at.rebind, &at.way) {
         let message = "ports change in both directions, or nothing comes back";
-        findings.error("fault.way", way.span(), message, "drop `way`");
+        findings.error(way.span(), message, "drop `way`");
         return None;
     }
     if effects.len() == 1 {
@@ -231,7 +214,7 @@ fn effect(file: &Spanned<FaultFile>, findings: &mut Findings<'_>) -> Option<Effe
         count => format!("a fault has one effect, and this one has {count}"),
     };
     let remedy = "write one of down, delay, loss, duplicate, reorder, corrupt, reset, rebind";
-    findings.error("fault", file.span(), message, remedy);
+    findings.error(file.span(), message, remedy);
     None
 }
 
@@ -241,7 +224,7 @@ fn warn(file: &Spanned<FaultFile>, fault: &Fault, findings: &mut Findings<'_>) {
     if fault.step_ns() == Some(fault.for_ns) && fault.times != Some(1) {
         let message = "one spell follows the other without a gap";
         let remedy = "write a shorter `for`, or one long fault";
-        findings.warning("fault.for", at.r#for.span(), message, remedy);
+        findings.warning(at.r#for.span(), message, remedy);
     }
     let is_of_slots = matches!(
         fault.effect,
@@ -250,12 +233,12 @@ fn warn(file: &Spanned<FaultFile>, fault: &Fault, findings: &mut Findings<'_>) {
     );
     if is_of_slots && fault.for_ns < SLOT_NS {
         let message = "the fault is shorter than a slot of 1 ms, and may concern no packet";
-        findings.warning("fault.for", at.r#for.span(), message, "write 1ms or more");
+        findings.warning(at.r#for.span(), message, "write 1ms or more");
     }
     if let (Effect::Loss { share }, Some(text)) = (fault.effect, &at.loss)
         && share >= 1.0
     {
         let message = "every packet is lost";
-        findings.warning("fault.loss", text.span(), message, "say so: down = true");
+        findings.warning(text.span(), message, "say so: down = true");
     }
 }

@@ -12,78 +12,67 @@ const GAMMA_SHAPES: std::ops::RangeInclusive<f64> = 1e-2..=1e6;
 const BETA_SHAPES: std::ops::RangeInclusive<f64> = 1e-2..=1e6;
 
 /// A law's form; `None` after an error, which is recorded.
-pub(super) fn form(
-    field: &str,
-    file: &Spanned<LawFile>,
-    findings: &mut Findings<'_>,
-) -> Option<Form> {
-    let key = |name: &str| format!("{field}.{name}");
+pub(super) fn form(file: &Spanned<LawFile>, findings: &mut Findings<'_>) -> Option<Form> {
     match file.get_ref() {
         LawFile::Constant { value } => {
-            let value_ns = findings.duration_ns(&key("constant.value"), value)?;
+            let value_ns = findings.duration_ns(value)?;
             Some(Form::Constant { value_ns })
         }
         LawFile::Uniform { min, max } => {
-            let min_ns = findings.duration_ns(&key("uniform.min"), min);
-            let max_ns = findings.duration_ns(&key("uniform.max"), max);
+            let min_ns = findings.duration_ns(min);
+            let max_ns = findings.duration_ns(max);
             let (min_ns, max_ns) = (min_ns?, max_ns?);
-            ordered(&key("uniform.max"), min_ns, max, max_ns, findings)?;
+            ordered(min_ns, max, max_ns, findings)?;
             Some(Form::Uniform { min_ns, max_ns })
         }
         LawFile::Normal { mean, sd } => {
-            let mean_ns = findings.duration_ns(&key("normal.mean"), mean);
-            let sd_ns = findings.positive_ns(&key("normal.sd"), sd);
+            let mean_ns = findings.duration_ns(mean);
+            let sd_ns = findings.positive_ns(sd);
             Some(Form::Normal {
                 mean_ns: mean_ns?,
                 sd_ns: sd_ns?,
             })
         }
         LawFile::Exponential { mean } => {
-            let mean_ns = findings.positive_ns(&key("exponential.mean"), mean)?;
+            let mean_ns = findings.positive_ns(mean)?;
             Some(Form::Exponential { mean_ns })
         }
-        LawFile::Gamma { mean, sd } => gamma(&key("gamma"), mean, sd, findings),
-        LawFile::Beta { min, max, mean, sd } => beta(&key("beta"), [min, max, mean, sd], findings),
-        LawFile::Pareto { scale, shape } => pareto(&key("pareto"), scale, shape, findings),
-        LawFile::Table(points) => table(&key("table"), points, file, findings),
+        LawFile::Gamma { mean, sd } => gamma(mean, sd, findings),
+        LawFile::Beta { min, max, mean, sd } => beta([min, max, mean, sd], findings),
+        LawFile::Pareto { scale, shape } => pareto(scale, shape, findings),
+        LawFile::Table(points) => table(points, file, findings),
     }
 }
 
 fn gamma(
-    field: &str,
     mean: &Spanned<String>,
     sd: &Spanned<String>,
     findings: &mut Findings<'_>,
 ) -> Option<Form> {
-    let mean_ns = findings.positive_ns(&format!("{field}.mean"), mean);
-    let sd_ns = findings.positive_ns(&format!("{field}.sd"), sd);
+    let mean_ns = findings.positive_ns(mean);
+    let sd_ns = findings.positive_ns(sd);
     let (mean_ns, sd_ns) = (mean_ns?, sd_ns?);
     let shape = (mean_ns / sd_ns) * (mean_ns / sd_ns);
     if !GAMMA_SHAPES.contains(&shape) {
         let message = format!("the gamma law's shape (mean/sd)^2 is {shape:.3e}");
         let remedy = "keep sd between a thousandth of the mean and ten times it";
-        findings.error(&format!("{field}.sd"), sd.span(), message, remedy);
+        findings.error(sd.span(), message, remedy);
         return None;
     }
     Some(Form::Gamma { mean_ns, sd_ns })
 }
 
-fn beta(
-    field: &str,
-    [min, max, mean, sd]: [&Spanned<String>; 4],
-    findings: &mut Findings<'_>,
-) -> Option<Form> {
-    let key = |name: &str| format!("{field}.{name}");
-    let min_ns = findings.duration_ns(&key("min"), min);
-    let max_ns = findings.duration_ns(&key("max"), max);
-    let mean_ns = findings.duration_ns(&key("mean"), mean);
-    let sd_ns = findings.positive_ns(&key("sd"), sd);
+fn beta([min, max, mean, sd]: [&Spanned<String>; 4], findings: &mut Findings<'_>) -> Option<Form> {
+    let min_ns = findings.duration_ns(min);
+    let max_ns = findings.duration_ns(max);
+    let mean_ns = findings.duration_ns(mean);
+    let sd_ns = findings.positive_ns(sd);
     let (min_ns, max_ns, mean_ns, sd_ns) = (min_ns?, max_ns?, mean_ns?, sd_ns?);
-    ordered(&key("max"), min_ns, max, max_ns, findings)?;
+    ordered(min_ns, max, max_ns, findings)?;
     if mean_ns <= min_ns || mean_ns >= max_ns {
         let message = "the mean is not between min and max";
         let remedy = "correct mean, min or max";
-        findings.error(&key("mean"), mean.span(), message, remedy);
+        findings.error(mean.span(), message, remedy);
         return None;
     }
     let most_ns = ((mean_ns - min_ns) * (max_ns - mean_ns)).sqrt();
@@ -96,7 +85,7 @@ fn beta(
             most_ns / 1e6
         );
         let remedy = "write a smaller sd, though not a thousandth of the range";
-        findings.error(&key("sd"), sd.span(), message, remedy);
+        findings.error(sd.span(), message, remedy);
         return None;
     }
     Some(Form::Beta {
@@ -108,18 +97,17 @@ fn beta(
 }
 
 fn pareto(
-    field: &str,
     scale: &Spanned<String>,
     shape: &Spanned<f64>,
     findings: &mut Findings<'_>,
 ) -> Option<Form> {
-    let scale_ns = findings.positive_ns(&format!("{field}.scale"), scale);
+    let scale_ns = findings.positive_ns(scale);
     let exponent = *shape.get_ref();
     // Not "<= 0", since NaN must be rejected too.
     if !(exponent > 0.0 && exponent.is_finite()) {
         let message = format!("the Pareto law's shape is {exponent}");
         let remedy = "write more than zero";
-        findings.error(&format!("{field}.shape"), shape.span(), message, remedy);
+        findings.error(shape.span(), message, remedy);
         return None;
     }
     Some(Form::Pareto {
@@ -129,26 +117,25 @@ fn pareto(
 }
 
 fn table(
-    field: &str,
     points: &[(Spanned<String>, Spanned<String>)],
     file: &Spanned<LawFile>,
     findings: &mut Findings<'_>,
 ) -> Option<Form> {
     let mut resolved: Vec<(f64, f64)> = Vec::with_capacity(points.len());
     for (share, value) in points {
-        let p = findings.share(field, share);
-        let value_ns = findings.duration_ns(field, value);
+        let p = findings.share(share);
+        let value_ns = findings.duration_ns(value);
         let (p, value_ns) = (p?, value_ns?);
         if let Some(&(last_p, last_ns)) = resolved.last() {
             if p <= last_p {
                 let message = "the table's shares do not rise";
-                findings.error(field, share.span(), message, "sort the points by share");
+                findings.error(share.span(), message, "sort the points by share");
                 return None;
             }
             if value_ns < last_ns {
                 let message = "the table's times fall";
                 let remedy = "a quantile function never falls: correct the times";
-                findings.error(field, value.span(), message, remedy);
+                findings.error(value.span(), message, remedy);
                 return None;
             }
         }
@@ -158,14 +145,13 @@ fn table(
     if !matches!(ends, (Some(&(0.0, _)), Some(&(1.0, _)))) {
         let message = "the table does not go from 0% to 100%";
         let remedy = "begin with [\"0%\", least time] and end with [\"100%\", greatest time]";
-        findings.error(field, file.span(), message, remedy);
+        findings.error(file.span(), message, remedy);
         return None;
     }
     Some(Form::Table { points: resolved })
 }
 
 fn ordered(
-    field: &str,
     min_ns: f64,
     max: &Spanned<String>,
     max_ns: f64,
@@ -174,11 +160,6 @@ fn ordered(
     if min_ns < max_ns {
         return Some(());
     }
-    findings.error(
-        field,
-        max.span(),
-        "max is not above min",
-        "write a greater max",
-    );
+    findings.error(max.span(), "max is not above min", "write a greater max");
     None
 }

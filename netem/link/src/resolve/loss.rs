@@ -19,7 +19,6 @@ const LARGE_PACKET_BYTES: f64 = 1500.0;
 const LONGEST_SEND_S: f64 = 10.0;
 
 pub(super) fn loss(
-    field: &str,
     file: Option<&Spanned<LossFile>>,
     trace: Option<&Trace>,
     findings: &mut Findings<'_>,
@@ -36,7 +35,6 @@ pub(super) fn loss(
     if recorded {
         let message = "the trace has losses of its own";
         findings.error(
-            field,
             file.span(),
             message,
             "drop this table, or the trace's losses",
@@ -45,10 +43,9 @@ pub(super) fn loss(
     }
     match file.get_ref() {
         LossFile::Random { share, hold } => {
-            let hold_ns = hold_ns(&format!("{field}.random.hold"), hold.as_ref(), findings);
-            let key = format!("{field}.random.share");
-            let p = findings.share(&key, share);
-            all_lost(&key, share, p?, findings);
+            let hold_ns = hold_ns(hold.as_ref(), findings);
+            let p = findings.share(share);
+            all_lost(share, p?, findings);
             Some(Loss::Random {
                 share: p?,
                 hold_ns: hold_ns?,
@@ -61,22 +58,21 @@ pub(super) fn loss(
             in_bad,
             hold,
         } => {
-            let key = |name: &str| format!("{field}.gilbert-elliott.{name}");
-            let hold_ns = hold_ns(&key("hold"), hold.as_ref(), findings);
-            let good_ns = findings.positive_ns(&key("good"), good);
-            let bad_ns = findings.positive_ns(&key("bad"), bad);
-            let p_good = optional(in_good, |p| findings.share(&key("in-good"), p));
-            let p_bad = optional(in_bad, |p| findings.share(&key("in-bad"), p));
+            let hold_ns = hold_ns(hold.as_ref(), findings);
+            let good_ns = findings.positive_ns(good);
+            let bad_ns = findings.positive_ns(bad);
+            let p_good = optional(in_good, |p| findings.share(p));
+            let p_bad = optional(in_bad, |p| findings.share(p));
             let (p_good, p_bad) = (p_good?.unwrap_or(0.0), p_bad?.unwrap_or(1.0));
             let (good_ns, bad_ns, hold_ns) = (good_ns?, bad_ns?, hold_ns?);
             if bad_ns < hold_ns as f64 {
                 let message = "bad spells are shorter than the slot in which loss is decided";
-                findings.error(&key("bad"), bad.span(), message, "write a shorter hold");
+                findings.error(bad.span(), message, "write a shorter hold");
                 return None;
             }
             if p_good >= p_bad {
                 let message = "the good state loses as much as the bad one, or more";
-                findings.warning(&key("good"), good.span(), message, "swap the two states");
+                findings.warning(good.span(), message, "swap the two states");
             }
             Some(Loss::GilbertElliott {
                 good_ns: good_ns as u64,
@@ -89,40 +85,34 @@ pub(super) fn loss(
     }
 }
 
-fn hold_ns(
-    field: &str,
-    hold: Option<&Spanned<String>>,
-    findings: &mut Findings<'_>,
-) -> Option<u64> {
+fn hold_ns(hold: Option<&Spanned<String>>, findings: &mut Findings<'_>) -> Option<u64> {
     match hold {
         None => Some(HOLD_NS as u64),
-        Some(hold) => findings.positive_ns(field, hold).map(|ns| ns as u64),
+        Some(hold) => findings.positive_ns(hold).map(|ns| ns as u64),
     }
 }
 
-fn all_lost(field: &str, share: &Spanned<String>, p: f64, findings: &mut Findings<'_>) {
+fn all_lost(share: &Spanned<String>, p: f64, findings: &mut Findings<'_>) {
     if p >= 1.0 {
         let message = "every packet is lost";
-        findings.warning(field, share.span(), message, "write less than 100%");
+        findings.warning(share.span(), message, "write less than 100%");
     }
 }
 
 /// The rate limit; `Some(None)` for a path without one.
 pub(super) fn rate(
-    field: &str,
     path: &PathFile,
     trace: Option<&Trace>,
     findings: &mut Findings<'_>,
 ) -> Option<Option<Rate>> {
     let recorded = trace.is_some_and(|t| t.steps().iter().any(|step| step.rate_bps.is_some()));
-    let key = |name: &str| format!("{field}.{name}");
     let limit = match &path.limit {
         None => LIMIT,
         Some(limit) => match u32::try_from(*limit.get_ref()) {
             Ok(packets) if packets > 0 => packets,
             _ => {
                 let message = format!("a queue of {} packets", limit.get_ref());
-                findings.error(&key("limit"), limit.span(), message, "write 1 or more");
+                findings.error(limit.span(), message, "write 1 or more");
                 return None;
             }
         },
@@ -130,32 +120,22 @@ pub(super) fn rate(
     match (&path.rate, recorded) {
         (Some(rate), true) => {
             let message = "the trace has rates of its own";
-            findings.error(
-                &key("rate"),
-                rate.span(),
-                message,
-                "drop this key, or the trace's",
-            );
+            findings.error(rate.span(), message, "drop this key, or the trace's");
             None
         }
         (None, true) => Some(Some(Rate::Trace { limit })),
         (None, false) => {
             if let Some(at) = &path.limit {
                 let message = "a queue limit without a rate: no packet ever waits";
-                findings.error(
-                    &key("limit"),
-                    at.span(),
-                    message,
-                    "add a rate, or drop `limit`",
-                );
+                findings.error(at.span(), message, "add a rate, or drop `limit`");
             }
             Some(None)
         }
         (Some(rate), false) => {
-            let rate_bps = findings.rate_bps(&key("rate"), rate)?;
+            let rate_bps = findings.rate_bps(rate)?;
             if let Some(problem) = too_slow(rate_bps) {
                 let remedy = "write a greater rate, such as \"1mbit\"";
-                findings.error(&key("rate"), rate.span(), problem, remedy);
+                findings.error(rate.span(), problem, remedy);
                 return None;
             }
             Some(Some(Rate::Constant { rate_bps, limit }))

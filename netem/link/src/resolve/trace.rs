@@ -16,35 +16,33 @@ const NEVER: &str = "never";
 const DRAWN: &str = "drawn";
 
 pub(super) fn trace(
-    field: &str,
     file: &Spanned<TraceFile>,
     reading: Reading<'_>,
     findings: &mut Findings<'_>,
 ) -> Option<Trace> {
     let at = file.get_ref();
     let steps = match (&at.file, at.steps.is_empty()) {
-        (Some(name), true) => from_csv(&format!("{field}.file"), name, reading, findings)?,
-        (None, false) => from_toml(&format!("{field}.steps"), &at.steps, findings)?,
+        (Some(name), true) => from_csv(name, reading, findings)?,
+        (None, false) => from_toml(&at.steps, findings)?,
         _ => {
             let message = "a trace has either steps or a file";
             let remedy = "write steps = [{ t = \"0s\", delay = \"10ms\" }, ...] or file = \"...\"";
-            findings.error(field, file.span(), message, remedy);
+            findings.error(file.span(), message, remedy);
             return None;
         }
     };
     if steps.iter().all(|step| step.loss >= 1.0) {
         let message = "every packet is lost";
         let remedy = "write a loss of less than 100 % in some step";
-        findings.warning(field, file.span(), message, remedy);
+        findings.warning(file.span(), message, remedy);
     }
-    let then = then(&format!("{field}.repeat"), file, &steps, reading, findings)?;
-    let start = start(&format!("{field}.start"), at, then, reading, findings)?;
+    let then = then(file, &steps, reading, findings)?;
+    let start = start(at, then, reading, findings)?;
     Some(Trace::new(steps, then, start))
 }
 
 /// What follows the last step.
 fn then(
-    field: &str,
     file: &Spanned<TraceFile>,
     steps: &[Step],
     reading: Reading<'_>,
@@ -61,11 +59,11 @@ fn then(
         Some(repeat) if repeat.get_ref() == NEVER => return Some(Then::Hold),
         Some(repeat) => repeat,
     };
-    let span_ns = findings.positive_ns(field, repeat)? as u64;
+    let span_ns = findings.positive_ns(repeat)? as u64;
     if span_ns <= last_ns {
         let message = "the trace repeats before its last step";
         let remedy = format!("write a time after {}", time(last_ns as f64));
-        findings.error(field, repeat.span(), message, remedy);
+        findings.error(repeat.span(), message, remedy);
         return None;
     }
     Some(Then::Again { span_ns })
@@ -73,7 +71,6 @@ fn then(
 
 /// Where the link begins in the trace.
 fn start(
-    field: &str,
     file: &TraceFile,
     then: Then,
     reading: Reading<'_>,
@@ -89,7 +86,6 @@ fn start(
         if then == Then::Hold {
             let message = "no start is drawn in a trace that does not begin again";
             findings.error(
-                field,
                 start.span(),
                 message,
                 "drop this key, or give it a `repeat`",
@@ -98,29 +94,22 @@ fn start(
         }
         return Some(Start::Drawn);
     }
-    let t_ns = findings.duration_ns(field, start)? as u64;
+    let t_ns = findings.duration_ns(start)? as u64;
     if matches!(then, Then::Again { span_ns } if t_ns >= span_ns) {
         let message = "the start is behind the end of the trace";
-        findings.error(
-            field,
-            start.span(),
-            message,
-            "write an earlier time, or \"drawn\"",
-        );
+        findings.error(start.span(), message, "write an earlier time, or \"drawn\"");
         return None;
     }
     Some(Start::At { t_ns })
 }
 
-fn from_toml(field: &str, files: &[StepFile], findings: &mut Findings<'_>) -> Option<Vec<Step>> {
+fn from_toml(files: &[StepFile], findings: &mut Findings<'_>) -> Option<Vec<Step>> {
     let mut steps = Vec::with_capacity(files.len());
     for file in files {
-        let t_ns = findings.duration_ns(&format!("{field}.t"), &file.t);
-        let delay_ns = findings.duration_ns(&format!("{field}.delay"), &file.delay);
-        let loss = optional(&file.loss, |p| findings.share(&format!("{field}.loss"), p));
-        let rate_bps = optional(&file.rate, |r| {
-            findings.rate_bps(&format!("{field}.rate"), r)
-        });
+        let t_ns = findings.duration_ns(&file.t);
+        let delay_ns = findings.duration_ns(&file.delay);
+        let loss = optional(&file.loss, |p| findings.share(p));
+        let rate_bps = optional(&file.rate, |r| findings.rate_bps(r));
         let step = Step {
             t_ns: t_ns? as u64,
             delay_ns: delay_ns? as u64,
@@ -132,7 +121,7 @@ fn from_toml(field: &str, files: &[StepFile], findings: &mut Findings<'_>) -> Op
             false => follows(&steps, &step),
         };
         if let Err(wrong) = fits {
-            findings.error(field, file.t.span(), wrong.message, wrong.remedy);
+            findings.error(file.t.span(), wrong.message, wrong.remedy);
             return None;
         }
         steps.push(step);
@@ -141,7 +130,6 @@ fn from_toml(field: &str, files: &[StepFile], findings: &mut Findings<'_>) -> Op
 }
 
 fn from_csv(
-    field: &str,
     name: &Spanned<String>,
     reading: Reading<'_>,
     findings: &mut Findings<'_>,
@@ -151,7 +139,7 @@ fn from_csv(
         Err(why) => {
             let message = format!("cannot read `{}`: {why}", name.get_ref());
             let remedy = "write the file's name relative to the profile, or write `steps`";
-            findings.error(field, name.span(), message, remedy);
+            findings.error(name.span(), message, remedy);
             return None;
         }
     };
@@ -163,7 +151,7 @@ fn from_csv(
                 line => format!("{}:{line}", name.get_ref()),
             };
             let message = format!("{place}: {}", wrong.message);
-            findings.error(field, name.span(), message, wrong.remedy);
+            findings.error(name.span(), message, wrong.remedy);
             None
         }
     }

@@ -8,6 +8,7 @@ use super::asked::{Asked, sent};
 use super::message::{Deadline, Message};
 use super::{Cause, Facts, Stamps};
 use crate::numbered::Numbered;
+use crate::statistics::upper_median;
 
 /// What a way takes beyond the link is asked about from here on, ns: less is what kernels always take.
 const LATE_NS: u64 = 500_000;
@@ -65,8 +66,7 @@ impl Traffic {
             .iter()
             .filter_map(|one| one.receive_ns?.checked_sub(one.send_ns));
         let mut trips: Vec<u64> = trips.collect();
-        trips.sort_unstable();
-        let round_trip_ns = trips.get(trips.len() / 2).copied().unwrap_or(0);
+        let round_trip_ns = upper_median(&mut trips, Ord::cmp).unwrap_or(0);
         let mut traffic = Traffic {
             messages,
             deadlines,
@@ -194,8 +194,7 @@ impl Traffic {
         let mut ways: Vec<u64> = ways
             .map(|one| one.up_ns.saturating_add(one.down_ns))
             .collect();
-        ways.sort_unstable();
-        ways.get(ways.len() / 2).copied().unwrap_or(0)
+        upper_median(&mut ways, Ord::cmp).unwrap_or(0)
     }
 
     /// The deadlines from one instant to another.

@@ -54,8 +54,8 @@ fn ended(cell: &Cell, verdict: Option<Verdict>) -> Summary {
 fn judged(plan: &Plan, required: &[&str], run: impl Fn(&Cell) -> Summary) -> Judgement {
     let rows: Vec<Summary> = plan.cells.iter().map(run).collect();
     let cells = plan.cells.iter().zip(&rows);
-    let asked: Vec<Asked<'_>> = cells
-        .map(|(cell, row)| Asked {
+    let asked: Vec<AskedRun<'_>> = cells
+        .map(|(cell, row)| AskedRun {
             index: cell.index,
             row,
             damage: &[],
@@ -199,7 +199,7 @@ fn a_damaged_run_fails_its_clauses_whatever_its_manifest_says() {
             verdict: Some(verdict),
             ..usual(&expected.cells[0])
         };
-        let run = Asked {
+        let run = AskedRun {
             index: 0,
             row: &row,
             damage: &damage,

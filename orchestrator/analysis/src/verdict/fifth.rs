@@ -25,7 +25,3 @@ pub(super) fn grows(worst: &[f64; PARTS]) -> bool {
 pub(crate) fn part(y: &[f64], i: usize) -> &[f64] {
     &y[y.len() * i / PARTS..y.len() * (i + 1) / PARTS]
 }
-
-pub(crate) fn mean(y: &[f64]) -> f64 {
-    y.iter().sum::<f64>() / y.len() as f64
-}

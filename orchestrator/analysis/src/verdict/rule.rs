@@ -3,11 +3,12 @@
 use control::step_info::greatest;
 use system::Band;
 
-use super::fifth::{GROWTH, PARTS, grows, mean, part, worst_errors};
+use super::fifth::{GROWTH, PARTS, grows, part, worst_errors};
 use super::place::{Outset, Place, gone};
 use super::{Course, Finding, LoopVerdict};
 use crate::asked::{Asked, Task};
 use crate::reason::Reason;
+use crate::statistics::mean;
 
 /// An excursion of this part of the step, from an output that had settled, is worth naming.
 const EXCURSION: f64 = 0.1;

@@ -6,7 +6,7 @@
 use agent::Stop;
 use plan::{End, EndEffect, EndFault, EndFaultDone};
 
-use crate::RunError;
+use crate::error::RunError;
 use crate::role::RoleSettings;
 use crate::site::{Running, Site};
 

@@ -9,7 +9,7 @@ use judge::Watched;
 use plan::{End, EndFaultDone};
 
 use super::end::EndPart;
-use crate::RunError;
+use crate::error::RunError;
 
 /// Who used the processors while the controller ran.
 pub(super) struct Shares {

@@ -1,6 +1,6 @@
 //! The echoes of a run as one series of pings.
 
-use analysis::statistics::{ms, ms_between};
+use analysis::statistics::{mean, ms, ms_between, upper_median};
 use analysis::{Campaign, ReadError, Run, rows};
 use link::Rtt;
 use plan::{Phase, ProbeRow, file_name};
@@ -69,8 +69,7 @@ impl<'a> Series<'a> {
         }
         let between = last.saturating_sub(*first) as f64 / (sent_ns.len() - 1) as f64;
         rtt_ms.sort_by(f64::total_cmp);
-        own_ms.sort_by(f64::total_cmp);
-        let own_ms = own_ms.get(own_ms.len() / 2).copied().unwrap_or(0.0);
+        let own_ms = upper_median(&mut own_ms, f64::total_cmp).unwrap_or(0.0);
         let off_ms: f64 = off_ms.iter().map(|off_ms| (off_ms - own_ms).abs()).sum();
         Ok(Some(Series {
             run,
@@ -86,7 +85,7 @@ impl<'a> Series<'a> {
     /// What `ping` prints, less the empty link's own time.
     pub(super) fn statistics(&self, own_ms: f64) -> Rtt {
         let n = self.rtt_ms.len() as f64;
-        let avg_ms = self.rtt_ms.iter().sum::<f64>() / n;
+        let avg_ms = mean(&self.rtt_ms);
         let squares: f64 = self.rtt_ms.iter().map(|ms| (ms - avg_ms).powi(2)).sum();
         let end = |at: Option<&f64>| at.copied().unwrap_or(f64::NAN) - own_ms;
         Rtt {

@@ -13,7 +13,7 @@ use super::metric::Metric;
 use super::odd::Odd;
 use super::remark::Remark;
 use super::row::{Accepted, DividedBy, Row, Than, Weight};
-use crate::subject::{Asked, Subject, TickedBy, Topology};
+use crate::subject::{AskedRuns, Subject, TickedBy, Topology};
 use report::claim::rule::ANY;
 use report::claim::{Finding, Verdict};
 
@@ -156,7 +156,7 @@ impl TryFrom<RunsEntry> for Runs {
         let mut rows = Vec::new();
         for h in &runs.h {
             for topology in &runs.topologies {
-                let asked = Asked {
+                let asked = AskedRuns {
                     subject: runs.who,
                     topology: topology.name(),
                     mode: runs.mode,
@@ -249,7 +249,7 @@ enum InvalidFigure {
 }
 
 impl FigureEntry {
-    fn row(&self, runs: Asked<'static>) -> Result<Row, InvalidFigure> {
+    fn row(&self, runs: AskedRuns<'static>) -> Result<Row, InvalidFigure> {
         let asked = runs.but(self.who, self.topology);
         let words = || self.figure.of.clone().into_owned();
         let paper = self.paper.map(PrintedNumber::value);
@@ -295,9 +295,9 @@ impl PrintedNumber {
 }
 
 impl ThanEntry {
-    fn of(&self, own: Asked<'static>, unknown: (f64, f64)) -> Than {
+    fn of(&self, own: AskedRuns<'static>, unknown: (f64, f64)) -> Than {
         Than {
-            asked: Asked {
+            asked: AskedRuns {
                 mode: self.mode.unwrap_or(own.mode),
                 h_ns: self.h.map_or(own.h_ns, SampleTime::ns),
                 ..own.but(self.who, self.topology)

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::evidence::Evidence;
 use super::metric::Metric;
 use super::source::Source;
-use crate::subject::{Asked, Subject, TickedBy, Topology};
+use crate::subject::{AskedRuns, Subject, TickedBy, Topology};
 use report::claim::rule;
 use report::claim::{Limits, Verdict};
 use report::group::Estimate;
@@ -14,7 +14,7 @@ use report::group::Estimate;
 /// One number of one group of runs.
 #[derive(Debug)]
 pub(super) struct Row {
-    pub(super) asked: Asked<'static>,
+    pub(super) asked: AskedRuns<'static>,
     pub(super) metric: Metric,
     pub(super) over: Option<DividedBy>,
     pub(super) paper: Option<f64>,
@@ -61,7 +61,7 @@ pub(super) enum Accepted {
 /// A limit that is itself measured.
 #[derive(Debug)]
 pub(super) struct Than {
-    pub(super) asked: Asked<'static>,
+    pub(super) asked: AskedRuns<'static>,
     /// Another figure than the row's.
     pub(super) metric: Option<Metric>,
     /// The limit is so many times the size of the number.

@@ -1,7 +1,7 @@
 //! The slope of lateness over the schedule, with an interval that stalls do not make too narrow.
 
 use analysis::lateness::{self, IMPULSE, IMPULSE_MS};
-use analysis::statistics::Line;
+use analysis::statistics::{Line, mean, upper_median};
 use analysis::{ReadError, Run};
 
 use report::group::Estimate;
@@ -57,7 +57,7 @@ impl Series {
         let blocks = n.div_ceil(size);
         let slopes = (0..blocks).map(without).collect::<Option<Vec<f64>>>()?;
         let count = blocks as f64;
-        let mean = slopes.iter().sum::<f64>() / count;
+        let mean = mean(&slopes);
         let squares: f64 = slopes.iter().map(|slope| (slope - mean).powi(2)).sum();
         let error = (squares * (count - 1.0) / count).sqrt();
         Some(Estimate::around(value, STUDENT_95 * error, n as u64))
@@ -118,8 +118,7 @@ pub(super) struct Residuals {
 
 fn middle(points: &[(f64, f64)], of: fn(&(f64, f64)) -> f64) -> Option<f64> {
     let mut values: Vec<f64> = points.iter().map(of).collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
+    upper_median(&mut values, f64::total_cmp)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use analysis::Campaign;
 use endpoint::SampleTime;
 
-use crate::subject::Asked;
+use crate::subject::AskedRuns;
 use report::claim::{Limits, Part};
 use report::group::{Estimate, Group};
 
@@ -11,12 +11,12 @@ use report::group::{Estimate, Group};
 #[derive(Debug, Clone)]
 pub(super) struct Source<'a> {
     pub(super) group: Group<'a>,
-    pub(super) asked: Asked<'static>,
+    pub(super) asked: AskedRuns<'static>,
     label: String,
 }
 
 impl<'a> Source<'a> {
-    pub(super) fn of(campaign: &'a Campaign, asked: Asked<'static>) -> Self {
+    pub(super) fn of(campaign: &'a Campaign, asked: AskedRuns<'static>) -> Self {
         let rate =
             SampleTime::try_new(asked.h_ns).map_or_else(|wrong| wrong.to_string(), plan::rate);
         let first = campaign.runs.iter().find(|run| asked.is_for(run));

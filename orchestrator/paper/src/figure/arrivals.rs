@@ -5,7 +5,7 @@ use analysis::{Campaign, ReadError, Run, lateness};
 use chart::{Guide, GuideAt, Mark, Series};
 use endpoint::Mode;
 
-use super::entry::Shown;
+use super::entry::PanelEntry;
 use crate::printed;
 use report::figure::{Figure, panel};
 use report::origin::Origin;
@@ -16,7 +16,7 @@ const MESSAGES: u64 = 600;
 
 pub(super) fn figure(
     campaign: &Campaign,
-    shown: &[Shown],
+    shown: &[PanelEntry],
     figure: Figure,
 ) -> Result<Figure, ReadError> {
     let mut panel = panel("", "", "message", "arrival/s");

@@ -19,7 +19,7 @@ pub(super) struct FigureText {
     pub(super) caption: String,
     pub(super) paper: String,
     pub(super) drawn: Drawn,
-    pub(super) panels: Vec<Shown>,
+    pub(super) panels: Vec<PanelEntry>,
 }
 
 /// Which file draws a figure.
@@ -36,7 +36,7 @@ pub(super) enum Drawn {
 /// What one panel shows.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Shown {
+pub(super) struct PanelEntry {
     #[serde(default)]
     pub(super) letter: String,
     title: Option<String>,
@@ -60,7 +60,7 @@ pub(super) struct Behind {
     pub(super) topology: Topology,
 }
 
-impl Shown {
+impl PanelEntry {
     /// Its title: link and rate, if it has none of its own.
     pub(super) fn title(&self) -> String {
         let rated = || format!("{}, {}", self.topology(), plan::rate(self.h));

@@ -7,7 +7,7 @@ use analysis::{Campaign, ReadError, trace};
 use chart::{Guide, GuideAt, Mark, Panel, Scale, Series};
 use endpoint::Mode;
 
-use super::entry::Shown;
+use super::entry::PanelEntry;
 use crate::printed;
 use crate::subject::Subject;
 use report::figure::{Figure, panel};
@@ -17,7 +17,7 @@ const H_MS: f64 = printed::H_333_HZ_NS as f64 / 1e6;
 
 pub(super) fn figure(
     campaign: &Campaign,
-    shown: &[Shown],
+    shown: &[PanelEntry],
     figure: Figure,
 ) -> Result<Figure, ReadError> {
     let (mut origin, mut sentences, mut panels) =

@@ -5,16 +5,16 @@ use analysis::{Campaign, ReadError, Run, lateness};
 use chart::{Mark, Panel, Series};
 use endpoint::Mode;
 
-use super::entry::Shown;
+use super::entry::PanelEntry;
 use crate::printed;
 use crate::subject::Subject;
 use report::figure::{Figure, panel};
-use report::number::significant;
 use report::origin::Origin;
+use text::significant;
 
 pub(super) fn figure(
     campaign: &Campaign,
-    shown: &[Shown],
+    shown: &[PanelEntry],
     figure: Figure,
 ) -> Result<Figure, ReadError> {
     let (mut origin, mut sentences, mut panels) =

@@ -4,7 +4,7 @@ use analysis::{Campaign, ReadError};
 use chart::{Panel, Series};
 use endpoint::{Mode, SampleTime};
 
-use super::entry::{Behind, Shown};
+use super::entry::{Behind, PanelEntry};
 use crate::printed;
 use crate::subject::{PYTHON, Subject};
 use report::figure::median::{Signal, Traces};
@@ -19,7 +19,7 @@ const REFERENCE: f64 = 1.0;
 
 pub(super) fn figure(
     campaign: &Campaign,
-    shown: &[Shown],
+    shown: &[PanelEntry],
     figure: Figure,
 ) -> Result<Figure, ReadError> {
     let (mut origin, mut sentences, mut panels) =
@@ -53,7 +53,7 @@ pub(super) fn figure(
 /// A panel, and the group that is drawn behind its subjects. The panel is empty if no subject has runs.
 fn draw<'a>(
     campaign: &'a Campaign,
-    shown: &Shown,
+    shown: &PanelEntry,
     groups: &[(Subject, Group<'_>)],
     reference: &Group<'_>,
     traces: &mut Traces,

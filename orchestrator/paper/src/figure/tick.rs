@@ -4,7 +4,7 @@ use analysis::{Campaign, ReadError, Run, trace};
 use chart::{Guide, GuideAt, Mark, Panel, Series};
 use endpoint::Mode;
 
-use super::entry::Shown;
+use super::entry::PanelEntry;
 use crate::printed::{self, SampleIntervals};
 use report::figure::{Figure, panel};
 use report::origin::Origin;
@@ -12,7 +12,7 @@ use report::tone::PLANT_TONE;
 
 pub(super) fn figure(
     campaign: &Campaign,
-    shown: &[Shown],
+    shown: &[PanelEntry],
     figure: Figure,
 ) -> Result<Figure, ReadError> {
     let (mut origin, mut sentences, mut panels) =

@@ -2,9 +2,10 @@
 
 use analysis::LoopVerdict;
 use plan::{Client, Setup};
+use text::significant;
 
 use super::{Answer, Row, Standing, Survival};
-use crate::number::{duration, significant, spelled};
+use crate::number::{duration, spelled};
 
 /// The most loops that are named; further ones are only counted.
 const NAMED: usize = 4;

@@ -1,13 +1,15 @@
 //! How close was it: the run nearest to failing, and what delay the loop bears by analysis.
 
+use analysis::statistics::percentile;
 use analysis::{Campaign, LoopVerdict, Summary};
 use control::{Analysis, largest_stable_blocking_round_trip_s};
 use endpoint::Outstanding;
 use plan::Cell;
+use text::significant;
 
 use crate::called::{called, is_kept, kept};
-use crate::delays::{Delays, Nearest, percentile};
-use crate::number::{duration, significant};
+use crate::delays::{Delays, Nearest};
+use crate::number::duration;
 
 /// The run nearest to failing, and how far its delays are from what the loop bears by analysis.
 pub(super) fn close(campaign: &Campaign, delays: &[Delays<'_>], nearest: &Nearest<'_>) -> String {

@@ -1,9 +1,11 @@
 //! What the network cost: settling and error against the same loop without one, and the link's share.
 
+use text::significant;
+
 use super::{NAMED, place};
 use crate::delays::Delays;
 use crate::loops::{Loop, baseline};
-use crate::number::{duration, significant};
+use crate::number::duration;
 
 /// Settling and error over each link against those without one, and the link's share of the delay.
 pub(super) fn cost(loops: &[Loop<'_>], delays: &[Delays<'_>]) -> Option<String> {

@@ -3,11 +3,12 @@
 
 use analysis::Campaign;
 use analysis::budget::{Budget, Part};
+use analysis::statistics::percentile;
 use chart::{Axis, Mark, Panel, Series};
 
 use super::scale::{Which, share_all};
 use super::{Figure, panel};
-use crate::delays::{Delays, percentile, unstamped};
+use crate::delays::{Delays, unstamped};
 use crate::number::duration;
 use crate::origin::Origin;
 use crate::tone::{OTHER_TONE, PART_TONES};

@@ -1,10 +1,11 @@
 //! Figure C: how long messages took, as the share that took longer, so that rare delays can be read.
 
+use analysis::statistics::percentile;
 use chart::{Guide, GuideAt, Mark, Panel, Scale, Series};
 
 use super::scale::{Which, share};
 use super::{Figure, panel};
-use crate::delays::{Delays, percentile, unstamped};
+use crate::delays::{Delays, unstamped};
 use crate::number::duration;
 use crate::origin::Origin;
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use analysis::statistics::quantile_of_sorted;
 use analysis::{ReadError, Run, trace};
 use chart::{Mark, Series};
 
@@ -108,7 +109,8 @@ fn quartiles(mut values: Vec<f64>) -> Option<(f64, f64, f64)> {
     values.sort_by(f64::total_cmp);
     let last = values.len().checked_sub(1)?;
     let at = |rank: usize| values.get(rank).copied();
-    let middle = f64::midpoint(at(last / 2)?, at(last.div_ceil(2))?);
+    // Between opposite infinities there is none, and the line has a gap.
+    let middle = quantile_of_sorted(&values, 0.5).unwrap_or(f64::NAN);
     Some((at(last / 4)?, middle, at(last - last / 4)?))
 }
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Figure G: how late messages arrived against their schedule, of open loops, which have no response to show.
 
+use analysis::statistics::upper_median;
 use analysis::{Campaign, ReadError, Run, grouped, lateness};
 use chart::{Mark, Series};
 use endpoint::Mode;
@@ -101,8 +102,7 @@ fn latest(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 /// Moves the zero to the median, since the first message may have been the late one.
 fn zero_at_the_median(points: &mut [(f64, f64)]) {
     let mut late_ms: Vec<f64> = points.iter().map(|(_, late_ms)| *late_ms).collect();
-    late_ms.sort_by(f64::total_cmp);
-    let middle_ms = late_ms.get(late_ms.len() / 2).copied().unwrap_or(0.0);
+    let middle_ms = upper_median(&mut late_ms, f64::total_cmp).unwrap_or(0.0);
     for (_, late_ms) in points {
         *late_ms -= middle_ms;
     }

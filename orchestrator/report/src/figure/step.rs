@@ -2,10 +2,10 @@
 //! it, and the settling in words.
 
 use chart::{Guide, GuideAt, Series};
+use text::significant;
 
 use crate::called::is_kept;
 use crate::group::{Estimate, Group};
-use crate::number::significant;
 
 /// The band about the reference in which a step has settled if its system asks for none, as a share of it.
 const BAND: f64 = 0.02;

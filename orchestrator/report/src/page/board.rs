@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 use text::counted;
+use text::significant;
 
 use super::badge::of_claim;
 use super::place::anchor_of;
@@ -9,7 +10,7 @@ use super::scroll::scroll;
 
 use crate::claim::{Finding, Part, Verdict};
 use crate::group::Estimate;
-use crate::number::{brief, significant};
+use crate::number::brief;
 use crate::outcome::answered;
 use crate::report::Report;
 

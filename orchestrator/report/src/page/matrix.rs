@@ -3,12 +3,13 @@
 use analysis::LoopVerdict;
 use maud::{Markup, html};
 use plan::{Client, Plan};
+use text::significant;
 
 use super::badge::{Tone, badge, ended, signed};
 use super::prose::{NO_BREAK, kept};
 use super::scroll::scroll;
 use crate::answer::{Answer, Row, Standing, Survival};
-use crate::number::{duration, significant};
+use crate::number::duration;
 use crate::outcome::OutcomeKind;
 
 /// The answer in one line, over the picture.

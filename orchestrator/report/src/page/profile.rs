@@ -3,13 +3,13 @@
 use analysis::{Campaign, Run};
 use certificate::Verdict;
 use maud::{Markup, html};
+use text::significant;
 
 use super::badge::{Tone, badge};
 use super::place::anchor;
 use super::prose::kept;
 use super::scroll::scroll;
 use crate::called::called;
-use crate::number::significant;
 
 pub(super) fn render(campaign: &Campaign) -> Option<Markup> {
     if campaign.plan.profiles.is_empty() {

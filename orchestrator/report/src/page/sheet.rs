@@ -2,10 +2,10 @@
 
 use analysis::layout::Column;
 use maud::{Markup, html};
+use text::significant;
 
 use super::prose::kept;
 use super::scroll::scroll;
-use crate::number::significant;
 use crate::table::{Entry, Table};
 
 pub(super) fn render(tables: &[Table]) -> Option<Markup> {

@@ -2,12 +2,12 @@
 
 use analysis::Campaign;
 use analysis::layout::{Column, number, text};
+use text::significant;
 
 use super::{Entry, Table};
 use crate::delays::Delays;
 use crate::group::Estimate;
 use crate::loops::{Loop, all, baseline};
-use crate::number::significant;
 
 /// A row for each closed loop; `None` if none is complete.
 #[must_use]

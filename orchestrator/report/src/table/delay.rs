@@ -1,9 +1,10 @@
 //! How long messages and samples took, over each link and with each client.
 
 use analysis::layout::{number, text};
+use analysis::statistics::percentile;
 
 use super::{Entry, Table};
-use crate::delays::{Delays, percentile, unstamped};
+use crate::delays::{Delays, unstamped};
 
 /// A row for each loop; `None` without a message.
 #[must_use]

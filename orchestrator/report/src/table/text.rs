@@ -1,9 +1,9 @@
 //! A table for people at a terminal: aligned, with the names of groups over those of columns.
 
 use analysis::layout::{Column, align};
+use text::significant;
 
 use super::{Entry, Table};
-use crate::number::significant;
 
 impl Table {
     /// The table as text: title, two lines of heading, the rows, the notes. Text is left-aligned,

@@ -109,6 +109,5 @@ fn said(status: StatusCode, text: &str) -> String {
 
 /// The beginning of a plant's text, short enough for a line.
 pub(super) fn excerpt(text: &str) -> String {
-    let start: String = text.trim_end().chars().take(EXCERPT_CHARS).collect();
-    endpoint::plain(&start).into_owned()
+    text::excerpt(text.trim_end(), EXCERPT_CHARS)
 }

@@ -4,7 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Scheduling, Written};
-use crate::{Counts, Transport};
+use crate::controller::Counts;
+use crate::setting::Transport;
 
 /// What the native controller tells when it has ended.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -4,10 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Number;
 
-use crate::{
-    Connection, Counts, Integrate, Late, Mode, Outstanding, Schedule, Sender, Thread, Timer,
-    Transport,
-};
+use crate::controller::Counts;
+use crate::page::{Sender, Thread, Timer};
+use crate::setting::{Connection, Integrate, Late, Mode, Outstanding, Schedule, Transport};
 
 /// What a page tells when it has ended. What JavaScript writes without a point where it is whole is
 /// a [`Number`] here, so that it stays as it was written.

@@ -6,7 +6,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Written;
-use crate::setting::choice;
 
 /// What a visit tells when it has ended. What became of the deadlines only the
 /// page knows, and tells the plant.
@@ -59,9 +58,9 @@ pub struct Browser {
     pub opened_ms: Option<u64>,
 }
 
-choice!(
+column::choice!(
     /// A browser's family.
-    Engine, "browser", "chromium or firefox", {
+    Engine, "browser", {
         /// Chromium, or Google's Chrome.
         Chromium = "chromium",
         /// Mozilla Firefox.

@@ -22,6 +22,25 @@ pub fn plain(text: &str) -> Cow<'_, str> {
     shown.into()
 }
 
+/// The beginning of a text, of `most` characters at most, made [`plain`].
+#[must_use]
+pub fn excerpt(text: &str, most: usize) -> String {
+    let start: String = text.chars().take(most).collect();
+    plain(&start).into_owned()
+}
+
+/// The beginning of a text, of `most` characters at most, for a line and between quotes: whatever is not seen, and
+/// quotes, by their escapes, and `...` where the text goes on.
+#[must_use]
+pub fn excerpt_of_line(text: &str, most: usize) -> String {
+    let start = text.chars().take(most);
+    let mut start: String = start.flat_map(char::escape_debug).collect();
+    if text.chars().nth(most).is_some() {
+        start.push_str("...");
+    }
+    start
+}
+
 /// Whether a character does something else than to be seen.
 #[must_use]
 pub fn is_active(letter: char) -> bool {
@@ -50,5 +69,13 @@ mod tests {
             assert_eq!(plain(text), shown);
             assert!(!plain(text).chars().any(is_active));
         }
+    }
+
+    #[test]
+    fn an_excerpt_has_so_many_characters_of_the_text_however_they_are_shown() {
+        assert_eq!(excerpt("é\x1b\n\"日本", 4), "é\\u{1b}\n\"");
+        assert_eq!(excerpt("short", 40), "short");
+        assert_eq!(excerpt_of_line("é\x1b\n\"日本", 4), "é\\u{1b}\\n\\\"...");
+        assert_eq!(excerpt_of_line("short", 5), "short");
     }
 }
