@@ -11,7 +11,7 @@ lint:
 # All tests of the pure crates
 quick:
     cargo fmt --all --check
-    cargo test -p webloop-control -p webloop-endpoint -p webloop-system -p webloop-link -p webloop-certificate -p webloop-plan -p webloop-judge -p webloop-manifest -p webloop-sim -p webloop-sweep -p webloop-chart
+    cargo test -p webloop-control -p webloop-endpoint -p webloop-system -p webloop-link -p webloop-certificate -p webloop-plan -p webloop-judge -p webloop-record -p webloop-sim -p webloop-sweep -p webloop-chart
 
 # New cases of all property tests: as many of each as asked
 laws cases="10000":
@@ -61,4 +61,4 @@ all: lint
 
 # What is made from types and help texts: schemas and the book's reference
 write:
-    WEBLOOP_TEST_WRITE=1 cargo test -p webloop-plant -p webloop-manifest -p webloop-backend -p webloop-plan -p webloop --lib --test kept --test settings --test all --test command
+    WEBLOOP_TEST_WRITE=1 cargo test -p webloop-plant -p webloop-record -p webloop-backend -p webloop-plan -p webloop --lib --test kept --test settings --test all --test command

@@ -130,7 +130,7 @@ fn head(bytes: &[u8]) {
 
 fn manifest(bytes: &[u8]) {
     if let Ok(text) = from_utf8(bytes) {
-        let _ = manifest::Manifest::from_json(text);
+        let _ = record::Manifest::from_json(text);
     }
 }
 

@@ -15,7 +15,7 @@ use std::{
     thread,
 };
 
-use analysis::{Aim, response::ResponseTrace, rows};
+use analysis::{Aim, response::ResponseTrace};
 use clock::journal::Journal;
 use column::Row;
 use control::{preset, seconds};
@@ -24,6 +24,7 @@ use endpoint::{
     SampleTime, State, TickRow, Transport,
 };
 use link::{Epoch, Profile, Timeline, Way};
+use record::rows;
 use sim::{Record, Setup};
 
 type Result<T, E = Box<dyn Error>> = std::result::Result<T, E>;

@@ -26,8 +26,8 @@ use endpoint::{
     SampleTime, TickRow,
 };
 use link::Epoch;
-use manifest::{FileFact, Machine, Manifest};
 use plan::{Cell, Client, Plan, ProbeRow, ProfileText, Verdict};
+use record::{FileFact, Machine, Manifest};
 use serde_json::{Value, json};
 
 const H_NS: u64 = 1_000_000;

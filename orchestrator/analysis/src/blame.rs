@@ -22,11 +22,12 @@ use endpoint::{
 };
 use link::Timeline;
 use plan::{Plan, file_name};
+use record::ReadError;
+use record::rows::read;
 
 use crate::budget::timeline;
 use crate::campaign::Run;
 use crate::numbered::Numbered;
-use crate::rows::{ReadError, read};
 
 /// What a part of an age was spent with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -11,10 +11,11 @@ mod rows;
 use endpoint::{ArrivalRow, MessageRow, TickRow};
 use link::{Profile, Timeline};
 use plan::{Plan, file_name};
+use record::ReadError;
+use record::rows::read;
 
 use crate::campaign::Run;
 use crate::numbered::Numbered;
-use crate::rows::{ReadError, read};
 use crate::statistics::upper_median;
 
 use self::rows::{Ticks, of_rows};

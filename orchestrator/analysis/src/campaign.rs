@@ -9,15 +9,14 @@ mod reading;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use manifest::Manifest;
 use plan::{Cell, Plan, Verdict, file_name};
+use record::{Damage, Manifest, file};
 use thiserror::Error;
 
 use crate::metrics::Metrics;
 use crate::parallel;
 use crate::recovery::Recovery;
 use crate::summary::Summary;
-use crate::whole::Damage;
 
 use self::reading::Reading;
 

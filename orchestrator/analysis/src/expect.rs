@@ -18,6 +18,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use plan::{Clause, Day, Figure, Known, Plan, Verdict};
+use record::Damage;
 
 use crate::campaign::Run;
 use crate::layout::grouped;
@@ -27,7 +28,6 @@ use crate::statistics::{Quantiles, median};
 use crate::summary::Summary;
 use crate::variety::{Variety, is_one_run};
 use crate::verdict::LoopVerdict;
-use crate::whole::Damage;
 
 pub use answer::{Answer, Bounds, ClauseOutcome, Drawn, Shown};
 

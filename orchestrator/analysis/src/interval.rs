@@ -14,8 +14,9 @@ use std::path::Path;
 
 use endpoint::ArrivalRow;
 use plan::file_name;
+use record::ReadError;
+use record::rows::read;
 
-use crate::rows::{ReadError, read};
 use crate::statistics::ms;
 
 /// Histograms of the intervals of one cell.

@@ -11,9 +11,10 @@ use std::path::Path;
 
 use endpoint::ArrivalRow;
 use plan::file_name;
+use record::ReadError;
+use record::rows::read;
 use serde::{Deserialize, Serialize};
 
-use crate::rows::{ReadError, read};
 use crate::statistics::{Line, Quantiles, lower_median, share};
 
 /// One arrival against its schedule.

@@ -1,7 +1,5 @@
 //! Turns raw rows into metrics, verdicts and tables.
 //!
-//! - [`rows`]: reads a file of rows in one streaming pass and counts the last lines that killed runs
-//!   left torn;
 //! - [`probe`], [`message`], [`arrival`], [`tick`]: the metrics of each of the four files;
 //! - [`lateness`]: each arrival against the schedule; [`interval`]: histograms of the time between
 //!   arrivals;
@@ -12,7 +10,6 @@
 //!   was steered, and what made it so old; [`recovery`]: how a loop came through a fault;
 //! - [`metrics`]: all metrics of a cell's folder; [`campaign`]: all cells of a results folder;
 //!   [`outline`]: the same as a row for each;
-//! - `whole`: whether a folder matches its manifest; `order`: whether all of its rows are there;
 //! - [`summary`] and [`table`]: one row per cell, for programs and for people; [`repeats`]: medians
 //!   over repeated cells; `condition`: the columns that say which cell a row is of; `links`: the table below
 //!   them; [`expect`]: whether runs show what is expected of
@@ -21,7 +18,7 @@
 //! - [`statistics`]: moments, quantiles and a line, each in one pass; [`binomial`]: tails of the binomial
 //!   distribution; [`pairs`]: tests on paired differences; [`layout`]: columns for people.
 //!
-//! The crate only reads. Raw rows are never edited, so everything derived from them can be deleted
+//! The crate only reads, by what [`record`] has of a folder. Raw rows are never edited, so everything derived from them can be deleted
 //! and made again. Whether a link held is taken from its certificate and not judged again.
 #![forbid(unsafe_code)]
 
@@ -40,7 +37,6 @@ mod links;
 pub mod message;
 pub mod metrics;
 mod numbered;
-mod order;
 pub mod outline;
 pub mod pairs;
 pub mod parallel;
@@ -49,7 +45,6 @@ pub mod reason;
 pub mod recovery;
 pub mod repeats;
 pub mod response;
-pub mod rows;
 pub mod share;
 pub mod silence;
 pub mod statistics;
@@ -60,7 +55,6 @@ pub mod trace;
 pub mod unjudged;
 pub mod variety;
 pub mod verdict;
-mod whole;
 
 pub use campaign::{Campaign, CampaignError, Run};
 pub use layout::{csv, grouped};
@@ -68,7 +62,5 @@ pub use metrics::{CellFacts, Metrics};
 pub use reason::Reason;
 pub use recovery::Recovery;
 pub use response::{Aim, Response};
-pub use rows::ReadError;
 pub use summary::{LinkFacts, Summary};
 pub use verdict::LoopVerdict;
-pub use whole::Damage;

@@ -5,23 +5,24 @@ use std::path::Path;
 
 use column::Row;
 use endpoint::{ArrivalRow, MessageRow, Mode, SecondRow, TickRow};
+use plan::{ProbeRow, file_name};
+use record::ReadError;
+use record::order::{
+    ArrivalOrder, Disorder, Gaps, MessageOrder, ProbeOrder, SecondOrder, TickOrder,
+};
+use record::rows::{Content, read, read_whole};
+use record::whole::Vouched;
 use serde::{Deserialize, Serialize};
+use system::System;
 
 use crate::arrival::{ArrivalCount, Arrivals};
 use crate::asked::Asked;
 use crate::message::{MessageCount, Messages};
-use crate::order::{
-    ArrivalOrder, Disorder, Gaps, MessageOrder, ProbeOrder, SecondOrder, TickOrder,
-};
 use crate::probe::{ProbeCount, Probes};
 use crate::response::{Aim, Response, ResponseTrace, SecondTrace};
-use crate::rows::{Content, ReadError, read, read_whole};
 use crate::silence::SilenceTrace;
 use crate::tick::{TickCount, Ticks};
 use crate::verdict::Finding;
-use crate::whole::Vouched;
-use plan::{ProbeRow, file_name};
-use system::System;
 
 /// What has to be known about a cell to read its rows.
 #[derive(Debug, Clone, PartialEq)]

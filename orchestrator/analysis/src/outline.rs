@@ -6,11 +6,11 @@
 use std::path::Path;
 
 use plan::{Plan, Verdict};
+use record::Damage;
 
 use crate::campaign::{Campaign, Run};
 use crate::summary::Summary;
 use crate::unjudged::{self, Unjudged};
-use crate::whole::Damage;
 
 /// A cell in its row.
 #[derive(Debug, Clone)]

@@ -8,9 +8,9 @@ use std::path::Path;
 
 use endpoint::TickRow;
 use plan::{Cell, FaultSpell, file_name};
+use record::ReadError;
+use record::rows::read;
 use serde::{Deserialize, Serialize};
-
-use crate::rows::{ReadError, read};
 
 /// Back means within this fraction of the reference's range.
 const BAND: f64 = 0.02;

@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use endpoint::{Mode, Transport};
 use link::{Profile, Typical};
-use manifest::Manifest;
 use plan::{Cell, Client, Condition, Disturbance, START_AT, Setup, Verdict};
+use record::Manifest;
+use record::whole::VIRTUAL;
 use serde::{Deserialize, Serialize};
 
 use crate::layout;
@@ -13,7 +14,6 @@ use crate::metrics::Metrics;
 use crate::recovery::Recovery;
 use crate::statistics::{Quantiles, ms, share};
 use crate::verdict::LoopVerdict;
-use crate::whole::VIRTUAL;
 
 /// What is known about a cell's link without a run; all `None` on loopback.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

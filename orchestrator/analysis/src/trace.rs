@@ -9,8 +9,9 @@ use std::path::Path;
 
 use endpoint::{ArrivalRow, TickRow};
 use plan::file_name;
+use record::ReadError;
+use record::rows::read;
 
-use crate::rows::{ReadError, read};
 use crate::statistics::ms_between;
 
 /// The plant's output and input at each tick, from the first deadline to the planned end. Time is the plant's own: the

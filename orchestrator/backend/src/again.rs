@@ -9,8 +9,9 @@ use std::path::Path;
 
 use certificate::Echo;
 use link::LinkTime;
-use manifest::Manifest;
 use plan::{Cell, Phase, Plan, ProbeRow, Verdict, file_name};
+use record::Manifest;
+use record::rows::all;
 
 use crate::course::Seen;
 use crate::evidence::Asked;
@@ -18,7 +19,7 @@ use crate::link_check::{LinkCheck, Sent};
 use crate::report::Reports;
 use crate::schedule::Spacing;
 use crate::texts::{profile_text, read_profile};
-use crate::{RunError, evidence, record, run};
+use crate::{RunError, evidence, rows, run};
 
 /// What comes of judging a run again.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,10 +49,10 @@ pub fn judge_again(
     let text = profile_text(plan, cell)?;
     let profile = read_profile(&text, &cell.topology)?;
     let opens = Spacing::of(&profile).opens();
-    let echoes: Vec<ProbeRow> = record::rows(&folder.join(file_name::PROBES))?;
+    let echoes: Vec<ProbeRow> = all(&folder.join(file_name::PROBES), ProbeRow::COLUMNS)?;
     let seen = seen(&echoes, manifest, opens);
     let link_check = LinkCheck {
-        entered: &record::entered(folder)?,
+        entered: &rows::entered(folder)?,
         ..LinkCheck::of(cell, &profile, manifest.epoch, opens)
     };
     let predicted = seen.echoes.iter();

@@ -18,8 +18,8 @@ use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase};
 
 use crate::link_check::{LinkCheck, Sent};
 use crate::pulse::Pulses;
-use crate::record::Rows;
 use crate::role::{ControllerRole, LinkRole, PlantRole, RoleSettings};
+use crate::rows::Rows;
 use crate::schedule::{Series, Spacing};
 use crate::site::{Running, Site};
 use crate::texts::Texts;

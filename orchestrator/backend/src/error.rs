@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use plan::NoSystem;
+use record::ReadError;
+use record::folder::Unwritable;
 
 /// Why a run could not be made or finished.
 #[derive(Debug, thiserror::Error)]
@@ -10,19 +12,9 @@ pub enum RunError {
     /// This machine cannot do it; says what is missing and the remedy.
     #[error("{0}")]
     Unsupported(String),
-    /// A file of the results could not be written.
-    #[error("cannot write {path}: {problem}; free space or choose another folder with --out")]
-    Write {
-        /// The file or folder.
-        path: String,
-        /// The error of the operating system.
-        problem: std::io::Error,
-    },
-    /// Another process runs the cell in this folder.
-    #[error(
-        "{0} is in use by another run of this cell; let it end, or choose another folder with --out"
-    )]
-    InUse(String),
+    /// The folder of the results cannot be written.
+    #[error(transparent)]
+    Folder(#[from] Unwritable),
     /// One of the processes of the run failed.
     #[error("the {role} {problem}")]
     Role {
@@ -50,13 +42,8 @@ pub enum RunError {
     #[error("{0}")]
     Echoes(String),
     /// Rows that the run has left cannot be read.
-    #[error("cannot read this run's rows to judge them: {path}: {problem}")]
-    Rows {
-        /// The file.
-        path: String,
-        /// What is wrong with it.
-        problem: csv::Error,
-    },
+    #[error("cannot read this run's rows to judge them: {0}")]
+    Rows(#[from] ReadError),
     /// A part that outlives the controller ended before it.
     #[error("the plant or the link ended before the controller")]
     Ended,
@@ -90,10 +77,7 @@ impl RunError {
     }
 
     pub(crate) fn write(path: &Path, problem: std::io::Error) -> Self {
-        RunError::Write {
-            path: path.display().to_string(),
-            problem,
-        }
+        Unwritable::failed(path, problem).into()
     }
 }
 

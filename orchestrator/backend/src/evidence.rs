@@ -10,15 +10,16 @@ use endpoint::{MessageRow, Schedule, SecondRow};
 use judge::replay::Both;
 use judge::{Busy, Ends, Judgement, Messages, Pulse, Records, Terms, Watched};
 use link::Epoch;
-use manifest::{ControllerReport, PlantReport};
 use plan::{Cell, Disturbance, End, EndFaultDone, file_name};
+use record::rows::all;
+use record::{ControllerReport, PlantReport};
 use system::System;
 
 use crate::RunError;
 use crate::course::Seen;
 use crate::link_check::{LinkCheck, Sent};
-use crate::record::{self, Rows};
 use crate::report::{Reports, is_real_time};
+use crate::rows::Rows;
 
 /// What a run has shown, for its manifest.
 #[derive(Debug, Default)]
@@ -166,7 +167,10 @@ impl Evidence {
 /// Rows of the second input and output, if there is one.
 fn second(folder: &Path) -> Result<Vec<SecondRow>, RunError> {
     let path = folder.join(file_name::SECOND);
-    let rows = path.exists().then(|| record::rows(&path)).transpose()?;
+    let rows = path
+        .exists()
+        .then(|| all(&path, SecondRow::COLUMNS))
+        .transpose()?;
     Ok(rows.unwrap_or_default())
 }
 

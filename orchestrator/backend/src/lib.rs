@@ -1,7 +1,7 @@
 //! Runs a cell and judges whether its link held. It does not evaluate what the loop did.
 //!
-//! - [`run_cell`]: runs a cell of a plan on a [`Backend`] with a [`Player`]; [`Made`] is what comes
-//!   of it, and writes its [`Manifest`].
+//! - [`run_cell`]: runs a cell of a plan on a [`Backend`] with a [`Player`]; [`record::Made`] is what comes
+//!   of it, and writes its manifest.
 //! - `course`: starts the parts and waits for them, in the same way everywhere; `schedule` has the
 //!   times.
 //! - `role`: the settings that plant, controller and link receive; `texts`, those of the plan that they are made from.
@@ -9,8 +9,8 @@
 //!   `attach` has [`Agents`] start them elsewhere, as `remote_part` parts, and joins the two halves of
 //!   each echo (`sighting`).
 //! - `link_check`, `evidence`: the link's echoes and certificate; [`probe()`] does only this.
-//! - `pulse` shows when the machine stood still; `record` reads the rows by which a run is judged.
-//! - `folder`, `report`, [`machine()`]: what a manifest says about files, roles and machine.
+//! - `pulse` shows when the machine stood still; `rows` has those by which a run is judged.
+//! - `report`, [`machine()`]: what a manifest says about roles and machine.
 //! - [`ability`]: what this machine can do. [`Awake`] keeps its processors from halting.
 
 pub mod ability;
@@ -21,11 +21,9 @@ mod awake;
 mod course;
 mod error;
 mod evidence;
-mod folder;
 mod lab;
 mod link_check;
 mod machine;
-mod made;
 mod netns;
 mod own;
 mod own_plant;
@@ -33,10 +31,10 @@ mod patience;
 mod player;
 mod probe;
 mod pulse;
-mod record;
 mod remote_part;
 mod report;
 mod role;
+mod rows;
 mod run;
 mod schedule;
 mod sighting;
@@ -54,16 +52,13 @@ pub use awake::Awake;
 pub use again::{Again, judge_again};
 pub use agent::spawn;
 pub use error::RunError;
-pub use folder::{move_aside, write_whole};
 pub use lab::Lab;
 pub use machine::machine;
-pub use made::Made;
-pub use manifest::Manifest;
 pub use own_plant::{NoPlant, hidden, start_plant, start_simulated};
 pub use player::Player;
 pub use probe::{Probed, probe};
 pub use role::{ControllerRole, LinkRole, PlantRole, settings_schema};
-pub use run::{Attempt, Backend, Unreadable, cell_folder, manifest, run_cell};
+pub use run::{Attempt, Backend, cell_folder, run_cell};
 pub use schedule::{AFTER_OPENING_NS, lead_ns, overhead_ns, stagger_ns};
 pub use timings::{InvalidTimings, Rates, TimedProgram, Timings};
 pub use virtual_time::Virtual;

@@ -1,6 +1,6 @@
 //! Describes the machine of a run, for its manifest.
 
-use manifest::Machine;
+use record::Machine;
 
 /// Reads what the kernel says about the machine; what it does not say is `unknown` or 0.
 #[must_use]

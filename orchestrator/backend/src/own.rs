@@ -9,10 +9,11 @@ use std::path::Path;
 use agent::program::OWN;
 use endpoint::{ArrivalRow, MessageOutcome, MessageRow, Mode};
 use plan::{Cell, file_name};
+use record::rows::all;
+use record::{file, folder};
 
-use crate::record::rows;
+use crate::RunError;
 use crate::report::Reports;
-use crate::{RunError, folder};
 
 /// Messages beyond those due are a flood if there are more than this, and more than once again as many.
 const FLOOD: u64 = 100;
@@ -29,7 +30,7 @@ const AGAIN_OF: u64 = 20;
 /// Checks the messages of a run whose first was due at `start_ns`, and leaves them as `messages.csv`: the
 /// controller's own rows if it left such a file, or else those that the plant saw.
 pub(crate) fn settle(cell: &Cell, start_ns: u64, folder: &Path) -> Result<(), RunError> {
-    let arrivals: Vec<ArrivalRow> = rows(&folder.join(file_name::ARRIVALS))?;
+    let arrivals: Vec<ArrivalRow> = all(&folder.join(file_name::ARRIVALS), ArrivalRow::COLUMNS)?;
     let refused = Reports::read(folder)
         .plant
         .map_or(0, |plant| plant.refused());
@@ -45,7 +46,7 @@ pub(crate) fn settle(cell: &Cell, start_ns: u64, folder: &Path) -> Result<(), Ru
         None => text(&messages(cell, start_ns, &arrivals))
             .map_err(|problem| RunError::write(&path, problem))?,
     };
-    folder::write(&path, &text)
+    Ok(folder::write(&path, &text)?)
 }
 
 /// The rows of messages that the controller left as `path`; `None` if it left none. They are a regular file, no link

@@ -26,6 +26,8 @@ pub(crate) fn patiently<T>(
 mod tests {
     use std::cell::RefCell;
 
+    use record::folder::Unwritable;
+
     use super::*;
 
     /// Runs that are late unless they have this patience: what comes of them, and what happened.
@@ -66,8 +68,11 @@ mod tests {
         let attempt = |_| Err::<(), _>(RunError::Interrupted);
         let outcome = patiently(attempt, || panic!("nothing is tried again"));
         assert!(matches!(outcome, Err(RunError::Interrupted)));
-        let full = || Err(RunError::InUse("elsewhere".to_owned()));
+        let full = || Err(Unwritable::InUse("elsewhere".to_owned()).into());
         let outcome = patiently(|_| Err::<(), _>(RunError::Late), full);
-        assert!(matches!(outcome, Err(RunError::InUse(_))));
+        assert!(matches!(
+            outcome,
+            Err(RunError::Folder(Unwritable::InUse(_)))
+        ));
     }
 }

@@ -1,13 +1,11 @@
 //! What the roles report when they end, and what follows from it for the run.
 
-use std::fs;
-use std::io::ErrorKind;
 use std::path::Path;
 
 use certificate::{LinkReport, OneWay};
 use endpoint::report::{Page, Policy, Scheduling};
-use manifest::{ControllerReport, PlantReport};
 use plan::Client;
+use record::{ControllerReport, PlantReport};
 use serde::de::DeserializeOwned;
 
 /// The reports that a run left.
@@ -84,16 +82,11 @@ pub(crate) fn is_real_time(granted: Option<&Scheduling>) -> bool {
 
 /// A role's report, if it left one.
 fn one<R: DeserializeOwned>(folder: &Path, name: &str, unread: &mut Vec<String>) -> Option<R> {
-    let read = fs::read_to_string(folder.join(format!("{name}.json")))
-        .and_then(|text| serde_json::from_str(&text).map_err(std::io::Error::from));
-    match read {
-        Ok(report) => Some(report),
-        Err(problem) if problem.kind() == ErrorKind::NotFound => None,
-        Err(problem) => {
-            unread.push(format!(
-                "this webloop cannot read the report {name}.json: {problem}"
-            ));
-            None
-        }
-    }
+    let name = format!("{name}.json");
+    record::report::read(folder, &name).unwrap_or_else(|problem| {
+        unread.push(format!(
+            "this webloop cannot read the report {name}: {problem}"
+        ));
+        None
+    })
 }

@@ -1,6 +1,5 @@
 //! Runs a cell, from its plan to its manifest: folder, site, verdict, checksums.
 
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -8,8 +7,9 @@ use std::time::Instant;
 use agent::last_words;
 use agent::program::OWN;
 use link::Profile;
-use manifest::{Machine, NotAManifest};
 use plan::{Cell, EndFault, Plan, Verdict, file_name};
+use record::folder::{self, Unwritable};
+use record::{Machine, Made, Manifest};
 use shaper::Authority;
 use system::System;
 
@@ -17,53 +17,16 @@ use crate::attach::Attach;
 use crate::course::{self, Seen};
 use crate::evidence::{self, Asked, Evidence};
 use crate::link_check::LinkCheck;
-use crate::made::Made;
 use crate::netns::Netns;
 use crate::patience::patiently;
 use crate::report::Reports;
 use crate::texts::{Texts, read_profile, write_profile, write_system};
-use crate::{Agents, Awake, Manifest, Player, RunError, Virtual, folder, own, record, simulated};
+use crate::{Agents, Awake, Player, RunError, Virtual, own, rows, simulated};
 
 /// The folder of a cell inside a campaign's folder.
 #[must_use]
 pub fn cell_folder(campaign: &Path, cell: &Cell) -> PathBuf {
     campaign.join(cell.folder())
-}
-
-/// A cell's manifest is there and cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum Unreadable {
-    /// By this process.
-    #[error("{}: {problem}", .path.display())]
-    Closed {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        problem: io::Error,
-    },
-    /// By this version.
-    #[error("{}: {problem}", .path.display())]
-    Unknown {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        problem: NotAManifest,
-    },
-}
-
-/// The manifest of a cell that has been run, whatever its verdict; `None` if it has not.
-///
-/// # Errors
-/// If there is one that cannot be read.
-pub fn manifest(campaign: &Path, cell: &Cell) -> Result<Option<Manifest>, Unreadable> {
-    let path = cell_folder(campaign, cell).join(Manifest::FILE);
-    match file::text(&path, file::MANIFEST_BYTES) {
-        Ok(text) => Manifest::from_json(&text)
-            .map(Some)
-            .map_err(|problem| Unreadable::Unknown { path, problem }),
-        Err(problem) if problem.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(problem) => Err(Unreadable::Closed { path, problem }),
-    }
 }
 
 /// Where a cell is run, and what that needs.
@@ -99,7 +62,7 @@ pub struct Attempt {
 /// What an earlier attempt left in the folder is moved aside, never overwritten.
 ///
 /// # Errors
-/// [`RunError::Write`] if the results folder cannot be written, [`RunError::InUse`] if another process runs the
+/// [`RunError::Folder`] if the results folder cannot be written, or another process runs the
 /// cell in it; then there is no manifest. Everything else that can go wrong is a verdict.
 pub fn run_cell(
     plan: &Plan,
@@ -123,7 +86,7 @@ pub fn run_cell(
     };
     let once = |patience| execution.execute(patience);
     let outcome = patiently(once, || {
-        folder::clear(&folder).map_err(|problem| RunError::write(&folder, problem))
+        folder::clear(&folder).map_err(|problem| Unwritable::failed(&folder, problem).into())
     });
     // Ctrl-C in a terminal also reaches the roles, which then end as if by themselves.
     let outcome = if stop.load(Ordering::Relaxed) {
@@ -143,11 +106,8 @@ pub fn run_cell(
     });
     let judged = judge(outcome, &reports, &folder);
     tracing::debug!(ms = clock.elapsed().as_millis(), "judged");
-    Ok(Made {
-        manifest: execution.manifest(attempt, reports, judged, clock)?,
-        folder,
-        _in_use: in_use,
-    })
+    let manifest = execution.manifest(attempt, reports, judged, clock)?;
+    Ok(Made::new(manifest, folder, in_use))
 }
 
 /// A run of a cell: what is run, where, and into which folder.
@@ -191,7 +151,7 @@ impl Execution<'_> {
             own::settle(cell, seen.start_ns, folder)?;
         }
         let link_check = LinkCheck {
-            entered: &record::entered(folder)?,
+            entered: &rows::entered(folder)?,
             ..LinkCheck::of(cell, &profile, seen.epoch, seen.opens)
         };
         evidence::write_rows(&link_check, &seen.echoes, &folder.join(file_name::PROBES))?;
@@ -302,7 +262,7 @@ impl Execution<'_> {
             page: reports.page,
             link: reports.link,
             files: folder::inventory(self.folder, Manifest::FILE)
-                .map_err(|problem| RunError::write(self.folder, problem))?,
+                .map_err(|problem| Unwritable::failed(self.folder, problem))?,
         })
     }
 }

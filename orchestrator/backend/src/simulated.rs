@@ -14,9 +14,9 @@ use control::Law;
 use endpoint::report::Written;
 use endpoint::{ArrivalRow, MessageRow, Model, SecondRow, Surrounded, Thread, TickRow, Timer};
 use link::{PacketRow, Profile, Way};
-use manifest::{ModelController, ModelPlant};
 use plan::series::Spacing;
 use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase, file_name};
+use record::{ModelController, ModelPlant, folder};
 use serde::Serialize;
 use sim::{EPOCH, Outcome, Pool, Record, Series, Setup, Start, Timing};
 use system::{System, Unfit};
@@ -24,9 +24,9 @@ use system::{System, Unfit};
 use crate::course::Seen;
 use crate::link_check::Sent;
 use crate::own_plant::start_simulated;
-use crate::record::Rows;
+use crate::rows::Rows;
 use crate::texts::Texts;
-use crate::{RunError, folder, schedule};
+use crate::{RunError, schedule};
 
 /// How long the plant goes on after the last message: as long as there are echoes.
 const AFTER_NS: u64 = 1_200_000_000;
@@ -202,7 +202,7 @@ fn write_report(folder: &Path, name: &str, report: &impl Serialize) -> Result<()
     // Plain data of words and numbers: serialising it cannot fail.
     let report = serde_json::to_value(report).unwrap_or_default();
     let text = serde_json::to_string_pretty(&report).unwrap_or_default() + "\n";
-    folder::write(&folder.join(name), text.as_bytes())
+    Ok(folder::write(&folder.join(name), text.as_bytes())?)
 }
 
 /// The files of rows, the rows by which the run is judged, and the echoes of each series.

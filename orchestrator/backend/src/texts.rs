@@ -6,10 +6,10 @@ use std::path::Path;
 
 use link::Profile;
 use plan::{Cell, EndFault, Plan, ProfileText, Program, file_name};
+use record::folder;
 use system::System;
 
 use crate::error::RunError;
-use crate::folder;
 
 /// What a cell's parts need from the plan beside the cell.
 #[derive(Clone, Copy)]
@@ -64,7 +64,10 @@ pub(crate) fn read_profile(text: &ProfileText, topology: &str) -> Result<Profile
 /// Writes the system's text beside the rows, unless it is the paper's.
 pub(crate) fn write_system(system: &System, folder: &Path) -> Result<(), RunError> {
     match system.own_text() {
-        Some(text) => folder::write(&folder.join(file_name::SYSTEM), text.as_bytes()),
+        Some(text) => Ok(folder::write(
+            &folder.join(file_name::SYSTEM),
+            text.as_bytes(),
+        )?),
         None => Ok(()),
     }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use analysis::{Campaign, Run};
-use backend::Manifest;
+use record::Manifest;
 
 use crate::contender::Lack;
 use crate::context::Context;

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use analysis::ReadError;
+use record::ReadError;
 
 use crate::context::Context;
 

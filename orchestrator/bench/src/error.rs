@@ -5,7 +5,7 @@ use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use backend::RunError;
+use record::folder::Unwritable;
 
 use crate::end::EndError;
 
@@ -36,7 +36,7 @@ pub(crate) enum BenchError {
     Earlier { folder: PathBuf },
     /// A file of figures cannot be written.
     #[error(transparent)]
-    Unwritten(#[from] RunError),
+    Unwritten(#[from] Unwritable),
     /// The description of this machine is no JSON.
     #[error("cannot describe this machine: {0}")]
     Machine(serde_json::Error),

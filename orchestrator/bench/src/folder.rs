@@ -5,6 +5,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use record::folder::write_whole;
+
 use crate::error::BenchError;
 use crate::outcome::MeasuredTable;
 use crate::table;
@@ -66,6 +68,6 @@ impl Figures {
 
     fn leave(&self, name: &str, text: &str) -> Result<(), BenchError> {
         let path = self.folder.join(name);
-        Ok(backend::write_whole(&path, text.as_bytes())?)
+        Ok(write_whole(&path, text.as_bytes())?)
     }
 }

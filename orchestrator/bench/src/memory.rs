@@ -8,8 +8,8 @@ use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
-use analysis::rows;
 use endpoint::MessageRow;
+use record::rows;
 use shaper::{CONTROLLER_INTERFACE, Namespace, PLANT_INTERFACE, join};
 
 use crate::comparison::{Bound, Table, goal};

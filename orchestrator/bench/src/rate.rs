@@ -10,8 +10,8 @@ use std::net::{Shutdown, TcpStream};
 use std::process::Command;
 use std::thread;
 
-use analysis::rows;
 use endpoint::{MessageRow, TickRow};
+use record::rows;
 
 use crate::comparison::{Bound, Table, goal};
 use crate::contender::{Contender, Lack, Measured, quantiles};

@@ -7,10 +7,11 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-use analysis::{CellFacts, Metrics, rows};
+use analysis::{CellFacts, Metrics};
 use clock::journal::{CAPACITY, Journal, JournalError};
 use column::Row;
 use endpoint::{ArrivalRow, MessageRow, TickRow};
+use record::rows;
 
 use crate::comparison::{Bound, Table, goal};
 use crate::contender::{Contender, Lack, Measured};

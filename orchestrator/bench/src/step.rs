@@ -8,13 +8,13 @@ use std::net::TcpStream;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use analysis::rows;
 use endpoint::MessageRow;
 use http_body_util::{BodyExt, Empty};
 use hyper::Request;
 use hyper::body::Bytes;
 use hyper::client::conn::http1;
 use hyper_util::rt::TokioIo;
+use record::rows;
 
 use crate::comparison::{Bound, Table, goal};
 use crate::contender::{Contender, Lack, Measured, quantiles};

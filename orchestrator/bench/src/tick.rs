@@ -7,9 +7,9 @@ use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
-use analysis::rows;
 use analysis::statistics::Moments;
 use endpoint::TickRow;
+use record::rows;
 use tokio::time::{Instant, MissedTickBehavior, interval_at};
 
 use crate::comparison::{Bound, Table, goal};

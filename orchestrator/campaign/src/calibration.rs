@@ -6,12 +6,12 @@
 
 use std::collections::BTreeMap;
 
-use analysis::rows::read;
 use analysis::statistics::upper_median;
 use analysis::{Campaign, Run};
 use backend::{Rates, TimedProgram, Timings};
 use endpoint::{ArrivalRow, Connection, MessageRow, Mode, SampleTime, Schedule};
 use plan::file_name;
+use record::rows::read;
 use sim::{Spread, Timing};
 
 use crate::error::Error;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use plan::Plan;
 use plan::file_name::{CELLS, PLAN};
+use record::file;
 
 use crate::error::Error;
 use crate::folder::{self, Folder};

@@ -9,9 +9,9 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use backend::Manifest;
 use compose::{Cells, ComposeFile, Ended, Ends, Engine, Problem, Project};
 use plan::{Cell, Plan, Verdict};
+use record::Manifest;
 
 use crate::ends::ends;
 use crate::error::Error;
@@ -217,7 +217,7 @@ impl<'a> Watch<'a> {
 }
 
 fn manifest(campaign: &Path, cell: &Cell) -> Result<Option<Manifest>, Error> {
-    Ok(backend::manifest(campaign, cell)?)
+    Ok(Manifest::read(&campaign.join(cell.folder()))?)
 }
 
 /// Makes docker end when this process does, whatever ends it.

@@ -5,8 +5,8 @@
 
 use std::path::Path;
 
-use manifest::Manifest;
 use plan::Plan;
+use record::Manifest;
 
 use crate::error::Error;
 

@@ -3,10 +3,12 @@
 use std::io;
 use std::path::PathBuf;
 
-use analysis::{CampaignError, Damage, ReadError};
-use backend::{BadAgents, RunError, Unreadable};
+use analysis::CampaignError;
+use backend::{BadAgents, RunError};
 use compose::Problem;
 use plan::Client;
+use record::folder::Unwritable;
+use record::{Damage, ReadError, Unreadable};
 
 use crate::merge::MergeError;
 use crate::open_error::{FullError, OpenError};
@@ -67,6 +69,9 @@ pub enum Error {
         /// What the system said.
         source: io::Error,
     },
+    /// A folder cannot be written.
+    #[error(transparent)]
+    Unwritable(#[from] Unwritable),
     /// A cell could not be run or recorded.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -174,7 +179,8 @@ impl Error {
             | Error::BadAgents { .. }
             | Error::BadToken(_)
             | Error::NoOwner { .. }
-            | Error::Run(RunError::InUse(_))
+            | Error::Unwritable(Unwritable::InUse(_))
+            | Error::Run(RunError::Folder(Unwritable::InUse(_)))
             | Error::Compose(Problem::Usage(_)) => ErrorKind::Usage,
             Error::Merge(problem) if problem.is_usage() => ErrorKind::Usage,
             Error::Compose(Problem::Unsupported { .. }) | Error::NotOwner { .. } => {

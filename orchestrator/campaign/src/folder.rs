@@ -6,8 +6,9 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use backend::RunError;
-use file::NotLocked;
+use record::file;
+use record::folder::{self, Unwritable};
+use record::lock::{self, NotLocked};
 
 use crate::attach;
 use crate::error::Error;
@@ -47,7 +48,7 @@ impl Folder {
             source,
         };
         let lock = file::open_or_create(&path.join(LOCK)).map_err(unlocked)?;
-        file::lock(&lock).map_err(|refused| match refused {
+        lock::lock(&lock).map_err(|refused| match refused {
             NotLocked::InUse(holder) => OpenError::InUse {
                 path: path.to_owned(),
                 holder,
@@ -80,8 +81,8 @@ impl Folder {
     }
 
     /// Writes the identity file.
-    pub(crate) fn identify(&self, text: &str) -> Result<(), RunError> {
-        backend::write_whole(&self.identity_file(), text.as_bytes())
+    pub(crate) fn identify(&self, text: &str) -> Result<(), Unwritable> {
+        folder::write_whole(&self.identity_file(), text.as_bytes())
     }
 
     /// Path of the identity file.

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use plan::{Cell, Verdict};
+use record::Manifest;
 
 use crate::error::Error;
 use crate::progress::{Begun, Progress};
@@ -80,7 +81,7 @@ pub(crate) fn tell(
     said: String,
     progress: &dyn Progress,
 ) -> Result<(), Error> {
-    let (verdict, reason) = match backend::manifest(campaign, cell)? {
+    let (verdict, reason) = match Manifest::read(&campaign.join(cell.folder()))? {
         Some(manifest) => (manifest.verdict, manifest.reasons.join("; ")),
         None => (Verdict::Failed, said),
     };

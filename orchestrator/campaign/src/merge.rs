@@ -8,7 +8,7 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use analysis::{Damage, Run};
+use analysis::Run;
 use plan::file_name::PLAN;
 use plan::{Cell, Plan};
 
@@ -16,6 +16,7 @@ use crate::error::Error;
 
 use candidate::{Candidate, check_backend, check_conflict};
 pub use error::MergeError;
+use record::{Damage, file};
 
 mod candidate;
 mod error;

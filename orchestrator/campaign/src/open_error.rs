@@ -3,8 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
-use backend::RunError;
-use file::Holder;
+use record::folder::Unwritable;
+use record::lock::Holder;
 
 /// Where results go when no folder is given.
 pub const RESULTS: &str = "results";
@@ -143,7 +143,7 @@ pub enum OpenError {
     NoFolder(io::Error),
     /// Its identity file cannot be written.
     #[error(transparent)]
-    Write(#[from] RunError),
+    Write(#[from] Unwritable),
     /// A file in it can no longer be written.
     #[error(transparent)]
     Full(#[from] FullError),

@@ -8,7 +8,8 @@ use analysis::layout::wrapped;
 use analysis::outline::{self, Outlined};
 use analysis::repeats::{self, Over};
 use analysis::unjudged;
-use analysis::{Campaign, Damage, Run, Summary};
+use analysis::{Campaign, Run, Summary};
+use record::Damage;
 
 use crate::error::Error;
 

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use analysis::{Campaign, Damage, Run};
+use analysis::{Campaign, Run};
 use plan::{Cell, Plan, Verdict, file_name};
+use record::{Damage, folder};
 
 use crate::campaign_folder::CampaignFolder;
 use crate::earlier::Own;
@@ -80,7 +81,7 @@ pub fn pending<'a>(
         });
     }
     for run in runs.iter().filter(|run| !run.damage.is_empty()) {
-        backend::move_aside(&run.folder)?;
+        folder::move_aside(&run.folder)?;
     }
     Ok(pending)
 }

@@ -2,8 +2,8 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use manifest::Manifest;
 use plan::{Cell, Instead, Plan, ProfileText, Verdict};
+use record::Manifest;
 use serde_json::json;
 
 /// A clock that advances by an hour at each reading, so that every start is due.

@@ -17,6 +17,8 @@ use crate::folder::Folder;
 use crate::open_error::OpenError;
 
 use identity::{MANIFEST, check, identity, manifest};
+use record::file;
+use record::folder::write_whole;
 
 mod identity;
 
@@ -174,7 +176,7 @@ impl<'a> SweepFolder<'a> {
             text += &line;
             text.push('\n');
         }
-        backend::write_whole(&self.folder.path().join(POINTS), text.as_bytes())?;
+        write_whole(&self.folder.path().join(POINTS), text.as_bytes())?;
         Ok(())
     }
 

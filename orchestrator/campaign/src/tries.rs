@@ -6,9 +6,9 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use analysis::Run;
-use backend::{Attempt, Backend, Made, Player, RunError};
-use manifest::Manifest;
+use backend::{Attempt, Backend, Player, RunError};
 use plan::{Cell, Plan, Verdict};
+use record::{Made, Manifest};
 
 use crate::earlier::Own;
 use crate::error::Error;
@@ -98,7 +98,7 @@ pub(crate) fn make(
         how.tries,
         stop,
         attempt,
-        Made::keep,
+        |made: Made| Ok(made.keep()?),
     )?))
 }
 

@@ -13,8 +13,8 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::sync_channel;
 use std::thread;
 
-use backend::Made;
 use plan::{Cell, Plan};
+use record::{Made, file};
 
 use crate::error::Error;
 use crate::jobs::tell;

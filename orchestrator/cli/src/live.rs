@@ -19,8 +19,8 @@ use axum::middleware::{Next, from_fn};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::get;
 use endpoint::host;
-use manifest::Manifest;
 use plan::file_name;
+use record::Manifest;
 use tokio::net::TcpListener;
 
 use crate::command::report;

@@ -9,6 +9,7 @@ use anyhow::{Context, anyhow};
 use backend::Timings;
 use link::Profile;
 use plan::{EXPERIMENTS, Instead, Library, Plan, ProfileText, Program};
+use record::file;
 use sweep::{SWEEPS, Sweep};
 use text::{Diagnostic, Severity};
 

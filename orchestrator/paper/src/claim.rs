@@ -35,9 +35,10 @@ mod source;
 mod together;
 mod words;
 
-use analysis::{Campaign, ReadError, parallel};
+use analysis::{Campaign, parallel};
 use entry::Claim;
 use evidence::Evidence;
+use record::ReadError;
 use report::claim::Finding;
 use row::{Row, Weight};
 

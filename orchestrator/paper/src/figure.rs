@@ -8,8 +8,9 @@ mod lateness;
 mod step;
 mod tick;
 
-use analysis::{Campaign, ReadError};
+use analysis::Campaign;
 use entry::{Drawn, FigureText};
+use record::ReadError;
 use report::figure::Figure;
 
 /// Figures 2 to 9, in order.

@@ -14,8 +14,9 @@ pub mod printed;
 mod subject;
 pub mod table;
 
-use analysis::{Campaign, ReadError};
+use analysis::Campaign;
 use plan::Plan;
+use record::ReadError;
 use report::Exhibits;
 
 /// The name of the paper's experiment.

@@ -1,7 +1,7 @@
 //! Names of the files in a campaign's folder and in the folders of its cells. Back-ends write the
 //! files; analysis and reports read them.
 //!
-//! The name of a manifest is `manifest::Manifest::FILE`. Roles name their files after their part: a
+//! The name of a manifest is `record::Manifest::FILE`. Roles name their files after their part: a
 //! report is `PART.json`, a log `PART.log`.
 
 use endpoint::{ArrivalRow, MessageRow, SecondRow, TickRow};

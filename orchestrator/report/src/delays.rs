@@ -10,13 +10,14 @@ use std::collections::BTreeMap;
 
 use analysis::budget::{self, Budget, Part};
 use analysis::statistics::upper_median;
-use analysis::{Campaign, ReadError, Run, grouped, parallel};
+use analysis::{Campaign, Run, grouped, parallel};
 use chart::Tone;
 
 use crate::tone::Tones;
 
 use label::Names;
 pub use nearest::{Nearest, nearest_to_failing};
+use record::ReadError;
 
 /// The delays of the complete runs of one client with one setup at one rate over one topology.
 #[derive(Debug, Clone)]

@@ -16,9 +16,10 @@ mod worst;
 
 use std::path::PathBuf;
 
-use analysis::{Campaign, ReadError};
+use analysis::Campaign;
 use chart::{Axis, Chart, Drawing, Panel, Scale};
 use plan::Verdict;
+use record::ReadError;
 use serde::Serialize;
 
 use self::median::Traces;

@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use analysis::parallel;
+use record::file;
 
 use crate::figure::{Figure, LaidOut};
 use crate::report::Report;

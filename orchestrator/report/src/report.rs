@@ -1,7 +1,8 @@
 //! The whole report as one value. Its files are made in [`files`](crate::files).
 
+use analysis::Campaign;
 use analysis::expect::Judgement;
-use analysis::{Campaign, Damage, ReadError};
+use record::{Damage, ReadError};
 
 use crate::brief::{self, Brief};
 use crate::claim::Finding;

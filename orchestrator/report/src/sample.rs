@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use analysis::{Campaign, CellFacts, LinkFacts, LoopVerdict, Metrics, Run, Summary};
 use link::Epoch;
-use manifest::{FileFact, Machine, Manifest};
 use plan::{Cell, Instead, Plan, ProfileText, Verdict};
+use record::{FileFact, Machine, Manifest};
 
 /// The outcome of a cell.
 pub(crate) enum Outcome {

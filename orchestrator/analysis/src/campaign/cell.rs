@@ -1,11 +1,11 @@
 //! The run of one cell, from its folder: the manifest, every file checked against it, and the metrics.
 
-use std::io::ErrorKind;
 use std::path::Path;
 
 use link::Timeline;
-use manifest::Manifest;
 use plan::{Cell, Plan, file_name};
+use record::whole::{self, Medium, ROWS, Vouched};
+use record::{Damage, Manifest};
 use system::System;
 
 use super::Run;
@@ -14,7 +14,6 @@ use crate::reason::Reason;
 use crate::recovery::read_recovery;
 use crate::silence::{Doer, is_cut};
 use crate::summary::{LinkFacts, Summary};
-use crate::whole::{self, Damage, Medium, ROWS, Vouched};
 
 /// What is known of a cell from the rest of its folder.
 #[derive(Clone, Copy)]
@@ -32,7 +31,6 @@ impl Run {
     /// facts: the profile is not played over a long time for one cell alone.
     #[must_use]
     pub fn read(campaign: &Path, plan: &Plan, cell: &Cell) -> Run {
-        let manifest = manifest(campaign, cell);
         let medium = if plan.is_loopback(&cell.topology) {
             Medium::Loopback
         } else {
@@ -45,21 +43,15 @@ impl Run {
             link: LinkFacts::default(),
             system: system.as_ref(),
         };
-        Run::of(campaign, plan, cell, manifest, known)
+        Run::of(campaign, plan, cell, known)
     }
 
-    /// As [`read`](Run::read), with a manifest that has already been read.
-    pub(super) fn of(
-        campaign: &Path,
-        plan: &Plan,
-        cell: &Cell,
-        manifest: Result<Option<Manifest>, Damage>,
-        known: Known<'_>,
-    ) -> Run {
+    /// As [`read`](Run::read), with what is known of the cell.
+    pub(super) fn of(campaign: &Path, plan: &Plan, cell: &Cell, known: Known<'_>) -> Run {
         let folder = campaign.join(cell.folder());
-        let (manifest, mut damage) = match manifest {
+        let (manifest, mut damage) = match Manifest::read(&folder) {
             Ok(manifest) => (manifest, Vec::new()),
-            Err(damage) => (None, vec![damage]),
+            Err(unreadable) => (None, vec![Damage::from(unreadable)]),
         };
         let mut metrics = None;
         if let Some(manifest) = &manifest {
@@ -172,25 +164,4 @@ fn heard(mut metrics: Metrics, plan: &Plan, cell: &Cell, manifest: &Manifest) ->
         };
     }
     metrics
-}
-
-/// The manifest in a cell's folder, if there is one.
-pub(super) fn manifest(campaign: &Path, cell: &Cell) -> Result<Option<Manifest>, Damage> {
-    let folder = campaign.join(cell.folder());
-    for path in [folder.parent().unwrap_or(&folder), &folder] {
-        file::check_folder(path).map_err(|problem| Damage {
-            path: path.to_owned(),
-            problem: problem.to_string(),
-        })?;
-    }
-    let path = folder.join(Manifest::FILE);
-    let problem = match file::text(&path, file::MANIFEST_BYTES) {
-        Ok(text) => match Manifest::from_json(&text) {
-            Ok(manifest) => return Ok(Some(manifest)),
-            Err(problem) => problem.to_string(),
-        },
-        Err(problem) if problem.kind() == ErrorKind::NotFound => return Ok(None),
-        Err(problem) => problem.to_string(),
-    };
-    Err(Damage { path, problem })
 }

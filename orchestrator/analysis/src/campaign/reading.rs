@@ -5,13 +5,14 @@ use std::path::Path;
 
 use link::Profile;
 use plan::{Cell, Plan, ProfileText};
+use record::Manifest;
+use record::whole::Medium;
 use system::System;
 
 use super::Run;
-use super::cell::{Known, manifest};
+use super::cell::Known;
 use crate::parallel;
 use crate::summary::LinkFacts;
-use crate::whole::Medium;
 
 /// A folder whose runs are read one after the other, and what they share.
 pub(super) struct Reading<'a> {
@@ -25,8 +26,8 @@ pub(super) struct Reading<'a> {
 
 impl<'a> Reading<'a> {
     pub(super) fn new(folder: &'a Path, plan: &'a Plan) -> Reading<'a> {
-        let mut manifests = plan.cells.iter().map(|cell| manifest(folder, cell));
-        let first = manifests.find_map(|manifest| manifest.ok().flatten());
+        let read = |cell: &Cell| Manifest::read(&folder.join(cell.folder()));
+        let first = plan.cells.iter().find_map(|cell| read(cell).ok().flatten());
         Reading {
             folder,
             plan,
@@ -43,8 +44,7 @@ impl<'a> Reading<'a> {
             link: self.links.facts(cell),
             system: self.systems.0.get(&cell.system),
         };
-        let manifest = manifest(self.folder, cell);
-        Run::of(self.folder, self.plan, cell, manifest, known)
+        Run::of(self.folder, self.plan, cell, known)
     }
 }
 

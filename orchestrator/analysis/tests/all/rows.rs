@@ -3,13 +3,13 @@
 use std::fmt::Debug;
 use std::fs;
 
-use analysis::ReadError;
-use analysis::rows::read;
 use column::Row;
 use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, TickRow};
 use plan::{Phase, ProbeRow};
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
+use record::ReadError;
+use record::rows::read;
 use serde::Serialize;
 
 /// The rows before an error, and the error's line and words. Rows are compared as they print, which

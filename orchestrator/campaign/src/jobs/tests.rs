@@ -2,8 +2,8 @@ use std::fs;
 use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
-use manifest::Manifest;
 use plan::{Cell, Plan};
+use record::Manifest;
 
 use super::*;
 use crate::sample::{manifest, now_ns, plan};

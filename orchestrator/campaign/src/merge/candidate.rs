@@ -5,9 +5,9 @@ use std::fs::{self, OpenOptions};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use analysis::{Damage, Run};
-use manifest::Manifest;
+use analysis::Run;
 use plan::{Cell, Verdict};
+use record::{Damage, Manifest, file, folder};
 
 use super::error::{Cause, MergeError};
 
@@ -80,11 +80,11 @@ impl Candidate {
         for (name, fact) in &self.manifest.files {
             copy(&self.folder.join(name), &partial.join(name), fact.bytes)?;
         }
-        backend::write_whole(&partial.join(Manifest::FILE), self.text.as_bytes())?;
+        folder::write_whole(&partial.join(Manifest::FILE), self.text.as_bytes())?;
         if let Some(damage) = Damage::of(&partial, &self.manifest).into_iter().next() {
             return Err(damage.into());
         }
-        backend::move_aside(target)?;
+        folder::move_aside(target)?;
         Ok(fs::rename(&partial, target)?)
     }
 }

@@ -3,6 +3,7 @@ use std::sync::atomic::Ordering;
 
 use backend::{Backend, Player, Timings, Virtual};
 use plan::Verdict;
+use record::Manifest;
 
 use super::*;
 use crate::earlier::Own;
@@ -64,7 +65,7 @@ fn simulate(
     let words = |problem: Error| format!("webloop: {problem}");
     run(&queue, folder.path(), make, stop, &told, words).expect("cells end");
     let kept = |cell: &&Cell| {
-        backend::manifest(folder.path(), cell)
+        Manifest::read(&folder.path().join(cell.folder()))
             .expect("whole")
             .is_some()
     };

@@ -131,7 +131,7 @@ fn environment(
     fs::create_dir_all(&own).with_context(|| format!("cannot make {}", own.display()))?;
     let told = told(role, system, Some(start_ns))?;
     let file = own.join("settings.json");
-    backend::write_whole(&file, format!("{told:#}\n").as_bytes())?;
+    record::folder::write_whole(&file, format!("{told:#}\n").as_bytes())?;
     let seconds = |ns: u64| Duration::from_nanos(ns).as_secs_f64();
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs_f64();
     let ahead_s = seconds(start_ns.saturating_sub(now_ns()));

@@ -10,6 +10,7 @@ use analysis::repeats::Over;
 use anyhow::{Context, anyhow, bail};
 use campaign::Results;
 use plan::file_name;
+use record::file;
 use report::claim::{Finding, Verdict};
 use report::deposit::{package, provenance};
 use report::figure::LaidOut;

@@ -11,6 +11,7 @@ use backend::{ControllerRole, PlantRole, start_plant};
 use control::Law;
 use endpoint::{ControllerSettings, PageSettings, SampleTime, Surrounded, report};
 use plan::Client;
+use record::file;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -261,6 +262,6 @@ pub(crate) fn say_ready(what: &str) {
 
 pub(crate) fn leave(folder: &Path, role: &str, report: &impl Serialize) -> Outcome {
     let text = serde_json::to_string_pretty(report)? + "\n";
-    backend::write_whole(&folder.join(format!("{role}.json")), text.as_bytes())?;
+    record::folder::write_whole(&folder.join(format!("{role}.json")), text.as_bytes())?;
     Ok(Exit::Fine)
 }

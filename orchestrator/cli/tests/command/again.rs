@@ -6,8 +6,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use manifest::Manifest;
 use plan::Plan;
+use record::Manifest;
 
 use crate::gate::webloop;
 

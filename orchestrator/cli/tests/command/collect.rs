@@ -6,8 +6,8 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use manifest::{FileFact, Manifest};
 use plan::{Cell, Instead, Plan, ProfileText, Verdict};
+use record::{FileFact, Manifest};
 use tempfile::TempDir;
 
 /// A second of an open loop at 10 Hz: the rows of each cell in these tests.

@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Mutex;
 
-use manifest::FileFact;
 use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;
+use record::FileFact;
 use tempfile::TempDir;
 
 use crate::ended::{Ended, ended};

@@ -8,8 +8,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use manifest::Manifest;
 use plan::Verdict;
+use record::Manifest;
 
 use crate::traced::{WEBLOOP, experiment, strace};
 

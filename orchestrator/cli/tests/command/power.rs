@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use manifest::Manifest;
+use record::Manifest;
 
 use crate::traced::{WEBLOOP, experiment, strace};
 

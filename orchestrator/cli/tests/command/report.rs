@@ -6,8 +6,8 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use manifest::{FileFact, Manifest};
 use plan::Plan;
+use record::{FileFact, Manifest};
 use tempfile::TempDir;
 
 /// Two runs of a second each.

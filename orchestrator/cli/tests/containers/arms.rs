@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 
 use analysis::statistics::{Quantiles, median};
 use analysis::{CellFacts, Metrics};
-use backend::Manifest;
 use certificate::Verdict::Holds;
 use certificate::{Beside, LinkReport, OneWay};
 use plan::{Phase, ProbeRow, Verdict};
+use record::Manifest;
 
 use crate::docker::{TOP, docker};
 use crate::webloop::{Experiment, code, command, doctor, manifest, said, too_busy, was_busy};

@@ -2,9 +2,9 @@
 
 use std::process::Output;
 
-use backend::Manifest;
 use certificate::Verdict::Holds;
 use plan::Verdict;
+use record::Manifest;
 
 use crate::docker::docker;
 use crate::testbed::Testbed;

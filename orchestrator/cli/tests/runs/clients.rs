@@ -6,9 +6,9 @@ use std::process::Output;
 
 use ::system::System;
 use analysis::{CellFacts, LoopVerdict, Metrics};
-use backend::Manifest;
 use endpoint::MessageRow;
 use plan::{Client, Verdict};
+use record::Manifest;
 
 use crate::ending::{await_rows, kill};
 use crate::webloop::{Experiment, code, column, command, manifest, said};
@@ -64,7 +64,7 @@ pub(crate) fn every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit() 
         let client = manifest.cell.client;
         let mut rows = Vec::new();
         let file = cell.join("messages.csv");
-        analysis::rows::read(&file, MessageRow::COLUMNS, |row: &MessageRow| {
+        record::rows::read(&file, MessageRow::COLUMNS, |row: &MessageRow| {
             rows.push(*row);
         })
         .unwrap();

@@ -4,11 +4,11 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use backend::Manifest;
 use certificate::Verdict::Holds;
 use endpoint::Counts;
-use manifest::{ControllerReport, PlantReport};
 use plan::Verdict;
+use record::Manifest;
+use record::{ControllerReport, PlantReport};
 use sha2::{Digest, Sha256};
 
 use crate::webloop::{Experiment, code, column, command, files, manifest, said};

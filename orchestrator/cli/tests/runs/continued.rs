@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
-use backend::Manifest;
 use plan::Verdict;
+use record::Manifest;
 
 use crate::ending::kill;
 use crate::webloop::{

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use backend::Manifest;
 use plan::{Plan, Verdict};
+use record::Manifest;
 
 /// A link to run over. It has a delay and losses, so that there is a fate to predict for each echo.
 const OFFICE: &str = "name = \"office\"\nabout = \"5 ms and a little loss each way\"\n

@@ -1,6 +1,6 @@
 //! Whether messages keep their schedule in open loop: Figures 3 and 4.
 
-use analysis::ReadError;
+use record::ReadError;
 
 use super::evidence::Evidence;
 use super::metric::Metric;

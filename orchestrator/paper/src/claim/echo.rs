@@ -1,9 +1,10 @@
 //! The echoes of a run as one series of pings.
 
 use analysis::statistics::{mean, ms, ms_between, upper_median};
-use analysis::{Campaign, ReadError, Run, rows};
+use analysis::{Campaign, Run};
 use link::Rtt;
 use plan::{Phase, ProbeRow, file_name};
+use record::{ReadError, rows};
 
 /// The fewest echoes for which statistics are computed.
 pub(super) const ECHOES_MIN: usize = 100;

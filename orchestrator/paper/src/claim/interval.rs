@@ -1,6 +1,6 @@
 //! The time between control commands: Figures 8 and 9.
 
-use analysis::{ReadError, Run, rows};
+use analysis::Run;
 use endpoint::{ArrivalRow, TickRow};
 use plan::file_name;
 
@@ -10,6 +10,7 @@ use super::rare::Count;
 use super::row::Judged;
 use super::source::Source;
 use crate::printed;
+use record::{ReadError, rows};
 use report::group::Estimate;
 use report::number::number;
 

@@ -2,11 +2,12 @@
 
 use std::borrow::Cow;
 
-use analysis::{Metrics, ReadError, Run, expect};
+use analysis::{Metrics, Run, expect};
 use plan::Figure;
 use serde::Deserialize;
 
 use super::source::Source;
+use record::ReadError;
 use report::group::Estimate;
 
 /// A number that is measured for a group.

@@ -1,7 +1,8 @@
 //! The claims that are no rows of figures, each judged by code of its own: which code, and what it is asked.
 
-use analysis::{Campaign, ReadError};
+use analysis::Campaign;
 use endpoint::SampleTime;
+use record::ReadError;
 use serde::Deserialize;
 
 use super::evidence::Evidence;

@@ -2,8 +2,8 @@
 //!
 //! The paper says what one run did, so each run is compared with it and no interval is needed.
 
+use analysis::Run;
 use analysis::statistics::{median, ms_between, share};
-use analysis::{ReadError, Run, rows};
 use endpoint::ArrivalRow;
 
 use super::evidence::Evidence;
@@ -11,6 +11,7 @@ use super::metric::Metric;
 use super::row::Judged;
 use super::source::Source;
 use crate::printed;
+use record::{ReadError, rows};
 use report::number::number;
 
 pub(super) const FIGURES: &[Metric] = &[

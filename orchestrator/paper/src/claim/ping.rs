@@ -1,12 +1,13 @@
 //! Pings through the links: Table 2, and the text on couva.
 
-use analysis::{Campaign, ReadError};
+use analysis::Campaign;
 use link::{Band, Pings, Profile, predict};
 
 use super::echo::{ECHOES_MIN, Series};
 use super::evidence::Evidence;
 use crate::printed::{Ping, TABLE_2};
 use crate::subject::Topology;
+use record::ReadError;
 use report::claim::rule::ANY;
 use report::claim::{Part, Verdict};
 use report::group::Estimate;

@@ -1,12 +1,13 @@
 //! A claim's rows: which runs, which number, and what is accepted. One function judges each.
 
-use analysis::{Campaign, ReadError};
+use analysis::Campaign;
 use serde::Deserialize;
 
 use super::evidence::Evidence;
 use super::metric::Metric;
 use super::source::Source;
 use crate::subject::{AskedRuns, Subject, TickedBy, Topology};
+use record::ReadError;
 use report::claim::rule;
 use report::claim::{Limits, Verdict};
 use report::group::Estimate;

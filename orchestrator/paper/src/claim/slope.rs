@@ -1,9 +1,10 @@
 //! The slope of lateness over the schedule, with an interval that stalls do not make too narrow.
 
+use analysis::Run;
 use analysis::lateness::{self, IMPULSE, IMPULSE_MS};
 use analysis::statistics::{Line, mean, upper_median};
-use analysis::{ReadError, Run};
 
+use record::ReadError;
 use report::group::Estimate;
 
 /// Number of blocks into which a series is cut; lateness in one says little about the next.

@@ -3,7 +3,7 @@
 //! What counts as the same time depends on the clock. Timestamps of 10 ms reproduce the paper's row
 //! at 100 Hz, so they decide; finer ones are only shown.
 
-use analysis::{Campaign, ReadError};
+use analysis::Campaign;
 use endpoint::SampleTime;
 
 use super::evidence::Evidence;
@@ -12,6 +12,7 @@ use super::rare::{Count, alike};
 use super::source::Source;
 use crate::printed::{self, SameTime, TABLE_3};
 use crate::subject::{CHROMIUM_2011, FIREFOX_2011, Subject};
+use record::ReadError;
 use report::claim::rule::COUNT_MIN;
 use report::claim::{Part, Verdict};
 use report::number::number;

@@ -1,12 +1,13 @@
 //! Figure 2: when the first 600 messages of the JavaScript client arrived, at 100 Hz without a
 //! network.
 
-use analysis::{Campaign, ReadError, Run, lateness};
+use analysis::{Campaign, Run, lateness};
 use chart::{Guide, GuideAt, Mark, Series};
 use endpoint::Mode;
 
 use super::entry::PanelEntry;
 use crate::printed;
+use record::ReadError;
 use report::figure::{Figure, panel};
 use report::origin::Origin;
 use report::tone::OTHER_TONE;

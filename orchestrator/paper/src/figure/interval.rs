@@ -3,13 +3,14 @@
 //! Bins are equally wide here, so that bars can be compared by eye; the histograms of
 //! [`analysis::interval`] reach further, with wider bins.
 
-use analysis::{Campaign, ReadError, trace};
+use analysis::{Campaign, trace};
 use chart::{Guide, GuideAt, Mark, Panel, Scale, Series};
 use endpoint::Mode;
 
 use super::entry::PanelEntry;
 use crate::printed;
 use crate::subject::Subject;
+use record::ReadError;
 use report::figure::{Figure, panel};
 use report::origin::Origin;
 

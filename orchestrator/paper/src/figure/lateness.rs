@@ -1,13 +1,14 @@
 //! Figures 3 and 4: lateness of the messages against their schedule, `(a_k - a_0) - k h` over `k h`,
 //! from Python and from JavaScript on three topologies.
 
-use analysis::{Campaign, ReadError, Run, lateness};
+use analysis::{Campaign, Run, lateness};
 use chart::{Mark, Panel, Series};
 use endpoint::Mode;
 
 use super::entry::PanelEntry;
 use crate::printed;
 use crate::subject::Subject;
+use record::ReadError;
 use report::figure::{Figure, panel};
 use report::origin::Origin;
 use text::significant;

@@ -1,12 +1,13 @@
 //! Figures 5 and 6: unit step responses, the median over the repeats with their quartiles.
 
-use analysis::{Campaign, ReadError};
+use analysis::Campaign;
 use chart::{Panel, Series};
 use endpoint::{Mode, SampleTime};
 
 use super::entry::{Behind, PanelEntry};
 use crate::printed;
 use crate::subject::{PYTHON, Subject};
+use record::ReadError;
 use report::figure::median::{Signal, Traces};
 use report::figure::step::{guides, horizon_s, range, settled, usual_band};
 use report::figure::{Figure, panel};

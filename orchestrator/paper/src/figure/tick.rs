@@ -1,11 +1,12 @@
 //! Figure 7: the plant's own intervals from tick to tick, at h = 1 ms and 3 ms.
 
-use analysis::{Campaign, ReadError, Run, trace};
+use analysis::{Campaign, Run, trace};
 use chart::{Guide, GuideAt, Mark, Panel, Series};
 use endpoint::Mode;
 
 use super::entry::PanelEntry;
 use crate::printed::{self, SampleIntervals};
+use record::ReadError;
 use report::figure::{Figure, panel};
 use report::origin::Origin;
 use report::tone::PLANT_TONE;

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use analysis::Campaign;
 use analysis::layout::number as column;
 use endpoint::report::{Policy, Scheduling};
-use manifest::{ControllerReport, Manifest, PlantReport};
 use plan::Client;
+use record::{ControllerReport, Manifest, PlantReport};
 
 use report::table::{Entry, Table};
 

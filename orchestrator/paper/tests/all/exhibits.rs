@@ -5,8 +5,8 @@ use std::path::Path;
 use analysis::Campaign;
 use endpoint::report::{Browser, Confinement, Engine, Sandbox, Version, Visit, Written};
 use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, Mode, TickRow};
-use manifest::{ControllerReport, Manifest, PlantReport};
 use plan::{Cell, Client, Phase, ProbeRow, Verdict};
+use record::{ControllerReport, Manifest, PlantReport};
 use report::{Report, figure, table};
 
 use crate::lab::{Lab, Rows, START_NS, plant, python};

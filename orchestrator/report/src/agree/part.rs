@@ -5,10 +5,10 @@
 //! cause.
 
 use analysis::Run;
-use analysis::rows::read;
 use analysis::statistics::median;
 use endpoint::MessageRow;
 use plan::file_name;
+use record::rows::read;
 use serde::Serialize;
 
 /// How much longer A's messages take than B's in each part, ms: the same quantile of both runs of a

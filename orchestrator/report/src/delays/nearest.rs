@@ -3,7 +3,8 @@
 use analysis::blame::{Blame, Cause};
 use analysis::budget::{Budget, timeline};
 use analysis::silence::is_cut;
-use analysis::{Campaign, ReadError, Run};
+use analysis::{Campaign, Run};
+use record::ReadError;
 
 use super::Delays;
 

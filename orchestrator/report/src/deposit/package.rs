@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use analysis::{Run, Summary};
 use column::EntryType;
-use manifest::FileFact;
+use record::{FileFact, file};
 use serde::Serialize;
 
 use super::field::Field;

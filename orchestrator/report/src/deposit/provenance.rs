@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 
 use analysis::Run;
 use jiff::{SignedDuration, Timestamp};
-use manifest::{FileFact, Manifest};
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 use plan::Verdict;
+use record::{FileFact, Manifest, file};
 use serde::Serialize;
 use serde_json::Value;
 

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use analysis::statistics::quantile_of_sorted;
-use analysis::{ReadError, Run, trace};
+use analysis::{Run, trace};
 use chart::{Mark, Series};
+use record::ReadError;
 
 use crate::group::Group;
 use crate::tone::OTHER_TONE;

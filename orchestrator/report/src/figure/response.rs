@@ -2,9 +2,10 @@
 //!
 //! Whatever ran at one place is in one panel, so that controllers are compared over the same links.
 
-use analysis::{Campaign, LoopVerdict, ReadError, Run, grouped};
+use analysis::{Campaign, LoopVerdict, Run, grouped};
 use chart::{Mark, Panel, Scale, Series};
 use endpoint::Reference;
+use record::ReadError;
 use system::System;
 
 use super::median::{Signal, Traces};

@@ -1,9 +1,10 @@
 //! Figure G: how late messages arrived against their schedule, of open loops, which have no response to show.
 
 use analysis::statistics::upper_median;
-use analysis::{Campaign, ReadError, Run, grouped, lateness};
+use analysis::{Campaign, Run, grouped, lateness};
 use chart::{Mark, Series};
 use endpoint::Mode;
+use record::ReadError;
 
 use super::scale::{Which, share_all};
 use super::{Figure, panel};

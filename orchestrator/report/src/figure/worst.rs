@@ -3,9 +3,10 @@
 
 use analysis::blame::End;
 use analysis::budget::{Budget, Part, timeline};
-use analysis::{Campaign, ReadError, Run};
+use analysis::{Campaign, Run};
 use chart::{Guide, GuideAt, Mark, Panel, Scale, Series};
 use link::Way;
+use record::ReadError;
 
 use super::budget::unanswered;
 use super::median::{Signal, Traces};

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use analysis::{Campaign, Run};
 use certificate::{Certificate, Verdict};
-use manifest::Manifest;
 use maud::{Markup, html};
+use record::Manifest;
 use serde::Serialize;
 
 use super::gap::reasons;

@@ -1,8 +1,8 @@
 //! The machines that the runs were made on, and the versions of what ran there.
 
 use analysis::{Campaign, grouped};
-use manifest::{ControllerReport, Manifest};
 use maud::{Markup, html};
+use record::{ControllerReport, Manifest};
 
 use super::scroll::scroll;
 

@@ -2,8 +2,9 @@ use std::path::PathBuf;
 
 use analysis::expect::Judgement;
 use analysis::layout::number as column;
-use analysis::{Campaign, Damage, LoopVerdict};
+use analysis::{Campaign, LoopVerdict};
 use chart::{Axis, Chart, Guide, GuideAt, Mark, Panel, Scale, Series, Tone};
+use record::Damage;
 
 use crate::claim::{Finding, Part, Verdict};
 use crate::figure::Figure;

@@ -9,9 +9,9 @@ use std::fs;
 
 use analysis::Run;
 use analysis::expect::judge;
-use manifest::FileFact;
 use plan::{Figure, Known};
 use proptest::prelude::*;
+use record::FileFact;
 use report::deposit::{package, provenance};
 use report::{Report, claim, digest, junit};
 

@@ -10,6 +10,7 @@ use analysis::repeats::Over;
 use anyhow::Context;
 use campaign::Results;
 use plan::{Verdict, file_name};
+use record::file;
 use report::answer::Answer;
 
 use super::cells;

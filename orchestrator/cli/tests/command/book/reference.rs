@@ -41,7 +41,7 @@ const FILES: [(&str, &str, &str); 6] = [
     (
         "manifest",
         "Manifests",
-        "orchestrator/manifest/manifest.schema.json",
+        "orchestrator/record/manifest.schema.json",
     ),
 ];
 

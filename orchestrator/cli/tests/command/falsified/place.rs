@@ -5,8 +5,8 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use manifest::FileFact;
 use plan::Plan;
+use record::FileFact;
 use serde_json::Value;
 use tempfile::TempDir;
 

@@ -24,8 +24,8 @@ use endpoint::{
     ArrivalOutcome, ArrivalRow, Counts, MessageOutcome, MessageRow, Mode, TickRow, Transport,
 };
 use link::{Epoch, Profile};
-use manifest::{FileFact, Machine, Manifest};
 use plan::{Cell, Instead, Phase, Plan, ProbeRow, ProfileText, Verdict};
+use record::{FileFact, Machine, Manifest};
 use serde::Serialize;
 use tempfile::TempDir;
 

@@ -6,11 +6,7 @@
 //! to a maximum length, since a file with holes can be larger than memory. A hard link is a file
 //! like any other. There is no protection against changes to a folder while it is read.
 //!
-//! Other crates interpret the files. Back-ends and analysis do not know each other, and both open
-//! such files: hence a crate below the two.
-#![forbid(unsafe_code)]
-
-mod lock;
+//! What is in the files, others say.
 
 use std::fs::{self, File, FileType, OpenOptions};
 use std::io::{self, ErrorKind, Read, Write};
@@ -19,8 +15,6 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
-
-pub use lock::{Holder, NotLocked, lock};
 
 /// Maximum bytes of a `plan.json`: a hundred thousand cells of half a kilobyte, and traces.
 pub const PLAN_BYTES: u64 = 128 << 20;

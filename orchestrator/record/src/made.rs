@@ -9,18 +9,18 @@ use std::fs::File;
 use std::io;
 use std::path::PathBuf;
 
-use file::Draft;
-
-use crate::{Manifest, RunError, folder};
+use crate::file::{self, Draft};
+use crate::folder::{self, Unwritable};
+use crate::manifest::Manifest;
 
 /// A cell that has been run, with its folder, which is in use by it.
 #[derive(Debug)]
 #[must_use = "without its manifest, the cell has not been run"]
 pub struct Made {
-    pub(crate) manifest: Manifest,
-    pub(crate) folder: PathBuf,
+    manifest: Manifest,
+    folder: PathBuf,
     /// Until it is closed, nobody else runs the cell.
-    pub(crate) _in_use: File,
+    _in_use: File,
 }
 
 impl Borrow<Manifest> for Made {
@@ -30,13 +30,22 @@ impl Borrow<Manifest> for Made {
 }
 
 impl Made {
+    /// A run with this manifest in a folder that is `in_use` by it, as [`make_room`](folder::make_room) says.
+    pub fn new(manifest: Manifest, folder: PathBuf, in_use: File) -> Made {
+        Made {
+            manifest,
+            folder,
+            _in_use: in_use,
+        }
+    }
+
     /// Writes the manifest, once the cell's other files are on the disk.
     ///
     /// # Errors
-    /// [`RunError::Write`] if one of them cannot be written; then there is no manifest.
-    pub fn keep(self) -> Result<Manifest, RunError> {
+    /// [`Unwritable::Failed`] if one of them cannot be written; then there is no manifest.
+    pub fn keep(self) -> Result<Manifest, Unwritable> {
         folder::sync(&self.folder, &self.manifest)
-            .map_err(|problem| RunError::write(&self.folder, problem))?;
+            .map_err(|problem| Unwritable::failed(&self.folder, problem))?;
         let path = self.folder.join(Manifest::FILE);
         folder::write_whole(&path, self.manifest.to_json().as_bytes())?;
         Ok(self.manifest)
@@ -47,14 +56,14 @@ impl Made {
     ///
     /// # Errors
     /// As for [`keep`](Made::keep), for each cell.
-    pub fn keep_together(made: Vec<Made>, campaign: &File) -> Vec<Result<Manifest, RunError>> {
+    pub fn keep_together(made: Vec<Made>, campaign: &File) -> Vec<Result<Manifest, Unwritable>> {
         if made.is_empty() {
             return Vec::new();
         }
         let drafts: Vec<_> = made.iter().map(Made::draft).collect();
         let problem = file::sync_all(campaign).err();
-        let named = |(made, draft): (Made, Result<Draft, RunError>)| {
-            let fail = |problem| RunError::write(&made.folder, problem);
+        let named = |(made, draft): (Made, Result<Draft, Unwritable>)| {
+            let fail = |problem| Unwritable::failed(&made.folder, problem);
             let draft = draft?;
             if let Some(problem) = &problem {
                 return Err(fail(io::Error::new(problem.kind(), problem.to_string())));
@@ -66,9 +75,9 @@ impl Made {
     }
 
     /// The manifest before it has its name.
-    fn draft(&self) -> Result<Draft, RunError> {
+    fn draft(&self) -> Result<Draft, Unwritable> {
         let path = self.folder.join(Manifest::FILE);
         Draft::write(&path, self.manifest.to_json().as_bytes())
-            .map_err(|problem| RunError::write(&path, problem))
+            .map_err(|problem| Unwritable::failed(&path, problem))
     }
 }

@@ -1,11 +1,29 @@
-//! The reports of plant and controller, whichever program they were.
+//! The reports of plant and controller, whichever program they were, and how any role's report is read.
+
+use std::io::{self, ErrorKind};
+use std::path::Path;
 
 use endpoint::Counts;
 use endpoint::report::{ControllerGranted, Native, Own, Plant, Python, Scheduling, Visit, Written};
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize, de::Error, de::IgnoredAny};
+use serde::de::{DeserializeOwned, Error, IgnoredAny};
+use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
 use sim::Timing;
+
+use crate::file;
+
+/// The report that a role left in a cell's folder as `name`; `None` if it left none.
+///
+/// # Errors
+/// If it is no file that can be read, or says something else than such a report.
+pub fn read<R: DeserializeOwned>(folder: &Path, name: &str) -> io::Result<Option<R>> {
+    match file::text(&folder.join(name), file::REPORT_BYTES) {
+        Ok(text) => Ok(Some(serde_json::from_str(&text)?)),
+        Err(problem) if problem.kind() == ErrorKind::NotFound => Ok(None),
+        Err(problem) => Err(problem),
+    }
+}
 
 /// A plant's report.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]

@@ -11,35 +11,56 @@ use thiserror::Error;
 
 /// Why the rows of a file are not whole.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub(crate) enum Disorder {
+pub enum Disorder {
     /// Another number was next.
     #[error("{name} is {found}, and {due} is next: rows are missing or out of order")]
     Number {
+        /// The column.
         name: &'static str,
+        /// What it has.
         found: u64,
+        /// What was next.
         due: u64,
     },
     /// A tick was due at another time.
     #[error("t_due_ns is {found}, and {due} is h = {h} ns after the tick before")]
-    Due { found: u64, due: u64, h: u64 },
+    Due {
+        /// When it was due, ns.
+        found: u64,
+        /// When it should have been, ns.
+        due: u64,
+        /// The sample time, ns.
+        h: u64,
+    },
+    /// A number came before.
     #[error("seq {0} appears twice")]
     Twice(u64),
+    /// A number never came.
     #[error("seq {seq} is missing, and the rows go up to {last}")]
-    Missing { seq: u64, last: u64 },
+    Missing {
+        /// The number.
+        seq: u64,
+        /// The greatest that came.
+        last: u64,
+    },
+    /// Echoes of a phase come after those of a later one.
     #[error("its phase has ended before")]
     Phase,
     /// Another number of rows was written.
     #[error("it has {found} rows, and {origin} says {written}")]
     Count {
+        /// How many the file has.
         found: u64,
+        /// Who counted them.
         origin: &'static str,
+        /// How many were written.
         written: u64,
     },
 }
 
 /// Whether rows may be missing between others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Gaps {
+pub enum Gaps {
     /// None may.
     None,
     /// Some may, as where an end was killed and started again.
@@ -48,7 +69,7 @@ pub(crate) enum Gaps {
 
 /// `ticks.csv`: k counts from 0, and each tick is due h after the one before.
 #[derive(Debug)]
-pub(crate) struct TickOrder {
+pub struct TickOrder {
     h_ns: u64,
     gaps: Gaps,
     next: Option<TickDue>,
@@ -61,7 +82,9 @@ struct TickDue {
 }
 
 impl TickOrder {
-    pub(crate) fn new(h_ns: u64, gaps: Gaps) -> Self {
+    /// Of a file whose ticks are due every `h_ns`, where rows may be missing as `gaps` says.
+    #[must_use]
+    pub fn new(h_ns: u64, gaps: Gaps) -> Self {
         Self {
             h_ns,
             gaps,
@@ -69,7 +92,11 @@ impl TickOrder {
         }
     }
 
-    pub(crate) fn check(&mut self, row: &TickRow) -> Result<(), Disorder> {
+    /// Takes the next row.
+    ///
+    /// # Errors
+    /// [`Disorder`] if another row is next.
+    pub fn check(&mut self, row: &TickRow) -> Result<(), Disorder> {
         let mut due = self.next.unwrap_or(TickDue {
             k: 0,
             t_due_ns: row.t_due_ns,
@@ -99,17 +126,23 @@ impl TickOrder {
 
 /// `second.csv`: k counts from 0.
 #[derive(Debug)]
-pub(crate) struct SecondOrder {
+pub struct SecondOrder {
     next: u64,
     gaps: Gaps,
 }
 
 impl SecondOrder {
-    pub(crate) fn new(gaps: Gaps) -> Self {
+    /// Of a file, where rows may be missing as `gaps` says.
+    #[must_use]
+    pub fn new(gaps: Gaps) -> Self {
         Self { next: 0, gaps }
     }
 
-    pub(crate) fn check(&mut self, row: &SecondRow) -> Result<(), Disorder> {
+    /// Takes the next row.
+    ///
+    /// # Errors
+    /// [`Disorder`] if another row is next.
+    pub fn check(&mut self, row: &SecondRow) -> Result<(), Disorder> {
         if !(self.gaps == Gaps::Allowed && row.k > self.next) {
             follows("k", row.k, self.next)?;
         }
@@ -120,12 +153,16 @@ impl SecondOrder {
 
 /// `arrivals.csv`: n counts from 0.
 #[derive(Debug, Default)]
-pub(crate) struct ArrivalOrder {
+pub struct ArrivalOrder {
     next: u64,
 }
 
 impl ArrivalOrder {
-    pub(crate) fn check(&mut self, row: &ArrivalRow) -> Result<(), Disorder> {
+    /// Takes the next row.
+    ///
+    /// # Errors
+    /// [`Disorder`] if another row is next.
+    pub fn check(&mut self, row: &ArrivalRow) -> Result<(), Disorder> {
         follows("n", row.n, self.next)?;
         self.next += 1;
         Ok(())
@@ -134,7 +171,7 @@ impl ArrivalOrder {
 
 /// `messages.csv`: each seq up to the greatest occurs once, in the order in which messages ended.
 #[derive(Debug, Default)]
-pub(crate) struct MessageOrder {
+pub struct MessageOrder {
     /// Every seq below this one has occurred.
     next: u64,
     /// Seqs beyond `next` that have occurred: messages that ended before an earlier one.
@@ -142,7 +179,11 @@ pub(crate) struct MessageOrder {
 }
 
 impl MessageOrder {
-    pub(crate) fn check(&mut self, row: &MessageRow) -> Result<(), Disorder> {
+    /// Takes the next row.
+    ///
+    /// # Errors
+    /// [`Disorder`] if another row is next.
+    pub fn check(&mut self, row: &MessageRow) -> Result<(), Disorder> {
         if row.seq < self.next || !self.beyond.insert(row.seq) {
             return Err(Disorder::Twice(row.seq));
         }
@@ -153,7 +194,10 @@ impl MessageOrder {
     }
 
     /// Checks that no seq up to the greatest is missing.
-    pub(crate) fn end(&self) -> Result<(), Disorder> {
+    ///
+    /// # Errors
+    /// [`Disorder::Missing`] with the first that is.
+    pub fn end(&self) -> Result<(), Disorder> {
         match self.beyond.last() {
             None => Ok(()),
             Some(last) => Err(Disorder::Missing {
@@ -166,15 +210,19 @@ impl MessageOrder {
 
 /// `probes.csv`: one phase after the other, and seq counts from 0 in each.
 #[derive(Debug, Default)]
-pub(crate) struct ProbeOrder {
+pub struct ProbeOrder {
     phase: Option<Phase>,
     next: u32,
     /// Number of echoes through the link, without those on the empty link.
-    pub(crate) through: u64,
+    pub through: u64,
 }
 
 impl ProbeOrder {
-    pub(crate) fn check(&mut self, row: &ProbeRow) -> Result<(), Disorder> {
+    /// Takes the next row.
+    ///
+    /// # Errors
+    /// [`Disorder`] if another row is next.
+    pub fn check(&mut self, row: &ProbeRow) -> Result<(), Disorder> {
         if self.phase != Some(row.phase) {
             if self
                 .phase

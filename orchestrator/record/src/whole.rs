@@ -3,95 +3,35 @@
 //!
 //! A manifest vouches for the files that it lists. So it has to list those that a run of its kind
 //! leaves, and it has to belong to this plan: its cell, its seed, the text of its profile. The rows
-//! themselves are checked while they are read, in [`crate::metrics`], with what is gathered here. If
+//! themselves are checked while they are read, by whoever makes metrics of them, with what is gathered here. If
 //! someone rewrites everything consistently, nothing detects it.
 
 use std::collections::BTreeMap;
-use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use endpoint::report::Written;
-use manifest::{ControllerReport, FileFact, Manifest, PlantReport};
 use plan::{Cell, End, EndEffect, Plan, Verdict, file_name};
 use serde::de::DeserializeOwned;
 
+use crate::damage::Damage;
+use crate::fact::FileFact;
+use crate::manifest::Manifest;
 use crate::order::{Disorder, Gaps};
-use crate::rows::{OTHER_BYTES, ReadError, other_length};
+use crate::report::{self, ControllerReport, PlantReport};
 
 /// The files of rows that metrics are made of; a plant with a second input or output has one more.
-pub(crate) const ROWS: [&str; 4] = [
+pub const ROWS: [&str; 4] = [
     file_name::TICKS,
     file_name::ARRIVALS,
     file_name::MESSAGES,
     file_name::PROBES,
 ];
 /// The back-end of virtual time, which leaves no page report and no rows of a link.
-pub(crate) const VIRTUAL: &str = "sim";
-
-/// A file that does not match its manifest, or a manifest that does not match its plan.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{}: {problem}", path.display())]
-pub struct Damage {
-    /// The file.
-    pub path: PathBuf,
-    /// What is wrong with it.
-    pub problem: String,
-}
-
-impl Damage {
-    /// The damaged files in a cell's folder, among those that its manifest lists.
-    #[must_use]
-    pub fn of(folder: &Path, manifest: &Manifest) -> Vec<Damage> {
-        Damage::among(folder, manifest, |_| true)
-    }
-
-    pub(crate) fn among(
-        folder: &Path,
-        manifest: &Manifest,
-        is_asked: impl Fn(&str) -> bool,
-    ) -> Vec<Damage> {
-        let asked = manifest.files.iter().filter(|(name, _)| is_asked(name));
-        asked
-            .filter_map(|(name, fact)| {
-                let path = folder.join(name);
-                let problem = problem(&path, fact)?;
-                Some(Damage { path, problem })
-            })
-            .collect()
-    }
-}
-
-impl From<ReadError> for Damage {
-    fn from(error: ReadError) -> Self {
-        let (path, problem) = error.parts();
-        Damage { path, problem }
-    }
-}
-
-/// What is wrong with a file, compared with its length and checksum in the manifest; `None` if
-/// nothing is.
-fn problem(path: &Path, asked: &FileFact) -> Option<String> {
-    let found = file::open(path).and_then(|file| {
-        // The length is compared first: a sparse file can be too long to read.
-        let bytes = file.metadata()?.len();
-        if bytes == asked.bytes {
-            FileFact::of(file).map(Ok)
-        } else {
-            Ok(Err(bytes))
-        }
-    });
-    match found {
-        Ok(Ok(found)) if found == *asked => None,
-        Ok(Ok(found)) if found.bytes == asked.bytes => Some(OTHER_BYTES.to_owned()),
-        Ok(Ok(FileFact { bytes, .. }) | Err(bytes)) => Some(other_length(bytes, asked)),
-        Err(problem) if problem.kind() == ErrorKind::NotFound => Some("it is gone".to_owned()),
-        Err(problem) => Some(problem.to_string()),
-    }
-}
+pub const VIRTUAL: &str = "sim";
 
 /// What is between the two ends of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Medium {
+pub enum Medium {
     /// A link, which is played.
     Link,
     /// Nothing but the machine itself.
@@ -99,7 +39,8 @@ pub(crate) enum Medium {
 }
 
 /// What is wrong with a manifest for the plan's cell, one sentence per fault; empty if nothing is.
-pub(crate) fn faults(manifest: &Manifest, plan: &Plan, cell: &Cell, medium: Medium) -> Vec<String> {
+#[must_use]
+pub fn faults(manifest: &Manifest, plan: &Plan, cell: &Cell, medium: Medium) -> Vec<String> {
     let mut faults = Vec::new();
     if !manifest.cell.is_same(cell) {
         faults.push("it describes another cell than the plan's of this name".to_owned());
@@ -135,7 +76,8 @@ pub(crate) fn faults(manifest: &Manifest, plan: &Plan, cell: &Cell, medium: Medi
 }
 
 /// Whether a run with this verdict left its rows. A failed or unsupported run may have none at all.
-pub(crate) fn has_rows(verdict: Verdict) -> bool {
+#[must_use]
+pub fn has_rows(verdict: Verdict) -> bool {
     !matches!(verdict, Verdict::Failed | Verdict::Unsupported)
 }
 
@@ -235,44 +177,42 @@ fn contradictions(manifest: &Manifest, medium: Medium) -> Vec<String> {
 }
 
 /// A role's report; `None` if the file is missing, which the check of the listed files reports.
-fn report<R: DeserializeOwned>(folder: &Path, name: &str) -> Result<Option<R>, Vec<Damage>> {
-    let path = folder.join(name);
-    let report = file::text(&path, file::REPORT_BYTES)
-        .and_then(|text| serde_json::from_str(&text).map_err(std::io::Error::from));
-    match report {
-        Ok(report) => Ok(Some(report)),
-        Err(problem) if problem.kind() == ErrorKind::NotFound => Ok(None),
-        Err(problem) => Err(vec![Damage {
-            path,
+fn read_report<R: DeserializeOwned>(folder: &Path, name: &str) -> Result<Option<R>, Vec<Damage>> {
+    report::read(folder, name).map_err(|problem| {
+        vec![Damage {
+            path: folder.join(name),
             problem: format!("this webloop cannot read it: {problem}"),
-        }]),
-    }
+        }]
+    })
 }
 
 /// What the rows of a run are checked against.
 #[derive(Debug)]
-pub(crate) struct Vouched<'a> {
+pub struct Vouched<'a> {
     /// Length and checksum by file name.
-    pub(crate) files: &'a BTreeMap<String, FileFact>,
+    pub files: &'a BTreeMap<String, FileFact>,
     /// Name of a file, the report that counts its rows, and the number of rows that were written. For
     /// echoes, those through the link are counted, not those on the empty link.
-    pub(crate) counts: Vec<(&'static str, &'static str, u64)>,
+    pub counts: Vec<(&'static str, &'static str, u64)>,
     /// Whether rows are missing according to the run's own reports; then the run is `invalid`.
-    pub(crate) has_gaps: bool,
+    pub has_gaps: bool,
     /// The ends that a fault killed, and started again.
     killed: Vec<End>,
 }
 
 impl<'a> Vouched<'a> {
-    /// Returns the damage if a report cannot be read: then it vouches for nothing.
-    pub(crate) fn of(folder: &Path, manifest: &'a Manifest) -> Result<Self, Vec<Damage>> {
+    /// What the manifest, and the reports in the folder, vouch for.
+    ///
+    /// # Errors
+    /// The damage if a report cannot be read: then it vouches for nothing.
+    pub fn of(folder: &Path, manifest: &'a Manifest) -> Result<Self, Vec<Damage>> {
         // The manifest has a copy of each report: both have to be right.
         let plant: [Option<PlantReport>; 2] = [
-            report(folder, file_name::PLANT_REPORT)?,
+            read_report(folder, file_name::PLANT_REPORT)?,
             manifest.plant.clone(),
         ];
         let controller: [Option<ControllerReport>; 2] = [
-            report(folder, file_name::CONTROLLER_REPORT)?,
+            read_report(folder, file_name::CONTROLLER_REPORT)?,
             manifest.controller.clone(),
         ];
         let is_page = manifest.cell.client.is_browser() && manifest.backend != VIRTUAL;
@@ -315,7 +255,8 @@ impl<'a> Vouched<'a> {
 
     /// A file may lack rows if it has those of an end that was killed and started again: the end's report counts
     /// those of its last life.
-    pub(crate) fn gaps(&self, name: &str) -> Gaps {
+    #[must_use]
+    pub fn gaps(&self, name: &str) -> Gaps {
         let end = match name {
             file_name::MESSAGES => End::Controller,
             file_name::TICKS | file_name::SECOND | file_name::ARRIVALS => End::Plant,
@@ -329,7 +270,10 @@ impl<'a> Vouched<'a> {
     }
 
     /// Checks that a file has as many rows as were written.
-    pub(crate) fn count(&self, name: &str, found: u64) -> Result<(), Disorder> {
+    ///
+    /// # Errors
+    /// [`Disorder::Count`] with who counted other ones.
+    pub fn count(&self, name: &str, found: u64) -> Result<(), Disorder> {
         let of_it = self.counts.iter().filter(|(file, ..)| *file == name);
         for (_, origin, written) in of_it {
             // The certificate counts only echoes that were waited for long enough to say something.

@@ -1,5 +1,5 @@
-//! A cell's folder: makes room for it, writes files whole or not at all, and computes the checksums of
-//! what is in it.
+//! A cell's folder while it is written: who may write it, how its files are written whole or not at all, and the
+//! checksums of what is in it.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -7,28 +7,58 @@ use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-use manifest::{FileFact, Manifest};
 use plan::Verdict;
 use rustix::fs::{FlockOperation, Mode, OFlags, flock};
 use rustix::io::Errno;
 
-use crate::RunError;
+use crate::fact::FileFact;
+use crate::file;
+use crate::manifest::Manifest;
+
+/// Why a folder of results cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum Unwritable {
+    /// A file of it could not be written.
+    #[error("cannot write {path}: {problem}; free space or choose another folder with --out")]
+    Failed {
+        /// The file or folder.
+        path: String,
+        /// The error of the operating system.
+        problem: io::Error,
+    },
+    /// Another process runs the cell in it.
+    #[error(
+        "{0} is in use by another run of this cell; let it end, or choose another folder with --out"
+    )]
+    InUse(String),
+}
+
+impl Unwritable {
+    /// The operating system's refusal to write `path`.
+    #[must_use]
+    pub fn failed(path: &Path, problem: io::Error) -> Self {
+        Unwritable::Failed {
+            path: path.display().to_string(),
+            problem,
+        }
+    }
+}
 
 /// Writes a file atomically: a reader, also after a crash, finds the old file or the new one, and
 /// nothing between.
 ///
 /// # Errors
-/// [`RunError::Write`] with the file's name.
-pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), RunError> {
-    file::write_durably(path, content).map_err(|problem| RunError::write(path, problem))
+/// [`Unwritable::Failed`] with the file's name.
+pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), Unwritable> {
+    file::write_durably(path, content).map_err(|problem| Unwritable::failed(path, problem))
 }
 
 /// Writes a file of a running cell. A reader finds nothing or the whole file; [`sync`] brings it onto the disk.
 ///
 /// # Errors
-/// [`RunError::Write`] with the file's name.
-pub(crate) fn write(path: &Path, content: &[u8]) -> Result<(), RunError> {
-    file::write(path, content).map_err(|problem| RunError::write(path, problem))
+/// [`Unwritable::Failed`] with the file's name.
+pub fn write(path: &Path, content: &[u8]) -> Result<(), Unwritable> {
+    file::write(path, content).map_err(|problem| Unwritable::failed(path, problem))
 }
 
 /// Moves a cell's folder aside, if there is one, to the first free `ID.unfinished-N` beside it, or to
@@ -43,9 +73,8 @@ pub fn move_aside(folder: &Path) -> io::Result<()> {
         return Ok(());
     }
     // Not `with_extension`: an id may have a dot in it, as in `3.3hz`.
-    let manifest = file::text(&folder.join(Manifest::FILE), file::MANIFEST_BYTES).ok();
-    let verdict = manifest.and_then(|text| Some(Manifest::from_json(&text).ok()?.verdict));
-    let word = match verdict {
+    let manifest = Manifest::read(folder).ok().flatten();
+    let word = match manifest.map(|manifest| manifest.verdict) {
         Some(Verdict::Disturbed) => "disturbed",
         _ => "unfinished",
     };
@@ -58,9 +87,9 @@ pub fn move_aside(folder: &Path) -> io::Result<()> {
 /// or this process ends in whatever way, no other process can do the same.
 ///
 /// # Errors
-/// [`RunError::InUse`] if another process runs the cell in there, and if the folder cannot be made.
-pub(crate) fn make_room(campaign: &Path, folder: &Path) -> Result<File, RunError> {
-    let fail = |problem| RunError::write(folder, problem);
+/// [`Unwritable::InUse`] if another process runs the cell in there, and if the folder cannot be made.
+pub fn make_room(campaign: &Path, folder: &Path) -> Result<File, Unwritable> {
+    let fail = |problem| Unwritable::failed(folder, problem);
     let below = folder.strip_prefix(campaign).unwrap_or(folder);
     fs::create_dir_all(campaign).map_err(fail)?;
     // Check this before anything in there is renamed: a symbolic link may lead to somebody else's
@@ -82,7 +111,7 @@ pub(crate) fn make_room(campaign: &Path, folder: &Path) -> Result<File, RunError
         };
         match flock(&lock, FlockOperation::NonBlockingLockExclusive) {
             Err(Errno::WOULDBLOCK) => {
-                return Err(RunError::InUse(folder.display().to_string()));
+                return Err(Unwritable::InUse(folder.display().to_string()));
             }
             // Some network file systems lock no folder, since it cannot be written: there, nothing but this is lost.
             Err(Errno::NOSYS | Errno::OPNOTSUPP | Errno::BADF | Errno::NOLCK) | Ok(()) => {}
@@ -113,7 +142,7 @@ fn is_one(one: &File, other: &File) -> bool {
 ///
 /// # Errors
 /// If something in there cannot be removed.
-pub(crate) fn clear(folder: &Path) -> io::Result<()> {
+pub fn clear(folder: &Path) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         if entry.file_type()?.is_dir() {
@@ -129,7 +158,7 @@ pub(crate) fn clear(folder: &Path) -> io::Result<()> {
 ///
 /// # Errors
 /// If a file cannot be read.
-pub(crate) fn inventory(folder: &Path, except: &str) -> io::Result<BTreeMap<String, FileFact>> {
+pub fn inventory(folder: &Path, except: &str) -> io::Result<BTreeMap<String, FileFact>> {
     let mut files = BTreeMap::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
@@ -145,7 +174,7 @@ pub(crate) fn inventory(folder: &Path, except: &str) -> io::Result<BTreeMap<Stri
 ///
 /// # Errors
 /// If one cannot be written.
-pub(crate) fn sync(folder: &Path, manifest: &Manifest) -> io::Result<()> {
+pub fn sync(folder: &Path, manifest: &Manifest) -> io::Result<()> {
     let mut names = manifest.files.keys();
     names.try_for_each(|name| file::open(&folder.join(name))?.sync_all())
 }

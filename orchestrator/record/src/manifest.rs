@@ -1,6 +1,8 @@
 //! The file `manifest.json`, written after everything else of a run.
 
 use std::collections::BTreeMap;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
 
 use certificate::{Certificate, LinkReport};
 use endpoint::report::Page;
@@ -13,6 +15,7 @@ use serde::ser::Error;
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::fact::FileFact;
+use crate::file;
 use crate::report::{ControllerReport, PlantReport};
 
 /// The description of one run, complete enough to judge and to repeat it.
@@ -120,6 +123,27 @@ pub enum NotAManifest {
     Elsewhere(String),
 }
 
+/// Why a cell's manifest, which is there, cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum Unreadable {
+    /// By this process.
+    #[error("{}: {problem}", .path.display())]
+    Closed {
+        /// The file, or the folder in its way.
+        path: PathBuf,
+        /// What the system says.
+        problem: io::Error,
+    },
+    /// By this version.
+    #[error("{}: {problem}", .path.display())]
+    Unknown {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: NotAManifest,
+    },
+}
+
 impl Manifest {
     /// Version of the format that this code writes and reads.
     pub const VERSION: u32 = 1;
@@ -127,7 +151,7 @@ impl Manifest {
     pub const FILE: &'static str = "manifest.json";
 
     /// The JSON schema of a manifest, for other programs; committed as
-    /// `orchestrator/manifest/manifest.schema.json`.
+    /// `orchestrator/record/manifest.schema.json`.
     #[must_use]
     pub fn schema() -> String {
         format!("{:#}\n", schema_for!(Manifest).as_value())
@@ -155,6 +179,28 @@ impl Manifest {
         match manifest.files.keys().find(|name| !is_beside(name)) {
             Some(name) => Err(NotAManifest::Elsewhere(name.clone())),
             None => Ok(manifest),
+        }
+    }
+
+    /// The manifest in a cell's folder, whatever its verdict; `None` if the cell has not been run there. Neither the
+    /// folder nor the one that it is in may be a link: it leads elsewhere.
+    ///
+    /// # Errors
+    /// If there is one that cannot be read.
+    pub fn read(folder: &Path) -> Result<Option<Manifest>, Unreadable> {
+        for path in [folder.parent().unwrap_or(folder), folder] {
+            file::check_folder(path).map_err(|problem| Unreadable::Closed {
+                path: path.to_owned(),
+                problem,
+            })?;
+        }
+        let path = folder.join(Manifest::FILE);
+        match file::text(&path, file::MANIFEST_BYTES) {
+            Ok(text) => Manifest::from_json(&text)
+                .map(Some)
+                .map_err(|problem| Unreadable::Unknown { path, problem }),
+            Err(problem) if problem.kind() == ErrorKind::NotFound => Ok(None),
+            Err(problem) => Err(Unreadable::Closed { path, problem }),
         }
     }
 }

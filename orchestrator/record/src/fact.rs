@@ -1,4 +1,4 @@
-//! What a manifest records about a run's files: length and checksum.
+//! What a manifest records about a run's files: length and checksum; and the words for a file that has others.
 
 use std::io::{self, Read};
 
@@ -56,4 +56,15 @@ impl Tally {
             sha256: sha256.iter().map(|byte| format!("{byte:02x}")).collect(),
         }
     }
+}
+
+/// The message for a file of the right length with other content.
+pub(crate) const OTHER_BYTES: &str = "its checksum differs from the manifest's: a byte was changed";
+
+/// The message for a file of the wrong length.
+pub(crate) fn other_length(bytes: u64, asked: &FileFact) -> String {
+    format!(
+        "it has {bytes} bytes, and the manifest says {}",
+        asked.bytes
+    )
 }

@@ -77,7 +77,7 @@ mod tests {
     fn who_has_a_lock_is_named_and_a_closed_file_gives_it_back() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("lock");
-        let open = || crate::open_or_create(&path).unwrap();
+        let open = || crate::file::open_or_create(&path).unwrap();
         let (one, other) = (open(), open());
         lock(&one).unwrap();
         match lock(&other) {
@@ -94,7 +94,7 @@ mod tests {
     #[test]
     fn each_refusal_of_the_system_is_told_as_what_it_is() {
         let place = tempfile::tempdir().unwrap();
-        let file = crate::open_or_create(&place.path().join("lock")).unwrap();
+        let file = crate::file::open_or_create(&place.path().join("lock")).unwrap();
         assert!(matches!(
             of(Errno::WOULDBLOCK, &file),
             NotLocked::InUse(Holder(None))

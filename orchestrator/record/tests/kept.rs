@@ -6,7 +6,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use link::Epoch;
-use manifest::Manifest;
+use record::Manifest;
 use serde_json::{Value, json};
 
 const RESULTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../results");
