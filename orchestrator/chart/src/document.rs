@@ -1,97 +1,98 @@
-//! The PDF document around a page: its objects, their offsets in the file, and its titles.
+//! The PDF document around a page: its objects, what they are called, and its titles.
 
 use std::collections::BTreeSet;
 
-use crate::chart::Chart;
-use crate::font::{Font, stream};
-use crate::scene::Percent;
-use crate::svg::number;
+use pdf_writer::writers::ExtGraphicsState;
+use pdf_writer::{Content, Finish, Name, Pdf, Rect, Ref, TextStr};
 
-/// Number of objects before the fonts: catalogue, pages, page, content, information.
-const BEFORE_FONTS: usize = 5;
+use crate::chart::Chart;
+use crate::font::Font;
+use crate::scene::Percent;
+
+const CATALOGUE: Ref = Ref::new(1);
+const PAGES: Ref = Ref::new(2);
+const PAGE: Ref = Ref::new(3);
+const CONTENT: Ref = Ref::new(4);
+const INFORMATION: Ref = Ref::new(5);
+/// The first object of the first font.
+const FONTS: Ref = Ref::new(6);
+
+/// No page reaches as far, in points. Two hundred times as far, the writer's whole numbers overflow.
+const FAR: f64 = 1e7;
 
 /// The operators that draw a page, and what they use.
-pub(crate) struct Content {
-    /// Height of the page: PDF measures y upwards from the bottom.
+pub(crate) struct Page {
+    pub(crate) width: f64,
+    /// PDF measures y upwards from the bottom.
     pub(crate) height: f64,
-    pub(crate) operators: String,
+    pub(crate) content: Content,
     pub(crate) opacities: BTreeSet<Percent>,
     pub(crate) regular: Font,
     pub(crate) bold: Font,
 }
 
-/// The document of a chart with this width and height.
-pub(crate) fn document(chart: &Chart, (width, height): (f64, f64), content: &Content) -> Vec<u8> {
-    let fonts: Vec<(&str, &Font)> = [("F", &content.regular), ("B", &content.bold)]
+/// The document of a chart that is drawn on this page.
+pub(crate) fn document(chart: &Chart, drawn: Page) -> Vec<u8> {
+    let fonts: Vec<&Font> = [&drawn.regular, &drawn.bold]
         .into_iter()
-        .filter(|(_, font)| font.is_used())
+        .filter(|font| font.is_used())
         .collect();
-    let mut names = String::new();
-    let mut of_fonts = Vec::new();
-    for (name, font) in fonts {
-        let first = BEFORE_FONTS + 1 + of_fonts.len();
-        names += &format!("/{name} {first} 0 R ");
-        of_fonts.extend(font.objects(first));
-    }
-    let states: String = content
-        .opacities
+    let mut pdf = Pdf::new();
+    let mut catalogue = pdf.catalog(CATALOGUE);
+    catalogue.pages(PAGES).lang(TextStr("en-GB"));
+    catalogue.viewer_preferences().display_doc_title(true);
+    catalogue.finish();
+    pdf.pages(PAGES).kids([PAGE]).count(1);
+    let mut next = FONTS;
+    let written: Vec<Ref> = fonts
         .iter()
-        .map(|covered| {
-            let alpha = number(f64::from(*covered) / 100.0);
-            format!("/O{covered} << /ca {alpha} /CA {alpha} >> ")
-        })
+        .map(|font| font.write(&mut pdf, &mut next))
         .collect();
-    let mut objects = vec![
-        b"<< /Type /Catalog /Pages 2 0 R /Lang (en-GB) /ViewerPreferences << /DisplayDocTitle true >> >>"
-            .to_vec(),
-        b"<< /Type /Pages /Kids [3 0 R] /Count 1 >>".to_vec(),
-        format!(
-            "<< /Type /Page /Parent 2 0 R /MediaBox [0 0 {} {}] /Contents 4 0 R /Resources << \
-             /Font << {names}>> /ExtGState << {states}>> >> >>",
-            number(width),
-            number(height)
-        )
-        .into_bytes(),
-        stream("", content.operators.as_bytes()),
-        format!(
-            "<< /Title {} /Subject {} /Producer (webloop) >>",
-            title(&chart.title),
-            title(&chart.about)
-        )
-        .into_bytes(),
-    ];
-    objects.extend(of_fonts);
-    file(&objects)
-}
 
-/// The file of these objects. The first has to be the catalogue, the fifth the information.
-fn file(objects: &[Vec<u8>]) -> Vec<u8> {
-    // Bytes beyond ASCII in the second line mark the file as binary for programs that transfer it.
-    let mut file = b"%PDF-1.7\n%\xe2\xe3\xcf\xd3\n".to_vec();
-    let mut table = format!("xref\n0 {}\n0000000000 65535 f \n", objects.len() + 1);
-    for (index, object) in objects.iter().enumerate() {
-        table += &format!("{:010} 00000 n \n", file.len());
-        file.extend(format!("{} 0 obj\n", index + 1).as_bytes());
-        file.extend(object);
-        file.extend(b"\nendobj\n");
+    let mut page = pdf.page(PAGE);
+    page.parent(PAGES)
+        .media_box(Rect::new(
+            0.0,
+            0.0,
+            number(drawn.width),
+            number(drawn.height),
+        ))
+        .contents(CONTENT);
+    let mut resources = page.resources();
+    resources
+        .fonts()
+        .pairs(fonts.iter().map(|font| font.name_on_page).zip(written));
+    let mut states = resources.ext_g_states();
+    for covered in &drawn.opacities {
+        let alpha = f32::from(*covered) / 100.0;
+        let name = opacity_name(*covered);
+        let mut state = states
+            .insert(Name(name.as_bytes()))
+            .start::<ExtGraphicsState<'_>>();
+        state.non_stroking_alpha(alpha).stroking_alpha(alpha);
     }
-    let at = file.len();
-    file.extend(table.as_bytes());
-    file.extend(
-        format!(
-            "trailer\n<< /Size {} /Root 1 0 R /Info 5 0 R >>\nstartxref\n{at}\n%%EOF\n",
-            objects.len() + 1
-        )
-        .as_bytes(),
-    );
-    file
+    states.finish();
+    resources.finish();
+    page.finish();
+
+    pdf.stream(CONTENT, &drawn.content.finish());
+    pdf.document_info(INFORMATION)
+        .title(TextStr(&chart.title))
+        .subject(TextStr(&chart.about))
+        .producer(TextStr("webloop"));
+    pdf.finish()
 }
 
-/// A text in UTF-16, the encoding of PDF's titles.
-fn title(text: &str) -> String {
-    let units: String = text
-        .encode_utf16()
-        .map(|unit| format!("{unit:04X}"))
-        .collect();
-    format!("<FEFF{units}>")
+/// What a page calls this opacity.
+pub(crate) fn opacity_name(covered: Percent) -> String {
+    format!("O{covered}")
+}
+
+/// A number to a hundredth. What is no number is 0.
+pub(crate) fn number(value: f64) -> f32 {
+    if value.is_finite() {
+        (value.clamp(-FAR, FAR) * 100.0).round() as f32 / 100.0
+    } else {
+        0.0
+    }
 }

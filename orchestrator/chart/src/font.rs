@@ -6,8 +6,9 @@
 //! uses. The licence of the font is in the folder of its files.
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
 
+use pdf_writer::types::{CidFontType, FontFlags, SystemInfo, UnicodeCmap};
+use pdf_writer::{Buf, Finish, Name, Pdf, Rect, Ref, Str};
 use subsetter::{GlyphRemapper, subset};
 
 use crate::face::Face;
@@ -15,12 +16,14 @@ use crate::face::Face;
 pub(crate) static REGULAR: &[u8] = include_bytes!("font/LiberationSans-Regular.ttf");
 pub(crate) static BOLD: &[u8] = include_bytes!("font/LiberationSans-Bold.ttf");
 
-/// PDF readers need not accept more entries of a character map at a time.
-const ENTRIES: usize = 100;
+/// The name of a map from glyphs to characters.
+const MAP: Name<'static> = Name(b"Adobe-Identity-UCS");
 
 /// A font as one document uses it.
 pub(crate) struct Font {
     name: &'static str,
+    /// What the page calls it.
+    pub(crate) name_on_page: Name<'static>,
     data: &'static [u8],
     face: Face,
     glyphs: GlyphRemapper,
@@ -30,16 +33,17 @@ pub(crate) struct Font {
 
 impl Font {
     pub(crate) fn regular() -> Self {
-        Self::new("AAAAAA+LiberationSans", REGULAR)
+        Self::new("AAAAAA+LiberationSans", Name(b"F"), REGULAR)
     }
 
     pub(crate) fn bold() -> Self {
-        Self::new("AAAAAB+LiberationSans-Bold", BOLD)
+        Self::new("AAAAAB+LiberationSans-Bold", Name(b"B"), BOLD)
     }
 
-    fn new(name: &'static str, data: &'static [u8]) -> Self {
+    fn new(name: &'static str, name_on_page: Name<'static>, data: &'static [u8]) -> Self {
         Self {
             name,
+            name_on_page,
             data,
             face: Face::parse(data).expect("a font in this crate, which tests parse"),
             glyphs: GlyphRemapper::new(),
@@ -60,93 +64,74 @@ impl Font {
         !self.characters.is_empty()
     }
 
-    /// Its five objects. The first has the number `first` in the document.
-    pub(crate) fn objects(&self, first: usize) -> [Vec<u8>; 5] {
-        let name = self.name;
-        let [descendant, map, descriptor, file] = [1, 2, 3, 4].map(|after| first + after);
-        let em = f64::from(self.face.units_per_em());
-        let thousandths = |units: f64| (units * 1e3 / em).round();
-        let widths: String = self
-            .characters
-            .iter()
-            .map(|(number, c)| {
-                let units = self.face.advance(self.face.glyph(*c).unwrap_or_default());
-                format!("{number} [{}] ", thousandths(f64::from(units)))
-            })
-            .collect();
-        let bounds = self
-            .face
-            .bounds()
-            .map(|units| thousandths(f64::from(units)).to_string())
-            .join(" ");
-        let ascent = thousandths(f64::from(self.face.ascender()));
-        let descent = thousandths(f64::from(self.face.descender()));
-        let capital = thousandths(f64::from(self.face.capital_height()));
+    /// Adds its five objects to a document, numbered from `next` on, and gives the number of the first.
+    pub(crate) fn write(&self, pdf: &mut Pdf, next: &mut Ref) -> Ref {
+        let name = Name(self.name.as_bytes());
+        let [font, descendant, map, descriptor, file] = [(); 5].map(|()| next.bump());
+        let em = f32::from(self.face.units_per_em());
+        let thousandths = |units: f32| (units * 1e3 / em).round();
+
+        pdf.type0_font(font)
+            .base_font(name)
+            .encoding_predefined(Name(b"Identity-H"))
+            .descendant_font(descendant)
+            .to_unicode(map);
+        let mut cid = pdf.cid_font(descendant);
+        cid.subtype(CidFontType::Type2)
+            .base_font(name)
+            .system_info(adobe(b"Identity"))
+            .font_descriptor(descriptor)
+            .cid_to_gid_map_predefined(Name(b"Identity"));
+        let mut widths = cid.widths();
+        for (number, c) in &self.characters {
+            let units = self.face.advance(self.face.glyph(*c).unwrap_or_default());
+            widths.consecutive(*number, [thousandths(f32::from(units))]);
+        }
+        widths.finish();
+        cid.finish();
+        pdf.cmap(map, &self.map())
+            .name(MAP)
+            .system_info(adobe(b"UCS"));
+
+        let metric = |units: i16| thousandths(f32::from(units));
+        let [left, bottom, right, top] = self.face.bounds().map(metric);
         // Thickness of stems, estimated by eye: only a hint for a reader that cannot use the font.
-        let stem = if self.face.is_bold() { 120 } else { 80 };
+        let stem = if self.face.is_bold() { 120.0 } else { 80.0 };
+        pdf.font_descriptor(descriptor)
+            .name(name)
+            .flags(FontFlags::NON_SYMBOLIC)
+            .bbox(Rect::new(left, bottom, right, top))
+            .italic_angle(0.0)
+            .ascent(metric(self.face.ascender()))
+            .descent(metric(self.face.descender()))
+            .cap_height(metric(self.face.capital_height()))
+            .stem_v(stem)
+            .font_file2(file);
         // The fonts in this crate can be subset, as tests show; a font that cannot be is embedded
         // whole.
         let outlines = subset(self.data, 0, &self.glyphs).unwrap_or_else(|_| self.data.to_vec());
-        [
-            format!(
-                "<< /Type /Font /Subtype /Type0 /BaseFont /{name} /Encoding /Identity-H \
-                 /DescendantFonts [{descendant} 0 R] /ToUnicode {map} 0 R >>"
-            )
-            .into_bytes(),
-            format!(
-                "<< /Type /Font /Subtype /CIDFontType2 /BaseFont /{name} /CIDSystemInfo << \
-                 /Registry (Adobe) /Ordering (Identity) /Supplement 0 >> /FontDescriptor \
-                 {descriptor} 0 R /CIDToGIDMap /Identity /W [{widths}] >>"
-            )
-            .into_bytes(),
-            stream("", self.map().as_bytes()),
-            format!(
-                "<< /Type /FontDescriptor /FontName /{name} /Flags 32 /FontBBox [{bounds}] \
-                 /ItalicAngle 0 /Ascent {ascent} /Descent {descent} /CapHeight {capital} \
-                 /StemV {stem} /FontFile2 {file} 0 R >>"
-            )
-            .into_bytes(),
-            stream(&format!("/Length1 {} ", outlines.len()), &outlines),
-        ]
+        let length = i32::try_from(outlines.len()).unwrap_or(i32::MAX);
+        pdf.stream(file, &outlines).pair(Name(b"Length1"), length);
+        font
     }
 
     /// The map from glyphs to characters, which PDF readers need to search and copy text.
-    fn map(&self) -> String {
-        let mut map = String::from(
-            "/CIDInit /ProcSet findresource begin\n12 dict begin\nbegincmap\n/CIDSystemInfo << \
-             /Registry (Adobe) /Ordering (UCS) /Supplement 0 >> def\n/CMapName \
-             /Adobe-Identity-UCS def\n/CMapType 2 def\n1 begincodespacerange\n<0000> <FFFF>\n\
-             endcodespacerange\n",
-        );
-        let entries: Vec<String> = self
-            .characters
-            .iter()
-            .map(|(number, c)| {
-                let units: String = c
-                    .encode_utf16(&mut [0; 2])
-                    .iter()
-                    .map(|unit| format!("{unit:04X}"))
-                    .collect();
-                format!("<{number:04X}> <{units}>\n")
-            })
-            .collect();
-        for some in entries.chunks(ENTRIES) {
-            // Writing to a string cannot fail.
-            let _ = write!(
-                map,
-                "{} beginbfchar\n{}endbfchar\n",
-                some.len(),
-                some.concat()
-            );
+    fn map(&self) -> Buf {
+        let mut map = UnicodeCmap::new(MAP, adobe(b"UCS"));
+        for (number, c) in &self.characters {
+            map.pair(*number, *c);
         }
-        map + "endcmap\nCMapName currentdict /CMap defineresource pop\nend\nend"
+        map.finish()
     }
 }
 
-/// A stream object of these bytes. `entries` are those of its dictionary besides the length.
-pub(crate) fn stream(entries: &str, bytes: &[u8]) -> Vec<u8> {
-    let head = format!("<< {entries}/Length {} >>\nstream\n", bytes.len());
-    [head.as_bytes(), bytes, b"\nendstream"].concat()
+/// A character collection of Adobe's.
+fn adobe(ordering: &'static [u8]) -> SystemInfo<'static> {
+    SystemInfo {
+        registry: Str(b"Adobe"),
+        ordering: Str(ordering),
+        supplement: 0,
+    }
 }
 
 #[cfg(test)]
@@ -159,9 +144,12 @@ mod tests {
             assert!(!font.is_used());
             let numbers: Vec<u16> = "ABBA".chars().map(|c| font.glyph(c)).collect();
             assert_eq!(numbers, [1, 2, 2, 1]);
-            let few = font.objects(1).concat().len();
+            let mut pdf = Pdf::new();
+            assert_eq!(font.write(&mut pdf, &mut Ref::new(7)), Ref::new(7));
+            let few = pdf.finish().len();
             assert!(few < 20_000, "{few} of {}", font.data.len());
             let map = font.map();
+            let map = String::from_utf8_lossy(&map);
             assert!(
                 map.contains("2 beginbfchar\n<0001> <0041>\n<0002> <0042>\n"),
                 "{map}"

@@ -5,14 +5,15 @@
 //! in `document`.
 
 use std::collections::BTreeSet;
-use std::fmt::Write;
 
-use crate::document::{Content, document};
+use pdf_writer::types::{LineCapStyle, LineJoinStyle, TextRenderingMode};
+use pdf_writer::{Content, Name, Str};
+
+use crate::document::{Page, document, number, opacity_name};
 use crate::drawing::Drawing;
 use crate::font::Font;
 use crate::palette::Colour;
 use crate::scene::{Anchor, Marker, Percent, Place, Shape, Stroke, Text};
-use crate::svg::number;
 use crate::text::{self, RAISED_BY, RAISED_SIZE};
 
 /// Distance of a control point from its end of a quarter circle, in radii.
@@ -25,36 +26,26 @@ impl Drawing<'_> {
     #[must_use]
     pub fn to_pdf(&self) -> Vec<u8> {
         let scene = &self.scene;
-        let mut content = Content {
+        let mut page = Page {
+            width: scene.width,
             height: scene.height,
-            operators: String::new(),
+            content: Content::new(),
             opacities: BTreeSet::new(),
             regular: Font::regular(),
             bold: Font::bold(),
         };
-        content.fill(Colour::Paper, 100);
-        content.path(&[
-            (0.0, 0.0),
-            (scene.width, 0.0),
-            (scene.width, scene.height),
-            (0.0, scene.height),
-        ]);
-        content.operators.push_str("h f\n1 j\n");
+        page.fill(Colour::Paper, 100);
+        let (width, height) = (number(scene.width), number(scene.height));
+        page.content.rect(0.0, 0.0, width, height).fill_nonzero();
+        page.content.set_line_join(LineJoinStyle::RoundJoin);
         for shape in scene.layers.iter().flat_map(|layer| &layer.shapes) {
-            content.shape(shape);
+            page.shape(shape);
         }
-        document(self.chart, (scene.width, scene.height), &content)
+        document(self.chart, page)
     }
 }
 
-/// Writing to a [`String`] cannot fail.
-macro_rules! put {
-    ($text:expr, $($what:tt)*) => {
-        write!($text, $($what)*).unwrap_or_default()
-    };
-}
-
-impl Content {
+impl Page {
     fn shape(&mut self, shape: &Shape) {
         match shape {
             Shape::Lines { lines, stroke } => {
@@ -62,7 +53,7 @@ impl Content {
                 for line in lines {
                     self.path(line);
                 }
-                self.operators.push_str("S\n");
+                self.content.stroke();
             }
             Shape::Areas {
                 areas,
@@ -72,9 +63,9 @@ impl Content {
                 self.fill(*colour, *opacity);
                 for area in areas {
                     self.path(area);
-                    self.operators.push_str("h ");
+                    self.content.close_path();
                 }
-                self.operators.push_str("f\n");
+                self.content.fill_nonzero();
             }
             Shape::Markers {
                 places,
@@ -87,42 +78,46 @@ impl Content {
         }
     }
 
-    fn place(&self, place: Place) -> String {
-        format!("{} {}", number(place.0), number(self.height - place.1))
+    fn place(&self, (x, y): Place) -> (f32, f32) {
+        (number(x), number(self.height - y))
     }
 
     fn path(&mut self, line: &[Place]) {
         for (index, place) in line.iter().enumerate() {
-            let place = self.place(*place);
-            put!(
-                self.operators,
-                "{place} {} ",
-                if index == 0 { "m" } else { "l" }
-            );
+            let (x, y) = self.place(*place);
+            if index == 0 {
+                self.content.move_to(x, y);
+            } else {
+                self.content.line_to(x, y);
+            }
         }
     }
 
     fn opacity(&mut self, covered: Percent) {
         self.opacities.insert(covered);
-        put!(self.operators, "/O{covered} gs ");
+        let name = opacity_name(covered);
+        self.content.set_parameters(Name(name.as_bytes()));
     }
 
     fn fill(&mut self, colour: Colour, covered: Percent) {
         self.opacity(covered);
-        put!(self.operators, "{} rg ", rgb(colour));
+        let [red, green, blue] = shares(colour);
+        self.content.set_fill_rgb(red, green, blue);
     }
 
     fn stroke(&mut self, stroke: &Stroke) {
         self.opacity(stroke.opacity);
-        let lengths: Vec<String> = stroke.dash.iter().map(|length| number(*length)).collect();
-        let cap = i32::from(stroke.dash.is_empty());
-        put!(
-            self.operators,
-            "{} RG {} w {cap} J [{}] 0 d ",
-            rgb(stroke.colour),
-            number(stroke.width),
-            lengths.join(" ")
-        );
+        let [red, green, blue] = shares(stroke.colour);
+        let cap = if stroke.dash.is_empty() {
+            LineCapStyle::RoundCap
+        } else {
+            LineCapStyle::ButtCap
+        };
+        self.content
+            .set_stroke_rgb(red, green, blue)
+            .set_line_width(number(stroke.width).max(0.0))
+            .set_line_cap(cap)
+            .set_dash_pattern(stroke.dash.iter().copied().map(number), 0.0);
     }
 
     fn markers(
@@ -140,10 +135,10 @@ impl Content {
                 ..Stroke::solid(colour, size)
             });
             for place in places {
-                let place = self.place(*place);
-                put!(self.operators, "{place} m {place} l ");
+                let (x, y) = self.place(*place);
+                self.content.move_to(x, y).line_to(x, y);
             }
-            self.operators.push_str("S\n");
+            self.content.stroke();
             return;
         }
         self.fill(colour, covered);
@@ -158,33 +153,37 @@ impl Content {
                     .collect();
                 self.path(&corners);
             }
-            self.operators.push_str("h ");
+            self.content.close_path();
         }
-        self.operators.push_str("f\n");
+        self.content.fill_nonzero();
     }
 
     fn circle(&mut self, middle: Place, radius: f64) {
-        let at = |dx: f64, dy: f64| self.place((middle.0 + dx * radius, middle.1 + dy * radius));
+        self.path(&[(middle.0 + radius, middle.1)]);
         let q = QUARTER;
-        let mut circle = format!("{} m ", at(1.0, 0.0));
-        for [a, b, end] in [
+        for quarter in [
             [(1.0, q), (q, 1.0), (0.0, 1.0)],
             [(-q, 1.0), (-1.0, q), (-1.0, 0.0)],
             [(-1.0, -q), (-q, -1.0), (0.0, -1.0)],
             [(q, -1.0), (1.0, -q), (1.0, 0.0)],
         ] {
-            put!(
-                circle,
-                "{} {} {} c ",
-                at(a.0, a.1),
-                at(b.0, b.1),
-                at(end.0, end.1)
-            );
+            let [a, b, end] = quarter
+                .map(|(dx, dy)| self.place((middle.0 + dx * radius, middle.1 + dy * radius)));
+            self.content.cubic_to(a.0, a.1, b.0, b.1, end.0, end.1);
         }
-        self.operators.push_str(&circle);
     }
 
     fn text(&mut self, text: &Text) {
+        if text.rim {
+            self.stroke(&Stroke::solid(Colour::Paper, 2.0));
+            self.written(text, TextRenderingMode::Stroke);
+        }
+        self.fill(text.colour, text.opacity);
+        self.written(text, TextRenderingMode::Fill);
+    }
+
+    /// Writes a text, run by run.
+    fn written(&mut self, text: &Text, mode: TextRenderingMode) {
         let width = text::width(&text.content, text.size, text.bold);
         let back = match text.anchor {
             Anchor::Start => 0.0,
@@ -193,48 +192,44 @@ impl Content {
         };
         let (x, y) = text.at;
         let matrix = if text.upright {
-            format!("0 1 -1 0 {}", self.place((x, y + back)))
+            let (x, y) = self.place((x, y + back));
+            [0.0, 1.0, -1.0, 0.0, x, y]
         } else {
-            format!("1 0 0 1 {}", self.place((x - back, y)))
+            let (x, y) = self.place((x - back, y));
+            [1.0, 0.0, 0.0, 1.0, x, y]
         };
-        let written = self.written(text);
-        if text.rim {
-            self.stroke(&Stroke::solid(Colour::Paper, 2.0));
-            put!(self.operators, "BT 1 Tr {matrix} Tm {written}ET\n");
-        }
-        self.fill(text.colour, text.opacity);
-        put!(self.operators, "BT 0 Tr {matrix} Tm {written}ET\n");
-    }
-
-    /// The operators that write a text, run by run.
-    fn written(&mut self, text: &Text) -> String {
-        let (font, name) = if text.bold {
-            (&mut self.bold, "B")
+        let font = if text.bold {
+            &mut self.bold
         } else {
-            (&mut self.regular, "F")
+            &mut self.regular
         };
-        let mut operators = String::new();
+        self.content
+            .begin_text()
+            .set_text_rendering_mode(mode)
+            .set_text_matrix(matrix);
         for run in text::runs(&text.content) {
             let (size, rise) = if run.raised {
                 (text.size * RAISED_SIZE, text.size * RAISED_BY)
             } else {
                 (text.size, 0.0)
             };
-            let glyphs: String = run
+            let glyphs: Vec<u8> = run
                 .content
                 .chars()
-                .map(|c| format!("{:04X}", font.glyph(c)))
+                .flat_map(|c| font.glyph(c).to_be_bytes())
                 .collect();
-            let (size, rise) = (number(size), number(rise));
-            put!(operators, "/{name} {size} Tf {rise} Ts <{glyphs}> Tj ");
+            self.content
+                .set_font(font.name_on_page, number(size))
+                .set_rise(number(rise))
+                .show(Str(&glyphs));
         }
-        operators
+        self.content.end_text();
     }
 }
 
-fn rgb(colour: Colour) -> String {
-    let shares = colour
+/// The shares of red, green and blue, to a thousandth.
+fn shares(colour: Colour) -> [f32; 3] {
+    colour
         .rgb()
-        .map(|part| format!("{:.3}", f64::from(part) / 255.0));
-    shares.join(" ")
+        .map(|part| (f32::from(part) / 0.255).round() / 1e3)
 }

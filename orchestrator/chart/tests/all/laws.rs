@@ -209,7 +209,7 @@ proptest! {
         let text: String = pdf.iter().map(|byte| if byte.is_ascii() { char::from(*byte) } else { '?' }).collect();
         let (_, end) = text.rsplit_once("startxref\n").expect("says where its table is");
         let table: usize = end.lines().next().expect("a line").parse().expect("a number");
-        let rows = text[table..].lines().skip(3).take_while(|row| row.ends_with(" n "));
+        let rows = text[table..].lines().skip(3).take_while(|row| row.ends_with(" n"));
         let mut objects = 0;
         for (index, row) in rows.enumerate() {
             let place: usize = row[..10].parse().expect("ten digits");
