@@ -79,12 +79,13 @@ impl Value for f64 {
         let mut buffer = zmij::Buffer::new();
         let number = buffer.format(*self);
         // The csv crate writes a great number as 1e16, and this one as 1e+16.
-        match number.split_once('+') {
-            Some((digits, exponent)) if self.abs() >= 1e16 => {
-                text.extend_from_slice(digits.as_bytes());
-                text.extend_from_slice(exponent.as_bytes());
-            }
-            _ => text.extend_from_slice(number.as_bytes()),
+        if self.abs() >= 1e16
+            && let Some((digits, exponent)) = number.split_once('+')
+        {
+            text.extend_from_slice(digits.as_bytes());
+            text.extend_from_slice(exponent.as_bytes());
+        } else {
+            text.extend_from_slice(number.as_bytes());
         }
     }
 

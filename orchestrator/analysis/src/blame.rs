@@ -21,9 +21,8 @@ use endpoint::{
     ArrivalOutcome, ArrivalRow, Connection, MessageRow, Mode, Outstanding, TickRow, Transport,
 };
 use link::Timeline;
-use plan::{Plan, file_name};
-use record::ReadError;
-use record::rows::read;
+use plan::Plan;
+use record::{Held, ReadError};
 
 use crate::budget::timeline;
 use crate::campaign::Run;
@@ -139,17 +138,12 @@ impl Blame {
     /// # Errors
     /// [`ReadError`] if rows cannot be read.
     pub fn of(run: &Run, plan: &Plan) -> Result<Option<Blame>, ReadError> {
-        let path = |name: &str| run.folder.join(name);
-        let (mut messages, mut arrivals, mut ticks) = (Vec::new(), Vec::new(), Vec::new());
-        read(&path(file_name::MESSAGES), MessageRow::COLUMNS, |row| {
-            messages.push(*row);
-        })?;
-        read(&path(file_name::ARRIVALS), ArrivalRow::COLUMNS, |row| {
-            arrivals.push(*row);
-        })?;
-        read(&path(file_name::TICKS), TickRow::COLUMNS, |row| {
-            ticks.push(*row);
-        })?;
+        Ok(Self::by(&Held::read(&run.folder)?, run, plan))
+    }
+
+    /// The same by rows that have been read.
+    #[must_use]
+    pub fn by(rows: &Held, run: &Run, plan: &Plan) -> Option<Blame> {
         let start_ns = run
             .manifest
             .as_ref()
@@ -173,15 +167,15 @@ impl Blame {
             bytes: cell.client.message_bytes(settings.transport),
         };
         if settings.mode == Mode::Open {
-            return Ok(None);
+            return None;
         }
-        Ok(Self::among(
-            &messages,
-            &arrivals,
-            &ticks,
+        Self::among(
+            &rows.messages,
+            &rows.arrivals,
+            &rows.ticks,
             timeline(run, plan),
             &facts,
-        ))
+        )
     }
 
     /// The same from rows; `None` without a tick.

@@ -11,8 +11,8 @@ mod rows;
 use endpoint::{ArrivalRow, MessageRow, TickRow};
 use link::{Profile, Timeline};
 use plan::{Plan, file_name};
-use record::ReadError;
 use record::rows::read;
+use record::{Held, ReadError};
 
 use crate::campaign::Run;
 use crate::numbered::Numbered;
@@ -209,6 +209,26 @@ impl Budget {
         read(&path(file_name::TICKS), TickRow::COLUMNS, |row| {
             ticks.push(row);
         })?;
+        Ok(Self::among(run, messages, arrived, &ticks, link))
+    }
+
+    /// The same by rows that have been read.
+    #[must_use]
+    pub fn by(rows: &Held, run: &Run, link: Option<Timeline>) -> Budget {
+        let arrived = rows.arrivals.iter();
+        let arrived = arrived.map(|row| (row.seq, row.t_arrive_ns)).collect();
+        let mut ticks = Ticks::default();
+        rows.ticks.iter().for_each(|row| ticks.push(row));
+        Self::among(run, rows.messages.clone(), arrived, &ticks, link)
+    }
+
+    fn among(
+        run: &Run,
+        messages: Vec<MessageRow>,
+        arrived: Vec<(u64, u64)>,
+        ticks: &Ticks,
+        link: Option<Timeline>,
+    ) -> Budget {
         let arrived: Numbered<u64> = arrived.into_iter().collect();
         let bytes = run.cell.client.message_bytes(run.cell.settings.transport);
         let link = link.map(|link| (link, bytes));
@@ -216,10 +236,10 @@ impl Budget {
             .manifest
             .as_ref()
             .map_or(0, |manifest| manifest.start_ns);
-        Ok(Budget {
+        Budget {
             start_ns,
-            ..of_rows(messages, &arrived, &ticks, link)
-        })
+            ..of_rows(messages, &arrived, ticks, link)
+        }
     }
 
     /// An instant in the time of figures, s from the first deadline.

@@ -20,6 +20,8 @@ use crate::summary::Summary;
 
 use self::reading::Reading;
 
+pub use self::reading::Fresh;
+
 /// Why a folder cannot be read as a results folder.
 #[derive(Debug, Error)]
 pub enum CampaignError {
@@ -102,8 +104,18 @@ impl Campaign {
     /// [`CampaignError`] if it is not a results folder. A fault of a single cell is in that cell's
     /// [`damage`](Run::damage).
     pub fn read(folder: &Path) -> Result<Campaign, CampaignError> {
+        Campaign::read_after(folder, &Fresh::new())
+    }
+
+    /// As [`read`](Campaign::read), after a part of its cells was run by this process: their rows are not read again.
+    ///
+    /// # Errors
+    /// As for [`read`](Campaign::read).
+    pub fn read_after(folder: &Path, fresh: &Fresh) -> Result<Campaign, CampaignError> {
         let plan = Campaign::plan(folder)?;
-        let runs = Campaign::each_run(folder, &plan, |run| run);
+        let reading = Reading::new(folder, &plan, fresh);
+        let runs = parallel::each(&plan.cells, |cell| reading.run(cell));
+        drop(reading);
         Ok(Campaign {
             folder: folder.to_owned(),
             plan,
@@ -129,7 +141,8 @@ impl Campaign {
 
     /// Reads every run of a plan in a folder and keeps of each only what `of` makes of it, in the order of the plan.
     pub fn each_run<R: Send>(folder: &Path, plan: &Plan, of: impl Fn(Run) -> R + Sync) -> Vec<R> {
-        let reading = Reading::new(folder, plan);
+        let none = Fresh::new();
+        let reading = Reading::new(folder, plan, &none);
         parallel::each(&plan.cells, |cell| of(reading.run(cell)))
     }
 
@@ -139,7 +152,8 @@ impl Campaign {
         plan: &Plan,
         of: impl Fn(Run) -> R + Sync,
     ) -> Vec<R> {
-        let reading = Reading::new(folder, plan);
+        let none = Fresh::new();
+        let reading = Reading::new(folder, plan, &none);
         parallel::each_apart(&plan.cells, |cell| of(reading.run(cell)))
     }
 

@@ -1,17 +1,17 @@
 //! All metrics of a cell's folder.
 
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use column::Row;
 use endpoint::{ArrivalRow, MessageRow, Mode, SecondRow, TickRow};
 use plan::{ProbeRow, file_name};
-use record::ReadError;
 use record::order::{
     ArrivalOrder, Disorder, Gaps, MessageOrder, ProbeOrder, SecondOrder, TickOrder,
 };
 use record::rows::{Content, read, read_whole};
 use record::whole::Vouched;
+use record::{Held, ReadError};
 use serde::{Deserialize, Serialize};
 use system::System;
 
@@ -91,14 +91,16 @@ impl Metrics {
     /// [`ReadError`] if one of the first three is missing, or one of the four holds something other
     /// than its rows.
     pub fn read(folder: &Path, facts: &CellFacts) -> Result<Metrics, ReadError> {
-        Reader {
-            folder,
-            vouched: None,
-            torn_lines: 0,
-            faults: Vec::new(),
-        }
-        .metrics(facts)
-        .map_err(|mut faults| faults.swap_remove(0))
+        Reader::of(Source::Folder(folder))
+            .metrics(facts)
+            .map_err(|mut faults| faults.swap_remove(0))
+    }
+
+    /// The metrics of rows that are in memory, by the code that reads them from files. Nothing is checked: they are
+    /// those of a run that this process has just made.
+    #[must_use]
+    pub fn of(rows: &Held, facts: &CellFacts) -> Option<Metrics> {
+        Reader::of(Source::Held(rows)).metrics(facts).ok()
     }
 
     /// Reads the same four files, and checks that they are whole and as `vouched` says.
@@ -110,27 +112,65 @@ impl Metrics {
         facts: &CellFacts,
         vouched: &Vouched<'_>,
     ) -> Result<Metrics, Vec<ReadError>> {
-        Reader {
-            folder,
-            vouched: Some(vouched),
-            torn_lines: 0,
-            faults: Vec::new(),
+        Reader::of(Source::Whole(folder, vouched)).metrics(facts)
+    }
+}
+
+/// Where rows are.
+#[derive(Clone, Copy)]
+enum Source<'a> {
+    /// In files that nothing vouches for.
+    Folder(&'a Path),
+    /// In files that have to be whole.
+    Whole(&'a Path, &'a Vouched<'a>),
+    /// In memory.
+    Held(&'a Held),
+}
+
+impl<'a> Source<'a> {
+    /// What the files are checked against; `None` for no check.
+    fn vouched(self) -> Option<&'a Vouched<'a>> {
+        match self {
+            Source::Whole(_, vouched) => Some(vouched),
+            Source::Folder(_) | Source::Held(_) => None,
         }
-        .metrics(facts)
+    }
+
+    /// Whether there is a second input or output.
+    fn has_second(self) -> bool {
+        match self {
+            Source::Folder(folder) => folder.join(file_name::SECOND).exists(),
+            Source::Whole(_, vouched) => vouched.files.contains_key(file_name::SECOND),
+            Source::Held(rows) => rows.second.is_some(),
+        }
+    }
+
+    /// The path of a file; of rows in memory, its name.
+    fn path(self, name: &str) -> PathBuf {
+        match self {
+            Source::Folder(folder) | Source::Whole(folder, _) => folder.join(name),
+            Source::Held(_) => PathBuf::from(name),
+        }
     }
 }
 
 /// Reads the four files one after the other.
 struct Reader<'a> {
-    folder: &'a Path,
-    /// What the files are checked against; `None` for no check.
-    vouched: Option<&'a Vouched<'a>>,
+    source: Source<'a>,
     torn_lines: u64,
     /// Faults found so far; not empty if a file could not be read.
     faults: Vec<ReadError>,
 }
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
+    fn of(source: Source<'a>) -> Reader<'a> {
+        Reader {
+            source,
+            torn_lines: 0,
+            faults: Vec::new(),
+        }
+    }
+
     fn metrics(mut self, facts: &CellFacts) -> Result<Metrics, Vec<ReadError>> {
         let closed = facts.mode == Mode::Closed;
         let mut response = ResponseTrace::new(facts.aim.clone());
@@ -171,6 +211,7 @@ impl Reader<'_> {
         let rows = self.rows(
             file_name::TICKS,
             TickRow::COLUMNS,
+            |held| &held.ticks,
             |row| order.check(row),
             take,
         );
@@ -191,6 +232,7 @@ impl Reader<'_> {
         let rows = self.rows(
             file_name::ARRIVALS,
             ArrivalRow::COLUMNS,
+            |held| &held.arrivals,
             |row| order.check(row),
             take,
         );
@@ -210,6 +252,7 @@ impl Reader<'_> {
         let rows = self.rows(
             file_name::MESSAGES,
             MessageRow::COLUMNS,
+            |held| &held.messages,
             |row| order.check(row),
             take,
         );
@@ -226,23 +269,20 @@ impl Reader<'_> {
 
     /// A file may lack rows if it has those of an end that was killed as the experiment asked.
     fn gaps(&self, name: &str) -> Gaps {
-        self.vouched
-            .map_or(Gaps::None, |vouched| vouched.gaps(name))
+        let vouched = self.source.vouched();
+        vouched.map_or(Gaps::None, |vouched| vouched.gaps(name))
     }
 
     /// The verdict on the second output; `None` if there is none.
     fn second(&mut self, mut trace: SecondTrace) -> Option<Finding> {
-        let is_there = match self.vouched {
-            Some(vouched) => vouched.files.contains_key(file_name::SECOND),
-            None => self.folder.join(file_name::SECOND).exists(),
-        };
-        if !is_there {
+        if !self.source.has_second() {
             return None;
         }
         let mut order = SecondOrder::new(self.gaps(file_name::SECOND));
         let rows = self.rows(
             file_name::SECOND,
             SecondRow::COLUMNS,
+            |held| held.second.as_deref().unwrap_or_default(),
             |row| order.check(row),
             |row: &SecondRow| trace.push(row),
         );
@@ -257,12 +297,13 @@ impl Reader<'_> {
         let rows = self.rows(
             file_name::PROBES,
             ProbeRow::COLUMNS,
+            |held| &held.probes,
             |row| order.check(row),
             take,
         );
         match rows {
             Err(ReadError::File { source, .. })
-                if self.vouched.is_none() && source.kind() == ErrorKind::NotFound =>
+                if self.source.vouched().is_none() && source.kind() == ErrorKind::NotFound =>
             {
                 None
             }
@@ -273,17 +314,29 @@ impl Reader<'_> {
         }
     }
 
-    /// Passes the rows of a file to `take`; if the file is checked, after `check` has accepted them.
+    /// Passes the rows of a file to `take`; if the file is checked, after `check` has accepted them. In memory its rows
+    /// are where `held` says.
     fn rows<R: Row>(
         &self,
         name: &str,
         columns: &[&str],
+        held: impl Fn(&Held) -> &[R],
         mut check: impl FnMut(&R) -> Result<(), Disorder>,
         mut take: impl FnMut(&R),
     ) -> Result<Content, ReadError> {
-        let path = self.folder.join(name);
-        let Some(vouched) = self.vouched else {
-            return read(&path, columns, take).map(|torn| Content { rows: 0, torn });
+        let path = self.source.path(name);
+        let vouched = match self.source {
+            Source::Held(rows) => {
+                held(rows).iter().for_each(take);
+                return Ok(Content {
+                    rows: 0,
+                    torn: false,
+                });
+            }
+            Source::Folder(_) => {
+                return read(&path, columns, take).map(|torn| Content { rows: 0, torn });
+            }
+            Source::Whole(_, vouched) => vouched,
         };
         let Some(fact) = vouched.files.get(name) else {
             let problem = "its manifest does not list it".to_owned();
@@ -306,12 +359,14 @@ impl Reader<'_> {
         read: Result<Content, ReadError>,
         end: impl FnOnce(u64) -> Result<u64, Disorder>,
     ) {
-        let path = self.folder.join(name);
+        let path = self.source.path(name);
         match read {
             Err(fault) => self.faults.push(fault),
             Ok(Content { rows, torn }) => {
                 self.torn_lines += u64::from(torn);
-                let Some(vouched) = self.vouched else { return };
+                let Some(vouched) = self.source.vouched() else {
+                    return;
+                };
                 let counted = if vouched.has_gaps {
                     Ok(())
                 } else {

@@ -15,11 +15,11 @@ use std::time::Duration;
 use judge::{Pulse, Watched};
 use link::{Epoch, LinkTime, Profile};
 use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase};
+use record::Held;
 
 use crate::link_check::{LinkCheck, Sent};
 use crate::pulse::Pulses;
 use crate::role::{ControllerRole, LinkRole, PlantRole, RoleSettings};
-use crate::rows::Rows;
 use crate::schedule::{Series, Spacing};
 use crate::site::{Running, Site};
 use crate::texts::Texts;
@@ -100,7 +100,7 @@ pub(crate) struct Seen {
     /// The echoes; those on the empty link come first.
     pub(crate) echoes: [Sent; 4],
     /// The rows, if they need not be read from their files.
-    pub(crate) rows: Option<Rows>,
+    pub(crate) rows: Option<Held>,
     /// The pulse of the processors meanwhile; `None` in virtual time.
     pub(crate) pulse: Option<Pulse>,
     /// What was observed of each part while the controller ran, with the part's name.

@@ -6,20 +6,19 @@ use std::ops::Range;
 use std::path::Path;
 
 use certificate::{Baseline, Certificate, Echo, Edge, LinkReport, Pause};
-use endpoint::{MessageRow, Schedule, SecondRow};
+use endpoint::{MessageRow, Schedule};
 use judge::replay::Both;
 use judge::{Busy, Ends, Judgement, Messages, Pulse, Records, Terms, Watched};
 use link::Epoch;
-use plan::{Cell, Disturbance, End, EndFaultDone, file_name};
-use record::rows::all;
-use record::{ControllerReport, PlantReport};
+use plan::{Cell, Disturbance, End, EndFaultDone, ProbeRow};
+use record::{ControllerReport, Held, PlantReport};
 use system::System;
 
 use crate::RunError;
 use crate::course::Seen;
 use crate::link_check::{LinkCheck, Sent};
 use crate::report::{Reports, is_real_time};
-use crate::rows::Rows;
+use crate::rows;
 
 /// What a run has shown, for its manifest.
 #[derive(Debug, Default)]
@@ -87,7 +86,7 @@ pub(crate) fn judge(
     let rows = match &seen.rows {
         Some(rows) => rows,
         None => {
-            read = Rows::read(folder)?;
+            read = rows::read(folder)?;
             &read
         }
     };
@@ -101,8 +100,7 @@ pub(crate) fn judge(
     match seen.rows {
         Some(_) => undisturbed(&mut evidence.judgement, cell, &rows.messages)?,
         None => {
-            let second = second(folder)?;
-            evidence.replay(asked, seen, rows, &second);
+            evidence.replay(asked, seen, rows);
         }
     }
     Ok(evidence)
@@ -114,7 +112,7 @@ impl Evidence {
         &mut self,
         cell: &Cell,
         seen: &Seen,
-        rows: &Rows,
+        rows: &Held,
         reports: &Reports,
         terms: &Terms,
     ) {
@@ -145,7 +143,7 @@ impl Evidence {
     }
 
     /// Replays both ends; one that is not the plan's is evidence that no machine explains.
-    fn replay(&mut self, asked: Asked<'_>, seen: &Seen, rows: &Rows, second: &[SecondRow]) {
+    fn replay(&mut self, asked: Asked<'_>, seen: &Seen, rows: &Held) {
         let both = Both {
             cell: asked.cell,
             system: asked.system,
@@ -153,7 +151,7 @@ impl Evidence {
             start_ns: seen.start_ns,
             end_faults: &seen.end_faults,
             ticks: &rows.ticks,
-            second,
+            second: rows.second.as_deref().unwrap_or_default(),
             arrivals: &rows.arrivals,
             messages: &rows.messages,
         };
@@ -162,16 +160,6 @@ impl Evidence {
         self.doubts.extend(others.iter().map(ToString::to_string));
         self.ends = Some(ends);
     }
-}
-
-/// Rows of the second input and output, if there is one.
-fn second(folder: &Path) -> Result<Vec<SecondRow>, RunError> {
-    let path = folder.join(file_name::SECOND);
-    let rows = path
-        .exists()
-        .then(|| all(&path, SecondRow::COLUMNS))
-        .transpose()?;
-    Ok(rows.unwrap_or_default())
 }
 
 /// In virtual time nothing disturbs a run: a client that misses deadlines there cannot keep them. Nor does anything
@@ -234,7 +222,7 @@ fn terms(
 
 /// How busy the machine was, by what no link can touch. An end that a fault hits, or that is asked to be late, says
 /// nothing of it.
-fn busy(cell: &Cell, seen: &Seen, rows: &Rows) -> Busy {
+fn busy(cell: &Cell, seen: &Seen, rows: &Held) -> Busy {
     let controller = End::Controller.to_string();
     let watched = seen.watched.iter().find(|(name, _)| *name == controller);
     let is_free = seen.end_faults.is_empty();
@@ -272,19 +260,22 @@ fn in_order(series: impl Iterator<Item = Vec<Echo>>) -> Vec<Echo> {
     echoes
 }
 
-/// Writes every echo, with its prediction, to the file `path`.
+/// Writes every echo, with its prediction, to the file `path`; returns these rows.
 pub(crate) fn write_rows(
     link_check: &LinkCheck,
     series: &[Sent],
     path: &Path,
-) -> Result<(), RunError> {
+) -> Result<Vec<ProbeRow>, RunError> {
     let fail = |problem: csv::Error| RunError::write(path, std::io::Error::other(problem));
     let mut csv = csv::Writer::from_path(path).map_err(fail)?;
+    let mut rows = Vec::new();
     for sent in series {
         for row in link_check.rows(sent.phase, &sent.echoes) {
             csv.serialize(row).map_err(fail)?;
+            rows.push(row);
         }
     }
     csv.flush()
-        .map_err(|problem| RunError::write(path, problem))
+        .map_err(|problem| RunError::write(path, problem))?;
+    Ok(rows)
 }

@@ -5,28 +5,25 @@
 
 use std::path::Path;
 
-use endpoint::{ArrivalRow, MessageRow, TickRow};
+use endpoint::{ArrivalRow, MessageRow, SecondRow, TickRow};
 use link::{PacketRow, Way};
 use plan::file_name;
-use record::ReadError;
 use record::rows::all;
+use record::{Held, ReadError};
 
-/// A run's rows.
-#[derive(Debug, Default)]
-pub(crate) struct Rows {
-    pub(crate) ticks: Vec<TickRow>,
-    pub(crate) arrivals: Vec<ArrivalRow>,
-    pub(crate) messages: Vec<MessageRow>,
-}
-
-impl Rows {
-    pub(crate) fn read(folder: &Path) -> Result<Rows, ReadError> {
-        Ok(Rows {
-            ticks: all(&folder.join(file_name::TICKS), TickRow::COLUMNS)?,
-            arrivals: all(&folder.join(file_name::ARRIVALS), ArrivalRow::COLUMNS)?,
-            messages: all(&folder.join(file_name::MESSAGES), MessageRow::COLUMNS)?,
-        })
-    }
+/// The rows that a real run left, but those of its echoes.
+pub(crate) fn read(folder: &Path) -> Result<Held, ReadError> {
+    let second = folder.join(file_name::SECOND);
+    let has_second = second.exists();
+    Ok(Held {
+        ticks: all(&folder.join(file_name::TICKS), TickRow::COLUMNS)?,
+        arrivals: all(&folder.join(file_name::ARRIVALS), ArrivalRow::COLUMNS)?,
+        messages: all(&folder.join(file_name::MESSAGES), MessageRow::COLUMNS)?,
+        second: has_second
+            .then(|| all(&second, SecondRow::COLUMNS))
+            .transpose()?,
+        ..Held::default()
+    })
 }
 
 /// The packets that entered each way of a link with a rate limit; `None` if they were not recorded.

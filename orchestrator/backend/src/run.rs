@@ -1,5 +1,6 @@
 //! Runs a cell, from its plan to its manifest: folder, site, verdict, checksums.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -9,7 +10,7 @@ use agent::program::OWN;
 use link::Profile;
 use plan::{Cell, EndFault, Plan, Verdict, file_name};
 use record::folder::{self, Unwritable};
-use record::{Machine, Made, Manifest};
+use record::{Held, Machine, Made, Manifest};
 use shaper::Authority;
 use system::System;
 
@@ -94,6 +95,10 @@ pub fn run_cell(
     } else {
         outcome
     };
+    let (outcome, held) = match outcome {
+        Ok((evidence, held)) => (Ok(evidence), held),
+        Err(problem) => (Err(problem), None),
+    };
     let reports = Reports::read(&folder);
     let trouble = match backend {
         // In virtual time there is no browser that could fail.
@@ -106,8 +111,8 @@ pub fn run_cell(
     });
     let judged = judge(outcome, &reports, &folder);
     tracing::debug!(ms = clock.elapsed().as_millis(), "judged");
-    let manifest = execution.manifest(attempt, reports, judged, clock)?;
-    Ok(Made::new(manifest, folder, in_use))
+    let manifest = execution.manifest(attempt, reports, judged, held.as_ref(), clock)?;
+    Ok(Made::new(manifest, folder, held, in_use))
 }
 
 /// A run of a cell: what is run, where, and into which folder.
@@ -122,8 +127,10 @@ struct Execution<'a> {
 }
 
 impl Execution<'_> {
-    /// Runs the cell in its folder, and judges what was observed; `patience` is that of [`course::run`].
-    fn execute(self, patience: u64) -> Result<Evidence, RunError> {
+    /// Runs the cell in its folder, and judges what was observed; `patience` is that of [`course::run`]. Returns the
+    /// rows too if nobody else can have written their files: in virtual time, without a program of one's own. Of any
+    /// other run only what is on the disk counts.
+    fn execute(self, patience: u64) -> Result<(Evidence, Option<Held>), RunError> {
         let Execution {
             plan, cell, folder, ..
         } = self;
@@ -146,7 +153,7 @@ impl Execution<'_> {
         if !matches!(self.backend, Backend::Sim(_)) {
             self.player.check(&profile)?;
         }
-        let seen = self.observe(&system, &profile, texts, patience)?;
+        let mut seen = self.observe(&system, &profile, texts, patience)?;
         if cell.client.is_own() {
             own::settle(cell, seen.start_ns, folder)?;
         }
@@ -154,13 +161,16 @@ impl Execution<'_> {
             entered: &rows::entered(folder)?,
             ..LinkCheck::of(cell, &profile, seen.epoch, seen.opens)
         };
-        evidence::write_rows(&link_check, &seen.echoes, &folder.join(file_name::PROBES))?;
+        let probes =
+            evidence::write_rows(&link_check, &seen.echoes, &folder.join(file_name::PROBES))?;
         let asked = Asked {
             cell,
             system: &system,
             is_plant_own: texts.plant_program.is_some(),
         };
-        evidence::judge(&link_check, asked, &seen, folder)
+        let evidence = evidence::judge(&link_check, asked, &seen, folder)?;
+        let held = seen.rows.take().filter(|_| !asked.is_plant_own);
+        Ok((evidence, held.map(|held| Held { probes, ..held })))
     }
 
     /// Refuses faults that cannot be done to these ends, and programs of one's own that the back-end cannot run.
@@ -219,15 +229,19 @@ impl Execution<'_> {
         }
     }
 
-    /// The manifest of the run, which began when `clock` did, with what [`judge()`] says of it.
+    /// The manifest of the run, which began when `clock` did, with what [`judge()`] says of it and the rows that are
+    /// `held`.
     fn manifest(
         self,
         attempt: Attempt,
         reports: Reports,
         (verdict, reasons, evidence): (Verdict, Vec<String>, Evidence),
+        held: Option<&Held>,
         clock: Instant,
     ) -> Result<Manifest, RunError> {
         let (backend, authority, engine) = describe(self.backend);
+        let none = BTreeMap::new();
+        let known = held.map_or(&none, |held| &held.files);
         Ok(Manifest {
             version: Manifest::VERSION,
             verdict,
@@ -261,7 +275,7 @@ impl Execution<'_> {
             controller: reports.controller,
             page: reports.page,
             link: reports.link,
-            files: folder::inventory(self.folder, Manifest::FILE)
+            files: folder::inventory(self.folder, Manifest::FILE, known)
                 .map_err(|problem| Unwritable::failed(self.folder, problem))?,
         })
     }

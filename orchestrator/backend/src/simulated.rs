@@ -3,6 +3,7 @@
 //! Nothing here is measured, so a busy machine makes no difference. A [`Timing`] says how long a
 //! machine's programs take.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Write};
 use std::ops::Range;
@@ -16,7 +17,7 @@ use endpoint::{ArrivalRow, MessageRow, Model, SecondRow, Surrounded, Thread, Tic
 use link::{PacketRow, Profile, Way};
 use plan::series::Spacing;
 use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase, file_name};
-use record::{ModelController, ModelPlant, folder};
+use record::{FileFact, Held, ModelController, ModelPlant, Tally, folder};
 use serde::Serialize;
 use sim::{EPOCH, Outcome, Pool, Record, Series, Setup, Start, Timing};
 use system::{System, Unfit};
@@ -24,7 +25,6 @@ use system::{System, Unfit};
 use crate::course::Seen;
 use crate::link_check::Sent;
 use crate::own_plant::start_simulated;
-use crate::rows::Rows;
 use crate::texts::Texts;
 use crate::{RunError, schedule};
 
@@ -214,13 +214,16 @@ struct Files {
     messages: Sheet,
     /// Only if there is a rate limit.
     packets: Option<Sheet>,
-    rows: Rows,
+    rows: Held,
     echoes: [Vec<Echo>; 4],
 }
 
 /// A file of rows being written.
 struct Sheet {
+    name: &'static str,
     file: File,
+    /// Length and checksum of what is in the file.
+    tally: Tally,
     /// Rows that are not in the file yet.
     text: Vec<u8>,
     rows: u64,
@@ -232,12 +235,15 @@ const SHEET_BYTES: usize = 1 << 16;
 
 impl Sheet {
     /// Creates a file with its header, which it has even if no rows follow.
-    fn create(path: &Path, columns: &[&str]) -> Result<Sheet, RunError> {
-        let file = File::create_new(path).map_err(|problem| RunError::write(path, problem))?;
+    fn create(folder: &Path, name: &'static str, columns: &[&str]) -> Result<Sheet, RunError> {
+        let path = folder.join(name);
+        let file = File::create_new(&path).map_err(|problem| RunError::write(&path, problem))?;
         let mut text = columns.join(",").into_bytes();
         text.push(b'\n');
         Ok(Sheet {
+            name,
             file,
+            tally: Tally::default(),
             text,
             rows: 0,
             problem: None,
@@ -254,30 +260,37 @@ impl Sheet {
 
     /// Keeps the first problem, since the simulation itself cannot fail.
     fn flush(&mut self) {
+        // While they are in the processor's cache.
+        self.tally.push(&self.text);
         if let Err(problem) = self.file.write_all(&self.text) {
             self.problem.get_or_insert(problem);
         }
         self.text.clear();
     }
 
-    /// Completes the file; returns how many rows it has.
-    fn finish(&mut self) -> io::Result<u64> {
+    /// Completes the file; returns how many rows it has, and adds what it is known by to `files`.
+    fn finish(&mut self, files: &mut BTreeMap<String, FileFact>) -> io::Result<u64> {
         self.flush();
+        files.insert(self.name.to_owned(), std::mem::take(&mut self.tally).fact());
         self.problem.take().map_or(Ok(self.rows), Err)
     }
 }
 
 impl Files {
     fn create(folder: &Path, has_rate: bool, has_second: bool) -> Result<Files, RunError> {
-        let packets = || Sheet::create(&folder.join(file_name::PACKETS), PacketRow::COLUMNS);
-        let second = || Sheet::create(&folder.join(file_name::SECOND), SecondRow::COLUMNS);
+        let sheet = |name, columns| Sheet::create(folder, name, columns);
+        let packets = || sheet(file_name::PACKETS, PacketRow::COLUMNS);
+        let second = || sheet(file_name::SECOND, SecondRow::COLUMNS);
         Ok(Files {
-            ticks: Sheet::create(&folder.join(file_name::TICKS), TickRow::COLUMNS)?,
+            ticks: sheet(file_name::TICKS, TickRow::COLUMNS)?,
             second: has_second.then(second).transpose()?,
-            arrivals: Sheet::create(&folder.join(file_name::ARRIVALS), ArrivalRow::COLUMNS)?,
-            messages: Sheet::create(&folder.join(file_name::MESSAGES), MessageRow::COLUMNS)?,
+            arrivals: sheet(file_name::ARRIVALS, ArrivalRow::COLUMNS)?,
+            messages: sheet(file_name::MESSAGES, MessageRow::COLUMNS)?,
             packets: has_rate.then(packets).transpose()?,
-            rows: Rows::default(),
+            rows: Held {
+                second: has_second.then(Vec::new),
+                ..Held::default()
+            },
             echoes: Default::default(),
         })
     }
@@ -285,15 +298,18 @@ impl Files {
     /// Completes the files; returns how many rows are in each: ticks, second inputs and outputs, arrivals and
     /// messages.
     fn finish(&mut self, folder: &Path) -> Result<[u64; 4], RunError> {
-        let fail = |problem| RunError::write(folder, problem);
-        let finish = |sheet: &mut Option<Sheet>| sheet.as_mut().map_or(Ok(0), Sheet::finish);
-        finish(&mut self.packets).map_err(fail)?;
-        let second = finish(&mut self.second);
+        let files = &mut self.rows.files;
+        let mut finish = |sheet: Option<&mut Sheet>| {
+            let rows = sheet.map_or(Ok(0), |sheet| sheet.finish(files));
+            rows.map_err(|problem| RunError::write(folder, problem))
+        };
+        finish(self.packets.as_mut())?;
+        let second = finish(self.second.as_mut())?;
         Ok([
-            self.ticks.finish().map_err(fail)?,
-            second.map_err(fail)?,
-            self.arrivals.finish().map_err(fail)?,
-            self.messages.finish().map_err(fail)?,
+            finish(Some(&mut self.ticks))?,
+            second,
+            finish(Some(&mut self.arrivals))?,
+            finish(Some(&mut self.messages))?,
         ])
     }
 
@@ -328,7 +344,8 @@ impl Record for Files {
     }
 
     fn second(&mut self, row: &SecondRow) {
-        if let Some(second) = &mut self.second {
+        if let (Some(second), Some(rows)) = (&mut self.second, &mut self.rows.second) {
+            rows.push(*row);
             second.write(row);
         }
     }

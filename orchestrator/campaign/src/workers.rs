@@ -11,10 +11,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::sync_channel;
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 
+use analysis::campaign::Fresh;
+use analysis::{CellFacts, Metrics};
 use plan::{Cell, Plan};
-use record::{Made, file};
+use record::{Held, Made, Manifest, file};
 
 use crate::error::Error;
 use crate::jobs::tell;
@@ -26,8 +29,12 @@ use crate::tries::{self, CellRun};
 /// Cells that may wait for their manifests: each has its folder open.
 const WAITING: usize = 64;
 
+/// Most cells of a plan whose metrics are kept until all have been run: a kilobyte each.
+const FRESH_CELLS: usize = 5_000;
+
 /// Runs the cells of a plan into the campaign's folder until all have ended or `stop` is set. A cell that panics has
-/// failed, and the others go on. `words` says what an error means.
+/// failed, and the others go on. `words` says what an error means. Returns the metrics of the cells, unless they are
+/// more than [`FRESH_CELLS`].
 ///
 /// # Errors
 /// When the campaign's folder cannot be brought onto the disk, or a manifest cannot be read.
@@ -38,9 +45,32 @@ pub fn simulate(
     stop: &AtomicBool,
     progress: &dyn Progress,
     words: fn(Error) -> String,
-) -> Result<(), Error> {
-    let make = |cell: &Cell| tries::make(plan, cell, how, stop);
-    run(queue, how.campaign, make, stop, progress, words)
+) -> Result<Fresh, Error> {
+    let fresh = Mutex::new(Fresh::new());
+    let make = |cell: &Cell| {
+        let mut made = tries::make(plan, cell, how, stop)?;
+        // Whether they are used or not, they are not to wait in memory for the manifest.
+        let rows = made.as_mut().and_then(Made::take_rows);
+        if let (Some(made), Some(rows)) = (&made, rows)
+            && plan.cells.len() <= FRESH_CELLS
+            && let Some(metrics) = metrics(plan, cell, made.manifest(), &rows)
+        {
+            let mut fresh = fresh.lock().unwrap_or_else(PoisonError::into_inner);
+            fresh.insert(cell.index, metrics);
+        }
+        Ok(made)
+    };
+    run(queue, how.campaign, make, stop, progress, words)?;
+    Ok(fresh.into_inner().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// The metrics of a cell by its rows.
+fn metrics(plan: &Plan, cell: &Cell, manifest: &Manifest, rows: &Held) -> Option<Metrics> {
+    let system = plan.system(cell).ok()?;
+    Metrics::of(
+        rows,
+        &CellFacts::new(cell, &system, Some(manifest.start_ns)),
+    )
 }
 
 /// Runs the cells of a queue by `make`; `None` if there is nothing to do.

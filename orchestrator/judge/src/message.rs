@@ -126,9 +126,24 @@ impl Recorded {
         Recorded(all)
     }
 
+    /// How many arrivals come before this one, by number and time.
+    fn place(&self, arrival: (u64, u64)) -> usize {
+        let all = &self.0;
+        // Numbers follow each other, so nearly every message is where its number says.
+        let first = all.first().map_or(0, |(seq, _)| *seq);
+        let likely = arrival.0.saturating_sub(first) as usize;
+        let is_before = |at: usize| all.get(at).is_some_and(|one| *one < arrival);
+        let is_it =
+            likely < all.len() && !is_before(likely) && likely.checked_sub(1).is_none_or(is_before);
+        match is_it {
+            true => likely,
+            false => all.partition_point(|one| *one < arrival),
+        }
+    }
+
     /// When a message arrived first from `from_ns` on.
     fn after_ns(&self, seq: u64, from_ns: u64) -> Option<u64> {
-        let at = self.0.partition_point(|one| *one < (seq, from_ns));
+        let at = self.place((seq, from_ns));
         let next = self.0.get(at).filter(|(other, _)| *other == seq);
         next.map(|(_, t_ns)| *t_ns)
     }

@@ -154,17 +154,27 @@ pub fn clear(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Length and checksum of every file in `folder`, by name; `except` is left out.
+/// Length and checksum of every file in `folder`, by name; `except` is left out. A file that is `known`, since this
+/// process counted its bytes as it wrote them, is not read once more. Only where nobody else could write the folder may
+/// a file be known: of any other run each file counts as it is on the disk.
 ///
 /// # Errors
 /// If a file cannot be read.
-pub fn inventory(folder: &Path, except: &str) -> io::Result<BTreeMap<String, FileFact>> {
+pub fn inventory(
+    folder: &Path,
+    except: &str,
+    known: &BTreeMap<String, FileFact>,
+) -> io::Result<BTreeMap<String, FileFact>> {
     let mut files = BTreeMap::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();
         if name != except && entry.file_type()?.is_file() {
-            files.insert(name, FileFact::of(file::open(&entry.path())?)?);
+            let fact = match known.get(&name) {
+                Some(fact) => fact.clone(),
+                None => FileFact::of(file::open(&entry.path())?)?,
+            };
+            files.insert(name, fact);
         }
     }
     Ok(files)
@@ -189,7 +199,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         write_whole(&folder.path().join("a"), b"abc").unwrap();
         write_whole(&folder.path().join("manifest.json"), b"{}").unwrap();
-        let files = inventory(folder.path(), "manifest.json").unwrap();
+        let files = inventory(folder.path(), "manifest.json", &BTreeMap::new()).unwrap();
         assert_eq!(files.len(), 1);
         assert_eq!(files["a"].bytes, 3);
         // FIPS 180-2, appendix B.1.

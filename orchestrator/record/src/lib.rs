@@ -6,7 +6,7 @@
 //! - [`Manifest`] has the reports of plant, controller, page and link, the link's certificate, and what the
 //!   run's judges saw, each in its own type. [`PlantReport`] and [`ControllerReport`] say which role leaves which
 //!   report; the reports themselves are in [`endpoint::report`] and [`certificate`];
-//! - [`FileFact`], [`Tally`]: length and checksum of a file;
+//! - [`FileFact`], [`Tally`]: length and checksum of a file; [`Held`]: rows that are in memory still;
 //! - [`rows`]: reads a file of rows in one streaming pass, and counts the last lines that killed runs left torn;
 //! - [`whole`]: whether a folder matches its manifest and its plan; [`order`]: whether all of its rows are there;
 //!   [`Damage`] is a file that does not.
@@ -20,6 +20,7 @@ mod damage;
 mod fact;
 pub mod file;
 pub mod folder;
+mod held;
 pub mod lock;
 pub mod made;
 mod manifest;
@@ -30,6 +31,7 @@ pub mod whole;
 
 pub use damage::Damage;
 pub use fact::{FileFact, Tally};
+pub use held::Held;
 pub use made::Made;
 pub use manifest::{Machine, Manifest, NotAManifest, Unreadable};
 pub use report::{ControllerReport, ModelController, ModelPlant, PlantReport};

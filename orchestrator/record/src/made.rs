@@ -11,6 +11,7 @@ use std::path::PathBuf;
 
 use crate::file::{self, Draft};
 use crate::folder::{self, Unwritable};
+use crate::held::Held;
 use crate::manifest::Manifest;
 
 /// A cell that has been run, with its folder, which is in use by it.
@@ -19,6 +20,8 @@ use crate::manifest::Manifest;
 pub struct Made {
     manifest: Manifest,
     folder: PathBuf,
+    /// Its rows, if they are in memory still and nobody else could change them on the disk.
+    held: Option<Held>,
     /// Until it is closed, nobody else runs the cell.
     _in_use: File,
 }
@@ -31,12 +34,23 @@ impl Borrow<Manifest> for Made {
 
 impl Made {
     /// A run with this manifest in a folder that is `in_use` by it, as [`make_room`](folder::make_room) says.
-    pub fn new(manifest: Manifest, folder: PathBuf, in_use: File) -> Made {
+    pub fn new(manifest: Manifest, folder: PathBuf, held: Option<Held>, in_use: File) -> Made {
         Made {
             manifest,
             folder,
+            held,
             _in_use: in_use,
         }
+    }
+
+    /// What its manifest will say.
+    pub fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// Its rows, which then are no longer held; `None` if they are on the disk alone.
+    pub fn take_rows(&mut self) -> Option<Held> {
+        self.held.take()
     }
 
     /// Writes the manifest, once the cell's other files are on the disk.

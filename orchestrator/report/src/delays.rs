@@ -8,6 +8,7 @@ mod nearest;
 
 use std::collections::BTreeMap;
 
+use analysis::blame::Blame;
 use analysis::budget::{self, Budget, Part};
 use analysis::statistics::upper_median;
 use analysis::{Campaign, Run, grouped, parallel};
@@ -17,7 +18,7 @@ use crate::tone::Tones;
 
 use label::Names;
 pub use nearest::{Nearest, nearest_to_failing};
-use record::ReadError;
+use record::{Held, ReadError};
 
 /// The delays of the complete runs of one client with one setup at one rate over one topology.
 #[derive(Debug, Clone)]
@@ -42,6 +43,8 @@ pub struct Delays<'a> {
     pub parts_ms: Option<[f64; 8]>,
     /// The run nearest to failing, with its messages.
     pub worst: (&'a Run, Budget),
+    /// What is to blame in it; known only of the run nearest to failing of the whole campaign.
+    pub blame: Option<Blame>,
 }
 
 /// The delays of a campaign: a value for each topology and loop, by topology, in the plan's order.
@@ -60,30 +63,42 @@ pub fn all(campaign: &Campaign) -> Result<Vec<Delays<'_>>, ReadError> {
         )
     });
     let tones = Tones::of(campaign);
-    let groups: Vec<_> = groups.into_iter().collect();
-    let all = parallel::each(&groups, |((topology, client, label), runs)| {
-        let tone = tones.tone(*client);
-        Delays::of(campaign, topology, label.clone(), tone, runs.clone())
-    });
-    let all: Result<Vec<_>, _> = all.into_iter().filter_map(Result::transpose).collect();
-    let mut all = all?;
-    let topologies = grouped(&all, |of| of.topology);
+    let mut groups: Vec<_> = groups.into_iter().collect();
+    let topologies = grouped(&groups, |((topology, ..), _)| *topology);
     let order: Vec<&str> = topologies
         .into_iter()
         .map(|(topology, _)| topology)
         .collect();
-    all.sort_by_key(|of| order.iter().position(|topology| *topology == of.topology));
-    Ok(all)
+    groups.sort_by_key(|((of, ..), _)| order.iter().position(|topology| topology == of));
+    // The nearest of those that are the nearest of their loops.
+    let worst = groups
+        .iter()
+        .filter_map(|(_, runs)| nearest_to_failing(runs.iter().copied()));
+    let closed = worst.filter(|run| run.summary.loop_verdict.is_some());
+    let nearest = nearest_to_failing(closed).map(|run| run.cell.index);
+    let all = parallel::each(&groups, |((topology, client, label), runs)| {
+        let tone = tones.tone(*client);
+        Delays::of(
+            campaign,
+            topology,
+            label.clone(),
+            tone,
+            runs.clone(),
+            nearest,
+        )
+    });
+    all.into_iter().filter_map(Result::transpose).collect()
 }
 
 impl<'a> Delays<'a> {
-    /// `None` without a run.
+    /// `None` without a run. `nearest` is the index of the cell nearest to failing of the whole campaign.
     fn of(
         campaign: &Campaign,
         topology: &'a str,
         label: String,
         tone: Tone,
         runs: Vec<&'a Run>,
+        nearest: Option<usize>,
     ) -> Result<Option<Delays<'a>>, ReadError> {
         let Some(worst) = nearest_to_failing(runs.iter().copied()) else {
             return Ok(None);
@@ -99,6 +114,7 @@ impl<'a> Delays<'a> {
             sample_ms: Vec::new(),
             parts_ms: None,
             worst: (worst, Budget::default()),
+            blame: None,
         };
         let mut medians: Vec<[i64; 8]> = Vec::new();
         let mut profiles = BTreeMap::new();
@@ -107,7 +123,14 @@ impl<'a> Delays<'a> {
                 .entry(&run.cell.fault)
                 .or_insert_with(|| budget::profile(run, &campaign.plan));
             let link = profile.as_ref().and_then(|of| budget::timeline_of(run, of));
-            let budget = Budget::through(run, link)?;
+            let budget = if nearest == Some(run.cell.index) {
+                // Its rows are read once for both.
+                let rows = Held::read(&run.folder)?;
+                delays.blame = Blame::by(&rows, run, &campaign.plan);
+                Budget::by(&rows, run, link)
+            } else {
+                Budget::through(run, link)?
+            };
             for trip in &budget.trips {
                 delays.round_trip_ms.extend(trip.round_trip_ns().map(ms));
                 delays.up_ms.push(ms(trip.up.ns()));

@@ -50,7 +50,7 @@ impl<'a> Report<'a> {
     /// [`ReadError`] if rows that were whole a moment ago cannot be read.
     pub fn of(campaign: &'a Campaign, exhibits: Exhibits) -> Result<Report<'a>, ReadError> {
         let delays = delays::all(campaign)?;
-        let nearest = Nearest::of(campaign, &delays)?;
+        let nearest = Nearest::of(campaign, &delays);
         let mut figures = if exhibits.is_own {
             Vec::new()
         } else {

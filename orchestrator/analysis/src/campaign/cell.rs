@@ -24,6 +24,8 @@ pub(super) struct Known<'a> {
     pub(super) link: LinkFacts,
     /// Its system; `None` if the plan's text of it is none.
     pub(super) system: Option<&'a System>,
+    /// Its metrics, if this process has just run it.
+    pub(super) fresh: Option<&'a Metrics>,
 }
 
 impl Run {
@@ -42,6 +44,7 @@ impl Run {
             medium,
             link: LinkFacts::default(),
             system: system.as_ref(),
+            fresh: None,
         };
         Run::of(campaign, plan, cell, known)
     }
@@ -70,7 +73,10 @@ impl Run {
             }));
             match known.system {
                 Some(system) => {
-                    let read = read(&folder, cell, system, manifest);
+                    let read = match known.fresh {
+                        Some(metrics) => fresh(&folder, manifest, metrics),
+                        None => read(&folder, cell, system, manifest),
+                    };
                     metrics = read.map_err(|found| damage.extend(found)).ok().flatten();
                 }
                 None => damage.push(Damage {
@@ -105,6 +111,26 @@ impl Run {
     }
 }
 
+/// The metrics of a run that this process has just made, if it left rows. Checks the files that have none: those of
+/// rows it wrote itself.
+fn fresh(
+    folder: &Path,
+    manifest: &Manifest,
+    metrics: &Metrics,
+) -> Result<Option<Metrics>, Vec<Damage>> {
+    let damage = Damage::among(folder, manifest, |name| !is_of_rows(name));
+    if damage.is_empty() {
+        Ok(whole::has_rows(manifest.verdict).then_some(*metrics))
+    } else {
+        Err(damage)
+    }
+}
+
+/// Whether metrics are made of the rows of a file with this name.
+fn is_of_rows(name: &str) -> bool {
+    ROWS.contains(&name) || name == file_name::SECOND
+}
+
 /// The metrics of a run that left rows. Checks each file against the manifest while reading.
 fn read(
     folder: &Path,
@@ -113,8 +139,7 @@ fn read(
     manifest: &Manifest,
 ) -> Result<Option<Metrics>, Vec<Damage>> {
     let has_rows = whole::has_rows(manifest.verdict);
-    let is_read = |name: &str| has_rows && (ROWS.contains(&name) || name == file_name::SECOND);
-    let mut damage = Damage::among(folder, manifest, |name| !is_read(name));
+    let mut damage = Damage::among(folder, manifest, |name| !(has_rows && is_of_rows(name)));
     if has_rows && ROWS.iter().all(|name| manifest.files.contains_key(*name)) {
         let read = Vouched::of(folder, manifest).and_then(|vouched| {
             Metrics::read_whole(

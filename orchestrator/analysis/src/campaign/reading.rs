@@ -11,6 +11,7 @@ use system::System;
 
 use super::Run;
 use super::cell::Known;
+use crate::metrics::Metrics;
 use crate::parallel;
 use crate::summary::LinkFacts;
 
@@ -22,10 +23,15 @@ pub(super) struct Reading<'a> {
     systems: Systems,
     /// The back-end of the first run that has a manifest.
     backend: Option<String>,
+    fresh: &'a Fresh,
 }
 
+/// Metrics of cells that this process has just run, by the cell's index: it had their rows in memory, and nobody else
+/// could write their files.
+pub type Fresh = BTreeMap<usize, Metrics>;
+
 impl<'a> Reading<'a> {
-    pub(super) fn new(folder: &'a Path, plan: &'a Plan) -> Reading<'a> {
+    pub(super) fn new(folder: &'a Path, plan: &'a Plan, fresh: &'a Fresh) -> Reading<'a> {
         let read = |cell: &Cell| Manifest::read(&folder.join(cell.folder()));
         let first = plan.cells.iter().find_map(|cell| read(cell).ok().flatten());
         Reading {
@@ -34,6 +40,7 @@ impl<'a> Reading<'a> {
             links: Links::of(plan),
             systems: Systems::of(plan),
             backend: first.map(|first| first.backend),
+            fresh,
         }
     }
 
@@ -43,6 +50,7 @@ impl<'a> Reading<'a> {
             medium: self.links.medium(cell),
             link: self.links.facts(cell),
             system: self.systems.0.get(&cell.system),
+            fresh: self.fresh.get(&cell.index),
         };
         Run::of(self.folder, self.plan, cell, known)
     }

@@ -9,6 +9,7 @@ mod ran;
 use std::io::Write;
 use std::sync::atomic::Ordering;
 
+use analysis::campaign::Fresh;
 use anyhow::anyhow;
 use backend::Agents;
 use campaign::{CampaignFolder, ComposeRunner, Pace, expected, time_ns};
@@ -101,9 +102,10 @@ pub(crate) fn execute<'a>(
         stop: &stop,
         progress: &progress,
     };
+    let mut fresh = Fresh::new();
     match (containers, argument.backend) {
         (Some(containers), _) => left.in_containers(&containers)?,
-        (None, Backend::Sim) => left.in_virtual_time(timings, own)?,
+        (None, Backend::Sim) => fresh = left.in_virtual_time(timings, own)?,
         (None, _) => left.in_processes(agents)?,
     }
     progress.finish();
@@ -117,6 +119,7 @@ pub(crate) fn execute<'a>(
         folder,
         is_interrupted: stop.load(Ordering::Relaxed),
         progress: argument.progress,
+        fresh,
     })
 }
 

@@ -4,7 +4,6 @@ use analysis::blame::{Blame, Cause};
 use analysis::budget::{Budget, timeline};
 use analysis::silence::is_cut;
 use analysis::{Campaign, Run};
-use record::ReadError;
 
 use super::Delays;
 
@@ -45,31 +44,24 @@ pub struct Nearest<'a> {
 
 impl<'a> Nearest<'a> {
     /// Among the complete closed loops; `None` without one.
-    ///
-    /// # Errors
-    /// [`ReadError`] if rows cannot be read.
-    pub fn of(
-        campaign: &Campaign,
-        delays: &'a [Delays<'a>],
-    ) -> Result<Option<Nearest<'a>>, ReadError> {
+    #[must_use]
+    pub fn of(campaign: &Campaign, delays: &'a [Delays<'a>]) -> Option<Nearest<'a>> {
         // It is the nearest of those that are the nearest of their loops.
         let closed = delays.iter().map(|of| of.worst.0);
         let closed = closed.filter(|run| run.summary.loop_verdict.is_some());
         let nearest = nearest_to_failing(closed);
-        let of = nearest.and_then(|run| delays.iter().find(|of| of.worst.0.cell.id == run.cell.id));
-        let Some((run, budget)) = of.map(|of| &of.worst) else {
-            return Ok(None);
-        };
-        let blame = Blame::of(run, &campaign.plan)?;
+        let of =
+            nearest.and_then(|run| delays.iter().find(|of| of.worst.0.cell.id == run.cell.id))?;
+        let ((run, budget), blame) = (&of.worst, of.blame);
         let is_cut = blame
             .as_ref()
             .is_some_and(|blame| lets_nothing_through(campaign, run, budget, blame));
-        Ok(Some(Nearest {
+        Some(Nearest {
             run,
             budget,
             blame,
             is_cut,
-        }))
+        })
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
+use analysis::campaign::Fresh;
 use backend::{Agents, Timings, Virtual};
 use campaign::{CampaignFolder, CellRun, ComposeRunner, Inside, Own, Pace, Processes, Queue};
 use plan::{Cell, Plan};
@@ -36,8 +37,8 @@ impl Pending<'_> {
         Ok(())
     }
 
-    /// Runs them in virtual time, in threads.
-    pub(super) fn in_virtual_time(&self, timings: Timings, own: Own) -> Result<(), Failure> {
+    /// Runs them in virtual time, in threads; returns what is known of their rows.
+    pub(super) fn in_virtual_time(&self, timings: Timings, own: Own) -> Result<Fresh, Failure> {
         let queue = Queue::unmeasured(self.cells, self.pace.jobs.unwrap_or(1));
         let how = CellRun {
             campaign: self.folder.path(),
@@ -49,8 +50,9 @@ impl Pending<'_> {
         };
         let said = |problem: campaign::Error| words(&problem.into());
         let (plan, stop, progress) = (self.plan, self.stop, self.progress);
-        campaign::simulate(&queue, plan, &how, stop, progress, said)?;
-        Ok(())
+        Ok(campaign::simulate(
+            &queue, plan, &how, stop, progress, said,
+        )?)
     }
 
     /// Runs them in real time, each in a process.

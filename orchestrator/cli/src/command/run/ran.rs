@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use analysis::Campaign;
+use analysis::campaign::Fresh;
 use analysis::outline::{self, Outlined};
 use campaign::CampaignFolder;
 use plan::{Cell, Plan, Verdict};
@@ -24,6 +25,8 @@ pub(crate) struct Ran<'a> {
     pub(super) folder: CampaignFolder,
     pub(super) is_interrupted: bool,
     pub(super) progress: How,
+    /// What is known of the rows of cells in virtual time.
+    pub(super) fresh: Fresh,
 }
 
 /// What is in a campaign's folder after its cells were run.
@@ -40,7 +43,7 @@ impl Ran<'_> {
         let folder = self.folder.path();
         let all = self.plan.cells.len();
         if all <= PAGE_CELLS {
-            let campaign = Campaign::read(folder)?;
+            let campaign = Campaign::read_after(folder, &self.fresh)?;
             let rows = outline::of(&campaign);
             let campaign = Some(campaign);
             return Ok(Read { campaign, rows });
