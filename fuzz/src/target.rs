@@ -8,12 +8,11 @@ use http::framing::Rest;
 use http::{lines, request};
 use link::{Profile, Twist, Way};
 use plan::{Plan, ProbeRow, ProfileText};
-use sweep::Sweep;
 use system::System;
 use tungstenite::protocol::Role;
 use tungstenite::{Message, WebSocket};
 
-pub const ALL: [(&str, fn(&[u8])); 12] = [
+pub const ALL: [(&str, fn(&[u8])); 11] = [
     ("agent", agent),
     ("answer", answer),
     ("command", command),
@@ -24,7 +23,6 @@ pub const ALL: [(&str, fn(&[u8])); 12] = [
     ("plan", plan),
     ("profile", profile),
     ("row", row),
-    ("sweep", sweep),
     ("system", system),
 ];
 
@@ -174,12 +172,6 @@ fn row(bytes: &[u8]) {
         let _ = record.deserialize::<ArrivalRow>(Some(&header));
         let _ = record.deserialize::<MessageRow>(Some(&header));
         let _ = record.deserialize::<ProbeRow>(Some(&header));
-    }
-}
-
-fn sweep(bytes: &[u8]) {
-    if let Ok(text) = from_utf8(bytes) {
-        let _ = Sweep::resolve(text, "fuzz.toml", &sweep::Instead::default(), built_in);
     }
 }
 

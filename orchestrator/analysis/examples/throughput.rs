@@ -108,16 +108,10 @@ fn write_campaign(folder: &Path, cells: usize, ticks: u64) -> Result<(), Box<dyn
     let plan = Plan {
         version: Plan::VERSION,
         experiment: "throughput".to_owned(),
-        about: String::new(),
         seed: 1,
         profiles: [(ARIMA.to_owned(), profile()?)].into(),
-        systems: [].into(),
-        programs: [].into(),
-        plants: [].into(),
-        faults: [].into(),
-        expect: Vec::new(),
-        known: Vec::new(),
         cells: cells.collect(),
+        ..Plan::default()
     };
     fs::write(folder.join("plan.json"), plan.to_json())?;
     for cell in &plan.cells {

@@ -41,6 +41,11 @@ pub enum CampaignError {
         /// What is wrong with it.
         problem: String,
     },
+    /// It has a sweep's points, and no cells.
+    #[error(
+        "{} is of a sweep, which has no cells: its points are in points.csv, and its maps in report.html", .0.display()
+    )]
+    Sweep(PathBuf),
 }
 
 /// The contents of a results folder.
@@ -133,10 +138,14 @@ impl Campaign {
             path: path.clone(),
             source,
         })?;
-        Plan::from_json(&text).map_err(|problem| CampaignError::Plan {
+        let plan = Plan::from_json(&text).map_err(|problem| CampaignError::Plan {
             path,
             problem: problem.to_string(),
-        })
+        })?;
+        match plan.sweep {
+            None => Ok(plan),
+            Some(_) => Err(CampaignError::Sweep(folder.to_owned())),
+        }
     }
 
     /// Reads every run of a plan in a folder and keeps of each only what `of` makes of it, in the order of the plan.

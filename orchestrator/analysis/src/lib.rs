@@ -14,6 +14,7 @@
 //!   over repeated cells; `condition`: the columns that say which cell a row is of; `links`: the table below
 //!   them; [`expect`]: whether runs show what is expected of
 //!   them; [`share`]: the share of all runs that some stand for; [`variety`]: what varied between repeats;
+//! - [`mod@sweep`]: the runs of a sweep, and what is found in them;
 //! - [`mod@parallel`]: work on every core;
 //! - [`statistics`]: moments, quantiles and a line, each in one pass; [`binomial`]: tails of the binomial
 //!   distribution; [`pairs`]: tests on paired differences; [`layout`]: columns for people.
@@ -49,6 +50,7 @@ pub mod share;
 pub mod silence;
 pub mod statistics;
 pub mod summary;
+pub mod sweep;
 pub mod table;
 pub mod tick;
 pub mod trace;

@@ -14,12 +14,13 @@ use record::Manifest;
 use record::rows::all;
 
 use crate::course::Seen;
+use crate::error::RunError;
 use crate::evidence::Asked;
 use crate::link_check::{LinkCheck, Sent};
 use crate::report::Reports;
 use crate::schedule::Spacing;
 use crate::texts::{profile_text, read_profile};
-use crate::{RunError, evidence, rows, run};
+use crate::{evidence, rows, run};
 
 /// What comes of judging a run again.
 #[derive(Debug, Clone, PartialEq, Eq)]

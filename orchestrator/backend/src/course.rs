@@ -17,13 +17,14 @@ use link::{Epoch, LinkTime, Profile};
 use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase};
 use record::Held;
 
+use crate::error::RunError;
 use crate::link_check::{LinkCheck, Sent};
 use crate::pulse::Pulses;
 use crate::role::{ControllerRole, LinkRole, PlantRole, RoleSettings};
+use crate::schedule;
 use crate::schedule::{Series, Spacing};
 use crate::site::{Running, Site};
 use crate::texts::Texts;
-use crate::{RunError, schedule};
 
 use end::EndPart;
 use share::{PartSeen, Shares};

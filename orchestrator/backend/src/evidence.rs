@@ -14,8 +14,8 @@ use plan::{Cell, Disturbance, End, EndFaultDone, ProbeRow};
 use record::{ControllerReport, Held, PlantReport};
 use system::System;
 
-use crate::RunError;
 use crate::course::Seen;
+use crate::error::RunError;
 use crate::link_check::{LinkCheck, Sent};
 use crate::report::{Reports, is_real_time};
 use crate::rows;

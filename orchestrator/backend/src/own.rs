@@ -12,7 +12,7 @@ use plan::{Cell, file_name};
 use record::rows::all;
 use record::{file, folder};
 
-use crate::RunError;
+use crate::error::RunError;
 use crate::report::Reports;
 
 /// Messages beyond those due are a flood if there are more than this, and more than once again as many.

@@ -1,6 +1,7 @@
 //! Begins a run again that was late, with more patience.
 
-use crate::{RunError, schedule};
+use crate::error::RunError;
+use crate::schedule;
 
 /// Makes attempts with more patience each, and with room for each, while the machine is late.
 pub(crate) fn patiently<T>(

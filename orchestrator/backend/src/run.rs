@@ -14,15 +14,20 @@ use record::{Held, Machine, Made, Manifest};
 use shaper::Authority;
 use system::System;
 
+use crate::agents::Agents;
 use crate::attach::Attach;
+use crate::awake::Awake;
 use crate::course::{self, Seen};
+use crate::error::RunError;
 use crate::evidence::{self, Asked, Evidence};
 use crate::link_check::LinkCheck;
 use crate::netns::Netns;
 use crate::patience::patiently;
+use crate::player::Player;
 use crate::report::Reports;
 use crate::texts::{Texts, read_profile, write_profile, write_system};
-use crate::{Agents, Awake, Player, RunError, Virtual, own, rows, simulated};
+use crate::virtual_time::Virtual;
+use crate::{own, rows, simulated};
 
 /// The folder of a cell inside a campaign's folder.
 #[must_use]

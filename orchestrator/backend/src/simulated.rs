@@ -23,10 +23,11 @@ use sim::{EPOCH, Outcome, Pool, Record, Series, Setup, Start, Timing};
 use system::{System, Unfit};
 
 use crate::course::Seen;
+use crate::error::RunError;
 use crate::link_check::Sent;
 use crate::own_plant::start_simulated;
+use crate::schedule;
 use crate::texts::Texts;
-use crate::{RunError, schedule};
 
 /// How long the plant goes on after the last message: as long as there are echoes.
 const AFTER_NS: u64 = 1_200_000_000;

@@ -41,7 +41,7 @@ impl CampaignFolder {
         path: &Path,
         is_same: impl Fn(&str) -> bool,
     ) -> Result<CampaignFolder, Error> {
-        let folder = Folder::open(path, PLAN)?;
+        let folder = Folder::open(path)?;
         match folder.identity()? {
             Some(text) if text == plan => {}
             Some(text) if !is_same(&text) => {

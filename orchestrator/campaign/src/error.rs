@@ -143,10 +143,10 @@ pub enum Error {
     Read(#[from] ReadError),
     /// A point of a sweep cannot be run.
     #[error(transparent)]
-    Unfit(#[from] sweep::Unfit),
+    Unfit(#[from] crate::bench::Unfit),
     /// A sweep cannot read back one of its own rows.
     #[error("{0}")]
-    Row(sweep::InvalidRow),
+    Row(analysis::sweep::InvalidRow),
     /// A value cannot be written as JSON.
     #[error(transparent)]
     Json(#[from] serde_json::Error),

@@ -1,11 +1,12 @@
 //! A results folder that only this process writes to: the file that identifies it, and its lock.
 //!
-//! `campaign_folder` defines what a campaign keeps in it, `sweep_folder` what a sweep keeps in it.
+//! `campaign_folder` defines what a campaign keeps in it, `sweep_folder` what a sweep keeps in it beside the plan.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
+use plan::file_name::PLAN;
 use record::file;
 use record::folder::{self, Unwritable};
 use record::lock::{self, NotLocked};
@@ -18,29 +19,24 @@ use crate::open_error::{FullError, LOCK, OpenError, RESULTS};
 #[derive(Debug)]
 pub(crate) struct Folder {
     path: PathBuf,
-    /// Name of the file that says which plan or sweep the folder belongs to.
-    identity: &'static str,
     /// Never read. Closing the file releases the lock, however this process ends.
     _lock: File,
 }
 
 impl Folder {
-    /// Opens a folder: a new one, or one that contains the file `identity`.
+    /// Opens a folder: a new one, or one that contains a plan.
     ///
     /// # Errors
     /// When it belongs to something else, is in use, or cannot be written.
-    pub(crate) fn open(path: &Path, identity: &'static str) -> Result<Folder, OpenError> {
+    pub(crate) fn open(path: &Path) -> Result<Folder, OpenError> {
         fs::create_dir_all(path).map_err(|source| OpenError::NotWritable {
             path: path.to_owned(),
             remedy: remedy(),
             source,
         })?;
         // Checked before anything is written: a folder that belongs to something else stays as it was.
-        if is_of_others(path, identity)? {
-            return Err(OpenError::Foreign {
-                path: path.to_owned(),
-                identity,
-            });
+        if is_of_others(path)? {
+            return Err(OpenError::Foreign(path.to_owned()));
         }
         let unlocked = |source| OpenError::NotLockable {
             path: path.to_owned(),
@@ -62,7 +58,6 @@ impl Folder {
         })?;
         Ok(Folder {
             path: path.to_owned(),
-            identity,
             _lock: lock,
         })
     }
@@ -87,7 +82,7 @@ impl Folder {
 
     /// Path of the identity file.
     pub(crate) fn identity_file(&self) -> PathBuf {
-        self.path.join(self.identity)
+        self.path.join(PLAN)
     }
 
     /// Path of the folder.
@@ -124,16 +119,16 @@ fn remedy() -> &'static str {
 
 /// Whether the folder belongs to something else: it has no identity file, but more files than a run
 /// leaves if it is killed just after its start.
-fn is_of_others(path: &Path, identity: &str) -> Result<bool, OpenError> {
+fn is_of_others(path: &Path) -> Result<bool, OpenError> {
     let cannot = |source| OpenError::NotListed {
         path: path.to_owned(),
         source,
     };
-    let partial = Path::new(identity).with_extension("partial");
+    let partial = Path::new(PLAN).with_extension("partial");
     let mut others = false;
     for entry in fs::read_dir(path).map_err(cannot)? {
         let name = entry.map_err(cannot)?.file_name();
-        if name == identity {
+        if name == PLAN {
             return Ok(false);
         }
         others |= name != LOCK && name != partial.as_os_str();

@@ -1,7 +1,7 @@
-//! A campaign: its results folder and the runs of its cells. The same for a sweep.
+//! A campaign: its results folder and the runs of its cells, or of its sweep.
 //!
-//! - `folder`: a folder that only one process writes to; [`CampaignFolder`] and [`SweepFolder`]
-//!   define what is in it, [`Findings`] what is computed from a sweep's rows.
+//! - `folder`: a folder that only one process writes to; [`CampaignFolder`] has its plan and cells in it,
+//!   [`SweepFolder`] the rows of a sweep.
 //! - [`pending`]: the cells still to run when a folder is continued; [`Own`]: checks that the runs
 //!   already there are of this run's kind.
 //! - [`Queue`]: when each cell starts; [`run`]: runs the cells of a queue, each by a [`Program`],
@@ -9,7 +9,8 @@
 //!   its cell; it runs it again while it is disturbed. [`simulate`]: the same in virtual time, on
 //!   threads.
 //! - [`ComposeRunner`]: runs cells in containers; [`attach`]: finds the agents in there.
-//! - [`Pace`]: how long all of it will take; [`threads`]: runs a sweep's points.
+//! - [`Pace`]: how long all of it will take. [`run_points`]: runs a sweep's points, each on a [`Bench`]; `threads`
+//!   spreads them, and cells in virtual time.
 //! - [`Sources`]: merges folders of one plan; [`Results`]: a folder's table; [`series`]: its rows
 //!   in one CSV; [`calibration`]: the timings of a machine, from its rows.
 //!
@@ -18,19 +19,20 @@
 #![forbid(unsafe_code)]
 
 pub mod attach;
+mod bench;
 pub mod calibration;
 mod campaign_folder;
 mod containers;
 mod earlier;
 mod ends;
 mod error;
-mod findings;
 mod folder;
 mod jobs;
 mod merge;
 mod open_error;
 pub mod owner;
 mod pace;
+mod points;
 mod process;
 mod progress;
 mod queue;
@@ -40,20 +42,21 @@ mod resume;
 mod sample;
 pub mod series;
 mod sweep_folder;
-pub mod threads;
+mod threads;
 mod tries;
 mod workers;
 
+pub use bench::{Bench, Unfit};
 pub use campaign_folder::CampaignFolder;
 pub use containers::{ComposeRunner, Inside};
 pub use earlier::Own;
 pub use error::{Error, ErrorKind};
-pub use findings::Findings;
 pub use folder::{begun_now, fresh};
 pub use jobs::{Program, run};
 pub use merge::{MergeError, Merged, Sources};
 pub use open_error::{FullError, OpenError, RESULTS};
 pub use pace::{Pace, expected, shares, time_ns};
+pub use points::run_points;
 pub use process::Processes;
 pub use progress::Progress;
 pub use queue::{Clock, Queue, Turn};

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use plan::file_name::PLAN;
 use record::folder::Unwritable;
 use record::lock::Holder;
 
@@ -39,15 +40,8 @@ pub enum OpenError {
         source: io::Error,
     },
     /// It belongs to something else.
-    #[error(
-        "{} has files in it and no {identity}; give --out a new or empty folder", path.display()
-    )]
-    Foreign {
-        /// The folder.
-        path: PathBuf,
-        /// The file that would identify it.
-        identity: &'static str,
-    },
+    #[error("{} has files in it and no {PLAN}; give --out a new or empty folder", .0.display())]
+    Foreign(PathBuf),
     /// Its file system has no locks.
     #[error(
         "cannot lock {}: its file system has no locks, so nothing would keep two runs apart; {remedy}", path.display()
@@ -95,28 +89,15 @@ pub enum OpenError {
          --resume and --failed, or name a folder with --out"
     )]
     NoneBegun,
-    /// It belongs to another sweep.
+    /// Its sweep's rows were made otherwise.
     #[error(
-        "{} holds the results of another sweep: its {key} is {other}, and this one's is {own}; \
-         choose another folder with --out", path.display()
+        "{} has rows that were made {maker}; choose another folder with --out", path.display()
     )]
-    OtherSweep {
+    OtherMaker {
         /// The folder.
         path: PathBuf,
-        /// The key whose values differ.
-        key: String,
-        /// Its value in the folder.
-        other: String,
-        /// Its requested value.
-        own: String,
-    },
-    /// The manifest that identifies its sweep is damaged.
-    #[error("{} is damaged: {problem}; choose another folder with --out", path.display())]
-    Damaged {
-        /// The manifest.
-        path: PathBuf,
-        /// What is wrong with it.
-        problem: serde_json::Error,
+        /// By whom, or with what.
+        maker: &'static str,
     },
     /// A row of the sweep is damaged.
     #[error(

@@ -1,5 +1,4 @@
-//! A sweep's results folder: its identity and the rows done so far. `findings` has what is computed
-//! from them.
+//! A sweep's results folder: its plan, and the rows done so far.
 //!
 //! Rows are appended to `points.csv` in the order in which they are done. Once all are there they
 //! are sorted by number, so that the file does not depend on how it was made.
@@ -8,30 +7,37 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use analysis::sweep::{Row, header};
 use backend::Timings;
-use serde_json::{Map, Value, json};
-use sweep::{Instead, Row, Sweep, checksum};
+use plan::sweep::Sweep;
+use record::{FileFact, file};
+use serde::{Deserialize, Serialize};
 
+use crate::campaign_folder::CampaignFolder;
 use crate::error::Error;
-use crate::folder::Folder;
-use crate::open_error::OpenError;
+use crate::open_error::{FullError, OpenError};
 
-use identity::{MANIFEST, check, identity, manifest};
-use record::file;
 use record::folder::write_whole;
-
-mod identity;
 
 /// The file of rows.
 const POINTS: &str = "points.csv";
+/// The file of the timings that they were made with, if programs take time in the sweep.
+const TIMINGS: &str = "timings.toml";
+/// The file that says which webloop made them, and their checksum once all are there.
+const MANIFEST: &str = "manifest.json";
+
+/// Its content.
+#[derive(Serialize, Deserialize)]
+struct Manifest {
+    webloop: String,
+    points: Option<FileFact>,
+}
 
 /// A sweep's folder that only this process writes to.
 #[derive(Debug)]
 pub struct SweepFolder<'a> {
     sweep: &'a Sweep,
-    folder: Folder,
-    /// Everything that determines its rows.
-    identity: Map<String, Value>,
+    folder: &'a CampaignFolder,
     file: File,
     /// The rows done so far, in the order of the file.
     rows: Vec<Row>,
@@ -40,38 +46,27 @@ pub struct SweepFolder<'a> {
 }
 
 impl<'a> SweepFolder<'a> {
-    /// Opens a folder for the sweep of this text: a new one, or one with the same sweep to be
-    /// continued. Writes everything that determines the rows into it, so that the folder needs no
-    /// other files.
+    /// Opens the rows of the sweep in the folder of its plan: none yet, or some to be continued with.
     ///
     /// # Errors
-    /// [`OpenError`] when it belongs to something else, is in use, is damaged or cannot be written.
+    /// [`OpenError`] when they were made with other timings, are damaged or cannot be written.
     pub fn open(
         sweep: &'a Sweep,
-        text: &str,
         timings: &Timings,
-        instead: &Instead,
-        path: &Path,
+        folder: &'a CampaignFolder,
     ) -> Result<SweepFolder<'a>, Error> {
-        let identity = identity(sweep, text, timings, instead)?;
-        let folder = SweepFolder::continue_or_begin(sweep, identity, path)?;
-        folder.describe(text, timings)?;
-        Ok(folder)
-    }
-
-    fn continue_or_begin(
-        sweep: &'a Sweep,
-        identity: Map<String, Value>,
-        path: &Path,
-    ) -> Result<SweepFolder<'a>, OpenError> {
-        let folder = Folder::open(path, MANIFEST)?;
-        match folder.identity()? {
-            Some(text) => check(&text, &identity, path)?,
-            None => folder.identify(&manifest(&identity))?,
-        }
         let path = folder.path().join(POINTS);
         let found = read(sweep, &path)?;
-        let full = |source| folder.full(POINTS, source);
+        let timings = sweep.grid.takes_time().then(|| timings.to_toml());
+        if found.whole.is_some() {
+            check(folder.path(), timings.as_deref())?;
+        } else {
+            identify(folder, None)?;
+        }
+        if let Some(timings) = timings {
+            folder.leave(TIMINGS, timings.as_bytes())?;
+        }
+        let full = |source| full(&path, source);
         let mut file = file::open_or_create(&path).map_err(full)?;
         match found.whole {
             // A killed run's last row may be torn. Cut it off: the next row would be appended to it.
@@ -79,48 +74,22 @@ impl<'a> SweepFolder<'a> {
                 .set_len(bytes)
                 .and_then(|()| file.seek(SeekFrom::End(0)))
                 .map(drop),
-            None => writeln!(file, "{}", sweep.header()),
+            None => writeln!(file, "{}", header(sweep)),
         }
         .map_err(full)?;
         Ok(SweepFolder {
             sweep,
             folder,
-            identity,
             file,
             rows: found.rows,
             is_torn: found.is_torn,
         })
     }
 
-    /// Writes what the sweep consists of: its text, timings, profiles and systems.
-    fn describe(&self, text: &str, timings: &Timings) -> Result<(), Error> {
-        self.leave("sweep.toml", text.as_bytes())?;
-        if self.sweep.grid.takes_time() {
-            self.leave("timings.toml", timings.to_toml().as_bytes())?;
-        }
-        for profile in self.sweep.grid.profiles() {
-            let name = format!("profiles/{}.toml", profile.name());
-            self.leave(&name, profile.source().as_bytes())?;
-        }
-        for system in self.sweep.grid.systems() {
-            let name = format!("systems/{}.toml", system.name());
-            self.leave(&name, system.text().as_bytes())?;
-        }
-        Ok(())
-    }
-
-    /// Writes a file that can be deleted and made again.
-    ///
-    /// # Errors
-    /// When it cannot be written.
-    pub fn leave(&self, name: &str, content: &[u8]) -> Result<(), Error> {
-        self.folder.leave(name, content)
-    }
-
     /// The file of rows, if its last row was torn. That row was dropped, and its run is repeated.
     #[must_use]
     pub fn torn(&self) -> Option<PathBuf> {
-        self.is_torn.then(|| self.folder.path().join(POINTS))
+        self.is_torn.then(|| self.path())
     }
 
     /// The rows done so far.
@@ -150,12 +119,12 @@ impl<'a> SweepFolder<'a> {
     pub fn add(&mut self, rows: &[Row]) -> Result<(), Error> {
         let mut text = String::new();
         for row in rows {
-            text += &self.sweep.line(row);
+            text += &row.line(self.sweep);
             text.push('\n');
         }
         self.file
             .write_all(text.as_bytes())
-            .map_err(|source| self.folder.full(POINTS, source))?;
+            .map_err(|source| full(&self.path(), source))?;
         self.rows.extend_from_slice(rows);
         Ok(())
     }
@@ -169,31 +138,50 @@ impl<'a> SweepFolder<'a> {
         self.rows.sort_by_key(|row| sweep.number(row.run));
         // Read each line back, so that a sweep run in one go and a continued one give the same
         // findings.
-        let mut text = sweep.header() + "\n";
+        let mut text = header(sweep) + "\n";
         for row in &mut self.rows {
-            let line = sweep.line(row);
-            *row = sweep.read(&line).map_err(Error::Row)?;
+            let line = row.line(sweep);
+            *row = Row::read(&line, sweep).map_err(Error::Row)?;
             text += &line;
             text.push('\n');
         }
-        write_whole(&self.folder.path().join(POINTS), text.as_bytes())?;
-        Ok(())
+        write_whole(&self.path(), text.as_bytes())?;
+        identify(self.folder, Some(FileFact::of(text.as_bytes())?))
     }
 
-    /// Records in the manifest that the sweep is complete.
-    ///
-    /// # Errors
-    /// When it cannot be written.
-    pub fn complete(mut self) -> Result<(), Error> {
-        let rows = text(&self.folder.path().join(POINTS))?;
-        let facts = [
-            ("runs", json!(self.sweep.runs())),
-            ("points_sha256", json!(checksum(&rows))),
-        ];
-        let facts = facts.map(|(name, value)| (name.to_owned(), value));
-        self.identity.extend(facts);
-        Ok(self.folder.identify(&manifest(&self.identity))?)
+    fn path(&self) -> PathBuf {
+        self.folder.path().join(POINTS)
     }
+}
+
+fn full(path: &Path, source: io::Error) -> FullError {
+    let path = path.to_owned();
+    FullError { path, source }
+}
+
+/// Checks that the rows in a folder were made by this webloop, with these timings.
+fn check(folder: &Path, timings: Option<&str>) -> Result<(), OpenError> {
+    let before = text(&folder.join(MANIFEST)).unwrap_or_default();
+    let before: Option<Manifest> = serde_json::from_str(&before).ok();
+    let maker = if before.is_none_or(|before| before.webloop != env!("CARGO_PKG_VERSION")) {
+        "by another webloop"
+    } else if text(&folder.join(TIMINGS)).ok().as_deref() != timings {
+        "with other timings"
+    } else {
+        return Ok(());
+    };
+    let path = folder.to_owned();
+    Err(OpenError::OtherMaker { path, maker })
+}
+
+/// Writes who makes the rows, and their checksum once all are there.
+fn identify(folder: &CampaignFolder, points: Option<FileFact>) -> Result<(), Error> {
+    let manifest = Manifest {
+        webloop: env!("CARGO_PKG_VERSION").to_owned(),
+        points,
+    };
+    let text = serde_json::to_string_pretty(&manifest)? + "\n";
+    folder.leave(MANIFEST, text.as_bytes())
 }
 
 /// Content of a file of rows.
@@ -237,14 +225,12 @@ fn read(sweep: &Sweep, path: &Path) -> Result<Found, OpenError> {
             problem: problem.to_owned(),
         };
         if line == 0 {
-            if content != sweep.header() {
+            if content != header(sweep) {
                 return Err(damaged("the header is not that of the sweep's rows"));
             }
             continue;
         }
-        let row = sweep
-            .read(content)
-            .map_err(|problem| damaged(&problem.to_string()))?;
+        let row = Row::read(content, sweep).map_err(|problem| damaged(&problem.to_string()))?;
         let there = &mut is_there[sweep.number(row.run)];
         if *there {
             return Err(damaged("this run is there already"));

@@ -10,9 +10,7 @@ use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
-use std::sync::mpsc::sync_channel;
 use std::sync::{Mutex, PoisonError};
-use std::thread;
 
 use analysis::campaign::Fresh;
 use analysis::{CellFacts, Metrics};
@@ -24,6 +22,7 @@ use crate::jobs::tell;
 use crate::open_error::FullError;
 use crate::progress::{Begun, Progress};
 use crate::queue::Queue;
+use crate::threads;
 use crate::tries::{self, CellRun};
 
 /// Cells that may wait for their manifests: each has its folder open.
@@ -83,37 +82,31 @@ fn run(
     words: fn(Error) -> String,
 ) -> Result<(), Error> {
     let disk = File::open(campaign)?;
-    let (give, made) = sync_channel(WAITING);
-    thread::scope(|scope| {
-        for _ in 0..queue.workers() {
-            let (give, make) = (give.clone(), &make);
-            scope.spawn(move || {
-                while let Some(turn) = queue.next(stop) {
-                    let begun = Begun::new(progress, turn.cell);
-                    let made = catch_unwind(AssertUnwindSafe(|| make(turn.cell)));
-                    let made = match made {
-                        Ok(made) => made.map_err(Unmade::Failed),
-                        Err(panic) => Err(Unmade::Panicked(last_words(&*panic))),
-                    };
-                    drop(begun);
-                    queue.end();
-                    // Nobody receives any more if this process cannot go on.
-                    if give.send((turn.cell, made)).is_err() {
-                        break;
-                    }
-                }
-            });
-        }
-        drop(give);
-        // Moved in here, so that an error drops the receiver and thereby ends the threads.
-        let made = made;
-        while let Ok(first) = made.recv() {
-            let all = std::iter::once(first).chain(made.try_iter());
-            keep(all.collect(), campaign, &disk, progress, words)?;
-        }
-        // The names of the last ones.
-        file::sync_all(&disk).map_err(|source| full(campaign, source))
-    })
+    let next = || {
+        let turn = queue.next(stop)?;
+        let begun = Begun::new(progress, turn.cell);
+        let made = catch_unwind(AssertUnwindSafe(|| make(turn.cell)));
+        let made = match made {
+            Ok(made) => made.map_err(Unmade::Failed),
+            Err(panic) => Err(Unmade::Panicked(last_words(&*panic))),
+        };
+        drop(begun);
+        queue.end();
+        Some((turn.cell, made))
+    };
+    threads::spread(
+        queue.workers(),
+        WAITING,
+        || next,
+        |made| {
+            while let Ok(first) = made.recv() {
+                let all = std::iter::once(first).chain(made.try_iter());
+                keep(all.collect(), campaign, &disk, progress, words)?;
+            }
+            // The names of the last ones.
+            file::sync_all(&disk).map_err(|source| full(campaign, source))
+        },
+    )
 }
 
 /// Why there is nothing of a cell.

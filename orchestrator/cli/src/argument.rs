@@ -15,7 +15,6 @@ mod matrix;
 mod report;
 mod results;
 mod serve;
-mod sweep;
 mod system;
 
 use std::ffi::OsStr;
@@ -37,7 +36,6 @@ pub(crate) use serve::{
     ServeAgent, ServeBrowser, ServeCommand, ServeController, ServeFirst, ServeHalf, ServeHealth,
     ServeLink, ServePlant, ServeProgram,
 };
-pub(crate) use sweep::Sweep;
 pub(crate) use system::{SystemCommand, SystemLint, SystemShow};
 
 /// Closes control loops over real HTTP, across links that behave like real networks, and says
@@ -96,7 +94,7 @@ pub(crate) enum LogFormat {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Run an experiment and print its table
+    /// Run an experiment and print its table, or a sweep, in virtual time, and draw its maps
     Run(Run),
     /// Fail unless an experiment shows what it expects, in virtual time and then for real
     Gate(Gate),
@@ -118,8 +116,9 @@ pub(crate) enum Command {
     Collect(Collect),
     /// How much delay a loop survives, and how often a link stays within it
     Margin(Margin),
-    /// Run the loop over a grid of network conditions and settings, in virtual time
-    Sweep(Sweep),
+    /// Run a sweep; `run` does it now
+    #[command(hide = true)]
+    Sweep(Run),
     /// List, show and check systems: plants with their control laws
     #[command(subcommand)]
     System(SystemCommand),

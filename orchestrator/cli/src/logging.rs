@@ -18,9 +18,7 @@ pub(crate) fn start(argument: &Argument) {
         .log_internal_errors(false);
     let shown = tracing_subscriber::registry().with(shown());
     match argument.log_format {
-        LogFormat::Text => shown
-            .with(lines.with_target(false).without_time())
-            .init(),
+        LogFormat::Text => shown.with(lines.with_target(false).without_time()).init(),
         LogFormat::Json => shown.with(lines.json()).init(),
     }
 }

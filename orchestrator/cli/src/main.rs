@@ -42,7 +42,7 @@ fn main() -> std::process::ExitCode {
         Command::Agree(agree) => command::agree::run(&agree),
         Command::Calibrate(calibrate) => command::calibrate::run(&calibrate),
         Command::Margin(margin) => command::margin::run(&margin),
-        Command::Sweep(sweep) => command::sweep::run(&sweep),
+        Command::Sweep(run) => command::sweep::run(run),
         Command::Matrix(matrix) => command::matrix::run(&matrix),
         Command::Collect(collect) => command::collect::run(&collect),
         Command::System(SystemCommand::List) => command::system::list(),

@@ -1,4 +1,4 @@
-//! Reads what the command line names: profiles, experiments, plans, sweeps, timings.
+//! Reads what the command line names: profiles, experiments, plans, timings.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -10,7 +10,6 @@ use backend::Timings;
 use link::Profile;
 use plan::{EXPERIMENTS, Instead, Library, Plan, ProfileText, Program};
 use record::file;
-use sweep::{SWEEPS, Sweep};
 use text::{Diagnostic, Severity};
 
 use crate::diagnostic;
@@ -19,7 +18,7 @@ use crate::exit::Failure;
 /// The folder of a clone's profiles; these can be given by name alone.
 const PROFILES: &str = "netem/profiles";
 
-/// Maximum bytes of a file that a person writes: a profile, an experiment, a sweep, a system, timings.
+/// Maximum bytes of a file that a person writes: a profile, an experiment, a system, timings.
 const SOURCE_BYTES: u64 = 4 << 20;
 /// Maximum bytes of a trace: a million lines, which is as many steps as one has.
 const TRACE_BYTES: u64 = 16 << 20;
@@ -75,22 +74,41 @@ pub(crate) fn profile_text(asked: &str) -> Result<ProfileText, String> {
     })
 }
 
-/// The text of an experiment or a sweep, by built-in name or by path.
-fn named(kind: &str, built_in: &[(&str, &str)], asked: &str) -> Result<String, Failure> {
-    if let Some((_, text)) = built_in.iter().find(|(name, _)| *name == asked) {
+/// The text of an experiment, by built-in name or by path.
+fn named(asked: &str) -> Result<String, Failure> {
+    if let Some((_, text)) = EXPERIMENTS.iter().find(|(name, _)| *name == asked) {
         return Ok((*text).to_owned());
     }
     given(Path::new(asked)).map_err(|problem| {
         Failure::usage(if looks_like_a_path(asked) {
-            anyhow!("the {kind} file `{asked}` cannot be read: {problem}")
+            anyhow!("the experiment file `{asked}` cannot be read: {problem}")
         } else {
-            let names: Vec<&str> = built_in.iter().map(|(name, _)| *name).collect();
+            let names: Vec<&str> = EXPERIMENTS.iter().map(|(name, _)| *name).collect();
             anyhow!(
-                "there is no {kind} `{asked}`; use one of {}, or the path of a file",
+                "there is no experiment `{asked}`; use one of {}, or the path of a file",
                 names.join(", ")
             )
         })
     })
+}
+
+/// The text of an experiment as it is written now: one of before sweeps were experiments is said as it would be.
+fn current(text: String, asked: &str) -> String {
+    match plan::sweep::renewed(&text) {
+        None => text,
+        Some(renewed) => {
+            let lines = renewed.lines().map(|line| match line {
+                "" => String::new(),
+                line => format!("  {line}"),
+            });
+            say!(
+                "webloop: {asked} is a sweep of before sweeps were experiments; it is read as this, to be written \
+                 instead:\n\n{}\n",
+                lines.collect::<Vec<_>>().join("\n")
+            );
+            renewed
+        }
+    }
 }
 
 /// Whether a name was meant as the path of a file.
@@ -157,24 +175,12 @@ fn experiment(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
     if let Some(topology) = &instead.topology {
         profile(topology)?;
     }
-    let source = named("experiment", EXPERIMENTS, asked)?;
+    let source = current(named(asked)?, asked);
     instead.check_client(&source).map_err(Failure::usage)?;
     Plan::resolve(&source, asked, instead, Disk::beside(asked)).map_err(|invalid| {
         diagnostic::draw(&source, asked, &invalid);
         Failure::usage(anyhow!("{asked} cannot be run"))
     })
-}
-
-/// Resolves a sweep given by name or path. Also returns its text.
-pub(crate) fn sweep(asked: &str, instead: &sweep::Instead) -> Result<(String, Sweep), Failure> {
-    let source = named("sweep", SWEEPS, asked)?;
-    match Sweep::resolve(&source, asked, instead, Disk::beside(asked)) {
-        Ok(sweep) => Ok((source, sweep)),
-        Err(invalid) => {
-            diagnostic::draw(&source, asked, &invalid);
-            Err(Failure::usage(anyhow!("{asked} cannot be run")))
-        }
-    }
 }
 
 /// The timings of programs: from this file, or the built-in ones.
@@ -313,15 +319,15 @@ pub(crate) fn plan_of(asked: &str, instead: &Instead) -> Result<Plan, Failure> {
              experiment"
         )));
     }
-    let instead = (&instead.topology, &instead.client);
+    let instead = (&instead.topology, &instead.client, &*instead.fixed);
     match (seed == plan.seed, instead) {
-        (true, (None, None)) => Ok(plan),
+        (true, (None, None, [])) => Ok(plan),
         (false, _) => Err(Failure::usage(anyhow!(
             "{asked} is a plan of seed {}; leave --seed {seed} out, or give the experiment",
             plan.seed
         ))),
         _ => Err(Failure::usage(anyhow!(
-            "{asked} is a plan, which fixes topologies and clients; choose among its cells with \
+            "{asked} is a plan, which fixes topologies, clients and axes; choose among its cells with \
              --only, or give the experiment"
         ))),
     }

@@ -19,13 +19,14 @@ impl Plan {
             faults,
             expect: _,
             known: _,
+            sweep,
             cells,
         } = self;
         (*version, *seed) == (other.version, other.seed)
             && (experiment, about) == (&other.experiment, &other.about)
             && (profiles, systems) == (&other.profiles, &other.systems)
             && (programs, plants) == (&other.programs, &other.plants)
-            && (faults, cells) == (&other.faults, &other.cells)
+            && (faults, sweep, cells) == (&other.faults, &other.sweep, &other.cells)
     }
 
     /// The first difference between the plans, as part of a sentence such as `seed 1 and seed 2`;

@@ -1,18 +1,16 @@
 //! An experiment as written in TOML: typed text, not yet checked against anything.
 //!
-//! Values that are checked later keep their place in the file (`Spanned`), so that an error can point
-//! at them. Every setting accepts one value or a list: see [`List`]. `matrix` turns them into cells.
+//! Every setting accepts one value or a list, whose words keep their place in the file: see [`List`]. `matrix` turns them
+//! into cells.
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::ops::Range;
 use std::sync::LazyLock;
 
 use endpoint::{ControllerSettings, PageSettings, PlantSettings};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use system::Program;
 use text::Whole;
 use toml::Spanned;
@@ -22,8 +20,10 @@ use crate::fault::Fault;
 use crate::invalid::Word;
 use crate::known::KnownFailure;
 use crate::limit::{CELLS_MAX, TOGETHER_MAX};
+use crate::list::List;
+use crate::sweep::table::SweepTable;
 
-/// Cells to be run: who closes which loop over which link.
+/// Cells to be run: who closes which loop over which link. Or a sweep: a loop over a grid of conditions.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "webloop experiment")]
@@ -50,35 +50,13 @@ pub(crate) struct ExperimentFile {
     /// Blocks of cells; each block is the product of its lists.
     #[serde(default)]
     pub(crate) cells: Vec<Block>,
+    /// A sweep in virtual time, in place of cells.
+    #[schemars(with = "Option<SweepTable>")]
+    pub(crate) sweep: Option<Spanned<SweepTable>>,
 }
 
 fn default_seed() -> u64 {
     1
-}
-
-/// One value, or a list of them: `"3ms"`, `["1ms", "3ms"]`, `8`, `[1, 8, "unlimited"]`. A client may also
-/// be a table: `{ name = "mine", run = ["./mine"] }`.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct List {
-    span: Range<usize>,
-    words: Vec<Word>,
-    /// Programs of one's own, with their names; their words are among the others.
-    programs: Vec<(Word, Program)>,
-}
-
-/// A program of one's own, as a client.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct OwnClient {
-    /// Its name, in tables and folders: up to 24 of a-z, 0-9 and -.
-    pub(crate) name: String,
-    /// The program and its arguments. A word that begins with `./` is beside the experiment's file. What its
-    /// image starts by itself, if not given.
-    #[serde(default)]
-    pub(crate) run: Vec<String>,
-    /// The container image that it runs in, with `--backend compose`; webloop's with Python, if not given.
-    #[serde(default)]
-    pub(crate) image: Option<String>,
 }
 
 /// The lists of a block that are not settings of an end, each with its description: those before them.
@@ -191,12 +169,12 @@ impl Block {
 
     /// The values of a list; empty if the block does not have it.
     pub(crate) fn words(&self, key: &str) -> &[Word] {
-        self.lists.get(key).map_or(&[], |list| &list.words)
+        self.lists.get(key).map_or(&[], List::words)
     }
 
     /// The programs of one's own among the clients, with their names.
     pub(crate) fn programs(&self) -> &[(Word, Program)] {
-        self.lists.get("client").map_or(&[], |list| &list.programs)
+        self.lists.get("client").map_or(&[], List::programs)
     }
 
     /// The list under `key`, if the block has it.
@@ -206,7 +184,7 @@ impl Block {
 
     /// The place for an error about the whole block: its `mode`, which every block has.
     pub(crate) fn place(&self) -> Spanned<()> {
-        let span = self.lists.get("mode").map(|list| list.span.clone());
+        let span = self.lists.get("mode").map(|list| list.placed().span());
         Spanned::new(span.unwrap_or_default(), ())
     }
 
@@ -214,7 +192,7 @@ impl Block {
     pub(crate) fn size(&self) -> usize {
         let lists = self.lists.iter().filter(|(key, _)| **key != "stall_met");
         lists
-            .map(|(key, list)| list.words.len().max(usize::from(!NEEDED.contains(key))))
+            .map(|(key, list)| list.words().len().max(usize::from(!NEEDED.contains(key))))
             .fold(self.repeats.get() as usize, usize::saturating_mul)
     }
 
@@ -275,7 +253,7 @@ impl<'de> Visitor<'de> for BlockReader {
                 "expect" => block.expect = map.next_value()?,
                 name => {
                     let list: List = map.next_value()?;
-                    if name != "client" && !list.programs.is_empty() {
+                    if name != "client" && !list.programs().is_empty() {
                         return Err(A::Error::custom(
                             "only `client` may be a table, a program of your own",
                         ));
@@ -302,120 +280,5 @@ impl<'de> Deserialize<'de> for Key {
         known
             .map(|key| Key(key))
             .ok_or_else(|| D::Error::unknown_field(&text, &KEYS))
-    }
-}
-
-impl List {
-    /// Replaces the values by `word` alone, at the place of the list. An empty list stays empty.
-    pub(crate) fn replace(&mut self, word: &str) {
-        if !self.words.is_empty() {
-            self.words = vec![Spanned::new(self.span.clone(), word.to_owned())];
-        }
-    }
-
-    /// Keeps only the values equal to `word`.
-    pub(crate) fn keep(&mut self, word: &str) {
-        self.words.retain(|own| own.get_ref() == word);
-    }
-}
-
-impl<'de> Deserialize<'de> for List {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let written = Spanned::<Written>::deserialize(deserializer)?;
-        let span = written.span();
-        let values = match written.into_inner() {
-            Written::One(value) => vec![Spanned::new(span.clone(), value)],
-            Written::Several(values) => values,
-        };
-        let mut list = List {
-            span,
-            ..List::default()
-        };
-        for value in values {
-            let place = value.span();
-            let word = match value.into_inner() {
-                Value::Word(word) => word,
-                Value::Program(OwnClient { name, run, image }) => {
-                    let program = Program {
-                        run,
-                        image,
-                        folder: None,
-                    };
-                    list.programs
-                        .push((Spanned::new(place.clone(), name.clone()), program));
-                    name
-                }
-            };
-            list.words.push(Spanned::new(place, word));
-        }
-        Ok(list)
-    }
-}
-
-/// A list, or a single value.
-enum Written {
-    One(Value),
-    Several(Vec<Spanned<Value>>),
-}
-
-/// One value: text, a whole number as text, or a program of one's own.
-enum Value {
-    Word(String),
-    Program(OwnClient),
-}
-
-impl<'de> Deserialize<'de> for Written {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Reading { is_list: true })
-    }
-}
-
-impl<'de> Deserialize<'de> for Value {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        match deserializer.deserialize_any(Reading { is_list: false })? {
-            Written::One(value) => Ok(value),
-            Written::Several(_) => Err(D::Error::custom("a list in a list")),
-        }
-    }
-}
-
-/// Reads a value or, if `is_list`, also a list of values.
-struct Reading {
-    is_list: bool,
-}
-
-impl<'de> Visitor<'de> for Reading {
-    type Value = Written;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(if self.is_list {
-            "a value in quotes, or a list of them"
-        } else {
-            "a value in quotes"
-        })
-    }
-
-    fn visit_str<E: Error>(self, word: &str) -> Result<Written, E> {
-        Ok(Written::One(Value::Word(word.to_owned())))
-    }
-
-    fn visit_i64<E: Error>(self, number: i64) -> Result<Written, E> {
-        Ok(Written::One(Value::Word(number.to_string())))
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Written, A::Error> {
-        let program = OwnClient::deserialize(MapAccessDeserializer::new(map))?;
-        Ok(Written::One(Value::Program(program)))
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Written, A::Error> {
-        if !self.is_list {
-            return Err(A::Error::invalid_type(serde::de::Unexpected::Seq, &self));
-        }
-        let mut words = Vec::new();
-        while let Some(word) = seq.next_element()? {
-            words.push(word);
-        }
-        Ok(Written::Several(words))
     }
 }

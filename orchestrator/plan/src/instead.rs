@@ -2,6 +2,7 @@
 
 use crate::client::{Client, UnknownClient};
 use crate::experiment::{Block, ExperimentFile};
+use crate::sweep::Axis;
 
 /// Replacements; `None` keeps what the experiment says.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -14,6 +15,8 @@ pub struct Instead {
     pub client: Option<String>,
     /// Whether to run the experiment in full, where it has a scaled form.
     pub full: bool,
+    /// The only word of each of these axes of a sweep.
+    pub fixed: Vec<(Axis, String)>,
 }
 
 impl Instead {
@@ -33,6 +36,14 @@ impl Instead {
             list.keep(only);
         }
         block
+    }
+
+    /// The axes of a sweep that are to have one word only, with that word.
+    pub(crate) fn fixed(&self) -> impl Iterator<Item = (Axis, &String)> {
+        let fixed = self.fixed.iter().map(|(axis, word)| (*axis, word));
+        let topology = self.topology.iter().map(|word| (Axis::Topology, word));
+        let client = self.client.iter().map(|word| (Axis::Client, word));
+        fixed.chain(topology).chain(client)
     }
 
     /// Checks that its client is one of webloop's, or a program that the experiment `source` describes. Of a text

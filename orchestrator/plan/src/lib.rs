@@ -3,6 +3,8 @@
 //! - `experiment` is the TOML as written, [`Instead`] the caller's replacements for parts of it.
 //!   `matrix` resolves both into cells, which `combination` makes; `named` looks up in a [`Library`] the
 //!   profiles and systems that they name.
+//! - [`sweep`] is what an experiment in virtual time may have in place of cells: `swept` keeps it in a plan, and reads
+//!   it there.
 //! - [`Plan`] and [`Cell`] are the result. [`Client`] closes a cell's loop; its entry has everything
 //!   that is known about it. `own` has the names of programs of one's own, `client_name` those of the others.
 //!   `setup` describes a cell's settings in words.
@@ -42,6 +44,7 @@ mod job;
 mod known;
 mod library;
 mod limit;
+mod list;
 mod matrix;
 mod named;
 mod own;
@@ -56,6 +59,8 @@ mod setup;
 mod shard;
 mod sound;
 mod stall;
+pub mod sweep;
+mod swept;
 mod unsound;
 mod verdict;
 
@@ -89,8 +94,7 @@ pub use text::Diagnostic;
 pub use unsound::{NoSystem, NotAPlan, Unsound, UnsoundCell, UnsoundName};
 pub use verdict::{Disturbance, Verdict};
 
-/// The experiments that the binary carries, by name: the paper's, parts of it, and the quick
-/// ones.
+/// The experiments that the binary carries, by name: the paper's, parts of it, the quick ones, and sweeps.
 pub const EXPERIMENTS: &[(&str, &str)] = &[
     ("quick", include_str!("../../experiments/quick.toml")),
     ("smoke", include_str!("../../experiments/smoke.toml")),
@@ -109,5 +113,19 @@ pub const EXPERIMENTS: &[(&str, &str)] = &[
     (
         "calibrate",
         include_str!("../../experiments/calibrate.toml"),
+    ),
+    ("margin", include_str!("../../experiments/margin.toml")),
+    (
+        "delay-gain",
+        include_str!("../../experiments/delay-gain.toml"),
+    ),
+    (
+        "loss-jitter",
+        include_str!("../../experiments/loss-jitter.toml"),
+    ),
+    ("waiting", include_str!("../../experiments/waiting.toml")),
+    (
+        "system-margins",
+        include_str!("../../experiments/system-margins.toml"),
     ),
 ];

@@ -43,13 +43,6 @@ impl Plan {
         let examples = "the book's page Experiments has an example";
         let file: ExperimentFile = reader.parse(examples)?;
         let name = reader.name(&file.name)?;
-        if file.cells.is_empty() {
-            return Err(reader.invalid(
-                &Spanned::new(0..0, ()),
-                "the experiment has no cells",
-                "add a [[cells]] block with topology, client, mode, h and duration",
-            ));
-        }
         let mut plan = Plan {
             version: Plan::VERSION,
             experiment: name,
@@ -57,6 +50,22 @@ impl Plan {
             seed: instead.seed.unwrap_or(file.seed),
             ..Plan::default()
         };
+        if let Some(table) = &file.sweep {
+            reader.only_a_sweep(table, &file)?;
+            reader.sweep(table, instead, &mut plan, &mut library)?;
+        } else if file.cells.is_empty() {
+            return Err(reader.invalid(
+                &Spanned::new(0..0, ()),
+                "the experiment has no cells",
+                "add a [[cells]] block with topology, client, mode, h and duration, or a [sweep]",
+            ));
+        } else if let Some((axis, _)) = instead.fixed.first() {
+            return Err(reader.invalid(
+                &Spanned::new(0..0, ()),
+                format!("`{axis}` cannot be fixed, since the experiment is no sweep"),
+                "leave --fix out",
+            ));
+        }
         let faults = reader.faults(&file.fault)?;
         let mut expectations = Expectations::default();
         for block in &file.cells {

@@ -9,7 +9,7 @@ use text::Diagnostic;
 use toml::Spanned;
 
 use crate::experiment::Block;
-use crate::invalid::Reader;
+use crate::invalid::{Reader, Word};
 use crate::library::Library;
 use crate::plan::Plan;
 use crate::profile_text::ProfileText;
@@ -33,7 +33,7 @@ impl Reader<'_> {
             [] => vec![System::paper()],
             asked => asked
                 .iter()
-                .map(|name| self.system(name, block, plan, library))
+                .map(|name| self.system(name, block.words("h"), plan, library))
                 .collect::<Result<_, _>>()?,
         };
         Ok((topologies, systems))
@@ -41,7 +41,7 @@ impl Reader<'_> {
 
     /// Looks up the profile of a topology, checks it, and keeps its source under its own name, which it
     /// returns.
-    fn topology(
+    pub(crate) fn topology(
         &self,
         asked: &Spanned<String>,
         profiles: &mut BTreeMap<String, ProfileText>,
@@ -94,12 +94,12 @@ impl Reader<'_> {
         Ok(name)
     }
 
-    /// Looks up a system, checks it with every h of the block, and keeps its text under its name, with the
+    /// Looks up a system, checks it with every one of these h, and keeps its text under its name, with the
     /// program that is its plant if it has one.
-    fn system(
+    pub(crate) fn system(
         &self,
         asked: &Spanned<String>,
-        block: &Block,
+        rates: &[Word],
         plan: &mut Plan,
         library: &mut impl Library,
     ) -> Result<System, Diagnostic> {
@@ -122,7 +122,7 @@ impl Reader<'_> {
                 &remedy,
             )
         })?;
-        for h in block.words("h") {
+        for h in rates {
             let value: SampleTime = self.word(h)?;
             if let Err(unfit) = system.law_at(value) {
                 let remedy = "use another h, or another system";

@@ -16,6 +16,7 @@ use crate::known::Known;
 use crate::own::OwnName;
 use crate::profile_text::ProfileText;
 use crate::selection::Selection;
+use crate::sweep::SweepText;
 use crate::unsound::{NoSystem, NotAPlan};
 
 /// Everything that a campaign will run.
@@ -51,6 +52,9 @@ pub struct Plan {
     /// The failures of expectations that are known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub known: Vec<Known>,
+    /// The sweep that it has in place of cells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sweep: Option<SweepText>,
     /// The cells, in the order in which they are run.
     pub cells: Vec<Cell>,
 }

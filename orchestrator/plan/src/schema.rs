@@ -8,7 +8,8 @@ use endpoint::{ControllerSettings, PageSettings};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema, schema_for};
 
 use crate::expect::Expect;
-use crate::experiment::{Block, ExperimentFile, List, NEEDED, OwnClient, Scaled, lists};
+use crate::experiment::{Block, ExperimentFile, NEEDED, Scaled, lists};
+use crate::list::{List, OwnClient};
 use crate::plan::Plan;
 
 /// A kind of document that has a schema.
@@ -38,8 +39,8 @@ impl JsonSchema for List {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
             "description": "One value, or a list of them.",
-            "type": ["string", "integer", "array"],
-            "items": { "type": ["string", "integer"] }
+            "type": ["string", "number", "array"],
+            "items": { "type": ["string", "number"] }
         })
     }
 }

@@ -33,6 +33,7 @@ impl Plan {
             return Err(Unsound::Cells);
         }
         self.check_profiles()?;
+        self.check_sweep()?;
         self.check_systems()?;
         self.check_programs()?;
         self.check_faults()?;
@@ -63,6 +64,14 @@ impl Plan {
             return Err(Unsound::Expected(*index));
         }
         Ok(())
+    }
+
+    fn check_sweep(&self) -> Result<(), Unsound> {
+        match self.swept() {
+            Ok(Some(_)) if !self.cells.is_empty() => Err(Unsound::CellsBesideSweep),
+            Ok(_) => Ok(()),
+            Err(problem) => Err(Unsound::Sweep(problem.title())),
+        }
     }
 
     fn check_profiles(&self) -> Result<(), Unsound> {

@@ -38,6 +38,12 @@ pub enum Unsound {
     /// It has too many cells.
     #[error("it has more than {CELLS_MAX} cells")]
     Cells,
+    /// It has both cells and a sweep.
+    #[error("it has cells beside its sweep")]
+    CellsBesideSweep,
+    /// Its sweep cannot be run.
+    #[error("its sweep cannot be run: {0}")]
+    Sweep(String),
     /// One of its cells is wrong.
     #[error("cell {index}, {}: {problem}", .id.escape_debug())]
     Cell {

@@ -11,6 +11,7 @@
 //!   [`outcome`]: how each cell ended, in words;
 //! - [`compare`]: two results folders side by side, and [`agree`]: whether one can stand for the other;
 //! - [`page`]: `report.html`, the page to open;
+//! - [`sweep`]: the report on a sweep: its maps, its findings, its page;
 //! - [`report`]: the whole report as one value; [`files`]: every file that is made from it.
 //!
 //! Everything here is computed from an [`analysis::Campaign`] and can be deleted and made again:
@@ -39,6 +40,7 @@ pub mod page;
 pub mod report;
 #[cfg(test)]
 mod sample;
+pub mod sweep;
 pub mod table;
 pub mod tone;
 

@@ -33,7 +33,7 @@ use crate::answer::Answer;
 use crate::figure::LaidOut;
 use crate::report::Report;
 
-pub use sweep::Sweep;
+pub(crate) use sweep::sweep;
 
 const STYLE: &str = include_str!("page/style.css");
 const SCRIPT: &str = include_str!("page/script.js");

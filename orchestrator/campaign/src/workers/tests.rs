@@ -1,5 +1,6 @@
 use std::sync::Mutex;
 use std::sync::atomic::Ordering;
+use std::thread;
 
 use backend::{Backend, Player, Timings, Virtual};
 use plan::Verdict;

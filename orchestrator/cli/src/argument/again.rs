@@ -19,6 +19,7 @@ impl Run {
             jobs,
             topology,
             client,
+            fix,
             seed,
             backend,
             no_build,
@@ -54,6 +55,8 @@ impl Run {
         line.given("--jobs", jobs.as_ref());
         line.given("--topology", topology.as_ref());
         line.given("--client", client.as_ref());
+        fix.iter()
+            .for_each(|(axis, value)| line.value("--fix", &format!("{axis}={value}")));
         line.given("--seed", seed.as_ref());
         line.choice("--backend", *backend, Backend::Netns);
         line.flag("--no-build", *no_build);

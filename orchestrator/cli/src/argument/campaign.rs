@@ -8,7 +8,9 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
+use anyhow::Context;
 use clap::{Args, ValueEnum};
+use plan::sweep::Axis;
 use plan::{Clause, EXPERIMENTS, Selection, Shard};
 
 /// What an experiment can be: a built-in one, or a file.
@@ -23,7 +25,7 @@ pub(super) static EXPERIMENT: LazyLock<String> = LazyLock::new(|| {
 #[derive(Debug, Clone, Args)]
 pub(crate) struct Run {
     #[arg(default_value = "smoke", help = EXPERIMENT.as_str())]
-    pub(super) experiment: String,
+    pub(crate) experiment: String,
     /// A first table in 20 s: the experiment `quick`
     #[arg(long, conflicts_with = "experiment")]
     pub(super) quick: bool,
@@ -41,6 +43,9 @@ pub(crate) struct Run {
     /// Use this client instead of the experiment's
     #[arg(long, value_name = "NAME")]
     pub(crate) client: Option<String>,
+    /// Fix an axis of a sweep to one value, such as kp=0.17 (repeatable)
+    #[arg(long, value_name = "AXIS=VALUE", value_parser = fixed)]
+    pub(crate) fix: Vec<(Axis, String)>,
     /// The campaign's seed; equal seeds give equal links
     #[arg(long)]
     pub(crate) seed: Option<u64>,
@@ -104,6 +109,14 @@ impl Run {
             &self.experiment
         }
     }
+}
+
+/// Parses an axis and the value that it is fixed to.
+fn fixed(text: &str) -> anyhow::Result<(Axis, String)> {
+    let (axis, value) = text
+        .split_once('=')
+        .context("write an axis and its value, such as kp=0.17")?;
+    Ok((axis.trim().parse()?, value.trim().to_owned()))
 }
 
 /// What to make of an answer that cannot be told.

@@ -1,10 +1,11 @@
-//! `webloop run`: every cell of an experiment, and the table at the end.
+//! `webloop run`: every cell of an experiment, and the table at the end; or its sweep, and the maps.
 //!
 //! The crate `campaign` runs the cells; `run_cell` is the program of a cell in real time.
 
 mod conclusion;
 mod pending;
 mod ran;
+mod swept;
 
 use std::io::Write;
 use std::sync::atomic::Ordering;
@@ -39,12 +40,19 @@ pub(crate) fn run(argument: &Run) -> Outcome {
 }
 
 fn run_all(argument: &Run, agents: Option<&Agents>) -> Outcome {
-    let plan = plan(argument)?;
-    let chosen = choose(&plan, &argument.choice, argument.experiment())?;
+    run_plan(argument, &plan(argument)?, agents)
+}
+
+/// Runs a plan's cells, or its sweep.
+pub(crate) fn run_plan(argument: &Run, plan: &Plan, agents: Option<&Agents>) -> Outcome {
+    if let Some(sweep) = plan.swept().map_err(Failure::usage)? {
+        return swept::run(argument, plan, &sweep);
+    }
+    let chosen = choose(plan, &argument.choice, argument.experiment())?;
     if argument.dry_run {
         return dry_run(&chosen, pace(argument)?);
     }
-    let ran = execute(argument, &plan, &chosen, agents)?;
+    let ran = execute(argument, plan, &chosen, agents)?;
     conclude(argument, &ran)
 }
 
@@ -55,6 +63,7 @@ pub(crate) fn plan(argument: &Run) -> Result<Plan, Failure> {
         topology: argument.topology.clone(),
         client: argument.client.clone(),
         full: argument.full,
+        fixed: argument.fix.clone(),
     };
     source::plan_of(argument.experiment(), &instead)
 }
@@ -176,6 +185,11 @@ pub(crate) fn choose<'a>(
     choice: &Choice,
     experiment: &str,
 ) -> Result<Vec<&'a Cell>, Failure> {
+    if plan.sweep.is_some() {
+        return Err(Failure::usage(anyhow!(
+            "{experiment} is a sweep, whose points are no cells; `webloop run {experiment}` runs all of them"
+        )));
+    }
     let selection = choice.selection();
     let chosen = plan.chosen(&selection);
     if chosen.is_empty() {

@@ -44,7 +44,7 @@ const TRACE: &str =
 const SYSTEM: &str = "name = \"mine\"\nabout = \"a lag\"\n[plant]\nnum = [2.0]\nden = [0.5, 1.0, 0.0]\ndead_time = \"25ms\"\n\
 [controller]\nlaw = \"pid\"\nkp = 0.5\nki = 0.2\n";
 
-const SWEEP: &str = include_str!("../../../sweeps/loss-jitter.toml");
+const SWEEP: &str = include_str!("../../../experiments/loss-jitter.toml");
 
 /// Commands that read a results folder, which is `victim`.
 const READERS: [&str; 8] = [
@@ -116,7 +116,7 @@ const KINDS: [Kind; 16] = [
             "margin --system ./mine-system.toml",
         ],
     ),
-    given("mine-sweep.toml", &["sweep mine-sweep.toml --dry-run"]),
+    given("mine-sweep.toml", &["run mine-sweep.toml --dry-run"]),
 ];
 
 /// What is damaged, and what it is compared with.

@@ -10,9 +10,9 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
-const SWEEP: &str = "name = \"mine\"\nabout = \"A small one\"\nduration = \"1s\"\nrepeats = 2\n\
-[axes]\n\
-rtt = { from = \"0ms\", to = \"100ms\", steps = 11 }\n\
+const SWEEP: &str = "name = \"mine\"\nabout = \"A small one\"\n\
+[sweep]\nduration = \"1s\"\nrepeats = 2\n\
+rtt = \"11 from 0ms to 100ms\"\n\
 jitter = [\"0ms\", \"5ms\"]\n\
 outstanding = [\"unlimited\", \"1\"]\n\
 h = \"3ms\"\n";
@@ -30,7 +30,7 @@ fn sweep(place: &Path, name: &str, more: &[&str]) -> Output {
     fs::write(&file, SWEEP).unwrap();
     let out = place.join(name);
     let (file, out) = (file.to_str().unwrap(), out.to_str().unwrap());
-    webloop(&[&["sweep", file, "--progress", "plain", "--out", out], more].concat())
+    webloop(&[&["run", file, "--progress", "plain", "--out", out], more].concat())
 }
 
 fn said(output: &Output) -> String {
@@ -93,8 +93,8 @@ fn a_folder_of_another_sweep_is_left_alone_and_damage_is_named() {
     assert_eq!(first.status.code(), Some(0), "{}", said(&first));
     let before = files(&place.path().join("ran"));
     for (more, why) in [
-        (&["--fix", "jitter=0ms", "--seed", "2"][..], "its seed is 1"),
-        (&[][..], "its fixed is"),
+        (&["--fix", "jitter=0ms", "--seed", "2"][..], "another plan"),
+        (&[][..], "another plan"),
     ] {
         let refused = sweep(place.path(), "ran", more);
         assert_eq!(refused.status.code(), Some(2));
@@ -116,24 +116,71 @@ fn a_folder_of_another_sweep_is_left_alone_and_damage_is_named() {
     let refused = sweep(place.path(), "others", &[]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(
-        said(&refused).contains("has files in it and no manifest.json"),
+        said(&refused).contains("has files in it and no plan.json"),
         "{}",
         said(&refused)
     );
 }
 
 #[test]
+fn a_file_of_before_and_a_plan_make_the_same_rows_and_it_is_said_how_to_write_it() {
+    let place = tempfile::tempdir().unwrap();
+    let ran = sweep(place.path(), "ran", &[]);
+    assert_eq!(ran.status.code(), Some(0), "{}", said(&ran));
+    let old = "name = \"mine\"\nabout = \"A small one\"\nduration = \"1s\"\nrepeats = 2\n[axes]\n\
+               rtt = { from = \"0ms\", to = \"100ms\", steps = 11 }\njitter = [\"0ms\", \"5ms\"]\n\
+               outstanding = [\"unlimited\", \"1\"]\nh = \"3ms\"\n";
+    let [file, again, moved] = ["old.toml", "again", "moved"].map(|name| place.path().join(name));
+    fs::write(&file, old).unwrap();
+    let paths = [&file, &again, &moved].map(|path| path.to_str().unwrap());
+    let read = webloop(&["sweep", paths[0], "--out", paths[1]]);
+    assert_eq!(read.status.code(), Some(0), "{}", said(&read));
+    let told = said(&read);
+    for words in ["[sweep]", "rtt = \"11 from 0ms to 100ms\"", "webloop run"] {
+        assert!(told.contains(words), "{told}");
+    }
+    assert_eq!(files(&again), files(&place.path().join("ran")));
+    let plan = again.join("plan.json");
+    let elsewhere = webloop(&["run", plan.to_str().unwrap(), "--out", paths[2]]);
+    assert_eq!(elsewhere.status.code(), Some(0), "{}", said(&elsewhere));
+    assert_eq!(files(&moved), files(&again));
+}
+
+#[test]
+fn a_sweep_is_refused_where_cells_are_asked_for() {
+    let place = tempfile::tempdir().unwrap();
+    let ran = sweep(place.path(), "ran", &["--fix", "rtt=5ms"]);
+    assert_eq!(ran.status.code(), Some(0), "{}", said(&ran));
+    let ran = place.path().join("ran");
+    let ran = ran.to_str().unwrap();
+    for arguments in [
+        &["run", "margin", "--only", "x"][..],
+        &["run", "margin", "--require", "holds"],
+        &["run", "margin", "--backend", "compose"],
+        &["run", "quick", "--fix", "h=1ms"],
+        &["gate", "margin"],
+        &["matrix", "margin"],
+        &["show", ran],
+        &["report", ran],
+        &["sweep", "quick"],
+    ] {
+        let refused = webloop(arguments);
+        let told = said(&refused);
+        assert_eq!(refused.status.code(), Some(2), "{arguments:?}: {told}");
+        assert!(told.contains("sweep"), "{arguments:?}: {told}");
+    }
+}
+
+#[test]
 fn an_interrupted_sweep_keeps_what_is_done() {
     let place = tempfile::tempdir().unwrap();
     let file = place.path().join("long.toml");
-    let long = SWEEP
-        .replace("steps = 11", "steps = 9999")
-        .replace("1s", "10s");
+    let long = SWEEP.replace("11 from", "9999 from").replace("1s", "10s");
     fs::write(&file, long).unwrap();
     let out = place.path().join("long");
     let child = Command::new(env!("CARGO_BIN_EXE_webloop"))
         .args([
-            "sweep",
+            "run",
             file.to_str().unwrap(),
             "--out",
             out.to_str().unwrap(),
@@ -178,7 +225,7 @@ fn a_point_over_a_whole_link_is_the_cell_of_a_run_in_virtual_time() {
     let swept = place.path().join("sweep.toml");
     fs::write(
         &swept,
-        "name = \"mine\"\nduration = \"4s\"\nrepeats = 2\n[axes]\n\
+        "name = \"mine\"\n[sweep]\nduration = \"4s\"\nrepeats = 2\n\
          topology = [\"arima\", \"couva\", \"diego-vpn\"]\nh = [\"3ms\", \"1ms\"]\n",
     )
     .unwrap();
@@ -186,7 +233,7 @@ fn a_point_over_a_whole_link_is_the_cell_of_a_run_in_virtual_time() {
     let paths = [&experiment, &ran, &swept, &points].map(|path| path.to_str().unwrap());
     let run = webloop(&["run", paths[0], "--backend", "sim", "--out", paths[1]]);
     assert_eq!(run.status.code(), Some(0), "{}", said(&run));
-    let sweep = webloop(&["sweep", paths[2], "--out", paths[3]]);
+    let sweep = webloop(&["run", paths[2], "--out", paths[3]]);
     assert_eq!(sweep.status.code(), Some(0), "{}", said(&sweep));
 
     let of_run = table(&ran.join("summary.csv"));

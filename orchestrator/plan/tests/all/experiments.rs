@@ -23,7 +23,13 @@ fn resolve(source: &str) -> Result<Plan, plan::Diagnostic> {
 fn every_experiment_that_the_binary_carries_resolves() {
     for (name, source) in EXPERIMENTS {
         let plan = Plan::resolve(source, name, &Instead::default(), builtin).unwrap();
-        assert_eq!(plan.experiment, *name);
+        // Its maps keep the name that they had when sweeps had a list of their own.
+        let own = if *name == "system-margins" {
+            "systems"
+        } else {
+            name
+        };
+        assert_eq!(plan.experiment, own);
         assert!(
             plan.cells
                 .iter()
@@ -316,6 +322,7 @@ fn another_topology_takes_the_place_of_every_blocks_and_equal_cells_become_one()
         topology: Some("diego-vpn".to_owned()),
         client: Some("native".to_owned()),
         full: false,
+        fixed: Vec::new(),
     };
     let plan = Plan::resolve(source, "mine.toml", &instead, builtin).unwrap();
     let cells: Vec<_> = plan

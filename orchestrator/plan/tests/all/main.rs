@@ -2,4 +2,6 @@
 
 mod expect;
 mod experiments;
+mod sweep;
 mod systems;
+mod wrong;

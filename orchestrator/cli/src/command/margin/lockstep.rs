@@ -206,7 +206,7 @@ impl<'a> Lockstep<'a> {
 fn dies_out(y: &[f64]) -> bool {
     let last = &y[y.len() * 3 / 4..];
     let end = last.iter().sum::<f64>() / last.len().max(1) as f64;
-    end.is_finite() && sweep::is_stable(y, end)
+    end.is_finite() && analysis::sweep::is_stable(y, end)
 }
 
 fn tick(k: u64, t_ns: u64, u: Signals, y: Signals, applied: Option<Signals>) -> TickRow {

@@ -12,7 +12,7 @@ use serde_json::{Map, Value};
 
 use crate::book::page::ROOT;
 
-const FILES: [(&str, &str, &str); 6] = [
+const FILES: [(&str, &str, &str); 5] = [
     (
         "experiment",
         "Experiment files",
@@ -27,11 +27,6 @@ const FILES: [(&str, &str, &str); 6] = [
         "profile",
         "Link profiles",
         "netem/profiles/profile.schema.json",
-    ),
-    (
-        "sweep",
-        "Sweep files",
-        "orchestrator/sweeps/sweep.schema.json",
     ),
     (
         "settings",
