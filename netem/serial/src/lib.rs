@@ -81,7 +81,7 @@ pub fn test<T: Termination + 'static>(
     })
 }
 
-/// Makes a test of the usual harness that takes wall-clock time, as [`test`] does, though beside others of its
+/// Makes a test of the usual harness that takes wall-clock time, as [`test()`] does, though beside others of its
 /// program. One that the machine spoilt each time says so on standard error, and passes: the usual harness knows no
 /// test that cannot be made here.
 ///

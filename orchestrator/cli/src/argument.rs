@@ -94,7 +94,7 @@ pub(crate) enum LogFormat {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Run an experiment and print its table, or a sweep, in virtual time, and draw its maps
+    /// Run an experiment and print its table, or the findings and maps of a sweep
     Run(Run),
     /// Fail unless an experiment shows what it expects, in virtual time and then for real
     Gate(Gate),
