@@ -7,10 +7,12 @@
 //! - [`is_name`]: names of links, systems, experiments and programs. [`Whole`]: a whole number in a range.
 //! - [`counted`]: `1 run`, `2 runs`; [`one_of`]: `open or closed`. [`significant`]: a number to so many digits.
 //! - [`plain()`], [`excerpt`]: a text from outside, made harmless where it is shown.
+//! - [`column`](mod@column): the columns of a table, declared once, and how its rows are written and read.
 //!
 //! What the words of a setting mean is elsewhere, and so are files, which the caller reads.
 #![forbid(unsafe_code)]
 
+pub mod column;
 mod diagnostic;
 mod digits;
 mod duration;

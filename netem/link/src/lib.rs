@@ -13,9 +13,11 @@
 //!   (both as text)
 //! - predictions: `prediction` (figures), `stall` (times of stalls), `drawn` (what depends on the seed),
 //!   `describe` (words)
+//! - [`certificate`]: whether a link was the one asked for, and the reports of its players
 #![forbid(unsafe_code)]
 
 mod bottleneck;
+pub mod certificate;
 mod describe;
 mod drawn;
 mod draws;

@@ -8,7 +8,7 @@ use crate::bottleneck::Bottleneck;
 use crate::time::LinkTime;
 use crate::way::Way;
 
-column::row!(
+text::row!(
     /// A packet that entered a link with a rate limit, whether it was lost or not: all of them together
     /// determine the queue in front of each. Rows of a way are in order of entry.
     #[derive(Eq)]

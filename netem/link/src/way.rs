@@ -2,7 +2,7 @@
 
 use std::ops::{Index, IndexMut};
 
-column::choice!(
+text::choice!(
     /// A direction of the link.
     Way, "way", {
         /// From controller to plant: the paper's `tau_ca`.

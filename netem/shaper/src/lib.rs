@@ -6,7 +6,7 @@
 //!   beside each [plays its way](play_way), and a tunnel joins the two.
 //! - Player with tc: a [`TcPlayer`] plays one way with a netem that it changes in time.
 //! - Proof: a [`Prober`] measures each direction with echoes, in two halves ([`Asker`], [`Witness`])
-//!   if the ends are in different processes; the [certificate] compares them with the predictions of
+//!   if the ends are in different processes; the [certificate](link::certificate) compares them with the predictions of
 //!   the same timeline.
 //!
 //! All times are nanoseconds of `CLOCK_MONOTONIC`, which is the same for all namespaces and processes

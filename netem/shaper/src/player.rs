@@ -14,9 +14,9 @@ pub(crate) mod watch;
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use certificate::{LinkRow, Pause, PlayerReport, Scheduling, WayReport};
 use clock::guard::Guard;
 use clock::now::{SECOND_NS, now_ns, timespec};
+use link::certificate::{LinkRow, Pause, PlayerReport, Scheduling, WayReport};
 use link::{Epoch, LinkTime, PacketRow, PerWay, Profile, Timeline, Way};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;

@@ -3,7 +3,7 @@
 //!
 //! The plant's kernel answers. A second socket there stamps the requests as they arrive. Both use one
 //! clock, so each direction is measured separately. [`Prober`] has both halves in one process;
-//! [`Asker`] and [`Witness`] work separately. The [certificate](certificate::certify) knows what the
+//! [`Asker`] and [`Witness`] work separately. The [certificate](link::certificate::certify) knows what the
 //! times should be.
 
 pub(crate) mod asker;
@@ -15,7 +15,7 @@ pub(crate) mod witness;
 
 use std::sync::atomic::AtomicBool;
 
-use certificate::Echo;
+use link::certificate::Echo;
 
 use crate::error::Result;
 use crate::network::namespace::Namespace;

@@ -86,8 +86,8 @@ fn write(sink: impl Write, rows: &Receiver<Vec<impl Serialize>>) -> io::Result<(
 mod tests {
     use super::*;
     use crate::player::tally::Tally;
-    use certificate::LinkRow;
     use link::Way;
+    use link::certificate::LinkRow;
     use std::fs::{self, OpenOptions};
 
     fn second(t_ns: u64) -> [LinkRow; 2] {

@@ -1,7 +1,7 @@
 //! Scheduling for threads that must wake on time, and how a report puts it.
 
-use certificate::Scheduling;
 use clock::scheduling::{Granted, ask};
+use link::certificate::Scheduling;
 
 /// Requests `SCHED_FIFO` at `priority` (1 to 99) for the calling thread, and sleeps that end on time
 /// instead of up to 50 us later. Both are optional: a thread that does not get them plays all the

@@ -13,8 +13,8 @@ use std::io;
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use certificate::{Histogram, Scheduling, TcReport, TcRow};
 use clock::now::{SECOND_NS, now_ns, timespec};
+use link::certificate::{Histogram, Scheduling, TcReport, TcRow};
 use link::{Change, Epoch, LinkTime, Pace, Profile, STEP_NS, Setting, Staircase, Verb, Way};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;

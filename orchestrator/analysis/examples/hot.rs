@@ -17,7 +17,6 @@ use std::{
 
 use analysis::{Aim, response::ResponseTrace};
 use clock::journal::Journal;
-use column::Row;
 use control::{preset, seconds};
 use endpoint::{
     Answer, Command, MessageOutcome, MessageRow, Mode, Outstanding, PlantSettings, Preset, Request,
@@ -26,6 +25,7 @@ use endpoint::{
 use link::{Epoch, Profile, Timeline, Way};
 use record::rows;
 use sim::{Record, Setup};
+use text::column::Row;
 
 type Result<T, E = Box<dyn Error>> = std::result::Result<T, E>;
 

@@ -3,7 +3,6 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use column::Row;
 use endpoint::{ArrivalRow, MessageRow, Mode, SecondRow, TickRow};
 use plan::{ProbeRow, file_name};
 use record::order::{
@@ -14,6 +13,7 @@ use record::whole::Vouched;
 use record::{Held, ReadError};
 use serde::{Deserialize, Serialize};
 use system::System;
+use text::column::Row;
 
 use crate::arrival::{ArrivalCount, Arrivals};
 use crate::asked::Asked;

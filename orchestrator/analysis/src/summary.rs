@@ -54,7 +54,7 @@ impl LinkFacts {
     }
 }
 
-column::table!(
+text::table!(
     /// One cell of a campaign. Names end in the unit, shares are from 0 to 1, and an empty field does not
     /// apply or was not measured.
     #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

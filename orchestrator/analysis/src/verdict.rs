@@ -10,8 +10,8 @@ mod rule;
 
 use std::fmt;
 
-use column::{EntryType, Typed};
 use serde::{Deserialize, Serialize};
+use text::column::{EntryType, Typed};
 
 use crate::asked::Task;
 use crate::reason::Reason;

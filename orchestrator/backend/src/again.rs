@@ -7,8 +7,8 @@
 
 use std::path::Path;
 
-use certificate::Echo;
 use link::LinkTime;
+use link::certificate::Echo;
 use plan::{Cell, Phase, Plan, ProbeRow, Verdict, file_name};
 use record::Manifest;
 use record::rows::all;

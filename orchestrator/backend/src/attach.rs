@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use agent::{AgentName, Follower, Remote, RemoteRun};
-use certificate::Echo;
+use link::certificate::Echo;
 use link::{Profile, Way};
 use plan::{Cell, Client, file_name};
 use serde::Deserialize;

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
-use certificate::{Baseline, Certificate, Echo, Edge, LinkReport, Pause};
 use endpoint::{MessageRow, Schedule};
 use judge::replay::Both;
 use judge::{Busy, Ends, Judgement, Messages, Pulse, Records, Terms, Watched};
 use link::Epoch;
+use link::certificate::{Baseline, Certificate, Echo, Edge, LinkReport, Pause};
 use plan::{Cell, Disturbance, End, EndFaultDone, ProbeRow};
 use record::{ControllerReport, Held, PlantReport};
 use system::System;
@@ -77,7 +77,7 @@ pub(crate) fn judge(
     let edge = reports.link.as_ref().map_or(Edge::USER, LinkReport::edge);
     let echoes = in_order(played.iter().map(|sent| link_check.heard(sent)));
     let certificate = link_check.certificate(&echoes, baseline, edge);
-    if let certificate::Verdict::Broken(reasons) = &certificate.verdict {
+    if let link::certificate::Verdict::Broken(reasons) = &certificate.verdict {
         evidence.doubts.extend(reasons.iter().cloned());
     }
     evidence.is_other = certificate.is_another();

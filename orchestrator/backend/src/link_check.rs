@@ -5,7 +5,7 @@
 use std::net::Ipv4Addr;
 use std::sync::atomic::AtomicBool;
 
-use certificate::{
+use link::certificate::{
     Baseline, Certificate, Echo, Edge, Prediction, certify_within, predict, predict_within,
 };
 use link::{Epoch, LinkTime, PacketRow, Profile, Timeline, Way};

@@ -8,8 +8,8 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use agent::{Launch, Role, Seen, Stop, last_words};
-use certificate::Echo;
 use clock::now::now_ns;
+use link::certificate::Echo;
 use link::{Profile, Way};
 use shaper::{Namespace, ProbePlan, Prober};
 

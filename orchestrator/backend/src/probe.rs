@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Sender};
 use std::thread;
 
-use certificate::{Baseline, Certificate, Echo, Edge};
 use clock::now::now_ns;
+use link::certificate::{Baseline, Certificate, Echo, Edge};
 use link::{Epoch, LinkTime, Profile, Way};
 use plan::Phase;
 use shaper::{PacketPort, PlayerConfig, Prober, TcConfig, TcPlayer, play};

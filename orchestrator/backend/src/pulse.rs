@@ -8,11 +8,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
-use certificate::Pause;
 use clock::now::now_ns;
 use clock::pacer::Pacer;
 use clock::scheduling::Granted;
 use judge::Pulse;
+use link::certificate::Pause;
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
 /// Time from one beat to the next.

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use certificate::{LinkReport, OneWay};
 use endpoint::report::{Page, Policy, Scheduling};
+use link::certificate::{LinkReport, OneWay};
 use plan::Client;
 use record::{ControllerReport, PlantReport};
 use serde::de::DeserializeOwned;

@@ -5,8 +5,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use agent::{RemoteRun, RoleState};
-use certificate::{Echo, Sighting, merge};
 use clock::now::now_ns;
+use link::certificate::{Echo, Sighting, merge};
 use plan::file_name;
 use serde::de::DeserializeOwned;
 use shaper::ProbePlan;

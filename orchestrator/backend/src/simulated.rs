@@ -9,11 +9,10 @@ use std::io::{self, Write};
 use std::ops::Range;
 use std::path::Path;
 
-use certificate::{Echo, LinkReport};
-use column::Row;
 use control::Law;
 use endpoint::report::Written;
 use endpoint::{ArrivalRow, MessageRow, Model, SecondRow, Surrounded, Thread, TickRow, Timer};
+use link::certificate::{Echo, LinkReport};
 use link::{PacketRow, Profile, Way};
 use plan::series::Spacing;
 use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase, file_name};
@@ -21,6 +20,7 @@ use record::{FileFact, Held, ModelController, ModelPlant, Tally, folder};
 use serde::Serialize;
 use sim::{EPOCH, Outcome, Pool, Record, Series, Setup, Start, Timing};
 use system::{System, Unfit};
+use text::column::Row;
 
 use crate::course::Seen;
 use crate::error::RunError;

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use agent::{Seen, Stop};
-use certificate::Echo;
+use link::certificate::Echo;
 use shaper::ProbePlan;
 
 use crate::error::RunError;

@@ -8,8 +8,8 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use backend::{Player, RunError};
-use certificate::Echo;
 use link::Profile;
+use link::certificate::Echo;
 use rustix::time::{ClockId, clock_gettime};
 use shaper::{Namespace, connect, probe};
 

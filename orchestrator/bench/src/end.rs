@@ -10,12 +10,12 @@ use std::str::FromStr;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use certificate::Echo;
 use http_body_util::Full;
 use hyper::body::{Bytes, Incoming};
 use hyper::service::service_fn;
 use hyper::{Request, Response, server::conn::http1};
 use hyper_util::rt::TokioIo;
+use link::certificate::Echo;
 use shaper::ProbePlan;
 
 /// The bytes of an echo: about those of a command's head and of its answer's.

@@ -5,7 +5,7 @@ use crate::{
     browser, cell, crossing, memory, rate, report, rows, step, stream, tick, virtual_time,
 };
 
-column::choice!(
+text::choice!(
     /// A table of contenders.
     Group, "table", {
         /// A message and its answer, back to back.

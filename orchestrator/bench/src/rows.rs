@@ -9,9 +9,9 @@ use std::time::Instant;
 
 use analysis::{CellFacts, Metrics};
 use clock::journal::{CAPACITY, Journal, JournalError};
-use column::Row;
 use endpoint::{ArrivalRow, MessageRow, TickRow};
 use record::rows;
+use text::column::Row;
 
 use crate::comparison::{Bound, Table, goal};
 use crate::contender::{Contender, Lack, Measured};

@@ -1,7 +1,7 @@
 //! Collects the evidence for and against a run, and derives the verdict from it.
 
-use certificate::Pause;
 use endpoint::{ControllerSettings, MessageRow, Schedule, TickNoise, TickRow};
+use link::certificate::Pause;
 use plan::{Disturbance, EndFaultDone, Verdict};
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
 //! Judges what has no rows of its own to show that it was held up: the player, a process that was
 //! stopped or starved, a processor that stood still.
 
-use certificate::Pause;
+use link::certificate::Pause;
 use plan::Disturbance;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use certificate::Pause;
+use link::certificate::Pause;
 
 use crate::milliseconds::ms;
 

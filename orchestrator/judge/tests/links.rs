@@ -1,10 +1,10 @@
 //! Messages made up from a link's own function of time, then tampered with: the right link is borne
 //! out by them, and each thing that is done to it is found and named.
 
-use certificate::Pause;
 use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow};
 use judge::message::hold;
 use judge::{LinkFault, Messages, Still, Terms};
+use link::certificate::Pause;
 use link::{Epoch, Profile, Timeline, Way};
 use plan::Client;
 use proptest::prelude::*;

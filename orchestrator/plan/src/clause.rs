@@ -12,7 +12,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use text::duration_ns;
 
-column::choice!(
+text::choice!(
     /// What a clause is about: the loop's verdict, or a figure of the run.
     Figure, "figure", {
         /// The loop holds, and holds well: `stable` is an older word for it.

@@ -6,12 +6,12 @@ use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
-use column::{EntryType, Typed};
 use endpoint::report::Engine;
 use endpoint::{Preset, Transport};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use text::column::{EntryType, Typed};
 use text::one_of;
 
 use crate::allowance::{Allowance, Tail};

@@ -3,7 +3,7 @@
 //!
 //! It is defined here because those two do not depend on each other.
 
-column::row!(
+text::row!(
     /// One echo through the link. Times are monotonic; a time is empty if the echo did not get there.
     #[derive(Eq)]
     ProbeRow {
@@ -26,7 +26,7 @@ column::row!(
     }
 );
 
-column::choice!(
+text::choice!(
     /// When in a run an echo was sent.
     Phase, "phase", {
         /// On the empty link, before link time 0.

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::client::Client;
 
-column::choice!(
+text::choice!(
     /// An end of the loop.
     End, "end", {
         /// The process of the controller, with all that it has started: a browser's processes, or a program of one's

@@ -6,10 +6,10 @@
 use std::fmt;
 use std::time::Duration;
 
-use column::{EntryType, Typed};
 use endpoint::{Concern, ControllerSettings, Field, Mode, PageSettings, PlantSettings};
 use serde::{Deserialize, Serialize};
 use system::System;
+use text::column::{EntryType, Typed};
 
 use crate::cell::Cell;
 use crate::client::Client;

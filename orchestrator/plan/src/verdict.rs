@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-column::choice!(
+text::choice!(
     /// The verdict on a run, not on the loop: a loop that goes unstable over a link that held is a
     /// `complete` run with a result.
     Verdict, "verdict", {

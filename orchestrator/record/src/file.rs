@@ -51,10 +51,10 @@ pub fn text(path: &Path, most_bytes: u64) -> io::Result<String> {
     bounded(&open(path)?, most_bytes)
 }
 
-/// As [`text`], but follows a link: for a file that the user named.
+/// As [`text()`], but follows a link: for a file that the user named.
 ///
 /// # Errors
-/// As [`text`].
+/// As [`text()`].
 pub fn given_text(path: &Path, most_bytes: u64) -> io::Result<String> {
     bounded(&regular(path, READ)?, most_bytes)
 }

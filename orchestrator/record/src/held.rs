@@ -4,9 +4,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use column::Row;
 use endpoint::{ArrivalRow, MessageRow, SecondRow, TickRow};
 use plan::{ProbeRow, file_name};
+use text::column::Row;
 
 use crate::fact::FileFact;
 use crate::rows::{ReadError, read};

@@ -5,7 +5,7 @@
 //!   manifest is there;
 //! - [`Manifest`] has the reports of plant, controller, page and link, the link's certificate, and what the
 //!   run's judges saw, each in its own type. [`PlantReport`] and [`ControllerReport`] say which role leaves which
-//!   report; the reports themselves are in [`endpoint::report`] and [`certificate`];
+//!   report; the reports themselves are in [`endpoint::report`] and [`certificate`](link::certificate);
 //! - [`FileFact`], [`Tally`]: length and checksum of a file; [`Held`]: rows that are in memory still;
 //! - [`rows`]: reads a file of rows in one streaming pass, and counts the last lines that killed runs left torn;
 //! - [`whole`]: whether a folder matches its manifest and its plan; [`order`]: whether all of its rows are there;

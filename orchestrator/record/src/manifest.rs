@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use certificate::{Certificate, LinkReport};
 use endpoint::report::Page;
 use judge::message::Messages;
 use judge::{Ends, Pulse, Watched};
 use link::Epoch;
+use link::certificate::{Certificate, LinkReport};
 use plan::{Cell, Disturbance, EndFaultDone, Verdict, is_file_name};
 use schemars::{JsonSchema, schema_for};
 use serde::ser::Error;

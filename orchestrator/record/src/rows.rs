@@ -8,7 +8,7 @@
 //! [`read`] takes a file as it is, and [`all`] one whose writer has just ended. [`read_whole`] takes one that a
 //! manifest vouches for, and checks it against the manifest in the same pass.
 //!
-//! Lines in the form that webloop writes are parsed by [`column::plain`]. From the first line in
+//! Lines in the form that webloop writes are parsed by [`text::column::plain`]. From the first line in
 //! another form on, the csv crate and serde parse the file: they decide what is a row.
 
 mod error;
@@ -21,7 +21,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use column::Row;
+use text::column::Row;
 
 use crate::fact::{FileFact, OTHER_BYTES, Tally, other_length};
 use crate::file;

@@ -155,7 +155,7 @@ fn contradictions(manifest: &Manifest, medium: Medium) -> Vec<String> {
     let held = manifest
         .certificate
         .as_ref()
-        .map(|of| of.verdict == certificate::Verdict::Holds);
+        .map(|of| of.verdict == link::certificate::Verdict::Holds);
     match (medium, held) {
         (Medium::Link, None) => {
             found.push("it is complete without its link's certificate".to_owned());

@@ -102,9 +102,9 @@ fn a_field_that_no_report_has_is_refused_by_its_name_wherever_it_is() {
 /// Two players beside an end each, of which no run is kept: webloop's, tc's, and one of each.
 #[test]
 fn a_field_that_no_player_beside_an_end_has_is_refused_too() {
-    use certificate::{Beside, LinkReport, OneWay, Scheduling, TcReport};
-    let lateness = certificate::Lateness::default();
-    let traffic = certificate::WayReport {
+    use link::certificate::{Beside, LinkReport, OneWay, Scheduling, TcReport};
+    let lateness = link::certificate::Lateness::default();
+    let traffic = link::certificate::WayReport {
         packets: 9,
         bytes: 900,
         delivered: 7,
@@ -114,7 +114,7 @@ fn a_field_that_no_player_beside_an_end_has_is_refused_too() {
         foreign: 0,
         dropped: 0,
         lateness,
-        ..certificate::WayReport::default()
+        ..link::certificate::WayReport::default()
     };
     let tc = |way| {
         OneWay::Tc(Beside {
@@ -144,13 +144,13 @@ fn a_field_that_no_player_beside_an_end_has_is_refused_too() {
         OneWay::User(Beside {
             own: None,
             peer: None,
-            report: certificate::WayPlayed {
+            report: link::certificate::WayPlayed {
                 way,
                 scheduling: Scheduling::Fifo,
                 epoch: Epoch::at_ns(7),
                 started_ns: 8,
                 ended_ns: 9,
-                pauses: vec![certificate::Pause { t_ns: 8, ns: 1 }],
+                pauses: vec![link::certificate::Pause { t_ns: 8, ns: 1 }],
                 shaped: traffic,
                 carried: traffic.into(),
             },

@@ -11,9 +11,9 @@ use std::{
 
 use clock::journal::{Journal, Kept, Recorder};
 use clock::{alarm::Alarm, now::now_ns, scheduling::Granted};
-use column::Row;
 use endpoint::{ControllerEnd, Loss, MessageRow, Signals, Step, report};
 use futures_util::{StreamExt, stream::FuturesUnordered};
+use text::column::Row;
 use tokio::runtime::LocalOptions;
 
 use crate::{

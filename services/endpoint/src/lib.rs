@@ -39,7 +39,6 @@ pub mod sample_time;
 pub mod setting;
 pub mod surroundings;
 
-pub use column::UnknownWord;
 pub use control::Signals;
 pub use controller::{ControllerEnd, Counts, Deadline, InvalidSettings, Loss, Next, Step};
 pub use field::{Field, InvalidSetting};
@@ -61,3 +60,4 @@ pub use setting::{
     Transport,
 };
 pub use surroundings::{Disturbance, Surrounded, Surroundings};
+pub use text::column::UnknownWord;

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::field::{Field, InvalidSetting, span_field, word_field};
 use crate::setting::{Connection, ControllerSettings, Outstanding, Schedule, Transport};
 
-column::choice!(
+text::choice!(
     /// Where in a page the loop runs.
     Thread, "thread", {
         /// Where the page is drawn and clicked on, as in 2011.
@@ -19,7 +19,7 @@ column::choice!(
     }
 );
 
-column::choice!(
+text::choice!(
     /// What sends a page's requests. A WebSocket needs neither.
     Sender, "sender", {
         /// A synchronous `XMLHttpRequest`: its thread waits for the answer.
@@ -29,7 +29,7 @@ column::choice!(
     }
 );
 
-column::choice!(
+text::choice!(
     /// What a page waits for a deadline with.
     Timer, "timer", {
         /// setTimeout, once a deadline.

@@ -7,7 +7,7 @@ use crate::page::{PageSettings, Sender, Thread, Timer};
 use crate::sample_time::SampleTime;
 use crate::setting::{ControllerSettings, Mode, Outstanding, Schedule, Transport};
 
-column::choice!(
+text::choice!(
     /// A client's settings with a name.
     Preset, "preset", {
         /// The paper's Python client, as its closed loop over the VPN shows it:

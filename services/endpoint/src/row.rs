@@ -6,7 +6,7 @@
 //! The comment on a column is what the data package and the book say of it. Writing and reading files is the task of
 //! others.
 
-use column::row;
+use text::row;
 
 row!(
     /// One tick of the plant (`ticks.csv`): a row every h, whatever happens.
@@ -72,7 +72,7 @@ row!(
     }
 );
 
-column::choice!(
+text::choice!(
     /// What became of a command at the plant.
     ArrivalOutcome, "outcome", {
         /// It became the plant's input, held from the next tick on.
@@ -119,7 +119,7 @@ row!(
     }
 );
 
-column::choice!(
+text::choice!(
     /// What became of a deadline of the controller.
     MessageOutcome, "outcome", {
         /// The message was sent and a valid answer came.

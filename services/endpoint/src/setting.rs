@@ -12,7 +12,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use crate::field::{Field, InvalidSetting, span_field, word_field};
 use crate::sample_time::SampleTime;
 
-column::choice!(
+text::choice!(
     /// Whether the answers steer the plant.
     Mode, "mode", {
         /// The plant only acknowledges: a study of timing.
@@ -22,7 +22,7 @@ column::choice!(
     }
 );
 
-column::choice!(
+text::choice!(
     /// What a message does for its TCP connection.
     Connection, "connection", {
         /// Takes an idle one and leaves it open; opens one when none is idle.
@@ -32,7 +32,7 @@ column::choice!(
     }
 );
 
-column::choice!(
+text::choice!(
     /// Where the next deadline is.
     Schedule, "schedule", {
         /// start + k h: it does not drift, and what is late stays visible.
@@ -47,7 +47,7 @@ column::choice!(
     }
 );
 
-column::choice!(
+text::choice!(
     /// The time by which the controller's integrator advances at each message.
     Integrate, "integrate", {
         /// The nominal sample time, as the paper's difference equation has it.
@@ -57,7 +57,7 @@ column::choice!(
     }
 );
 
-column::choice!(
+text::choice!(
     /// What an end does with a message that a newer one has overtaken.
     Late, "late", {
         /// Takes messages in order of arrival, as the paper's server did.
@@ -67,7 +67,7 @@ column::choice!(
     }
 );
 
-column::choice!(
+text::choice!(
     /// Who may command a plant at a time.
     Lease, "lease", {
         /// Whoever sends, as at the paper's server. A page needs a session all the same.
@@ -79,7 +79,7 @@ column::choice!(
     }
 );
 
-column::choice!(
+text::choice!(
     /// Whose clock stamps the commands that a plant gets.
     Clock, "clock", {
         /// Each controller's own, which runs like the plant's and may show another time.
@@ -89,7 +89,7 @@ column::choice!(
     }
 );
 
-column::choice!(
+text::choice!(
     /// What carries the messages.
     Transport, "transport", {
         /// A request a message.
@@ -334,8 +334,8 @@ impl ControllerSettings {
 
 #[cfg(test)]
 mod tests {
-    use column::UnknownWord;
     use proptest::prelude::*;
+    use text::column::UnknownWord;
 
     use super::*;
     use crate::page::{Sender, Thread, Timer};

@@ -16,9 +16,9 @@ use std::{
 };
 
 use clock::journal::{Journal, JournalError, Kept, Recorder};
-use column::Row;
 use endpoint::{MessageRow, report::Written};
 use hyper::body::Bytes;
+use text::column::Row;
 use tokio::sync::oneshot;
 
 use crate::{

@@ -4,9 +4,9 @@
 //! have exactly the fields that its outcome requires. The columns are those of [`MessageRow`]; there
 //! is no header, and no quotes, since no field needs them.
 
-use column::strict::BadLine;
-use column::{BadEntry, Row};
 use endpoint::{MessageOutcome, MessageRow};
+use text::column::strict::BadLine;
+use text::column::{BadEntry, Row};
 
 /// Why rows were rejected.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

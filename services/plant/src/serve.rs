@@ -14,9 +14,9 @@ use std::{
 
 use clock::journal::{Journal, JournalError, Kept, Recorder};
 use clock::{now::now_ns, scheduling::Granted};
-use column::Row;
 use endpoint::{ArrivalRow, Hosts, Inbox, Model, Process, SampleTime, SecondRow, TickRow, report};
 use futures_util::{StreamExt, stream::FuturesUnordered};
+use text::column::Row;
 use tokio::{net::TcpListener, runtime::Runtime, sync::watch, task::LocalSet};
 
 use crate::{

@@ -1,5 +1,6 @@
-//! The model of links: its laws, the profiles that are built in, and what tc is told.
+//! The model of links: its laws, the profiles that are built in, what tc is told, and what vouches for a link.
 
+mod echoes;
 mod faults;
 mod laws;
 mod lint;

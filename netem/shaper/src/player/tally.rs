@@ -1,7 +1,7 @@
 //! What the player counts: a running tally per way, the source of the rows of each second and of the
 //! report at the end.
 
-use certificate::{Histogram, LinkRow, WayReport};
+use link::certificate::{Histogram, LinkRow, WayReport};
 use link::{Cause, Twist, Way};
 
 use crate::port::PortCounters;

@@ -12,11 +12,11 @@
 //! Each end has a player beside it, which takes the packets of its end from a [TUN device](TunPort),
 //! shapes them, and sends them to the other player in [datagrams](UdpPort). Packets from the other
 //! player are already shaped and go to the end at once. The cost of the network between the two is
-//! part of the [baseline](certificate::Baseline), like a player's own cost.
+//! part of the [baseline](link::certificate::Baseline), like a player's own cost.
 
 use std::sync::atomic::AtomicBool;
 
-use certificate::{LinkRow, WayPlayed};
+use link::certificate::{LinkRow, WayPlayed};
 use link::{Epoch, LinkTime, PacketRow, PerWay, Profile, Timeline, Way};
 
 use crate::error::Result;

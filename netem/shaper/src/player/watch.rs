@@ -3,7 +3,7 @@
 //! Pure: instants are passed as arguments. A player that works without a rest is not held up, however
 //! late its packets are; their lateness shows that.
 
-use certificate::Pause;
+use link::certificate::Pause;
 
 /// A shorter pause may be a time slice, and shows in the lateness of the packets.
 const PAUSE_NS: u64 = 5_000_000;

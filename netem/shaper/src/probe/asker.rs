@@ -6,8 +6,8 @@ use std::net::SocketAddrV4;
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use certificate::Echo;
 use clock::now::{now_ns, timespec};
+use link::certificate::Echo;
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
 use rustix::net::SendFlags;
@@ -40,7 +40,7 @@ impl Asker {
     /// Sends the echoes of `plan` at absolute instants, independently of slow answers, until all are
     /// done or `stop` is set. Calls `on_answer` with each echo when its answer comes; returns all
     /// echoes in order of sending. The times at which they reached the plant are missing;
-    /// [`merge`](certificate::merge) adds them.
+    /// [`merge`](link::certificate::merge) adds them.
     ///
     /// Runs on a thread of its own, for which it requests real-time scheduling, and waits for that thread.
     ///

@@ -9,7 +9,7 @@ const HEADER: usize = 8;
 const SHORTEST_IP_HEADER: usize = 20;
 
 /// Bytes of a message, including its header.
-const MESSAGE_BYTES: usize = certificate::PACKET_BYTES as usize - SHORTEST_IP_HEADER;
+const MESSAGE_BYTES: usize = link::certificate::PACKET_BYTES as usize - SHORTEST_IP_HEADER;
 
 /// What the payload is filled with. Some kernels answer a request of zeros alone with a checksum of 0, which is
 /// wrong: its first echo would be lost.

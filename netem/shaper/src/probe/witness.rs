@@ -5,8 +5,8 @@ use std::io;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use certificate::Sighting;
 use clock::now::timespec;
+use link::certificate::Sighting;
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
 

@@ -3,8 +3,8 @@
 //! netem counts the packets, the player its changes. netem has one count for losses by the setting
 //! and for lack of room; this file infers which of the two it was.
 
-use certificate::{Histogram, TcRow, WayReport};
 use link::Way;
+use link::certificate::{Histogram, TcRow, WayReport};
 
 use crate::tc::qdisc::Counters;
 

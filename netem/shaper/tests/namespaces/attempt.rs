@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use certificate::{Certificate, Verdict};
+use link::certificate::{Certificate, Verdict};
 
 /// How often a link is measured at most.
 const ATTEMPTS: usize = 5;

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use certificate::{Baseline, Certificate, Echo, LinkRow, PlayerReport, certify};
 use clock::now::now_ns;
+use link::certificate::{Baseline, Certificate, Echo, LinkRow, PlayerReport, certify};
 use link::{Epoch, LinkTime, Profile};
 use shaper::{
     CONTROLLER_INTERFACE, Namespace, PLANT_ADDRESS, PLANT_INTERFACE, PacketPort, PlayerConfig,

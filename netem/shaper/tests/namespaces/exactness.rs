@@ -2,8 +2,8 @@
 
 use std::net::Ipv4Addr;
 
-use certificate::{Baseline, Verdict, certify};
 use clock::now::now_ns;
+use link::certificate::{Baseline, Verdict, certify};
 use link::{Epoch, Profile};
 use shaper::{Namespace, ProbePlan, probe};
 

@@ -5,8 +5,8 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use certificate::PlayerReport;
 use link::Profile;
+use link::certificate::PlayerReport;
 use shaper::PLANT_ADDRESS;
 
 use crate::attempt::{held, holds};
@@ -38,7 +38,7 @@ pub(crate) fn echoes_prove_a_link_with_each_fault() {
         holds(effect, || {
             let cell = Cell::start(&profile, SEED, SECOND).unwrap();
             let proof = cell.prove(effect, 3 * MS, 600)?;
-            let bare = certificate::certify(
+            let bare = link::certificate::certify(
                 &proof.echoes,
                 &crate::cell::constant("2ms"),
                 SEED,

@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::thread::{self, JoinHandle};
 
-use certificate::{Baseline, Echo, TcReport, TcRow, Verdict, certify_within};
 use clock::now::now_ns;
+use link::certificate::{Baseline, Echo, TcReport, TcRow, Verdict, certify_within};
 use link::{Epoch, LinkTime, Profile, Timeline, Way};
 use shaper::{
     CONTROLLER_INTERFACE, Error, Namespace, PLANT_INTERFACE, TcConfig, TcPlayer, bridge, join,

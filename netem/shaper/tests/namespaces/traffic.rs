@@ -5,8 +5,8 @@ use std::net::{TcpListener, TcpStream, UdpSocket};
 use std::thread;
 use std::time::Duration;
 
-use certificate::PlayerReport;
 use link::Profile;
+use link::certificate::PlayerReport;
 use rustix::net::{self, AddressFamily, RecvFlags, SocketType};
 use shaper::{CONTROLLER_ADDRESS, Namespace, PLANT_ADDRESS};
 

@@ -385,7 +385,7 @@ pub(crate) fn tc_can_be_stopped_at_once() {
     assert!(report.first.to_string().contains("netem"));
     let text = serde_json::to_string(&report).unwrap();
     assert_eq!(
-        serde_json::from_str::<certificate::TcReport>(&text).unwrap(),
+        serde_json::from_str::<link::certificate::TcReport>(&text).unwrap(),
         report
     );
 }

@@ -7,11 +7,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
-use certificate::{
+use clock::now::now_ns;
+use link::certificate::{
     Baseline, Certificate, Echo, LinkRow, PlayerReport, Sighting, WayPlayed, WayReport, certify,
     merge,
 };
-use clock::now::now_ns;
 use link::{Epoch, LinkTime, Profile, Way};
 use shaper::{
     Asker, Error, Namespace, TUNNEL_PORT, TunPort, UdpPort, WayConfig, Witness, connect, play_way,

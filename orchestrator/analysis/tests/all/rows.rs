@@ -3,7 +3,6 @@
 use std::fmt::Debug;
 use std::fs;
 
-use column::Row;
 use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, TickRow};
 use plan::{Phase, ProbeRow};
 use proptest::prelude::*;
@@ -11,6 +10,7 @@ use proptest::sample::{Index, select};
 use record::ReadError;
 use record::rows::read;
 use serde::Serialize;
+use text::column::Row;
 
 /// The rows before an error, and the error's line and words. Rows are compared as they print, which
 /// tells apart all numbers and keeps NaN equal to itself.

@@ -7,8 +7,8 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use agent::Stop;
-use certificate::Echo;
 use link::Epoch;
+use link::certificate::Echo;
 use plan::{Instead, Plan, ProfileText};
 use shaper::ProbePlan;
 

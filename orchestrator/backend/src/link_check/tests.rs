@@ -101,7 +101,7 @@ proptest! {
             t_back_ns: None,
         });
         let certificate = check.certificate(&judged, Baseline::default(), Edge::USER);
-        prop_assert_eq!(certificate.fates, certificate::Fates::default());
+        prop_assert_eq!(certificate.fates, link::certificate::Fates::default());
         for echo in sent.echoes.iter().filter(|echo| echo.t_back_ns.is_none()) {
             let due_ns = plan.due_ns(start_ns, echo.seq);
             let waited_ns = sent.until_ns[echo.seq as usize] - due_ns;

@@ -10,8 +10,8 @@ use std::sync::atomic::AtomicBool;
 use ::link::{PacketRow, Profile, Way};
 use anyhow::{Context, anyhow};
 use backend::{LinkRole, Player};
-use certificate::{Beside, OneWay};
 use clock::now::now_ns;
+use link::certificate::{Beside, OneWay};
 use link::{Epoch, LinkTime};
 use serde::Serialize;
 use shaper::{

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use ::link::{Asked, Band, LinkTime, Pings, Prediction, Profile, predict};
 use anyhow::anyhow;
 use backend::Probed;
-use certificate::{ANSWERS_NEEDED, Certificate, Echo, RttStatistics, Verdict};
+use link::certificate::{ANSWERS_NEEDED, Certificate, Echo, RttStatistics, Verdict};
 
 use crate::argument::Probe;
 use crate::exit::{Exit, Failure, Outcome};

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 
 use analysis::statistics::{Quantiles, median};
 use analysis::{CellFacts, Metrics};
-use certificate::Verdict::Holds;
-use certificate::{Beside, LinkReport, OneWay};
+use link::certificate::Verdict::Holds;
+use link::certificate::{Beside, LinkReport, OneWay};
 use plan::{Phase, ProbeRow, Verdict};
 use record::Manifest;
 

@@ -2,7 +2,7 @@
 
 use std::process::Output;
 
-use certificate::Verdict::Holds;
+use link::certificate::Verdict::Holds;
 use plan::Verdict;
 use record::Manifest;
 

@@ -6,7 +6,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
-use certificate::Verdict::Holds;
+use link::certificate::Verdict::Holds;
 use plan::Verdict;
 use tempfile::TempDir;
 

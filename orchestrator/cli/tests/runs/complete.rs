@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use certificate::Verdict::Holds;
 use endpoint::Counts;
+use link::certificate::Verdict::Holds;
 use plan::Verdict;
 use record::Manifest;
 use record::{ControllerReport, PlantReport};

@@ -5,7 +5,7 @@ use std::fmt::Display;
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
-use column::Row;
+use text::column::Row;
 use thiserror::Error;
 
 use super::error::ReadError;

@@ -3,7 +3,7 @@
 use std::io::{BufRead, Read};
 use std::path::Path;
 
-use column::Row;
+use text::column::Row;
 
 use super::error::{ReadError, refused, unreadable};
 

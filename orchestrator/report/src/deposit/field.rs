@@ -1,7 +1,7 @@
 //! A column of a CSV file, as Table Schema describes it.
 
-use column::{Column, EntryType};
 use serde::Serialize;
+use text::column::{Column, EntryType};
 
 /// A column.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]

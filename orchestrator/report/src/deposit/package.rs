@@ -7,9 +7,9 @@
 use std::path::{Path, PathBuf};
 
 use analysis::{Run, Summary};
-use column::EntryType;
 use record::{FileFact, file};
 use serde::Serialize;
+use text::column::EntryType;
 
 use super::field::Field;
 use super::schema::{ROW_FILES, RowFile};

@@ -2,11 +2,11 @@
 //!
 //! A report's own tables and figures describe themselves by their headers and are not here.
 
-use certificate::{LinkRow, TcRow};
-use column::Column;
 use endpoint::{ArrivalRow, MessageRow, SecondRow, TickRow};
 use link::PacketRow;
+use link::certificate::{LinkRow, TcRow};
 use plan::{ProbeRow, file_name};
+use text::column::Column;
 
 /// A kind of file that cells leave.
 #[derive(Debug, Clone)]

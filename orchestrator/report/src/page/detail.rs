@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use analysis::{Campaign, Run};
-use certificate::{Certificate, Verdict};
+use link::certificate::{Certificate, Verdict};
 use maud::{Markup, html};
 use record::Manifest;
 use serde::Serialize;

@@ -1,7 +1,7 @@
 //! The links: what each profile asks for, and whether the runs' links held.
 
 use analysis::{Campaign, Run};
-use certificate::Verdict;
+use link::certificate::Verdict;
 use maud::{Markup, html};
 use text::significant;
 

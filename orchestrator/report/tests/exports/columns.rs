@@ -2,10 +2,10 @@
 //! serde derives from the rows.
 
 use analysis::{LoopVerdict, Summary};
-use certificate::{LinkRow, TcRow};
-use column::{Column, Typed};
+use link::certificate::{LinkRow, TcRow};
 use link::{PacketRow, Way};
 use report::deposit::schema::ROW_FILES;
+use text::column::{Column, Typed};
 
 fn names(columns: &[Column]) -> Vec<&'static str> {
     columns.iter().map(|column| column.name).collect()

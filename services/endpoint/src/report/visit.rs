@@ -58,7 +58,7 @@ pub struct Browser {
     pub opened_ms: Option<u64>,
 }
 
-column::choice!(
+text::choice!(
     /// A browser's family.
     Engine, "browser", {
         /// Chromium, or Google's Chrome.

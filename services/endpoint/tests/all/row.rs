@@ -1,9 +1,9 @@
 //! A row has the bytes that the csv crate writes by serde.
 
-use column::Row;
 use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow, SecondRow, TickRow};
 use proptest::prelude::*;
 use serde::Serialize;
+use text::column::Row;
 
 fn by_hand(row: &impl Row) -> String {
     let mut text = Vec::new();

@@ -5,10 +5,10 @@ use std::fs;
 use std::process::Command;
 
 use analysis::Summary;
-use column::{Column, EntryType};
 use report::deposit::field::Field;
 use report::deposit::schema::ROW_FILES;
 use serde_json::{Map, Value};
+use text::column::{Column, EntryType};
 
 use crate::book::page::ROOT;
 

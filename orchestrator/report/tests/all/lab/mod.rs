@@ -16,13 +16,13 @@ use std::fs;
 use std::path::Path;
 
 use analysis::Campaign;
-use certificate::{Baseline, Certificate, certify};
 use endpoint::report::{
     ControllerGranted, Plant, PlantGranted, Policy, Python, Scheduling, Written,
 };
 use endpoint::{
     ArrivalOutcome, ArrivalRow, Counts, MessageOutcome, MessageRow, Mode, TickRow, Transport,
 };
+use link::certificate::{Baseline, Certificate, certify};
 use link::{Epoch, Profile};
 use plan::{Cell, Instead, Phase, Plan, ProbeRow, ProfileText, Verdict};
 use record::{FileFact, Machine, Manifest};
@@ -281,7 +281,7 @@ fn fifo(priority: u8) -> Scheduling {
 /// The certificate of a link that held, over no echoes.
 fn held() -> Certificate {
     Certificate {
-        verdict: certificate::Verdict::Holds,
+        verdict: link::certificate::Verdict::Holds,
         ..certify(
             &[],
             &Profile::empty(),

@@ -52,5 +52,5 @@ impl BadEntry {
 
 /// The beginning of a text from outside, escaped for one line.
 fn excerpt(text: &str) -> String {
-    text::excerpt_of_line(text, EXCERPT_CHARS)
+    crate::plain::excerpt_of_line(text, EXCERPT_CHARS)
 }

@@ -7,11 +7,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, de::Error};
 use serde_json::Value;
 
-use crate::played::WayPlayed;
-use crate::prediction::Edge;
-use crate::report::{Pause, PlayerReport};
-use crate::scheduling::Scheduling;
-use crate::tc_report::TcReport;
+use crate::certificate::played::WayPlayed;
+use crate::certificate::prediction::Edge;
+use crate::certificate::report::{Pause, PlayerReport};
+use crate::certificate::scheduling::Scheduling;
+use crate::certificate::tc_report::TcReport;
 
 /// The report of a link.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]

@@ -2,8 +2,8 @@
 //!
 //! There are no quotes, since no entry needs them.
 
-use crate::bad_entry::BadEntry;
-use crate::value::Value;
+use crate::column::bad_entry::BadEntry;
+use crate::column::value::Value;
 
 /// Why a line is not a row.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -57,7 +57,7 @@ impl<'a> Unread<'a> {
 #[cfg(test)]
 #[allow(unreachable_pub)] // Rows are public.
 mod tests {
-    use crate::row::Row;
+    use crate::column::row::Row;
 
     crate::row!(
         /// A row.

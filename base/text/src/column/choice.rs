@@ -1,6 +1,6 @@
 //! An entry that is one of a few words, declared once: in files, on the command line and in tables alike.
 
-use text::one_of;
+use crate::list::one_of;
 
 /// An entry that is one of a few words.
 pub trait Word: Sized {
@@ -48,24 +48,24 @@ macro_rules! choice {
         }
 
         impl std::str::FromStr for $name {
-            type Err = $crate::choice::UnknownWord;
+            type Err = $crate::column::UnknownWord;
 
             fn from_str(word: &str) -> Result<Self, Self::Err> {
-                $crate::choice::Word::of(word).ok_or_else(|| $crate::choice::UnknownWord {
+                $crate::column::Word::of(word).ok_or_else(|| $crate::column::UnknownWord {
                     setting: $setting,
                     word: word.to_owned(),
-                    choices: <Self as $crate::choice::Word>::WORDS,
+                    choices: <Self as $crate::column::Word>::WORDS,
                 })
             }
         }
 
         impl std::fmt::Display for $name {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.pad($crate::choice::Word::word(self))
+                f.pad($crate::column::Word::word(self))
             }
         }
 
-        impl $crate::choice::Word for $name {
+        impl $crate::column::Word for $name {
             const WORDS: &'static [&'static str] = &[$($word),+];
 
             #[inline]

@@ -2,7 +2,7 @@
 //! No socket, no clock.
 #![allow(clippy::unwrap_used)]
 
-use certificate::{Baseline, Certificate, Echo, Edge, Verdict, certify, certify_within};
+use link::certificate::{Baseline, Certificate, Echo, Edge, Verdict, certify, certify_within};
 use link::{Change, Epoch, LinkTime, Profile, Staircase, Timeline, Way};
 use proptest::prelude::*;
 

@@ -1,12 +1,12 @@
 //! Compares the fate of each echo, lost or not, with the one that the link predicts.
 
-use link::Way;
+use crate::way::Way;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::echo::Echo;
-use crate::entry::Entries;
-use crate::prediction::{Expected, Prediction};
+use crate::certificate::echo::Echo;
+use crate::certificate::entry::Entries;
+use crate::certificate::prediction::{Expected, Prediction};
 
 /// Echoes whose fate was not the predicted one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]

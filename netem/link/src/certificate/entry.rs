@@ -4,11 +4,12 @@
 //! state of the link: one with less delay, or one that loses nothing. Such an echo is no evidence against
 //! the link. One that left sooner than every state between its stamp and its arrival lets it, is.
 
-use link::{Timeline, Way};
+use crate::timeline::Timeline;
+use crate::way::Way;
 
-use crate::echo::{Echo, PACKET_BYTES};
-use crate::prediction::{LOOK_NS, Prediction};
-use crate::statistics::ms;
+use crate::certificate::echo::{Echo, PACKET_BYTES};
+use crate::certificate::prediction::{LOOK_NS, Prediction};
+use crate::certificate::statistics::ms;
 
 /// An echo counts as quicker than the link only by more than this, ns, since the edges of its states are not
 /// known more exactly.

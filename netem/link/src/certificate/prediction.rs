@@ -4,12 +4,13 @@
 //! Pure functions. The queue in front of a rate limit depends on other traffic. It is predicted if
 //! the player recorded what entered; otherwise the prediction is the least possible delay.
 
-use link::{Timeline, Way};
+use crate::timeline::Timeline;
+use crate::way::Way;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::echo::{Echo, PACKET_BYTES};
-use crate::statistics::{median, ms};
+use crate::certificate::echo::{Echo, PACKET_BYTES};
+use crate::certificate::statistics::{median, ms};
 
 /// How far the instant at which a packet meets the link's state may differ from the instant known of
 /// it. A packet this close to a change may have met the state before or after the change.
@@ -34,11 +35,11 @@ impl Edge {
     };
 
     /// The tc player, whose changes act only once they have been carried out. How late they were
-    /// makes the edge wider; see [`TcReport::edge`](crate::TcReport::edge).
+    /// makes the edge wider; see [`TcReport::edge`](crate::certificate::TcReport::edge).
     pub const TC: Edge = Edge {
-        before_ns: link::STEP_NS,
+        before_ns: crate::staircase::STEP_NS,
         after_ns: Edge::USER.after_ns,
-        fall_ns: link::STEP_NS / 2,
+        fall_ns: crate::staircase::STEP_NS / 2,
     };
 
     /// The wider of two edges on each side.
@@ -192,7 +193,11 @@ impl Baseline {
     #[must_use]
     pub fn of(echoes: &[Echo]) -> Option<Self> {
         // With an epoch that never comes the timeline stays the empty link.
-        let mut empty = Timeline::new(&link::Profile::empty(), 0, link::Epoch::at_ns(u64::MAX));
+        let mut empty = Timeline::new(
+            &crate::profile::Profile::empty(),
+            0,
+            crate::time::Epoch::at_ns(u64::MAX),
+        );
         let excesses: Vec<[f64; 3]> = echoes
             .iter()
             .zip(predict(echoes, &mut empty))

@@ -1,14 +1,12 @@
 //! Decides whether a link was the one asked for, and defines the reports of its players.
 //!
 //! - [`Echo`]: a packet that crossed the link; [`certify`] compares it with what the same
-//!   [`Timeline`](link::Timeline) [predicts](predict). The [`Certificate`] has a [`Verdict`].
+//!   [`Timeline`](crate::timeline::Timeline) [predicts](predict). The [`Certificate`] has a [`Verdict`].
 //! - [`PlayerReport`], [`WayPlayed`], [`TcReport`] and their rows: what a player did, as it writes it
 //!   to its files, and as one [`LinkReport`]; a [`Histogram`] of its lateness.
 //!
-//! All times are nanoseconds of one monotonic clock. This crate has no clock, socket, file or thread:
+//! All times are nanoseconds of one monotonic clock. There is no clock, socket, file or thread here:
 //! the shaper sends echoes and plays links.
-#![forbid(unsafe_code)]
-
 #[allow(clippy::module_inception)]
 mod certificate;
 mod echo;

@@ -3,17 +3,17 @@
 //! What is written has the same bytes as the csv crate writes by serde, which a test compares, in a fraction of the
 //! time. None of it needs a quote.
 
-use crate::bad_entry::BadEntry;
-use crate::choice::Word;
-use crate::column::{EntryType, Typed};
-use crate::plain::Fields;
+use crate::column::bad_entry::BadEntry;
+use crate::column::choice::Word;
+use crate::column::entry::{EntryType, Typed};
+use crate::column::plain::Fields;
 
 /// An entry of a raw row.
 pub trait Value: Typed + Sized {
     /// Appends the entry to a text; nothing, where there is nothing to record.
     fn write(&self, text: &mut Vec<u8>);
 
-    /// Takes the entry from a line in the [plain form](crate::plain); `None` if it is not in it.
+    /// Takes the entry from a line in the [plain form](crate::column::plain); `None` if it is not in it.
     fn plain(fields: &mut Fields<'_>) -> Option<Self>;
 
     /// Reads an entry that somebody else wrote.

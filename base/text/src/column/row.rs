@@ -2,7 +2,7 @@
 
 use serde::de::DeserializeOwned;
 
-use crate::strict::BadLine;
+use crate::column::strict::BadLine;
 
 /// A row of a raw file: a struct with a field for each column, in the order of its header.
 pub trait Row: DeserializeOwned {
@@ -12,7 +12,7 @@ pub trait Row: DeserializeOwned {
     /// Appends the row to a text, as a line with its end. Nothing but a text that is too short allocates.
     fn write(&self, text: &mut Vec<u8>);
 
-    /// Parses a line without its end; `None` if it is not in the [plain form](crate::plain).
+    /// Parses a line without its end; `None` if it is not in the [plain form](crate::column::plain).
     fn plain(line: &[u8]) -> Option<Self>;
 
     /// Reads a line without its end that somebody else wrote.
@@ -77,13 +77,13 @@ macro_rules! row {
             $(assert!(!<$new_type as $crate::column::Typed>::IS_REQUIRED, "a later column may be empty");)*
         };
 
-        impl $crate::row::Row for $name {
+        impl $crate::column::Row for $name {
             const NEW: usize = <[&str]>::len(&[$(stringify!($new)),*]);
 
             #[inline]
             fn write(&self, text: &mut Vec<u8>) {
                 $(
-                    $crate::value::Value::write(&self.$field, text);
+                    $crate::column::Value::write(&self.$field, text);
                     text.push(b',');
                 )+
                 // In place of the last comma.
@@ -94,13 +94,13 @@ macro_rules! row {
 
             #[inline]
             fn plain(line: &[u8]) -> Option<Self> {
-                let mut fields = $crate::plain::Fields::of(line);
-                let row = Self { $($field: $crate::value::Value::plain(&mut fields)?),+ };
+                let mut fields = $crate::column::plain::Fields::of(line);
+                let row = Self { $($field: $crate::column::Value::plain(&mut fields)?),+ };
                 fields.end(row)
             }
 
-            fn strict(line: &str) -> Result<Self, $crate::strict::BadLine> {
-                let mut unread = $crate::strict::Unread::of(line, Self::COLUMNS)?;
+            fn strict(line: &str) -> Result<Self, $crate::column::strict::BadLine> {
+                let mut unread = $crate::column::strict::Unread::of(line, Self::COLUMNS)?;
                 Ok(Self { $($field: unread.next(stringify!($field))?),+ })
             }
         }

@@ -1,17 +1,19 @@
 //! Decides whether a link was the one asked for: compares each echo that crossed it with its prediction.
 //!
-//! Pure functions. The limits behind the [verdict](crate::Verdict) are in a file of their own.
+//! Pure functions. The limits behind the [verdict](crate::certificate::Verdict) are in a file of their own.
 
-use link::{Epoch, Profile, Timeline};
+use crate::profile::Profile;
+use crate::time::Epoch;
+use crate::timeline::Timeline;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::echo::Echo;
-use crate::entry::Entries;
-use crate::fate::{Fates, fates};
-use crate::prediction::{Baseline, Edge, Prediction, excesses_ms, predict_within};
-use crate::statistics::{RttStatistics, median, ms, quantile, spread_ms};
-use crate::verdict::{Evidence, Verdict, are_too_many, is_astray, most_quicker};
+use crate::certificate::echo::Echo;
+use crate::certificate::entry::Entries;
+use crate::certificate::fate::{Fates, fates};
+use crate::certificate::prediction::{Baseline, Edge, Prediction, excesses_ms, predict_within};
+use crate::certificate::statistics::{RttStatistics, median, ms, quantile, spread_ms};
+use crate::certificate::verdict::{Evidence, Verdict, are_too_many, is_astray, most_quicker};
 
 /// How far residuals lie from zero on one way or over the round trip: measured minus
 /// predicted minus baseline, ms. The quantiles are of absolute values.

@@ -1,14 +1,15 @@
 //! What a player reports on both ways: a row each second, and a report at the end.
-//! [`played`](crate::played) has what two players report together that shape a way each.
+//! [`played`](crate::certificate::played) has what two players report together that shape a way each.
 
-use link::{Epoch, Way};
+use crate::time::Epoch;
+use crate::way::Way;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::lateness::Lateness;
-use crate::scheduling::Scheduling;
+use crate::certificate::lateness::Lateness;
+use crate::certificate::scheduling::Scheduling;
 
-column::row!(
+text::row!(
     /// One way of the link over one second: a row of `link.csv`. The counts are of that second
     /// alone, so that a column can be summed. A segment of TCP that crossed whole counts as the packets
     /// that a wire would have carried for it, each with its headers, and each as late.

@@ -1,12 +1,13 @@
 //! What a player beside an end did that shapes one way, and what two of them did together.
 
-use link::{Epoch, Way};
+use crate::time::Epoch;
+use crate::way::Way;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::lateness::Lateness;
-use crate::report::{Pause, PlayerReport, WayReport};
-use crate::scheduling::Scheduling;
+use crate::certificate::lateness::Lateness;
+use crate::certificate::report::{Pause, PlayerReport, WayReport};
+use crate::certificate::scheduling::Scheduling;
 
 /// What a player did that shapes one way, beside one of the ends.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]

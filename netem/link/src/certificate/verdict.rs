@@ -7,10 +7,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::entry::QUICKER_NS;
-use crate::fate::{Doubtful, Fates};
-use crate::prediction::{Baseline, Edge};
-use crate::statistics::ms;
+use crate::certificate::entry::QUICKER_NS;
+use crate::certificate::fate::{Doubtful, Fates};
+use crate::certificate::prediction::{Baseline, Edge};
+use crate::certificate::statistics::ms;
 
 /// Fewer answers than this can neither prove nor refute a tail of one in fifty.
 pub const ANSWERS_NEEDED: usize = 20;

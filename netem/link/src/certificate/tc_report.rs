@@ -1,16 +1,17 @@
 //! What the tc player reports on its way: a row each second, and a report at the end.
 
-use link::{Epoch, Way};
+use crate::time::Epoch;
+use crate::way::Way;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::lateness::Lateness;
-use crate::prediction::Edge;
-use crate::report::WayReport;
-use crate::scheduling::Scheduling;
+use crate::certificate::lateness::Lateness;
+use crate::certificate::prediction::Edge;
+use crate::certificate::report::WayReport;
+use crate::certificate::scheduling::Scheduling;
 
-column::row!(
+text::row!(
     /// One second of a way that tc plays: a row of `link.csv`. The counts are of that second
     /// alone, so that a column can be summed.
     TcRow {
