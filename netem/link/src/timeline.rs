@@ -163,6 +163,12 @@ impl Timeline {
         path.loses_by_fault(t)
     }
 
+    /// Whether a packet may be lost or damaged on a way at all. Before it opens, a link loses none.
+    #[must_use]
+    pub fn may_lose(&self, way: Way) -> bool {
+        self.link.path(way).may_lose()
+    }
+
     /// The path in force at `t_ns`, that instant in the path's own time, and the origin of that time;
     /// for the empty link, the machine's.
     #[inline]
@@ -297,5 +303,45 @@ mod tests {
                 asked = link.clone();
             }
         }
+
+        #[test]
+        fn who_looks_ahead_and_back_sees_what_who_goes_on_sees(
+            profile in links(), seed: u64,
+            steps in prop::collection::vec((1_u64..9_000_000, 0_u64..60_000_000), 1..80),
+        ) {
+            let mut on = Timeline::new(&profile, seed, EPOCH).opening(OPENS);
+            let mut ahead = on.clone();
+            let mut t_ns = 6_100_000_000;
+            for (step_ns, ahead_ns) in steps {
+                t_ns += step_ns;
+                ahead.passage(Way::Up, t_ns + ahead_ns, 100);
+                prop_assert_eq!(ahead.passage(Way::Up, t_ns, 100), on.passage(Way::Up, t_ns, 100));
+            }
+        }
+
+        #[test]
+        fn a_way_that_may_not_lose_loses_nothing(
+            profile in links(), seed: u64, times in prop::collection::vec(0_u64..9_000_000_000, 1..200),
+        ) {
+            let mut link = Timeline::new(&profile, seed, EPOCH);
+            for t_ns in times {
+                for way in Way::BOTH {
+                    let is_lost = link.passage(way, EPOCH.t_ns(LinkTime::from_ns(t_ns)), 100).lost;
+                    prop_assert!(link.may_lose(way) || !is_lost);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_link_may_lose_that_has_loss_a_rate_or_a_fault_but_not_by_its_delay() {
+        let may_lose = |lines: &str| {
+            let profile = profile(&format!("[both.delay]\nbase = '2ms'\n{lines}"));
+            Timeline::new(&profile, 1, EPOCH).may_lose(Way::Up)
+        };
+        assert!(!may_lose(""));
+        assert!(may_lose("[both.loss.random]\nshare = '1%'"));
+        assert!(may_lose("[both]\nrate = '2mbit'"));
+        assert!(may_lose("[[fault]]\nat = '2s'\nfor = '50ms'\ndown = true"));
     }
 }

@@ -41,7 +41,17 @@ pub(crate) struct Wire {
     reach_ns: u64,
     /// The piece of the newest query, since the next is mostly about the same; empty before the first.
     known: Known,
+    /// The one before it: who asks about a span of time for each packet goes ahead, and back for the next.
+    before: Known,
 }
+
+/// A piece of no time.
+const NOWHEN: Known = Known {
+    start_ns: 0,
+    end_ns: 0,
+    level_ns: 0,
+    held_until_ns: 0,
+};
 
 impl Wire {
     pub(crate) fn new(delay: &Delay, order: Order, draws: Draws, faults: Vec<Seeded>) -> Self {
@@ -52,12 +62,8 @@ impl Wire {
             draws,
             faults,
             reach_ns: delay.reach_ns().saturating_add(added_ns),
-            known: Known {
-                start_ns: 0,
-                end_ns: 0,
-                level_ns: 0,
-                held_until_ns: 0,
-            },
+            known: NOWHEN,
+            before: NOWHEN,
         }
     }
 
@@ -71,7 +77,8 @@ impl Wire {
     #[inline]
     pub(crate) fn delays(&mut self, t_ns: u64) -> Stay {
         if !(self.known.start_ns..self.known.end_ns).contains(&t_ns) {
-            self.known = self.learn(t_ns);
+            let there = self.learn(t_ns);
+            self.before = std::mem::replace(&mut self.known, there);
         }
         Stay {
             level_ns: self.known.level_ns,
@@ -83,6 +90,9 @@ impl Wire {
     /// The piece at `t_ns`, and until when earlier pieces hold its packets back.
     #[inline(never)]
     fn learn(&mut self, t_ns: u64) -> Known {
+        if (self.before.start_ns..self.before.end_ns).contains(&t_ns) {
+            return self.before;
+        }
         let piece = self.piece_at(t_ns);
         let before = self.known;
         let held_until_ns = match self.order {

@@ -63,6 +63,8 @@ struct Held<'a> {
     terms: &'a Terms,
     /// Each way has its own: a timeline forgets what lies far behind its newest query.
     link: Timeline,
+    /// Whether it may lose a message: else it is not asked where one may stray to, which tells nothing but that.
+    may_lose: bool,
     sender: Allowance,
     /// Time that the client may take to read a message of the way down, or between its stamp and its sending, ms.
     slack_ms: f64,
@@ -115,6 +117,7 @@ impl<'a> Held<'a> {
             way,
             terms,
             link: terms.timeline.clone(),
+            may_lose: terms.timeline.may_lose(way),
             sender,
             slack_ms,
             read_ns: ns(receiver.message_ms.min(READING_SHARE * terms.h_ms)),
@@ -176,8 +179,11 @@ impl<'a> Held<'a> {
     fn direct(&mut self, crossing: &Crossing) -> (Window, f64) {
         let stray_ns = ns(self.sender.strays_within_ms);
         let mut direct = self.window(crossing.enters_within(ns(self.sender.enters_within_ms)));
-        let stray = self.window(crossing.enters_within(stray_ns));
-        if stray.lossy >= 1.0 {
+        let strays = match self.may_lose {
+            true => self.window(crossing.enters_within(stray_ns)).lossy,
+            false => 0.0,
+        };
+        if strays >= 1.0 {
             let (terms, link) = (self.terms, &mut self.link);
             let again_ns = terms.carries_again_ns(link, self.way, crossing.enters_ns, stray_ns);
             direct.earliest_ns = direct.earliest_ns.max(again_ns);
@@ -189,7 +195,7 @@ impl<'a> Held<'a> {
                 direct.earliest_ns = direct.earliest_ns.min(held.earliest_ns);
             }
         }
-        (direct, stray.lossy)
+        (direct, strays)
     }
 
     /// What the link does to a message for which a connection is opened, if one may be: it is no earlier, and no less

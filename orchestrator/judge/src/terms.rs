@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use link::{Timeline, Way};
+use link::{Stay, Stretch, Timeline, Way};
 
 use crate::busy::Busy;
 use crate::connecting::Connecting;
@@ -152,8 +152,12 @@ impl Terms {
         let (mut earliest_ns, mut latest_ns, mut slowest_ns) = (u64::MAX, 0, 0);
         let (mut count, mut lossy) = (0_u32, 0_u32);
         let mut looks = self.looks(t_ns, within_ns);
+        // What the link does in a piece is asked once, though looks before and in the window are taken apart.
+        let mut asked: Option<Stretch> = None;
         while let Some(look_ns) = looks.next_ns() {
-            let piece = link.piece(way, look_ns, bytes);
+            let known = asked.filter(|piece| look_ns < piece.delays.end_ns);
+            let piece = known.unwrap_or_else(|| link.piece(way, look_ns, bytes));
+            asked = Some(piece);
             let looks = looks.take(look_ns, piece.delays.end_ns);
             // In a piece a delay only falls, and by no more than time goes on: so one of these is the extreme.
             for look_ns in [looks.first_ns, looks.last_ns] {
@@ -193,8 +197,11 @@ impl Terms {
         let bytes = entered_bytes(link, way, t_ns, within_ns, MESSAGE_BYTES);
         let mut earliest_ns = u64::MAX;
         let mut looks = self.looks(t_ns, within_ns);
+        let mut asked: Option<Stay> = None;
         while let Some(look_ns) = looks.next_ns() {
-            let delays = link.delays(way, look_ns, bytes);
+            let known = asked.filter(|delays| look_ns < delays.end_ns);
+            let delays = known.unwrap_or_else(|| link.delays(way, look_ns, bytes));
+            asked = Some(delays);
             let looks = looks.take(look_ns, delays.end_ns);
             for look_ns in [looks.first_ns, looks.last_ns] {
                 let leaves_ns = look_ns.max(t_ns).saturating_add(delays.delay_ns(look_ns));
