@@ -8,17 +8,15 @@
 
 mod rows;
 
-use endpoint::{ArrivalRow, MessageRow, TickRow};
 use link::{Profile, Timeline};
-use plan::{Plan, file_name};
-use record::rows::read;
+use plan::Plan;
 use record::{Held, ReadError};
 
 use crate::campaign::Run;
 use crate::numbered::Numbered;
 use crate::statistics::upper_median;
 
-use self::rows::{Ticks, of_rows};
+use self::rows::of_rows;
 
 /// A part of a sample's delay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -191,45 +189,15 @@ impl Budget {
     /// # Errors
     /// [`ReadError`] if rows cannot be read.
     pub fn through(run: &Run, link: Option<Timeline>) -> Result<Budget, ReadError> {
-        let path = |name: &str| run.folder.join(name);
-        let mut messages: Vec<MessageRow> = Vec::new();
-        read(&path(file_name::MESSAGES), MessageRow::COLUMNS, |row| {
-            messages.push(*row);
-        })?;
-        // Of a command that came twice, the first counts.
-        let mut arrived: Vec<(u64, u64)> = Vec::new();
-        read(
-            &path(file_name::ARRIVALS),
-            ArrivalRow::COLUMNS,
-            |row: &ArrivalRow| {
-                arrived.push((row.seq, row.t_arrive_ns));
-            },
-        )?;
-        let mut ticks = Ticks::default();
-        read(&path(file_name::TICKS), TickRow::COLUMNS, |row| {
-            ticks.push(row);
-        })?;
-        Ok(Self::among(run, messages, arrived, &ticks, link))
+        Ok(Self::by(&Held::read(&run.folder)?, run, link))
     }
 
     /// The same by rows that have been read.
     #[must_use]
     pub fn by(rows: &Held, run: &Run, link: Option<Timeline>) -> Budget {
+        // Of a command that came twice, the first counts.
         let arrived = rows.arrivals.iter();
-        let arrived = arrived.map(|row| (row.seq, row.t_arrive_ns)).collect();
-        let mut ticks = Ticks::default();
-        rows.ticks.iter().for_each(|row| ticks.push(row));
-        Self::among(run, rows.messages.clone(), arrived, &ticks, link)
-    }
-
-    fn among(
-        run: &Run,
-        messages: Vec<MessageRow>,
-        arrived: Vec<(u64, u64)>,
-        ticks: &Ticks,
-        link: Option<Timeline>,
-    ) -> Budget {
-        let arrived: Numbered<u64> = arrived.into_iter().collect();
+        let arrived: Numbered<u64> = arrived.map(|row| (row.seq, row.t_arrive_ns)).collect();
         let bytes = run.cell.client.message_bytes(run.cell.settings.transport);
         let link = link.map(|link| (link, bytes));
         let start_ns = run
@@ -238,7 +206,7 @@ impl Budget {
             .map_or(0, |manifest| manifest.start_ns);
         Budget {
             start_ns,
-            ..of_rows(messages, &arrived, ticks, link)
+            ..of_rows(&rows.messages, &arrived, &rows.ticks, link)
         }
     }
 

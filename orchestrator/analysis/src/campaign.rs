@@ -7,6 +7,7 @@ mod cell;
 mod reading;
 
 use std::io;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use plan::{Cell, Plan, Verdict, file_name};
@@ -93,6 +94,14 @@ impl Run {
             manifest.reasons = reasons;
             self.summary.verdict = Some(verdict);
         }
+    }
+
+    /// From its first deadline to its planned end, ns.
+    #[must_use]
+    pub fn lasts_ns(&self) -> Range<u64> {
+        let manifest = self.manifest.as_ref();
+        let start_ns = manifest.map_or(0, |manifest| manifest.start_ns);
+        start_ns..start_ns.saturating_add(self.cell.duration_ns)
     }
 
     /// How it ended; `None` if there is no manifest.

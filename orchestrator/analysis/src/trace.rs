@@ -4,13 +4,13 @@
 //! Summaries of these series are in [`crate::response`], [`crate::tick`] and [`crate::arrival`];
 //! arrivals against their schedule are in [`crate::lateness`].
 
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 use std::path::Path;
 
 use endpoint::{ArrivalRow, TickRow};
 use plan::file_name;
 use record::ReadError;
-use record::rows::read;
+use record::rows::{read, read_while};
 
 use crate::statistics::ms_between;
 
@@ -24,20 +24,40 @@ pub struct Response {
     pub u: Vec<f64>,
 }
 
-/// The [`Response`] of a closed loop whose run lasted from one instant to another, ns.
+impl Response {
+    /// That of a run that lasted from one instant to another, ns, from its ticks.
+    #[must_use]
+    pub fn of(ticks: &[TickRow], run_ns: &Range<u64>) -> Response {
+        let mut response = Response::default();
+        ticks.iter().for_each(|row| response.push(row, run_ns));
+        response
+    }
+
+    fn push(&mut self, row: &TickRow, run_ns: &Range<u64>) {
+        if run_ns.contains(&row.t_due_ns) {
+            self.y.push(row.y);
+            self.u.push(row.u);
+        }
+    }
+}
+
+/// The [`Response`] of a closed loop whose run lasted from one instant to another, ns: at most so many of its first
+/// ticks. A figure mostly shows the first seconds of many, and the rest of the file takes the longer to read.
 ///
 /// # Errors
 /// [`ReadError`] if `ticks.csv` cannot be read.
-pub fn response(folder: &Path, run_ns: &Range<u64>) -> Result<Response, ReadError> {
-    let (mut y, mut u) = (Vec::new(), Vec::new());
+pub fn response(folder: &Path, run_ns: &Range<u64>, most: usize) -> Result<Response, ReadError> {
+    let mut response = Response::default();
     let path = folder.join(file_name::TICKS);
-    read(&path, TickRow::COLUMNS, |row: &TickRow| {
-        if run_ns.contains(&row.t_due_ns) {
-            y.push(row.y);
-            u.push(row.u);
+    read_while(&path, TickRow::COLUMNS, |row: &TickRow| {
+        response.push(row, run_ns);
+        if response.y.len() < most {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
         }
     })?;
-    Ok(Response { y, u })
+    Ok(response)
 }
 
 /// Time from each tick of the plant to the next, ms, in order.
@@ -98,10 +118,9 @@ mod tests {
                     0,0,0,0,0,\n1,3,3,0,0,\n2,6,6,1,0.25,0\n3,9,9,1,0.5,1\n\
                     4,12,12,1,0.75,1\n5,15,15,1,1,2\n6,18,18,1,9,2\n";
         let folder = folder("ticks.csv", text);
-        assert_eq!(
-            response(folder.path(), &(3..18)).expect("readable").y,
-            [0.0, 0.25, 0.5, 0.75, 1.0]
-        );
+        let y = |most| response(folder.path(), &(3..18), most).expect("readable").y;
+        assert_eq!(y(6), [0.0, 0.25, 0.5, 0.75, 1.0]);
+        assert_eq!(y(2), [0.0, 0.25]);
     }
 
     #[test]

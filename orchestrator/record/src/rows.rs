@@ -5,7 +5,7 @@
 //! with file, line and column. A line longer than 64 KiB is an error too: a row is a few hundred bytes, and a
 //! line without an end would fill the memory.
 //!
-//! [`read`] takes a file as it is, and [`all`] one whose writer has just ended. [`read_whole`] takes one that a
+//! [`read`] takes a file as it is, [`read_while`] its beginning, and [`all`] one whose writer has just ended. [`read_whole`] takes one that a
 //! manifest vouches for, and checks it against the manifest in the same pass.
 //!
 //! Lines in the form that webloop writes are parsed by [`text::column::plain`]. From the first line in
@@ -19,6 +19,7 @@ use std::convert::Infallible;
 use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read, Seek, SeekFrom};
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use text::column::Row;
@@ -63,6 +64,30 @@ pub fn read<R: Row>(
     match file.whole {
         0 => Ok(file.torn),
         _ => file.each(columns, each).map(|content| content.torn),
+    }
+}
+
+/// As [`read`], as long as `each` says to go on: what follows is not looked at.
+///
+/// # Errors
+/// As for [`read`], of the part that is read.
+pub fn read_while<R: Row>(
+    path: &Path,
+    columns: &[&str],
+    mut each: impl FnMut(&R) -> ControlFlow<()>,
+) -> Result<(), ReadError> {
+    let mut file = Rows::open(path)?;
+    if file.whole == 0 {
+        return Ok(());
+    }
+    let mut is_enough = false;
+    let each = |row: &R| {
+        is_enough = each(row).is_break();
+        if is_enough { Err("enough") } else { Ok(()) }
+    };
+    match file.each(columns, each) {
+        Err(_) if is_enough => Ok(()),
+        read => read.map(|_| ()),
     }
 }
 

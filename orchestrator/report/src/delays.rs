@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use analysis::blame::Blame;
 use analysis::budget::{self, Budget, Part};
 use analysis::statistics::upper_median;
+use analysis::trace::Response;
 use analysis::{Campaign, Run, grouped, parallel};
 use chart::Tone;
 
@@ -45,6 +46,8 @@ pub struct Delays<'a> {
     pub worst: (&'a Run, Budget),
     /// What is to blame in it; known only of the run nearest to failing of the whole campaign.
     pub blame: Option<Blame>,
+    /// The plant's output and input in it; known of the same run alone.
+    pub response: Option<Response>,
 }
 
 /// The delays of a campaign: a value for each topology and loop, by topology, in the plan's order.
@@ -115,6 +118,7 @@ impl<'a> Delays<'a> {
             parts_ms: None,
             worst: (worst, Budget::default()),
             blame: None,
+            response: None,
         };
         let mut medians: Vec<[i64; 8]> = Vec::new();
         let mut profiles = BTreeMap::new();
@@ -124,9 +128,10 @@ impl<'a> Delays<'a> {
                 .or_insert_with(|| budget::profile(run, &campaign.plan));
             let link = profile.as_ref().and_then(|of| budget::timeline_of(run, of));
             let budget = if nearest == Some(run.cell.index) {
-                // Its rows are read once for both.
+                // Its rows are read once for all.
                 let rows = Held::read(&run.folder)?;
                 delays.blame = Blame::by(&rows, run, &campaign.plan);
+                delays.response = Some(Response::of(&rows.ticks, &run.lasts_ns()));
                 Budget::by(&rows, run, link)
             } else {
                 Budget::through(run, link)?

@@ -63,7 +63,8 @@ pub fn all(
     delays: &[Delays<'_>],
     nearest: Option<&Nearest<'_>>,
 ) -> Result<Vec<Figure>, ReadError> {
-    let mut traces = Traces::default();
+    let mut read = delays.iter();
+    let mut traces = Traces::with(read.find_map(|of| Some((of.worst.0, of.response.as_ref()?))));
     let mut figures = response::figures(campaign, &mut traces)?;
     figures.extend(schedule::figure(campaign)?);
     figures.extend(fault::figure(campaign));

@@ -11,7 +11,7 @@ use crate::numbered::Numbered;
 
 /// When the plant ticked, and when each command took effect.
 #[derive(Debug, Default)]
-pub(super) struct Ticks {
+struct Ticks {
     /// The instant of each tick, ns, by its number.
     t_ns: Vec<u64>,
     /// When a command became the plant's input, ns, with its number.
@@ -20,7 +20,14 @@ pub(super) struct Ticks {
 }
 
 impl Ticks {
-    pub(super) fn push(&mut self, row: &TickRow) {
+    fn of(rows: &[TickRow]) -> Ticks {
+        let mut ticks = Ticks::default();
+        ticks.t_ns.reserve_exact(rows.len());
+        rows.iter().for_each(|row| ticks.push(row));
+        ticks
+    }
+
+    fn push(&mut self, row: &TickRow) {
         self.t_ns.push(row.t_tick_ns);
         if let Some(seq) = row.seq.filter(|_| row.seq != self.newest) {
             self.newest = row.seq;
@@ -48,26 +55,26 @@ struct Known {
 /// Matches messages with the answers that were known when they were sent, and with the ticks that took them.
 /// The link comes with the lengths of a message's packets up and down, which matter if it has a rate limit.
 pub(super) fn of_rows(
-    messages: Vec<MessageRow>,
+    messages: &[MessageRow],
     arrived: &Numbered<u64>,
-    ticks: &Ticks,
+    ticks: &[TickRow],
     link: Option<(Timeline, [u32; 2])>,
 ) -> Budget {
+    let ticks = Ticks::of(ticks);
     // When each command was first the plant's input.
     let effect_ns: Numbered<u64> = ticks.effects_ns.iter().copied().collect();
     let mut budget = Budget {
         effect_ns: effect_ns.values().min().copied(),
         ..Budget::default()
     };
-    let mut sent = messages;
-    sent.retain(|row| match (row.outcome, row.t_send_ns) {
-        (MessageOutcome::Missed, _) => {
-            budget.missed_ns.push(row.t_due_ns);
-            false
+    let mut sent: Vec<&MessageRow> = Vec::with_capacity(messages.len());
+    for row in messages {
+        match (row.outcome, row.t_send_ns) {
+            (MessageOutcome::Missed, _) => budget.missed_ns.push(row.t_due_ns),
+            (_, None) => {}
+            (_, Some(_)) => sent.push(row),
         }
-        (_, None) => false,
-        (_, Some(_)) => true,
-    });
+    }
     sent.sort_by_key(|row| (row.t_send_ns, row.seq));
     let arrive_ns = |row: &MessageRow| row.t_arrive_ns.or_else(|| arrived.get(row.seq).copied());
     // A timeline forgets what lies far behind its newest query: one for each way, asked in order.
@@ -110,13 +117,13 @@ pub(super) fn of_rows(
 /// The ways down of all answers, by the number of their message, and those answers that bring a y, in the order of
 /// their receipt.
 fn answers(
-    sent: &[MessageRow],
+    sent: &[&MessageRow],
     arrive_ns: impl Fn(&MessageRow) -> Option<u64>,
     mut way_down: Share,
 ) -> (BTreeMap<u64, Crossing>, Vec<Known>) {
     let mut answers: Vec<(u64, &MessageRow)> = sent
         .iter()
-        .filter_map(|row| Some((arrive_ns(row)?, row)))
+        .filter_map(|row| Some((arrive_ns(row)?, *row)))
         .filter(|(_, row)| row.t_receive_ns.is_some())
         .collect();
     answers.sort_by_key(|(t_arrive_ns, _)| *t_arrive_ns);
@@ -223,10 +230,10 @@ mod tests {
         [].into_iter().collect()
     }
 
-    fn ticks(rows: &[(u64, Option<u64>)]) -> Ticks {
-        let mut ticks = Ticks::default();
+    fn ticks(rows: &[(u64, Option<u64>)]) -> Vec<TickRow> {
+        let mut ticks = Vec::new();
         for (k, (t_tick_ns, seq)) in (0..).zip(rows) {
-            ticks.push(&TickRow {
+            ticks.push(TickRow {
                 k,
                 t_due_ns: *t_tick_ns,
                 t_tick_ns: *t_tick_ns,
@@ -248,7 +255,7 @@ mod tests {
             message(2, 95, 100, 140, 120, 2),
         ];
         let ticks = ticks(&[(10, None), (40, Some(0)), (80, Some(1)), (125, Some(2))]);
-        let budget = of_rows(rows, &no_arrivals(), &ticks, None);
+        let budget = of_rows(&rows, &no_arrivals(), &ticks, None);
         assert_eq!(budget.trips.len(), 3);
         // Nothing was known when 0 and 1 were sent.
         let [sample] = budget.samples[..] else {
@@ -266,7 +273,7 @@ mod tests {
         (missed.outcome, missed.t_send_ns) = (MessageOutcome::Missed, None);
         let mut lost = message(1, 10, 11, 0, 0, 0);
         (lost.outcome, lost.t_arrive_ns, lost.t_receive_ns) = (MessageOutcome::Timeout, None, None);
-        let budget = of_rows(vec![missed, lost], &no_arrivals(), &ticks(&[]), None);
+        let budget = of_rows(&[missed, lost], &no_arrivals(), &ticks(&[]), None);
         assert_eq!((budget.missed_ns, budget.lost_ns), (vec![7], vec![11]));
         assert_eq!((budget.trips, budget.samples), (vec![], vec![]));
     }
@@ -288,7 +295,7 @@ mod tests {
                 rows.push(message(seq, due, due + late, arrive + down, arrive, seq));
                 at.push((due, seq.checked_sub(3)));
             }
-            let budget = of_rows(rows.clone(), &no_arrivals(), &ticks(&at), Some((link, [150; 2])));
+            let budget = of_rows(&rows, &no_arrivals(), &ticks(&at), Some((link, [150; 2])));
             prop_assert_eq!(budget.trips.len(), rows.len());
             for trip in &budget.trips {
                 let row = rows[trip.seq as usize];

@@ -48,6 +48,30 @@ fn a_line_that_is_no_row_is_named_with_file_line_and_field() {
 }
 
 #[test]
+fn what_follows_enough_rows_is_not_looked_at() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("ticks.csv");
+    let read = |text: &str, most: usize| {
+        std::fs::write(&path, text).expect("a writable folder");
+        let mut ks = Vec::new();
+        let read = read_while(&path, TickRow::COLUMNS, |row: &TickRow| {
+            ks.push(row.k);
+            if ks.len() < most {
+                ControlFlow::Continue(())
+            } else {
+                ControlFlow::Break(())
+            }
+        });
+        read.map(|()| ks)
+    };
+    let text = format!("{HEADER}0,10,11,0,0,\n1,20,21,0,0,\n2,30,x,0,0,\n");
+    assert_eq!(read(&text, 2).expect("readable"), [0, 1]);
+    assert!(read(&text, 3).is_err());
+    assert_eq!(read(HEADER, 3).expect("readable"), [0; 0]);
+    assert_eq!(read("", 3).expect("readable"), [0; 0]);
+}
+
+#[test]
 fn other_columns_are_refused_with_both_headers() {
     let message = read_text("a,b\n1,2\n").expect_err("no ticks").to_string();
     assert!(

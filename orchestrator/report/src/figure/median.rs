@@ -21,23 +21,37 @@ pub enum Signal {
 
 /// The responses that have been read, by the id of the cell, since panels share their references.
 #[derive(Default)]
-pub struct Traces(BTreeMap<String, trace::Response>);
+pub struct Traces(BTreeMap<String, Traced>);
+
+/// A response, as far as it is known.
+struct Traced {
+    response: trace::Response,
+    /// It has no more ticks than this, or only its first ones.
+    most: usize,
+}
 
 impl Traces {
-    fn of(&mut self, run: &Run, signal: Signal) -> Result<&[f64], ReadError> {
+    /// With the response of a run whose rows have been read already, if there is one.
+    #[must_use]
+    pub(crate) fn with(known: Option<(&Run, &trace::Response)>) -> Traces {
+        let known = known.map(|(run, response)| {
+            let response = response.clone();
+            let most = usize::MAX;
+            (run.cell.id.clone(), Traced { response, most })
+        });
+        Traces(known.into_iter().collect())
+    }
+
+    /// A signal of a run, at its first ticks, so many at least.
+    fn of(&mut self, run: &Run, signal: Signal, most: usize) -> Result<&[f64], ReadError> {
         let id = &run.cell.id;
-        if !self.0.contains_key(id) {
-            let start_ns = run
-                .manifest
-                .as_ref()
-                .map_or(0, |manifest| manifest.start_ns);
-            let run_ns = start_ns..start_ns.saturating_add(run.cell.duration_ns);
-            self.0
-                .insert(id.clone(), trace::response(&run.folder, &run_ns)?);
+        if self.0.get(id).is_none_or(|known| known.most < most) {
+            let response = trace::response(&run.folder, &run.lasts_ns(), most)?;
+            self.0.insert(id.clone(), Traced { response, most });
         }
-        Ok(self.0.get(id).map_or(&[], |response| match signal {
-            Signal::Y => &response.y,
-            Signal::U => &response.u,
+        Ok(self.0.get(id).map_or(&[], |known| match signal {
+            Signal::Y => &known.response.y,
+            Signal::U => &known.response.u,
         }))
     }
 
@@ -56,7 +70,7 @@ impl Traces {
         let samples = samples(end_s, h_ns);
         let mut at: Vec<Vec<f64>> = Vec::new();
         for (n, run) in group.runs.iter().enumerate() {
-            let values = self.of(run, signal)?;
+            let values = self.of(run, signal, samples)?;
             let length = values.len().min(samples);
             if n == 0 {
                 at.resize(length, Vec::new());
@@ -89,8 +103,9 @@ impl Traces {
         h_ns: u64,
         end_s: f64,
     ) -> Result<Series, ReadError> {
-        let values = self.of(run, signal)?.iter().copied();
-        let points = seconds(h_ns).zip(values).take(samples(end_s, h_ns));
+        let samples = samples(end_s, h_ns);
+        let values = self.of(run, signal, samples)?.iter().copied();
+        let points = seconds(h_ns).zip(values).take(samples);
         let points = points.collect();
         Ok(Series::new(String::new(), Mark::Line, OTHER_TONE, points))
     }
