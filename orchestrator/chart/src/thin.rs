@@ -5,8 +5,6 @@
 //! Of the dots in one cell the first is kept. Numbers that cannot be drawn are left out, with a gap
 //! in a line.
 
-use std::collections::BTreeSet;
-
 use crate::beyond;
 use crate::chart::{Mark, Series};
 use crate::layout;
@@ -95,11 +93,19 @@ fn by_column(points: &[Point], wide: f64) -> Vec<Point> {
         .collect()
 }
 
+/// Of the points in a panel, the first in each cell.
 fn by_cell(points: &[Point], wide: f64, high: f64) -> Vec<Point> {
-    let mut taken = BTreeSet::new();
+    let (columns, rows) = (wide as usize + 1, high as usize + 1);
+    let mut taken = vec![false; columns * rows];
+    let mut is_first = |point: &&Point| {
+        let cell = (point.at.1 * high) as usize * columns + (point.at.0 * wide) as usize;
+        // Points of the panel have a cell each.
+        let taken = taken.get_mut(cell);
+        taken.is_some_and(|taken| !std::mem::replace(taken, true))
+    };
     points
         .iter()
-        .filter(|point| taken.insert(((point.at.0 * wide) as i64, (point.at.1 * high) as i64)))
+        .filter(|point| is_first(point))
         .copied()
         .collect()
 }

@@ -157,7 +157,7 @@ impl<'a> Delays<'a> {
             &mut delays.late_ms,
             &mut delays.sample_ms,
         ] {
-            values.sort_by(f64::total_cmp);
+            values.sort_unstable_by(f64::total_cmp);
         }
         delays.parts_ms = (!medians.is_empty())
             .then(|| Part::ALL.map(|part| median_ms(medians.iter().map(|of| of[part as usize]))));

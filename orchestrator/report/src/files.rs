@@ -1,5 +1,6 @@
 //! The files of a report.
 
+use std::borrow::Cow;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -51,13 +52,14 @@ fn plain(name: &Path, content: Vec<u8>) -> (PathBuf, Vec<u8>) {
     let is_text = name
         .extension()
         .is_some_and(|end| TEXTS.iter().any(|text| end == *text));
-    let content = match std::str::from_utf8(&content) {
-        Ok(text) if is_text && text.contains(text::is_active) => {
-            text::plain(text).into_owned().into_bytes()
-        }
-        _ => content,
+    let shown = match std::str::from_utf8(&content) {
+        Ok(text) if is_text => match text::plain(text) {
+            Cow::Owned(shown) => Some(shown.into_bytes()),
+            Cow::Borrowed(_) => None,
+        },
+        _ => None,
     };
-    (name.to_owned(), content)
+    (name.to_owned(), shown.unwrap_or(content))
 }
 
 /// Writes a report's [files](Report::files) into `folder`, and overwrites those of an earlier one.

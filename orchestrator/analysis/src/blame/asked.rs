@@ -30,7 +30,7 @@ pub(super) fn sent(
             seen.is_none_or(|(_, is_taken)| *is_taken),
         )
     };
-    by_arrival.sort_by_key(|row| (arrival(row).0, row.seq));
+    by_arrival.sort_by_cached_key(|row| (arrival(row).0, row.seq));
     let mut last_ns = None;
     for row in by_arrival {
         let (arrive_ns, is_taken) = arrival(row);
@@ -96,7 +96,7 @@ impl Asked<'_> {
             lost[0] = is_lost;
         }
         let mut by_arrival: Vec<usize> = (0..messages.len()).collect();
-        by_arrival.sort_by_key(|at| messages[*at].arrive_ns);
+        by_arrival.sort_by_cached_key(|at| messages[*at].arrive_ns);
         for at in by_arrival {
             let one = &mut messages[at];
             let Some(arrive_ns) = one.arrive_ns else {

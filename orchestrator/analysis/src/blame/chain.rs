@@ -57,7 +57,7 @@ pub(super) fn worst(traffic: &Traffic, ticks: &[TickRow], facts: &Facts) -> Opti
         effect: Some(at),
     }));
     // In a stable order: of equal ages the first.
-    ages.sort_by_key(Age::ns);
+    ages.sort_by_cached_key(Age::ns);
     let usual = ages.get(ages.len() / 2)?;
     let worst = ages.last().map(Age::ns)?;
     let worst = ages.iter().find(|age| age.ns() == worst)?;
@@ -164,7 +164,7 @@ fn known(messages: &[Message]) -> Vec<Option<usize>> {
     let mut answered: Vec<usize> = (0..messages.len())
         .filter(|at| messages[*at].receive_ns.is_some() && messages[*at].tick.is_some())
         .collect();
-    answered.sort_by_key(|at| messages[*at].receive_ns);
+    answered.sort_by_cached_key(|at| messages[*at].receive_ns);
     let mut answered = answered.into_iter().peekable();
     let mut newest: Option<usize> = None;
     let of = |one: &Message| {

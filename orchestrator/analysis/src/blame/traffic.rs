@@ -40,7 +40,7 @@ impl Traffic {
     ) -> Traffic {
         let mut link = Asked { link, facts };
         let (mut messages, missed) = sent(rows, arrived, &mut link);
-        messages.sort_by_key(|one| (one.send_ns, one.seq));
+        messages.sort_by_cached_key(|one| (one.send_ns, one.seq));
         let stamps = if messages.iter().any(|one| one.is_guessed) {
             Stamps::None
         } else if rows
@@ -106,7 +106,7 @@ impl Traffic {
             };
         }
         let mut by_arrival: Vec<usize> = (0..self.messages.len()).collect();
-        by_arrival.sort_by_key(|at| self.messages[*at].arrive_ns);
+        by_arrival.sort_by_cached_key(|at| self.messages[*at].arrive_ns);
         let mut before: Option<Message> = None;
         for at in by_arrival {
             let one = self.messages[at];

@@ -75,7 +75,7 @@ pub(super) fn of_rows(
             (_, Some(_)) => sent.push(row),
         }
     }
-    sent.sort_by_key(|row| (row.t_send_ns, row.seq));
+    sent.sort_by_cached_key(|row| (row.t_send_ns, row.seq));
     let arrive_ns = |row: &MessageRow| row.t_arrive_ns.or_else(|| arrived.get(row.seq).copied());
     // A timeline forgets what lies far behind its newest query: one for each way, asked in order.
     let mut way_up = Share::of(Way::Up, link.clone());
