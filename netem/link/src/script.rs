@@ -4,6 +4,8 @@
 
 use std::fmt::Write as _;
 
+use text::counted;
+
 use crate::profile::Profile;
 use crate::setting::{Setting, Verb};
 use crate::staircase::Staircase;
@@ -52,10 +54,7 @@ pub fn script(profile: &Profile, seed: u64, way: Way, span_ns: u64) -> String {
          # by hand each costs the start of a tc, some milliseconds.\n\
          DEV=eth0 # the interface that leads to the other end\n\
          {AT}",
-        match changes.len() {
-            1 => "1 change".to_owned(),
-            n => format!("{n} changes"),
-        },
+        counted(changes.len(), "change", "changes"),
         span_ns as f64 / 1e9
     );
     // The empty link is constant, so its first change is the only one.

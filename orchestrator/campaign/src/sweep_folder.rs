@@ -10,14 +10,13 @@ use std::path::{Path, PathBuf};
 use analysis::sweep::{Row, header};
 use backend::Timings;
 use plan::sweep::Sweep;
+use record::folder::write_whole;
 use record::{FileFact, file};
 use serde::{Deserialize, Serialize};
 
 use crate::campaign_folder::CampaignFolder;
 use crate::error::Error;
 use crate::open_error::{FullError, OpenError};
-
-use record::folder::write_whole;
 
 /// The file of rows.
 const POINTS: &str = "points.csv";

@@ -5,8 +5,8 @@
 //! with file, line and column. A line longer than 64 KiB is an error too: a row is a few hundred bytes, and a
 //! line without an end would fill the memory.
 //!
-//! [`read`] takes a file as it is, [`read_while`] its beginning, and [`all`] one whose writer has just ended. [`read_whole`] takes one that a
-//! manifest vouches for, and checks it against the manifest in the same pass.
+//! [`read`] takes a file as it is, [`read_while`] its beginning, and [`all`] one whose writer has just ended.
+//! [`read_whole`] takes one that a manifest vouches for, and checks it against the manifest in the same pass.
 //!
 //! Lines in the form that webloop writes are parsed by [`text::column::plain`]. From the first line in
 //! another form on, the csv crate and serde parse the file: they decide what is a row.

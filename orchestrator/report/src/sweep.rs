@@ -43,7 +43,12 @@ impl<'a> SweepReport<'a> {
     /// Every file of the report: its name and its content.
     #[must_use]
     pub fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
-        let page = page::sweep(self.sweep, &self.summary, &self.maps);
+        let drawn: Vec<_> = self.maps.iter().map(|map| (map, map.draw())).collect();
+        let svgs: Vec<_> = drawn
+            .iter()
+            .map(|(map, drawing)| (*map, drawing.to_svg()))
+            .collect();
+        let page = page::sweep(self.sweep, &self.summary, &svgs);
         let mut files = vec![
             ("findings.txt".into(), self.summary.clone().into_bytes()),
             (PAGE.into(), page.into_bytes()),
@@ -51,10 +56,9 @@ impl<'a> SweepReport<'a> {
         if let Some(margins) = &self.margins {
             files.push(("margins.csv".into(), margins.clone().into_bytes()));
         }
-        for map in &self.maps {
+        for ((map, drawing), (_, svg)) in drawn.iter().zip(svgs) {
             let name = |ending: &str| format!("maps/{}.{ending}", map.name).into();
-            let drawing = map.draw();
-            files.push((name("svg"), drawing.to_svg().into_bytes()));
+            files.push((name("svg"), svg.into_bytes()));
             files.push((name("pdf"), drawing.to_pdf()));
             files.push((name("csv"), drawing.to_csv().into_bytes()));
         }

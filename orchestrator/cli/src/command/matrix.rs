@@ -8,6 +8,7 @@ use anyhow::{Context, anyhow};
 use campaign::{Pace, expected, time_ns};
 use plan::{Cell, Instead, Job, Part, Plan, Shard};
 use serde::Serialize;
+use text::counted;
 
 use crate::argument::{Document, Matrix, MatrixFormat};
 use crate::command::run::{cells, choose};
@@ -95,10 +96,7 @@ fn list(jobs: &[Job<'_>]) -> String {
         .max()
         .unwrap_or_default();
     let lines: String = jobs.iter().map(of_job).collect();
-    let count = match jobs.len() {
-        1 => "1 job".to_owned(),
-        n => format!("{n} jobs"),
-    };
+    let count = counted(jobs.len(), "job", "jobs");
     format!("{lines}\n{count}, the longest about {}\n", people(longest))
 }
 

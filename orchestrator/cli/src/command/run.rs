@@ -15,6 +15,7 @@ use anyhow::anyhow;
 use backend::Agents;
 use campaign::{CampaignFolder, ComposeRunner, Pace, expected, time_ns};
 use plan::{Cell, Instead, Plan};
+use text::counted;
 
 use crate::argument::{Backend, Choice, Progress as How, Run};
 use crate::command::run_cell;
@@ -241,8 +242,5 @@ fn processors() -> u16 {
 
 /// A number of cells, as people say it.
 pub(crate) fn cells(count: usize) -> String {
-    match count {
-        1 => "1 cell".to_owned(),
-        n => format!("{n} cells"),
-    }
+    counted(count, "cell", "cells")
 }

@@ -7,9 +7,9 @@ use plan::sweep::Sweep;
 use super::drawing::{inline, width};
 use super::{Section, Zoom, frame};
 
-/// Renders the page of a sweep. The summary has tables, if they are not too long, and after an empty line a sentence on
+/// Renders the page of a sweep, of which each map comes with its SVG. The summary has tables, if they are not too long, and after an empty line a sentence on
 /// each line.
-pub(crate) fn sweep(sweep: &Sweep, summary: &str, maps: &[Chart]) -> String {
+pub(crate) fn sweep(sweep: &Sweep, summary: &str, maps: &[(&Chart, String)]) -> String {
     // Tables come first, and the sentences after the last empty line.
     let summary = summary.trim_end();
     let (tables, sentences) = summary.rsplit_once("\n\n").unwrap_or(("", summary));
@@ -22,7 +22,7 @@ pub(crate) fn sweep(sweep: &Sweep, summary: &str, maps: &[Chart]) -> String {
             p.about { "The sweep: " (sweep.about) }
         }
     };
-    let drawn = html! { @for map in maps { (drawing(map)) } };
+    let drawn = html! { @for (map, svg) in maps { (drawing(map, svg)) } };
     let files = html! {
         p {
             code { "points.csv" } " has a row for each run, " code { "findings.txt" } " the words above; where the \
@@ -46,12 +46,11 @@ pub(crate) fn sweep(sweep: &Sweep, summary: &str, maps: &[Chart]) -> String {
     frame(&sweep.name, &top, &sections, Zoom::None)
 }
 
-fn drawing(map: &Chart) -> Markup {
-    let svg = map.draw().to_svg();
+fn drawing(map: &Chart, svg: &str) -> Markup {
     html! {
         figure.drawing id=(map.name) aria-label=(map.title) {
-            div.scroll.paper role="region" tabindex="0" aria-label=(map.title) style=[width(&svg)] {
-                (PreEscaped(inline(&svg)))
+            div.scroll.paper role="region" tabindex="0" aria-label=(map.title) style=[width(svg)] {
+                (PreEscaped(inline(svg)))
             }
             figcaption {
                 details { summary { "In words" } p { (map.about) } }

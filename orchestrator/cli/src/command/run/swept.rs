@@ -10,6 +10,7 @@ use campaign::SweepFolder;
 use plan::sweep::Sweep;
 use plan::{Plan, Selection};
 use report::sweep::{PAGE, SweepReport};
+use text::counted;
 
 use super::{open, processors};
 use crate::argument::{Backend, Progress as How, Run};
@@ -139,8 +140,5 @@ fn dry_run(sweep: &Sweep) -> Outcome {
 
 /// A number of runs, as people say it.
 fn runs(count: usize) -> String {
-    match count {
-        1 => "1 run".to_owned(),
-        n => format!("{n} runs"),
-    }
+    counted(count, "run", "runs")
 }
