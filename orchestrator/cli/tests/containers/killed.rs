@@ -114,58 +114,61 @@ fn sweep(before: &Held, pid: u32) -> usize {
 }
 
 pub(crate) fn a_run_that_is_told_to_end_takes_its_containers_with_it() -> Result<(), String> {
-    for signal in [Signal::INT, Signal::TERM] {
-        let folder = tempfile::tempdir().unwrap();
-        let experiment = Experiment::new(folder.path(), &["diego-vpn"], "3ms", "20s");
-        let before = Held::now();
-        let mut run = in_containers(&experiment).spawn().unwrap();
-        await_rows(&mut run, &experiment);
-        let (pid, signalled) = (run.id(), Instant::now());
-        send(&run, signal);
-        let output = run.wait_with_output().unwrap();
-        let took = signalled.elapsed();
-        println!(
-            "  {signal:?} in the middle: ended after {:.1} s",
-            took.as_secs_f64()
-        );
-        assert_eq!(code(&output), Some(130), "{}", said(&output));
-        assert!(took < INTERRUPTED_WITHIN, "{took:?}");
-        assert_eq!(Held::now().new_since(&before, pid), [""; 0]);
-        let cell = &experiment.cells()[0];
-        let manifest = manifest(cell);
-        assert_eq!(manifest.verdict, Verdict::Failed);
-        assert!(
-            manifest.reasons.join(" ").contains("interrupted"),
-            "{:?}",
-            manifest.reasons
-        );
-        // Everything that plant and controller counted is in their files.
-        let files = files(cell);
-        let ticks = column(&files["ticks.csv"], "t_tick_ns").len();
-        let plant = manifest.plant.unwrap();
-        assert_eq!(plant.real().unwrap().ticks, ticks as u64);
-        let messages = column(&files["messages.csv"], "seq").len();
-        let rows = manifest.controller.unwrap().rows().rows;
-        assert_eq!(rows, messages as u64);
-    }
-    // Told to end before any role runs: while Compose brings the containers up.
+    let before = Held::now();
+    // Side by side, so that each also has to leave the others' alone.
+    std::thread::scope(|scope| {
+        for signal in [Signal::INT, Signal::TERM] {
+            let before = &before;
+            scope.spawn(move || tell_in_the_middle(signal, before));
+        }
+        scope.spawn(|| tell_while_it_comes_up(&before));
+    });
+    Ok(())
+}
+
+fn tell_in_the_middle(signal: Signal, before: &Held) {
+    let folder = tempfile::tempdir().unwrap();
+    let experiment = Experiment::new(folder.path(), &["diego-vpn"], "3ms", "20s");
+    let mut run = in_containers(&experiment).spawn().unwrap();
+    await_rows(&mut run, &experiment);
+    tell(run, signal, &format!("{signal:?} in the middle"), before);
+    let cell = &experiment.cells()[0];
+    let manifest = manifest(cell);
+    assert_eq!(manifest.verdict, Verdict::Failed);
+    assert!(
+        manifest.reasons.join(" ").contains("interrupted"),
+        "{:?}",
+        manifest.reasons
+    );
+    // Everything that plant and controller counted is in their files.
+    let files = files(cell);
+    let ticks = column(&files["ticks.csv"], "t_tick_ns").len();
+    let plant = manifest.plant.unwrap();
+    assert_eq!(plant.real().unwrap().ticks, ticks as u64);
+    let messages = column(&files["messages.csv"], "seq").len();
+    let rows = manifest.controller.unwrap().rows().rows;
+    assert_eq!(rows, messages as u64);
+}
+
+/// Told to end before any role runs: while Compose brings the containers up.
+fn tell_while_it_comes_up(before: &Held) {
     let folder = tempfile::tempdir().unwrap();
     let experiment = Experiment::new(folder.path(), &["diego-vpn"], "3ms", "2s");
-    let before = Held::now();
     let run = in_containers(&experiment).spawn().unwrap();
     std::thread::sleep(Duration::from_millis(1_500));
+    tell(run, Signal::TERM, "TERM while it comes up", before);
+}
+
+/// Tells a run to end, which it has to do soon and without leaving anything.
+fn tell(run: Child, signal: Signal, when: &str, before: &Held) {
     let (pid, signalled) = (run.id(), Instant::now());
-    send(&run, Signal::TERM);
+    send(&run, signal);
     let output = run.wait_with_output().unwrap();
     let took = signalled.elapsed();
-    println!(
-        "  TERM while it comes up: ended after {:.1} s",
-        took.as_secs_f64()
-    );
+    println!("  {when}: ended after {:.1} s", took.as_secs_f64());
     assert_eq!(code(&output), Some(130), "{}", said(&output));
     assert!(took < INTERRUPTED_WITHIN, "{took:?}");
-    assert_eq!(Held::now().new_since(&before, pid), [""; 0]);
-    Ok(())
+    assert_eq!(Held::now().new_since(before, pid), [""; 0]);
 }
 
 fn in_containers(experiment: &Experiment) -> Command {
