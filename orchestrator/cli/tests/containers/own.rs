@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use link::certificate::Verdict::Holds;
@@ -28,8 +28,8 @@ const BAD: [(&str, &str, &str); 2] = [
     ),
 ];
 
-/// The examples in a folder that the containers' user can read, with this experiment in it.
-fn examples(text: &str) -> TempDir {
+/// The examples in a folder that the containers' user can read.
+fn examples() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o755)).unwrap();
     let copied = Command::new("cp")
@@ -38,16 +38,41 @@ fn examples(text: &str) -> TempDir {
         .arg(folder.path().join("examples"))
         .status();
     assert!(copied.unwrap().success());
-    fs::write(folder.path().join("examples/test.toml"), text).unwrap();
     folder
 }
 
-/// Runs an experiment of so many cells beside the examples. Each holds, and nothing is left in the engine.
-fn holds(cells: usize, text: &str) -> Result<(), String> {
-    let folder = examples(text);
+/// An experiment beside the examples, of this name.
+fn beside(folder: &TempDir, name: &str, text: &str) -> PathBuf {
+    let file = folder.path().join(format!("examples/{name}.toml"));
+    fs::write(&file, text).unwrap();
+    file
+}
+
+/// Runs experiments of so many cells beside the examples, side by side; those that were disturbed run again, alone.
+/// Each holds, and nothing is left in the engine.
+fn holds(cells: usize, texts: &[String]) -> Result<(), String> {
+    let folder = examples();
     let before = Held::now();
-    let file = folder.path().join("examples/test.toml");
-    let manifests = run_undisturbed(&file, &folder.path().join("out"), "compose")?;
+    let experiments: Vec<(PathBuf, PathBuf)> = (0..)
+        .zip(texts)
+        .map(|(n, text)| {
+            let file = beside(&folder, &format!("test-{n}"), text);
+            (file, folder.path().join(format!("out-{n}")))
+        })
+        .collect();
+    let runs = experiments.iter().map(|(file, out)| {
+        let mut run = command();
+        run.arg("run").arg(file).args(["--backend", "compose"]);
+        run.arg("--out").arg(out).spawn().unwrap()
+    });
+    for run in runs.collect::<Vec<_>>() {
+        let output = run.wait_with_output().unwrap();
+        assert!(matches!(code(&output), Some(0 | 1)), "{}", said(&output));
+    }
+    let mut manifests = Vec::new();
+    for (file, out) in &experiments {
+        manifests.extend(run_undisturbed(file, out, "compose")?);
+    }
     assert_eq!(manifests.len(), cells);
     for manifest in manifests {
         let reasons = manifest.reasons.join("; ");
@@ -68,17 +93,25 @@ fn holds(cells: usize, text: &str) -> Result<(), String> {
 }
 
 pub(crate) fn every_example_holds_the_loop_in_a_container() -> Result<(), String> {
+    let of = |clients: &str| {
+        format!(
+            "name = \"own\"\n[[cells]]\ntopology = [\"couva\", \"diego-vpn\"]\nmode = \"closed\"\nh = \"10ms\"\n\
+             duration = \"4s\"\nclient = [\n{clients}]\n"
+        )
+    };
     holds(
         14,
-        "name = \"own\"\n[[cells]]\ntopology = [\"couva\", \"diego-vpn\"]\nmode = \"closed\"\nh = \"10ms\"\n\
-         duration = \"4s\"\nclient = [\n\
-         { name = \"mine\", run = [\"python3\", \"./python/pi.py\"] },\n\
-         { name = \"plain\", run = [\"python3\", \"./plain/pi.py\"] },\n\
-         { name = \"ros\", run = [\"python3\", \"./ros/adapter.py\", \"python3\", \"./ros/node.py\"] },\n\
-         { name = \"cpp\", image = \"./cpp\" },\n\
-         { name = \"rust\", image = \"./rust\" },\n\
-         { name = \"node\", image = \"./node\" },\n\
-         { name = \"octave\", image = \"./octave\" },\n]\n",
+        &[
+            of(
+                "{ name = \"mine\", run = [\"python3\", \"./python/pi.py\"] },\n\
+                { name = \"plain\", run = [\"python3\", \"./plain/pi.py\"] },\n\
+                { name = \"ros\", run = [\"python3\", \"./ros/adapter.py\", \"python3\", \"./ros/node.py\"] },\n",
+            ),
+            of("{ name = \"cpp\", image = \"./cpp\" },\n\
+                { name = \"rust\", image = \"./rust\" },\n\
+                { name = \"node\", image = \"./node\" },\n\
+                { name = \"octave\", image = \"./octave\" },\n"),
+        ],
     )
 }
 
@@ -118,24 +151,28 @@ pub(crate) fn a_plant_of_ones_own_runs_in_a_container_on_a_link_and_on_loopback(
 -> Result<(), String> {
     holds(
         2,
-        "name = \"plants\"\n[[cells]]\ntopology = [\"arima\", \"couva\"]\nmode = \"closed\"\nh = \"10ms\"\n\
-         duration = \"2s\"\nclient = \"native\"\nsystem = \"./plants/motor.toml\"\n",
+        &[
+            "name = \"plants\"\n[[cells]]\ntopology = [\"arima\", \"couva\"]\nmode = \"closed\"\nh = \"10ms\"\n\
+             duration = \"2s\"\nclient = \"native\"\nsystem = \"./plants/motor.toml\"\n"
+                .to_owned(),
+        ],
     )
 }
 
 pub(crate) fn one_that_does_not_end_fails_by_name_and_the_next_is_complete() -> Result<(), String> {
     let programs = BAD
         .map(|(name, ..)| format!("{{ name = \"{name}\", run = [\"python3\", \"./{name}.py\"] }}"));
-    let folder = examples(&format!(
+    let folder = examples();
+    let text = format!(
         "name = \"bad\"\n[[cells]]\ntopology = \"couva\"\nmode = \"closed\"\nh = \"10ms\"\nduration = \"2s\"\n\
          client = [{}, {{ name = \"mine\", run = [\"python3\", \"./python/pi.py\"] }}]\n",
         programs.join(", ")
-    ));
+    );
     for (name, text, _) in BAD {
         let file = folder.path().join(format!("examples/{name}.py"));
         fs::write(file, format!("import os, signal, sys, time\n{text}")).unwrap();
     }
-    let file = folder.path().join("examples/test.toml");
+    let file = beside(&folder, "test", &text);
     let manifests = run_undisturbed(&file, &folder.path().join("out"), "compose")?;
     assert_eq!(manifests.len(), BAD.len() + 1);
     for manifest in manifests {
