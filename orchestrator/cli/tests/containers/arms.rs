@@ -1,33 +1,22 @@
 //! Runs the same cell in each way: in namespaces, in containers, and in containers whose link the
 //! kernel's netem plays. The link and the loop have to behave alike.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
 use analysis::statistics::{Quantiles, median};
 use analysis::{CellFacts, Metrics};
+use link::certificate::LinkReport;
 use link::certificate::Verdict::Holds;
-use link::certificate::{Beside, LinkReport, OneWay};
 use plan::{Phase, ProbeRow, Verdict};
 use record::Manifest;
 
-use crate::docker::{TOP, docker};
+use crate::guest::{self, played_by_tc};
 use crate::webloop::{Experiment, code, command, doctor, manifest, said, too_busy, was_busy};
-
-/// Time limit in a kernel with netem: an engine, its images and a testbed take two to three minutes
-/// on its one slow core, a cell a quarter of a minute.
-const GUEST_TIMEOUT_S: &str = "600";
 
 /// Nothing is begun after this time: a machine that needs longer is too busy.
 const LONGEST: Duration = Duration::from_secs(4 * 60);
-
-/// Exit code of a guest that exceeded this limit.
-const GUEST_ENDED: i32 = 124;
-
-/// What a cell says that failed since an agent took too long.
-const UNANSWERED: &str = "no answer in time";
 
 /// Round trips agree within the larger of the two. The link is the same, and the player's cost is
 /// measured by echoes on the empty link and subtracted.
@@ -162,9 +151,7 @@ fn run(arm: &Arm, experiment: &Experiment, deadline: Instant) -> Result<Vec<Path
         let stolen = serial::Stolen::since_now();
         let output = (arm.command)(experiment)?.output().unwrap();
         let exit = code(&output);
-        // If the guest's cells were held up, the machine has no time for the guest.
-        let is_held_up = || said(&output).contains("the machine was held up") || stolen.is_much();
-        if exit == Some(GUEST_ENDED) && is_held_up() {
+        if guest::has_no_time(&output, &stolen) {
             return Err(too_busy("the guest"));
         }
         assert!(matches!(exit, Some(0 | 1)), "{exit:?}: {}", said(&output));
@@ -175,7 +162,7 @@ fn run(arm: &Arm, experiment: &Experiment, deadline: Instant) -> Result<Vec<Path
             if manifest.verdict != Verdict::Complete {
                 let reasons = manifest.reasons.join("; ");
                 // On the guest's one slow core an agent may take longer than is waited for it.
-                if arm.tries == 1 && reasons.contains(UNANSWERED) {
+                if arm.tries == 1 && reasons.contains(guest::UNANSWERED) {
                     println!("  {reasons}");
                     return Err(too_busy("the guest"));
                 }
@@ -211,17 +198,7 @@ fn proves_itself(manifest: &Manifest, arm: &Arm) {
         let Some(LinkReport::Each(link)) = &manifest.link else {
             panic!("{:?}", manifest.link);
         };
-        for way in [&link.up, &link.down] {
-            let OneWay::Tc(Beside { report: tc, .. }) = way else {
-                panic!("{way:?}");
-            };
-            // Output of `tc -s qdisc`, and what was there before, which is not netem.
-            assert_eq!(tc.first[0]["kind"], "netem", "{tc:?}");
-            let last = &tc.last[0];
-            assert_eq!(last["kind"], "netem", "{tc:?}");
-            assert!(last["packets"].as_u64().unwrap() > 100, "{last}");
-            assert_ne!(tc.found[0]["kind"], "netem", "{tc:?}");
-        }
+        played_by_tc(link);
     }
 }
 
@@ -303,13 +280,6 @@ fn off(own: &[Measured], reference: &[Measured], of: fn(&Measured) -> f64) -> (f
     (middle(&differences), middle(&usual))
 }
 
-/// Whether the kernel with netem would run in QEMU without KVM: `netem/kernel/run` takes it where the processor
-/// has AMX. An engine and its images take minutes in it, and every cell is held up.
-fn is_emulated() -> bool {
-    let processor = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    processor.contains("amx_tile") && !Path::new("/dev/kvm").exists()
-}
-
 fn in_namespaces(experiment: &Experiment) -> Result<Command, String> {
     Ok(experiment.run(command()))
 }
@@ -320,41 +290,17 @@ fn in_containers(experiment: &Experiment) -> Result<Command, String> {
     Ok(command)
 }
 
-/// Runs on this machine's kernel, or in one that has netem.
+/// Runs on this machine's kernel, or in one that has netem, if that is quick enough to compare it.
 fn in_containers_by_tc(experiment: &Experiment) -> Result<Command, String> {
-    let run = || Command::new(Path::new(TOP).join("netem/kernel/run"));
-    let here = run().arg("--check").output().unwrap().status.success();
-    let mut command = if here {
-        command()
+    let mut command = if guest::is_needed() {
+        guest::plays_a_link()?;
+        guest::webloop(&experiment.file)?
     } else {
-        if is_emulated() {
-            return Err(too_busy("an engine in an emulated kernel"));
-        }
-        // Whoever types `cargo test` does not expect packages to be installed.
-        let ready = run().args(["--no-install", "--", "true"]).output().unwrap();
-        if !ready.status.success() {
-            return Err(said(&ready).trim().to_owned());
-        }
-        let images = experiment.file.with_file_name("images.tar");
-        let file = images.display().to_string();
-        docker(&[
-            "save",
-            "--output",
-            &file,
-            "webloop",
-            "webloop-link",
-            "webloop-native",
-        ])?;
-        let mut guest = run();
-        guest
-            .args(["--no-install", "--timeout", GUEST_TIMEOUT_S, "--docker"])
-            .arg(images)
-            .args(["--", env!("CARGO_BIN_EXE_webloop")]);
-        guest
+        command()
     };
     command = experiment.run(command);
     command.args(["--backend", "compose", "--no-build", "--player", "tc"]);
-    if !here {
+    if guest::is_needed() {
         command.args(["--tries", "1"]);
     }
     Ok(command)

@@ -9,6 +9,7 @@
 mod arms;
 mod clients;
 mod docker;
+mod guest;
 mod killed;
 mod own;
 mod refused;
