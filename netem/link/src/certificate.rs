@@ -7,6 +7,7 @@
 //!
 //! All times are nanoseconds of one monotonic clock. There is no clock, socket, file or thread here:
 //! the shaper sends echoes and plays links.
+
 #[allow(clippy::module_inception)]
 mod certificate;
 mod echo;

@@ -144,10 +144,7 @@ impl Blame {
     /// The same by rows that have been read.
     #[must_use]
     pub fn by(rows: &Held, run: &Run, plan: &Plan) -> Option<Blame> {
-        let start_ns = run
-            .manifest
-            .as_ref()
-            .map_or(0, |manifest| manifest.start_ns);
+        let start_ns = run.start_ns();
         let (cell, settings) = (&run.cell, &run.cell.settings);
         let lost_ns = lost_ns(run).filter(|lost_ns| *lost_ns < cell.duration_ns);
         let facts = Facts {

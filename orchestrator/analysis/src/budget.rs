@@ -200,12 +200,8 @@ impl Budget {
         let arrived: Numbered<u64> = arrived.map(|row| (row.seq, row.t_arrive_ns)).collect();
         let bytes = run.cell.client.message_bytes(run.cell.settings.transport);
         let link = link.map(|link| (link, bytes));
-        let start_ns = run
-            .manifest
-            .as_ref()
-            .map_or(0, |manifest| manifest.start_ns);
         Budget {
-            start_ns,
+            start_ns: run.start_ns(),
             ..of_rows(&rows.messages, &arrived, &rows.ticks, link)
         }
     }

@@ -96,11 +96,17 @@ impl Run {
         }
     }
 
+    /// Its first deadline, ns; 0 if nothing says when that was.
+    #[must_use]
+    pub fn start_ns(&self) -> u64 {
+        let manifest = self.manifest.as_ref();
+        manifest.map_or(0, |manifest| manifest.start_ns)
+    }
+
     /// From its first deadline to its planned end, ns.
     #[must_use]
     pub fn lasts_ns(&self) -> Range<u64> {
-        let manifest = self.manifest.as_ref();
-        let start_ns = manifest.map_or(0, |manifest| manifest.start_ns);
+        let start_ns = self.start_ns();
         start_ns..start_ns.saturating_add(self.cell.duration_ns)
     }
 
