@@ -28,7 +28,7 @@ pub const ALL: [(&str, fn(&[u8])); 11] = [
 
 /// What goes between orchestrator and agent.
 fn agent(bytes: &[u8]) {
-    agent::fuzz(bytes);
+    containers::fuzz(bytes);
 }
 
 /// A plant's answer, as a controller reads it, over HTTP or a WebSocket.

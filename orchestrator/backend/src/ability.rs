@@ -3,6 +3,7 @@
 //! Each ability is tried the way a run would use it. For a missing one, the result says what that means
 //! for the user and what to do about it.
 
+use containers::compose;
 use link::Profile;
 use plan::Client;
 

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use agent::{AgentName, Token};
+use containers::{AgentName, Token};
 
 /// The four agents of a testbed, each as `host:port` on a network that no link shapes.
 #[derive(Debug, Clone)]

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use agent::{AgentName, Follower, Remote, RemoteRun};
+use containers::{AgentName, Follower, Remote, RemoteRun};
 use link::certificate::Echo;
 use link::{Profile, Way};
 use plan::{Cell, Client, file_name};

@@ -61,7 +61,7 @@ fn nap() -> Result<Seen, Unable> {
         clock::scheduling::ask(Some(1));
         // It is to be late by as much as the machine makes it.
         let mut pacer = Pacer::new(&Granted::ordinary());
-        let (start_ns, stolen_ns) = (now_ns(), agent::stolen_ns());
+        let (start_ns, stolen_ns) = (now_ns(), process::stolen_ns());
         let late_us = |nap: u64| {
             let due_ns = start_ns + nap * NAP_NS;
             pacer.sleep_until(due_ns);
@@ -73,7 +73,7 @@ fn nap() -> Result<Seen, Unable> {
         let time_ns = (now_ns() - start_ns) as f64 * cores as f64;
         Seen {
             late_us: [late_us[late_us.len() / 2], late_us[late_us.len() - 1]],
-            stolen: agent::stolen_ns().saturating_sub(stolen_ns) as f64 / time_ns,
+            stolen: process::stolen_ns().saturating_sub(stolen_ns) as f64 / time_ns,
         }
     });
     slept.join().map_err(|_| Unable::new("the trial failed"))

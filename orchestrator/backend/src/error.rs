@@ -81,16 +81,23 @@ impl RunError {
     }
 }
 
-impl From<agent::Error> for RunError {
-    fn from(error: agent::Error) -> Self {
+impl From<process::Error> for RunError {
+    fn from(error: process::Error) -> Self {
         match error {
-            agent::Error::Role { role, problem } => RunError::Role { role, problem },
-            agent::Error::Lacking { role, words } => RunError::lacking(&role, &words),
-            agent::Error::Refused {
-                kind: agent::ProblemKind::Unsupported,
+            process::Error::Role { role, problem } => RunError::Role { role, problem },
+            process::Error::Lacking { role, words } => RunError::lacking(&role, &words),
+        }
+    }
+}
+
+impl From<containers::Error> for RunError {
+    fn from(error: containers::Error) -> Self {
+        match error {
+            containers::Error::Refused {
+                kind: containers::ProblemKind::Unsupported,
                 ..
             } => RunError::Unsupported(error.to_string()),
-            agent::Error::Write { path, source } => RunError::write(&path, source),
+            containers::Error::Write { path, source } => RunError::write(&path, source),
             other => RunError::Agent(other.to_string()),
         }
     }

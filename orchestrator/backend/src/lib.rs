@@ -50,13 +50,13 @@ pub use attach::dismiss;
 pub use awake::Awake;
 
 pub use again::{Again, judge_again};
-pub use agent::spawn;
 pub use error::RunError;
 pub use lab::Lab;
 pub use machine::machine;
 pub use own_plant::{NoPlant, hidden, start_plant, start_simulated};
 pub use player::Player;
 pub use probe::{Probed, probe};
+pub use process::spawn;
 pub use role::{ControllerRole, LinkRole, PlantRole, settings_schema};
 pub use run::{Attempt, Backend, cell_folder, run_cell};
 pub use schedule::{AFTER_OPENING_NS, lead_ns, overhead_ns, stagger_ns};

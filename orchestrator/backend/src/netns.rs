@@ -7,10 +7,10 @@ use std::process::Command;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use agent::{Launch, Role, Seen, Stop, last_words};
 use clock::now::now_ns;
 use link::certificate::Echo;
 use link::{Profile, Way};
+use process::{Launch, Role, Seen, Stop, last_words};
 use shaper::{Namespace, ProbePlan, Prober};
 
 use crate::error::RunError;

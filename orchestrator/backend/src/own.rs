@@ -6,9 +6,9 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
-use agent::program::OWN;
 use endpoint::{ArrivalRow, MessageOutcome, MessageRow, Mode};
 use plan::{Cell, file_name};
+use process::program::OWN;
 use record::rows::all;
 use record::{file, folder};
 

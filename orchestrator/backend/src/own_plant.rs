@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::time::Duration;
 
-use agent::Hidden;
-use agent::plant::{BrokenPlant, Confinement, PlantProgram, Start};
 use endpoint::SampleTime;
 use plan::{Program, file_name};
+use process::Hidden;
+use process::plant::{BrokenPlant, Confinement, PlantProgram, Start};
 
 /// Why there is no plant of one's own.
 #[derive(Debug, thiserror::Error)]

@@ -59,7 +59,7 @@ impl Pulses {
         Pulses {
             stop,
             threads,
-            stolen_ns: agent::stolen_ns(),
+            stolen_ns: process::stolen_ns(),
         }
     }
 
@@ -68,7 +68,7 @@ impl Pulses {
         self.stop.store(true, Ordering::Relaxed);
         let mut all = Pulse {
             real_time: true,
-            stolen_ms: agent::stolen_ns().saturating_sub(self.stolen_ns) as f64 * 1e-6,
+            stolen_ms: process::stolen_ns().saturating_sub(self.stolen_ns) as f64 * 1e-6,
             ..Pulse::default()
         };
         for thread in self.threads.drain(..) {

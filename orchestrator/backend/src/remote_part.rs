@@ -2,7 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use agent::{RemoteRun, RoleState, Seen, Stop};
+use containers::{RemoteRun, RoleState};
+use process::{Seen, Stop};
 
 use crate::error::RunError;
 use crate::role::RoleSettings;
@@ -44,7 +45,7 @@ impl<'a> RemotePart<'a> {
                 self.ended = true;
                 match code {
                     0 => Ok(true),
-                    agent::UNSUPPORTED => Err(RunError::lacking(self.name, &words)),
+                    process::UNSUPPORTED => Err(RunError::lacking(self.name, &words)),
                     _ => Err(RunError::role(
                         self.name,
                         format!("ended with exit code {code}: {words}"),

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use agent::last_words;
-use agent::program::OWN;
 use link::Profile;
 use plan::{Cell, EndFault, Plan, Verdict, file_name};
+use process::last_words;
+use process::program::OWN;
 use record::folder::{self, Unwritable};
 use record::{Held, Machine, Made, Manifest};
 use shaper::Authority;

@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use agent::{RemoteRun, RoleState};
 use clock::now::now_ns;
+use containers::{RemoteRun, RoleState};
 use link::certificate::{Echo, Sighting, merge};
 use plan::file_name;
 use serde::de::DeserializeOwned;

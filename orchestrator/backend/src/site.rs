@@ -7,8 +7,8 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use agent::{Seen, Stop};
 use link::certificate::Echo;
+use process::{Seen, Stop};
 use shaper::ProbePlan;
 
 use crate::error::RunError;

@@ -4,8 +4,8 @@
 
 use std::env;
 
-use agent::Token;
 use backend::Agents;
+use containers::Token;
 
 use crate::error::Error;
 

@@ -9,7 +9,7 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use compose::{Cells, ComposeFile, Ended, Ends, Engine, Problem, Project};
+use containers::compose::{Cells, ComposeFile, Ended, Ends, Engine, Problem, Project};
 use plan::{Cell, Plan, Verdict};
 use record::Manifest;
 

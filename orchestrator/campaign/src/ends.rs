@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use compose::{Ends, Image, Problem};
+use containers::compose::{Ends, Image, Problem};
 use plan::{Cell, Plan, Program};
 
 /// The image for a program of one's own that names none.

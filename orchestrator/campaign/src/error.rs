@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use analysis::CampaignError;
 use backend::{BadAgents, RunError};
-use compose::Problem;
+use containers::compose::Problem;
 use plan::Client;
 use record::folder::Unwritable;
 use record::{Damage, ReadError, Unreadable};
@@ -105,7 +105,7 @@ pub enum Error {
     },
     /// The token in the environment is invalid.
     #[error(transparent)]
-    BadToken(#[from] agent::BadToken),
+    BadToken(#[from] containers::BadToken),
     /// The folder whose owner is needed does not exist.
     #[error("cannot look at the results folder {}", folder.display())]
     NoOwner {

@@ -9,7 +9,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use agent::{AgentName, Remote, RemoteRun, RoleState, Token};
+use containers::{AgentName, Remote, RemoteRun, RoleState, Token};
 use endpoint::{ControllerSettings, Mode};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::json;

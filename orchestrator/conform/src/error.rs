@@ -21,7 +21,7 @@ pub enum Error {
     },
     /// A controller's supervisor cannot be started.
     #[error(transparent)]
-    Role(#[from] agent::Error),
+    Role(#[from] process::Error),
     /// The motor cannot be sampled at this h.
     #[error(transparent)]
     Motor(#[from] InvalidDiscretisation),

@@ -11,10 +11,10 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use agent::{Role, last_words};
 use clock::now::now_ns;
 use endpoint::Mode;
 use endpoint::report::Own;
+use process::{Role, last_words};
 
 use crate::check::{OVERTIME_NS, TERM_WITHIN_NS};
 use crate::error::Error;
@@ -35,7 +35,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(5);
 /// What starts a controller: for the plant at this address, with this start (`CLOCK_MONOTONIC`, ns), as
 /// the trial says, and with its files in this folder.
 pub type Start<'a> =
-    dyn Fn(SocketAddr, u64, &Trial, &Path) -> Result<Role, agent::Error> + Sync + 'a;
+    dyn Fn(SocketAddr, u64, &Trial, &Path) -> Result<Role, process::Error> + Sync + 'a;
 
 /// Runs trials, and gives their outcomes in the same order. Each controller has a folder of its own in
 /// `folder`. Ends early when `stop` is set.

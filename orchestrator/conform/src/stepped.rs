@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use agent::plant::PlantProgram;
 use endpoint::{Model, SampleTime, Signals};
+use process::plant::PlantProgram;
 
 use crate::error::Error;
 use crate::outcome::{TrialResult, Verdict};

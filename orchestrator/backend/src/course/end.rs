@@ -3,8 +3,8 @@
 //! It is told its stops when it starts, and the agent or thread that started it keeps them by itself; kills are
 //! events of the course. What was asked is in the plan, and what it means for the verdict in `judge`.
 
-use agent::Stop;
 use plan::{End, EndEffect, EndFault, EndFaultDone};
+use process::Stop;
 
 use crate::error::RunError;
 use crate::role::RoleSettings;
@@ -20,7 +20,7 @@ pub(super) struct EndPart<'a> {
     /// `None` while it is killed.
     running: Option<Box<dyn Running + 'a>>,
     /// What was seen of it before it was killed.
-    earlier: agent::Seen,
+    earlier: process::Seen,
     /// When it was killed, and ready again.
     kills_ns: Vec<[u64; 2]>,
 }
@@ -41,7 +41,7 @@ impl<'a> EndPart<'a> {
             settings,
             faults: own.cloned().collect(),
             start_ns,
-            earlier: agent::Seen::default(),
+            earlier: process::Seen::default(),
             kills_ns: Vec::new(),
         };
         part.tell_stops(site)?;
@@ -103,7 +103,7 @@ impl<'a> EndPart<'a> {
     }
 
     /// What was observed of it since its first start.
-    pub(super) fn seen(&self) -> Result<agent::Seen, RunError> {
+    pub(super) fn seen(&self) -> Result<process::Seen, RunError> {
         let seen = self
             .running
             .as_ref()
@@ -116,7 +116,7 @@ impl<'a> EndPart<'a> {
     ///
     /// # Errors
     /// If something that was asked for was not done.
-    pub(super) fn done(&self, seen: &agent::Seen) -> Result<Vec<EndFaultDone>, RunError> {
+    pub(super) fn done(&self, seen: &process::Seen) -> Result<Vec<EndFaultDone>, RunError> {
         let mut kills = self.kills_ns.iter();
         let done = self.faults.iter().map(|fault| {
             let [from_ns, to_ns] = [fault.from_ns, fault.to_ns].map(|ns| self.start_ns + ns);

@@ -29,7 +29,7 @@ impl Shares {
     }
 
     pub(super) fn count(&mut self, now_ns: u64) {
-        let taken = [now_ns, agent::busy_ns(), agent::own_strain().ran_ns];
+        let taken = [now_ns, process::busy_ns(), process::own_strain().ran_ns];
         let [first, _] = self.taken.unwrap_or([taken; 2]);
         self.taken = Some([first, taken]);
     }
@@ -61,7 +61,7 @@ pub(super) struct PartSeen {
     /// `None` for the link.
     pub(super) end: Option<End>,
     is_beneath: bool,
-    pub(super) seen: agent::Seen,
+    pub(super) seen: process::Seen,
 }
 
 impl PartSeen {
@@ -74,7 +74,7 @@ impl PartSeen {
         })
     }
 
-    pub(super) fn of_player(seen: agent::Seen) -> PartSeen {
+    pub(super) fn of_player(seen: process::Seen) -> PartSeen {
         PartSeen {
             name: "player".to_owned(),
             end: None,

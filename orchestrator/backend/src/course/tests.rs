@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use agent::Stop;
 use link::Epoch;
 use link::certificate::Echo;
 use plan::{Instead, Plan, ProfileText};
+use process::Stop;
 use shaper::ProbePlan;
 
 use super::*;
@@ -158,10 +158,10 @@ impl Running for MadeUpPart<'_> {
         }
     }
 
-    fn seen(&self) -> Result<agent::Seen, RunError> {
-        Ok(agent::Seen {
+    fn seen(&self) -> Result<process::Seen, RunError> {
+        Ok(process::Seen {
             frozen_ns: self.stops.clone(),
-            ..agent::Seen::default()
+            ..process::Seen::default()
         })
     }
 
@@ -173,7 +173,7 @@ impl Running for MadeUpPart<'_> {
         Ok(())
     }
 
-    fn kill(self: Box<Self>) -> Result<agent::Seen, RunError> {
+    fn kill(self: Box<Self>) -> Result<process::Seen, RunError> {
         self.site.note(format!("{} is killed", self.role));
         self.seen()
     }

@@ -6,10 +6,10 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use agent::AgentName;
 use anyhow::{Context, bail};
 use browser::Engine;
 use clap::{Args, Subcommand};
+use containers::AgentName;
 use endpoint::{ControllerSettings, Mode, PageSettings, PlantSettings, SampleTime};
 
 use super::field::Fields;

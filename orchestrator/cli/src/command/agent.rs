@@ -3,8 +3,8 @@
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::time::Duration;
 
-use agent::{Config, Token};
 use anyhow::anyhow;
+use containers::{Config, Token};
 
 use crate::argument::{ServeAgent, ServeHealth};
 use crate::command::serve::say_ready;
@@ -28,7 +28,7 @@ pub(crate) fn serve(argument: &ServeAgent) -> Outcome {
         silence: Config::SILENCE,
         program: std::env::current_exe()?,
     };
-    let ended = agent::serve(&config, |address| say_ready(&address.to_string()))?;
+    let ended = containers::serve(&config, |address| say_ready(&address.to_string()))?;
     if ended.orphaned() {
         say!("webloop: agent {} {ended}", argument.name);
     }
@@ -41,7 +41,7 @@ const HELD_CHECK: Duration = Duration::from_secs(10);
 /// Asks once, or with `--hold` again and again while the agent is claimed. Prints nothing if all is
 /// well, since it is called over and over.
 pub(crate) fn health(argument: &ServeHealth) -> Outcome {
-    while agent::health(&argument.agent)?.claimed && argument.hold {
+    while containers::health(&argument.agent)?.claimed && argument.hold {
         std::thread::sleep(HELD_CHECK);
     }
     Ok(Exit::Fine)

@@ -8,11 +8,11 @@ use std::path::{Path, absolute};
 
 use ::conform::PlantFault;
 use ::conform::{NAME, PLANT_TRIALS, Trial, Verdict, run_plant};
-use agent::{Launch, Role};
 use anyhow::{Context, anyhow};
 use backend::{ControllerRole, start_plant};
 use endpoint::ControllerSettings;
 use plan::{Client, Program};
+use process::{Launch, Role};
 
 use crate::argument::Conform;
 use crate::exit::{Exit, Failure, Outcome};

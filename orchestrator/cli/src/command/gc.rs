@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use compose::{Order, Problem};
+use containers::compose::{self, Order, Problem};
 
 use crate::argument::Gc;
 use crate::exit::{Exit, Failure, Outcome};

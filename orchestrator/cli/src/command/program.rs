@@ -8,11 +8,11 @@ use std::path::{Path, absolute};
 use std::process::ExitCode;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use agent::program::{Ended, OWN, Supervised, supervise};
 use anyhow::{Context, anyhow};
 use backend::ControllerRole;
 use clock::now::now_ns;
 use endpoint::report::Own;
+use process::program::{Ended, OWN, Supervised, supervise};
 use system::System;
 
 use crate::argument::{ServeFirst, ServeProgram};
@@ -160,7 +160,7 @@ fn environment(
 
 /// Runs the first process beside a program.
 pub(crate) fn first(argument: &ServeFirst) -> ExitCode {
-    match agent::first::run(&argument.run, argument.not_before_ns) {
+    match process::first::run(&argument.run, argument.not_before_ns) {
         Ok(code) => ExitCode::from(code),
         Err(problem) => {
             say!("webloop: cannot wait for the program: {problem}");

@@ -3,10 +3,10 @@
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use agent::Token;
 use anyhow::{Context, anyhow};
 use backend::{Agents, Awake, Virtual};
 use campaign::{CampaignFolder, CellRun, Ended, Own, Turn, attach, run_cell};
+use containers::Token;
 use plan::{Cell, Plan, Verdict, file_name};
 
 use crate::argument::{Backend, Player, Run, RunCell, word};

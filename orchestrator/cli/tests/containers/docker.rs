@@ -64,7 +64,7 @@ pub(crate) fn docker(arguments: &[&str]) -> Result<String, String> {
 
 /// Why containers cannot be tested on this machine; `None` if they can.
 pub(crate) fn lack() -> Option<String> {
-    if let Err(lack) = compose::serves().and(compose::composes()) {
+    if let Err(lack) = containers::compose::serves().and(containers::compose::composes()) {
         return Some(lack.to_string());
     }
     docker(&[

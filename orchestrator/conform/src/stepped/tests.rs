@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use agent::plant::Start;
+use process::plant::Start;
 
 use super::*;
 
@@ -117,7 +117,7 @@ fn outcomes(folder: &Path, name: &str, text: &str) -> Vec<TrialResult> {
             h_ns: h.ns(),
             start_within: Duration::from_secs(10),
             step_within: Duration::from_secs(1),
-            confinement: agent::plant::Confinement::None,
+            confinement: process::plant::Confinement::None,
         })
         .map_err(|problem| PlantFault::Broken(problem.to_string()))
     };
