@@ -11,7 +11,7 @@ lint:
 # All tests of the pure crates
 quick:
     cargo fmt --all --check
-    cargo test -p webloop-control -p webloop-endpoint -p webloop-system -p webloop-link -p webloop-text -p webloop-plan -p webloop-judge -p webloop-record -p webloop-sim -p webloop-chart
+    cargo test -p webloop-control -p webloop-endpoint -p webloop-link -p webloop-text -p webloop-plan -p webloop-judge -p webloop-record -p webloop-sim -p webloop-chart
 
 # New cases of all property tests: as many of each as asked
 laws cases="10000":

@@ -4,11 +4,11 @@ use std::io::Cursor;
 use std::str::from_utf8;
 
 use endpoint::{ArrivalRow, Command, MessageRow, Mode, Request, State, TickRow, checksum};
-use http::framing::Rest;
-use http::{lines, request};
+use endpoint::http::framing::Rest;
+use endpoint::http::{lines, request};
 use link::{Profile, Twist, Way};
 use plan::{Plan, ProbeRow, ProfileText};
-use system::System;
+use plan::system::System;
 use tungstenite::protocol::Role;
 use tungstenite::{Message, WebSocket};
 
@@ -34,7 +34,7 @@ fn agent(bytes: &[u8]) {
 /// A plant's answer, as a controller reads it, over HTTP or a WebSocket.
 fn answer(bytes: &[u8]) {
     for rest in [Rest::MayCome, Rest::IsMissing] {
-        if let Ok(Some(answer)) = http::answer::read(bytes, rest, 1 << 16) {
+        if let Ok(Some(answer)) = endpoint::http::answer::read(bytes, rest, 1 << 16) {
             assert!(answer.body.len() <= bytes.len());
         }
     }

@@ -1,7 +1,7 @@
 //! What is asked of an output: its band, its limits, and how much overshoot and effort a loop may take that holds
 //! well.
 
-use system::{Band, Holding};
+use plan::system::{Band, Holding};
 
 /// The band where a step is followed, as a part of the step: python-control's `SettlingTimeThreshold`.
 pub const STEP_BAND: f64 = 0.02;

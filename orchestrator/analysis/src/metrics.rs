@@ -4,6 +4,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use endpoint::{ArrivalRow, MessageRow, Mode, SecondRow, TickRow};
+use plan::system::System;
 use plan::{ProbeRow, file_name};
 use record::order::{
     ArrivalOrder, Disorder, Gaps, MessageOrder, ProbeOrder, SecondOrder, TickOrder,
@@ -12,7 +13,6 @@ use record::rows::{Content, read, read_whole};
 use record::whole::Vouched;
 use record::{Held, ReadError};
 use serde::{Deserialize, Serialize};
-use system::System;
 use text::column::Row;
 
 use crate::arrival::{ArrivalCount, Arrivals};

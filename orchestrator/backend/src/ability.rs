@@ -1,11 +1,10 @@
-//! What this machine can do, tried out rather than guessed.
+//! What this machine can do for runs in namespaces, tried out rather than guessed. What clients and containers need
+//! is not here: who offers them all tries it.
 //!
 //! Each ability is tried the way a run would use it. For a missing one, the result says what that means
 //! for the user and what to do about it.
 
-use containers::compose;
 use link::Profile;
-use plan::Client;
 
 use crate::awake;
 use crate::lab::Lab;
@@ -34,7 +33,7 @@ pub struct Ability {
     pub remedy: &'static str,
 }
 
-/// Tries everything. Call [`shaper::become_root`] first and pass its result.
+/// Tries all that a run in namespaces uses. Call [`shaper::become_root`] first and pass its result.
 #[must_use]
 pub fn abilities(authority: &shaper::Result<shaper::Authority>) -> Vec<Ability> {
     let mut abilities = vec![Ability {
@@ -93,8 +92,6 @@ pub fn abilities(authority: &shaper::Result<shaper::Authority>) -> Vec<Ability> 
             remedy: "not needed, since webloop plays links itself; load the kernel module sch_netem and install iproute2",
         },
     ]);
-    abilities.extend(clients());
-    abilities.extend(containers());
     abilities
 }
 
@@ -129,64 +126,5 @@ fn open_files() -> Result<String, Unable> {
         Some(most) if most < ENOUGH => Err(Unable::new(format!("at most {most}"))),
         Some(most) => Ok(format!("up to {most}")),
         None => Ok("without limit".into()),
-    }
-}
-
-/// What clients need beyond this binary.
-fn clients() -> impl Iterator<Item = Ability> {
-    Client::ALL.iter().filter_map(|client| {
-        let spec = client.spec();
-        let found = match (spec.engine, spec.role) {
-            (Some(engine), _) => browser::found(engine).map_err(|missing| Unable::new(missing.why)),
-            (None, "python") => python::version().map_err(|problem| Unable::by(&problem)),
-            (None, _) => return None,
-        };
-        Some(Ability {
-            what: client.prose(),
-            need: Need::Better,
-            found,
-            remedy: "needed by the client of that name only: install it",
-        })
-    })
-}
-
-/// What campaigns in containers need, in the order in which one would install it.
-fn containers() -> [Ability; 3] {
-    let server = compose::serves();
-    let tunnels = match &server {
-        Ok(server) => compose::tunnels(server).map(str::to_owned).map_err(part),
-        Err(_) => Err(Unable::new("needs the engine")),
-    };
-    [
-        Ability {
-            what: "container engine",
-            need: Need::Better,
-            found: server
-                .map(|server| format!("Docker {}", server.version))
-                .map_err(part),
-            remedy: "needed by --backend compose only: install Docker Engine and start it, or join the group docker",
-        },
-        Ability {
-            what: "Docker Compose",
-            need: Need::Better,
-            found: compose::composes()
-                .map(|version| version.to_string())
-                .map_err(part),
-            remedy: "needed by --backend compose only: install its plugin docker-compose, 2.20 or later",
-        },
-        Ability {
-            what: "TUN device for containers",
-            need: Need::Better,
-            found: tunnels,
-            remedy: "needed by --backend compose only: load the kernel module tun (modprobe tun)",
-        },
-    ]
-}
-
-/// What is missing, without the remedy, which the list gives itself.
-fn part(problem: compose::Problem) -> Unable {
-    match problem {
-        compose::Problem::Unsupported { lack, .. } => Unable::new(lack),
-        other => Unable::by(&other),
     }
 }

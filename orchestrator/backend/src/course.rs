@@ -12,8 +12,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use judge::{Pulse, Watched};
 use link::{Epoch, LinkTime, Profile};
+use plan::evidence::{Pulse, Watched};
 use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase};
 use record::Held;
 

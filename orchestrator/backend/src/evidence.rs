@@ -7,12 +7,13 @@ use std::path::Path;
 
 use endpoint::{MessageRow, Schedule};
 use judge::replay::Both;
-use judge::{Busy, Ends, Judgement, Messages, Pulse, Records, Terms, Watched};
+use judge::{Busy, Judgement, Records, Terms};
 use link::Epoch;
 use link::certificate::{Baseline, Certificate, Echo, Edge, LinkReport, Pause};
+use plan::evidence::{Ends, Messages, Pulse, Watched};
+use plan::system::System;
 use plan::{Cell, Disturbance, End, EndFaultDone, ProbeRow};
 use record::{ControllerReport, Held, PlantReport};
-use system::System;
 
 use crate::course::Seen;
 use crate::error::RunError;
@@ -138,7 +139,9 @@ impl Evidence {
         };
         self.judgement = judge::judge(&records, &messages, terms);
         let (from_ns, to_ns) = (records.from_ns, records.to_ns);
-        self.taken = records.pulse.and_then(|pulse| pulse.taken(from_ns, to_ns));
+        self.taken = records
+            .pulse
+            .and_then(|pulse| judge::machine::taken(pulse, from_ns, to_ns));
         self.messages = Some(messages);
     }
 

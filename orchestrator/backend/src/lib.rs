@@ -53,7 +53,7 @@ pub use again::{Again, judge_again};
 pub use error::RunError;
 pub use lab::Lab;
 pub use machine::machine;
-pub use own_plant::{NoPlant, hidden, start_plant, start_simulated};
+pub use own_plant::{hidden, start_plant, start_simulated};
 pub use player::Player;
 pub use probe::{Probed, probe};
 pub use process::spawn;

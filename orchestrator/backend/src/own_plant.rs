@@ -8,17 +8,6 @@ use plan::{Program, file_name};
 use process::Hidden;
 use process::plant::{BrokenPlant, Confinement, PlantProgram, Start};
 
-/// Why there is no plant of one's own.
-#[derive(Debug, thiserror::Error)]
-pub enum NoPlant {
-    /// The package `webloop`, which programs in Python may import, cannot be passed on to it.
-    #[error(transparent)]
-    Package(#[from] python::Error),
-    /// The program does something else than to print its first y.
-    #[error(transparent)]
-    Broken(#[from] BrokenPlant),
-}
-
 /// How long a program may take from its start to its first y: an interpreter with its libraries needs
 /// seconds.
 const START_WITHIN: Duration = Duration::from_secs(30);
@@ -45,14 +34,14 @@ pub fn hidden(out: &Path, kept: Option<&Path>) -> Option<Hidden> {
 /// this user may.
 ///
 /// # Errors
-/// [`NoPlant`] with what the program does in place of printing its first y.
+/// [`BrokenPlant`] with what the program does in place of printing its first y.
 pub fn start_plant(
     program: &Program,
     inputs: usize,
     h: SampleTime,
     seed: u64,
     hidden: Option<Hidden>,
-) -> Result<PlantProgram, NoPlant> {
+) -> Result<PlantProgram, BrokenPlant> {
     let confinement = Confinement::Confined(hidden);
     start(program, inputs, h, seed, REAL_STEP_WITHIN, confinement)
 }
@@ -60,13 +49,13 @@ pub fn start_plant(
 /// Starts a program as a plant whose steps are waited for: in virtual time.
 ///
 /// # Errors
-/// [`NoPlant`] with what the program does in place of printing its first y.
+/// [`BrokenPlant`] with what the program does in place of printing its first y.
 pub fn start_simulated(
     program: &Program,
     inputs: usize,
     h: SampleTime,
     seed: u64,
-) -> Result<PlantProgram, NoPlant> {
+) -> Result<PlantProgram, BrokenPlant> {
     let within = SIMULATED_STEP_WITHIN;
     start(program, inputs, h, seed, within, Confinement::None)
 }
@@ -78,21 +67,17 @@ fn start(
     seed: u64,
     step_within: Duration,
     confinement: Confinement,
-) -> Result<PlantProgram, NoPlant> {
-    // The program inherits it, so it may be closed here once that has started.
-    let package = python::package()?;
-    let plant = PlantProgram::start(&Start {
+) -> Result<PlantProgram, BrokenPlant> {
+    PlantProgram::start(&Start {
         run: &program.run,
         environment: vec![
             ("WEBLOOP_H_S", format!("{:?}", h.seconds()).into()),
             ("WEBLOOP_SEED", seed.to_string().into()),
-            ("PYTHONPATH", python::path(&package)),
         ],
         inputs,
         h_ns: h.ns(),
         start_within: START_WITHIN,
         step_within,
         confinement,
-    })?;
-    Ok(plant)
+    })
 }

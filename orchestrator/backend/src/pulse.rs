@@ -11,8 +11,8 @@ use std::thread::JoinHandle;
 use clock::now::now_ns;
 use clock::pacer::Pacer;
 use clock::scheduling::Granted;
-use judge::Pulse;
 use link::certificate::Pause;
+use plan::evidence::Pulse;
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
 /// Time from one beat to the next.

@@ -6,13 +6,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use link::Profile;
+use plan::system::System;
 use plan::{Cell, EndFault, Plan, Verdict, file_name};
 use process::last_words;
 use process::program::OWN;
 use record::folder::{self, Unwritable};
 use record::{Held, Machine, Made, Manifest};
 use shaper::Authority;
-use system::System;
 
 use crate::agents::Agents;
 use crate::attach::Attach;

@@ -9,17 +9,16 @@ use std::io::{self, Write};
 use std::ops::Range;
 use std::path::Path;
 
-use control::Law;
 use endpoint::report::Written;
 use endpoint::{ArrivalRow, MessageRow, Model, SecondRow, Surrounded, Thread, TickRow, Timer};
 use link::certificate::{Echo, LinkReport};
 use link::{PacketRow, Profile, Way};
 use plan::series::Spacing;
+use plan::system::{System, Unfit};
 use plan::{Cell, End, EndEffect, EndFault, EndFaultDone, Phase, file_name};
 use record::{FileFact, Held, ModelController, ModelPlant, Tally, folder};
 use serde::Serialize;
 use sim::{EPOCH, Outcome, Pool, Record, Series, Setup, Start, Timing};
-use system::{System, Unfit};
 use text::column::Row;
 
 use crate::course::Seen;
@@ -45,8 +44,6 @@ pub(crate) fn run(
     folder: &Path,
 ) -> Result<Seen, RunError> {
     let h = cell.settings.h;
-    let unfit = |unfit: Unfit| RunError::Unfit(unfit.to_string());
-    let (law, _) = system.law_at(h).map_err(unfit)?;
     let around = system.surroundings();
     let (seed, start_ns) = (cell.link_seed, Some(START_NS));
     if let Some(fault) = texts
@@ -64,27 +61,32 @@ pub(crate) fn run(
         let plant = system.at(h).map_err(unfit)?.plant;
         let plant = plant.stepper_from(system.x0());
         return match around {
-            None => run_with(plant, law, cell, profile, faults, timing, folder),
+            None => run_with(plant, system, cell, profile, faults, timing, folder),
             Some(around) => {
                 let plant = Surrounded::new(plant, around, seed, start_ns);
-                run_with(plant, law, cell, profile, faults, timing, folder)
+                run_with(plant, system, cell, profile, faults, timing, folder)
             }
         };
     };
     let own = start_simulated(program, system.inputs(), h, seed)
         .map_err(|problem| RunError::Program(problem.to_string()))?;
     let plant = Surrounded::new(own.clone(), around.unwrap_or_default(), seed, start_ns);
-    let seen = run_with(plant, law, cell, profile, faults, timing, folder)?;
+    let seen = run_with(plant, system, cell, profile, faults, timing, folder)?;
     match own.problem() {
         Some(problem) => Err(RunError::Program(problem)),
         None => Ok(seen),
     }
 }
 
+#[allow(clippy::needless_pass_by_value)]
+fn unfit(unfit: Unfit) -> RunError {
+    RunError::Unfit(unfit.to_string())
+}
+
 /// Simulates a cell whose plant is `plant`.
 fn run_with<M: Model + Clone>(
     plant: M,
-    law: Law,
+    system: &System,
     cell: &Cell,
     profile: &Profile,
     faults: &[EndFault],
@@ -92,6 +94,7 @@ fn run_with<M: Model + Clone>(
     folder: &Path,
 ) -> Result<Seen, RunError> {
     let h = cell.settings.h;
+    let (law, _) = system.law_at(h).map_err(unfit)?;
     // The start of the last series is not known yet.
     let planned = [
         Spacing::Wide.empty(0),

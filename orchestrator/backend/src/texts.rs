@@ -5,9 +5,9 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use link::Profile;
+use plan::system::System;
 use plan::{Cell, EndFault, Plan, ProfileText, Program, file_name};
 use record::folder;
-use system::System;
 
 use crate::error::RunError;
 

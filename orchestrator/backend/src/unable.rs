@@ -6,11 +6,15 @@
 pub struct Unable(String);
 
 impl Unable {
-    pub(crate) fn new(why: impl Into<String>) -> Unable {
+    /// By its reason.
+    #[must_use]
+    pub fn new(why: impl Into<String>) -> Unable {
         Unable(why.into())
     }
 
-    pub(crate) fn by(problem: &impl ToString) -> Unable {
+    /// By what went wrong.
+    #[must_use]
+    pub fn by(problem: &impl ToString) -> Unable {
         Unable(problem.to_string())
     }
 }

@@ -4,10 +4,10 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use ::system::System;
 use anyhow::{Context, anyhow};
 use backend::Timings;
 use link::Profile;
+use plan::system::System;
 use plan::{EXPERIMENTS, Instead, Library, Plan, ProfileText, Program};
 use record::file;
 use text::{Diagnostic, Severity};

@@ -13,9 +13,9 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use clock::now::now_ns;
-use http::framing::{Afterwards, Protocol, Rest};
-use http::request::Malformed;
-use http::{lines, request};
+use endpoint::http::framing::{Afterwards, Protocol, Rest};
+use endpoint::http::request::Malformed;
+use endpoint::http::{lines, request};
 use hyper::StatusCode;
 use plant::answer::written;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};

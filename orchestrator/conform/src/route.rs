@@ -3,8 +3,8 @@
 //! There are no sessions, pages or uploads, which are for controllers in a browser.
 
 use endpoint::Mode;
-use http::framing::{Afterwards, Protocol};
-use http::request::{Authority, Head};
+use endpoint::http::framing::{Afterwards, Protocol};
+use endpoint::http::request::{Authority, Head};
 use hyper::body::Bytes;
 use hyper::{Response, StatusCode};
 use plant::answer::{TEXT, message, respond, written};

@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             took.as_secs_f64() * 1e3,
             messages.len(),
             took.as_secs_f64() * 1e6 / messages.len() as f64,
-            held.faults(&terms).len()
+            judge::message::faults(&held, &terms).len()
         );
     }
     Ok(())

@@ -3,8 +3,8 @@
 use endpoint::{MessageRow, TickRow};
 
 use crate::limit::{BUSY_HALF, BUSY_TWICE, OTHERS_SHARE};
-use crate::machine::Watched;
 use crate::quantile::beyond;
+use plan::evidence::Watched;
 
 /// What the ends say of their machine.
 #[derive(Debug, Clone, Default)]

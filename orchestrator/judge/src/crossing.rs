@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use link::{Timeline, Way};
+use plan::evidence::Crossed;
 
 use crate::connecting::{Connecting, Opened};
-use crate::crossed::Crossed;
+use crate::crossed::with_lateness;
 use crate::lateness::{Lateness, Untold, told};
 use crate::limit::{
     Allowance, LATE_MS, LATE_SHARE_OF_DELAY, QUICKER_MS, READING_SHARE, RESEND_MS, RESENT_MS,
@@ -393,7 +394,7 @@ impl<'a> Held<'a> {
         for one in &known {
             self.count_late(one);
         }
-        self.crossed.with_lateness(&known, self.way, self.terms)
+        with_lateness(self.crossed, &known, self.way, self.terms)
     }
 }
 

@@ -9,9 +9,10 @@ use crate::end;
 use crate::fault::LinkFault;
 use crate::hit;
 use crate::limit::Stillness;
-use crate::machine::{self, Pulse, Watched};
-use crate::message::Messages;
+use crate::machine;
+use crate::message::faults;
 use crate::terms::{Swamped, Terms};
+use plan::evidence::{Messages, Pulse, Watched};
 
 /// What a run recorded about itself.
 #[derive(Debug)]
@@ -67,7 +68,11 @@ pub fn judge(records: &Records<'_>, messages: &Messages, terms: &Terms) -> Judge
     let h_ns = settings.h.ns();
     let keeps_time = terms.allowance.keeps_time && settings.schedule == Schedule::Absolute;
     let mut disturbances = Vec::new();
-    disturbances.extend(records.pulse.and_then(|pulse| pulse.judge(from_ns, to_ns)));
+    disturbances.extend(
+        records
+            .pulse
+            .and_then(|pulse| machine::pulse(pulse, from_ns, to_ns)),
+    );
     disturbances.extend(machine::player(
         records.pauses,
         Stillness::of(records.player_real_time),
@@ -101,12 +106,11 @@ pub fn judge(records: &Records<'_>, messages: &Messages, terms: &Terms) -> Judge
         let said = disturbances.iter().any(|known| known.what == *what);
         disturbances.extend(
             (!said)
-                .then(|| watched.judge(what, from_ns, to_ns))
+                .then(|| machine::watched(watched, what, from_ns, to_ns))
                 .flatten(),
         );
     }
-    let (busy, faults): (Vec<LinkFault>, Vec<LinkFault>) = messages
-        .faults(terms)
+    let (busy, faults): (Vec<LinkFault>, Vec<LinkFault>) = faults(messages, terms)
         .into_iter()
         .partition(|fault| fault.is_busy);
     disturbances.extend(busy.into_iter().map(|fault| Disturbance {

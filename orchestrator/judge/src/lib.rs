@@ -33,13 +33,9 @@ mod terms;
 
 pub use busy::Busy;
 pub use connecting::Connecting;
-pub use crossed::{Crossed, Shows};
 pub use fault::LinkFault;
 pub use hit::Hits;
 pub use judgement::{Judgement, Records, judge};
 pub use limit::Allowance;
-pub use machine::{Pulse, Watched};
-pub use message::Messages;
-pub use replay::Ends;
 pub use still::Still;
 pub use terms::Terms;

@@ -3,47 +3,10 @@
 
 use link::certificate::Pause;
 use plan::Disturbance;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use plan::evidence::{Pulse, Watched};
 
 use crate::limit::{OTHERS_SHARE, Stillness, WAITED_SHARE};
 use crate::quantile::thousandths;
-
-/// What threads saw that wake each millisecond, one on each processor.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Pulse {
-    /// Processors that had one.
-    pub processors: usize,
-    /// Whether they had real-time scheduling, ahead of every part of the run.
-    pub real_time: bool,
-    /// Beats of all of them.
-    pub beats: u64,
-    /// The longest that a beat was late, ms.
-    pub longest_ms: f64,
-    /// What the host took from this machine's processors meanwhile, ms of one processor.
-    pub stolen_ms: f64,
-    /// Beats that were late by 2 ms or more: the first two hundred of each processor.
-    pub gaps: Vec<Pause>,
-}
-
-/// What was seen of a process from outside while the controller ran.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Watched {
-    /// How often it was looked at.
-    pub looks: u64,
-    /// How often it was stopped then, by a signal or a debugger.
-    pub stopped: u64,
-    /// When it was first seen stopped, monotonic.
-    pub stopped_at_ns: u64,
-    /// How long its threads ran, ms in sum; 0 where that was not looked at.
-    pub ran_ms: f64,
-    /// How long they waited, ready, for a processor, ms in sum.
-    pub waited_ms: f64,
-    /// Share of all processors' time that went to what is no part of the run, 0 to 1.
-    pub others: f64,
-}
 
 /// Makes a disturbance; its time counts from `from_ns`.
 pub(crate) fn describe(
@@ -106,83 +69,79 @@ pub fn player(pauses: &[Pause], limit: Stillness, from_ns: u64, to_ns: u64) -> O
     still("player", pauses, limit, 1, from_ns, to_ns, "")
 }
 
-impl Pulse {
-    /// Judges whether a processor stood still, or was taken away from all parts of the run.
-    #[must_use]
-    pub fn judge(&self, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
-        let hint = if self.stolen_ms >= 1.0 {
-            format!("; the host took {:.0} ms of them", self.stolen_ms)
-        } else {
-            String::new()
-        };
-        still(
-            "machine",
-            &self.gaps,
-            Stillness::of(self.real_time),
-            self.processors,
-            from_ns,
-            to_ns,
-            &hint,
-        )
-    }
-
-    /// What the host took of this machine's processors, if it was so much that it explains what nothing else does: it
-    /// may take them for less than a beat at a time.
-    #[must_use]
-    pub fn taken(&self, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
-        let limit = Stillness::REAL_TIME.share;
-        let time_ms = to_ns.saturating_sub(from_ns) as f64 * 1e-6 * self.processors.max(1) as f64;
-        let share = self.stolen_ms / time_ms.max(1.0);
-        (share > limit).then(|| {
-            let words = format!(
-                "the host took {:.0} ms of this machine's processors, {:.1} % of the time (limit {:.0} %)",
-                self.stolen_ms,
-                100.0 * share,
-                100.0 * limit
-            );
-            describe("machine", from_ns, from_ns, self.stolen_ms, words)
-        })
-    }
+/// Judges whether a processor stood still, or was taken away from all parts of the run.
+#[must_use]
+pub fn pulse(pulse: &Pulse, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
+    let hint = if pulse.stolen_ms >= 1.0 {
+        format!("; the host took {:.0} ms of them", pulse.stolen_ms)
+    } else {
+        String::new()
+    };
+    still(
+        "machine",
+        &pulse.gaps,
+        Stillness::of(pulse.real_time),
+        pulse.processors,
+        from_ns,
+        to_ns,
+        &hint,
+    )
 }
 
-impl Watched {
-    /// Judges whether the process called `what` was stopped, or starved by other programs.
-    #[must_use]
-    pub fn judge(&self, what: &str, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
-        let time_ms = to_ns.saturating_sub(from_ns) as f64 * 1e-6;
-        if self.stopped > 0 {
-            let share = self.stopped as f64 / self.looks.max(1) as f64;
-            return Some(describe(
-                what,
-                self.stopped_at_ns,
-                from_ns,
-                share * time_ms,
-                format!(
-                    "the {what} was stopped by a signal or a debugger in {} of {} looks",
-                    self.stopped, self.looks
-                ),
-            ));
-        }
-        let share = self.waited_ms / time_ms.max(1.0);
-        (share > WAITED_SHARE && self.others > OTHERS_SHARE).then(|| {
-            describe(
-                what,
-                from_ns,
-                from_ns,
-                self.waited_ms,
-                format!(
-                    "the {what} was starved: its threads waited {:.0} ms for a processor, {:.0} % of \
-                     the time (limit {:.0} %), and other programs had {:.0} % of all processors (limit \
-                     {:.0} %)",
-                    self.waited_ms,
-                    100.0 * share,
-                    100.0 * WAITED_SHARE,
-                    100.0 * self.others,
-                    100.0 * OTHERS_SHARE
-                ),
-            )
-        })
+/// What the host took of this machine's processors, if it was so much that it explains what nothing else does: it
+/// may take them for less than a beat at a time.
+#[must_use]
+pub fn taken(pulse: &Pulse, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
+    let limit = Stillness::REAL_TIME.share;
+    let time_ms = to_ns.saturating_sub(from_ns) as f64 * 1e-6 * pulse.processors.max(1) as f64;
+    let share = pulse.stolen_ms / time_ms.max(1.0);
+    (share > limit).then(|| {
+        let words = format!(
+            "the host took {:.0} ms of this machine's processors, {:.1} % of the time (limit {:.0} %)",
+            pulse.stolen_ms,
+            100.0 * share,
+            100.0 * limit
+        );
+        describe("machine", from_ns, from_ns, pulse.stolen_ms, words)
+    })
+}
+
+/// Judges whether the process called `what` was stopped, or starved by other programs.
+#[must_use]
+pub fn watched(watched: &Watched, what: &str, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
+    let time_ms = to_ns.saturating_sub(from_ns) as f64 * 1e-6;
+    if watched.stopped > 0 {
+        let share = watched.stopped as f64 / watched.looks.max(1) as f64;
+        return Some(describe(
+            what,
+            watched.stopped_at_ns,
+            from_ns,
+            share * time_ms,
+            format!(
+                "the {what} was stopped by a signal or a debugger in {} of {} looks",
+                watched.stopped, watched.looks
+            ),
+        ));
     }
+    let share = watched.waited_ms / time_ms.max(1.0);
+    (share > WAITED_SHARE && watched.others > OTHERS_SHARE).then(|| {
+        describe(
+            what,
+            from_ns,
+            from_ns,
+            watched.waited_ms,
+            format!(
+                "the {what} was starved: its threads waited {:.0} ms for a processor, {:.0} % of \
+                 the time (limit {:.0} %), and other programs had {:.0} % of all processors (limit \
+                 {:.0} %)",
+                watched.waited_ms,
+                100.0 * share,
+                100.0 * WAITED_SHARE,
+                100.0 * watched.others,
+                100.0 * OTHERS_SHARE
+            ),
+        )
+    })
 }
 
 #[cfg(test)]
@@ -218,17 +177,17 @@ mod tests {
 
     #[test]
     fn what_the_host_takes_in_small_pieces_counts_too() {
-        let taken = |stolen_ms| {
+        let words = |stolen_ms| {
             let pulse = Pulse {
                 processors: 2,
                 stolen_ms,
                 ..Pulse::default()
             };
-            assert_eq!(pulse.judge(S, 3 * S), None);
-            pulse.taken(S, 3 * S).map(|one| one.words)
+            assert_eq!(super::pulse(&pulse, S, 3 * S), None);
+            taken(&pulse, S, 3 * S).map(|one| one.words)
         };
-        assert_eq!(taken(30.0), None);
-        assert!(taken(60.0).expect("1.5 %").contains("60 ms"));
+        assert_eq!(words(30.0), None);
+        assert!(words(60.0).expect("1.5 %").contains("60 ms"));
     }
 
     #[test]
@@ -239,8 +198,8 @@ mod tests {
             gaps: vec![gap(1500, 30)],
             ..Pulse::default()
         };
-        assert!(pulse.judge(S, 3 * S).is_some());
+        assert!(super::pulse(&pulse, S, 3 * S).is_some());
         pulse.real_time = false;
-        assert_eq!(pulse.judge(S, 3 * S), None);
+        assert_eq!(super::pulse(&pulse, S, 3 * S), None);
     }
 }

@@ -9,11 +9,10 @@ use std::collections::VecDeque;
 
 use endpoint::{ArrivalRow, MessageOutcome, MessageRow};
 use link::Way;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use plan::evidence::Messages;
 
 use crate::connecting::Opened;
-use crate::crossed::Crossed;
+use crate::crossed::judge;
 use crate::crossing::{Crossing, cross};
 use crate::fault::LinkFault;
 use crate::limit::{QUICKER_MS, QUICKER_PER_MILLE};
@@ -26,35 +25,6 @@ const FREED_NS: u64 = 1_000_000;
 /// A connection that has been idle for this long may have been closed: webloop's own clients close it
 /// after 4 s.
 const IDLE_NS: u64 = 3_500_000_000;
-
-/// What the messages say of the link.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Messages {
-    /// From controller to plant.
-    pub up: Crossed,
-    /// From plant to controller.
-    pub down: Crossed,
-    /// Messages that were back sooner than the link lets them: one clock has both stamps.
-    pub back_sooner: u64,
-    /// Messages with a stamp outside the time of the run.
-    pub outside: u64,
-    /// Answers that the plant's own record of arrivals does not bear out.
-    pub unborne: u64,
-    /// Messages without the time of their sending: how long they were under way up is not known.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub unstamped: u64,
-    /// Messages without the time of their receipt, whose program left no rows: how long their answers were under way
-    /// down is not known.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub unreceipted: u64,
-}
-
-// Serde passes a reference.
-#[allow(clippy::trivially_copy_pass_by_ref)]
-fn is_zero(count: &u64) -> bool {
-    *count == 0
-}
 
 /// Compares the messages of a run with its link.
 #[must_use]
@@ -252,59 +222,47 @@ fn back_sooner(sent: &[&MessageRow], terms: &Terms) -> u64 {
     sent.iter().filter(is_sooner).count() as u64
 }
 
-impl Messages {
-    /// What cannot be judged of a program of one's own, since its messages do not show it; empty if nothing.
-    #[must_use]
-    pub fn unknown(&self) -> Vec<&'static str> {
-        let up = "the way up, since its messages have no t_send_ns";
-        let down = "the way down, since it writes no messages.csv";
-        let all = [(self.unstamped, up), (self.unreceipted, down)];
-        let all = all.into_iter().filter(|(count, _)| *count > 0);
-        all.map(|(_, what)| what).collect()
+/// The evidence against the link; empty if it was the one asked for.
+#[must_use]
+pub fn faults(messages: &Messages, terms: &Terms) -> Vec<LinkFault> {
+    let mut faults = Vec::new();
+    for (way, crossed) in [(Way::Up, &messages.up), (Way::Down, &messages.down)] {
+        judge(crossed, way, terms, &mut faults);
     }
-
-    /// The evidence against the link; empty if it was the one asked for.
-    #[must_use]
-    pub fn faults(&self, terms: &Terms) -> Vec<LinkFault> {
-        let mut faults = Vec::new();
-        for (way, crossed) in [(Way::Up, &self.up), (Way::Down, &self.down)] {
-            crossed.judge(way, terms, &mut faults);
-        }
-        let answered = self.down.count;
-        let sooner = QUICKER_PER_MILLE * answered / 1_000;
-        if self.back_sooner > sooner {
-            faults.push(LinkFault {
-                words: format!(
-                    "{} of {answered} messages came back quicker than the link allows: they went \
-                     around it (limit {sooner})",
-                    self.back_sooner
-                ),
-                by_lateness: false,
-                is_busy: false,
-            });
-        }
-        if self.outside > 0 {
-            faults.push(LinkFault {
-                words: format!(
-                    "{} messages have stamps outside the time of the run: their client uses \
-                     another clock",
-                    self.outside
-                ),
-                by_lateness: false,
-                is_busy: false,
-            });
-        }
-        if self.unborne > 0 {
-            faults.push(LinkFault {
-                words: format!(
-                    "{} answers name an arrival that the plant did not record: they are not from \
-                     this plant",
-                    self.unborne
-                ),
-                by_lateness: false,
-                is_busy: false,
-            });
-        }
-        faults
+    let answered = messages.down.count;
+    let sooner = QUICKER_PER_MILLE * answered / 1_000;
+    if messages.back_sooner > sooner {
+        faults.push(LinkFault {
+            words: format!(
+                "{} of {answered} messages came back quicker than the link allows: they went \
+                 around it (limit {sooner})",
+                messages.back_sooner
+            ),
+            by_lateness: false,
+            is_busy: false,
+        });
     }
+    if messages.outside > 0 {
+        faults.push(LinkFault {
+            words: format!(
+                "{} messages have stamps outside the time of the run: their client uses \
+                 another clock",
+                messages.outside
+            ),
+            by_lateness: false,
+            is_busy: false,
+        });
+    }
+    if messages.unborne > 0 {
+        faults.push(LinkFault {
+            words: format!(
+                "{} answers name an arrival that the plant did not record: they are not from \
+                 this plant",
+                messages.unborne
+            ),
+            by_lateness: false,
+            is_busy: false,
+        });
+    }
+    faults
 }

@@ -13,10 +13,9 @@ mod plant;
 use std::fmt;
 
 use endpoint::{ArrivalRow, MessageRow, SecondRow, TickRow};
+use plan::evidence::Ends;
+use plan::system::System;
 use plan::{Cell, End, EndEffect, EndFaultDone};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use system::System;
 
 use self::plant::Plant;
 
@@ -41,16 +40,6 @@ pub struct Both<'a> {
     pub arrivals: &'a [ArrivalRow],
     /// Rows of `messages.csv`.
     pub messages: &'a [MessageRow],
-}
-
-/// How far the ends were replayed. All of it agreed, or there is a reason against the run.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Ends {
-    /// Ticks whose input and output follow from the commands by the plan's plant; 0 for a program of one's own.
-    pub ticks: u64,
-    /// Commands that follow from the outputs by the plan's law; 0 for a program of one's own.
-    pub commands: u64,
 }
 
 /// The first row of an end that does not follow by the plan.

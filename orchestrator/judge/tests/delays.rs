@@ -10,11 +10,12 @@ use std::collections::BTreeMap;
 use endpoint::{
     ArrivalRow, Connection, ControllerSettings, MessageOutcome, MessageRow, Outstanding, TickRow,
 };
-use judge::{Busy, Connecting, Hits, LinkFault, Messages, Still, Terms, Watched};
+use judge::{Busy, Connecting, Hits, LinkFault, Still, Terms};
 use link::{Profile, Timeline, Way};
+use plan::evidence::{Messages, Watched};
+use plan::system::System;
 use plan::{Cell, Client, Instead, Plan, ProfileText};
 use sim::{EPOCH, Record, Setup, Timing};
-use system::System;
 
 const MS: u64 = 1_000_000;
 const LINKS: [&str; 4] = ["arima", "buccoo", "diego-lan", "diego-vpn"];
@@ -127,7 +128,7 @@ impl Kind {
     /// The evidence against a run over a link.
     fn faults(&self, link: &str, seed: u64) -> Vec<LinkFault> {
         let (messages, terms) = self.held(link, seed);
-        messages.faults(&terms)
+        judge::message::faults(&messages, &terms)
     }
 
     /// What the messages of a run over a link say, and what they are judged by.

@@ -3,10 +3,11 @@
 
 use endpoint::{ArrivalOutcome, ArrivalRow, MessageOutcome, MessageRow};
 use judge::message::hold;
-use judge::{LinkFault, Messages, Still, Terms};
+use judge::{LinkFault, Still, Terms};
 use link::certificate::Pause;
 use link::{Epoch, Profile, Timeline, Way};
 use plan::Client;
+use plan::evidence::Messages;
 use proptest::prelude::*;
 
 const MS: u64 = 1_000_000;
@@ -139,7 +140,7 @@ fn judged_on(
         hits: judge::Hits::default(),
     };
     let messages = hold(&rows.0, &rows.1, &terms);
-    let faults = messages.faults(&terms);
+    let faults = judge::message::faults(&messages, &terms);
     (messages, faults)
 }
 

@@ -5,13 +5,13 @@ use endpoint::{
     ArrivalRow, Connection, ControllerSettings, Hold, Integrate, MessageRow, Mode, Outstanding,
     SampleTime, Schedule, SecondRow, Surrounded, TickRow, Transport,
 };
-use judge::Ends;
 use judge::replay::{Both, Other, replay};
 use link::Profile;
+use plan::evidence::Ends;
+use plan::system::System;
 use plan::{Cell, Client, End, Instead, Plan, ProfileText};
 use proptest::prelude::*;
 use sim::{EPOCH, Outcome, Record, Setup, Timing};
-use system::System;
 
 /// Systems that have what the built-in ones have not.
 const OWN: [&str; 4] = [

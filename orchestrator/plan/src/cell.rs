@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::system::System;
 use endpoint::{
     Clock, ControllerSettings, Hold, Lease, NoiseLaw, PageSettings, PlantSettings, Preset,
     Reference, SampleTime, Shape, TickNoise,
@@ -9,7 +10,6 @@ use endpoint::{
 use link::LinkTime;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use system::System;
 
 use crate::client::Client;
 use crate::file_name;

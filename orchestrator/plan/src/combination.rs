@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
 
+use crate::system::{Program, System};
 use endpoint::{ControllerSettings, Field, Mode, PageSettings, PlantSettings, Preset, SampleTime};
-use system::{Program, System};
 use text::Diagnostic;
 
 use crate::cell::Cell;

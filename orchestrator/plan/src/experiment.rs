@@ -7,11 +7,11 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::LazyLock;
 
+use crate::system::Program;
 use endpoint::{ControllerSettings, PageSettings, PlantSettings};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
-use system::Program;
 use text::Whole;
 use toml::Spanned;
 

@@ -17,7 +17,7 @@
 //!   words of `unsound` and `bad_fault`.
 //!   `seed` derives the seeds of the links.
 //! - [`file_name`] has the names of the files in a campaign's folder. [`schema()`] gives the JSON
-//!   schema of experiments and plans. [`Verdict`] names how a run can end. [`ProbeRow`] is the row of
+//!   schema of experiments and plans. [`Verdict`] names how a run can end, and [`evidence`] has what that rests on. [`ProbeRow`] is the row of
 //!   an echo, which back-ends and analysis share; [`series`] says when echoes are sent.
 //!
 //! No clock, file or thread: the cli reads and writes the files.
@@ -33,6 +33,7 @@ mod combination;
 mod difference;
 mod echo;
 mod end_fault;
+pub mod evidence;
 mod expect;
 mod experiment;
 mod fault;
@@ -61,6 +62,7 @@ mod sound;
 mod stall;
 pub mod sweep;
 mod swept;
+pub mod system;
 mod unsound;
 mod verdict;
 
@@ -89,7 +91,7 @@ pub use setup::{Condition, SetBy, Setup};
 pub use shard::{Shard, UnknownShard};
 pub use sound::is_file_name;
 pub use stall::{RESPONSE_NS, stalling_seed};
-pub use system::Program;
+pub use system::{Program, System};
 pub use text::Diagnostic;
 pub use unsound::{NoSystem, NotAPlan, Unsound, UnsoundCell, UnsoundName};
 pub use verdict::{Disturbance, Verdict};

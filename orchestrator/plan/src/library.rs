@@ -1,6 +1,6 @@
 //! Finds the texts that an experiment names: profiles and systems.
 
-use system::System;
+use crate::system::System;
 
 use crate::profile_text::ProfileText;
 

@@ -3,11 +3,11 @@
 use std::fmt;
 use std::ops::Range;
 
+use crate::system::Program;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
-use system::Program;
 use toml::Spanned;
 
 use crate::invalid::Word;

@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
 
-use system::{Program, System};
+use crate::system::{Program, System};
 use text::{Diagnostic, TomlText};
 use toml::Spanned;
 

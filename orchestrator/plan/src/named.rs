@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::system::System;
 use endpoint::SampleTime;
-use system::System;
 use text::Diagnostic;
 use toml::Spanned;
 

@@ -4,9 +4,9 @@
 
 use std::collections::BTreeMap;
 
+use crate::system::{Program, System};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use system::{Program, System};
 
 use crate::cell::Cell;
 use crate::client::Client;

@@ -6,9 +6,9 @@
 use std::fmt;
 use std::time::Duration;
 
+use crate::system::System;
 use endpoint::{Concern, ControllerSettings, Field, Mode, PageSettings, PlantSettings};
 use serde::{Deserialize, Serialize};
-use system::System;
 use text::column::{EntryType, Typed};
 
 use crate::cell::Cell;

@@ -5,8 +5,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::system::System;
 use endpoint::SampleTime;
-use system::System;
 use text::{WEEK_NS, is_device, is_name};
 
 use crate::cell::Cell;

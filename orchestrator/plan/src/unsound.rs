@@ -2,7 +2,7 @@
 //!
 //! `sound` and `faults` find it; what is wrong with a fault by itself is in `bad_fault`.
 
-use system::Unfit;
+use crate::system::Unfit;
 
 use crate::bad_fault::BadFault;
 use crate::end_fault::End;

@@ -16,6 +16,7 @@ use rustix::process::{Pid, Signal, kill_process_group};
 use crate::exit::exit_code;
 use crate::plant::start::{Confinement, Start};
 use crate::program::{keep, unsheltered};
+use crate::python_path::PythonPath;
 use crate::shelter::Shelter;
 use crate::spawn;
 
@@ -38,7 +39,9 @@ impl Keeper {
         let (printed, writer) = io::pipe()?;
         let log = keep(printed)?;
         let run = start.run.to_vec();
-        let environment: Vec<_> = start.environment.clone();
+        let package = PythonPath::new()?;
+        let mut environment: Vec<_> = start.environment.clone();
+        environment.push(package.variable());
         let confinement = start.confinement.clone();
         let (code, is_over) = (Arc::new(OnceLock::new()), Arc::new(AtomicBool::new(false)));
         let (tell, told) = mpsc::channel();

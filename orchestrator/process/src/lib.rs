@@ -16,6 +16,7 @@ mod look;
 mod lookout;
 pub mod plant;
 pub mod program;
+mod python_path;
 mod role;
 mod shelter;
 pub mod spawn;

@@ -17,6 +17,7 @@ use rustix::process::{Pid, Signal, WaitOptions, getpid, kill_process, set_child_
 
 use crate::exit::exit_code;
 use crate::look::family;
+use crate::python_path::PythonPath;
 use crate::shelter::{Hidden, Shelter};
 use crate::spawn;
 
@@ -47,7 +48,7 @@ pub const OWN: &str = "own";
 pub struct Supervised<'a> {
     /// The program and its arguments.
     pub run: &'a [String],
-    /// What its environment has in addition to this process's.
+    /// What its environment has in addition to this process's, and to the package `webloop` on Python's path.
     pub environment: Vec<(&'static str, OsString)>,
     /// Port of its plant.
     pub plant_port: u16,
@@ -90,6 +91,8 @@ pub fn supervise(
 ) -> io::Result<Ended> {
     // One pipe for both, so that lines keep their order.
     let (printed, writer) = io::pipe()?;
+    // Open until the program has ended, since its path leads to this descriptor.
+    let package = PythonPath::new()?;
     let mut command = Command::new("/proc/self/exe");
     command
         .args(["serve", "first", "--not-before-ns"])
@@ -102,6 +105,7 @@ pub fn supervise(
                 .iter()
                 .map(|(name, value)| (name, value)),
         )
+        .envs([package.variable()])
         .stdin(Stdio::null())
         .stdout(writer.try_clone()?)
         .stderr(writer);

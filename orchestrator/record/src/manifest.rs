@@ -5,10 +5,9 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use endpoint::report::Page;
-use judge::message::Messages;
-use judge::{Ends, Pulse, Watched};
 use link::Epoch;
 use link::certificate::{Certificate, LinkReport};
+use plan::evidence::{Ends, Messages, Pulse, Watched};
 use plan::{Cell, Disturbance, EndFaultDone, Verdict, is_file_name};
 use schemars::{JsonSchema, schema_for};
 use serde::ser::Error;

@@ -12,8 +12,8 @@ mod tests;
 
 use analysis::{Campaign, LoopVerdict, Run, grouped};
 use endpoint::Mode;
+use plan::system::System;
 use plan::{Client, Setup};
-use system::System;
 
 pub use coverage::Coverage;
 

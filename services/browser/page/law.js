@@ -1,6 +1,6 @@
 // The control law: which there are, and how one is read as the plant hands it over.
 //
-// The form is that of services/system/src/design.rs. Reading is strict: every field has to be
+// The form is that of orchestrator/plan/src/system/design.rs. Reading is strict: every field has to be
 // there and no other may be, shapes have to fit, numbers are finite. What a law does is in the
 // module of its name.
 

@@ -24,6 +24,7 @@ pub mod controller;
 pub mod field;
 pub mod hold;
 pub mod host;
+pub mod http;
 pub mod message;
 pub mod model;
 pub mod noise;

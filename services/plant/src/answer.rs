@@ -2,7 +2,7 @@
 
 use std::{cell::RefCell, fmt, rc::Rc, time::SystemTime};
 
-use http::{
+use endpoint::http::{
     framing::{Afterwards, Protocol},
     lines::{Lines, text},
 };
@@ -103,7 +103,14 @@ impl Short {
             "\r\ncache-control: no-store\r\n",
         ];
         let (lines, body) = (lines.map(str::as_bytes), self.body.as_bytes());
-        http::written::written(StatusCode::OK, protocol, Some(then), &lines, &date(), body)
+        endpoint::http::written::written(
+            StatusCode::OK,
+            protocol,
+            Some(then),
+            &lines,
+            &date(),
+            body,
+        )
     }
 }
 
@@ -116,7 +123,7 @@ pub fn written(response: &Response<Bytes>, protocol: Protocol, then: Afterwards)
     let lines: Vec<&[u8]> = lines.collect();
     let says = then == Afterwards::Close && headers.contains_key(header::CONNECTION);
     let (status, then) = (response.status(), (!says).then_some(then));
-    http::written::written(status, protocol, then, &lines, &date(), response.body())
+    endpoint::http::written::written(status, protocol, then, &lines, &date(), response.body())
 }
 
 /// The time of day, written once a second.

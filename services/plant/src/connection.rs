@@ -18,7 +18,7 @@ use std::{
 };
 
 use clock::{now::now_ns, patience::Patience};
-use http::{
+use endpoint::http::{
     body::Body,
     framing::{Afterwards, Protocol, Rest},
     lines,

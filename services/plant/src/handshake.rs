@@ -1,6 +1,6 @@
 //! The handshake of a WebSocket, from the plant's side: RFC 6455, 4.2.
 
-use http::lines::Lines;
+use endpoint::http::lines::Lines;
 use hyper::{
     Response, StatusCode,
     body::Bytes,

@@ -4,7 +4,7 @@
 //! plant, where a GET moves it. Browsers say which page sent a request. A request without this
 //! information does not come from a browser and is permitted.
 
-use http::lines::Lines;
+use endpoint::http::lines::Lines;
 
 /// Why a request is foreign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

@@ -10,7 +10,7 @@ use hyper::{
     header::{self, HeaderName, HeaderValue},
 };
 
-use http::lines::{Lines, text};
+use endpoint::http::lines::{Lines, text};
 
 use crate::answer::respond;
 

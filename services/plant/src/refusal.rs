@@ -1,8 +1,8 @@
 //! Why a request is rejected, and how that is reported: over HTTP as a status and a text, over a
 //! WebSocket as a close frame.
 
+use endpoint::http::{body::InvalidBody, request::Malformed};
 use endpoint::{InvalidMessage, NotServed, Signals};
-use http::{body::InvalidBody, request::Malformed};
 use hyper::{
     Method, Response, StatusCode,
     body::Bytes,

@@ -6,14 +6,14 @@
 
 use std::{fmt::Write, net::IpAddr};
 
-use endpoint::{
-    Answer, ArrivalOutcome, Hosts, InvalidMessage, Mode, NotServed, Output, Request, checksum,
-    query::MAX_BYTES,
-};
-use http::{
+use endpoint::http::{
     framing::Protocol,
     lines::{Lines, text},
     request::{Authority, Head},
+};
+use endpoint::{
+    Answer, ArrivalOutcome, Hosts, InvalidMessage, Mode, NotServed, Output, Request, checksum,
+    query::MAX_BYTES,
 };
 use hyper::{Method, Response, StatusCode, body::Bytes};
 use serde::Serialize;

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use link::Timeline;
+use plan::system::System;
 use plan::{Cell, Plan, file_name};
 use record::whole::{self, Medium, ROWS, Vouched};
 use record::{Damage, Manifest};
-use system::System;
 
 use super::Run;
 use crate::metrics::{CellFacts, Metrics};

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use link::Profile;
+use plan::system::System;
 use plan::{Cell, Plan, ProfileText};
 use record::Manifest;
 use record::whole::Medium;
-use system::System;
 
 use super::Run;
 use super::cell::Known;

@@ -1,7 +1,7 @@
 //! What a run was to do, and when.
 
 use endpoint::Reference;
-use system::Band;
+use plan::system::Band;
 
 use crate::asked::{Asked, Task};
 

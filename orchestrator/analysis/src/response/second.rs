@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use endpoint::SecondRow;
-use system::Band;
+use plan::system::Band;
 
 use super::Aim;
 use crate::asked::{Asked, Task};

@@ -3,7 +3,7 @@ use std::num::NonZeroUsize;
 use control::preset::{BARE_SETTLING_3MS_S, paper_pi, paper_plant};
 use control::step_response;
 use endpoint::Reference;
-use system::Band;
+use plan::system::Band;
 
 use super::*;
 use crate::asked::{Asked, Task};
@@ -388,7 +388,7 @@ fn a_band_in_units_of_y_asks_it_to_stay_and_noise_widens_it() {
     let within = |band: f64, noise: f64| Aim {
         first: Asked {
             band: Some(Band::Absolute(band)),
-            ..Asked::of(&system::Holding::default(), 0, noise, 0.0)
+            ..Asked::of(&plan::system::Holding::default(), 0, noise, 0.0)
         },
         y0: Some(0.001),
         ..Aim::step(H_NS)

@@ -1,7 +1,7 @@
 //! The rule itself: for a step or a rest, for a reference that moves, and for an output without one.
 
 use control::step_info::greatest;
-use system::Band;
+use plan::system::Band;
 
 use super::fifth::{GROWTH, PARTS, grows, part, worst_errors};
 use super::place::{Outset, Place, gone};

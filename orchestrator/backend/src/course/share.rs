@@ -5,7 +5,7 @@
 use std::ops::Range;
 use std::thread;
 
-use judge::Watched;
+use plan::evidence::Watched;
 use plan::{End, EndFaultDone};
 
 use super::end::EndPart;

@@ -4,9 +4,9 @@ use analysis::sweep::{Limit, PointRuns, Row, borders, header, limit};
 use campaign::Bench;
 use control::preset;
 use plan::EXPERIMENTS;
+use plan::system::System;
 use proptest::prelude::*;
 use sim::Timing;
-use system::System;
 
 use crate::lab::{resolve, run_all};
 

@@ -1,5 +1,7 @@
 //! `webloop doctor`: what this machine can do, what is missing, and what to do about it.
 
+mod others;
+
 use std::fmt::Display;
 use std::io::Write;
 
@@ -24,7 +26,8 @@ pub(crate) fn run() -> Outcome {
         machine.clock_source
     )?;
     let mut missing = false;
-    for ability in abilities(&authority) {
+    let all = abilities(&authority).into_iter();
+    for ability in all.chain(others::clients()).chain(others::containers()) {
         let (mark, text): (_, &dyn Display) = match (&ability.found, ability.need) {
             (Ok(text), _) => ("ok", text),
             (Err(text), Need::Must) => ("MISSING", text),

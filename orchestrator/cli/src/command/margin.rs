@@ -8,7 +8,6 @@ mod own;
 
 use std::io::Write;
 
-use ::system::System;
 use analysis::layout::{Column, align, digits, number};
 use anyhow::{Context, anyhow};
 use control::{
@@ -16,6 +15,7 @@ use control::{
 };
 use endpoint::SampleTime;
 use link::Profile;
+use plan::system::System;
 
 use crate::argument::Margin;
 use crate::command::serve::at;

@@ -2,7 +2,7 @@
 //! a run's child. `serve first` is the first process of its PID namespace.
 
 use std::ffi::OsString;
-use std::fs::{self, File};
+use std::fs;
 use std::io;
 use std::path::{Path, absolute};
 use std::process::ExitCode;
@@ -12,8 +12,8 @@ use anyhow::{Context, anyhow};
 use backend::ControllerRole;
 use clock::now::now_ns;
 use endpoint::report::Own;
+use plan::system::System;
 use process::program::{Ended, OWN, Supervised, supervise};
-use system::System;
 
 use crate::argument::{ServeFirst, ServeProgram};
 use crate::command::serve::{controller_role, leave, say_ready, told};
@@ -49,11 +49,9 @@ pub(crate) fn program(argument: &ServeProgram) -> Outcome {
     let start_ns = role.start_ns.unwrap_or_else(|| now_ns() + START_AHEAD_NS);
     let stop_ns = start_ns.saturating_add(role.duration_ns);
     let out = absolute(&argument.controller.out)?;
-    // Open until the program has ended, since its path leads to this descriptor.
-    let archive = python::package()?;
     let supervised = Supervised {
         run,
-        environment: environment(&role, &system, start_ns, &out, &archive)?,
+        environment: environment(&role, &system, start_ns, &out)?,
         plant_port: role.plant.port(),
         start_ns,
         stop_ns,
@@ -124,7 +122,6 @@ fn environment(
     system: &System,
     start_ns: u64,
     out: &Path,
-    package: &File,
 ) -> Result<Vec<(&'static str, OsString)>, Failure> {
     let settings = &role.settings;
     let own = out.join(OWN);
@@ -154,7 +151,6 @@ fn environment(
         ),
         ("WEBLOOP_OUT", own.into_os_string()),
         ("WEBLOOP_SETTINGS", file.into_os_string()),
-        ("PYTHONPATH", python::path(package)),
     ])
 }
 

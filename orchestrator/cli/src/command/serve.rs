@@ -5,12 +5,12 @@
 use std::io::{Read, Write};
 use std::path::{Path, absolute};
 
-use ::system::{Design, Loop, System};
 use anyhow::{Context, anyhow};
 use backend::{ControllerRole, PlantRole, start_plant};
 use control::Law;
 use endpoint::{ControllerSettings, PageSettings, SampleTime, Surrounded, report};
 use plan::Client;
+use plan::system::{Design, Loop, System};
 use record::file;
 use serde::Serialize;
 use serde::de::DeserializeOwned;

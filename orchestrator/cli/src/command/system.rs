@@ -2,8 +2,8 @@
 
 use std::io::Write;
 
-use ::system::System;
 use anyhow::anyhow;
+use plan::system::System;
 
 use crate::argument::{SystemLint, SystemShow};
 use crate::exit::{Exit, Failure, Outcome};
@@ -29,7 +29,7 @@ pub(crate) fn show(show: &SystemShow) -> Outcome {
 
 /// Prints the JSON schema of system files.
 pub(crate) fn schema() -> Outcome {
-    write!(crate::console::out(), "{}", ::system::schema())?;
+    write!(crate::console::out(), "{}", plan::system::schema())?;
     Ok(Exit::Fine)
 }
 

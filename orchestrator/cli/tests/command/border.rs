@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 
 use control::Analysis;
 use endpoint::SampleTime;
-use system::System;
+use plan::system::System;
 
 /// 1/(s + 1)^3, sampled exactly for an input that is held over h. It prints y as it is when u arrives, as webloop's own
 /// model without a direct path does; one that prints it after the step is a loop of one sample less.

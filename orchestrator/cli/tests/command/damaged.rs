@@ -231,7 +231,7 @@ fn by_two<J, P>(
 
 #[test]
 fn margins_end_within_their_limits_whatever_a_number_of_a_system() {
-    let cart = system::System::built_in("cart").unwrap();
+    let cart = plan::system::System::built_in("cart").unwrap();
     let texts = [SYSTEM, cart].map(|text| mutation::out_of_proportion(text.as_bytes()));
     let copies = texts.into_iter().flatten();
     let place = || tempfile::tempdir().unwrap();

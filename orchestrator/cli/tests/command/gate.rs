@@ -49,7 +49,7 @@ fn the_example_passes_and_a_gain_raised_by_a_third_is_found_in_virtual_time() {
     assert_eq!(code, Some(0), "{said}");
     assert_eq!(said.matches("\nmet: ").count(), 2 * 3, "{said}");
 
-    let motor = ::system::System::built_in("motor").unwrap();
+    let motor = plan::system::System::built_in("motor").unwrap();
     let raised = motor.replace("kp = 0.1701", "kp = 0.22113");
     assert_ne!(raised, motor);
     let raised = raised.replace("name = \"motor\"", "name = \"raised\"");

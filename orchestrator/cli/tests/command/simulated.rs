@@ -202,7 +202,7 @@ fn a_cell_keeps_the_text_of_its_system() {
         &[],
     );
     assert_eq!(ran.status.code(), Some(0));
-    let lag = ::system::System::built_in("lag").unwrap();
+    let lag = plan::system::System::built_in("lag").unwrap();
     let mut kept = 0;
     for cell in fs::read_dir(out.join("cells")).unwrap() {
         let own = cell.unwrap().path().join("system.toml");

@@ -51,7 +51,7 @@ impl Draw {
 /// The paper's motor under its PI, with these lines in its `[plant]`.
 fn motor(r: f64, plant: &str) -> String {
     let pid = "law = \"pid\"\nkp = 0.1701\nki = 0.378\n";
-    let (head, rest) = ::system::System::built_in("motor")
+    let (head, rest) = plan::system::System::built_in("motor")
         .unwrap()
         .split_once("[plant]")
         .unwrap();
@@ -297,7 +297,7 @@ fn kinds(draw: &mut Draw) -> Vec<(&'static str, Case)> {
 
 /// The built-in pendulum on a cart, with these lines in its `[plant]`.
 fn cart(plant: &str) -> String {
-    let text = ::system::System::built_in("cart").unwrap();
+    let text = plan::system::System::built_in("cart").unwrap();
     let (_, rest) = text.split_once("r = 0.5").unwrap();
     let (model, law) = rest.split_once("[controller]").unwrap();
     format!("r = 0.5{model}{plant}\n[controller]{law}")

@@ -4,9 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use ::system::System;
 use analysis::{CellFacts, LoopVerdict, Metrics};
 use endpoint::MessageRow;
+use plan::system::System;
 use plan::{Client, Verdict};
 use record::Manifest;
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use analysis::Campaign;
+use plan::system::System;
 use serde::Deserialize;
-use system::System;
 
 use super::evidence::Evidence;
 use report::claim::rule::ANY;

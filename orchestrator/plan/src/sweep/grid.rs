@@ -4,9 +4,9 @@
 
 use std::sync::Arc;
 
+use crate::system::System;
 use endpoint::{Outstanding, SampleTime};
 use link::Profile;
-use system::System;
 
 use super::axis::Axis;
 use super::machine::Machine;

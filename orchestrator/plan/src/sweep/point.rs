@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use crate::system::{Loop, System, Unfit};
 use endpoint::{Outstanding, SampleTime};
 use link::Profile;
-use system::{Loop, System, Unfit};
 
 use super::machine::Machine;
 use super::made::Made;

@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
+use crate::system::System;
 use control::preset;
 use endpoint::{Outstanding, SampleTime};
-use system::System;
 use text::{Diagnostic, rate_bps, share};
 use toml::Spanned;
 

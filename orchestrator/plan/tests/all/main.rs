@@ -3,5 +3,6 @@
 mod expect;
 mod experiments;
 mod sweep;
+mod system;
 mod systems;
 mod wrong;

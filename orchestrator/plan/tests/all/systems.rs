@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use endpoint::{Action, Hold, Late, Lease, NoiseLaw, PlantSettings};
+use plan::system::System;
 use plan::{Diagnostic, Instead, Library, Plan, ProfileText};
-use system::System;
 
 /// The built-in profiles and systems, and one that is somebody's own.
 struct Shelf(&'static str);

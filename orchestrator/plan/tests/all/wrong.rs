@@ -3,8 +3,8 @@
 
 use endpoint::{ControllerSettings, PageSettings, PlantSettings};
 use link::{Profile, Severity};
+use plan::system::System;
 use plan::{EXPERIMENTS, Plan, ProfileText};
-use system::System;
 use text::Diagnostic;
 use toml::{Table, Value};
 

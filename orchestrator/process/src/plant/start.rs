@@ -10,7 +10,7 @@ use crate::shelter::Hidden;
 pub struct Start<'a> {
     /// The program and its arguments.
     pub run: &'a [String],
-    /// What its environment has in addition to this process's.
+    /// What its environment has in addition to this process's, and to the package `webloop` on Python's path.
     pub environment: Vec<(&'static str, OsString)>,
     /// How many inputs it has: 1 or 2.
     pub inputs: usize,

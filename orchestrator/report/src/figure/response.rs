@@ -5,8 +5,8 @@
 use analysis::{Campaign, LoopVerdict, Run, grouped};
 use chart::{Mark, Panel, Scale, Series};
 use endpoint::Reference;
+use plan::system::System;
 use record::ReadError;
-use system::System;
 
 use super::median::{Signal, Traces};
 use super::reach::{about, held_ends, held_range, left_at, within};

@@ -3,7 +3,7 @@
 use std::{io, rc::Rc};
 
 use endpoint::InvalidMessage;
-use http::{StatusCode, answer::InvalidAnswer};
+use endpoint::http::{StatusCode, answer::InvalidAnswer};
 use tokio_tungstenite::tungstenite::Error;
 
 /// Number of characters of a plant's text that are quoted.

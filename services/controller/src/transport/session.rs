@@ -5,7 +5,7 @@
 
 use std::{rc::Rc, time::Duration};
 
-use http::StatusCode;
+use endpoint::http::StatusCode;
 use tokio::{sync::Mutex, time::timeout};
 
 use super::{

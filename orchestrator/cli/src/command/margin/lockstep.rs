@@ -6,7 +6,6 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 
-use ::system::{Program, System};
 use analysis::asked::Asked;
 use analysis::response::ResponseTrace;
 use analysis::{Aim, LoopVerdict, Reason};
@@ -14,6 +13,7 @@ use anyhow::anyhow;
 use backend::start_simulated;
 use control::{Analysis, Law, Signals};
 use endpoint::{Model, Reference, SampleTime, SecondRow, Surrounded, TickRow};
+use plan::system::{Program, System};
 
 use crate::exit::Failure;
 

@@ -1,11 +1,11 @@
 //! Margins of a plant that is a program: nothing is known of it but what it answers, so its border is by simulation.
 
-use ::system::{Program, System};
 use analysis::LoopVerdict;
 use analysis::layout::{Column, align, digits, number, text};
 use anyhow::anyhow;
 use control::Analysis;
 use endpoint::SampleTime;
+use plan::system::{Program, System};
 
 use super::border::{Border, border};
 use super::lockstep::{Lockstep, Seen};

@@ -21,7 +21,7 @@ const FILES: [(&str, &str, &str); 5] = [
     (
         "system",
         "System files",
-        "services/system/systems/system.schema.json",
+        "services/systems/system.schema.json",
     ),
     (
         "profile",

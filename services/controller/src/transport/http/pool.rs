@@ -19,7 +19,7 @@ use std::{
 
 use clock::patience::Patience;
 use endpoint::Connection;
-use http::{
+use endpoint::http::{
     StatusCode, answer,
     framing::{Afterwards, Rest},
 };

@@ -4,8 +4,8 @@ use endpoint::{Disturbance, Surroundings};
 use text::Diagnostic;
 use toml::Spanned;
 
-use crate::fault::Source;
-use crate::file::PlantFile;
+use crate::system::fault::Source;
+use crate::system::file::PlantFile;
 
 /// Reads actuator, disturbance and sensor; `None` if the plant has none of them.
 pub(crate) fn read(

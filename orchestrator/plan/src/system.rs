@@ -8,9 +8,9 @@
 //!
 //! `file` has the keys of the TOML, `plant`, `law` and `feedback` interpret them. The caller provides the text:
 //! there is no file, clock or socket here. `control` has what plants and laws do.
-#![forbid(unsafe_code)]
 
 mod around;
+mod description;
 mod design;
 mod fault;
 mod feedback;
@@ -22,13 +22,13 @@ mod obstacle;
 mod plant;
 mod program;
 mod reference;
-mod system;
+mod sampled;
 
+pub use description::System;
 pub use design::{Design, Limits, Matrices, Model, PidNumbers};
 pub use file::schema;
 pub use holding::{Band, Holding};
 pub use obstacle::Obstacle;
 pub use plant::PlantModel;
 pub use program::Program;
-pub use system::{Loop, System, Unfit};
-pub use text::Diagnostic;
+pub use sampled::{Loop, Unfit};

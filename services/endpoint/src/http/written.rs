@@ -2,7 +2,7 @@
 
 use hyper_http::StatusCode;
 
-use crate::framing::{Afterwards, Protocol};
+use crate::http::framing::{Afterwards, Protocol};
 
 /// Room for a head, so that most are written without moving them.
 const HEAD_BYTES: usize = 256;

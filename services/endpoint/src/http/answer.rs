@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use httparse::{ParserConfig, Response, Status};
 use hyper_http::StatusCode;
 
-use crate::{
+use crate::http::{
     body::{Body, InvalidBody},
     framing::{Afterwards, Length, Protocol, Rest},
     lines::{self, LINES, Lines},

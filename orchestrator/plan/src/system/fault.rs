@@ -3,7 +3,7 @@
 use text::{Diagnostic, MINUTE_NS};
 use toml::Spanned;
 
-use crate::file::Each;
+use crate::system::file::Each;
 
 /// The text being read, for the positions of faults.
 #[derive(Debug, Clone, Copy)]

@@ -1,6 +1,6 @@
 //! Where a request or an answer ends, and what becomes of its connection.
 
-use crate::lines::Lines;
+use crate::http::lines::Lines;
 
 /// The version of HTTP that a request is of, and so its answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

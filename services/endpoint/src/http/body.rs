@@ -3,7 +3,7 @@
 //! It has one of two lengths, and neither is believed beyond the limit of its kind. Like a head, it is read
 //! strictly; extensions of chunks and trailers are passed over.
 
-use crate::framing::Length;
+use crate::http::framing::Length;
 
 /// The longest line between chunks, and the most bytes of a trailer.
 const LINE_BYTES: usize = 256;

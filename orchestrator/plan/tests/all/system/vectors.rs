@@ -3,7 +3,7 @@
 //!
 //! They lie with the ends' own, in `endpoint/tests/vectors`. A change of them is a change of the
 //! law: look at the difference, then write them anew with
-//! `WEBLOOP_WRITE_VECTORS=1 cargo test -p webloop-system --test all vectors`.
+//! `WEBLOOP_WRITE_VECTORS=1 cargo test -p webloop-plan --test all vectors`.
 #![allow(
     clippy::disallowed_methods,
     reason = "this test, not the crate, reads and writes files"
@@ -12,8 +12,8 @@
 use std::path::Path;
 
 use control::Signals;
+use plan::system::System;
 use serde_json::{Value, json};
-use system::System;
 
 /// The outputs that a law sees: a response that overshoots and comes to rest, with a few that are
 /// no number.
@@ -137,7 +137,8 @@ fn the_laws_do_what_their_vectors_say() {
         .iter()
         .map(|(name, text, h)| case(name, text, h))
         .collect();
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../endpoint/tests/vectors/laws.json");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../services/endpoint/tests/vectors/laws.json");
     let text = format!("{:#}\n", json!({ "cases": cases }));
     if std::env::var("WEBLOOP_WRITE_VECTORS").is_ok() {
         std::fs::write(&path, &text).expect("the folder is in the repository");

@@ -7,9 +7,8 @@
 //! * [`written`]: an answer as it is sent.
 //! * [`lines`], [`framing`]: what both kinds of heads have, and where what they begin ends.
 //!
-//! This crate has no socket, clock or runtime. What a request asks for is judged by the plant, and the controller
+//! There is no socket, clock or runtime here. What a request asks for is judged by the plant, and the controller
 //! writes its own. What a message passes through is `inline`, so that each end compiles it with its own.
-#![forbid(unsafe_code)]
 
 pub mod answer;
 pub mod body;

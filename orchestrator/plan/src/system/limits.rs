@@ -4,8 +4,8 @@ use control::{AntiWindup, Saturation};
 use text::Diagnostic;
 use toml::Spanned;
 
-use crate::fault::Source;
-use crate::file::LimitsFile;
+use crate::system::fault::Source;
+use crate::system::file::LimitsFile;
 
 /// Reads the limits for the law of this name: anti-windup is only for laws with an integral.
 pub(crate) fn read(

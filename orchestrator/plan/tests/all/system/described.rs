@@ -5,7 +5,7 @@ use control::{
     step_response,
 };
 use endpoint::{SampleTime, Shape};
-use system::{Design, System};
+use plan::system::{Design, System};
 
 fn h(text: &str) -> SampleTime {
     text.parse().expect("a sample time")
@@ -93,7 +93,7 @@ fn the_longest_round_trip_by_the_margin_is_where_each_loop_turns() {
 }
 
 /// A diagnostic's place and problem.
-fn told(fault: &system::Diagnostic) -> String {
+fn told(fault: &plan::Diagnostic) -> String {
     format!("{}:{}: {}", fault.line, fault.column, fault.problem)
 }
 
@@ -252,9 +252,9 @@ fn gains_can_be_replaced_where_there_are_some() {
 
 #[test]
 fn the_schema_beside_them_is_the_types_and_each_names_it() {
-    let schema = include_str!("../../systems/system.schema.json");
+    let schema = include_str!("../../../../../services/systems/system.schema.json");
     assert_eq!(
-        system::schema(),
+        plan::system::schema(),
         schema,
         "write `webloop system schema` there"
     );
@@ -278,7 +278,7 @@ fn a_plant_that_is_a_program_has_a_law_and_no_model() {
     let run = ["python3".to_owned(), "./tank.py".to_owned()];
     assert_eq!(
         system.plant_program(),
-        Some(&system::Program::new(run.to_vec()))
+        Some(&plan::system::Program::new(run.to_vec()))
     );
     assert!(system.plant().linear().is_none() && !system.is_unstable());
     assert!(system.law_at(h("3ms")).is_ok());

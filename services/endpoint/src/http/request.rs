@@ -6,7 +6,7 @@
 
 use hyper_http::{Uri, uri::PathAndQuery};
 
-use crate::{
+use crate::http::{
     body::Chunks,
     framing::{Afterwards, Length, Protocol, Rest},
     lines::{self, LINES, Lines, Room},

@@ -5,9 +5,9 @@ use nalgebra::DMatrix;
 use text::Diagnostic;
 use toml::Spanned;
 
-use crate::fault::Source;
-use crate::file::{Feed, PlantFile, Rows};
-use crate::program::Program;
+use crate::system::fault::Source;
+use crate::system::file::{Feed, PlantFile, Rows};
+use crate::system::program::Program;
 
 /// No plant needs more states than this.
 const MOST_STATES: usize = 20;

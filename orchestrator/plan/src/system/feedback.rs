@@ -9,10 +9,10 @@ use nalgebra::DMatrix;
 use text::Diagnostic;
 use toml::Spanned;
 
-use crate::design::{Design, Limits, Matrices, to_rows};
-use crate::fault::Source;
-use crate::file::{ControllerFile, Rows};
-use crate::obstacle::{Obstacle, within};
+use crate::system::design::{Design, Limits, Matrices, to_rows};
+use crate::system::fault::Source;
+use crate::system::file::{ControllerFile, Rows};
+use crate::system::obstacle::{Obstacle, within};
 
 /// Each update corrects as many estimates, and a margin sums as many terms at each frequency.
 const FILTER_TICKS: usize = 300;

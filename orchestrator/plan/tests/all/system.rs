@@ -1,4 +1,4 @@
 //! Systems from files, and their laws as numbers.
 
-mod systems;
+mod described;
 mod vectors;

@@ -7,13 +7,13 @@ use control::{
 use text::Diagnostic;
 use toml::Spanned;
 
-use crate::design::{Design, Limits, Model, PidNumbers};
-use crate::fault::Source;
-use crate::feedback::Feedback;
-use crate::file::ControllerFile;
-use crate::limits;
-use crate::obstacle::{Obstacle, within};
-use crate::plant::{PlantModel, counted, method, ratio};
+use crate::system::design::{Design, Limits, Model, PidNumbers};
+use crate::system::fault::Source;
+use crate::system::feedback::Feedback;
+use crate::system::file::ControllerFile;
+use crate::system::limits;
+use crate::system::obstacle::{Obstacle, within};
+use crate::system::plant::{PlantModel, counted, method, ratio};
 
 /// A predictor keeps one number per tick; this limit also holds in Python and on the page.
 const SMITH_TICKS: usize = 1_000_000;

@@ -4,9 +4,9 @@ use endpoint::{Reference, Shape};
 use text::Diagnostic;
 use toml::Spanned;
 
-use crate::fault::Source;
-use crate::file::{Each, ReferenceFile};
-use crate::plant::PlantModel;
+use crate::system::fault::Source;
+use crate::system::file::{Each, ReferenceFile};
+use crate::system::plant::PlantModel;
 
 /// The references of the outputs, the first one first: 1, if none is given.
 pub(crate) fn each(

@@ -6,9 +6,9 @@
 use text::Diagnostic;
 use toml::Spanned;
 
-use crate::fault::Source;
-use crate::file::{BandFile, BandsFile, PlantFile, Rows};
-use crate::plant::PlantModel;
+use crate::system::fault::Source;
+use crate::system::file::{BandFile, BandsFile, PlantFile, Rows};
+use crate::system::plant::PlantModel;
 
 /// What is asked of a loop with this plant. By default nothing is said, and the verdict's own rule decides.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -221,7 +221,7 @@ fn outputs(count: usize) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use crate::System;
+    use crate::system::System;
 
     use super::*;
 

@@ -330,7 +330,7 @@ pub(crate) struct LimitsFile {
 }
 
 /// The JSON schema of a system, for editors; committed as
-/// `services/system/systems/system.schema.json`.
+/// `services/systems/system.schema.json`.
 #[must_use]
 pub fn schema() -> String {
     let schema = schemars::schema_for!(SystemFile);
