@@ -168,7 +168,7 @@ fn read(times: u64) -> Result<u64> {
     journal(&path, ROWS)?;
     let mut count = 0;
     while count < times {
-        rows::read(&path, MessageRow::COLUMNS, |row: &MessageRow| {
+        rows::read(&path, |row: &MessageRow| {
             count += u64::from(black_box(row).y.is_some());
         })?;
     }

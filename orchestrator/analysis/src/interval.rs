@@ -48,7 +48,7 @@ impl Intervals {
     pub fn read(folder: &Path, h_ns: u64) -> Result<Self, ReadError> {
         let mut intervals = Self::new(h_ns);
         let path = folder.join(file_name::ARRIVALS);
-        read(&path, ArrivalRow::COLUMNS, |row| intervals.push(row))?;
+        read(&path, |row| intervals.push(row))?;
         Ok(intervals)
     }
 

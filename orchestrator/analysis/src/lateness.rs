@@ -57,7 +57,7 @@ impl Schedule {
 pub fn series(folder: &Path, h_ns: u64, mut each: impl FnMut(Late)) -> Result<bool, ReadError> {
     let mut schedule = Schedule { h_ns, first: None };
     let path = folder.join(file_name::ARRIVALS);
-    read(&path, ArrivalRow::COLUMNS, |row| each(schedule.late(row)))
+    read(&path, |row| each(schedule.late(row)))
 }
 
 /// Summary of a series of lateness.

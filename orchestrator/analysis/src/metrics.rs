@@ -210,7 +210,6 @@ impl<'a> Reader<'a> {
         };
         let rows = self.rows(
             file_name::TICKS,
-            TickRow::COLUMNS,
             |held| &held.ticks,
             |row| order.check(row),
             take,
@@ -231,7 +230,6 @@ impl<'a> Reader<'a> {
         };
         let rows = self.rows(
             file_name::ARRIVALS,
-            ArrivalRow::COLUMNS,
             |held| &held.arrivals,
             |row| order.check(row),
             take,
@@ -251,7 +249,6 @@ impl<'a> Reader<'a> {
         };
         let rows = self.rows(
             file_name::MESSAGES,
-            MessageRow::COLUMNS,
             |held| &held.messages,
             |row| order.check(row),
             take,
@@ -281,7 +278,6 @@ impl<'a> Reader<'a> {
         let mut order = SecondOrder::new(self.gaps(file_name::SECOND));
         let rows = self.rows(
             file_name::SECOND,
-            SecondRow::COLUMNS,
             |held| held.second.as_deref().unwrap_or_default(),
             |row| order.check(row),
             |row: &SecondRow| trace.push(row),
@@ -296,7 +292,6 @@ impl<'a> Reader<'a> {
         let take = |row: &ProbeRow| probes.push(row);
         let rows = self.rows(
             file_name::PROBES,
-            ProbeRow::COLUMNS,
             |held| &held.probes,
             |row| order.check(row),
             take,
@@ -319,7 +314,6 @@ impl<'a> Reader<'a> {
     fn rows<R: Row>(
         &self,
         name: &str,
-        columns: &[&str],
         held: impl Fn(&Held) -> &[R],
         mut check: impl FnMut(&R) -> Result<(), Disorder>,
         mut take: impl FnMut(&R),
@@ -334,7 +328,7 @@ impl<'a> Reader<'a> {
                 });
             }
             Source::Folder(_) => {
-                return read(&path, columns, take).map(|torn| Content { rows: 0, torn });
+                return read(&path, take).map(|torn| Content { rows: 0, torn });
             }
             Source::Whole(_, vouched) => vouched,
         };
@@ -342,7 +336,7 @@ impl<'a> Reader<'a> {
             let problem = "its manifest does not list it".to_owned();
             return Err(ReadError::Damaged { path, problem });
         };
-        read_whole(&path, columns, fact, |row| {
+        read_whole(&path, fact, |row| {
             if !vouched.has_gaps {
                 check(row)?;
             }

@@ -44,7 +44,7 @@ pub fn read_recovery(
         return Ok(None);
     };
     let path = folder.join(file_name::TICKS);
-    read(&path, TickRow::COLUMNS, |row| trace.push(row))?;
+    read(&path, |row| trace.push(row))?;
     Ok(trace.finish())
 }
 

@@ -49,7 +49,7 @@ impl Response {
 pub fn response(folder: &Path, run_ns: &Range<u64>, most: usize) -> Result<Response, ReadError> {
     let mut response = Response::default();
     let path = folder.join(file_name::TICKS);
-    read_while(&path, TickRow::COLUMNS, |row: &TickRow| {
+    read_while(&path, |row: &TickRow| {
         response.push(row, run_ns);
         if response.y.len() < most {
             ControlFlow::Continue(())
@@ -67,7 +67,7 @@ pub fn response(folder: &Path, run_ns: &Range<u64>, most: usize) -> Result<Respo
 pub fn tick_intervals_ms(folder: &Path) -> Result<Vec<f64>, ReadError> {
     let mut intervals = Intervals::default();
     let path = folder.join(file_name::TICKS);
-    read(&path, TickRow::COLUMNS, |row: &TickRow| {
+    read(&path, |row: &TickRow| {
         intervals.push(row.t_tick_ns);
     })?;
     Ok(intervals.ms)
@@ -80,7 +80,7 @@ pub fn tick_intervals_ms(folder: &Path) -> Result<Vec<f64>, ReadError> {
 pub fn control_intervals_ms(folder: &Path) -> Result<Vec<f64>, ReadError> {
     let mut intervals = Intervals::default();
     let path = folder.join(file_name::ARRIVALS);
-    read(&path, ArrivalRow::COLUMNS, |row: &ArrivalRow| {
+    read(&path, |row: &ArrivalRow| {
         intervals.push(row.t_arrive_ns);
     })?;
     Ok(intervals.ms)

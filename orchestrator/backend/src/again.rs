@@ -50,7 +50,7 @@ pub fn judge_again(
     let text = profile_text(plan, cell)?;
     let profile = read_profile(&text, &cell.topology)?;
     let opens = Spacing::of(&profile).opens();
-    let echoes: Vec<ProbeRow> = all(&folder.join(file_name::PROBES), ProbeRow::COLUMNS)?;
+    let echoes: Vec<ProbeRow> = all(&folder.join(file_name::PROBES))?;
     let seen = seen(&echoes, manifest, opens);
     let link_check = LinkCheck {
         entered: &rows::entered(folder)?,

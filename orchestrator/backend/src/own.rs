@@ -30,7 +30,7 @@ const AGAIN_OF: u64 = 20;
 /// Checks the messages of a run whose first was due at `start_ns`, and leaves them as `messages.csv`: the
 /// controller's own rows if it left such a file, or else those that the plant saw.
 pub(crate) fn settle(cell: &Cell, start_ns: u64, folder: &Path) -> Result<(), RunError> {
-    let arrivals: Vec<ArrivalRow> = all(&folder.join(file_name::ARRIVALS), ArrivalRow::COLUMNS)?;
+    let arrivals: Vec<ArrivalRow> = all(&folder.join(file_name::ARRIVALS))?;
     let refused = Reports::read(folder)
         .plant
         .map_or(0, |plant| plant.refused());

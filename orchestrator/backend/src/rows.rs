@@ -5,7 +5,6 @@
 
 use std::path::Path;
 
-use endpoint::{ArrivalRow, MessageRow, SecondRow, TickRow};
 use link::{PacketRow, Way};
 use plan::file_name;
 use record::rows::all;
@@ -16,12 +15,10 @@ pub(crate) fn read(folder: &Path) -> Result<Held, ReadError> {
     let second = folder.join(file_name::SECOND);
     let has_second = second.exists();
     Ok(Held {
-        ticks: all(&folder.join(file_name::TICKS), TickRow::COLUMNS)?,
-        arrivals: all(&folder.join(file_name::ARRIVALS), ArrivalRow::COLUMNS)?,
-        messages: all(&folder.join(file_name::MESSAGES), MessageRow::COLUMNS)?,
-        second: has_second
-            .then(|| all(&second, SecondRow::COLUMNS))
-            .transpose()?,
+        ticks: all(&folder.join(file_name::TICKS))?,
+        arrivals: all(&folder.join(file_name::ARRIVALS))?,
+        messages: all(&folder.join(file_name::MESSAGES))?,
+        second: has_second.then(|| all(&second)).transpose()?,
         ..Held::default()
     })
 }
@@ -30,7 +27,7 @@ pub(crate) fn read(folder: &Path) -> Result<Held, ReadError> {
 pub(crate) fn entered(folder: &Path) -> Result<[Option<Vec<PacketRow>>; 2], ReadError> {
     let one = |name: &str| {
         let path = folder.join(name);
-        let read = || all::<PacketRow>(&path, PacketRow::COLUMNS);
+        let read = || all::<PacketRow>(&path);
         path.exists().then(read).transpose()
     };
     if let Some(both) = one(file_name::PACKETS)? {

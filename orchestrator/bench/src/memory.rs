@@ -66,11 +66,9 @@ fn ends(context: &Context<'_>) -> Result<Measured, Lack> {
         let is_sent = row.t_send_ns.is_some_and(|t_ns| t_ns <= still_ns);
         is_sent && row.t_receive_ns.is_none_or(|t_ns| t_ns > still_ns)
     };
-    rows::read(
-        &folder.join(MessageRow::FILE),
-        MessageRow::COLUMNS,
-        |row: &MessageRow| count += u32::from(is_under_way(row)),
-    )?;
+    rows::read(&folder.join(MessageRow::FILE), |row: &MessageRow| {
+        count += u32::from(is_under_way(row));
+    })?;
     if count == 0 {
         return Err(Lack("no message was under way".to_owned()));
     }

@@ -121,25 +121,17 @@ fn webloop(context: &Context<'_>, transport: &str) -> Result<Measured, Lack> {
     output(&mut controller)?;
     plant.end()?;
     let (mut took_ns, mut due, mut sent) = (Vec::new(), 0, 0);
-    rows::read(
-        &folder.join(MessageRow::FILE),
-        MessageRow::COLUMNS,
-        |row: &MessageRow| {
-            due += 1;
-            sent += usize::from(row.t_send_ns.is_some());
-            let ends_ns = row.t_receive_ns.zip(row.t_send_ns);
-            took_ns.extend(ends_ns.map(|(to_ns, from_ns)| to_ns - from_ns));
-        },
-    )?;
+    rows::read(&folder.join(MessageRow::FILE), |row: &MessageRow| {
+        due += 1;
+        sent += usize::from(row.t_send_ns.is_some());
+        let ends_ns = row.t_receive_ns.zip(row.t_send_ns);
+        took_ns.extend(ends_ns.map(|(to_ns, from_ns)| to_ns - from_ns));
+    })?;
     let (mut ticks, mut in_time) = (0, 0);
-    rows::read(
-        &plant_folder.join(TickRow::FILE),
-        TickRow::COLUMNS,
-        |row: &TickRow| {
-            ticks += 1;
-            in_time += usize::from(row.t_tick_ns < row.t_due_ns + H_NS);
-        },
-    )?;
+    rows::read(&plant_folder.join(TickRow::FILE), |row: &TickRow| {
+        ticks += 1;
+        in_time += usize::from(row.t_tick_ns < row.t_due_ns + H_NS);
+    })?;
     let mut figures = figures(took_ns, sent, due)?;
     figures.push(("ticked_pct", share_pct(in_time, ticks)));
     Ok(figures)

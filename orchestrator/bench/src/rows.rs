@@ -62,13 +62,9 @@ fn webloop(context: &Context<'_>) -> Result<Measured, Lack> {
         bytes += fs::metadata(run.folder.join(file))?.len();
     }
     let mut rows = Vec::new();
-    rows::read(
-        &run.folder.join(MessageRow::FILE),
-        MessageRow::COLUMNS,
-        |row: &MessageRow| {
-            rows.push(*row);
-        },
-    )?;
+    rows::read(&run.folder.join(MessageRow::FILE), |row: &MessageRow| {
+        rows.push(*row);
+    })?;
     Ok(vec![
         ("read_mb_s", bytes as f64 * 1e-6 / read_s),
         ("write_mb_s", written(&context.folder, &rows)?),

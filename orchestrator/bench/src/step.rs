@@ -123,17 +123,13 @@ fn webloop(context: &Context<'_>, transport: &str) -> Result<Measured, Lack> {
     output(&mut controller)?;
     plant.end()?;
     let mut took_ns = Vec::new();
-    rows::read(
-        &folder.join(MessageRow::FILE),
-        MessageRow::COLUMNS,
-        |row: &MessageRow| {
-            took_ns.extend(
-                row.t_receive_ns
-                    .zip(row.t_send_ns)
-                    .map(|(to_ns, from_ns)| to_ns - from_ns),
-            );
-        },
-    )?;
+    rows::read(&folder.join(MessageRow::FILE), |row: &MessageRow| {
+        took_ns.extend(
+            row.t_receive_ns
+                .zip(row.t_send_ns)
+                .map(|(to_ns, from_ns)| to_ns - from_ns),
+        );
+    })?;
     quantiles(took_ns.split_off(WARM_UP.min(took_ns.len())))
 }
 

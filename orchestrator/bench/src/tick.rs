@@ -65,13 +65,9 @@ fn webloop(context: &Context<'_>) -> Result<Measured, Lack> {
     thread::sleep(Duration::from_millis(context.measure_ms));
     plant.end()?;
     let mut ticks = Vec::new();
-    rows::read(
-        &folder.join(TickRow::FILE),
-        TickRow::COLUMNS,
-        |row: &TickRow| {
-            ticks.push((row.t_due_ns, row.t_tick_ns));
-        },
-    )?;
+    rows::read(&folder.join(TickRow::FILE), |row: &TickRow| {
+        ticks.push((row.t_due_ns, row.t_tick_ns));
+    })?;
     figures(&ticks)
 }
 

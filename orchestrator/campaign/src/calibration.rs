@@ -131,11 +131,7 @@ impl Passages {
             self.up_ns.push(between(send, arrive));
             self.down_ns.push(between(arrive, receive));
         };
-        read(
-            &run.folder.join(file_name::MESSAGES),
-            MessageRow::COLUMNS,
-            take,
-        )?;
+        read(&run.folder.join(file_name::MESSAGES), take)?;
         Ok(())
     }
 
@@ -172,17 +168,13 @@ struct Bursts {
 impl Bursts {
     fn read(&mut self, run: &Run) -> Result<(), Error> {
         let mut arrivals = Vec::new();
-        read(
-            &run.folder.join(file_name::ARRIVALS),
-            ArrivalRow::COLUMNS,
-            |row: &ArrivalRow| arrivals.push(row.t_arrive_ns),
-        )?;
+        read(&run.folder.join(file_name::ARRIVALS), |row: &ArrivalRow| {
+            arrivals.push(row.t_arrive_ns);
+        })?;
         let mut receives = Vec::new();
-        read(
-            &run.folder.join(file_name::MESSAGES),
-            MessageRow::COLUMNS,
-            |row: &MessageRow| receives.extend(row.t_receive_ns),
-        )?;
+        read(&run.folder.join(file_name::MESSAGES), |row: &MessageRow| {
+            receives.extend(row.t_receive_ns);
+        })?;
         for (times, pauses) in [
             (&mut arrivals, &mut self.arrivals_ns),
             (&mut receives, &mut self.receives_ns),

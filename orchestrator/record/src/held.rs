@@ -35,16 +35,16 @@ impl Held {
     /// [`ReadError`] if rows cannot be read.
     pub fn read(folder: &Path) -> Result<Held, ReadError> {
         Ok(Held {
-            messages: of(&folder.join(file_name::MESSAGES), MessageRow::COLUMNS)?,
-            arrivals: of(&folder.join(file_name::ARRIVALS), ArrivalRow::COLUMNS)?,
-            ticks: of(&folder.join(file_name::TICKS), TickRow::COLUMNS)?,
+            messages: of(&folder.join(file_name::MESSAGES))?,
+            arrivals: of(&folder.join(file_name::ARRIVALS))?,
+            ticks: of(&folder.join(file_name::TICKS))?,
             ..Held::default()
         })
     }
 }
 
-fn of<R: Row + Copy>(path: &Path, columns: &[&str]) -> Result<Vec<R>, ReadError> {
+fn of<R: Row + Copy>(path: &Path) -> Result<Vec<R>, ReadError> {
     let mut rows = Vec::new();
-    read(path, columns, |row| rows.push(*row))?;
+    read(path, |row| rows.push(*row))?;
     Ok(rows)
 }

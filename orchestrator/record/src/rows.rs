@@ -51,11 +51,7 @@ pub struct Content {
 ///
 /// # Errors
 /// [`ReadError`] if the file cannot be read, has other columns, or has a line that is not a row.
-pub fn read<R: Row>(
-    path: &Path,
-    columns: &[&str],
-    mut each: impl FnMut(&R),
-) -> Result<bool, ReadError> {
+pub fn read<R: Row>(path: &Path, mut each: impl FnMut(&R)) -> Result<bool, ReadError> {
     let mut file = Rows::open(path)?;
     let each = |row: &R| {
         each(row);
@@ -63,7 +59,7 @@ pub fn read<R: Row>(
     };
     match file.whole {
         0 => Ok(file.torn),
-        _ => file.each(columns, each).map(|content| content.torn),
+        _ => file.each(each).map(|content| content.torn),
     }
 }
 
@@ -73,7 +69,6 @@ pub fn read<R: Row>(
 /// As for [`read`], of the part that is read.
 pub fn read_while<R: Row>(
     path: &Path,
-    columns: &[&str],
     mut each: impl FnMut(&R) -> ControlFlow<()>,
 ) -> Result<(), ReadError> {
     let mut file = Rows::open(path)?;
@@ -85,7 +80,7 @@ pub fn read_while<R: Row>(
         is_enough = each(row).is_break();
         if is_enough { Err("enough") } else { Ok(()) }
     };
-    match file.each(columns, each) {
+    match file.each(each) {
         Err(_) if is_enough => Ok(()),
         read => read.map(|_| ()),
     }
@@ -95,12 +90,12 @@ pub fn read_while<R: Row>(
 ///
 /// # Errors
 /// As for [`read`], and if the last line is not a row.
-pub fn all<R: Row + Copy>(path: &Path, columns: &[&str]) -> Result<Vec<R>, ReadError> {
+pub fn all<R: Row + Copy>(path: &Path) -> Result<Vec<R>, ReadError> {
     let mut file = Rows::open(path)?;
     (file.whole, file.torn) = (file.length, false);
     let mut rows = Vec::new();
     if file.length > 0 {
-        file.each(columns, |row: &R| {
+        file.each(|row: &R| {
             rows.push(*row);
             Ok::<_, Infallible>(())
         })?;
@@ -115,7 +110,6 @@ pub fn all<R: Row + Copy>(path: &Path, columns: &[&str]) -> Result<Vec<R>, ReadE
 /// [`ReadError`]. The first objection comes before a checksum that differs from the manifest's.
 pub fn read_whole<R: Row, E: Display>(
     path: &Path,
-    columns: &[&str],
     asked: &FileFact,
     each: impl FnMut(&R) -> Result<(), E>,
 ) -> Result<Content, ReadError> {
@@ -131,7 +125,7 @@ pub fn read_whole<R: Row, E: Display>(
         return Err(damaged("it has no header".to_owned()));
     }
     file.tally = Some(Tally::default());
-    let content = file.each(columns, each)?;
+    let content = file.each(each)?;
     // The checksum includes what follows the last whole line.
     io::copy(&mut file, &mut io::sink()).map_err(unreadable(path))?;
     if file.tally.map(Tally::fact).as_ref() == Some(asked) {
@@ -186,7 +180,6 @@ impl<'a> Rows<'a> {
     /// Passes the whole rows to `each`; stops at its first objection.
     fn each<R: Row, E: Display>(
         &mut self,
-        columns: &[&str],
         mut each: impl FnMut(&R) -> Result<(), E>,
     ) -> Result<Content, ReadError> {
         let (path, torn, whole) = (self.path, self.torn, self.whole);
@@ -196,7 +189,7 @@ impl<'a> Rows<'a> {
         let is =
             |columns: &[&str]| header.strip_suffix(b"\n") == Some(columns.join(",").as_bytes());
         let mut rows = 0;
-        if let Some(lacking) = lacking::<R>(columns, is) {
+        if let Some(lacking) = lacking::<R>(is) {
             loop {
                 // Nearly all lines are whole in the buffer, and are parsed where they are.
                 let buffer = source.fill_buf().map_err(unreadable(path))?;
@@ -222,8 +215,7 @@ impl<'a> Rows<'a> {
             }
         }
         let rest = header.chain(line.as_slice()).chain(source);
-        let others =
-            by_serde(rest, columns, &mut each).map_err(|stop| stop.at(path, rows, columns))?;
+        let others = by_serde(rest, &mut each).map_err(|stop| stop.at(path, rows, R::COLUMNS))?;
         Ok(Content {
             rows: rows + others,
             torn,

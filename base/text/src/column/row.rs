@@ -9,6 +9,9 @@ pub trait Row: DeserializeOwned {
     /// How many of the last columns older files do not have, each of which came by itself; they are empty then.
     const NEW: usize;
 
+    /// The columns of its file, in order.
+    const COLUMNS: &'static [&'static str];
+
     /// Appends the row to a text, as a line with its end. Nothing but a text that is too short allocates.
     fn write(&self, text: &mut Vec<u8>);
 
@@ -79,6 +82,7 @@ macro_rules! row {
 
         impl $crate::column::Row for $name {
             const NEW: usize = <[&str]>::len(&[$(stringify!($new)),*]);
+            const COLUMNS: &'static [&'static str] = $name::COLUMNS;
 
             #[inline]
             fn write(&self, text: &mut Vec<u8>) {

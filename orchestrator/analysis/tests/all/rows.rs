@@ -16,12 +16,12 @@ use text::column::Row;
 /// tells apart all numbers and keeps NaN equal to itself.
 type Outcome = (Vec<String>, Option<(u64, String)>);
 
-fn outcome<R: Row + Debug>(text: &[u8], columns: &[&str]) -> Outcome {
+fn outcome<R: Row + Debug>(text: &[u8]) -> Outcome {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("rows.csv");
     fs::write(&path, text).expect("a writable folder");
     let mut rows = Vec::new();
-    let end = read(&path, columns, |row: &R| rows.push(format!("{row:?}")));
+    let end = read(&path, |row: &R| rows.push(format!("{row:?}")));
     let error = end.err().map(|error| match error {
         ReadError::Row { line, problem, .. } => (line, problem),
         ReadError::Columns { .. } => (1, "columns".to_owned()),
@@ -31,25 +31,25 @@ fn outcome<R: Row + Debug>(text: &[u8], columns: &[&str]) -> Outcome {
 }
 
 /// The same by nothing but the csv crate and serde, from the first line to the last whole one.
-fn expected<R: Row + Debug>(text: &[u8], columns: &[&str]) -> Outcome {
+fn expected<R: Row + Debug>(text: &[u8]) -> Outcome {
     let whole = text.iter().rposition(|byte| *byte == b'\n');
     let mut reader = csv::Reader::from_reader(&text[..whole.map_or(0, |at| at + 1)]);
     let mut rows = Vec::new();
     match reader.headers() {
-        Ok(header) if whole.is_none() || header.iter().eq(columns.iter().copied()) => {}
+        Ok(header) if whole.is_none() || header.iter().eq(R::COLUMNS.iter().copied()) => {}
         // A file from before some of the last columns.
         Ok(header)
             if (1..=R::NEW).any(|lacking| {
-                let older = &columns[..columns.len() - lacking];
+                let older = &R::COLUMNS[..R::COLUMNS.len() - lacking];
                 header.iter().eq(older.iter().copied())
             }) => {}
         Ok(_) => return (rows, Some((1, "columns".to_owned()))),
-        Err(error) => return (rows, Some(words(&error, columns))),
+        Err(error) => return (rows, Some(words(&error, R::COLUMNS))),
     }
     for row in reader.deserialize::<R>() {
         match row {
             Ok(row) => rows.push(format!("{row:?}")),
-            Err(error) => return (rows, Some(words(&error, columns))),
+            Err(error) => return (rows, Some(words(&error, R::COLUMNS))),
         }
     }
     (rows, None)
@@ -243,7 +243,7 @@ macro_rules! laws {
                 fn what_was_written_is_read_and_in_the_plain_form(row in $kind()) {
                     let text = written(&[row], <$row>::COLUMNS);
                     let as_printed = vec![format!("{row:?}")];
-                    prop_assert_eq!(outcome::<$row>(&text, <$row>::COLUMNS), (as_printed, None));
+                    prop_assert_eq!(outcome::<$row>(&text), (as_printed, None));
                     // The other form would do, and be slow.
                     let line = String::from_utf8(text).expect("ASCII");
                     let line = line.lines().nth(1).expect("a row");
@@ -259,8 +259,8 @@ macro_rules! laws {
                 ) {
                     let text = edited(written(&rows, <$row>::COLUMNS), &edits);
                     prop_assert_eq!(
-                        outcome::<$row>(&text, <$row>::COLUMNS),
-                        expected::<$row>(&text, <$row>::COLUMNS),
+                        outcome::<$row>(&text),
+                        expected::<$row>(&text),
                         "{}", String::from_utf8_lossy(&text)
                     );
                 }
@@ -285,11 +285,11 @@ proptest! {
         let old = text.replace(",u_applied\n", "\n").replace(",\n", "\n");
         prop_assert!(old.starts_with(&old_ticks().join(",")));
         let printed: Vec<String> = rows.iter().map(|row| format!("{row:?}")).collect();
-        prop_assert_eq!(outcome::<TickRow>(old.as_bytes(), TickRow::COLUMNS), (printed, None));
+        prop_assert_eq!(outcome::<TickRow>(old.as_bytes()), (printed, None));
         let text = edited(old.into_bytes(), &edits);
         prop_assert_eq!(
-            outcome::<TickRow>(&text, TickRow::COLUMNS),
-            expected::<TickRow>(&text, TickRow::COLUMNS),
+            outcome::<TickRow>(&text),
+            expected::<TickRow>(&text),
             "{}", String::from_utf8_lossy(&text)
         );
     }
@@ -298,7 +298,7 @@ proptest! {
 #[test]
 fn quotes_carriage_returns_and_empty_lines_are_csv_too() {
     let text = b"k,t_due_ns,t_tick_ns,u,y,seq\n0,1,2,0,0,\n\"1\",2,+3,1e0,0,\r\n\n2,3,4,0,0,1\n3,x,4,0,0,\n";
-    let (rows, error) = outcome::<TickRow>(text, TickRow::COLUMNS);
+    let (rows, error) = outcome::<TickRow>(text);
     assert_eq!(rows.len(), 3, "{rows:?}");
     let (line, words) = error.expect("x is no time");
     assert_eq!(line, 6);

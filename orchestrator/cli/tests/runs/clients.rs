@@ -64,7 +64,7 @@ pub(crate) fn every_client_runs_a_law_that_is_not_the_paper_s_to_the_last_bit() 
         let client = manifest.cell.client;
         let mut rows = Vec::new();
         let file = cell.join("messages.csv");
-        record::rows::read(&file, MessageRow::COLUMNS, |row: &MessageRow| {
+        record::rows::read(&file, |row: &MessageRow| {
             rows.push(*row);
         })
         .unwrap();

@@ -44,7 +44,7 @@ impl Effect {
                 passages[Way::Down as usize].push((arrived, received));
             }
         };
-        record::rows::read(&folder.join("messages.csv"), MessageRow::COLUMNS, each)
+        record::rows::read(&folder.join("messages.csv"), each)
             .map_err(|problem| problem.to_string())?;
         let mut timeline = Timeline::new(&profile, cell.link_seed, Epoch::at_ns(epoch_ns));
         let ways = [Way::Up, Way::Down].map(|way| {

@@ -47,7 +47,7 @@ impl<'a> Series<'a> {
         let (mut sent_ns, mut rtt_ms) = (Vec::new(), Vec::new());
         let (mut own_ms, mut off_ms) = (Vec::new(), Vec::new());
         let path = run.folder.join(file_name::PROBES);
-        rows::read(&path, ProbeRow::COLUMNS, |row: &ProbeRow| {
+        rows::read(&path, |row: &ProbeRow| {
             let back = row.t_back_ns;
             let rtt = back.map(|ns| ms_between(row.t_send_ns, ns));
             let due_ms = ms(row.due_up_ns) + ms(row.due_down_ns);

@@ -76,7 +76,7 @@ pub(super) fn neighbours(
     mut each: impl FnMut(&ArrivalRow, &ArrivalRow),
 ) -> Result<(), ReadError> {
     let (mut last, path) = (None, run.folder.join("arrivals.csv"));
-    rows::read(&path, ArrivalRow::COLUMNS, |row: &ArrivalRow| {
+    rows::read(&path, |row: &ArrivalRow| {
         if let Some(last) = last.replace(*row) {
             each(&last, row);
         }
@@ -124,12 +124,12 @@ impl Spacing {
         let (mut spacing, h_ns) = (Spacing::default(), run.cell.settings.h.ns());
         let mut ticks_ns = Vec::new();
         let path = run.folder.join(file_name::TICKS);
-        rows::read(&path, TickRow::COLUMNS, |row: &TickRow| {
+        rows::read(&path, |row: &TickRow| {
             ticks_ns.push(row.t_tick_ns);
         })?;
         let mut last_ns = None;
         let path = run.folder.join(file_name::ARRIVALS);
-        rows::read(&path, ArrivalRow::COLUMNS, |row: &ArrivalRow| {
+        rows::read(&path, |row: &ArrivalRow| {
             let tick = usize::try_from(row.tick).ok();
             let next = tick.and_then(|tick| ticks_ns.get(tick.checked_add(1)?));
             if let Some(stamp_ns) = next

@@ -46,7 +46,7 @@ impl Start {
         let mut first: Option<ArrivalRow> = None;
         let mut start = Start::default();
         let path = run.folder.join("arrivals.csv");
-        rows::read(&path, ArrivalRow::COLUMNS, |row: &ArrivalRow| {
+        rows::read(&path, |row: &ArrivalRow| {
             let first = *first.get_or_insert(*row);
             let since_s = ms_between(first.t_arrive_ns, row.t_arrive_ns) / 1e3;
             start.arrivals += 1;

@@ -32,7 +32,6 @@ impl<T: Read> Read for Bounded<'_, T> {
 /// Passes the rows after the header to `each`, in any form of CSV. Returns the number of rows.
 pub(super) fn by_serde<R: Row, E: Display>(
     text: impl Read,
-    columns: &[&str],
     mut each: impl FnMut(&R) -> Result<(), E>,
 ) -> Result<u64, Stop> {
     let left = Cell::new(LINE_MAX);
@@ -40,10 +39,10 @@ pub(super) fn by_serde<R: Row, E: Display>(
     let mut reader = csv::Reader::from_reader(text);
     let header = reader.headers()?.clone();
     let is = |columns: &[&str]| header.iter().eq(columns.iter().copied());
-    if lacking::<R>(columns, is).is_none() {
+    if lacking::<R>(is).is_none() {
         return Err(Stop::Columns {
             found: header.iter().collect::<Vec<_>>().join(","),
-            expected: columns.join(","),
+            expected: R::COLUMNS.join(","),
         });
     }
     let mut record = csv::StringRecord::new();

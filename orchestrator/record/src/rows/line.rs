@@ -32,10 +32,10 @@ pub(super) fn next_line(
 
 /// How many of the last columns a file lacks, which is older than they; `None` if it has other columns. `is` tells
 /// whether these are the file's.
-pub(super) fn lacking<R: Row>(columns: &[&str], is: impl Fn(&[&str]) -> bool) -> Option<usize> {
+pub(super) fn lacking<R: Row>(is: impl Fn(&[&str]) -> bool) -> Option<usize> {
     (0..=R::NEW).find(|lacking| {
-        let whole = columns.len().checked_sub(*lacking);
-        whole.is_some_and(|whole| is(&columns[..whole]))
+        let whole = R::COLUMNS.len().checked_sub(*lacking);
+        whole.is_some_and(|whole| is(&R::COLUMNS[..whole]))
     })
 }
 

@@ -8,7 +8,7 @@ fn read_text(text: &str) -> Result<(Vec<u64>, bool), ReadError> {
     let path = folder.path().join("ticks.csv");
     std::fs::write(&path, text).expect("a writable folder");
     let mut ks = Vec::new();
-    read(&path, TickRow::COLUMNS, |row: &TickRow| ks.push(row.k)).map(|torn| (ks, torn))
+    read(&path, |row: &TickRow| ks.push(row.k)).map(|torn| (ks, torn))
 }
 
 const HEADER: &str = "k,t_due_ns,t_tick_ns,u,y,seq\n";
@@ -54,7 +54,7 @@ fn what_follows_enough_rows_is_not_looked_at() {
     let read = |text: &str, most: usize| {
         std::fs::write(&path, text).expect("a writable folder");
         let mut ks = Vec::new();
-        let read = read_while(&path, TickRow::COLUMNS, |row: &TickRow| {
+        let read = read_while(&path, |row: &TickRow| {
             ks.push(row.k);
             if ks.len() < most {
                 ControlFlow::Continue(())
@@ -112,7 +112,7 @@ fn read_vouched(text: &str, asked: &str) -> Result<Content, String> {
         0 => Ok(()),
         _ => Err(format!("k is {}", row.k)),
     };
-    read_whole(&path, TickRow::COLUMNS, &asked, even)
+    read_whole(&path, &asked, even)
         .map_err(|error| error.to_string().replace(&path.display().to_string(), "it"))
 }
 
@@ -151,6 +151,6 @@ fn a_file_is_held_against_its_manifest_while_it_is_read() {
 
 #[test]
 fn a_missing_file_is_named() {
-    let error = read(Path::new("nowhere/ticks.csv"), &[], |_: &TickRow| {}).expect_err("missing");
+    let error = read(Path::new("nowhere/ticks.csv"), |_: &TickRow| {}).expect_err("missing");
     assert!(error.to_string().contains("nowhere/ticks.csv"), "{error}");
 }

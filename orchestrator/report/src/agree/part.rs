@@ -77,12 +77,7 @@ fn quantiles_ms(run: &Run, quantile: f64) -> Option<[f64; 3]> {
             }
         }
     };
-    read(
-        &run.folder.join(file_name::MESSAGES),
-        MessageRow::COLUMNS,
-        take,
-    )
-    .ok()?;
+    read(&run.folder.join(file_name::MESSAGES), take).ok()?;
     let mut found = [0.0; 3];
     for (found, part) in found.iter_mut().zip(&mut parts) {
         part.sort_unstable();
