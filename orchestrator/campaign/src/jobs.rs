@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use plan::{Cell, Verdict};
 use record::Manifest;
@@ -21,20 +22,22 @@ pub trait Program: Sync {
 }
 
 /// Runs the cells into the campaign's folder until all have ended or `stop` is set. A cell that
-/// runs alone is run up to `tries` times.
+/// runs alone is run up to `tries` times. Returns those beside others that were disturbed, in the queue's order: one
+/// that is repeated at once would start up while others beside it are measured.
 ///
 /// Each worker is a thread that outlives the programs that it starts.
 ///
 /// # Errors
 /// When a program cannot be started or waited for, or a manifest cannot be read.
-pub fn run(
-    queue: &Queue<'_>,
+pub fn run<'a>(
+    queue: &Queue<'a>,
     campaign: &Path,
     program: &dyn Program,
     tries: u8,
     stop: &AtomicBool,
     progress: &dyn Progress,
-) -> Result<(), Error> {
+) -> Result<Vec<&'a Cell>, Error> {
+    let disturbed = Mutex::new(Vec::new());
     std::thread::scope(|scope| {
         let workers: Vec<_> = (0..queue.workers())
             .map(|_| {
@@ -42,9 +45,12 @@ pub fn run(
                     while let Some(turn) = queue.next(stop) {
                         let outcome = run_one(&turn, campaign, program, tries, stop, progress);
                         queue.end();
-                        outcome?;
+                        if outcome? == Verdict::Disturbed && turn.together > 1 {
+                            let mut disturbed = lock(&disturbed);
+                            disturbed.push(turn.cell);
+                        }
                     }
-                    Ok(())
+                    Ok::<_, Error>(())
                 })
             })
             .collect();
@@ -53,7 +59,16 @@ pub fn run(
                 .join()
                 .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
         })
-    })
+    })?;
+    let mut disturbed = disturbed
+        .into_inner()
+        .unwrap_or_else(PoisonError::into_inner);
+    disturbed.sort_by_key(|cell| (cell.repeat, cell.index));
+    Ok(disturbed)
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Runs one cell.
@@ -64,7 +79,7 @@ fn run_one(
     tries: u8,
     stop: &AtomicBool,
     progress: &dyn Progress,
-) -> Result<(), Error> {
+) -> Result<Verdict, Error> {
     // A repeated cell would start up while others beside it are measured.
     let tries = if turn.together == 1 { tries } else { 1 };
     let begun = Begun::new(progress, turn.cell);
@@ -80,13 +95,13 @@ pub(crate) fn tell(
     campaign: &Path,
     said: String,
     progress: &dyn Progress,
-) -> Result<(), Error> {
+) -> Result<Verdict, Error> {
     let (verdict, reason) = match Manifest::read(&campaign.join(cell.folder()))? {
         Some(manifest) => (manifest.verdict, manifest.reasons.join("; ")),
         None => (Verdict::Failed, said),
     };
     progress.on_ended(cell, verdict, &reason);
-    Ok(())
+    Ok(verdict)
 }
 
 #[cfg(test)]

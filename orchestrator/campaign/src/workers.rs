@@ -131,9 +131,15 @@ fn keep(
                 kept.push(cell);
                 made.push(one);
             }
-            Ok(None) => tell(cell, campaign, String::new(), progress)?,
-            Err(Unmade::Failed(problem)) => tell(cell, campaign, words(problem), progress)?,
-            Err(Unmade::Panicked(said)) => tell(cell, campaign, said, progress)?,
+            Ok(None) => {
+                tell(cell, campaign, String::new(), progress)?;
+            }
+            Err(Unmade::Failed(problem)) => {
+                tell(cell, campaign, words(problem), progress)?;
+            }
+            Err(Unmade::Panicked(said)) => {
+                tell(cell, campaign, said, progress)?;
+            }
         }
     }
     for (cell, manifest) in kept.into_iter().zip(Made::keep_together(made, disk)) {
@@ -141,7 +147,9 @@ fn keep(
             Ok(manifest) => {
                 progress.on_ended(cell, manifest.verdict, &manifest.reasons.join("; "));
             }
-            Err(problem) => tell(cell, campaign, words(problem.into()), progress)?,
+            Err(problem) => {
+                tell(cell, campaign, words(problem.into()), progress)?;
+            }
         }
     }
     Ok(())

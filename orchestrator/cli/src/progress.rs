@@ -28,7 +28,7 @@ pub(crate) struct Progress {
     /// A line for each running cell, by the cell's index.
     under_way: Mutex<BTreeMap<usize, ProgressBar>>,
     lines: bool,
-    total: usize,
+    total: AtomicUsize,
     done: AtomicUsize,
     began: Instant,
     expected: Duration,
@@ -56,7 +56,7 @@ impl Progress {
             lines: !how.draws() && how != How::Quiet,
             bars,
             under_way: Mutex::default(),
-            total,
+            total: total.into(),
             done: 0.into(),
             began: Instant::now(),
             expected,
@@ -73,6 +73,13 @@ impl Progress {
         } else {
             left.mul_f64(self.began.elapsed().as_secs_f64() / done.as_secs_f64())
         }
+    }
+
+    /// So many cells that were disturbed beside others are asked again.
+    pub(crate) fn on_again(&self, cells: usize) {
+        self.total.fetch_add(cells, Ordering::Relaxed);
+        let what = text::counted(cells, "cell", "cells");
+        campaign::Progress::say(self, &format!("{what} disturbed beside others: once more"));
     }
 
     /// Removes the bars.
@@ -119,12 +126,12 @@ impl campaign::Progress for Progress {
 
     fn on_ended(&self, cell: &Cell, verdict: Verdict, reason: &str) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        let total = self.total.load(Ordering::Relaxed);
         let share_ms = self.shares.get(&cell.index).copied().map_or(0, ms);
         let done_ms = self.done_ms.fetch_add(share_ms, Ordering::Relaxed) + share_ms;
         let left = self.left(Duration::from_millis(done_ms));
         let mut line = format!(
-            "[{done:>3}/{}, {} left] {}  {verdict}",
-            self.total,
+            "[{done:>3}/{total}, {} left] {}  {verdict}",
             people(left),
             words(cell)
         );
@@ -133,7 +140,7 @@ impl campaign::Progress for Progress {
         }
         if let Some((all, bar)) = &self.bars {
             bar.inc(share_ms);
-            bar.set_message(standing(done, self.total, left));
+            bar.set_message(standing(done, total, left));
             // Bars show what goes well; a line about what does not stays on the screen.
             if verdict != Verdict::Complete {
                 let _ = all.println(text::plain(&line));

@@ -1,6 +1,6 @@
 //! Collects the evidence for and against a run, and derives the verdict from it.
 
-use endpoint::{ControllerSettings, MessageRow, Schedule, TickNoise, TickRow};
+use endpoint::{ControllerSettings, MessageRow, Mode, Schedule, TickNoise, TickRow};
 use link::certificate::Pause;
 use plan::{Disturbance, EndFaultDone, Verdict};
 use serde::{Deserialize, Serialize};
@@ -11,6 +11,7 @@ use crate::hit;
 use crate::limit::Stillness;
 use crate::machine;
 use crate::message::faults;
+use crate::met::Met;
 use crate::terms::{Swamped, Terms};
 use plan::evidence::{Messages, Pulse, Watched};
 
@@ -67,27 +68,32 @@ pub fn judge(records: &Records<'_>, messages: &Messages, terms: &Terms) -> Judge
     } = *records;
     let h_ns = settings.h.ns();
     let keeps_time = terms.allowance.keeps_time && settings.schedule == Schedule::Absolute;
+    let met = Met::of(settings.mode, records.messages);
     let mut disturbances = Vec::new();
     disturbances.extend(
         records
             .pulse
-            .and_then(|pulse| machine::pulse(pulse, from_ns, to_ns)),
+            .and_then(|pulse| machine::pulse(pulse, &met, from_ns, to_ns)),
     );
     disturbances.extend(machine::player(
         records.pauses,
+        &met,
         Stillness::of(records.player_real_time),
         from_ns,
         to_ns,
     ));
-    disturbances.extend(end::plant(
-        records.ticks,
-        records.tick_noise,
-        &terms.hits,
-        h_ns,
-        Stillness::of(records.plant_real_time),
-        from_ns,
-        to_ns,
-    ));
+    // In an open loop a plant's ticks steer nothing.
+    if settings.mode == Mode::Closed {
+        disturbances.extend(end::plant(
+            records.ticks,
+            records.tick_noise,
+            &terms.hits,
+            h_ns,
+            Stillness::of(records.plant_real_time),
+            from_ns,
+            to_ns,
+        ));
+    }
     if keeps_time {
         let limit = settings.outstanding.limit();
         let swamped = Swamped::of(terms);

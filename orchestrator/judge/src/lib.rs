@@ -25,6 +25,7 @@ mod lateness;
 pub mod limit;
 pub mod machine;
 pub mod message;
+mod met;
 mod milliseconds;
 mod quantile;
 pub mod replay;

@@ -6,6 +6,7 @@ use plan::Disturbance;
 use plan::evidence::{Pulse, Watched};
 
 use crate::limit::{OTHERS_SHARE, Stillness, WAITED_SHARE};
+use crate::met::Met;
 use crate::quantile::thousandths;
 
 /// Makes a disturbance; its time counts from `from_ns`.
@@ -64,14 +65,18 @@ fn still(
 }
 
 /// Judges whether the player was held up.
-#[must_use]
-pub fn player(pauses: &[Pause], limit: Stillness, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
-    still("player", pauses, limit, 1, from_ns, to_ns, "")
+pub(crate) fn player(
+    pauses: &[Pause],
+    met: &Met,
+    limit: Stillness,
+    from_ns: u64,
+    to_ns: u64,
+) -> Option<Disturbance> {
+    still("player", &met.those(pauses), limit, 1, from_ns, to_ns, "")
 }
 
 /// Judges whether a processor stood still, or was taken away from all parts of the run.
-#[must_use]
-pub fn pulse(pulse: &Pulse, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
+pub(crate) fn pulse(pulse: &Pulse, met: &Met, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
     let hint = if pulse.stolen_ms >= 1.0 {
         format!("; the host took {:.0} ms of them", pulse.stolen_ms)
     } else {
@@ -79,7 +84,7 @@ pub fn pulse(pulse: &Pulse, from_ns: u64, to_ns: u64) -> Option<Disturbance> {
     };
     still(
         "machine",
-        &pulse.gaps,
+        &met.those(&pulse.gaps),
         Stillness::of(pulse.real_time),
         pulse.processors,
         from_ns,
@@ -160,7 +165,7 @@ mod tests {
 
     #[test]
     fn one_long_pause_and_many_short_ones_count_and_those_outside_the_run_do_not() {
-        let player = |gaps: &[Pause]| player(gaps, Stillness::REAL_TIME, S, 3 * S);
+        let player = |gaps: &[Pause]| player(gaps, &Met::Any, Stillness::REAL_TIME, S, 3 * S);
         assert_eq!(player(&[gap(900, 300)]), None);
         assert_eq!(player(&[gap(3400, 300)]), None);
         assert_eq!(player(&[gap(1500, 6), gap(2000, 6)]), None);
@@ -183,7 +188,7 @@ mod tests {
                 stolen_ms,
                 ..Pulse::default()
             };
-            assert_eq!(super::pulse(&pulse, S, 3 * S), None);
+            assert_eq!(super::pulse(&pulse, &Met::Any, S, 3 * S), None);
             taken(&pulse, S, 3 * S).map(|one| one.words)
         };
         assert_eq!(words(30.0), None);
@@ -198,8 +203,8 @@ mod tests {
             gaps: vec![gap(1500, 30)],
             ..Pulse::default()
         };
-        assert!(super::pulse(&pulse, S, 3 * S).is_some());
+        assert!(super::pulse(&pulse, &Met::Any, S, 3 * S).is_some());
         pulse.real_time = false;
-        assert_eq!(super::pulse(&pulse, S, 3 * S), None);
+        assert_eq!(super::pulse(&pulse, &Met::Any, S, 3 * S), None);
     }
 }

@@ -1,11 +1,13 @@
 //! What the paper's tables, figures and claims are about: a client with its preset, and the runs of it
 //! that one of them asks for.
 
+use std::fmt;
+
 use analysis::{Campaign, Run};
 use chart::Tone;
-use endpoint::{Mode, Preset, UnknownWord};
+use endpoint::{Mode, Preset, SampleTime, UnknownWord};
 use link::Profile;
-use plan::{Client, UnknownClient};
+use plan::{Client, SetBy, Setup, UnknownClient};
 use report::group::Group;
 use report::tone::tone_of;
 use serde::Deserialize;
@@ -74,19 +76,65 @@ pub(crate) struct AskedRuns<'a> {
     pub(crate) mode: Mode,
     /// The sample time, ns.
     pub(crate) h_ns: u64,
-    /// How its plant ticks.
-    pub(crate) ticks: TickedBy,
+    /// What is set beside the preset.
+    pub(crate) with: Changed,
 }
 
-/// Which cells are asked for by how their plant ticks.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum TickedBy {
-    /// Those with exactly the subject's setup.
-    #[default]
-    Preset,
-    /// Those whose plant has tick noise.
-    Noisy,
+/// What is set beside a preset, in the words of a [`Setup`]: `system pendulum`, `websocket`; nothing by default.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(from = "String")]
+pub(crate) struct Changed(
+    // Claims are read once, and last as long as the program.
+    #[serde(skip)] &'static Setup,
+);
+
+impl Changed {
+    /// Nothing.
+    pub(crate) const NOTHING: Changed = Changed({
+        static NOTHING: Setup = Setup::EMPTY;
+        &NOTHING
+    });
+
+    /// Whether it is nothing.
+    pub(crate) fn is_nothing(self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Whether a setup is its preset with this, and nothing else.
+    fn is_of(self, setup: &Setup) -> bool {
+        setup.beside(&[SetBy::Preset]) == *self.0
+    }
+}
+
+impl Default for Changed {
+    fn default() -> Changed {
+        Changed::NOTHING
+    }
+}
+
+impl From<String> for Changed {
+    fn from(words: String) -> Changed {
+        let whole = Setup::from(format!("{}, {words}", Preset::PaperPython));
+        Changed(Box::leak(Box::new(whole.beside(&[SetBy::Preset]))))
+    }
+}
+
+impl fmt::Display for Changed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// In what runs differ from others that are asked for.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Other {
+    pub(crate) who: Option<Subject>,
+    #[serde(rename = "where")]
+    pub(crate) topology: Option<Topology>,
+    pub(crate) mode: Option<Mode>,
+    pub(crate) h: Option<SampleTime>,
+    pub(crate) with: Option<Changed>,
 }
 
 /// A built-in link.
@@ -171,18 +219,20 @@ impl Subject {
             topology,
             mode,
             h_ns,
-            ticks: TickedBy::Preset,
+            with: Changed::NOTHING,
         }
     }
 }
 
 impl AskedRuns<'static> {
-    /// The same, of another subject or on another topology where one is given.
-    pub(crate) fn but(self, who: Option<Subject>, topology: Option<Topology>) -> Self {
+    /// The same, but for what is given.
+    pub(crate) fn but(self, other: Other) -> Self {
         AskedRuns {
-            subject: who.unwrap_or(self.subject),
-            topology: topology.map_or(self.topology, Topology::name),
-            ..self
+            subject: other.who.unwrap_or(self.subject),
+            topology: other.topology.map_or(self.topology, Topology::name),
+            mode: other.mode.unwrap_or(self.mode),
+            h_ns: other.h.map_or(self.h_ns, SampleTime::ns),
+            with: other.with.unwrap_or(self.with),
         }
     }
 }
@@ -201,9 +251,6 @@ impl AskedRuns<'_> {
             && cell.preset == self.subject.preset
             && cell.settings.mode == self.mode
             && cell.settings.h.ns() == self.h_ns
-            && match self.ticks {
-                TickedBy::Noisy => cell.tick_noise.is_some(),
-                TickedBy::Preset => run.summary.setup.is_preset(),
-            }
+            && self.with.is_of(&run.summary.setup)
     }
 }

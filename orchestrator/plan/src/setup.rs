@@ -73,6 +73,11 @@ impl SetBy {
 }
 
 impl Setup {
+    /// Nothing is set.
+    pub const EMPTY: Setup = Setup {
+        settings: Vec::new(),
+    };
+
     /// The setup without what comes from these: that stands elsewhere.
     #[must_use]
     pub fn beside(&self, others: &[SetBy]) -> Setup {

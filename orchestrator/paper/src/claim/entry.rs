@@ -12,8 +12,8 @@ use serde::Deserialize;
 use super::metric::Metric;
 use super::odd::Odd;
 use super::remark::Remark;
-use super::row::{Accepted, DividedBy, Row, Than, Weight};
-use crate::subject::{AskedRuns, Subject, TickedBy, Topology};
+use super::row::{Accepted, Row, Than, Weight};
+use crate::subject::{AskedRuns, Changed, Other, Subject, Topology};
 use report::claim::rule::ANY;
 use report::claim::{Finding, Verdict};
 
@@ -144,8 +144,8 @@ struct RunsEntry {
     topologies: Vec<Topology>,
     mode: Mode,
     h: Vec<SampleTime>,
-    #[serde(default, rename = "plant")]
-    ticks: TickedBy,
+    #[serde(default)]
+    with: Changed,
     figures: Vec<FigureEntry>,
 }
 
@@ -161,7 +161,7 @@ impl TryFrom<RunsEntry> for Runs {
                     topology: topology.name(),
                     mode: runs.mode,
                     h_ns: h.ns(),
-                    ticks: runs.ticks,
+                    with: runs.with,
                 };
                 for figure in &runs.figures {
                     rows.push(figure.row(asked)?);
@@ -180,7 +180,8 @@ struct FigureEntry {
     who: Option<Subject>,
     #[serde(rename = "where")]
     topology: Option<Topology>,
-    over: Option<DividedBy>,
+    with: Option<Changed>,
+    over: Option<Other>,
     paper: Option<PrintedNumber>,
     from: Option<f64>,
     to: Option<f64>,
@@ -220,6 +221,7 @@ struct ThanEntry {
     topology: Option<Topology>,
     mode: Option<Mode>,
     h: Option<SampleTime>,
+    with: Option<Changed>,
     figure: Option<Metric>,
     times: Option<f64>,
     #[serde(default)]
@@ -250,7 +252,12 @@ enum InvalidFigure {
 
 impl FigureEntry {
     fn row(&self, runs: AskedRuns<'static>) -> Result<Row, InvalidFigure> {
-        let asked = runs.but(self.who, self.topology);
+        let asked = runs.but(Other {
+            who: self.who,
+            topology: self.topology,
+            with: self.with,
+            ..Other::default()
+        });
         let words = || self.figure.of.clone().into_owned();
         let paper = self.paper.map(PrintedNumber::value);
         let one = match self.scale {
@@ -297,11 +304,13 @@ impl PrintedNumber {
 impl ThanEntry {
     fn of(&self, own: AskedRuns<'static>, unknown: (f64, f64)) -> Than {
         Than {
-            asked: AskedRuns {
-                mode: self.mode.unwrap_or(own.mode),
-                h_ns: self.h.map_or(own.h_ns, SampleTime::ns),
-                ..own.but(self.who, self.topology)
-            },
+            asked: own.but(Other {
+                who: self.who,
+                topology: self.topology,
+                mode: self.mode,
+                h: self.h,
+                with: self.with,
+            }),
             metric: self.figure.clone(),
             // With `least` alone, the limit is the number's size.
             times: self.times.or((self.least > 0.0).then_some(1.0)),

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::evidence::Evidence;
 use super::metric::Metric;
 use super::source::Source;
-use crate::subject::{AskedRuns, Subject, TickedBy, Topology};
+use crate::subject::{AskedRuns, Other};
 use record::ReadError;
 use report::claim::rule;
 use report::claim::{Limits, Verdict};
@@ -17,7 +17,8 @@ use report::group::Estimate;
 pub(super) struct Row {
     pub(super) asked: AskedRuns<'static>,
     pub(super) metric: Metric,
-    pub(super) over: Option<DividedBy>,
+    /// By whose number it is divided.
+    pub(super) over: Option<Other>,
     pub(super) paper: Option<f64>,
     pub(super) accepted: Accepted,
     pub(super) weight: Weight,
@@ -34,15 +35,6 @@ pub(super) enum Weight {
     Shown,
     /// It is shown if there are runs, such as those of a browser that the paper does not name.
     Beside,
-}
-
-/// Runs by whose number the row's is divided: the row's own where nothing else is said.
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct DividedBy {
-    pub(super) who: Option<Subject>,
-    #[serde(rename = "where")]
-    pub(super) topology: Option<Topology>,
 }
 
 /// Where a number agrees.
@@ -120,10 +112,7 @@ impl Row {
         } else {
             evidence.ask(&source);
             if let Some(over) = self.over {
-                evidence.ask(&Source::of(
-                    campaign,
-                    self.asked.but(over.who, over.topology),
-                ));
+                evidence.ask(&Source::of(campaign, self.asked.but(over)));
             }
         }
         if self.weight == Weight::Decides {
@@ -150,10 +139,7 @@ impl Row {
         let Some(over) = self.over else {
             return Ok(ours);
         };
-        let that = metric.of(&Source::of(
-            campaign,
-            source.asked.but(over.who, over.topology),
-        ))?;
+        let that = metric.of(&Source::of(campaign, source.asked.but(over)))?;
         Ok(ours.zip(that).and_then(|(ours, that)| ours.times(that)))
     }
 
@@ -165,10 +151,15 @@ impl Row {
             if let Some(who) = over.who {
                 words += &format!(" of {}", who.prose());
             }
-            words += &format!(" on {}", self.asked.but(over.who, over.topology).topology);
-            if self.asked.ticks == TickedBy::Noisy {
-                words += " with the same plant";
-            }
+            let that = self.asked.but(over);
+            words += &format!(" on {}", that.topology);
+            let (with, own) = (that.with, self.asked.with);
+            words += &match (with == own, with.is_nothing()) {
+                (true, true) => String::new(),
+                (true, false) => " with the same settings".to_owned(),
+                (false, true) => " as its preset has it".to_owned(),
+                (false, false) => format!(" with {with}"),
+            };
         }
         words
     }

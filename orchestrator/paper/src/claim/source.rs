@@ -19,14 +19,15 @@ impl<'a> Source<'a> {
     pub(super) fn of(campaign: &'a Campaign, asked: AskedRuns<'static>) -> Self {
         let rate =
             SampleTime::try_new(asked.h_ns).map_or_else(|wrong| wrong.to_string(), plan::rate);
-        let first = campaign.runs.iter().find(|run| asked.is_for(run));
-        let law = first.and_then(|run| run.cell.tick_noise);
-        let noise = law.map_or_else(String::new, |law| format!(", tick noise {law}"));
+        let with = match asked.with.is_nothing() {
+            true => String::new(),
+            false => format!(", {}", asked.with),
+        };
         let who = asked.subject.label();
         Source {
             group: asked.group(campaign),
             asked,
-            label: format!("{who}, {}, {rate}{noise}", asked.topology),
+            label: format!("{who}, {}, {rate}{with}", asked.topology),
         }
     }
 

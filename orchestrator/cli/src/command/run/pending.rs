@@ -1,6 +1,6 @@
 //! Cells that are still to be run, and how each back-end runs them.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use analysis::campaign::Fresh;
 use backend::{Agents, Timings, Virtual};
@@ -57,10 +57,17 @@ impl Pending<'_> {
 
     /// Runs them in real time, each in a process.
     pub(super) fn in_processes(&self, agents: Option<&Agents>) -> Result<(), Failure> {
-        let queue = Queue::new(self.cells, self.pace.jobs, clock::now::now_ns);
         let program = Processes(run_cell::command(self.argument, agents, self.folder)?);
         let (path, tries) = (self.folder.path(), self.argument.tries);
-        campaign::run(&queue, path, &program, tries, self.stop, self.progress)?;
+        let mut due = self.cells.to_vec();
+        for last in (0..tries).rev() {
+            let queue = Queue::new(&due, self.pace.jobs, clock::now::now_ns);
+            due = campaign::run(&queue, path, &program, tries, self.stop, self.progress)?;
+            if due.is_empty() || last == 0 || self.stop.load(Ordering::Relaxed) {
+                break;
+            }
+            self.progress.on_again(due.len());
+        }
         Ok(())
     }
 }
