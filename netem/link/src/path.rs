@@ -11,7 +11,7 @@ use crate::fault::{Faults, Twist};
 use crate::load::Load;
 use crate::loss::LossProcess;
 use crate::piece::{Stay, Stretch};
-use crate::profile::{Delay, Loss, PathLaw, Rate};
+use crate::profile::{Delay, Loss, Order, PathLaw, Rate};
 use crate::spells::{Spell, Spells};
 use crate::time::LinkTime;
 use crate::way::Way;
@@ -287,6 +287,10 @@ impl Path {
     /// Whether a packet may be lost or damaged here: by loss, by a full queue, or by a fault.
     pub(crate) fn may_lose(&self) -> bool {
         self.law.loss != Loss::Never || self.queue.is_some() || !self.faults.is_empty()
+    }
+
+    pub(crate) fn may_overtake(&self) -> bool {
+        self.law.order == Order::Free
     }
 
     /// Forgets what lies too far back, and limits `t_ns` to the range that is kept.

@@ -226,7 +226,12 @@ impl Profile {
 
     /// Names of the built-in profiles that are other readings of one of those: the paper's text
     /// allows them but does not state them.
-    pub const READINGS: &[&str] = &["diego-vpn-free"];
+    pub const READINGS: &[&str] = &[
+        "diego-vpn-free",
+        "diego-vpn-hold-20ms",
+        "diego-vpn-hold-500ms",
+        "diego-vpn-hold-1s",
+    ];
 
     /// The TOML source of a built-in profile.
     #[must_use]
@@ -238,6 +243,9 @@ impl Profile {
             "diego-lan" => Some(include_str!("../profiles/diego-lan.toml")),
             "diego-vpn" => Some(include_str!("../profiles/diego-vpn.toml")),
             "diego-vpn-free" => Some(include_str!("../profiles/diego-vpn-free.toml")),
+            "diego-vpn-hold-20ms" => Some(include_str!("../profiles/diego-vpn-hold-20ms.toml")),
+            "diego-vpn-hold-500ms" => Some(include_str!("../profiles/diego-vpn-hold-500ms.toml")),
+            "diego-vpn-hold-1s" => Some(include_str!("../profiles/diego-vpn-hold-1s.toml")),
             _ => None,
         }
     }

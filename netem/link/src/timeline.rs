@@ -169,6 +169,12 @@ impl Timeline {
         self.link.path(way).may_lose()
     }
 
+    /// Whether a packet may leave a way before one that entered earlier, by the profile's order. A fault may let it.
+    #[must_use]
+    pub fn may_overtake(&self, way: Way) -> bool {
+        self.link.path(way).may_overtake()
+    }
+
     /// The path in force at `t_ns`, that instant in the path's own time, and the origin of that time;
     /// for the empty link, the machine's.
     #[inline]

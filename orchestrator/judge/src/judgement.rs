@@ -68,20 +68,7 @@ pub fn judge(records: &Records<'_>, messages: &Messages, terms: &Terms) -> Judge
     } = *records;
     let h_ns = settings.h.ns();
     let keeps_time = terms.allowance.keeps_time && settings.schedule == Schedule::Absolute;
-    let met = Met::of(settings.mode, records.messages);
-    let mut disturbances = Vec::new();
-    disturbances.extend(
-        records
-            .pulse
-            .and_then(|pulse| machine::pulse(pulse, &met, from_ns, to_ns)),
-    );
-    disturbances.extend(machine::player(
-        records.pauses,
-        &met,
-        Stillness::of(records.player_real_time),
-        from_ns,
-        to_ns,
-    ));
+    let mut disturbances = stood_still(records);
     // In an open loop a plant's ticks steer nothing.
     if settings.mode == Mode::Closed {
         disturbances.extend(end::plant(
@@ -130,6 +117,17 @@ pub fn judge(records: &Records<'_>, messages: &Messages, terms: &Terms) -> Judge
         is_other: faults.iter().any(|fault: &LinkFault| !fault.by_lateness),
         faults: faults.into_iter().map(|fault| fault.words).collect(),
     }
+}
+
+/// What held the run up that has no rows: a processor, the player.
+fn stood_still(records: &Records<'_>) -> Vec<Disturbance> {
+    let Records { from_ns, to_ns, .. } = *records;
+    let met = Met::of(records.settings.mode, records.messages);
+    let pulse = records.pulse;
+    let machine = pulse.and_then(|pulse| machine::pulse(pulse, &met, from_ns, to_ns));
+    let limit = Stillness::of(records.player_real_time);
+    let player = machine::player(records.pauses, &met, limit, from_ns, to_ns);
+    machine.into_iter().chain(player).collect()
 }
 
 impl Judgement {

@@ -156,7 +156,12 @@ impl Terms {
         let mut asked: Option<Stretch> = None;
         while let Some(look_ns) = looks.next_ns() {
             let known = asked.filter(|piece| look_ns < piece.delays.end_ns);
-            let piece = known.unwrap_or_else(|| link.piece(way, look_ns, bytes));
+            let piece = known.unwrap_or_else(|| {
+                let ended_ns = asked.map(|piece| piece.delays.end_ns);
+                let first_ns = first_out_ns(link, way, bytes, ended_ns, look_ns, t_ns);
+                earliest_ns = earliest_ns.min(first_ns);
+                link.piece(way, look_ns, bytes)
+            });
             asked = Some(piece);
             let looks = looks.take(look_ns, piece.delays.end_ns);
             // In a piece a delay only falls, and by no more than time goes on: so one of these is the extreme.
@@ -200,7 +205,12 @@ impl Terms {
         let mut asked: Option<Stay> = None;
         while let Some(look_ns) = looks.next_ns() {
             let known = asked.filter(|delays| look_ns < delays.end_ns);
-            let delays = known.unwrap_or_else(|| link.delays(way, look_ns, bytes));
+            let delays = known.unwrap_or_else(|| {
+                let ended_ns = asked.map(|delays| delays.end_ns);
+                let first_ns = first_out_ns(link, way, bytes, ended_ns, look_ns, t_ns);
+                earliest_ns = earliest_ns.min(first_ns);
+                link.delays(way, look_ns, bytes)
+            });
             asked = Some(delays);
             let looks = looks.take(look_ns, delays.end_ns);
             for look_ns in [looks.first_ns, looks.last_ns] {
@@ -287,6 +297,25 @@ impl Terms {
             width_ns = spread_ns.saturating_add(within_ns).min(stray_ns);
         }
         1.0 - kept
+    }
+}
+
+/// When a packet leaves, not before `t_ns`, that enters as soon as a piece of the link has ended and before the next
+/// look. Where packets overtake each other, it may be out before those of both looks; else `u64::MAX`.
+fn first_out_ns(
+    link: &mut Timeline,
+    way: Way,
+    bytes: u32,
+    ended_ns: Option<u64>,
+    look_ns: u64,
+    t_ns: u64,
+) -> u64 {
+    match ended_ns {
+        Some(ended_ns) if ended_ns < look_ns && link.may_overtake(way) => {
+            let delays = link.delays(way, ended_ns, bytes);
+            ended_ns.max(t_ns).saturating_add(delays.delay_ns(ended_ns))
+        }
+        _ => u64::MAX,
     }
 }
 

@@ -4,15 +4,17 @@
 //! accepted. `entry` reads them, `row` judges them. To add one is to add an entry. Its words are:
 //!
 //! - `figure`: the numbers, which are computed by subject: `pace` (Figure 2), `drift` with the lines of `slope`
-//!   (Figures 3 and 4), `settling` (5 and 6), `plant` (7), `interval` (8 and 9);
+//!   (Figures 3 and 4), `settling` (5 and 6), `plant` (7), `interval` (8 and 9), `age` and `way` (the text);
 //! - `remark`: what is said beyond the numbers, in the same files;
 //! - `odd`: what judges the claims that are no rows: `ping`, from the series in `echo`, Table 2; `together`, with
-//!   `rare` for small counts, Table 3; `order`; `question`.
+//!   `rare` for small counts, Table 3; `order`; `question`; `constant`.
 //!
 //! `metric` is what a figure is, `source` a group of runs; `evidence` makes a finding of parts; `words` has numbers
 //! and parts as text. The one rule that judges every
 //! number is [`report::claim::rule`].
 
+mod age;
+mod constant;
 mod drift;
 mod echo;
 mod entry;
@@ -33,6 +35,7 @@ mod settling;
 mod slope;
 mod source;
 mod together;
+mod way;
 mod words;
 
 use analysis::{Campaign, parallel};

@@ -17,6 +17,12 @@ pub const H_1_KHZ_NS: u64 = 1_000_000;
 /// How long the open loops ran, s (section 3.1).
 pub const OPEN_LOOP_S: f64 = 600.0;
 
+/// The poles of the motor, 1/s (equation 2).
+pub const POLES: [f64; 2] = [-26.29, -2.296];
+
+/// The time constant that the text gives it, ms (section 4.3).
+pub const TIME_CONSTANT_MS: f64 = 30.0;
+
 /// What `ping` reported between the server and one machine (Table 2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ping {

@@ -114,6 +114,9 @@ impl Default for Changed {
 
 impl From<String> for Changed {
     fn from(words: String) -> Changed {
+        if words.is_empty() {
+            return Changed::NOTHING;
+        }
         let whole = Setup::from(format!("{}, {words}", Preset::PaperPython));
         Changed(Box::leak(Box::new(whole.beside(&[SetBy::Preset]))))
     }
@@ -128,7 +131,7 @@ impl fmt::Display for Changed {
 /// In what runs differ from others that are asked for.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Other {
+pub(crate) struct Except {
     pub(crate) who: Option<Subject>,
     #[serde(rename = "where")]
     pub(crate) topology: Option<Topology>,
@@ -226,7 +229,7 @@ impl Subject {
 
 impl AskedRuns<'static> {
     /// The same, but for what is given.
-    pub(crate) fn but(self, other: Other) -> Self {
+    pub(crate) fn but(self, other: Except) -> Self {
         AskedRuns {
             subject: other.who.unwrap_or(self.subject),
             topology: other.topology.map_or(self.topology, Topology::name),

@@ -13,7 +13,7 @@ use super::metric::Metric;
 use super::odd::Odd;
 use super::remark::Remark;
 use super::row::{Accepted, Row, Than, Weight};
-use crate::subject::{AskedRuns, Changed, Other, Subject, Topology};
+use crate::subject::{AskedRuns, Changed, Except, Subject, Topology};
 use report::claim::rule::ANY;
 use report::claim::{Finding, Verdict};
 
@@ -181,7 +181,7 @@ struct FigureEntry {
     #[serde(rename = "where")]
     topology: Option<Topology>,
     with: Option<Changed>,
-    over: Option<Other>,
+    over: Option<Except>,
     paper: Option<PrintedNumber>,
     from: Option<f64>,
     to: Option<f64>,
@@ -252,11 +252,11 @@ enum InvalidFigure {
 
 impl FigureEntry {
     fn row(&self, runs: AskedRuns<'static>) -> Result<Row, InvalidFigure> {
-        let asked = runs.but(Other {
+        let asked = runs.but(Except {
             who: self.who,
             topology: self.topology,
             with: self.with,
-            ..Other::default()
+            ..Except::default()
         });
         let words = || self.figure.of.clone().into_owned();
         let paper = self.paper.map(PrintedNumber::value);
@@ -304,7 +304,7 @@ impl PrintedNumber {
 impl ThanEntry {
     fn of(&self, own: AskedRuns<'static>, unknown: (f64, f64)) -> Than {
         Than {
-            asked: own.but(Other {
+            asked: own.but(Except {
                 who: self.who,
                 topology: self.topology,
                 mode: self.mode,

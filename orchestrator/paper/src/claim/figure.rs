@@ -5,15 +5,17 @@
 use plan::Figure;
 
 use super::metric::Metric;
-use super::{drift, interval, pace, plant, settling};
+use super::{age, drift, interval, pace, plant, settling, way};
 
 /// Every figure that is declared here.
-const DECLARED: [&[Metric]; 5] = [
+const DECLARED: [&[Metric]; 7] = [
     pace::FIGURES,
     drift::FIGURES,
     settling::FIGURES,
     plant::FIGURES,
     interval::FIGURES,
+    way::FIGURES,
+    age::FIGURES,
 ];
 
 /// Words that name no figure.

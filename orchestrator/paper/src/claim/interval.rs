@@ -44,6 +44,9 @@ pub(super) const FIGURES: &[Metric] = &[
             Ok(count.map(|count| Estimate::exact(count.found as f64, count.of)))
         },
     ),
+    Metric::median("share of messages out of order", "", |m| {
+        analysis::statistics::share(m.arrivals.out_of_order, m.arrivals.count)
+    }),
     Metric::median("mean control interval", "ms", |m| {
         m.arrivals.interval_avg_ms
     }),

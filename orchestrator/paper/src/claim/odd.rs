@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::evidence::Evidence;
 use super::question::OpenQuestion;
-use super::{order, ping, together};
+use super::{constant, order, ping, together};
 use crate::subject::Topology;
 
 /// What judges a claim.
@@ -24,6 +24,8 @@ pub(super) enum Odd {
     CoarseStamps,
     /// Messages that were overtaken.
     OutOfOrder,
+    /// The motor's time constant.
+    TimeConstant,
     /// What the paper leaves for later.
     OpenQuestion(OpenQuestion),
 }
@@ -37,6 +39,7 @@ impl Odd {
             Odd::SameTime(h) => together::table_3(campaign, h)?,
             Odd::CoarseStamps => return together::coarse(campaign),
             Odd::OutOfOrder => order::out_of_order(campaign),
+            Odd::TimeConstant => constant::of_the_motor(),
             Odd::OpenQuestion(question) => question.judge(campaign),
         }))
     }

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::evidence::Evidence;
 use super::metric::Metric;
 use super::source::Source;
-use crate::subject::{AskedRuns, Other};
+use crate::subject::{AskedRuns, Except};
 use record::ReadError;
 use report::claim::rule;
 use report::claim::{Limits, Verdict};
@@ -18,7 +18,7 @@ pub(super) struct Row {
     pub(super) asked: AskedRuns<'static>,
     pub(super) metric: Metric,
     /// By whose number it is divided.
-    pub(super) over: Option<Other>,
+    pub(super) over: Option<Except>,
     pub(super) paper: Option<f64>,
     pub(super) accepted: Accepted,
     pub(super) weight: Weight,

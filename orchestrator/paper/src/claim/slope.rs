@@ -30,6 +30,19 @@ impl Series {
         Ok(Series { points })
     }
 
+    /// The same as it is told where each side has a clock of its own and neither is set by the other: time since the
+    /// first message, the plant's by a clock that is fast by `apart`.
+    pub(super) fn by_another_clock(self, apart: f64) -> Series {
+        let first = self.points.first().copied().unwrap_or_default();
+        let tell = |(due_s, late_s): (f64, f64)| {
+            let (due_s, came_s) = (due_s - first.0, due_s + late_s - first.0 - first.1);
+            (due_s, came_s * (1.0 + apart) - due_s)
+        };
+        Series {
+            points: self.points.into_iter().map(tell).collect(),
+        }
+    }
+
     /// The least-squares slope, s/s, with its 95 % interval.
     ///
     /// A stall that delays forty messages is one event and not forty, so the usual standard error is
@@ -162,6 +175,15 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn another_clock_tilts_a_line_by_what_it_is_off(
+            slope in -0.5f64..2.0, offset in -5.0f64..5.0, apart in -1e-3f64..1e-3,
+        ) {
+            let told = series(|k| offset + slope * k as f64 * 0.2).by_another_clock(apart);
+            let ours = told.least_squares().expect("many").value;
+            prop_assert!((ours - (slope + apart * (1.0 + slope))).abs() < 1e-9);
+        }
+
         #[test]
         fn both_slopes_of_an_exact_line_are_its_own(slope in -0.5f64..2.0, offset in -5.0f64..5.0) {
             let exact = series(|k| offset + slope * k as f64 * 0.2);
