@@ -7,6 +7,7 @@
 mod command;
 mod number;
 mod page;
+mod point;
 mod reference;
 
 use std::collections::BTreeSet;
